@@ -1,0 +1,27 @@
+//! Half-lines.
+
+use glam::DVec3;
+
+/// A half-line: `origin + t * direction`, t > 0.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ray {
+    /// Where it starts, world space.
+    pub origin: DVec3,
+    /// The direction of travel, a unit vector.
+    pub direction: DVec3,
+}
+
+impl Ray {
+    /// A ray from `origin` along the unit vector `direction`.
+    #[inline]
+    pub fn new(origin: DVec3, direction: DVec3) -> Self {
+        debug_assert!((direction.length_squared() - 1.0).abs() < 1e-9);
+        Self { origin, direction }
+    }
+
+    /// The point at distance `t` along the ray.
+    #[inline]
+    pub fn at(&self, t: f64) -> DVec3 {
+        self.origin + self.direction * t
+    }
+}

@@ -1,0 +1,73 @@
+//! Where light comes from.
+
+use glam::DVec3;
+
+use super::ShapeId;
+use crate::geometry::Transform;
+use crate::radiometry::Rgb;
+
+/// A source of light, with Mitsuba's meaning of every parameter.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Emitter {
+    /// A point that shines the same in all directions.
+    Point {
+        /// World space.
+        position: DVec3,
+        /// Radiant intensity [W/sr].
+        intensity: Rgb,
+    },
+    /// A point that shines along +z of its frame, fading towards a cone's border.
+    ///
+    /// With θ the angle to the axis, the intensity is constant for θ up to
+    /// `beam_width`, falls linearly in θ to zero at `cutoff_angle`, and is zero beyond.
+    Spot {
+        /// Its frame. Only rotation and translation matter.
+        to_world: Transform,
+        /// Radiant intensity on the axis [W/sr].
+        intensity: Rgb,
+        /// Half the opening angle of the cone [rad].
+        cutoff_angle: f64,
+        /// The angle up to which the intensity is constant [rad].
+        beam_width: f64,
+    },
+    /// Parallel light from infinitely far away.
+    Directional {
+        /// The direction of travel, a unit vector.
+        direction: DVec3,
+        /// Irradiance of a surface perpendicular to the light [W/m²].
+        irradiance: Rgb,
+    },
+    /// The front side of a shape, shining the same in all directions.
+    Area {
+        /// The shape that shines.
+        shape: ShapeId,
+        /// Radiance [W/m²/sr].
+        radiance: Rgb,
+    },
+}
+
+impl Emitter {
+    /// The name of Mitsuba's plugin.
+    pub fn plugin(&self) -> &'static str {
+        match self {
+            Self::Point { .. } => "point",
+            Self::Spot { .. } => "spot",
+            Self::Directional { .. } => "directional",
+            Self::Area { .. } => "area",
+        }
+    }
+
+    /// Whether a receiver point sees at most one direction of its light.
+    pub fn is_delta(&self) -> bool {
+        !matches!(self, Self::Area { .. })
+    }
+
+    /// Its strength, in the unit of its kind.
+    pub fn strength(&self) -> Rgb {
+        match *self {
+            Self::Point { intensity, .. } | Self::Spot { intensity, .. } => intensity,
+            Self::Directional { irradiance, .. } => irradiance,
+            Self::Area { radiance, .. } => radiance,
+        }
+    }
+}

@@ -1,0 +1,65 @@
+//! What happens to light at a surface.
+
+use crate::radiometry::Rgb;
+
+/// The index of a [`Material`] in [`Scene::materials`](super::Scene::materials).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct MaterialId(pub u32);
+
+/// What happens to light at a surface, with Mitsuba's meaning of every parameter.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Material {
+    /// Lambertian on the front, black on the back; ends every specular chain.
+    Diffuse {
+        /// Albedo, per channel in 0..=1. No irradiance computed here depends on it.
+        reflectance: Rgb,
+    },
+    /// A smooth interface between two transparent media.
+    Dielectric {
+        /// The absolute index on the side the normal points away from.
+        interior_ior: f64,
+        /// The absolute index on the side the normal points to.
+        exterior_ior: f64,
+        /// A factor on every reflection, 1 in nature.
+        specular_reflectance: Rgb,
+        /// A factor on every transmission, 1 in nature. It is applied once an
+        /// interface, whatever the length of the path inside, as Mitsuba does.
+        specular_transmittance: Rgb,
+    },
+    /// A pane so thin that it does not shift rays; all internal reflections summed.
+    ThinDielectric {
+        /// The absolute index of the pane.
+        interior_ior: f64,
+        /// The absolute index around it.
+        exterior_ior: f64,
+        /// A factor on reflection.
+        specular_reflectance: Rgb,
+        /// A factor on transmission.
+        specular_transmittance: Rgb,
+    },
+    /// A smooth mirror on the front, black on the back.
+    Conductor {
+        /// The real part of the complex index, relative to the medium outside.
+        eta: Rgb,
+        /// The imaginary part, relative to the medium outside.
+        k: Rgb,
+        /// A factor on every reflection, 1 in nature.
+        specular_reflectance: Rgb,
+    },
+    /// Nothing: light passes as if the surface were not there.
+    Null,
+    /// `nested` with probability `opacity`, nothing otherwise.
+    Mask {
+        /// In 0..=1.
+        opacity: f64,
+        /// What stands where the mask is opaque.
+        nested: MaterialId,
+    },
+    /// One material on the front and one on the back, neither transmitting.
+    TwoSided {
+        /// On the side the normal points to.
+        front: MaterialId,
+        /// On the other side, with the normal turned round.
+        back: MaterialId,
+    },
+}

@@ -1,0 +1,131 @@
+//! Where light is measured.
+
+use glam::DVec2;
+
+use super::ShapeId;
+use crate::geometry::Transform;
+
+/// A place where light is measured, and the grid it is measured on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sensor {
+    /// The file's `id`, or one made from the kind and a number.
+    pub id: String,
+    /// What it measures, and from where.
+    pub kind: SensorKind,
+    /// The grid.
+    pub film: Film,
+}
+
+/// What a sensor measures, and from where.
+#[derive(Clone, Debug, PartialEq)]
+pub enum SensorKind {
+    /// Irradiance [W/m²] on the front side of a shape, over its (u, v).
+    IrradianceMeter {
+        /// The shape.
+        shape: ShapeId,
+    },
+    /// A pinhole camera.
+    Perspective(Perspective),
+    /// A camera with a thin lens.
+    ThinLens {
+        /// The pinhole camera that a lens of radius zero would make.
+        camera: Perspective,
+        /// The lens' radius [scene units].
+        aperture_radius: f64,
+        /// The distance of the plane in focus, along the axis [scene units].
+        focus_distance: f64,
+    },
+    /// Parallel projection along +z; to_world's scale sets the image's size.
+    Orthographic {
+        /// Camera space to world.
+        to_world: Transform,
+        /// Distance of the near plane.
+        near_clip: f64,
+        /// Distance of the far plane.
+        far_clip: f64,
+    },
+}
+
+/// A pinhole camera that looks along +z of its frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Perspective {
+    /// Camera space to world.
+    pub to_world: Transform,
+    /// The full horizontal field of view of the uncropped film [rad].
+    pub horizontal_fov: f64,
+    /// Distance of the near plane.
+    pub near_clip: f64,
+    /// Distance of the far plane.
+    pub far_clip: f64,
+    /// Shift of the principal point, as a fraction of the film's width and height.
+    pub principal_point_offset: DVec2,
+}
+
+/// A grid of pixels or texels.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Film {
+    /// Full size in pixels, before cropping.
+    pub width: u32,
+    /// Full size in pixels, before cropping.
+    pub height: u32,
+    /// The part that is computed.
+    pub crop: Crop,
+    /// How samples spread over pixels; an irradiance meter always uses a box.
+    pub filter: ReconstructionFilter,
+}
+
+/// A rectangle of pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Crop {
+    /// Columns left out on the left.
+    pub offset_x: u32,
+    /// Rows left out above.
+    pub offset_y: u32,
+    /// Columns kept.
+    pub width: u32,
+    /// Rows kept.
+    pub height: u32,
+}
+
+/// How a sample spreads over the pixels near it, with Mitsuba's parameters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ReconstructionFilter {
+    /// The pixel it falls in.
+    Box,
+    /// A triangle.
+    Tent {
+        /// Half width in pixels.
+        radius: f64,
+    },
+    /// A Gaussian, cut off at four standard deviations and shifted down to reach zero there.
+    Gaussian {
+        /// In pixels.
+        stddev: f64,
+    },
+    /// Mitchell and Netravali's cubic.
+    Mitchell {
+        /// Their B.
+        b: f64,
+        /// Their C.
+        c: f64,
+    },
+    /// Catmull and Rom's cubic.
+    CatmullRom,
+    /// A windowed sinc.
+    Lanczos {
+        /// Half width in lobes.
+        lobes: u32,
+    },
+}
+
+impl Sensor {
+    /// The name of Mitsuba's plugin.
+    pub fn plugin(&self) -> &'static str {
+        match self.kind {
+            SensorKind::IrradianceMeter { .. } => "irradiancemeter",
+            SensorKind::Perspective(_) => "perspective",
+            SensorKind::ThinLens { .. } => "thinlens",
+            SensorKind::Orthographic { .. } => "orthographic",
+        }
+    }
+}
