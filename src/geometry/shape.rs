@@ -28,7 +28,9 @@ impl Shape {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ShapeError {
     /// The transform stretches unevenly or shears.
-    #[error("to_world must keep a {plugin} round: only rotation, translation and uniform scale are allowed")]
+    #[error(
+        "to_world must keep a {plugin} round: only rotation, translation and uniform scale are allowed"
+    )]
     NotRound {
         /// Mitsuba's name of the shape.
         plugin: &'static str,

@@ -31,7 +31,12 @@ impl World {
         todo!()
     }
     /// The nearest hit nearer than `max_distance` (exclusive).
-    pub fn closest_hit(&self, _ray: &Ray, _max_distance: f64, _counters: &mut TraversalCounters) -> Option<Hit> {
+    pub fn closest_hit(
+        &self,
+        _ray: &Ray,
+        _max_distance: f64,
+        _counters: &mut TraversalCounters,
+    ) -> Option<Hit> {
         todo!()
     }
     /// Whether any hit nearer than `max_distance` satisfies `blocks`, in no particular order.
