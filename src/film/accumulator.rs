@@ -4,7 +4,7 @@ use std::io::{self, Read, Write};
 use std::sync::atomic::{AtomicBool, AtomicI64, AtomicU64, Ordering};
 
 use flate2::Compression;
-use flate2::read::ZlibDecoder;
+use flate2::bufread::ZlibDecoder;
 use flate2::write::ZlibEncoder;
 use rayon::prelude::*;
 
@@ -152,6 +152,37 @@ impl Accumulator {
         true
     }
 
+    /// Adds the whole replicate under way of `other` to this one's.
+    ///
+    /// # Errors
+    ///
+    /// Where texels, channels or scale differ.
+    pub fn deposit_all(&mut self, other: &Self) -> Result<(), AccumulatorError> {
+        self.check_like(other)?;
+        let overflowed = self
+            .current
+            .par_iter_mut()
+            .zip(&other.current)
+            .map(|(sum, addend)| {
+                let sum = sum.get_mut();
+                let overflowed;
+                (*sum, overflowed) = sum.overflowing_add(addend.load(Ordering::Relaxed));
+                overflowed
+            })
+            .reduce(|| false, |a, b| a | b);
+        *self.current_overflowed.get_mut() |=
+            overflowed || other.current_overflowed.load(Ordering::Relaxed);
+        Ok(())
+    }
+
+    /// Forgets the replicate under way; counts of its deposits stay.
+    pub fn discard(&mut self) {
+        self.current
+            .par_iter_mut()
+            .for_each(|sum| *sum.get_mut() = 0);
+        *self.current_overflowed.get_mut() = false;
+    }
+
     /// Ends a replicate: adds S to ΣS and S² to ΣS² everywhere, and clears S.
     ///
     /// # Errors
@@ -189,26 +220,14 @@ impl Accumulator {
     /// Where texels, channels or scale differ, where a replicate is under way on either side,
     /// and on overflow (the sums are of no use then).
     pub fn merge(&mut self, other: &Self) -> Result<(), AccumulatorError> {
-        let layout = |a: &Self| {
-            let counts = if a.counts.is_some() {
-                "with"
-            } else {
-                "without"
-            };
-            [
-                ("texels", a.texels.to_string()),
-                ("channels", a.channels.to_string()),
-                (
-                    "the exponent of their quantum",
-                    a.scale.exponent().to_string(),
-                ),
-                ("counts", counts.to_owned()),
-            ]
-        };
-        for ((field, left), (_, right)) in layout(self).into_iter().zip(layout(other)) {
-            if left != right {
-                return Err(AccumulatorError::Mismatch { field, left, right });
-            }
+        self.check_like(other)?;
+        if self.counts.is_some() != other.counts.is_some() {
+            let counts = |a: &Self| if a.counts.is_some() { "with" } else { "without" }.to_owned();
+            return Err(AccumulatorError::Mismatch {
+                field: "counts",
+                left: counts(self),
+                right: counts(other),
+            });
         }
         if self.is_under_way() || other.is_under_way() {
             return Err(AccumulatorError::ReplicateUnderWay);
@@ -285,6 +304,23 @@ impl Accumulator {
     /// How many deposits a texel got; `None` outside or without [`Accumulator::with_counts`].
     pub fn count(&self, texel: usize) -> Option<u64> {
         Some(self.counts.as_ref()?.get(texel)?.load(Ordering::Relaxed))
+    }
+
+    /// Refuses sums that do not mean the same as these.
+    fn check_like(&self, other: &Self) -> Result<(), AccumulatorError> {
+        let layout = |a: &Self| {
+            [
+                ("texels", a.texels.to_string()),
+                ("channels", a.channels.to_string()),
+                ("the exponent of their quantum", a.scale.exponent().to_string()),
+            ]
+        };
+        for ((field, left), (_, right)) in layout(self).into_iter().zip(layout(other)) {
+            if left != right {
+                return Err(AccumulatorError::Mismatch { field, left, right });
+            }
+        }
+        Ok(())
     }
 
     /// Whether any deposit waits for its flush.
@@ -382,7 +418,7 @@ impl Accumulator {
     /// # Errors
     ///
     /// Where the bytes are not a written accumulator, or the reader fails.
-    pub fn read_from(mut reader: impl Read) -> Result<Self, AccumulatorError> {
+    pub fn read_from(mut reader: impl io::BufRead) -> Result<Self, AccumulatorError> {
         let malformed = |message: &str| AccumulatorError::Malformed(message.to_owned());
         let mut magic = [0; MAGIC.len()];
         reader.read_exact(&mut magic)?;

@@ -8,6 +8,6 @@ pub mod exr;
 mod grid;
 mod image;
 
-pub use accumulator::{Accumulator, Estimate};
+pub use accumulator::{Accumulator, AccumulatorError, Estimate};
 pub use grid::Grid;
 pub use image::{Channel, Image, ImageError};

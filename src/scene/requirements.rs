@@ -51,7 +51,7 @@ pub fn requirements(scene: &Scene) -> Vec<Requirement> {
         ),
         item(
             "shading normals",
-            &meshes(scene, |mesh| mesh.has_shading_normals()),
+            &meshes(scene, |mesh| mesh.has_vertex_normals()),
             "is a specular mesh with interpolated normals",
             "every specular surface has its true normal",
         ),

@@ -167,11 +167,7 @@ pub(super) fn mesh_warnings(
         let Shape::Mesh(mesh) = shape else { continue };
         let diagnostics = mesh.diagnose();
         let refracts = needs_inside(&materials[object.material.0 as usize], materials);
-        let mut messages = diagnostics.face_warnings();
-        if refracts {
-            messages.extend(diagnostics.solid_warnings());
-        }
-        warnings.extend(messages.into_iter().map(|message| Warning {
+        warnings.extend(diagnostics.warnings(refracts).into_iter().map(|message| Warning {
             at: Some(object.declared_at.clone()),
             message: format!("{} \"{}\": {message}", object.plugin, object.id),
         }));

@@ -11,9 +11,10 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::domain::chart::Falloff;
+use super::domain::surface::LightSurface;
 use super::receiver::Receiver;
-use crate::geometry::{Shape, SurfacePoint, TraversalCounters};
-use crate::numeric::streams::{Stream, StreamKind};
+use crate::geometry::{SurfacePoint, TraversalCounters};
+use crate::numeric::{Stream, StreamKind};
 use crate::radiometry::Rgb;
 use crate::scene::{Emitter, Material, Scene};
 
@@ -47,6 +48,17 @@ pub struct Direct {
 /// Measures `LD` on every texel of the receiver.
 pub fn direct(scene: &Scene, receiver: &Receiver, seed: u64) -> Direct {
     let stream = Stream::new(StreamKind::Sobol, seed).split(0x4c44);
+    // A light whose surface is not modelled has been refused when light space was built.
+    let surfaces: Vec<Option<LightSurface>> = scene
+        .emitters()
+        .iter()
+        .map(|emitter| match emitter {
+            Emitter::Area { shape, .. } => {
+                LightSurface::new(&scene.world().shapes()[shape.0 as usize])
+            }
+            _ => None,
+        })
+        .collect();
     let rows: Vec<(Vec<DirectTexel>, TraversalCounters)> = (0..receiver.height())
         .into_par_iter()
         .map(|row| {
@@ -56,7 +68,7 @@ pub fn direct(scene: &Scene, receiver: &Receiver, seed: u64) -> Direct {
                 counters: TraversalCounters::default(),
             };
             let texels = (0..receiver.width())
-                .map(|column| at.texel(row * receiver.width() + column, &stream))
+                .map(|column| at.texel(row * receiver.width() + column, &surfaces, &stream))
                 .collect();
             (texels, at.counters)
         })
@@ -87,14 +99,20 @@ struct DirectLight<'a> {
 }
 
 impl DirectLight<'_> {
-    fn texel(&mut self, texel: usize, stream: &Stream) -> DirectTexel {
+    fn texel(
+        &mut self,
+        texel: usize,
+        surfaces: &[Option<LightSurface>],
+        stream: &Stream,
+    ) -> DirectTexel {
         let mut sum = DirectTexel::default();
-        for (index, emitter) in self.scene.emitters().iter().enumerate() {
-            let part = if emitter.is_delta() {
-                self.delta(texel, emitter)
-            } else {
-                let stream = stream.split(index as u64).split(texel as u64);
-                self.area(texel, emitter, &stream)
+        for (index, (emitter, surface)) in self.scene.emitters().iter().zip(surfaces).enumerate() {
+            let part = match surface {
+                None => self.delta(texel, emitter),
+                Some(surface) => {
+                    let stream = stream.split(index as u64).split(texel as u64);
+                    self.area(texel, emitter, surface, &stream)
+                }
             };
             sum.irradiance += part.irradiance;
             sum.error += part.error;
@@ -103,8 +121,7 @@ impl DirectLight<'_> {
     }
 
     fn receiver_point(&self, texel: usize, at: DVec2) -> SurfacePoint {
-        let shape = &self.scene.world().shapes()[self.receiver.shape() as usize];
-        shape.at_uv(self.receiver.uv(texel, at))
+        self.receiver.point(self.scene, texel, at)
     }
 
     /// Average over a texel of a delta emitter's light.
@@ -234,11 +251,16 @@ impl DirectLight<'_> {
     }
 
     /// Average over a texel of an area light: E = ∫ L cos θ cos θ′ / r² dA over light and texel.
-    fn area(&mut self, texel: usize, emitter: &Emitter, stream: &Stream) -> DirectTexel {
-        let Emitter::Area { shape, radiance } = emitter else {
+    fn area(
+        &mut self,
+        texel: usize,
+        emitter: &Emitter,
+        light: &LightSurface,
+        stream: &Stream,
+    ) -> DirectTexel {
+        let Emitter::Area { radiance, .. } = emitter else {
             return DirectTexel::default();
         };
-        let light = &self.scene.world().shapes()[shape.0 as usize];
         let mut sum = 0.0;
         let mut sum_squares = 0.0;
         for replicate in 0..REPLICATES {
@@ -262,8 +284,10 @@ impl DirectLight<'_> {
     }
 
     /// One sample of ∫ cos θ cos θ′ / r² dA.
-    fn area_sample(&mut self, point: &SurfacePoint, light: &Shape, at: DVec2) -> f64 {
-        let sample = light.sample_area(at);
+    fn area_sample(&mut self, point: &SurfacePoint, light: &LightSurface, at: DVec2) -> f64 {
+        let Some(sample) = light.sample(at) else {
+            return 0.0;
+        };
         let offset = sample.position - point.position;
         let distance_squared = offset.length_squared();
         if distance_squared == 0.0 {

@@ -164,6 +164,18 @@ impl Receiver {
         }
     }
 
+    /// The surface at fractions `at` (in 0..=1) across a texel.
+    ///
+    /// # Panics
+    ///
+    /// For a scene other than the one the receiver was made for.
+    #[inline]
+    pub fn point(&self, scene: &Scene, texel: usize, at: DVec2) -> SurfacePoint {
+        scene.world().shapes()[self.shape as usize]
+            .at_uv(self.uv(texel, at))
+            .expect("Receiver::new refuses shapes without surface parameters")
+    }
+
     /// The (u, v) at fractions `at` (in 0..=1) across a texel.
     #[inline]
     pub fn uv(&self, texel: usize, at: DVec2) -> DVec2 {

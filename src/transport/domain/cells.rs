@@ -3,8 +3,9 @@
 use glam::{DMat3, DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::chart::{Area, Chart, Emission, Falloff, Patch};
+use super::chart::{Chart, Emission, Falloff, Patch};
 use super::probe::Probe;
+use super::surface::{LightSurface, MAX_TRIANGLES, Part};
 use crate::geometry::{Bounds, Shape};
 use crate::radiometry::Rgb;
 use crate::scene::{Emitter, Scene};
@@ -49,10 +50,6 @@ pub enum LightSpaceError {
         plugin: &'static str,
     },
 }
-
-/// An area light on a mesh has one chart a triangle; beyond this many they would not fit the
-/// number of cells.
-const MAX_TRIANGLES: usize = 1024;
 
 impl LightSpace {
     /// The part of the scene's light that may meet specular geometry.
@@ -153,7 +150,7 @@ impl LightSpace {
     /// cumulative shares; over a uniform `offset` in [0, 1) that is count times its share.
     #[inline]
     pub fn allotment(&self, cell: usize, count: u64, offset: f64) -> u64 {
-        let before = |c: usize| self.cumulative[c].mul_add(count as f64, offset).floor();
+        let before = |c: usize| (self.cumulative[c] * count as f64 + offset).floor();
         (before(cell + 1) - before(cell)) as u64
     }
 
@@ -274,61 +271,32 @@ fn add_charts(
             });
         }
         Emitter::Area { shape, radiance } => {
-            let flat = |area: Area, normal: DVec3| {
-                let (x, y) = normal.any_orthonormal_pair();
-                Chart::Flat {
-                    area,
-                    axes: [x, y, normal],
-                    radiance: *radiance,
-                }
+            let surface = LightSurface::new(&scene.world().shapes()[shape.0 as usize]);
+            let Some(surface) = surface else {
+                let object = &scene.objects()[shape.0 as usize];
+                return Err(LightSpaceError::AreaShape {
+                    shape: object.id.clone(),
+                    plugin: object.plugin,
+                });
             };
-            match &scene.world().shapes()[shape.0 as usize] {
-                Shape::Rectangle(rectangle) => {
-                    let [origin, e1, e2] = rectangle.corner_and_edges();
-                    // Divided once here: a smaller start makes a tighter probe.
-                    const PARTS: u32 = 4;
-                    for i in 0..PARTS * PARTS {
-                        let (u, v) = (f64::from(i % PARTS), f64::from(i / PARTS));
-                        let edges = [e1 / f64::from(PARTS), e2 / f64::from(PARTS)];
-                        charts.push(flat(
-                            Area::Parallelogram {
-                                origin: origin + edges[0] * u + edges[1] * v,
-                                edges,
-                            },
-                            rectangle.normal(),
-                        ));
+            for part in surface.parts() {
+                match *part {
+                    Part::Flat(area, normal) => {
+                        let (x, y) = normal.any_orthonormal_pair();
+                        charts.push(Chart::Flat {
+                            area,
+                            axes: [x, y, normal],
+                            radiance: *radiance,
+                        });
                     }
-                }
-                Shape::Disk(disk) => charts.push(flat(
-                    Area::Disk {
-                        center: disk.center(),
-                        axes: disk.axes(),
-                    },
-                    disk.normal(),
-                )),
-                Shape::Sphere(sphere) if !sphere.is_inward() => {
-                    charts.extend(cube_faces(&DMat3::IDENTITY).map(|axes| Chart::Ball {
-                        center: sphere.center(),
-                        radius: sphere.radius(),
-                        axes,
-                        radiance: *radiance,
-                    }));
-                }
-                Shape::Mesh(mesh) if mesh.triangle_count() <= MAX_TRIANGLES => {
-                    for triangle in 0..mesh.triangle_count() {
-                        let corners = mesh.corners(triangle);
-                        let area = Area::Triangle(corners);
-                        if area.area() > 0.0 {
-                            charts.push(flat(area, mesh.face_normal(triangle)));
-                        }
+                    Part::Ball { center, radius } => {
+                        charts.extend(cube_faces(&DMat3::IDENTITY).map(|axes| Chart::Ball {
+                            center,
+                            radius,
+                            axes,
+                            radiance: *radiance,
+                        }));
                     }
-                }
-                _ => {
-                    let object = &scene.objects()[shape.0 as usize];
-                    return Err(LightSpaceError::AreaShape {
-                        shape: object.id.clone(),
-                        plugin: object.plugin,
-                    });
                 }
             }
         }

@@ -5,7 +5,8 @@ use std::f64::consts::PI;
 use glam::{DVec2, DVec3};
 
 use super::probe::Probe;
-use crate::geometry::{Bounds, Ray, SurfacePoint};
+use super::surface::{Area, surface_point};
+use crate::geometry::{Bounds, Ray};
 use crate::radiometry::Rgb;
 
 /// A rectangle of chart coordinates.
@@ -102,78 +103,6 @@ impl Falloff {
                 }
             }
         }
-    }
-}
-
-/// A part of an emitter's surface that light starts from.
-#[derive(Clone, Copy, Debug)]
-pub enum Area {
-    /// origin + u e₁ + v e₂.
-    Parallelogram {
-        /// A corner.
-        origin: DVec3,
-        /// The edges from it.
-        edges: [DVec3; 2],
-    },
-    /// A triangle.
-    Triangle([DVec3; 3]),
-    /// A disc, or an ellipse: center + r (cos φ a₁ + sin φ a₂).
-    Disk {
-        /// Its middle.
-        center: DVec3,
-        /// Two conjugate half axes.
-        axes: [DVec3; 2],
-    },
-}
-
-impl Area {
-    /// The point at (u, v) in [0, 1)², by a map that keeps areas in proportion.
-    #[inline]
-    pub fn point(&self, at: DVec2) -> DVec3 {
-        match *self {
-            Self::Parallelogram { origin, edges } => origin + edges[0] * at.x + edges[1] * at.y,
-            Self::Triangle([a, b, c]) => {
-                // Turk 1990: the density of √u cancels the narrowing towards the corner.
-                let root = at.x.sqrt();
-                a * (1.0 - root) + b * (root * (1.0 - at.y)) + c * (root * at.y)
-            }
-            Self::Disk { center, axes } => {
-                let (sin, cos) = (2.0 * PI * at.y).sin_cos();
-                center + (axes[0] * cos + axes[1] * sin) * at.x.sqrt()
-            }
-        }
-    }
-
-    /// Area [m²].
-    pub fn area(&self) -> f64 {
-        match *self {
-            Self::Parallelogram { edges: [a, b], .. } => a.cross(b).length(),
-            Self::Triangle([a, b, c]) => 0.5 * (b - a).cross(c - a).length(),
-            Self::Disk { axes: [a, b], .. } => PI * a.cross(b).length(),
-        }
-    }
-
-    /// A ball that holds it.
-    fn ball(&self) -> (DVec3, f64) {
-        let points: Vec<DVec3> = match *self {
-            Self::Parallelogram { origin, edges } => vec![
-                origin,
-                origin + edges[0],
-                origin + edges[1],
-                origin + edges[0] + edges[1],
-            ],
-            Self::Triangle(corners) => corners.to_vec(),
-            Self::Disk { center, axes } => [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)]
-                .iter()
-                .map(|(s, t)| center + axes[0] * *s + axes[1] * *t)
-                .collect(),
-        };
-        let center = points.iter().sum::<DVec3>() / points.len() as f64;
-        let radius = points
-            .iter()
-            .map(|point| point.distance(center))
-            .fold(0.0, f64::max);
-        (center, radius)
     }
 }
 
@@ -370,7 +299,7 @@ impl Chart {
                 let forward = (1.0 - start.x).max(0.0).sqrt();
                 let normal = (s * cos + t * sin) * across + direction * forward;
                 Emission {
-                    ray: leave(center + normal * radius, normal, direction),
+                    ray: surface_point(center + normal * radius, normal).spawn(direction),
                     flux: radiance * (PI * radius * radius * jacobian * patch.area()),
                 }
             }
@@ -398,7 +327,7 @@ impl Chart {
                     + axes[2] * height_squared.max(0.0).sqrt())
                 .normalize();
                 Emission {
-                    ray: leave(area.point(start), axes[2], direction),
+                    ray: surface_point(area.point(start), axes[2]).spawn(direction),
                     flux: if lit {
                         radiance * (area.area() * patch.area())
                     } else {
@@ -408,19 +337,6 @@ impl Chart {
             }
         }
     }
-}
-
-/// A ray that starts on an emitter's surface, moved off it by the rounding of the point.
-fn leave(position: DVec3, normal: DVec3, direction: DVec3) -> Ray {
-    SurfacePoint {
-        position,
-        // Eight roundings, each at most half a unit in the last place of the coordinate sums.
-        position_error: position.abs() * (8.0 * f64::EPSILON),
-        geometric_normal: normal,
-        shading_normal: normal,
-        uv: DVec2::ZERO,
-    }
-    .spawn(direction)
 }
 
 /// The unit vector through a point of a cube-map face.

@@ -9,5 +9,6 @@
 mod cells;
 pub mod chart;
 pub mod probe;
+pub mod surface;
 
 pub use cells::{Cell, LightSpace, LightSpaceError};
