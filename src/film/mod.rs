@@ -7,6 +7,7 @@ pub mod atomic;
 pub mod exr;
 mod grid;
 mod image;
+pub mod picture;
 
 pub use accumulator::{Accumulator, AccumulatorError, Estimate};
 pub use grid::Grid;
