@@ -74,7 +74,11 @@ impl Bounds {
     /// Half the diagonal: the radius of the box's circumscribed sphere.
     #[inline]
     pub fn radius(&self) -> f64 {
-        if self.is_empty() { 0.0 } else { 0.5 * self.extent().length() }
+        if self.is_empty() {
+            0.0
+        } else {
+            0.5 * self.extent().length()
+        }
     }
 
     /// The eight corners.

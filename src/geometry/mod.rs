@@ -1,15 +1,18 @@
 //! Rays, surfaces, and where they meet. All of it in `f64`.
 
+mod accel;
 mod bounds;
 mod mesh;
 mod ray;
+mod rounding;
 mod shape;
 mod surface;
 mod transform;
+mod triangle;
 mod world;
 
 pub use bounds::Bounds;
-pub use mesh::{Mesh, MeshDiagnostics, MeshError, MeshParts};
+pub use mesh::{Finding, Mesh, MeshDiagnostics, MeshError, MeshParts};
 pub use ray::Ray;
 pub use shape::{Cylinder, Disk, Rectangle, Shape, ShapeError, Sphere};
 pub use surface::{Hit, SurfacePoint};

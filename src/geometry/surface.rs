@@ -41,7 +41,11 @@ impl SurfacePoint {
     pub fn spawn(&self, direction: DVec3) -> Ray {
         let normal = self.geometric_normal;
         let offset = normal.abs().dot(self.position_error);
-        let side = if normal.dot(direction) < 0.0 { -offset } else { offset };
+        let side = if normal.dot(direction) < 0.0 {
+            -offset
+        } else {
+            offset
+        };
         // The sum is rounded once more: step one float further out on each axis.
         let moved = self.position + normal * side;
         let outward = |p: f64, n: f64| {

@@ -1,6 +1,10 @@
-//! All shapes of a scene, and the search among them. (Contract; bodies being built.)
+//! All shapes of a scene, and the search among them.
 
-use super::{Bounds, Hit, Ray, Shape, SurfacePoint};
+use std::fmt;
+
+use glam::DVec2;
+
+use super::{Bounds, Hit, Mesh, Ray, Shape, SurfacePoint, accel::BoxTree, triangle::ShearedRay};
 
 /// Work done while searching.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -13,48 +17,357 @@ pub struct TraversalCounters {
     pub primitive_tests: u64,
 }
 
+impl std::ops::AddAssign for TraversalCounters {
+    fn add_assign(&mut self, other: Self) {
+        self.rays += other.rays;
+        self.node_visits += other.node_visits;
+        self.primitive_tests += other.primitive_tests;
+    }
+}
+
 /// All shapes of a scene, and a tree over their primitives.
-#[derive(Debug)]
-pub struct World;
+///
+/// Each mesh has a tree of its own, so that the padding of its boxes (a fraction of the tree's
+/// extent) stays small however large the floor that it stands on.
+pub struct World {
+    shapes: Vec<Shape>,
+    bounds: Bounds,
+    /// A tree for each mesh, `None` for the other shapes; as long as `shapes`.
+    trees: Vec<Option<MeshTree>>,
+    /// Over the boxes of the shapes, where there are too many to try one after the other.
+    over_shapes: Option<BoxTree>,
+}
+
+/// A tree over a mesh's distinct faces.
+struct MeshTree {
+    tree: BoxTree,
+    /// The face of each box.
+    faces: Vec<u32>,
+}
+
+/// Up to here, trying all shapes costs less than a walk down a tree (see `benches/traversal.rs`).
+const LINEAR_SEARCH_LIMIT: usize = 8;
+
+/// The nearest hit so far.
+struct Nearest {
+    limit: f64,
+    hit: Option<Hit>,
+}
+
+impl Nearest {
+    /// Takes the hit if it is nearer, or as near and first in (shape, face): a rule that does not
+    /// depend on the order in which hits are found.
+    #[inline]
+    fn offer(&mut self, hit: Hit) {
+        let nearer = hit.distance < self.limit
+            || (hit.distance == self.limit
+                && self
+                    .hit
+                    .is_some_and(|best| (hit.shape, hit.face) < (best.shape, best.face)));
+        if nearer {
+            self.limit = hit.distance;
+            self.hit = Some(hit);
+        }
+    }
+}
 
 impl World {
-    /// Builds the tree.
-    pub fn new(_shapes: Vec<Shape>) -> Self {
-        todo!()
+    /// Builds the trees.
+    pub fn new(shapes: Vec<Shape>) -> Self {
+        let boxes: Vec<Bounds> = shapes.iter().map(Shape::bounds).collect();
+        let trees = shapes
+            .iter()
+            .map(|shape| match shape {
+                Shape::Mesh(mesh) => Some(MeshTree::new(mesh)),
+                _ => None,
+            })
+            .collect();
+        Self {
+            bounds: boxes.iter().fold(Bounds::EMPTY, |all, &one| all.union(one)),
+            over_shapes: (shapes.len() > LINEAR_SEARCH_LIMIT).then(|| BoxTree::new(&boxes)),
+            trees,
+            shapes,
+        }
     }
+
     /// The shapes, in the order given.
     pub fn shapes(&self) -> &[Shape] {
-        todo!()
+        &self.shapes
     }
-    /// The box round everything.
+
+    /// The box round everything; empty where there are no shapes.
     pub fn bounds(&self) -> Bounds {
-        todo!()
+        self.bounds
     }
-    /// The nearest hit nearer than `max_distance` (exclusive).
-    pub fn closest_hit(&self, _ray: &Ray, _max_distance: f64, _counters: &mut TraversalCounters) -> Option<Hit> {
-        todo!()
+
+    /// Memory held by shapes and trees, bytes.
+    pub fn memory_bytes(&self) -> usize {
+        let shapes = self.shapes.iter().map(|shape| match shape {
+            Shape::Mesh(mesh) => size_of::<Shape>() + mesh.memory_bytes(),
+            _ => size_of::<Shape>(),
+        });
+        let trees = self.trees.iter().flatten().map(MeshTree::memory_bytes);
+        shapes.sum::<usize>()
+            + trees.sum::<usize>()
+            + self.over_shapes.as_ref().map_or(0, BoxTree::memory_bytes)
     }
+
+    /// The nearest hit nearer than `max_distance` (exclusive); all hits have a distance > 0.
+    ///
+    /// Of hits at the same distance, the one with the lowest (shape, face) is the result, so it
+    /// does not depend on the order of the search.
+    #[inline]
+    pub fn closest_hit(
+        &self,
+        ray: &Ray,
+        max_distance: f64,
+        counters: &mut TraversalCounters,
+    ) -> Option<Hit> {
+        counters.rays += 1;
+        let mut nearest = Nearest {
+            limit: max_distance,
+            hit: None,
+        };
+        if let Some(tree) = &self.over_shapes {
+            if let Some(local) = tree.enter(ray, max_distance) {
+                tree.traverse(&local, |shape| {
+                    self.search_shape(shape, ray, &mut nearest, counters);
+                    nearest.limit
+                });
+            }
+        } else {
+            for shape in 0..self.shapes.len() as u32 {
+                self.search_shape(shape, ray, &mut nearest, counters);
+            }
+        }
+        nearest.hit
+    }
+
+    #[inline]
+    fn search_shape(
+        &self,
+        shape: u32,
+        ray: &Ray,
+        nearest: &mut Nearest,
+        counters: &mut TraversalCounters,
+    ) {
+        if let Shape::Mesh(mesh) = &self.shapes[shape as usize] {
+            if let Some(tree) = &self.trees[shape as usize] {
+                tree.closest_hit(mesh, shape, ray, nearest, counters);
+            }
+        } else {
+            counters.primitive_tests += 1;
+            if let Some(hit) = self.analytic_hit(shape, ray) {
+                nearest.offer(hit);
+            }
+        }
+    }
+
+    /// The first hit on a shape that is not a mesh.
+    #[inline]
+    fn analytic_hit(&self, shape: u32, ray: &Ray) -> Option<Hit> {
+        let distance = match &self.shapes[shape as usize] {
+            Shape::Sphere(sphere) => sphere.distance(ray),
+            Shape::Rectangle(rectangle) => rectangle.distance(ray),
+            Shape::Disk(disk) => disk.distance(ray),
+            Shape::Cylinder(cylinder) => cylinder.distance(ray),
+            Shape::Mesh(_) => None,
+        }?;
+        Some(Hit {
+            distance,
+            shape,
+            face: 0,
+            barycentric: DVec2::ZERO,
+        })
+    }
+
     /// Whether any hit nearer than `max_distance` satisfies `blocks`, in no particular order.
+    ///
+    /// Of a sphere or cylinder only the nearest hit is asked about.
     pub fn any_hit(
         &self,
-        _ray: &Ray,
-        _max_distance: f64,
-        _blocks: impl FnMut(&Hit) -> bool,
-        _counters: &mut TraversalCounters,
+        ray: &Ray,
+        max_distance: f64,
+        mut blocks: impl FnMut(&Hit) -> bool,
+        counters: &mut TraversalCounters,
     ) -> bool {
-        todo!()
+        counters.rays += 1;
+        let mut blocked_by = |shape: u32| {
+            if let Shape::Mesh(mesh) = &self.shapes[shape as usize] {
+                self.trees[shape as usize].as_ref().is_some_and(|tree| {
+                    tree.any_hit(mesh, shape, ray, max_distance, &mut blocks, counters)
+                })
+            } else {
+                counters.primitive_tests += 1;
+                self.analytic_hit(shape, ray)
+                    .is_some_and(|hit| hit.distance < max_distance && blocks(&hit))
+            }
+        };
+        if let Some(tree) = &self.over_shapes {
+            let mut blocked = false;
+            if let Some(local) = tree.enter(ray, max_distance) {
+                tree.traverse(&local, |shape| {
+                    blocked = blocked || blocked_by(shape);
+                    if blocked {
+                        f64::NEG_INFINITY
+                    } else {
+                        max_distance
+                    }
+                });
+            }
+            blocked
+        } else {
+            (0..self.shapes.len() as u32).any(blocked_by)
+        }
     }
+
     /// Everything about a hit.
-    pub fn surface_point(&self, _ray: &Ray, _hit: &Hit) -> SurfacePoint {
-        todo!()
+    #[inline]
+    pub fn surface_point(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
+        let mut point = self.bounce_point(ray, hit);
+        match &self.shapes[hit.shape as usize] {
+            Shape::Sphere(sphere) => point.uv = sphere.uv(&point),
+            Shape::Disk(_) => point.uv = super::Disk::uv(&point),
+            Shape::Cylinder(cylinder) => point.uv = cylinder.uv(&point),
+            Shape::Rectangle(_) | Shape::Mesh(_) => {}
+        }
+        point
     }
+
+    /// Everything about a hit but `uv`, which is left unspecified on round shapes.
+    ///
+    /// For bounces, where nobody looks at `uv`: the angles it takes would cost more than the search.
+    #[inline]
+    pub fn bounce_point(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
+        match &self.shapes[hit.shape as usize] {
+            Shape::Sphere(sphere) => sphere.surface_point(ray, hit.distance),
+            Shape::Rectangle(rectangle) => rectangle.surface_point(ray, hit.distance),
+            Shape::Disk(disk) => disk.surface_point(ray, hit.distance),
+            Shape::Cylinder(cylinder) => cylinder.surface_point(ray, hit.distance),
+            Shape::Mesh(mesh) => mesh.surface_point(ray, hit),
+        }
+    }
+
     /// Whether `overlaps` may hold for a primitive of the chosen shapes: descends the tree while
     /// `overlaps(box)` is true; at a leaf asks `overlaps` of each chosen primitive's own box.
+    ///
+    /// `overlaps` must be monotone: true for every box that holds a box for which it is true.
     pub fn any_primitive_box(
         &self,
-        _choose: impl Fn(u32) -> bool,
-        _overlaps: impl FnMut(&Bounds) -> bool,
+        choose: impl Fn(u32) -> bool,
+        mut overlaps: impl FnMut(&Bounds) -> bool,
     ) -> bool {
-        todo!()
+        (0..self.shapes.len() as u32)
+            .filter(|&shape| choose(shape))
+            .any(|shape| {
+                let shape = shape as usize;
+                match (&self.shapes[shape], &self.trees[shape]) {
+                    (Shape::Mesh(mesh), Some(tree)) => tree.any_box(mesh, &mut overlaps),
+                    (shape, _) => overlaps(&shape.bounds()),
+                }
+            })
+    }
+}
+
+impl fmt::Debug for World {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("World")
+            .field("shapes", &self.shapes.len())
+            .field("bounds", &self.bounds)
+            .finish_non_exhaustive()
+    }
+}
+
+impl MeshTree {
+    fn new(mesh: &Mesh) -> Self {
+        let faces = mesh.distinct_faces();
+        let boxes: Vec<Bounds> = faces
+            .iter()
+            .map(|&face| Bounds::from_points(mesh.corners(face)))
+            .collect();
+        Self {
+            tree: BoxTree::new(&boxes),
+            faces,
+        }
+    }
+
+    fn memory_bytes(&self) -> usize {
+        self.tree.memory_bytes() + size_of_val(&*self.faces)
+    }
+
+    fn closest_hit(
+        &self,
+        mesh: &Mesh,
+        shape: u32,
+        ray: &Ray,
+        nearest: &mut Nearest,
+        counters: &mut TraversalCounters,
+    ) {
+        counters.node_visits += 1;
+        let Some(local) = self.tree.enter(ray, nearest.limit) else {
+            return;
+        };
+        let sheared = ShearedRay::new(ray);
+        self.tree.traverse(&local, |index| {
+            counters.primitive_tests += 1;
+            let face = self.faces[index as usize];
+            if let Some(hit) = sheared.intersect(mesh.corners(face)) {
+                nearest.offer(Hit {
+                    distance: hit.distance,
+                    shape,
+                    face,
+                    barycentric: DVec2::new(hit.b1, hit.b2),
+                });
+            }
+            nearest.limit
+        });
+    }
+
+    fn any_hit(
+        &self,
+        mesh: &Mesh,
+        shape: u32,
+        ray: &Ray,
+        max_distance: f64,
+        blocks: &mut impl FnMut(&Hit) -> bool,
+        counters: &mut TraversalCounters,
+    ) -> bool {
+        counters.node_visits += 1;
+        let Some(local) = self.tree.enter(ray, max_distance) else {
+            return false;
+        };
+        let sheared = ShearedRay::new(ray);
+        let mut blocked = false;
+        self.tree.traverse(&local, |index| {
+            if !blocked {
+                counters.primitive_tests += 1;
+                let face = self.faces[index as usize];
+                blocked = sheared
+                    .intersect(mesh.corners(face))
+                    .filter(|hit| hit.distance < max_distance)
+                    .is_some_and(|hit| {
+                        blocks(&Hit {
+                            distance: hit.distance,
+                            shape,
+                            face,
+                            barycentric: DVec2::new(hit.b1, hit.b2),
+                        })
+                    });
+            }
+            if blocked {
+                f64::NEG_INFINITY
+            } else {
+                max_distance
+            }
+        });
+        blocked
+    }
+
+    fn any_box(&self, mesh: &Mesh, overlaps: &mut impl FnMut(&Bounds) -> bool) -> bool {
+        self.tree.any_box(overlaps, &mut |index, overlaps| {
+            overlaps(&Bounds::from_points(
+                mesh.corners(self.faces[index as usize]),
+            ))
+        })
     }
 }

@@ -1,0 +1,314 @@
+//! Triangle meshes.
+
+mod diagnostics;
+mod normals;
+mod weld;
+
+use glam::{DVec2, DVec3};
+
+use super::{
+    Bounds, Hit, Ray, SurfacePoint,
+    rounding::{UNIT_ROUNDOFF, gamma},
+};
+
+pub use diagnostics::{Finding, MeshDiagnostics};
+
+/// What a mesh file or generator gives; world space.
+#[derive(Clone, Debug, Default)]
+pub struct MeshParts {
+    /// World space.
+    pub positions: Vec<DVec3>,
+    /// Indices into `positions`; counter-clockwise seen from outside.
+    pub triangles: Vec<[u32; 3]>,
+    /// One a position where the file has them (already in world space, any length).
+    pub normals: Option<Vec<DVec3>>,
+    /// One a position where the file has them.
+    pub uvs: Option<Vec<DVec2>>,
+    /// Ignore `normals` and make none.
+    pub face_normals: bool,
+    /// Turn all normals round.
+    pub flip_normals: bool,
+}
+
+/// Triangles over shared vertices, checked.
+#[derive(Clone, Debug)]
+pub struct Mesh {
+    positions: Vec<DVec3>,
+    triangles: Vec<[u32; 3]>,
+    /// Unit vectors; empty where faces are flat.
+    normals: Vec<DVec3>,
+    /// Empty where the file has none.
+    uvs: Vec<DVec2>,
+    flip_normals: bool,
+    bounds: Bounds,
+}
+
+/// Why parts do not make a mesh.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum MeshError {
+    /// NaN or infinite.
+    #[error("vertex {vertex} has a coordinate that is not finite")]
+    VertexNotFinite {
+        /// Counted from 0.
+        vertex: usize,
+    },
+    /// Squares and products of such coordinates overflow.
+    #[error(
+        "vertex {vertex} has the coordinate {coordinate:e}; allowed are magnitudes up to {LARGEST_COORDINATE:e}"
+    )]
+    VertexTooFar {
+        /// Counted from 0.
+        vertex: usize,
+        /// The offending value.
+        coordinate: f64,
+    },
+    /// NaN or infinite.
+    #[error("the normal of vertex {vertex} is not finite")]
+    NormalNotFinite {
+        /// Counted from 0.
+        vertex: usize,
+    },
+    /// NaN or infinite.
+    #[error("the texture coordinates of vertex {vertex} are not finite")]
+    UvNotFinite {
+        /// Counted from 0.
+        vertex: usize,
+    },
+    /// An index past the end.
+    #[error("face {face} refers to vertex {index}, but there are {vertices} (counted from 0)")]
+    IndexOutOfRange {
+        /// Counted from 0.
+        face: usize,
+        /// The offending index.
+        index: u32,
+        /// How many there are.
+        vertices: usize,
+    },
+    /// Not as many as positions.
+    #[error("{found} {attribute} for {vertices} vertices; one each is needed")]
+    AttributeCount {
+        /// "normals" or "texture coordinates".
+        attribute: &'static str,
+        /// How many there are.
+        found: usize,
+        /// How many are needed.
+        vertices: usize,
+    },
+    /// No triangle at all.
+    #[error("the mesh has no faces")]
+    Empty,
+    /// More than an index can count.
+    #[error("the mesh has {found} {what}; at most {limit} are allowed", limit = u32::MAX)]
+    TooLarge {
+        /// "vertices" or "faces".
+        what: &'static str,
+        /// How many there are.
+        found: usize,
+    },
+}
+
+/// Beyond this the product of four coordinates (a squared area) overflows.
+const LARGEST_COORDINATE: f64 = 1e70;
+
+impl Mesh {
+    /// Checks the parts; computes vertex normals as Mitsuba does where the file has none.
+    ///
+    /// # Errors
+    ///
+    /// Where a value is not finite or too large, an index is out of range, an attribute is
+    /// missing for some vertices, or there are no faces.
+    pub fn new(parts: MeshParts) -> Result<Self, MeshError> {
+        check(&parts)?;
+        let MeshParts {
+            positions,
+            triangles,
+            normals,
+            uvs,
+            face_normals,
+            flip_normals,
+        } = parts;
+        let normals = match normals {
+            _ if face_normals => Vec::new(),
+            Some(normals) => normals.into_iter().map(DVec3::normalize_or_zero).collect(),
+            None => normals::angle_weighted(&positions, &triangles),
+        };
+        // An interpolated point is off by at most 3u of the sum of its vertices' coordinates'
+        // magnitudes, which 6u of the largest covers.
+        let exact = Bounds::from_points(
+            triangles
+                .iter()
+                .flatten()
+                .map(|&vertex| positions[vertex as usize]),
+        );
+        let reach = exact.min.abs().max(exact.max.abs()).max_element();
+        Ok(Self {
+            positions,
+            triangles,
+            normals,
+            uvs: uvs.unwrap_or_default(),
+            flip_normals,
+            bounds: exact.padded(gamma(6) * reach),
+        })
+    }
+
+    /// Open and non-manifold edges, orientation, degenerate faces.
+    pub fn diagnose(&self) -> MeshDiagnostics {
+        diagnostics::diagnose(self)
+    }
+
+    /// How many triangles.
+    pub fn triangle_count(&self) -> usize {
+        self.triangles.len()
+    }
+
+    /// The vertices' positions, world space.
+    pub fn positions(&self) -> &[DVec3] {
+        &self.positions
+    }
+
+    /// The triangles' vertices.
+    pub fn triangles(&self) -> &[[u32; 3]] {
+        &self.triangles
+    }
+
+    /// Whether shading normals are interpolated between vertices.
+    pub fn has_vertex_normals(&self) -> bool {
+        !self.normals.is_empty()
+    }
+
+    /// The sum of the faces' areas in square scene units.
+    pub fn area(&self) -> f64 {
+        (0..self.triangles.len())
+            .map(|face| {
+                let [a, b, c] = self.corners(face as u32);
+                0.5 * (b - a).cross(c - a).length()
+            })
+            .sum()
+    }
+
+    /// Memory held, bytes.
+    pub fn memory_bytes(&self) -> usize {
+        size_of_val(&*self.positions)
+            + size_of_val(&*self.triangles)
+            + size_of_val(&*self.normals)
+            + size_of_val(&*self.uvs)
+    }
+
+    pub(super) fn bounds(&self) -> Bounds {
+        self.bounds
+    }
+
+    /// The positions of a face's vertices.
+    #[inline]
+    pub(super) fn corners(&self, face: u32) -> [DVec3; 3] {
+        self.triangles[face as usize].map(|vertex| self.positions[vertex as usize])
+    }
+
+    /// For each face the lowest-numbered face with the same three positions, unless that is the
+    /// face itself; faces with two equal positions are left out. Both are of no use to a search.
+    pub(super) fn distinct_faces(&self) -> Vec<u32> {
+        weld::distinct_faces(&self.positions, &self.triangles)
+    }
+
+    /// Everything about a hit; the barycentric weights place it on the face.
+    ///
+    /// As in Mitsuba, the geometric normal follows the winding alone, even where the vertex
+    /// normals point to the other side; `flip_normals` turns both round.
+    #[inline]
+    pub(super) fn surface_point(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
+        let triangle = self.triangles[hit.face as usize];
+        let [a, b, c] = triangle.map(|vertex| self.positions[vertex as usize]);
+        let (b1, b2) = (hit.barycentric.x, hit.barycentric.y);
+        let b0 = 1.0 - b1 - b2;
+        let (ab, ac) = (b - a, c - a);
+        let interpolated = if self.normals.is_empty() {
+            None
+        } else {
+            let [na, nb, nc] = triangle.map(|vertex| self.normals[vertex as usize]);
+            (na * b0 + nb * b1 + nc * b2).try_normalize()
+        };
+        let cross = ab.cross(ac);
+        let twice_area = cross.length();
+        let normal = if twice_area > 0.0 {
+            cross / twice_area
+        } else {
+            // A face of zero area, kept so that the mesh stays closed, has no normal of its own.
+            interpolated.unwrap_or(-ray.direction)
+        };
+        let shading = interpolated.unwrap_or(normal);
+        let sign = if self.flip_normals { -1.0 } else { 1.0 };
+        // The point itself: the last sum costs u|p|, differences, products and their sum 4u of
+        // the edges. A ray that starts there finds the plane's distance from differences to the
+        // vertices (u), their shear (3u), products (2u) and their sums (3u), each relative to
+        // the edges, so 4 + 9 = 13u of the longest edge's L1 norm decide its side; 16 for margin.
+        let position = a + (ab * b1 + ac * b2);
+        let reach = ab.abs().max(ac.abs()).element_sum();
+        SurfacePoint {
+            position,
+            position_error: UNIT_ROUNDOFF * (position.abs() + 16.0 * reach),
+            geometric_normal: normal * sign,
+            shading_normal: shading * sign,
+            uv: if self.uvs.is_empty() {
+                hit.barycentric
+            } else {
+                let [ta, tb, tc] = triangle.map(|vertex| self.uvs[vertex as usize]);
+                ta * b0 + tb * b1 + tc * b2
+            },
+        }
+    }
+}
+
+fn check(parts: &MeshParts) -> Result<(), MeshError> {
+    let vertices = parts.positions.len();
+    for (what, found) in [("vertices", vertices), ("faces", parts.triangles.len())] {
+        if found >= u32::MAX as usize {
+            return Err(MeshError::TooLarge { what, found });
+        }
+    }
+    if parts.triangles.is_empty() {
+        return Err(MeshError::Empty);
+    }
+    for (vertex, position) in parts.positions.iter().enumerate() {
+        if !position.is_finite() {
+            return Err(MeshError::VertexNotFinite { vertex });
+        }
+        let coordinate = position.abs().max_element();
+        if coordinate > LARGEST_COORDINATE {
+            return Err(MeshError::VertexTooFar { vertex, coordinate });
+        }
+    }
+    if let Some(normals) = parts.normals.as_ref().filter(|_| !parts.face_normals) {
+        check_count("normals", normals.len(), vertices)?;
+        if let Some(vertex) = normals.iter().position(|normal| !normal.is_finite()) {
+            return Err(MeshError::NormalNotFinite { vertex });
+        }
+    }
+    if let Some(uvs) = &parts.uvs {
+        check_count("texture coordinates", uvs.len(), vertices)?;
+        if let Some(vertex) = uvs.iter().position(|uv| !uv.is_finite()) {
+            return Err(MeshError::UvNotFinite { vertex });
+        }
+    }
+    for (face, triangle) in parts.triangles.iter().enumerate() {
+        if let Some(&index) = triangle.iter().find(|&&index| index as usize >= vertices) {
+            return Err(MeshError::IndexOutOfRange {
+                face,
+                index,
+                vertices,
+            });
+        }
+    }
+    Ok(())
+}
+
+fn check_count(attribute: &'static str, found: usize, vertices: usize) -> Result<(), MeshError> {
+    if found == vertices {
+        Ok(())
+    } else {
+        Err(MeshError::AttributeCount {
+            attribute,
+            found,
+            vertices,
+        })
+    }
+}

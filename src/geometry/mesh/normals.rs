@@ -1,0 +1,35 @@
+//! Vertex normals for meshes whose files have none.
+
+use glam::DVec3;
+
+/// One unit normal a vertex: the sum of the adjacent faces' normals, each weighted by the angle
+/// that the face has at the vertex.
+///
+/// Thürmer and Wüthrich, *Computing vertex normals from polygonal facets*, JGT 3(1), 1998; what
+/// Mitsuba's `recompute_vertex_normals` does. Vertices that the file repeats are not joined, so a
+/// crease that the file splits stays a crease. Faces of zero area add nothing; a vertex without
+/// any other face gets the zero vector, and its faces fall back to their own normals.
+pub(super) fn angle_weighted(positions: &[DVec3], triangles: &[[u32; 3]]) -> Vec<DVec3> {
+    let mut normals = vec![DVec3::ZERO; positions.len()];
+    for triangle in triangles {
+        let corners = triangle.map(|vertex| positions[vertex as usize]);
+        let edge = corners[1] - corners[0];
+        let Some(normal) = edge.cross(corners[2] - corners[0]).try_normalize() else {
+            continue;
+        };
+        for i in 0..3 {
+            let from = corners[i];
+            let angle = angle_between(corners[(i + 1) % 3] - from, corners[(i + 2) % 3] - from);
+            normals[triangle[i] as usize] += normal * angle;
+        }
+    }
+    for normal in &mut normals {
+        *normal = normal.normalize_or_zero();
+    }
+    normals
+}
+
+/// The angle between two vectors, accurate also where it is near 0 or π.
+fn angle_between(a: DVec3, b: DVec3) -> f64 {
+    a.cross(b).length().atan2(a.dot(b))
+}

@@ -1,0 +1,45 @@
+//! Which vertices and faces are the same in space.
+
+use std::collections::{HashMap, HashSet, hash_map::Entry};
+
+use glam::DVec3;
+
+/// For each vertex, the first one at exactly the same position.
+pub(super) fn representatives(positions: &[DVec3]) -> Vec<u32> {
+    let mut first_at = HashMap::with_capacity(positions.len());
+    positions
+        .iter()
+        .enumerate()
+        .map(|(vertex, position)| {
+            // Adding +0 makes −0 and +0 the same key.
+            let key = position.to_array().map(|x| (x + 0.0).to_bits());
+            match first_at.entry(key) {
+                Entry::Occupied(first) => *first.get(),
+                Entry::Vacant(slot) => *slot.insert(vertex as u32),
+            }
+        })
+        .collect()
+}
+
+/// Whether a face's corners are at three different positions, given as representatives.
+pub(super) fn has_distinct_corners([a, b, c]: [u32; 3]) -> bool {
+    a != b && b != c && c != a
+}
+
+/// The same for all faces over the same three vertices, whatever their order.
+pub(super) fn key(mut corners: [u32; 3]) -> [u32; 3] {
+    corners.sort_unstable();
+    corners
+}
+
+/// The faces with three distinct corners, and of those over the same corners only the first.
+pub(super) fn distinct_faces(positions: &[DVec3], triangles: &[[u32; 3]]) -> Vec<u32> {
+    let representatives = representatives(positions);
+    let mut seen = HashSet::with_capacity(triangles.len());
+    (0..triangles.len() as u32)
+        .filter(|&face| {
+            let corners = triangles[face as usize].map(|vertex| representatives[vertex as usize]);
+            has_distinct_corners(corners) && seen.insert(key(corners))
+        })
+        .collect()
+}

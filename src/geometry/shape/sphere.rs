@@ -1,0 +1,138 @@
+//! Spheres.
+
+use glam::{DVec2, DVec3};
+
+use super::{ShapeError, check_size, columns, equally_long, perpendicular, turn_fraction};
+use crate::geometry::{Bounds, Ray, SurfacePoint, Transform, rounding::UNIT_ROUNDOFF};
+
+/// Unit sphere mapped by `to_world`; normal outward; uv = (φ/2π, θ/π) in the sphere's own space.
+#[derive(Clone, Debug)]
+pub struct Sphere {
+    center: DVec3,
+    radius: f64,
+    radius_squared: f64,
+    /// +1/r where the normal points outward, −1/r where inward.
+    signed_curvature: f64,
+    position_error: DVec3,
+    to_local: Transform,
+}
+
+impl Sphere {
+    /// The sphere that `to_world` makes of the unit sphere.
+    ///
+    /// `flip_normals` turns the normal inward; so does a mirroring `to_world`, as in Mitsuba 3.9
+    /// (which reads a mirror as a negative radius). Both together cancel.
+    ///
+    /// # Errors
+    ///
+    /// Where `to_world` shears or scales unevenly; Mitsuba warns and renders something else.
+    pub fn new(to_world: &Transform, flip_normals: bool) -> Result<Self, ShapeError> {
+        let [x, y, z] = columns(to_world);
+        let round = equally_long(x, y)
+            && equally_long(y, z)
+            && perpendicular(x, y)
+            && perpendicular(y, z)
+            && perpendicular(z, x);
+        let radius = x.length();
+        check_size("sphere", radius)?;
+        if !round {
+            return Err(ShapeError::NotRound { plugin: "sphere" });
+        }
+        let center = to_world.point(DVec3::ZERO);
+        let inward = flip_normals != to_world.is_mirroring();
+        Ok(Self {
+            center,
+            radius,
+            radius_squared: radius * radius,
+            signed_curvature: if inward { -1.0 } else { 1.0 } / radius,
+            // A point projected onto the sphere is off by u|p| from the last sum and by 6u r from
+            // the difference, norm, quotient and product before it. A ray that starts there has
+            // its |f|² − r² (below) off by 7u r² (difference 2u, square 3u, r² and the last
+            // difference u each), which is the same as a start off by 3.5u r; twice that keeps
+            // the discriminant's sign too. 16 covers 1 + 6 + 7 with a margin.
+            position_error: UNIT_ROUNDOFF * (center.abs() + 16.0 * radius),
+            to_local: to_world.inverse(),
+        })
+    }
+
+    /// The center, world space.
+    #[inline]
+    pub fn center(&self) -> DVec3 {
+        self.center
+    }
+
+    /// The radius in scene units.
+    #[inline]
+    pub fn radius(&self) -> f64 {
+        self.radius
+    }
+
+    /// The area 4πr².
+    pub fn area(&self) -> f64 {
+        4.0 * std::f64::consts::PI * self.radius_squared
+    }
+
+    pub(in crate::geometry) fn bounds(&self) -> Bounds {
+        // The error bound exceeds the rounding of the corners.
+        let reach = DVec3::splat(self.radius) + self.position_error;
+        Bounds {
+            min: self.center - reach,
+            max: self.center + reach,
+        }
+    }
+
+    /// The distance of the first hit with distance > 0.
+    ///
+    /// Solves |f + t d|² = r² with f = origin − center, after Haines et al., *Precision
+    /// improvements for ray/sphere intersection*, Ray Tracing Gems (2019), chapter 7: the
+    /// discriminant is r² minus the squared distance of center and line, which keeps its digits
+    /// where the sphere is small and far; the nearer root is c/q, which keeps its digits where
+    /// the origin is on the surface.
+    #[inline]
+    pub(in crate::geometry) fn distance(&self, ray: &Ray) -> Option<f64> {
+        let from_center = ray.origin - self.center;
+        let approach = -from_center.dot(ray.direction);
+        let c = from_center.length_squared() - self.radius_squared;
+        if c > 0.0 && approach <= 0.0 {
+            return None; // outside and moving away
+        }
+        let miss = from_center + ray.direction * approach;
+        let discriminant = self.radius_squared - miss.length_squared();
+        if discriminant < 0.0 {
+            return None;
+        }
+        let half_chord = discriminant.sqrt();
+        let distance = if approach >= 0.0 {
+            let far = approach + half_chord;
+            if c > 0.0 { c / far } else { far }
+        } else {
+            c / (approach - half_chord)
+        };
+        (distance > 0.0).then_some(distance)
+    }
+
+    #[inline]
+    pub(in crate::geometry) fn surface_point(&self, ray: &Ray, distance: f64) -> SurfacePoint {
+        let from_center = (ray.origin - self.center) + ray.direction * distance;
+        let to_surface = from_center * (self.radius / from_center.length());
+        let normal = to_surface * self.signed_curvature;
+        SurfacePoint {
+            position: self.center + to_surface,
+            position_error: self.position_error,
+            geometric_normal: normal,
+            shading_normal: normal,
+            uv: DVec2::ZERO,
+        }
+    }
+
+    pub(in crate::geometry) fn uv(&self, point: &SurfacePoint) -> DVec2 {
+        // Through the normal: it keeps its digits where the center is far from the origin.
+        let outward = point.geometric_normal * self.signed_curvature.signum() * self.radius;
+        let local = self.to_local.vector(outward);
+        let theta = local.x.hypot(local.y).atan2(local.z);
+        DVec2::new(
+            turn_fraction(local.y, local.x),
+            theta * std::f64::consts::FRAC_1_PI,
+        )
+    }
+}
