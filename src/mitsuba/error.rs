@@ -53,7 +53,10 @@ pub(super) fn list<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
 ///
 /// Near means at most a third of the letters changed (Levenshtein), which catches slips of the
 /// finger and a forgotten underscore but does not propose unrelated words.
-pub(super) fn did_you_mean<'a>(written: &str, allowed: impl IntoIterator<Item = &'a str>) -> String {
+pub(super) fn did_you_mean<'a>(
+    written: &str,
+    allowed: impl IntoIterator<Item = &'a str>,
+) -> String {
     let plain = |name: &str| name.to_lowercase().replace(['_', '-', ' '], "");
     let written = plain(written);
     let nearest = allowed
@@ -95,8 +98,14 @@ mod tests {
     #[test]
     fn a_slip_of_the_finger_finds_its_word_and_a_strange_word_finds_none() {
         let allowed = ["int_ior", "ext_ior", "specular_reflectance"];
-        assert_eq!(did_you_mean("intIOR", allowed), "; did you mean \"int_ior\"?");
-        assert_eq!(did_you_mean("specular_reflectence", allowed), "; did you mean \"specular_reflectance\"?");
+        assert_eq!(
+            did_you_mean("intIOR", allowed),
+            "; did you mean \"int_ior\"?"
+        );
+        assert_eq!(
+            did_you_mean("specular_reflectence", allowed),
+            "; did you mean \"specular_reflectance\"?"
+        );
         assert_eq!(did_you_mean("caustic_receiver", allowed), "");
         assert_eq!(did_you_mean(&"x".repeat(1_000_000), allowed), "");
     }

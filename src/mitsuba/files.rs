@@ -55,7 +55,10 @@ impl Files {
     pub fn resolve(&self, name: &str) -> PathBuf {
         let name = Path::new(name);
         let mut candidates = self.folders.iter().rev().map(|folder| folder.join(name));
-        let nearest = self.folders.last().map_or_else(|| name.to_owned(), |folder| folder.join(name));
+        let nearest = self
+            .folders
+            .last()
+            .map_or_else(|| name.to_owned(), |folder| folder.join(name));
         candidates.find(|path| path.exists()).unwrap_or(nearest)
     }
 

@@ -65,7 +65,11 @@ pub fn load_parts(path: &Path, parameters: &[(String, String)]) -> Result<SceneP
 }
 
 /// Both steps, mesh files not yet parsed.
-fn read(path: &Path, parameters: &[(String, String)], files: &mut Files) -> Result<Meaning, LoadError> {
+fn read(
+    path: &Path,
+    parameters: &[(String, String)],
+    files: &mut Files,
+) -> Result<Meaning, LoadError> {
     let tree = syntax::read(path, parameters, files)?;
     meaning::read(&tree, files)
 }

@@ -156,7 +156,9 @@ pub fn to_srgb(samples: &[(f64, f64)], weight: Weight) -> Rgb {
     for index in 0..COUNT {
         let position = f64::from(index) / f64::from(COUNT - 1);
         let wavelength = FIRST_WAVELENGTH + position * (LAST_WAVELENGTH - FIRST_WAVELENGTH);
-        let Some(value) = linear(samples, wavelength) else { continue };
+        let Some(value) = linear(samples, wavelength) else {
+            continue;
+        };
         let [x, y, z, d65] = cie(wavelength);
         let value = match weight {
             Weight::Emission => value,
@@ -196,36 +198,60 @@ mod tests {
     /// = 6e-5 of the result in the worst case (1e-5 seen).
     fn assert_is(found: Rgb, mitsuba: [f64; 3]) {
         for (a, b) in found.0.into_iter().zip(mitsuba) {
-            assert!((a - b).abs() <= 6e-5 * found.max_channel(), "{found:?} is not {mitsuba:?}");
+            assert!(
+                (a - b).abs() <= 6e-5 * found.max_channel(),
+                "{found:?} is not {mitsuba:?}"
+            );
         }
     }
 
     #[test]
     fn an_equal_energy_spectrum_is_reddish() {
         assert_is(EQUAL_ENERGY, [1.204795, 0.948290, 0.908915]);
-        assert_is(to_srgb(&[(360.0, 1.0), (830.0, 1.0)], Weight::Emission), [1.20488, 0.948229, 0.909267]);
+        assert_is(
+            to_srgb(&[(360.0, 1.0), (830.0, 1.0)], Weight::Emission),
+            [1.20488, 0.948229, 0.909267],
+        );
     }
 
     #[test]
     fn a_white_surface_under_d65_is_white() {
-        assert_is(to_srgb(&[(360.0, 1.0), (830.0, 1.0)], Weight::UnderD65), [0.998983, 0.998872, 0.998802]);
+        assert_is(
+            to_srgb(&[(360.0, 1.0), (830.0, 1.0)], Weight::UnderD65),
+            [0.998983, 0.998872, 0.998802],
+        );
     }
 
     #[test]
     fn the_cornell_boxs_light_is_mitsubas() {
         let light = [(400.0, 0.0), (500.0, 8.0), (600.0, 15.6), (700.0, 18.4)];
-        assert_is(to_srgb(&light, Weight::Emission), [20.7108, 10.8546, 2.77115]);
+        assert_is(
+            to_srgb(&light, Weight::Emission),
+            [20.7108, 10.8546, 2.77115],
+        );
     }
 
     #[test]
     fn slopes_are_mitsubas_and_channels_outside_srgb_become_zero() {
-        assert_is(to_srgb(&[(400.0, 1.0), (700.0, 2.0)], Weight::UnderD65), [1.79949, 1.47621, 1.13095]);
-        assert_is(to_srgb(&[(500.0, 0.0), (550.0, 1.0), (600.0, 0.0)], Weight::Emission), [0.0440363, 0.582571, 0.0]);
+        assert_is(
+            to_srgb(&[(400.0, 1.0), (700.0, 2.0)], Weight::UnderD65),
+            [1.79949, 1.47621, 1.13095],
+        );
+        assert_is(
+            to_srgb(
+                &[(500.0, 0.0), (550.0, 1.0), (600.0, 0.0)],
+                Weight::Emission,
+            ),
+            [0.0440363, 0.582571, 0.0],
+        );
     }
 
     #[test]
     fn outside_its_samples_a_spectrum_is_zero() {
-        assert_eq!(to_srgb(&[(100.0, 1.0), (200.0, 1.0)], Weight::Emission), Rgb::BLACK);
+        assert_eq!(
+            to_srgb(&[(100.0, 1.0), (200.0, 1.0)], Weight::Emission),
+            Rgb::BLACK
+        );
         assert_eq!(linear(&[(1.0, 5.0), (2.0, 7.0)], 2.0), Some(7.0));
         assert_eq!(linear(&[(1.0, 5.0), (2.0, 7.0)], 2.1), None);
     }

@@ -34,7 +34,9 @@ pub fn read_area(tree: &Tree, emitter: ObjectIndex, shape: ShapeId) -> Result<Em
     let plugin = Plugin::new(tree, emitter);
     match plugin.name() {
         "area" => {}
-        name if MODELLED.contains(&name) => return Err(plugin.error("cannot be inside a shape; only area can")),
+        name if MODELLED.contains(&name) => {
+            return Err(plugin.error("cannot be inside a shape; only area can"));
+        }
         _ => return Err(not_modelled(&plugin)),
     }
     let radiance = strength(tree, &plugin, "radiance")?;
@@ -44,7 +46,10 @@ pub fn read_area(tree: &Tree, emitter: ObjectIndex, shape: ShapeId) -> Result<Em
 
 fn not_modelled(plugin: &Plugin) -> LoadError {
     let hint = did_you_mean(plugin.name(), MODELLED);
-    plugin.error(format!("is not modelled{hint}; modelled emitters are: {}", MODELLED.join(", ")))
+    plugin.error(format!(
+        "is not modelled{hint}; modelled emitters are: {}",
+        MODELLED.join(", ")
+    ))
 }
 
 fn finish(plugin: Plugin) -> Result<(), LoadError> {
@@ -70,7 +75,10 @@ fn point(tree: &Tree, plugin: &Plugin) -> Result<Emitter, LoadError> {
         (None, Some((to_world, _))) => to_world.point(DVec3::ZERO),
         (None, None) => DVec3::ZERO,
     };
-    Ok(Emitter::Point { position, intensity: strength(tree, plugin, "intensity")? })
+    Ok(Emitter::Point {
+        position,
+        intensity: strength(tree, plugin, "intensity")?,
+    })
 }
 
 /// `cutoff_angle` defaults to 20 degrees and `beam_width` to three quarters of it.
@@ -82,7 +90,11 @@ fn spot(tree: &Tree, plugin: &Plugin) -> Result<Emitter, LoadError> {
     if let Some((degrees, at)) = cutoff
         && !(degrees > 0.0 && degrees <= 180.0)
     {
-        return Err(plugin.parameter_error(at, "cutoff_angle", format!("must be above 0 and at most 180, not {degrees}")));
+        return Err(plugin.parameter_error(
+            at,
+            "cutoff_angle",
+            format!("must be above 0 and at most 180, not {degrees}"),
+        ));
     }
     let beam = plugin.float_at("beam_width")?;
     let beam_degrees = beam.map_or(0.75 * cutoff_degrees, |(degrees, _)| degrees);
@@ -121,5 +133,8 @@ fn directional(tree: &Tree, plugin: &Plugin) -> Result<Emitter, LoadError> {
         Some((_, at)) => plugin.parameter_error(at, "direction", "must not be zero"),
         None => plugin.error("has a to_world that leaves its direction zero"),
     })?;
-    Ok(Emitter::Directional { direction, irradiance: strength(tree, plugin, "irradiance")? })
+    Ok(Emitter::Directional {
+        direction,
+        irradiance: strength(tree, plugin, "irradiance")?,
+    })
 }

@@ -13,7 +13,16 @@ use crate::mitsuba::mesh_files::{self, Format};
 use crate::mitsuba::syntax::some_perpendicular;
 
 /// Every plugin with a form of its own.
-pub const MODELLED: [&str; 8] = ["cube", "cylinder", "disk", "obj", "ply", "rectangle", "serialized", "sphere"];
+pub const MODELLED: [&str; 8] = [
+    "cube",
+    "cylinder",
+    "disk",
+    "obj",
+    "ply",
+    "rectangle",
+    "serialized",
+    "sphere",
+];
 
 /// A form before it is made into a [`Shape`].
 #[derive(Clone, Debug)]
@@ -75,15 +84,23 @@ impl Form {
     pub fn build(self) -> Result<Shape, String> {
         let not_round = |error: crate::geometry::ShapeError| error.to_string();
         match self {
-            Self::Sphere(p) => Sphere::new(&p.to_world, p.flip_normals).map(Shape::Sphere).map_err(not_round),
-            Self::Rectangle(p) => {
-                Rectangle::new(&p.to_world, p.flip_normals).map(Shape::Rectangle).map_err(not_round)
-            }
-            Self::Disk(p) => Disk::new(&p.to_world, p.flip_normals).map(Shape::Disk).map_err(not_round),
-            Self::Cylinder(p) => Cylinder::new(&p.to_world, p.flip_normals).map(Shape::Cylinder).map_err(not_round),
+            Self::Sphere(p) => Sphere::new(&p.to_world, p.flip_normals)
+                .map(Shape::Sphere)
+                .map_err(not_round),
+            Self::Rectangle(p) => Rectangle::new(&p.to_world, p.flip_normals)
+                .map(Shape::Rectangle)
+                .map_err(not_round),
+            Self::Disk(p) => Disk::new(&p.to_world, p.flip_normals)
+                .map(Shape::Disk)
+                .map_err(not_round),
+            Self::Cylinder(p) => Cylinder::new(&p.to_world, p.flip_normals)
+                .map(Shape::Cylinder)
+                .map_err(not_round),
             Self::Mesh(mesh) => {
                 let parts = mesh.parts()?;
-                Mesh::new(parts).map(Shape::Mesh).map_err(|error| mesh.blame(&error.to_string()))
+                Mesh::new(parts)
+                    .map(Shape::Mesh)
+                    .map_err(|error| mesh.blame(&error.to_string()))
             }
         }
     }
@@ -144,8 +161,12 @@ pub fn read(
     let composed = Transform::from_matrix(inner)
         .and_then(|inner| to_world.after(&inner))
         .and_then(|inner| outer.after(&inner));
-    to_world = composed.map_err(|error| plugin.error(format!("has no usable transform: {error}")))?;
-    let placed = Placed { to_world, flip_normals };
+    to_world =
+        composed.map_err(|error| plugin.error(format!("has no usable transform: {error}")))?;
+    let placed = Placed {
+        to_world,
+        flip_normals,
+    };
     let form = match name {
         "sphere" => Form::Sphere(placed),
         "rectangle" => {
@@ -157,14 +178,20 @@ pub fn read(
         _ => {
             let face_normals = plugin.boolean_or("face_normals", false)?;
             let source = mesh_source(plugin, name, files)?;
-            Form::Mesh(MeshForm { source, placed, face_normals })
+            Form::Mesh(MeshForm {
+                source,
+                placed,
+                face_normals,
+            })
         }
     };
     Ok(Some((form, name)))
 }
 
 fn sphere(plugin: &Plugin) -> Result<DMat4, LoadError> {
-    let center = plugin.vector("center")?.map_or(DVec3::ZERO, |(center, _)| center);
+    let center = plugin
+        .vector("center")?
+        .map_or(DVec3::ZERO, |(center, _)| center);
     let radius = plugin.positive_or("radius", 1.0)?;
     Ok(DMat4::from_translation(center) * DMat4::from_scale(DVec3::splat(radius)))
 }
@@ -189,9 +216,15 @@ fn cylinder(plugin: &Plugin) -> Result<DMat4, LoadError> {
 
 fn mesh_source(plugin: &Plugin, name: &str, files: &mut Files) -> Result<MeshSource, LoadError> {
     let format = match name {
-        "obj" => Format::Obj { flip_v: plugin.boolean_or("flip_tex_coords", true)? },
-        "ply" => Format::Ply { flip_v: plugin.boolean_or("flip_tex_coords", false)? },
-        "serialized" => Format::Serialized { shape_index: plugin.integer_or("shape_index", 0, 0)? },
+        "obj" => Format::Obj {
+            flip_v: plugin.boolean_or("flip_tex_coords", true)?,
+        },
+        "ply" => Format::Ply {
+            flip_v: plugin.boolean_or("flip_tex_coords", false)?,
+        },
+        "serialized" => Format::Serialized {
+            shape_index: plugin.integer_or("shape_index", 0, 0)?,
+        },
         _ => return Ok(MeshSource::Cube),
     };
     let path = files.resolve(plugin.required_string("filename")?);
@@ -205,5 +238,9 @@ fn mesh_source(plugin: &Plugin, name: &str, files: &mut Files) -> Result<MeshSou
             });
         }
     };
-    Ok(MeshSource::File { path, bytes, format })
+    Ok(MeshSource::File {
+        path,
+        bytes,
+        format,
+    })
 }

@@ -28,7 +28,11 @@ impl IgnoredList {
 
     /// Notes the texture of a diffuse surface.
     pub fn add_texture(&mut self, tree: &Tree, index: ObjectIndex) {
-        self.add(tree, index, "no irradiance computed here depends on a diffuse reflectance");
+        self.add(
+            tree,
+            index,
+            "no irradiance computed here depends on a diffuse reflectance",
+        );
     }
 }
 

@@ -36,14 +36,18 @@ const NAMED: [(&str, f64); 23] = [
 
 /// The index with this name, in any case.
 pub fn named(name: &str) -> Option<f64> {
-    let entry = NAMED.iter().find(|(known, _)| known.eq_ignore_ascii_case(name));
+    let entry = NAMED
+        .iter()
+        .find(|(known, _)| known.eq_ignore_ascii_case(name));
     entry.map(|(_, ior)| *ior)
 }
 
 /// An absolute refractive index, above 0: a float or a name.
 pub fn read(plugin: &Plugin, parameter: &str, default: &str) -> Result<f64, LoadError> {
     let fallback = || named(default).unwrap_or(1.0);
-    let Some(found) = plugin.find(parameter) else { return Ok(fallback()) };
+    let Some(found) = plugin.find(parameter) else {
+        return Ok(fallback());
+    };
     if !matches!(found.value, Value::String(_)) {
         return plugin.positive_or(parameter, 1.0);
     }

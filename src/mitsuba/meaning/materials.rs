@@ -14,7 +14,15 @@ use crate::radiometry::Rgb;
 use crate::scene::{Material, MaterialId, Warning};
 
 /// Every plugin that becomes a material.
-const MODELLED: [&str; 7] = ["conductor", "dielectric", "diffuse", "mask", "null", "thindielectric", "twosided"];
+const MODELLED: [&str; 7] = [
+    "conductor",
+    "dielectric",
+    "diffuse",
+    "mask",
+    "null",
+    "thindielectric",
+    "twosided",
+];
 
 /// The reflectance of `diffuse` where the file gives none, and of a shape without a bsdf.
 const DEFAULT_REFLECTANCE: f64 = 0.5;
@@ -39,7 +47,9 @@ impl Materials {
         if let Some(id) = self.default {
             return id;
         }
-        let id = self.add(Material::Diffuse { reflectance: Rgb::grey(DEFAULT_REFLECTANCE) });
+        let id = self.add(Material::Diffuse {
+            reflectance: Rgb::grey(DEFAULT_REFLECTANCE),
+        });
         self.default = Some(id);
         id
     }
@@ -68,13 +78,21 @@ impl Materials {
             "null" => Material::Null,
             "mask" => {
                 let opacity = opacity(tree, &plugin)?;
-                let nested = plugin.child(Kind::Bsdf)?.ok_or_else(|| plugin.error("needs a nested bsdf"))?;
-                Material::Mask { opacity, nested: self.read(tree, nested, files, ignored)? }
+                let nested = plugin
+                    .child(Kind::Bsdf)?
+                    .ok_or_else(|| plugin.error("needs a nested bsdf"))?;
+                Material::Mask {
+                    opacity,
+                    nested: self.read(tree, nested, files, ignored)?,
+                }
             }
             "twosided" => self.two_sided(tree, &plugin, files, ignored)?,
             name => {
                 let hint = did_you_mean(name, MODELLED);
-                let message = format!("is not modelled{hint}; modelled bsdfs are: {}", MODELLED.join(", "));
+                let message = format!(
+                    "is not modelled{hint}; modelled bsdfs are: {}",
+                    MODELLED.join(", ")
+                );
                 return Err(plugin.error(message));
             }
         };
@@ -95,12 +113,19 @@ impl Materials {
         let grey = Rgb::grey(DEFAULT_REFLECTANCE);
         let reflectance = match plugin.find("reflectance").map(|found| found.value) {
             Some(Value::Object(texture)) if textures::is_texture(tree, *texture) => {
-                self.warnings.extend(textures::check(tree, *texture, files)?);
+                self.warnings
+                    .extend(textures::check(tree, *texture, files)?);
                 ignored.add_texture(tree, *texture);
                 grey
             }
             Some(Value::Spectrum(crate::mitsuba::syntax::Spectrum::File(_))) => grey,
-            _ => spectra::read_or(tree, plugin, "reflectance", Role::Fraction, DEFAULT_REFLECTANCE)?,
+            _ => spectra::read_or(
+                tree,
+                plugin,
+                "reflectance",
+                Role::Fraction,
+                DEFAULT_REFLECTANCE,
+            )?,
         };
         Ok(Material::Diffuse { reflectance })
     }
@@ -116,11 +141,19 @@ impl Materials {
         let (front, back) = match sides[..] {
             [(both, _)] => (both, both),
             [(front, _), (back, _)] => (front, back),
-            _ => return Err(plugin.error(format!("needs one or two nested bsdfs, not {}", sides.len()))),
+            _ => {
+                return Err(plugin.error(format!(
+                    "needs one or two nested bsdfs, not {}",
+                    sides.len()
+                )));
+            }
         };
         for (side, _) in sides {
             let nested = Plugin::new(tree, side);
-            if matches!(nested.name(), "dielectric" | "thindielectric" | "null" | "mask" | "twosided") {
+            if matches!(
+                nested.name(),
+                "dielectric" | "thindielectric" | "null" | "mask" | "twosided"
+            ) {
                 let message = "cannot be inside twosided: only one-sided materials that let no light through can";
                 return Err(nested.error(message));
             }
@@ -138,9 +171,19 @@ fn dielectric(tree: &Tree, plugin: &Plugin) -> Result<Material, LoadError> {
     let specular_reflectance = factor("specular_reflectance")?;
     let specular_transmittance = factor("specular_transmittance")?;
     Ok(if plugin.name() == "dielectric" {
-        Material::Dielectric { interior_ior, exterior_ior, specular_reflectance, specular_transmittance }
+        Material::Dielectric {
+            interior_ior,
+            exterior_ior,
+            specular_reflectance,
+            specular_transmittance,
+        }
     } else {
-        Material::ThinDielectric { interior_ior, exterior_ior, specular_reflectance, specular_transmittance }
+        Material::ThinDielectric {
+            interior_ior,
+            exterior_ior,
+            specular_reflectance,
+            specular_transmittance,
+        }
     })
 }
 
@@ -151,7 +194,8 @@ fn dielectric(tree: &Tree, plugin: &Plugin) -> Result<Material, LoadError> {
 fn conductor(tree: &Tree, plugin: &Plugin) -> Result<Material, LoadError> {
     let eta = spectra::read(tree, plugin, "eta", Role::Index)?;
     let k = spectra::read(tree, plugin, "k", Role::Index)?;
-    let specular_reflectance = spectra::read_or(tree, plugin, "specular_reflectance", Role::Fraction, 1.0)?;
+    let specular_reflectance =
+        spectra::read_or(tree, plugin, "specular_reflectance", Role::Fraction, 1.0)?;
     let mut index = (
         eta.map_or(Rgb::BLACK, |(eta, _)| eta),
         k.map_or(Rgb::WHITE, |(k, _)| k),
@@ -160,7 +204,11 @@ fn conductor(tree: &Tree, plugin: &Plugin) -> Result<Material, LoadError> {
         let name = plugin.string("material")?.unwrap_or_default();
         let at = found.property.at;
         if eta.is_some() || k.is_some() {
-            return Err(plugin.parameter_error(at, "material", "and \"eta\" or \"k\" exclude each other"));
+            return Err(plugin.parameter_error(
+                at,
+                "material",
+                "and \"eta\" or \"k\" exclude each other",
+            ));
         }
         index = match metals::named(name) {
             Some(metal) => (metal.eta, metal.k),
@@ -181,13 +229,19 @@ fn conductor(tree: &Tree, plugin: &Plugin) -> Result<Material, LoadError> {
         let outside = ior::read(plugin, "ext_eta", "air")?;
         index = (index.0 / outside, index.1 / outside);
     }
-    Ok(Material::Conductor { eta: index.0, k: index.1, specular_reflectance })
+    Ok(Material::Conductor {
+        eta: index.0,
+        k: index.1,
+        specular_reflectance,
+    })
 }
 
 fn opacity(tree: &Tree, plugin: &Plugin) -> Result<f64, LoadError> {
     match spectra::read(tree, plugin, "opacity", Role::Fraction)? {
         None => Ok(0.5),
         Some((rgb, _)) if rgb.is_grey() => Ok(rgb.0[0]),
-        Some((_, at)) => Err(plugin.parameter_error(at, "opacity", "must be the same in all channels")),
+        Some((_, at)) => {
+            Err(plugin.parameter_error(at, "opacity", "must be the same in all channels"))
+        }
     }
 }

@@ -18,5 +18,4 @@ mod sensors;
 mod spectra;
 mod textures;
 
-pub use forms::{Form, MeshForm};
 pub use scene::{Meaning, read};

@@ -6,7 +6,9 @@ use glam::DVec3;
 
 use crate::geometry::Transform;
 use crate::mitsuba::error::{LoadError, did_you_mean};
-use crate::mitsuba::syntax::{Kind, Object, ObjectIndex, Position, Property, Tree, Value, shortened};
+use crate::mitsuba::syntax::{
+    Kind, Object, ObjectIndex, Position, Property, Tree, Value, shortened,
+};
 use crate::scene::SourcePosition;
 
 /// An object of the tree, and a record of what was asked of it.
@@ -58,12 +60,19 @@ impl<'t> Plugin<'t> {
 
     /// An error about the plugin as a whole.
     pub fn error(&self, message: impl AsRef<str>) -> LoadError {
-        LoadError::new(self.source(), format!("{} {}", self.what(), message.as_ref()))
+        LoadError::new(
+            self.source(),
+            format!("{} {}", self.what(), message.as_ref()),
+        )
     }
 
     /// An error about one of its parameters, at the parameter's place.
     pub fn parameter_error(&self, at: Position, name: &str, message: impl AsRef<str>) -> LoadError {
-        let message = format!("{}, parameter \"{name}\": {}", self.what(), message.as_ref());
+        let message = format!(
+            "{}, parameter \"{name}\": {}",
+            self.what(),
+            message.as_ref()
+        );
         LoadError::new(self.tree.source(at), message)
     }
 
@@ -72,10 +81,17 @@ impl<'t> Plugin<'t> {
         if !self.asked.borrow().iter().any(|asked| asked == name) {
             self.asked.borrow_mut().push(name.to_owned());
         }
-        let index = self.object.properties.iter().position(|property| property.name == name)?;
+        let index = self
+            .object
+            .properties
+            .iter()
+            .position(|property| property.name == name)?;
         self.used[index].set(true);
         let property = &self.object.properties[index];
-        Some(Found { property, value: &property.value })
+        Some(Found {
+            property,
+            value: &property.value,
+        })
     }
 
     fn wrong_type(&self, found: Found, name: &str, expected: &str) -> LoadError {
@@ -85,7 +101,9 @@ impl<'t> Plugin<'t> {
 
     /// A number, with its place.
     pub fn float_at(&self, name: &str) -> Result<Option<(f64, Position)>, LoadError> {
-        let Some(found) = self.find(name) else { return Ok(None) };
+        let Some(found) = self.find(name) else {
+            return Ok(None);
+        };
         match *found.value {
             Value::Float(number) => Ok(Some((number, found.property.at))),
             Value::Integer(number) => Ok(Some((number as f64, found.property.at))),
@@ -110,7 +128,9 @@ impl<'t> Plugin<'t> {
 
     /// A whole number from `smallest` to `u32::MAX`, or `default` where the file gives none.
     pub fn integer_or(&self, name: &str, smallest: u32, default: u32) -> Result<u32, LoadError> {
-        let Some(found) = self.find(name) else { return Ok(default) };
+        let Some(found) = self.find(name) else {
+            return Ok(default);
+        };
         let Value::Integer(number) = *found.value else {
             return Err(self.wrong_type(found, name, "an integer"));
         };
@@ -125,7 +145,9 @@ impl<'t> Plugin<'t> {
 
     /// True or false, or `default` where the file says neither.
     pub fn boolean_or(&self, name: &str, default: bool) -> Result<bool, LoadError> {
-        let Some(found) = self.find(name) else { return Ok(default) };
+        let Some(found) = self.find(name) else {
+            return Ok(default);
+        };
         match *found.value {
             Value::Boolean(value) => Ok(value),
             _ => Err(self.wrong_type(found, name, "a boolean")),
@@ -134,7 +156,9 @@ impl<'t> Plugin<'t> {
 
     /// A text.
     pub fn string(&self, name: &str) -> Result<Option<&'t str>, LoadError> {
-        let Some(found) = self.find(name) else { return Ok(None) };
+        let Some(found) = self.find(name) else {
+            return Ok(None);
+        };
         match found.value {
             Value::String(text) => Ok(Some(text)),
             _ => Err(self.wrong_type(found, name, "a string")),
@@ -143,16 +167,28 @@ impl<'t> Plugin<'t> {
 
     /// A text that must be there.
     pub fn required_string(&self, name: &str) -> Result<&'t str, LoadError> {
-        self.string(name)?.ok_or_else(|| self.error(format!("needs the parameter \"{name}\"")))
+        self.string(name)?
+            .ok_or_else(|| self.error(format!("needs the parameter \"{name}\"")))
     }
 
     /// One of several words, or `default` where the file gives none.
-    pub fn choice_or(&self, name: &str, allowed: &[&str], default: &'static str) -> Result<&'t str, LoadError> {
-        let Some(found) = self.find(name) else { return Ok(default) };
+    pub fn choice_or(
+        &self,
+        name: &str,
+        allowed: &[&str],
+        default: &'static str,
+    ) -> Result<&'t str, LoadError> {
+        let Some(found) = self.find(name) else {
+            return Ok(default);
+        };
         match self.string(name)? {
             Some(word) if allowed.contains(&word) => Ok(word),
             Some(word) => {
-                let message = format!("must be one of {}, not \"{}\"", allowed.join(", "), shortened(word));
+                let message = format!(
+                    "must be one of {}, not \"{}\"",
+                    allowed.join(", "),
+                    shortened(word)
+                );
                 Err(self.parameter_error(found.property.at, name, message))
             }
             None => Ok(default),
@@ -161,7 +197,9 @@ impl<'t> Plugin<'t> {
 
     /// A point or a vector.
     pub fn vector(&self, name: &str) -> Result<Option<(DVec3, Position)>, LoadError> {
-        let Some(found) = self.find(name) else { return Ok(None) };
+        let Some(found) = self.find(name) else {
+            return Ok(None);
+        };
         match *found.value {
             Value::Vector(vector) => Ok(Some((vector, found.property.at))),
             _ => Err(self.wrong_type(found, name, "a point or vector")),
@@ -170,7 +208,9 @@ impl<'t> Plugin<'t> {
 
     /// An invertible affine transform.
     pub fn transform(&self, name: &str) -> Result<Option<(Transform, Position)>, LoadError> {
-        let Some(found) = self.find(name) else { return Ok(None) };
+        let Some(found) = self.find(name) else {
+            return Ok(None);
+        };
         let Value::Transform(matrix) = *found.value else {
             return Err(self.wrong_type(found, name, "a transform"));
         };
@@ -182,7 +222,9 @@ impl<'t> Plugin<'t> {
 
     /// `to_world`, or the map that changes nothing.
     pub fn to_world(&self) -> Result<Transform, LoadError> {
-        Ok(self.transform("to_world")?.map_or(Transform::IDENTITY, |(transform, _)| transform))
+        Ok(self
+            .transform("to_world")?
+            .map_or(Transform::IDENTITY, |(transform, _)| transform))
     }
 
     /// The objects of one kind that it holds, whatever their names, in the file's order.
@@ -220,7 +262,11 @@ impl<'t> Plugin<'t> {
         match self.children(kind).first() {
             None => Ok(()),
             Some((child, at)) => {
-                let message = format!("{} inside {}: {why}", what(self.tree.object(*child)), self.what());
+                let message = format!(
+                    "{} inside {}: {why}",
+                    what(self.tree.object(*child)),
+                    self.what()
+                );
                 Err(LoadError::new(self.tree.source(*at), message))
             }
         }
@@ -235,12 +281,23 @@ impl<'t> Plugin<'t> {
 
     /// Fails where the file gives a property that was never asked for, as Mitsuba does.
     pub fn finish(self) -> Result<(), LoadError> {
-        let strange = self.object.properties.iter().zip(&self.used).find(|(_, used)| !used.get());
-        let Some((property, _)) = strange else { return Ok(()) };
+        let strange = self
+            .object
+            .properties
+            .iter()
+            .zip(&self.used)
+            .find(|(_, used)| !used.get());
+        let Some((property, _)) = strange else {
+            return Ok(());
+        };
         if let Value::Object(child) = property.value
             && property.name.is_empty()
         {
-            let message = format!("{} cannot hold {}", self.what(), what(self.tree.object(child)));
+            let message = format!(
+                "{} cannot hold {}",
+                self.what(),
+                what(self.tree.object(child))
+            );
             return Err(LoadError::new(self.tree.source(property.at), message));
         }
         let mut allowed = self.asked.take();
@@ -250,7 +307,11 @@ impl<'t> Plugin<'t> {
             "{} has no parameter \"{}\"{hint} (its parameters: {})",
             self.what(),
             shortened(&property.name),
-            if allowed.is_empty() { "none".to_owned() } else { allowed.join(", ") }
+            if allowed.is_empty() {
+                "none".to_owned()
+            } else {
+                allowed.join(", ")
+            }
         );
         Err(LoadError::new(self.tree.source(property.at), message))
     }

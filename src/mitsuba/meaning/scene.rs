@@ -61,6 +61,7 @@ pub fn read(tree: &Tree, files: &mut Files) -> Result<Meaning, LoadError> {
         objects: Vec::new(),
         emitters: Vec::new(),
         sensors: Vec::new(),
+        attached: HashSet::new(),
         ids: Ids::new(tree),
     };
     for property in &tree.root().properties {
@@ -72,7 +73,7 @@ pub fn read(tree: &Tree, files: &mut Files) -> Result<Meaning, LoadError> {
             }
         }
     }
-    reader.note_unused();
+    reader.note_unused()?;
     let mut warnings = reader.warnings;
     warnings.append(&mut reader.materials.warnings);
     Ok(Meaning {
@@ -96,6 +97,8 @@ struct SceneReader<'t, 'f> {
     objects: Vec<Object>,
     emitters: Vec<Emitter>,
     sensors: Vec<Sensor>,
+    /// Emitters that belong to a shape.
+    attached: HashSet<ObjectIndex>,
     ids: Ids,
 }
 
@@ -105,6 +108,8 @@ impl SceneReader<'_, '_> {
         let object = tree.object(child);
         match object.kind {
             Kind::Shape => self.top_level_shape(child),
+            // It shines where a shape refers to it.
+            Kind::Emitter if object.plugin == "area" => Ok(()),
             Kind::Emitter => {
                 self.emitters.push(emitters::read(tree, child)?);
                 Ok(())
@@ -117,12 +122,21 @@ impl SceneReader<'_, '_> {
                 Ok(())
             }
             Kind::Integrator => {
-                let why = "methods are chosen on the command line, and depth by what is asked of them";
+                let why =
+                    "methods are chosen on the command line, and depth by what is asked of them";
                 self.ignored.add(tree, child, why);
                 Ok(())
             }
-            Kind::Bsdf | Kind::Texture | Kind::Medium | Kind::Volume | Kind::Phase | Kind::Film | Kind::Sampler
-            | Kind::Field | Kind::ReconstructionFilter | Kind::Scene => Ok(()),
+            Kind::Bsdf
+            | Kind::Texture
+            | Kind::Medium
+            | Kind::Volume
+            | Kind::Phase
+            | Kind::Film
+            | Kind::Sampler
+            | Kind::Field
+            | Kind::ReconstructionFilter
+            | Kind::Scene => Ok(()),
         }
     }
 
@@ -147,15 +161,23 @@ impl SceneReader<'_, '_> {
         let tree = self.tree;
         let plugin = Plugin::new(tree, instance);
         let to_world = plugin.to_world()?;
-        let group = plugin.child(Kind::Shape)?.ok_or_else(|| plugin.error("needs a shapegroup"))?;
+        let group = plugin
+            .child(Kind::Shape)?
+            .ok_or_else(|| plugin.error("needs a shapegroup"))?;
         if tree.object(group).plugin != "shapegroup" {
-            return Err(plugin.error(format!("shows a shapegroup, not a {}", what(tree.object(group)))));
+            return Err(plugin.error(format!(
+                "shows a shapegroup, not a {}",
+                what(tree.object(group))
+            )));
         }
         plugin.finish()?;
         let prefix = self.ids.of(tree, instance, "") + "/";
         let group = Plugin::new(tree, group);
         for (member, _) in group.children(Kind::Shape) {
-            if matches!(tree.object(member).plugin.as_str(), "shapegroup" | "instance") {
+            if matches!(
+                tree.object(member).plugin.as_str(),
+                "shapegroup" | "instance"
+            ) {
                 return Err(Plugin::new(tree, member).error("cannot be inside a shapegroup"));
             }
             self.shape(member, Some((&to_world, &prefix)))?;
@@ -164,42 +186,73 @@ impl SceneReader<'_, '_> {
     }
 
     /// A shape with a form of its own. `instance`: what is applied last, and how ids begin.
-    fn shape(&mut self, shape: ObjectIndex, instance: Option<(&Transform, &str)>) -> Result<(), LoadError> {
+    fn shape(
+        &mut self,
+        shape: ObjectIndex,
+        instance: Option<(&Transform, &str)>,
+    ) -> Result<(), LoadError> {
         let tree = self.tree;
         let plugin = Plugin::new(tree, shape);
         let (outer, prefix) = instance.unwrap_or((&Transform::IDENTITY, ""));
         let Some((form, name)) = forms::read(&plugin, outer, self.files)? else {
-            let all = || forms::MODELLED.into_iter().chain(["shapegroup", "instance"]);
+            let all = || {
+                forms::MODELLED
+                    .into_iter()
+                    .chain(["shapegroup", "instance"])
+            };
             let hint = did_you_mean(plugin.name(), all());
             let modelled = all().collect::<Vec<_>>().join(", ");
-            return Err(plugin.error(format!("is not modelled{hint}; modelled shapes are: {modelled}")));
+            return Err(plugin.error(format!(
+                "is not modelled{hint}; modelled shapes are: {modelled}"
+            )));
         };
         plugin.refuse(Kind::Medium, "media are not modelled")?;
         plugin.float_or("silhouette_sampling_weight", 1.0)?;
         let material = match plugin.child(Kind::Bsdf)? {
-            Some(bsdf) => self.materials.read(tree, bsdf, self.files, &mut self.ignored)?,
+            Some(bsdf) => self
+                .materials
+                .read(tree, bsdf, self.files, &mut self.ignored)?,
             None => self.materials.default_material(),
         };
         let id = ShapeId(self.objects.len() as u32);
         let emitter = plugin.child(Kind::Emitter)?;
         let meters = plugin.children(Kind::Sensor);
         if instance.is_some() {
-            plugin.refuse(Kind::Emitter, "a shape that is shown by instances cannot shine")?;
-            plugin.refuse(Kind::Sensor, "a shape that is shown by instances cannot be measured")?;
+            plugin.refuse(
+                Kind::Emitter,
+                "a shape that is shown by instances cannot shine",
+            )?;
+            plugin.refuse(
+                Kind::Sensor,
+                "a shape that is shown by instances cannot be measured",
+            )?;
         }
         let declared_at = plugin.source();
         plugin.finish()?;
         if let Some(emitter) = emitter {
+            if !self.attached.insert(emitter) {
+                return Err(Plugin::new(tree, emitter)
+                    .error("shines from several shapes; give each its own"));
+            }
             self.emitters.push(emitters::read_area(tree, emitter, id)?);
         }
         self.meters(&meters, id)?;
         let object_id = self.ids.of(tree, shape, prefix);
-        self.objects.push(Object { id: object_id, plugin: name, declared_at, material });
+        self.objects.push(Object {
+            id: object_id,
+            plugin: name,
+            declared_at,
+            material,
+        });
         self.forms.push(form);
         Ok(())
     }
 
-    fn meters(&mut self, meters: &[(ObjectIndex, Position)], shape: ShapeId) -> Result<(), LoadError> {
+    fn meters(
+        &mut self,
+        meters: &[(ObjectIndex, Position)],
+        shape: ShapeId,
+    ) -> Result<(), LoadError> {
         for (number, (meter, at)) in meters.iter().enumerate() {
             let (kind, film, warning) = sensors::read_meter(self.tree, *meter, shape)?;
             self.warnings.extend(warning);
@@ -217,18 +270,31 @@ impl SceneReader<'_, '_> {
     }
 
     /// Top-level objects that no shape or sensor refers to.
-    fn note_unused(&mut self) {
+    fn note_unused(&mut self) -> Result<(), LoadError> {
         for property in &self.tree.root().properties {
-            let Value::Object(child) = property.value else { continue };
+            let Value::Object(child) = property.value else {
+                continue;
+            };
             let why = match self.tree.object(child).kind {
+                Kind::Emitter
+                    if self.tree.object(child).plugin == "area"
+                        && !self.attached.contains(&child) =>
+                {
+                    return Err(Plugin::new(self.tree, child).error("must belong to a shape"));
+                }
                 Kind::Bsdf if self.materials.is_used(child) => continue,
                 Kind::Bsdf => "no shape uses it",
-                Kind::Sampler | Kind::Film | Kind::ReconstructionFilter => "it belongs to no sensor",
-                Kind::Texture | Kind::Medium | Kind::Volume | Kind::Phase | Kind::Field => "nothing that is modelled uses it",
+                Kind::Sampler | Kind::Film | Kind::ReconstructionFilter => {
+                    "it belongs to no sensor"
+                }
+                Kind::Texture | Kind::Medium | Kind::Volume | Kind::Phase | Kind::Field => {
+                    "nothing that is modelled uses it"
+                }
                 _ => continue,
             };
             self.ignored.add(self.tree, child, why);
         }
+        Ok(())
     }
 }
 
@@ -241,8 +307,15 @@ struct Ids {
 
 impl Ids {
     fn new(tree: &Tree) -> Self {
-        let taken = tree.objects().iter().filter_map(|object| object.id.clone()).collect();
-        Self { taken, made: HashMap::new() }
+        let taken = tree
+            .objects()
+            .iter()
+            .filter_map(|object| object.id.clone())
+            .collect();
+        Self {
+            taken,
+            made: HashMap::new(),
+        }
     }
 
     /// The file's id, or `<plugin>_<n>`; both behind `prefix`.

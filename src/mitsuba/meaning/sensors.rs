@@ -31,11 +31,21 @@ pub fn read(tree: &Tree, sensor: ObjectIndex) -> Result<(SensorKind, Film), Load
     let (near_clip, far_clip) = clips(&plugin)?;
     let focus_distance = plugin.positive_or("focus_distance", far_clip)?;
     let kind = match name {
-        "orthographic" => SensorKind::Orthographic { to_world, near_clip, far_clip },
+        "orthographic" => SensorKind::Orthographic {
+            to_world,
+            near_clip,
+            far_clip,
+        },
         _ => {
             must_be_rigid(&plugin, &to_world)?;
             let is_pinhole = name == "perspective";
-            let offset = |name| if is_pinhole { plugin.float_or(name, 0.0) } else { Ok(0.0) };
+            let offset = |name| {
+                if is_pinhole {
+                    plugin.float_or(name, 0.0)
+                } else {
+                    Ok(0.0)
+                }
+            };
             let camera = Perspective {
                 to_world,
                 horizontal_fov: horizontal_fov(&plugin, &film)?,
@@ -53,7 +63,11 @@ pub fn read(tree: &Tree, sensor: ObjectIndex) -> Result<(SensorKind, Film), Load
                     return Err(plugin.error("needs the parameter \"aperture_radius\""));
                 }
                 let aperture_radius = plugin.positive_or("aperture_radius", 1.0)?;
-                SensorKind::ThinLens { camera, aperture_radius, focus_distance }
+                SensorKind::ThinLens {
+                    camera,
+                    aperture_radius,
+                    focus_distance,
+                }
             }
         }
     };
@@ -62,7 +76,11 @@ pub fn read(tree: &Tree, sensor: ObjectIndex) -> Result<(SensorKind, Film), Load
 }
 
 /// A sensor that belongs to a shape; warns where Mitsuba would blur over texels.
-pub fn read_meter(tree: &Tree, sensor: ObjectIndex, shape: ShapeId) -> Result<(SensorKind, Film, Option<Warning>), LoadError> {
+pub fn read_meter(
+    tree: &Tree,
+    sensor: ObjectIndex,
+    shape: ShapeId,
+) -> Result<(SensorKind, Film, Option<Warning>), LoadError> {
     let plugin = Plugin::new(tree, sensor);
     match plugin.name() {
         "irradiancemeter" => {}
@@ -89,7 +107,10 @@ pub fn read_meter(tree: &Tree, sensor: ObjectIndex, shape: ShapeId) -> Result<(S
 
 fn not_modelled(plugin: &Plugin) -> LoadError {
     let hint = did_you_mean(plugin.name(), MODELLED);
-    plugin.error(format!("is not modelled{hint}; modelled sensors are: {}", MODELLED.join(", ")))
+    plugin.error(format!(
+        "is not modelled{hint}; modelled sensors are: {}",
+        MODELLED.join(", ")
+    ))
 }
 
 /// What all sensors share; samplers and shutters make no difference here.
@@ -114,8 +135,14 @@ fn clips(plugin: &Plugin) -> Result<(f64, f64), LoadError> {
 fn must_be_rigid(plugin: &Plugin, to_world: &Transform) -> Result<(), LoadError> {
     let matrix = to_world.matrix();
     let axes = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(glam::DVec4::truncate);
-    let is_rigid = axes.iter().all(|axis| (axis.length() - 1.0).abs() < RIGID_TOLERANCE);
-    if is_rigid { Ok(()) } else { Err(plugin.error("must not scale in its to_world")) }
+    let is_rigid = axes
+        .iter()
+        .all(|axis| (axis.length() - 1.0).abs() < RIGID_TOLERANCE);
+    if is_rigid {
+        Ok(())
+    } else {
+        Err(plugin.error("must not scale in its to_world"))
+    }
 }
 
 /// The full horizontal field of view of the uncropped film, in radians.
@@ -130,25 +157,42 @@ fn horizontal_fov(plugin: &Plugin, film: &Film) -> Result<f64, LoadError> {
         return Ok(from_axis("diagonal", diagonal, aspect));
     };
     if let Some(found) = plugin.find("focal_length") {
-        return Err(plugin.parameter_error(found.property.at, "focal_length", "and \"fov\" exclude each other"));
+        return Err(plugin.parameter_error(
+            found.property.at,
+            "focal_length",
+            "and \"fov\" exclude each other",
+        ));
     }
-    let axis = plugin.choice_or("fov_axis", &["x", "y", "diagonal", "smaller", "larger"], "x")?;
+    let axis = plugin.choice_or(
+        "fov_axis",
+        &["x", "y", "diagonal", "smaller", "larger"],
+        "x",
+    )?;
     let horizontal = from_axis(axis, degrees.to_radians(), aspect);
     if degrees > 0.0 && degrees < 180.0 && horizontal > 0.0 && horizontal < std::f64::consts::PI {
         return Ok(horizontal);
     }
-    Err(plugin.parameter_error(at, "fov", format!("must be above 0 and below 180 degrees, not {degrees}")))
+    Err(plugin.parameter_error(
+        at,
+        "fov",
+        format!("must be above 0 and below 180 degrees, not {degrees}"),
+    ))
 }
 
 fn focal_length(plugin: &Plugin) -> Result<f64, LoadError> {
     const DEFAULT: f64 = 50.0;
-    let Some(found) = plugin.find("focal_length") else { return Ok(DEFAULT) };
+    let Some(found) = plugin.find("focal_length") else {
+        return Ok(DEFAULT);
+    };
     let text = plugin.string("focal_length")?.unwrap_or_default();
     let number = text.trim().trim_end_matches("mm").trim_end().parse::<f64>();
     match number {
         Ok(length) if length > 0.0 && length.is_finite() => Ok(length),
         _ => {
-            let message = format!("must be a length in millimetres such as \"50mm\", not \"{}\"", shortened(text));
+            let message = format!(
+                "must be a length in millimetres such as \"50mm\", not \"{}\"",
+                shortened(text)
+            );
             Err(plugin.parameter_error(found.property.at, "focal_length", message))
         }
     }

@@ -35,18 +35,28 @@ pub enum Role {
 /// # Errors
 ///
 /// Textures and spectra from files are not modelled; numbers out of range.
-pub fn read(tree: &Tree, plugin: &Plugin, name: &str, role: Role) -> Result<Option<(Rgb, Position)>, LoadError> {
-    let Some(found) = plugin.find(name) else { return Ok(None) };
+pub fn read(
+    tree: &Tree,
+    plugin: &Plugin,
+    name: &str,
+    role: Role,
+) -> Result<Option<(Rgb, Position)>, LoadError> {
+    let Some(found) = plugin.find(name) else {
+        return Ok(None);
+    };
     let at = found.property.at;
     let rgb = match *found.value {
         Value::Float(number) => Rgb::grey(number),
         Value::Integer(number) => Rgb::grey(number as f64),
         Value::Rgb(rgb) => Rgb(rgb),
-        Value::Spectrum(Spectrum::Uniform(number)) if role == Role::Emission => cie::EQUAL_ENERGY * number,
+        Value::Spectrum(Spectrum::Uniform(number)) if role == Role::Emission => {
+            cie::EQUAL_ENERGY * number
+        }
         Value::Spectrum(Spectrum::Uniform(number)) => Rgb::grey(number),
         Value::Spectrum(Spectrum::Samples(ref samples)) => integrated(samples, role),
         Value::Spectrum(Spectrum::File(_)) => {
-            let message = "spectra from files are not modelled; give numbers or wavelength:value pairs";
+            let message =
+                "spectra from files are not modelled; give numbers or wavelength:value pairs";
             return Err(plugin.parameter_error(at, name, message));
         }
         Value::Object(child) if tree.object(child).kind == Kind::Texture => {
@@ -59,20 +69,32 @@ pub fn read(tree: &Tree, plugin: &Plugin, name: &str, role: Role) -> Result<Opti
     };
     let out_of_range = match role {
         Role::Emission | Role::Index => (rgb.min_channel() < 0.0).then_some("must not be negative"),
-        Role::Fraction => (rgb.min_channel() < 0.0 || rgb.max_channel() > 1.0).then_some("must lie in 0..=1"),
+        Role::Fraction => {
+            (rgb.min_channel() < 0.0 || rgb.max_channel() > 1.0).then_some("must lie in 0..=1")
+        }
     };
     match out_of_range {
         None if rgb.is_finite() => Ok(Some((rgb, at))),
         None => Err(plugin.parameter_error(at, name, "overflows")),
         Some(message) => {
             let [red, green, blue] = rgb.0;
-            Err(plugin.parameter_error(at, name, format!("{message}, but is ({red}, {green}, {blue})")))
+            Err(plugin.parameter_error(
+                at,
+                name,
+                format!("{message}, but is ({red}, {green}, {blue})"),
+            ))
         }
     }
 }
 
 /// [`read`], or `default` where the file gives nothing.
-pub fn read_or(tree: &Tree, plugin: &Plugin, name: &str, role: Role, default: f64) -> Result<Rgb, LoadError> {
+pub fn read_or(
+    tree: &Tree,
+    plugin: &Plugin,
+    name: &str,
+    role: Role,
+    default: f64,
+) -> Result<Rgb, LoadError> {
     Ok(read(tree, plugin, name, role)?.map_or(Rgb::grey(default), |(rgb, _)| rgb))
 }
 
@@ -86,13 +108,21 @@ fn integrated(samples: &[(f64, f64)], role: Role) -> Rgb {
 }
 
 /// A `<spectrum>` or `<texture>` with a type.
-fn nested(tree: &Tree, holder: &Plugin, name: &str, child: ObjectIndex, role: Role) -> Result<Rgb, LoadError> {
+fn nested(
+    tree: &Tree,
+    holder: &Plugin,
+    name: &str,
+    child: ObjectIndex,
+    role: Role,
+) -> Result<Rgb, LoadError> {
     let plugin = Plugin::new(tree, child);
     let rgb = match (plugin.name(), role) {
         ("uniform", _) => Rgb::grey(plugin.float_or("value", 1.0)?),
-        ("srgb", _) => read(tree, &plugin, "color", Role::Index)?
-            .ok_or_else(|| plugin.error("needs the parameter \"color\""))?
-            .0,
+        ("srgb", _) => {
+            read(tree, &plugin, "color", Role::Index)?
+                .ok_or_else(|| plugin.error("needs the parameter \"color\""))?
+                .0
+        }
         ("d65", Role::Emission) => Rgb::grey(plugin.float_or("scale", 1.0)?),
         _ => {
             let message = format!(
@@ -100,7 +130,10 @@ fn nested(tree: &Tree, holder: &Plugin, name: &str, child: ObjectIndex, role: Ro
                 holder.what(),
                 if role == Role::Emission { ", d65" } else { "" }
             );
-            return Err(LoadError::new(plugin.source(), format!("{} {message}", what(tree.object(child)))));
+            return Err(LoadError::new(
+                plugin.source(),
+                format!("{} {message}", what(tree.object(child))),
+            ));
         }
     };
     plugin.finish()?;

@@ -16,7 +16,11 @@ pub fn is_texture(tree: &Tree, object: ObjectIndex) -> bool {
 /// Checks the parameters; warns of a missing image.
 ///
 /// `scale`, `gamma`, `cache` and `maxAnisotropy` are known in old files only, as in Mitsuba 0.6.
-pub fn check(tree: &Tree, texture: ObjectIndex, files: &Files) -> Result<Option<Warning>, LoadError> {
+pub fn check(
+    tree: &Tree,
+    texture: ObjectIndex,
+    files: &Files,
+) -> Result<Option<Warning>, LoadError> {
     let plugin = Plugin::new(tree, texture);
     let mut warning = None;
     match plugin.name() {
@@ -26,10 +30,17 @@ pub fn check(tree: &Tree, texture: ObjectIndex, files: &Files) -> Result<Option<
             if !path.is_file() {
                 warning = Some(Warning {
                     at: Some(plugin.source()),
-                    message: format!("there is no image {}; no result depends on it", path.display()),
+                    message: format!(
+                        "there is no image {}; no result depends on it",
+                        path.display()
+                    ),
                 });
             }
-            plugin.choice_or("filter_type", &["nearest", "bilinear", "trilinear", "ewa"], "bilinear")?;
+            plugin.choice_or(
+                "filter_type",
+                &["nearest", "bilinear", "trilinear", "ewa"],
+                "bilinear",
+            )?;
             plugin.choice_or("wrap_mode", &["repeat", "mirror", "clamp"], "repeat")?;
             plugin.boolean_or("raw", false)?;
             plugin.boolean_or("accel", true)?;
@@ -58,7 +69,8 @@ pub fn check(tree: &Tree, texture: ObjectIndex, files: &Files) -> Result<Option<
             }
         }
         _ => {
-            return Err(plugin.error("is not known; known textures are: bitmap, checkerboard, mesh_attribute"));
+            return Err(plugin
+                .error("is not known; known textures are: bitmap, checkerboard, mesh_attribute"));
         }
     }
     plugin.find("to_uv");

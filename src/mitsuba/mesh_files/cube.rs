@@ -26,7 +26,9 @@ pub fn cube() -> MeshParts {
     let (mut normals, mut uvs) = (Vec::new(), Vec::new());
     for (normal, corners) in SIDES {
         let first = parts.positions.len() as u32;
-        parts.triangles.extend([[0, 1, 2], [3, 0, 2]].map(|corners| corners.map(|corner| first + corner)));
+        parts
+            .triangles
+            .extend([[0, 1, 2], [3, 0, 2]].map(|corners| corners.map(|corner| first + corner)));
         parts.positions.extend(corners.map(vector));
         normals.extend([vector(normal); 4]);
         uvs.extend(UVS.map(DVec2::from_array));

@@ -48,7 +48,10 @@ enum Place {
 
 impl MeshFileError {
     fn new(place: Place, message: impl Into<String>) -> Self {
-        Self { place, message: message.into() }
+        Self {
+            place,
+            message: message.into(),
+        }
     }
 }
 
@@ -87,7 +90,8 @@ fn check_indices(parts: &MeshParts) -> Result<(), MeshFileError> {
     let count = parts.positions.len();
     for (number, triangle) in parts.triangles.iter().enumerate() {
         if let Some(index) = triangle.iter().find(|index| **index as usize >= count) {
-            let message = format!("triangle {number} refers to vertex {index}, but there are only {count}");
+            let message =
+                format!("triangle {number} refers to vertex {index}, but there are only {count}");
             return Err(MeshFileError::new(Place::File, message));
         }
     }

@@ -22,7 +22,9 @@ const LONGEST_CHAIN: usize = 16;
 pub fn parse(bytes: &[u8]) -> Result<MeshParts, MeshFileError> {
     let mut reader = Reader::default();
     for (number, line) in bytes.split(|byte| *byte == b'\n').enumerate() {
-        reader.line(line).map_err(|message| MeshFileError::new(Place::Line(number + 1), message))?;
+        reader
+            .line(line)
+            .map_err(|message| MeshFileError::new(Place::Line(number + 1), message))?;
     }
     if reader.triangles.is_empty() {
         return Err(MeshFileError::new(Place::File, "holds no faces"));
@@ -90,7 +92,9 @@ impl Corners {
     }
 
     fn push(&mut self, corner: Corner) -> Result<u32, String> {
-        let new = u32::try_from(self.list.len()).ok().filter(|new| *new != NONE);
+        let new = u32::try_from(self.list.len())
+            .ok()
+            .filter(|new| *new != NONE);
         let new = new.ok_or("more vertices than 32 bits can number")?;
         self.list.push(corner);
         self.next.push(NONE);
@@ -100,7 +104,9 @@ impl Corners {
 
 impl Reader {
     fn line(&mut self, line: &[u8]) -> Result<(), String> {
-        let mut words = line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty());
+        let mut words = line
+            .split(u8::is_ascii_whitespace)
+            .filter(|word| !word.is_empty());
         match words.next() {
             Some(b"v") => self.positions.push(DVec3::from_array(numbers(words)?)),
             Some(b"vn") => self.normals.push(DVec3::from_array(numbers(words)?)),
@@ -144,7 +150,10 @@ impl Reader {
             normal: index(self.normals.len(), "normal")?,
         };
         if corner.position == NONE || parts.next().is_some() {
-            return Err(format!("\"{}\" must be v, v/vt, v//vn or v/vt/vn", lossy(word)));
+            return Err(format!(
+                "\"{}\" must be v, v/vt, v//vn or v/vt/vn",
+                lossy(word)
+            ));
         }
         Ok(corner)
     }
@@ -152,12 +161,24 @@ impl Reader {
     fn finish(self) -> MeshParts {
         let corners = &self.corners.list;
         let position = |corner: &Corner| self.positions[corner.position as usize];
-        let normal = |corner: &Corner| self.normals.get(corner.normal as usize).copied().unwrap_or_default();
-        let uv = |corner: &Corner| self.uvs.get(corner.uv as usize).copied().unwrap_or_default();
+        let normal = |corner: &Corner| {
+            self.normals
+                .get(corner.normal as usize)
+                .copied()
+                .unwrap_or_default()
+        };
+        let uv = |corner: &Corner| {
+            self.uvs
+                .get(corner.uv as usize)
+                .copied()
+                .unwrap_or_default()
+        };
         MeshParts {
             positions: corners.iter().map(position).collect(),
-            normals: (corners.iter().any(|corner| corner.normal != NONE)).then(|| corners.iter().map(normal).collect()),
-            uvs: (corners.iter().any(|corner| corner.uv != NONE)).then(|| corners.iter().map(uv).collect()),
+            normals: (corners.iter().any(|corner| corner.normal != NONE))
+                .then(|| corners.iter().map(normal).collect()),
+            uvs: (corners.iter().any(|corner| corner.uv != NONE))
+                .then(|| corners.iter().map(uv).collect()),
             triangles: self.triangles,
             ..MeshParts::default()
         }
@@ -166,19 +187,30 @@ impl Reader {
 
 /// From 1 upwards, or from -1 (the latest) downwards.
 fn resolve(text: &[u8], count: usize, what: &str) -> Result<u32, String> {
-    let number: i64 = parse_word(text).ok_or_else(|| format!("\"{}\" is not a number of a {what}", lossy(text)))?;
-    let index = if number < 0 { count as i64 + number } else { number - 1 };
+    let number: i64 = parse_word(text)
+        .ok_or_else(|| format!("\"{}\" is not a number of a {what}", lossy(text)))?;
+    let index = if number < 0 {
+        count as i64 + number
+    } else {
+        number - 1
+    };
     match u32::try_from(index) {
         Ok(index) if (index as usize) < count => Ok(index),
-        _ => Err(format!("refers to {what} {number}, but {count} are known here")),
+        _ => Err(format!(
+            "refers to {what} {number}, but {count} are known here"
+        )),
     }
 }
 
 /// The first N numbers; what follows (weights, colours) is let be.
-fn numbers<'a, const N: usize>(mut words: impl Iterator<Item = &'a [u8]>) -> Result<[f64; N], String> {
+fn numbers<'a, const N: usize>(
+    mut words: impl Iterator<Item = &'a [u8]>,
+) -> Result<[f64; N], String> {
     let mut result = [0.0; N];
     for (found, number) in result.iter_mut().enumerate() {
-        let word = words.next().ok_or_else(|| format!("expected {N} numbers, found {found}"))?;
+        let word = words
+            .next()
+            .ok_or_else(|| format!("expected {N} numbers, found {found}"))?;
         let parsed = parse_word(word).filter(|number: &f64| number.is_finite());
         *number = parsed.ok_or_else(|| format!("\"{}\" is not a finite number", lossy(word)))?;
     }
@@ -249,12 +281,30 @@ mod tests {
     fn errors_name_the_line_and_the_value() {
         assert_eq!(error("v 0 0\n"), "line 1: expected 3 numbers, found 2");
         assert_eq!(error("\nv 0 x 0\n"), "line 2: \"x\" is not a finite number");
-        assert_eq!(error("v nan 0 0\n"), "line 1: \"nan\" is not a finite number");
-        assert_eq!(error("v 0 0 0\nf 1 2 1\n"), "line 2: refers to vertex 2, but 1 are known here");
-        assert_eq!(error("v 0 0 0\nf 0 1 1\n"), "line 2: refers to vertex 0, but 1 are known here");
-        assert_eq!(error("v 0 0 0\nf 1 1\n"), "line 2: a face needs 3 corners or more, not 2");
-        assert_eq!(error("v 0 0 0\nf 1/1/1/1 1 1\n"), "line 2: refers to texture coordinate 1, but 0 are known here");
-        assert_eq!(error("v 0 0 0\nf / 1 1\n"), "line 2: \"/\" must be v, v/vt, v//vn or v/vt/vn");
+        assert_eq!(
+            error("v nan 0 0\n"),
+            "line 1: \"nan\" is not a finite number"
+        );
+        assert_eq!(
+            error("v 0 0 0\nf 1 2 1\n"),
+            "line 2: refers to vertex 2, but 1 are known here"
+        );
+        assert_eq!(
+            error("v 0 0 0\nf 0 1 1\n"),
+            "line 2: refers to vertex 0, but 1 are known here"
+        );
+        assert_eq!(
+            error("v 0 0 0\nf 1 1\n"),
+            "line 2: a face needs 3 corners or more, not 2"
+        );
+        assert_eq!(
+            error("v 0 0 0\nf 1/1/1/1 1 1\n"),
+            "line 2: refers to texture coordinate 1, but 0 are known here"
+        );
+        assert_eq!(
+            error("v 0 0 0\nf / 1 1\n"),
+            "line 2: \"/\" must be v, v/vt, v//vn or v/vt/vn"
+        );
         assert_eq!(error("v 0 0 0\n"), "holds no faces");
     }
 }

@@ -15,9 +15,27 @@ pub fn parse(bytes: &[u8]) -> Result<MeshParts, MeshFileError> {
     let header = ply_header::parse(bytes)?;
     let body = &bytes[header.body..];
     match header.encoding {
-        Encoding::Ascii => read(&header.elements, Ascii { rest: body, line: header.lines + 1 }),
-        Encoding::LittleEndian => read(&header.elements, Binary::<false> { bytes, at: header.body }),
-        Encoding::BigEndian => read(&header.elements, Binary::<true> { bytes, at: header.body }),
+        Encoding::Ascii => read(
+            &header.elements,
+            Ascii {
+                rest: body,
+                line: header.lines + 1,
+            },
+        ),
+        Encoding::LittleEndian => read(
+            &header.elements,
+            Binary::<false> {
+                bytes,
+                at: header.body,
+            },
+        ),
+        Encoding::BigEndian => read(
+            &header.elements,
+            Binary::<true> {
+                bytes,
+                at: header.body,
+            },
+        ),
     }
 }
 
@@ -36,18 +54,34 @@ struct Ascii<'a> {
 
 impl Numbers for Ascii<'_> {
     fn next(&mut self, _: Scalar) -> Result<f64, MeshFileError> {
-        let blank = self.rest.iter().position(|byte| !byte.is_ascii_whitespace()).unwrap_or(self.rest.len());
-        self.line += self.rest[..blank].iter().filter(|byte| **byte == b'\n').count();
+        let blank = self
+            .rest
+            .iter()
+            .position(|byte| !byte.is_ascii_whitespace())
+            .unwrap_or(self.rest.len());
+        self.line += self.rest[..blank]
+            .iter()
+            .filter(|byte| **byte == b'\n')
+            .count();
         self.rest = &self.rest[blank..];
-        let end = self.rest.iter().position(u8::is_ascii_whitespace).unwrap_or(self.rest.len());
+        let end = self
+            .rest
+            .iter()
+            .position(u8::is_ascii_whitespace)
+            .unwrap_or(self.rest.len());
         let (word, rest) = self.rest.split_at(end);
         self.rest = rest;
-        let number = std::str::from_utf8(word).ok().and_then(|word| word.parse().ok());
+        let number = std::str::from_utf8(word)
+            .ok()
+            .and_then(|word| word.parse().ok());
         number.ok_or_else(|| {
             let message = if word.is_empty() {
                 "the file ends too early".to_owned()
             } else {
-                format!("\"{}\" is not a number", String::from_utf8_lossy(&word[..word.len().min(40)]))
+                format!(
+                    "\"{}\" is not a number",
+                    String::from_utf8_lossy(&word[..word.len().min(40)])
+                )
             };
             MeshFileError::new(self.place(), message)
         })
@@ -111,7 +145,10 @@ fn read(elements: &[Element], mut numbers: impl Numbers) -> Result<MeshParts, Me
     let mut parts = MeshParts::default();
     for name in ["vertex", "face"] {
         if !elements.iter().any(|element| element.name == name) {
-            return Err(MeshFileError::new(Place::File, format!("the header declares no element \"{name}\"")));
+            return Err(MeshFileError::new(
+                Place::File,
+                format!("the header declares no element \"{name}\""),
+            ));
         }
     }
     for element in elements {
@@ -133,9 +170,17 @@ fn check_room(element: &Element, numbers: &impl Numbers) -> Result<(), MeshFileE
     let smallest = |property: &ply_header::Property| match property.layout {
         Layout::Number(scalar) | Layout::List { length: scalar, .. } => scalar,
     };
-    match element.properties.iter().map(|property| numbers.room_for(smallest(property))).min() {
+    match element
+        .properties
+        .iter()
+        .map(|property| numbers.room_for(smallest(property)))
+        .min()
+    {
         Some(room) if element.count > room => {
-            let message = format!("the header announces {} of \"{}\", but the file ends before", element.count, element.name);
+            let message = format!(
+                "the header announces {} of \"{}\", but the file ends before",
+                element.count, element.name
+            );
             Err(MeshFileError::new(numbers.place(), message))
         }
         _ => Ok(()),
@@ -160,16 +205,24 @@ const SLOTS: [(&str, usize); 12] = [
 /// Where the rest goes.
 const NOWHERE: usize = 8;
 
-fn read_vertices(element: &Element, numbers: &mut impl Numbers, parts: &mut MeshParts) -> Result<(), MeshFileError> {
+fn read_vertices(
+    element: &Element,
+    numbers: &mut impl Numbers,
+    parts: &mut MeshParts,
+) -> Result<(), MeshFileError> {
     let slots: Vec<usize> = (element.properties.iter())
         .map(|property| {
             let slot = SLOTS.iter().find(|(name, _)| *name == property.name);
-            slot.filter(|_| matches!(property.layout, Layout::Number(_))).map_or(NOWHERE, |(_, slot)| *slot)
+            slot.filter(|_| matches!(property.layout, Layout::Number(_)))
+                .map_or(NOWHERE, |(_, slot)| *slot)
         })
         .collect();
     let has = |range: std::ops::Range<usize>| range.into_iter().all(|slot| slots.contains(&slot));
     if !has(0..3) {
-        return Err(MeshFileError::new(Place::File, "element \"vertex\" needs the properties x, y and z"));
+        return Err(MeshFileError::new(
+            Place::File,
+            "element \"vertex\" needs the properties x, y and z",
+        ));
     }
     let mut normals = has(3..6).then(|| Vec::with_capacity(element.count));
     let mut uvs = has(6..8).then(|| Vec::with_capacity(element.count));
@@ -189,7 +242,10 @@ fn read_vertices(element: &Element, numbers: &mut impl Numbers, parts: &mut Mesh
         }
         let [x, y, z, nx, ny, nz, u, v, _] = values;
         if !values[..NOWHERE].iter().all(|value| value.is_finite()) {
-            let message = format!("vertex {} has a number that is not finite", parts.positions.len());
+            let message = format!(
+                "vertex {} has a number that is not finite",
+                parts.positions.len()
+            );
             return Err(MeshFileError::new(place, message));
         }
         parts.positions.push(DVec3::new(x, y, z));
@@ -205,12 +261,20 @@ fn read_vertices(element: &Element, numbers: &mut impl Numbers, parts: &mut Mesh
     Ok(())
 }
 
-fn read_faces(element: &Element, numbers: &mut impl Numbers, triangles: &mut Vec<[u32; 3]>) -> Result<(), MeshFileError> {
+fn read_faces(
+    element: &Element,
+    numbers: &mut impl Numbers,
+    triangles: &mut Vec<[u32; 3]>,
+) -> Result<(), MeshFileError> {
     let is_polygon = |property: &ply_header::Property| {
-        matches!(property.name.as_str(), "vertex_indices" | "vertex_index") && matches!(property.layout, Layout::List { .. })
+        matches!(property.name.as_str(), "vertex_indices" | "vertex_index")
+            && matches!(property.layout, Layout::List { .. })
     };
     if !element.properties.iter().any(is_polygon) {
-        return Err(MeshFileError::new(Place::File, "element \"face\" needs the list vertex_indices"));
+        return Err(MeshFileError::new(
+            Place::File,
+            "element \"face\" needs the list vertex_indices",
+        ));
     }
     triangles.reserve(element.count);
     for _ in 0..element.count {
@@ -242,7 +306,10 @@ fn read_polygon(
     let place = numbers.place();
     let count = list_length(numbers, length)?;
     if count < 3 {
-        return Err(MeshFileError::new(place, format!("a face needs 3 corners or more, not {count}")));
+        return Err(MeshFileError::new(
+            place,
+            format!("a face needs 3 corners or more, not {count}"),
+        ));
     }
     let first = vertex_index(numbers, item)?;
     let mut last = vertex_index(numbers, item)?;
@@ -271,7 +338,10 @@ fn whole(numbers: &mut impl Numbers, scalar: Scalar, what: &str) -> Result<u32, 
     if f64::from(whole) == number {
         Ok(whole)
     } else {
-        Err(MeshFileError::new(place, format!("{number} cannot be {what}")))
+        Err(MeshFileError::new(
+            place,
+            format!("{number} cannot be {what}"),
+        ))
     }
 }
 

@@ -84,7 +84,12 @@ pub struct Header {
 
 /// Reads the header at the beginning of a file.
 pub fn parse(bytes: &[u8]) -> Result<Header, MeshFileError> {
-    let mut header = Header { encoding: Encoding::Ascii, elements: Vec::new(), body: 0, lines: 0 };
+    let mut header = Header {
+        encoding: Encoding::Ascii,
+        elements: Vec::new(),
+        body: 0,
+        lines: 0,
+    };
     let mut encoding = None;
     loop {
         let place = Place::Line(header.lines + 1);
@@ -108,7 +113,11 @@ pub fn parse(bytes: &[u8]) -> Result<Header, MeshFileError> {
                     "ascii" => Encoding::Ascii,
                     "binary_little_endian" => Encoding::LittleEndian,
                     "binary_big_endian" => Encoding::BigEndian,
-                    _ => return fail(format!("the format must be ascii, binary_little_endian or binary_big_endian, not \"{name}\"")),
+                    _ => {
+                        return fail(format!(
+                            "the format must be ascii, binary_little_endian or binary_big_endian, not \"{name}\""
+                        ));
+                    }
                 });
             }
             ["element", name, count] => {
@@ -118,23 +127,36 @@ pub fn parse(bytes: &[u8]) -> Result<Header, MeshFileError> {
                 if header.elements.iter().any(|element| element.name == name) {
                     return fail(format!("element \"{name}\" is declared twice"));
                 }
-                header.elements.push(Element { name: name.to_owned(), count, properties: Vec::new() });
+                header.elements.push(Element {
+                    name: name.to_owned(),
+                    count,
+                    properties: Vec::new(),
+                });
             }
             ["property", .., name] => {
                 let Some(layout) = layout(&words[1..words.len() - 1]) else {
-                    return fail(format!("\"{}\" is not \"property type name\" or \"property list type type name\"", line.trim_end()));
+                    return fail(format!(
+                        "\"{}\" is not \"property type name\" or \"property list type type name\"",
+                        line.trim_end()
+                    ));
                 };
                 let Some(element) = header.elements.last_mut() else {
                     return fail("a property before the first element".to_owned());
                 };
-                element.properties.push(Property { name: name.to_owned(), layout });
+                element.properties.push(Property {
+                    name: name.to_owned(),
+                    layout,
+                });
             }
             ["end_header"] => break,
             _ => return fail(format!("\"{}\" is not known in a header", line.trim_end())),
         }
     }
     let Some(encoding) = encoding else {
-        return Err(MeshFileError::new(Place::Line(header.lines), "the header names no format with version 1.0"));
+        return Err(MeshFileError::new(
+            Place::Line(header.lines),
+            "the header names no format with version 1.0",
+        ));
     };
     header.encoding = encoding;
     Ok(header)
@@ -143,9 +165,10 @@ pub fn parse(bytes: &[u8]) -> Result<Header, MeshFileError> {
 fn layout(words: &[&str]) -> Option<Layout> {
     match words {
         [number] => Scalar::of_name(number).map(Layout::Number),
-        ["list", length, item] => {
-            Some(Layout::List { length: Scalar::of_name(length)?, item: Scalar::of_name(item)? })
-        }
+        ["list", length, item] => Some(Layout::List {
+            length: Scalar::of_name(length)?,
+            item: Scalar::of_name(item)?,
+        }),
         _ => None,
     }
 }

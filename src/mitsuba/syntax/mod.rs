@@ -88,12 +88,18 @@ impl Kind {
 
     /// The kind that a tag declares.
     fn of_tag(tag: &str) -> Option<Self> {
-        Self::TAGS.iter().find(|(name, _)| *name == tag).map(|(_, kind)| *kind)
+        Self::TAGS
+            .iter()
+            .find(|(name, _)| *name == tag)
+            .map(|(_, kind)| *kind)
     }
 
     /// The tag that declares it.
     pub fn tag(self) -> &'static str {
-        Self::TAGS.iter().find(|(_, kind)| *kind == self).map_or("object", |(name, _)| *name)
+        Self::TAGS
+            .iter()
+            .find(|(_, kind)| *kind == self)
+            .map_or("object", |(name, _)| *name)
     }
 }
 

@@ -77,7 +77,12 @@ fn hexadecimal(digits: &str) -> Result<[f64; 3], String> {
     let number = (digits.len() == 6 && digits.bytes().all(|byte| byte.is_ascii_hexdigit()))
         .then(|| u32::from_str_radix(digits, 16).ok())
         .flatten()
-        .ok_or_else(|| format!("\"#{}\" must be # and 6 hexadecimal digits", shortened(digits)))?;
+        .ok_or_else(|| {
+            format!(
+                "\"#{}\" must be # and 6 hexadecimal digits",
+                shortened(digits)
+            )
+        })?;
     Ok([16, 8, 0].map(|shift| f64::from(number >> shift & 0xff) / 255.0))
 }
 
@@ -101,16 +106,25 @@ pub fn spectrum(text: &str) -> Result<Spectrum, String> {
     let mut samples: Vec<(f64, f64)> = Vec::with_capacity(entries.len());
     for entry in entries {
         let (wavelength, value) = entry.split_once(':').ok_or_else(|| {
-            format!("\"{}\" must be one number or wavelength:value pairs", shortened(text))
+            format!(
+                "\"{}\" must be one number or wavelength:value pairs",
+                shortened(text)
+            )
         })?;
         let sample = (float(wavelength)?, float(value)?);
         if samples.last().is_some_and(|last| last.0 >= sample.0) {
-            return Err(format!("wavelengths must rise, but {} follows {}", sample.0, samples[samples.len() - 1].0));
+            return Err(format!(
+                "wavelengths must rise, but {} follows {}",
+                sample.0,
+                samples[samples.len() - 1].0
+            ));
         }
         samples.push(sample);
     }
     if samples.len() < 2 {
-        return Err("a spectrum needs one number, or two or more wavelength:value pairs".to_owned());
+        return Err(
+            "a spectrum needs one number, or two or more wavelength:value pairs".to_owned(),
+        );
     }
     Ok(Spectrum::Samples(samples))
 }
@@ -168,8 +182,18 @@ mod tests {
     #[test]
     fn a_spectrum_is_one_number_or_rising_pairs() {
         assert_eq!(spectrum("0.5"), Ok(Spectrum::Uniform(0.5)));
-        assert_eq!(spectrum("400:1, 700:2"), Ok(Spectrum::Samples(vec![(400.0, 1.0), (700.0, 2.0)])));
-        for text in ["", "1, 2, 3", "400:1", "500:1 400:2", "400:1 400:2", "400:x 500:1"] {
+        assert_eq!(
+            spectrum("400:1, 700:2"),
+            Ok(Spectrum::Samples(vec![(400.0, 1.0), (700.0, 2.0)]))
+        );
+        for text in [
+            "",
+            "1, 2, 3",
+            "400:1",
+            "500:1 400:2",
+            "400:1 400:2",
+            "400:x 500:1",
+        ] {
             assert!(spectrum(text).is_err(), "{text:?}");
         }
     }

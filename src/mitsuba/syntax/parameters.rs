@@ -40,7 +40,9 @@ impl Parameters {
     }
 
     fn insert(&mut self, name: &str, value: &str, used: bool) {
-        let place = self.known.partition_point(|parameter| parameter.name.len() >= name.len());
+        let place = self
+            .known
+            .partition_point(|parameter| parameter.name.len() >= name.len());
         let parameter = Parameter {
             name: name.to_owned(),
             value: value.to_owned(),
@@ -74,7 +76,9 @@ impl Parameters {
             parameter.used = true;
             result.push_str(&parameter.value);
             if result.len() > LONGEST {
-                return Err(format!("the attribute is longer than {LONGEST} bytes with its parameters replaced"));
+                return Err(format!(
+                    "the attribute is longer than {LONGEST} bytes with its parameters replaced"
+                ));
             }
             rest = &after[parameter.name.len()..];
         }
@@ -83,23 +87,36 @@ impl Parameters {
     }
 
     fn undefined(&self, after: &str) -> String {
-        let end = after.find(|c: char| !c.is_ascii_alphanumeric() && c != '_').unwrap_or(after.len());
+        let end = after
+            .find(|c: char| !c.is_ascii_alphanumeric() && c != '_')
+            .unwrap_or(after.len());
         let name = &after[..end];
         format!(
             "parameter ${name} has no value: give one with -D {name}=... or <default name=\"{name}\" value=\"...\"/> (known here: {})",
-            if self.known.is_empty() { "none".to_owned() } else { self.names() }
+            if self.known.is_empty() {
+                "none".to_owned()
+            } else {
+                self.names()
+            }
         )
     }
 
     fn names(&self) -> String {
-        let mut names: Vec<&str> = self.known.iter().map(|parameter| parameter.name.as_str()).collect();
+        let mut names: Vec<&str> = self
+            .known
+            .iter()
+            .map(|parameter| parameter.name.as_str())
+            .collect();
         names.sort_unstable();
         names.join(", ")
     }
 
     /// A parameter that the caller gave and no file uses.
     pub fn unused(&self) -> Option<&str> {
-        self.known.iter().find(|parameter| !parameter.used).map(|parameter| parameter.name.as_str())
+        self.known
+            .iter()
+            .find(|parameter| !parameter.used)
+            .map(|parameter| parameter.name.as_str())
     }
 }
 
@@ -108,14 +125,20 @@ mod tests {
     use super::*;
 
     fn given(pairs: &[(&str, &str)]) -> Parameters {
-        let pairs: Vec<_> = pairs.iter().map(|(a, b)| ((*a).to_owned(), (*b).to_owned())).collect();
+        let pairs: Vec<_> = pairs
+            .iter()
+            .map(|(a, b)| ((*a).to_owned(), (*b).to_owned()))
+            .collect();
         Parameters::new(&pairs)
     }
 
     #[test]
     fn the_longest_name_wins_whatever_the_order() {
         let mut parameters = given(&[("n", "1"), ("name", "2"), ("na", "3")]);
-        assert_eq!(parameters.substitute("$name $na $n $nx").unwrap(), "2 3 1 1x");
+        assert_eq!(
+            parameters.substitute("$name $na $n $nx").unwrap(),
+            "2 3 1 1x"
+        );
     }
 
     #[test]
@@ -135,7 +158,10 @@ mod tests {
     #[test]
     fn an_undefined_parameter_is_named_with_those_known() {
         let message = given(&[("a", "1")]).substitute("$radius.x").unwrap_err();
-        assert!(message.contains("$radius ") && message.contains("known here: a"), "{message}");
+        assert!(
+            message.contains("$radius ") && message.contains("known here: a"),
+            "{message}"
+        );
         assert!(given(&[]).substitute("$").is_err());
     }
 

@@ -7,7 +7,9 @@ use roxmltree::{Document, Node, ParsingOptions};
 
 use super::parameters::Parameters;
 use super::transforms::{self, attribute, required};
-use super::{Kind, MAX_DEPTH, Object, ObjectIndex, Position, Property, Spectrum, Tree, Value, Version};
+use super::{
+    Kind, MAX_DEPTH, Object, ObjectIndex, Position, Property, Spectrum, Tree, Value, Version,
+};
 use super::{numbers, references, upgrade};
 use crate::mitsuba::error::{LoadError, did_you_mean};
 use crate::mitsuba::files::Files;
@@ -17,7 +19,9 @@ use crate::scene::SourcePosition;
 const MAX_INCLUDE_DEPTH: usize = 15;
 
 /// Tags that give a property a value.
-const VALUE_TAGS: [&str; 8] = ["boolean", "float", "integer", "point", "rgb", "spectrum", "string", "vector"];
+const VALUE_TAGS: [&str; 8] = [
+    "boolean", "float", "integer", "point", "rgb", "spectrum", "string", "vector",
+];
 /// Tags with a meaning of their own.
 const OTHER_TAGS: [&str; 6] = ["alias", "default", "include", "path", "ref", "transform"];
 
@@ -73,15 +77,31 @@ impl Element<'_> {
 }
 
 impl Reader<'_> {
-    fn file(&mut self, path: &Path, included_at: Option<(ObjectIndex, String)>) -> Result<(), LoadError> {
-        let bytes = self.files.read(path).map_err(|message| LoadError::of_file(path, message))?;
+    fn file(
+        &mut self,
+        path: &Path,
+        included_at: Option<(ObjectIndex, String)>,
+    ) -> Result<(), LoadError> {
+        let bytes = self
+            .files
+            .read(path)
+            .map_err(|message| LoadError::of_file(path, message))?;
         let text = std::str::from_utf8(&bytes).map_err(|error| {
-            let line = 1 + bytes[..error.valid_up_to()].iter().filter(|byte| **byte == b'\n').count();
-            LoadError::of_file(path, format!("line {line} is not UTF-8 (no other encoding is read)"))
+            let line = 1 + bytes[..error.valid_up_to()]
+                .iter()
+                .filter(|byte| **byte == b'\n')
+                .count();
+            LoadError::of_file(
+                path,
+                format!("line {line} is not UTF-8 (no other encoding is read)"),
+            )
         })?;
         // No document type declarations: Mitsuba expands none of their entities either, and without
         // them a file cannot grow while it is parsed. (`&amp;` and `&#160;` need none.)
-        let options = ParsingOptions { allow_dtd: false, ..ParsingOptions::default() };
+        let options = ParsingOptions {
+            allow_dtd: false,
+            ..ParsingOptions::default()
+        };
         let document = Document::parse_with_options(text, options).map_err(|error| {
             let at = SourcePosition {
                 file: path.to_owned(),
@@ -93,20 +113,32 @@ impl Reader<'_> {
         let root = document.root_element();
         let source = Source {
             file: self.tree.files.len() as u32,
-            version: root.attribute("version").and_then(version).unwrap_or_default(),
+            version: root
+                .attribute("version")
+                .and_then(version)
+                .unwrap_or_default(),
             lines: LineIndex::new(text),
         };
         self.tree.files.push((path.to_owned(), source.version));
         let at = source.lines.position(source.file, root.range().start);
         if root.attribute("version").and_then(version).is_none() {
-            return self.fail(at, "the outermost element needs a version such as version=\"3.0.0\"".to_owned());
+            return self.fail(
+                at,
+                "the outermost element needs a version such as version=\"3.0.0\"".to_owned(),
+            );
         }
         let folder = path.parent().unwrap_or(Path::new("")).to_owned();
         self.files.search_first(folder);
         self.open.push(path.to_owned());
         match included_at {
             None if root.tag_name().name() != "scene" => {
-                return self.fail(at, format!("the outermost element must be <scene>, not <{}>", root.tag_name().name()));
+                return self.fail(
+                    at,
+                    format!(
+                        "the outermost element must be <scene>, not <{}>",
+                        root.tag_name().name()
+                    ),
+                );
             }
             None => self.object(root, Kind::Scene, None, &source)?,
             Some((parent, _)) if root.tag_name().name() == "scene" => {
@@ -136,7 +168,11 @@ impl Reader<'_> {
     }
 
     /// Replaces the parameters in all attributes.
-    fn element<'n>(&mut self, node: Node<'n, '_>, source: &Source) -> Result<Element<'n>, LoadError> {
+    fn element<'n>(
+        &mut self,
+        node: Node<'n, '_>,
+        source: &Source,
+    ) -> Result<Element<'n>, LoadError> {
         let at = source.lines.position(source.file, node.range().start);
         let mut attributes = Vec::with_capacity(node.attributes().len());
         for attribute in node.attributes() {
@@ -145,7 +181,11 @@ impl Reader<'_> {
                 Err(message) => return self.fail(at, message),
             }
         }
-        Ok(Element { tag: node.tag_name().name(), attributes, at })
+        Ok(Element {
+            tag: node.tag_name().name(),
+            attributes,
+            at,
+        })
     }
 
     /// An object and all that it holds. `parent`: who holds it, under what name, and how deep.
@@ -159,7 +199,11 @@ impl Reader<'_> {
         let element = self.element(node, source)?;
         let at = element.at;
         let is_outermost = node.parent_element().is_none();
-        let allowed: &[&str] = if is_outermost { &["type", "id", "name", "version"] } else { &["type", "id", "name"] };
+        let allowed: &[&str] = if is_outermost {
+            &["type", "id", "name", "version"]
+        } else {
+            &["type", "id", "name"]
+        };
         let described = transforms::allow(&element.attributes, allowed).and_then(|()| {
             if kind == Kind::Scene {
                 return Ok("scene".to_owned());
@@ -176,9 +220,21 @@ impl Reader<'_> {
             && let Some(previous) = self.tree.ids.insert(id.clone(), index)
         {
             let previous = self.tree.source(self.tree.object(previous).at);
-            return self.fail(at, format!("the id \"{}\" is taken by {previous}", numbers::shortened(id)));
+            return self.fail(
+                at,
+                format!(
+                    "the id \"{}\" is taken by {previous}",
+                    numbers::shortened(id)
+                ),
+            );
         }
-        self.tree.objects.push(Object { kind, plugin, id, at, properties: Vec::new() });
+        self.tree.objects.push(Object {
+            kind,
+            plugin,
+            id,
+            at,
+            properties: Vec::new(),
+        });
         let mut depth = 0;
         if let Some((holder, name, holder_depth)) = parent {
             depth = holder_depth + 1;
@@ -186,7 +242,10 @@ impl Reader<'_> {
             self.give(holder, name, at, Value::Object(index))?;
         }
         if depth > MAX_DEPTH {
-            return self.fail(at, format!("elements nest more than {MAX_DEPTH} levels deep"));
+            return self.fail(
+                at,
+                format!("elements nest more than {MAX_DEPTH} levels deep"),
+            );
         }
         for child in node.children().filter(Node::is_element) {
             self.child(child, index, depth, source)?;
@@ -195,10 +254,20 @@ impl Reader<'_> {
     }
 
     /// An element inside an object.
-    fn child(&mut self, node: Node, holder: ObjectIndex, depth: usize, source: &Source) -> Result<(), LoadError> {
+    fn child(
+        &mut self,
+        node: Node,
+        holder: ObjectIndex,
+        depth: usize,
+        source: &Source,
+    ) -> Result<(), LoadError> {
         let tag = node.tag_name().name();
         let is_spectrum_plugin = tag == "spectrum" && node.has_attribute("type");
-        let kind = if is_spectrum_plugin { Some(Kind::Texture) } else { Kind::of_tag(tag) };
+        let kind = if is_spectrum_plugin {
+            Some(Kind::Texture)
+        } else {
+            Kind::of_tag(tag)
+        };
         if let Some(kind) = kind {
             if kind == Kind::Scene {
                 let at = source.lines.position(source.file, node.range().start);
@@ -211,33 +280,52 @@ impl Reader<'_> {
             && let Some(inner) = node.first_element_child()
         {
             let at = source.lines.position(source.file, inner.range().start);
-            return self.fail(at, format!("<{}> cannot be inside <{tag}>", inner.tag_name().name()));
+            return self.fail(
+                at,
+                format!("<{}> cannot be inside <{tag}>", inner.tag_name().name()),
+            );
         }
         match tag {
             "transform" => self.transform(node, &element, holder, source),
             "include" => self.include(&element, holder),
             _ => {
                 let outcome = self.simple(&element, holder, source);
-                outcome.map_err(|message| LoadError::new(self.tree.source(element.at), format!("<{tag}>: {message}")))
+                outcome.map_err(|message| {
+                    LoadError::new(self.tree.source(element.at), format!("<{tag}>: {message}"))
+                })
             }
         }
     }
 
     /// Elements that need nothing but their attributes.
-    fn simple(&mut self, element: &Element, holder: ObjectIndex, source: &Source) -> Result<(), String> {
+    fn simple(
+        &mut self,
+        element: &Element,
+        holder: ObjectIndex,
+        source: &Source,
+    ) -> Result<(), String> {
         let allow = |allowed: &[&str]| transforms::allow(&element.attributes, allowed);
         let get = |name: &str| required(&element.attributes, name);
         match element.tag {
             "ref" => {
                 allow(&["id", "name"])?;
                 let name = element.attribute("name").unwrap_or_default().to_owned();
-                self.add(holder, name, element.at, Value::Reference(get("id")?.to_owned()))
+                self.add(
+                    holder,
+                    name,
+                    element.at,
+                    Value::Reference(get("id")?.to_owned()),
+                )
             }
             "alias" => {
                 allow(&["id", "as"])?;
                 let (id, alias) = (get("id")?, get("as")?);
-                let target = *(self.tree.ids.get(id))
-                    .ok_or_else(|| format!("no object before it has the id \"{}\"", numbers::shortened(id)))?;
+                let target = *(self.tree.ids.get(id)).ok_or_else(|| {
+                    format!(
+                        "no object before it has the id \"{}\"",
+                        numbers::shortened(id)
+                    )
+                })?;
                 match self.tree.ids.insert(alias.to_owned(), target) {
                     None => Ok(()),
                     Some(_) => Err(format!("the id \"{}\" is taken", numbers::shortened(alias))),
@@ -271,7 +359,13 @@ impl Reader<'_> {
         }
     }
 
-    fn transform(&mut self, node: Node, element: &Element, holder: ObjectIndex, source: &Source) -> Result<(), LoadError> {
+    fn transform(
+        &mut self,
+        node: Node,
+        element: &Element,
+        holder: ObjectIndex,
+        source: &Source,
+    ) -> Result<(), LoadError> {
         let name = transforms::allow(&element.attributes, &["name"])
             .and_then(|()| required(&element.attributes, "name"));
         let name = match name {
@@ -281,7 +375,11 @@ impl Reader<'_> {
         let mut matrix = DMat4::IDENTITY;
         for step in node.children().filter(Node::is_element) {
             let step = self.element(step, source)?;
-            let tag = if step.tag == "lookAt" && source.version < [2, 0, 0] { "lookat" } else { step.tag };
+            let tag = if step.tag == "lookAt" && source.version < [2, 0, 0] {
+                "lookat"
+            } else {
+                step.tag
+            };
             match transforms::step(tag, &step.attributes) {
                 Ok(next) => matrix = next * matrix,
                 Err(message) => return self.fail(step.at, format!("<{}>: {message}", step.tag)),
@@ -300,13 +398,24 @@ impl Reader<'_> {
             Err(message) => return self.fail(element.at, format!("<include>: {message}")),
         };
         if self.open.len() > MAX_INCLUDE_DEPTH {
-            return self.fail(element.at, format!("<include>: files include each other more than {MAX_INCLUDE_DEPTH} levels deep"));
+            return self.fail(
+                element.at,
+                format!(
+                    "<include>: files include each other more than {MAX_INCLUDE_DEPTH} levels deep"
+                ),
+            );
         }
         if !path.is_file() {
-            return self.fail(element.at, format!("<include>: there is no file {}", path.display()));
+            return self.fail(
+                element.at,
+                format!("<include>: there is no file {}", path.display()),
+            );
         }
         if self.open.contains(&path) {
-            return self.fail(element.at, format!("<include>: {} includes itself", path.display()));
+            return self.fail(
+                element.at,
+                format!("<include>: {} includes itself", path.display()),
+            );
         }
         let name = element.attribute("name").unwrap_or_default().to_owned();
         let folders = self.files.folder_count();
@@ -318,19 +427,38 @@ impl Reader<'_> {
     }
 
     /// [`Self::add`] with the place in the error.
-    fn give(&mut self, holder: ObjectIndex, name: String, at: Position, value: Value) -> Result<(), LoadError> {
-        self.add(holder, name, at, value).map_err(|message| LoadError::new(self.tree.source(at), message))
+    fn give(
+        &mut self,
+        holder: ObjectIndex,
+        name: String,
+        at: Position,
+        value: Value,
+    ) -> Result<(), LoadError> {
+        self.add(holder, name, at, value)
+            .map_err(|message| LoadError::new(self.tree.source(at), message))
     }
 
     /// Gives `holder` a property.
-    fn add(&mut self, holder: ObjectIndex, name: String, at: Position, value: Value) -> Result<(), String> {
+    fn add(
+        &mut self,
+        holder: ObjectIndex,
+        name: String,
+        at: Position,
+        value: Value,
+    ) -> Result<(), String> {
         let object = &mut self.tree.objects[holder];
         // The scene itself holds thousands of unnamed objects, everything else a handful.
         if !name.is_empty()
-            && let Some(previous) = object.properties.iter().find(|property| property.name == name)
+            && let Some(previous) = object
+                .properties
+                .iter()
+                .find(|property| property.name == name)
         {
             let line = previous.at.line;
-            return Err(format!("\"{}\" was given in line {line} already", numbers::shortened(&name)));
+            return Err(format!(
+                "\"{}\" was given in line {line} already",
+                numbers::shortened(&name)
+            ));
         }
         object.properties.push(Property { name, at, value });
         Ok(())
@@ -344,9 +472,18 @@ impl Reader<'_> {
 fn value(element: &Element, old: bool) -> Result<Value, String> {
     let known = VALUE_TAGS.contains(&element.tag) || (old && element.tag == "srgb");
     if !known {
-        let tags = || Kind::TAGS.iter().map(|(tag, _)| *tag).chain(VALUE_TAGS).chain(OTHER_TAGS);
+        let tags = || {
+            Kind::TAGS
+                .iter()
+                .map(|(tag, _)| *tag)
+                .chain(VALUE_TAGS)
+                .chain(OTHER_TAGS)
+        };
         let hint = did_you_mean(element.tag, tags());
-        return Err(format!("this tag is not known{hint} (known: {})", tags().collect::<Vec<_>>().join(", ")));
+        return Err(format!(
+            "this tag is not known{hint} (known: {})",
+            tags().collect::<Vec<_>>().join(", ")
+        ));
     }
     let allowed: &[&str] = match element.tag {
         "point" | "vector" => &["name", "value", "x", "y", "z"],
@@ -409,8 +546,14 @@ struct LineIndex {
 
 impl LineIndex {
     fn new(text: &str) -> Self {
-        let ends = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n').map(|(at, _)| at + 1);
-        Self { starts: std::iter::once(0).chain(ends).collect() }
+        let ends = text
+            .bytes()
+            .enumerate()
+            .filter(|(_, byte)| *byte == b'\n')
+            .map(|(at, _)| at + 1);
+        Self {
+            starts: std::iter::once(0).chain(ends).collect(),
+        }
     }
 
     fn position(&self, file: u32, byte: usize) -> Position {
@@ -418,6 +561,10 @@ impl LineIndex {
         // Bytes, not characters, between the line's start and here: a line of many megabytes would
         // otherwise make this quadratic. Both are the same for ASCII.
         let column = byte - self.starts[line - 1] + 1;
-        Position { file, line: line as u32, column: column as u32 }
+        Position {
+            file,
+            line: line as u32,
+            column: column as u32,
+        }
     }
 }

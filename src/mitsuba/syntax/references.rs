@@ -41,12 +41,20 @@ enum Height {
     Known(usize),
 }
 
-fn measure(tree: &Tree, object: ObjectIndex, depth: usize, heights: &mut [Height]) -> Result<usize, LoadError> {
+fn measure(
+    tree: &Tree,
+    object: ObjectIndex,
+    depth: usize,
+    heights: &mut [Height],
+) -> Result<usize, LoadError> {
     let fail = |message: String| Err(LoadError::new(tree.source(tree.object(object).at), message));
     match heights[object] {
         Height::Known(height) => return Ok(height),
         Height::BeingMeasured => {
-            return fail(format!("{} holds itself through references", name(tree, object)));
+            return fail(format!(
+                "{} holds itself through references",
+                name(tree, object)
+            ));
         }
         Height::Unknown => {}
     }
@@ -55,12 +63,18 @@ fn measure(tree: &Tree, object: ObjectIndex, depth: usize, heights: &mut [Height
     for property in &tree.object(object).properties {
         if let Value::Object(child) = property.value {
             // The depth is checked before the call, to bound the recursion on a long chain.
-            let below = if depth < MAX_DEPTH { measure(tree, child, depth + 1, heights)? } else { MAX_DEPTH };
+            let below = if depth < MAX_DEPTH {
+                measure(tree, child, depth + 1, heights)?
+            } else {
+                MAX_DEPTH
+            };
             height = height.max(below + 1);
         }
     }
     if height > MAX_DEPTH {
-        return fail(format!("objects hold each other more than {MAX_DEPTH} levels deep"));
+        return fail(format!(
+            "objects hold each other more than {MAX_DEPTH} levels deep"
+        ));
     }
     heights[object] = Height::Known(height);
     Ok(height)
@@ -70,6 +84,10 @@ fn name(tree: &Tree, object: ObjectIndex) -> String {
     let object = tree.object(object);
     match &object.id {
         Some(id) => format!("{} \"{}\"", object.kind.tag(), numbers::shortened(id)),
-        None => format!("{} of type \"{}\"", object.kind.tag(), numbers::shortened(&object.plugin)),
+        None => format!(
+            "{} of type \"{}\"",
+            object.kind.tag(),
+            numbers::shortened(&object.plugin)
+        ),
     }
 }

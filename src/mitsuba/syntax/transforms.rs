@@ -30,12 +30,16 @@ pub fn step(tag: &str, attributes: &Attributes) -> Result<DMat4, String> {
             let axis = components(attributes, 0.0)?
                 .try_normalize()
                 .ok_or("the axis of a rotation must not be zero")?;
-            Ok(rotation(axis, numbers::float(required(attributes, "angle")?)?))
+            Ok(rotation(
+                axis,
+                numbers::float(required(attributes, "angle")?)?,
+            ))
         }
         "lookat" => {
             allow(attributes, &["origin", "target", "up"])?;
             let vector = |name| -> Result<DVec3, String> {
-                numbers::vector(required(attributes, name)?).map_err(|message| format!("{name}: {message}"))
+                numbers::vector(required(attributes, name)?)
+                    .map_err(|message| format!("{name}: {message}"))
             };
             let up = match attribute(attributes, "up") {
                 Some(_) => vector("up")?,
@@ -53,7 +57,10 @@ pub fn step(tag: &str, attributes: &Attributes) -> Result<DMat4, String> {
 
 /// The value of an attribute.
 pub fn attribute<'a>(attributes: &'a Attributes, name: &str) -> Option<&'a str> {
-    attributes.iter().find(|(known, _)| known == name).map(|(_, value)| value.as_str())
+    attributes
+        .iter()
+        .find(|(known, _)| known == name)
+        .map(|(_, value)| value.as_str())
 }
 
 /// The value of an attribute that must be there.
@@ -63,7 +70,10 @@ pub fn required<'a>(attributes: &'a Attributes, name: &str) -> Result<&'a str, S
 
 /// Fails where there are attributes other than these.
 pub fn allow(attributes: &Attributes, allowed: &[&str]) -> Result<(), String> {
-    match attributes.iter().find(|(name, _)| !allowed.contains(&name.as_str())) {
+    match attributes
+        .iter()
+        .find(|(name, _)| !allowed.contains(&name.as_str()))
+    {
         None => Ok(()),
         Some((name, _)) => Err(format!(
             "the attribute \"{}\" is not known here; allowed are {}",
@@ -81,7 +91,9 @@ pub fn components(attributes: &Attributes, missing: f64) -> Result<DVec3, String
     };
     let axes = [of_axis("x")?, of_axis("y")?, of_axis("z")?];
     let Some(value) = attribute(attributes, "value") else {
-        return Ok(DVec3::from_array(axes.map(|number| number.unwrap_or(missing))));
+        return Ok(DVec3::from_array(
+            axes.map(|number| number.unwrap_or(missing)),
+        ));
     };
     if axes.iter().any(Option::is_some) {
         return Err("\"value\" and \"x\", \"y\", \"z\" exclude each other".to_owned());
@@ -89,7 +101,10 @@ pub fn components(attributes: &Attributes, missing: f64) -> Result<DVec3, String
     match numbers::floats(value)?[..] {
         [single] => Ok(DVec3::splat(single)),
         [x, y, z] => Ok(DVec3::new(x, y, z)),
-        ref other => Err(format!("\"value\" must hold 1 or 3 numbers, not {}", other.len())),
+        ref other => Err(format!(
+            "\"value\" must hold 1 or 3 numbers, not {}",
+            other.len()
+        )),
     }
 }
 
@@ -105,8 +120,13 @@ fn rotation(axis: DVec3, degrees: f64) -> DMat4 {
         _ => degrees.to_radians().sin_cos(),
     };
     // Rodrigues: R = cos I + sin [a]× + (1 - cos) a aᵀ.
-    let column = |unit: DVec3| unit * cos + axis.cross(unit) * sin + axis * (axis.dot(unit) * (1.0 - cos));
-    DMat4::from_mat3(DMat3::from_cols(column(DVec3::X), column(DVec3::Y), column(DVec3::Z)))
+    let column =
+        |unit: DVec3| unit * cos + axis.cross(unit) * sin + axis * (axis.dot(unit) * (1.0 - cos));
+    DMat4::from_mat3(DMat3::from_cols(
+        column(DVec3::X),
+        column(DVec3::Y),
+        column(DVec3::Z),
+    ))
 }
 
 /// The frame at `origin` whose +z points to `target` and whose +y leans towards `up`.
@@ -114,13 +134,22 @@ fn look_at(origin: DVec3, target: DVec3, up: DVec3) -> Result<DMat4, String> {
     let forward = (target - origin)
         .try_normalize()
         .ok_or("origin and target of a lookat must differ")?;
-    let up = if up == DVec3::ZERO { some_perpendicular(forward) } else { up };
+    let up = if up == DVec3::ZERO {
+        some_perpendicular(forward)
+    } else {
+        up
+    };
     let left = up
         .cross(forward)
         .try_normalize()
         .ok_or("up of a lookat must not be parallel to its line of sight")?;
     let up = forward.cross(left);
-    Ok(DMat4::from_cols(left.extend(0.0), up.extend(0.0), forward.extend(0.0), origin.extend(1.0)))
+    Ok(DMat4::from_cols(
+        left.extend(0.0),
+        up.extend(0.0),
+        forward.extend(0.0),
+        origin.extend(1.0),
+    ))
 }
 
 /// The first of the two unit vectors that complete `n` to a frame, as Mitsuba chooses it: Duff
@@ -128,7 +157,11 @@ fn look_at(origin: DVec3, target: DVec3, up: DVec3) -> Result<DMat4, String> {
 pub fn some_perpendicular(n: DVec3) -> DVec3 {
     let sign = 1.0_f64.copysign(n.z);
     let a = -1.0 / (sign + n.z);
-    DVec3::new(1.0 + sign * n.x * n.x * a, sign * n.x * n.y * a, -sign * n.x)
+    DVec3::new(
+        1.0 + sign * n.x * n.x * a,
+        sign * n.x * n.y * a,
+        -sign * n.x,
+    )
 }
 
 /// 16 numbers, row by row, or 9 for the linear part.
@@ -152,7 +185,10 @@ mod tests {
     use super::*;
 
     fn of(tag: &str, attributes: &[(&str, &str)]) -> Result<DMat4, String> {
-        let attributes: Vec<_> = attributes.iter().map(|(a, b)| ((*a).to_owned(), (*b).to_owned())).collect();
+        let attributes: Vec<_> = attributes
+            .iter()
+            .map(|(a, b)| ((*a).to_owned(), (*b).to_owned()))
+            .collect();
         step(tag, &attributes)
     }
 
@@ -167,17 +203,33 @@ mod tests {
 
     #[test]
     fn missing_components_are_zero_but_one_for_a_scale() {
-        let moved = of("translate", &[("y", "2")]).unwrap().transform_point3(DVec3::ONE);
+        let moved = of("translate", &[("y", "2")])
+            .unwrap()
+            .transform_point3(DVec3::ONE);
         assert_eq!(moved, DVec3::new(1.0, 3.0, 1.0));
-        let scaled = of("scale", &[("y", "2")]).unwrap().transform_point3(DVec3::ONE);
+        let scaled = of("scale", &[("y", "2")])
+            .unwrap()
+            .transform_point3(DVec3::ONE);
         assert_eq!(scaled, DVec3::new(1.0, 2.0, 1.0));
-        assert_eq!(of("scale", &[("value", "3")]).unwrap().transform_point3(DVec3::ONE), DVec3::splat(3.0));
+        assert_eq!(
+            of("scale", &[("value", "3")])
+                .unwrap()
+                .transform_point3(DVec3::ONE),
+            DVec3::splat(3.0)
+        );
     }
 
     #[test]
     fn look_at_sees_its_target_on_positive_z_with_up_on_y() {
-        let frame = of("lookat", &[("origin", "1 2 3"), ("target", "1, 2, 8"), ("up", "0,1,0")]).unwrap();
-        assert_eq!(frame.transform_point3(DVec3::ZERO), DVec3::new(1.0, 2.0, 3.0));
+        let frame = of(
+            "lookat",
+            &[("origin", "1 2 3"), ("target", "1, 2, 8"), ("up", "0,1,0")],
+        )
+        .unwrap();
+        assert_eq!(
+            frame.transform_point3(DVec3::ZERO),
+            DVec3::new(1.0, 2.0, 3.0)
+        );
         assert_eq!(frame.transform_vector3(DVec3::Z), DVec3::Z);
         assert_eq!(frame.transform_vector3(DVec3::Y), DVec3::Y);
         // Mitsuba's camera has +x to the left; with z forward and y up that is +x here.
@@ -190,24 +242,49 @@ mod tests {
         assert_eq!(down.transform_vector3(DVec3::Z), DVec3::NEG_Z);
         assert!((down.determinant() - 1.0).abs() < 1e-15);
         assert!(of("lookat", &[("origin", "0 0 1"), ("target", "0 0 1")]).is_err());
-        let parallel = of("lookat", &[("origin", "0 0 1"), ("target", "0 0 2"), ("up", "0 0 3")]);
+        let parallel = of(
+            "lookat",
+            &[("origin", "0 0 1"), ("target", "0 0 2"), ("up", "0 0 3")],
+        );
         assert!(parallel.unwrap_err().contains("parallel"));
     }
 
     #[test]
     fn a_matrix_is_given_row_by_row() {
         let text = "1 0 0 5 0 1 0 6 0 0 1 7 0 0 0 1";
-        assert_eq!(of("matrix", &[("value", text)]).unwrap().w_axis.truncate(), DVec3::new(5.0, 6.0, 7.0));
+        assert_eq!(
+            of("matrix", &[("value", text)]).unwrap().w_axis.truncate(),
+            DVec3::new(5.0, 6.0, 7.0)
+        );
         let swap = of("matrix", &[("value", "0 1 0 1 0 0 0 0 1")]).unwrap();
-        assert_eq!(swap.transform_vector3(DVec3::new(1.0, 2.0, 3.0)), DVec3::new(2.0, 1.0, 3.0));
-        assert!(of("matrix", &[("value", "1 2 3")]).unwrap_err().contains("not 3"));
+        assert_eq!(
+            swap.transform_vector3(DVec3::new(1.0, 2.0, 3.0)),
+            DVec3::new(2.0, 1.0, 3.0)
+        );
+        assert!(
+            of("matrix", &[("value", "1 2 3")])
+                .unwrap_err()
+                .contains("not 3")
+        );
     }
 
     #[test]
     fn wrong_attributes_are_named() {
-        assert!(of("rotate", &[("x", "1")]).unwrap_err().contains("\"angle\" is missing"));
-        assert!(of("rotate", &[("angle", "1")]).unwrap_err().contains("axis"));
+        assert!(
+            of("rotate", &[("x", "1")])
+                .unwrap_err()
+                .contains("\"angle\" is missing")
+        );
+        assert!(
+            of("rotate", &[("angle", "1")])
+                .unwrap_err()
+                .contains("axis")
+        );
         assert!(of("scale", &[("w", "1")]).unwrap_err().contains("\"w\""));
-        assert!(of("scale", &[("x", "1"), ("value", "1")]).unwrap_err().contains("exclude"));
+        assert!(
+            of("scale", &[("x", "1"), ("value", "1")])
+                .unwrap_err()
+                .contains("exclude")
+        );
     }
 }

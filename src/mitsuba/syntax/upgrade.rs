@@ -43,7 +43,11 @@ fn snake_case(name: &str) -> String {
                 result.push('_');
                 lowering = true;
             }
-            result.push(if lowering { letter.to_ascii_lowercase() } else { letter });
+            result.push(if lowering {
+                letter.to_ascii_lowercase()
+            } else {
+                letter
+            });
         } else {
             lowering = false;
             result.push(letter);
