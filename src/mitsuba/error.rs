@@ -43,12 +43,6 @@ impl From<SceneError> for LoadError {
     }
 }
 
-/// `a, b, c`.
-pub(super) fn list<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
-    let names: Vec<&str> = names.into_iter().collect();
-    names.join(", ")
-}
-
 /// `; did you mean "..."?` with the name nearest to what was written, or nothing where none is near.
 ///
 /// Near means at most a third of the letters changed (Levenshtein), which catches slips of the

@@ -84,3 +84,9 @@ impl Files {
         self.hasher.finalize().to_hex().to_string()
     }
 }
+
+/// How many lines end in a piece of text.
+#[allow(clippy::naive_bytecount)] // The pieces are short, or read once for a message.
+pub fn line_ends(text: &[u8]) -> usize {
+    text.iter().filter(|byte| **byte == b'\n').count()
+}

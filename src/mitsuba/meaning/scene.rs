@@ -56,7 +56,7 @@ pub fn read(tree: &Tree, files: &mut Files) -> Result<Meaning, LoadError> {
         files,
         materials: Materials::default(),
         ignored: IgnoredList::default(),
-        warnings: Vec::new(),
+        warnings: tree.warnings().to_vec(),
         forms: Vec::new(),
         objects: Vec::new(),
         emitters: Vec::new(),
@@ -65,13 +65,11 @@ pub fn read(tree: &Tree, files: &mut Files) -> Result<Meaning, LoadError> {
         ids: Ids::new(tree),
     };
     for property in &tree.root().properties {
-        match property.value {
-            Value::Object(child) => reader.top_level(child)?,
-            _ => {
-                let message = format!("scene has no parameter \"{}\"", shortened(&property.name));
-                return Err(LoadError::new(tree.source(property.at), message));
-            }
-        }
+        let Value::Object(child) = property.value else {
+            let message = format!("scene has no parameter \"{}\"", shortened(&property.name));
+            return Err(LoadError::new(tree.source(property.at), message));
+        };
+        reader.top_level(child)?;
     }
     reader.note_unused()?;
     let mut warnings = reader.warnings;

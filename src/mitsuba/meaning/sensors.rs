@@ -1,6 +1,6 @@
 //! `<sensor>` becomes [`SensorKind`] and [`Film`].
 
-use glam::DVec2;
+use glam::{DMat3, DVec2};
 
 use super::film;
 use super::plugin::Plugin;
@@ -12,9 +12,9 @@ use crate::scene::{Film, Perspective, ReconstructionFilter, SensorKind, ShapeId,
 /// Every plugin that becomes a sensor.
 const MODELLED: [&str; 4] = ["irradiancemeter", "orthographic", "perspective", "thinlens"];
 
-/// How far a camera's axes may be from orthonormal, in the length of a difference: what files with
-/// six digits reach.
-const RIGID_TOLERANCE: f64 = 1e-4;
+/// How far the products of a camera's axes may be from 0 and 1: Mitsuba's own limit
+/// (`AffineTransform::has_scale`).
+const RIGID_TOLERANCE: f64 = 1e-3;
 
 /// A sensor that belongs to the scene.
 pub fn read(tree: &Tree, sensor: ObjectIndex) -> Result<(SensorKind, Film), LoadError> {
@@ -30,44 +30,33 @@ pub fn read(tree: &Tree, sensor: ObjectIndex) -> Result<(SensorKind, Film), Load
     let to_world = plugin.to_world()?;
     let (near_clip, far_clip) = clips(&plugin)?;
     let focus_distance = plugin.positive_or("focus_distance", far_clip)?;
-    let kind = match name {
-        "orthographic" => SensorKind::Orthographic {
+    let kind = if name == "orthographic" {
+        SensorKind::Orthographic {
             to_world,
             near_clip,
             far_clip,
-        },
-        _ => {
-            must_be_rigid(&plugin, &to_world)?;
-            let is_pinhole = name == "perspective";
-            let offset = |name| {
-                if is_pinhole {
-                    plugin.float_or(name, 0.0)
-                } else {
-                    Ok(0.0)
-                }
-            };
-            let camera = Perspective {
-                to_world,
-                horizontal_fov: horizontal_fov(&plugin, &film)?,
-                near_clip,
-                far_clip,
-                principal_point_offset: DVec2::new(
-                    offset("principal_point_offset_x")?,
-                    offset("principal_point_offset_y")?,
-                ),
-            };
-            if is_pinhole {
-                SensorKind::Perspective(camera)
-            } else {
-                if plugin.find("aperture_radius").is_none() {
-                    return Err(plugin.error("needs the parameter \"aperture_radius\""));
-                }
-                let aperture_radius = plugin.positive_or("aperture_radius", 1.0)?;
-                SensorKind::ThinLens {
-                    camera,
-                    aperture_radius,
-                    focus_distance,
-                }
+        }
+    } else {
+        must_be_rigid(&plugin, &to_world)?;
+        let mut camera = Perspective {
+            to_world,
+            horizontal_fov: horizontal_fov(&plugin, &film)?,
+            near_clip,
+            far_clip,
+            principal_point_offset: DVec2::ZERO,
+        };
+        if name == "perspective" {
+            camera.principal_point_offset.x = plugin.float_or("principal_point_offset_x", 0.0)?;
+            camera.principal_point_offset.y = plugin.float_or("principal_point_offset_y", 0.0)?;
+            SensorKind::Perspective(camera)
+        } else {
+            if plugin.find("aperture_radius").is_none() {
+                return Err(plugin.error("needs the parameter \"aperture_radius\""));
+            }
+            SensorKind::ThinLens {
+                camera,
+                aperture_radius: plugin.positive_or("aperture_radius", 1.0)?,
+                focus_distance,
             }
         }
     };
@@ -133,15 +122,11 @@ fn clips(plugin: &Plugin) -> Result<(f64, f64), LoadError> {
 
 /// Mitsuba rejects cameras that stretch space.
 fn must_be_rigid(plugin: &Plugin, to_world: &Transform) -> Result<(), LoadError> {
-    let matrix = to_world.matrix();
-    let axes = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(glam::DVec4::truncate);
-    let is_rigid = axes
-        .iter()
-        .all(|axis| (axis.length() - 1.0).abs() < RIGID_TOLERANCE);
-    if is_rigid {
+    let linear = DMat3::from_mat4(to_world.matrix());
+    if (linear * linear.transpose()).abs_diff_eq(DMat3::IDENTITY, RIGID_TOLERANCE) {
         Ok(())
     } else {
-        Err(plugin.error("must not scale in its to_world"))
+        Err(plugin.error("must not scale or shear in its to_world"))
     }
 }
 

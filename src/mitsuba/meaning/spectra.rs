@@ -46,13 +46,13 @@ pub fn read(
     };
     let at = found.property.at;
     let rgb = match *found.value {
-        Value::Float(number) => Rgb::grey(number),
-        Value::Integer(number) => Rgb::grey(number as f64),
-        Value::Rgb(rgb) => Rgb(rgb),
+        // Equal energy is not white in emission, and just a factor elsewhere.
         Value::Spectrum(Spectrum::Uniform(number)) if role == Role::Emission => {
             cie::EQUAL_ENERGY * number
         }
-        Value::Spectrum(Spectrum::Uniform(number)) => Rgb::grey(number),
+        Value::Float(number) | Value::Spectrum(Spectrum::Uniform(number)) => Rgb::grey(number),
+        Value::Integer(number) => Rgb::grey(number as f64),
+        Value::Rgb(rgb) => Rgb(rgb),
         Value::Spectrum(Spectrum::Samples(ref samples)) => integrated(samples, role),
         Value::Spectrum(Spectrum::File(_)) => {
             let message =

@@ -190,11 +190,12 @@ fn resolve(text: &[u8], count: usize, what: &str) -> Result<u32, String> {
     let number: i64 = parse_word(text)
         .ok_or_else(|| format!("\"{}\" is not a number of a {what}", lossy(text)))?;
     let index = if number < 0 {
-        count as i64 + number
+        // A file holds far fewer than 2^63 lines.
+        number.checked_add_unsigned(count as u64)
     } else {
-        number - 1
+        number.checked_sub(1)
     };
-    match u32::try_from(index) {
+    match u32::try_from(index.unwrap_or(-1)) {
         Ok(index) if (index as usize) < count => Ok(index),
         _ => Err(format!(
             "refers to {what} {number}, but {count} are known here"

@@ -9,6 +9,7 @@ use glam::{DVec2, DVec3};
 use super::ply_header::{self, Element, Encoding, Layout, Scalar};
 use super::{MeshFileError, Place, check_indices};
 use crate::geometry::MeshParts;
+use crate::mitsuba::files::line_ends;
 
 /// The vertices and triangles of a PLY file.
 pub fn parse(bytes: &[u8]) -> Result<MeshParts, MeshFileError> {
@@ -59,10 +60,7 @@ impl Numbers for Ascii<'_> {
             .iter()
             .position(|byte| !byte.is_ascii_whitespace())
             .unwrap_or(self.rest.len());
-        self.line += self.rest[..blank]
-            .iter()
-            .filter(|byte| **byte == b'\n')
-            .count();
+        self.line += line_ends(&self.rest[..blank]);
         self.rest = &self.rest[blank..];
         let end = self
             .rest

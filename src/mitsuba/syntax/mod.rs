@@ -16,7 +16,7 @@ use std::path::PathBuf;
 
 use glam::{DMat4, DVec3};
 
-use crate::scene::SourcePosition;
+use crate::scene::{SourcePosition, Warning};
 
 pub use numbers::shortened;
 pub use reader::read;
@@ -47,6 +47,7 @@ pub struct Tree {
     files: Vec<(PathBuf, Version)>,
     objects: Vec<Object>,
     ids: HashMap<String, ObjectIndex>,
+    warnings: Vec<Warning>,
 }
 
 /// What kind of thing an element declares.
@@ -173,6 +174,11 @@ impl Tree {
     /// The scene element.
     pub fn root(&self) -> &Object {
         &self.objects[0]
+    }
+
+    /// What is odd, but has a meaning.
+    pub fn warnings(&self) -> &[Warning] {
+        &self.warnings
     }
 
     /// All objects; the root first.

@@ -12,8 +12,8 @@ use super::{
 };
 use super::{numbers, references, upgrade};
 use crate::mitsuba::error::{LoadError, did_you_mean};
-use crate::mitsuba::files::Files;
-use crate::scene::SourcePosition;
+use crate::mitsuba::files::{Files, line_ends};
+use crate::scene::{SourcePosition, Warning};
 
 /// How deep includes may nest; Mitsuba's limit.
 const MAX_INCLUDE_DEPTH: usize = 15;
@@ -87,10 +87,7 @@ impl Reader<'_> {
             .read(path)
             .map_err(|message| LoadError::of_file(path, message))?;
         let text = std::str::from_utf8(&bytes).map_err(|error| {
-            let line = 1 + bytes[..error.valid_up_to()]
-                .iter()
-                .filter(|byte| **byte == b'\n')
-                .count();
+            let line = 1 + line_ends(&bytes[..error.valid_up_to()]);
             LoadError::of_file(
                 path,
                 format!("line {line} is not UTF-8 (no other encoding is read)"),
@@ -381,7 +378,15 @@ impl Reader<'_> {
                 step.tag
             };
             match transforms::step(tag, &step.attributes) {
-                Ok(next) => matrix = next * matrix,
+                Ok(next) => {
+                    matrix = next * matrix;
+                    let odd = transforms::oddity(tag, &step.attributes);
+                    let at = self.tree.source(step.at);
+                    (self.tree.warnings).extend(odd.map(|message| Warning {
+                        at: Some(at),
+                        message,
+                    }));
+                }
                 Err(message) => return self.fail(step.at, format!("<{}>: {message}", step.tag)),
             }
         }

@@ -27,13 +27,16 @@ pub fn step(tag: &str, attributes: &Attributes) -> Result<DMat4, String> {
         }
         "rotate" => {
             allow(attributes, &["x", "y", "z", "value", "angle"])?;
-            let axis = components(attributes, 0.0)?
-                .try_normalize()
-                .ok_or("the axis of a rotation must not be zero")?;
-            Ok(rotation(
-                axis,
-                numbers::float(required(attributes, "angle")?)?,
-            ))
+            let axis = components(attributes, 0.0)?;
+            if axis == DVec3::ZERO {
+                return Err("the axis of a rotation must not be zero".to_owned());
+            }
+            let angle = numbers::float(required(attributes, "angle")?)?;
+            Ok(if is_unit(axis) {
+                rotation(axis.normalize(), angle)
+            } else {
+                rotation(axis, angle)
+            })
         }
         "lookat" => {
             allow(attributes, &["origin", "target", "up"])?;
@@ -106,6 +109,25 @@ pub fn components(attributes: &Attributes, missing: f64) -> Result<DVec3, String
             other.len()
         )),
     }
+}
+
+/// What is odd about a step that is otherwise fine.
+///
+/// Mitsuba 3.9 does not normalise the axis of a `<rotate>` (0.6 did): about (0, 1, 1) it does not
+/// turn but also stretches. The same file must mean the same thing here, so it does here, too.
+pub fn oddity(tag: &str, attributes: &Attributes) -> Option<String> {
+    let axis = components(attributes, 0.0)
+        .ok()
+        .filter(|axis| tag == "rotate" && !is_unit(*axis))?;
+    Some(format!(
+        "the axis of this rotation has length {:.6}, not 1: the transform also stretches, as in Mitsuba 3.9",
+        axis.length()
+    ))
+}
+
+/// Whether a vector has length 1 but for single precision or six digits of a file.
+fn is_unit(vector: DVec3) -> bool {
+    (vector.length_squared() - 1.0).abs() < 1e-5
 }
 
 /// A turn about a unit axis by an angle in degrees, counter-clockwise seen against the axis.
@@ -199,6 +221,38 @@ mod tests {
         assert_eq!(turn.transform_vector3(DVec3::X), DVec3::NEG_Z);
         let back = of("rotate", &[("y", "1"), ("angle", "-90")]).unwrap();
         assert_eq!(back * turn, DMat4::IDENTITY);
+    }
+
+    #[test]
+    fn an_axis_of_another_length_stretches_as_in_mitsuba_and_is_told() {
+        let attributes = [("y", "1"), ("z", "1"), ("angle", "15")];
+        // np.array(mi.ScalarTransform4f().rotate([0, 1, 1], 15).matrix), Mitsuba 3.9.1, f32.
+        let mitsuba = [
+            [0.9659258, -0.25881904, 0.25881904],
+            [0.25881904, 1.0, 0.03407419],
+            [-0.25881904, 0.03407419, 1.0],
+        ];
+        let matrix = of("rotate", &attributes).unwrap();
+        for (row, expected) in mitsuba.into_iter().enumerate() {
+            let row = matrix.row(row).truncate();
+            assert!(
+                row.abs_diff_eq(expected.into(), 1e-7),
+                "{row} is not {expected:?}"
+            );
+        }
+        let told = |attributes: &[(&str, &str)]| {
+            let attributes: Vec<_> = attributes
+                .iter()
+                .map(|(a, b)| ((*a).to_owned(), (*b).to_owned()))
+                .collect();
+            oddity("rotate", &attributes)
+        };
+        assert!(told(&attributes).unwrap().contains("1.414214"));
+        assert_eq!(
+            told(&[("value", "0.6 0.8 0.000001"), ("angle", "15")]),
+            None
+        );
+        assert_eq!(told(&[("x", "-1"), ("angle", "15")]), None);
     }
 
     #[test]
