@@ -45,7 +45,7 @@ impl From<SceneError> for LoadError {
 
 /// `; did you mean "..."?` with the name nearest to what was written, or nothing where none is near.
 ///
-/// Near means at most a third of the letters changed (Levenshtein), which catches slips of the
+/// Near means at most two letters in five changed (Levenshtein), which catches slips of the
 /// finger and a forgotten underscore but does not propose unrelated words.
 pub(super) fn did_you_mean<'a>(
     written: &str,
@@ -58,7 +58,7 @@ pub(super) fn did_you_mean<'a>(
         .map(|name| (edit_distance(&written, &plain(name)), name))
         .min();
     match nearest {
-        Some((distance, name)) if distance * 3 <= name.chars().count() => {
+        Some((distance, name)) if distance * 5 <= name.chars().count() * 2 => {
             format!("; did you mean \"{name}\"?")
         }
         _ => String::new(),
