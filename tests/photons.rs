@@ -20,7 +20,7 @@ fn try_it() {
         sensors: vec![Sensor { id: "floor".into(), kind: SensorKind::IrradianceMeter { shape: ShapeId(0) }, film: Film { width: 512, height: 512, crop: Crop { offset_x: 0, offset_y: 0, width: 512, height: 512 }, filter: ReconstructionFilter::Box } }],
         ..Default::default()
     }).unwrap();
-    for threads in [1, 2] {
+    for threads in [1] {
     rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap().install(|| {
     let p = Progress::default();
     let t0 = std::time::Instant::now();

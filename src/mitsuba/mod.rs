@@ -1,3 +1,75 @@
-//! (being built)
-/// stub
-pub fn load(_path: &std::path::Path, _parameters: &[(String, String)]) -> Result<crate::scene::Scene, std::fmt::Error> { todo!() }
+//! Mitsuba 3 scene files become a [`Scene`].
+//!
+//! In two steps, each in its own folder: `syntax` understands tags, parameters, includes and
+//! numbers, and knows the place of everything; `meaning` knows plugins, their parameters and units.
+//! `mesh_files` reads OBJ, PLY and Mitsuba's serialized meshes.
+//!
+//! The aim is that a file means the same light here as in Mitsuba 3.9 (`rgb` variants), or fails
+//! with an error that names the place, the plugin and the parameter. What makes no difference to an
+//! irradiance (integrators, samplers, reflectances of diffuse surfaces) is reported as
+//! [`Ignored`](crate::scene::Ignored).
+//!
+//! Files older than version 2.0 are upgraded as Mitsuba 3 does. Beyond that, these are read where
+//! Mitsuba 3 gives up, because Mitsuba 0.6 documents what they mean: `<srgb>`, `<lookAt>`,
+//! `<spectrum>` with three numbers, `ldrfilm`, parameters of films that say how an image is stored,
+//! `extEta` of `conductor`, and the texture `scale` on a diffuse surface.
+
+mod error;
+mod files;
+mod meaning;
+mod mesh_files;
+mod syntax;
+
+use std::path::Path;
+
+pub use error::LoadError;
+use files::Files;
+use meaning::Meaning;
+
+use crate::scene::{Scene, SceneParts};
+
+/// Reads a scene file and all files it names.
+///
+/// `parameters` are the values of `$name` in the file, by name; they win over `<default>`.
+///
+/// # Errors
+///
+/// See [`load_parts`]; also where the parts contradict each other.
+pub fn load(path: &Path, parameters: &[(String, String)]) -> Result<Scene, LoadError> {
+    Ok(Scene::new(load_parts(path, parameters)?)?)
+}
+
+/// Reads a scene file and all files it names, without checking the scene as a whole.
+///
+/// The parts' `content_hash` covers the parameters and the contents of every file read, in the order
+/// of first use; no paths, so that a copied scene has the same hash.
+///
+/// # Errors
+///
+/// Where a file is missing or malformed, or asks for what is not modelled.
+pub fn load_parts(path: &Path, parameters: &[(String, String)]) -> Result<SceneParts, LoadError> {
+    let mut files = Files::new(parameters);
+    let meaning = read(path, parameters, &mut files)?;
+    let shapes = Meaning::build_shapes(meaning.forms, &meaning.objects)?;
+    Ok(SceneParts {
+        path: path.to_owned(),
+        content_hash: files.content_hash(),
+        shapes,
+        objects: meaning.objects,
+        materials: meaning.materials,
+        emitters: meaning.emitters,
+        sensors: meaning.sensors,
+        warnings: meaning.warnings,
+        ignored: meaning.ignored,
+    })
+}
+
+/// Both steps, mesh files not yet parsed.
+fn read(
+    path: &Path,
+    parameters: &[(String, String)],
+    files: &mut Files,
+) -> Result<Meaning, LoadError> {
+    let tree = syntax::read(path, parameters, files)?;
+    meaning::read(&tree, files)
+}

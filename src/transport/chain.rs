@@ -7,7 +7,7 @@
 
 use super::ledger::Fate;
 use super::receiver::Receiver;
-use super::scatter::{Branch, ShadingNormals, scatter};
+use super::scatter::{ShadingNormals, scatter};
 use super::signature::{MAX_EVENTS, Signature};
 use crate::geometry::{Ray, TraversalCounters};
 use crate::radiometry::Rgb;
@@ -103,6 +103,7 @@ impl<'a> ChainTracer<'a> {
     }
 
     /// To the next surface, and into the branches there.
+    #[inline]
     fn step(&mut self, flight: &Flight, sink: &mut impl ChainSink) {
         let Flight {
             ray,
@@ -115,107 +116,118 @@ impl<'a> ChainTracer<'a> {
             sink.ended(signature, Fate::Escaped, flux);
             return;
         };
-        let point = world.surface_point(&ray, &hit);
         let mut measured = false;
-        if hit.shape == self.receiver.shape()
-            && let Some(texel) = self.receiver.texel(&point, ray.direction)
-        {
-            measured = true;
-            if !signature.is_empty() {
-                sink.received(signature, texel, flux);
+        let point = if hit.shape == self.receiver.shape() {
+            let point = world.surface_point(&ray, &hit);
+            if let Some(texel) = self.receiver.texel(&point, ray.direction) {
+                measured = true;
+                if !signature.is_empty() {
+                    sink.received(signature, texel, flux);
+                }
             }
-        }
-        let branches = scatter(
+            point
+        } else {
+            world.bounce_point(&ray, &hit)
+        };
+        let follows = self.follow(signature, passes, sink);
+        let mut went_on = Gone::default();
+        let adjoint = self.settings.shading_normals == ShadingNormals::Adjoint;
+        let pending = &mut self.pending;
+        scatter(
             self.scene,
             self.scene.material_of(hit.shape),
             &point,
             ray.direction,
             self.settings.shading_normals,
+            &mut |branch| {
+                went_on.branches += 1;
+                let arriving = match follows {
+                    Follow::All => flux * branch.share,
+                    // Passing is no event: it needs no depth.
+                    Follow::Passes if branch.event.is_none() => flux * branch.share,
+                    Follow::One(choice) => {
+                        let chosen = choice >= went_on.shares
+                            && choice < went_on.shares + branch.share;
+                        went_on.shares += branch.share;
+                        if !chosen {
+                            return;
+                        }
+                        flux
+                    }
+                    Follow::Passes | Follow::None => return,
+                };
+                let leaving = arriving * branch.tint;
+                // A tint above one can only come from adjoint shading normals.
+                if adjoint && leaving != arriving {
+                    went_on.gain += leaving - arriving;
+                    went_on.flux += arriving;
+                } else {
+                    went_on.flux += leaving;
+                }
+                if !leaving.is_black() {
+                    pending.push(Flight {
+                        ray: point.spawn(branch.direction),
+                        flux: leaving,
+                        signature: branch
+                            .event
+                            .map_or(signature, |event| signature.then(event)),
+                        passes: passes + u32::from(branch.event.is_none()),
+                    });
+                }
+            },
         );
-        if branches.is_empty() {
-            let fate = match (measured, signature.is_empty()) {
-                (true, false) => Fate::Received,
-                (true, true) => Fate::Direct,
-                (false, _) => Fate::Absorbed,
-            };
-            sink.ended(signature, fate, flux);
-            return;
+        if !went_on.gain.is_black() {
+            sink.gained(went_on.gain);
         }
-        if signature.len() >= self.settings.max_depth as usize || passes >= MAX_PASSES {
-            let mut rest = flux;
-            for branch in branches.iter().filter(|_| passes < MAX_PASSES) {
-                // Passing is no event: it needs no depth.
-                if branch.event.is_none() {
-                    let flux = flux * branch.share;
-                    rest = rest - flux;
-                    self.go(&point, branch, flux, flight);
-                }
-            }
-            sink.ended(signature, Fate::CutOff, rest);
-            return;
-        }
-        let mut rest = flux;
-        if branches.len() == 1 || signature.len() < self.settings.split_depth as usize {
-            for branch in branches.iter() {
-                let arriving = flux * branch.share;
-                rest = rest - self.take(&point, branch, arriving, flight, sink);
-            }
-        } else {
-            // What no branch carries is one of the choices: the flux is absorbed whole then.
-            let mut left = sink.choice(signature, passes);
-            for branch in branches.iter() {
-                if left < branch.share {
-                    rest = rest - self.take(&point, branch, flux, flight, sink);
-                    break;
-                }
-                left -= branch.share;
-            }
-        }
-        if !rest.is_black() {
-            sink.ended(signature, Fate::Absorbed, rest);
-        }
-    }
-
-    /// Sends `arriving` flux along a branch. Returns what it took from the flux at the surface.
-    #[inline]
-    fn take(
-        &mut self,
-        point: &crate::geometry::SurfacePoint,
-        branch: &Branch,
-        arriving: Rgb,
-        flight: &Flight,
-        sink: &mut impl ChainSink,
-    ) -> Rgb {
-        let leaving = arriving * branch.tint;
-        if !leaving.is_black() {
-            self.go(point, branch, leaving, flight);
-        }
-        // A tint above one can only come from adjoint shading normals.
-        let gain = leaving - arriving;
-        if self.settings.shading_normals == ShadingNormals::Adjoint && gain.max_channel() > 0.0 {
-            sink.gained(gain);
-            return arriving;
-        }
-        leaving
-    }
-
-    #[inline]
-    fn go(
-        &mut self,
-        point: &crate::geometry::SurfacePoint,
-        branch: &Branch,
-        flux: Rgb,
-        flight: &Flight,
-    ) {
-        let (signature, passes) = match branch.event {
-            Some(event) => (flight.signature.then(event), flight.passes),
-            None => (flight.signature, flight.passes + 1),
+        let fate = match (follows, went_on.branches) {
+            (_, 0) if measured && signature.is_empty() => Fate::Direct,
+            (_, 0) if measured => Fate::Received,
+            (Follow::Passes | Follow::None, 1..) => Fate::CutOff,
+            _ => Fate::Absorbed,
         };
-        self.pending.push(Flight {
-            ray: point.spawn(branch.direction),
-            flux,
-            signature,
-            passes,
-        });
+        let rest = flux - went_on.flux;
+        // Shares sum to one but for rounding, which is no absorption.
+        if rest.map(f64::abs).max_channel() > 4.0 * f64::EPSILON * flux.max_channel() {
+            sink.ended(signature, fate, rest);
+        }
     }
+
+    /// Which branches to follow after the events of `signature`.
+    #[inline]
+    fn follow(&self, signature: Signature, passes: u32, sink: &mut impl ChainSink) -> Follow {
+        if passes >= MAX_PASSES {
+            Follow::None
+        } else if signature.len() >= self.settings.max_depth as usize {
+            Follow::Passes
+        } else if signature.len() < self.settings.split_depth as usize {
+            Follow::All
+        } else {
+            Follow::One(sink.choice(signature, passes))
+        }
+    }
+}
+
+/// Which branches are followed.
+#[derive(Clone, Copy)]
+enum Follow {
+    /// All of them.
+    All,
+    /// One, chosen by a uniform number; what no branch carries is one of the choices.
+    One(f64),
+    /// Those that are no event.
+    Passes,
+    /// None.
+    None,
+}
+
+/// What went on from a surface.
+#[derive(Default)]
+struct Gone {
+    branches: u32,
+    /// Sum of the shares of the branches so far.
+    shares: f64,
+    /// Taken from the flux that arrived.
+    flux: Rgb,
+    /// Added to it.
+    gain: Rgb,
 }

@@ -35,42 +35,9 @@ pub struct Branch {
     pub tint: Rgb,
 }
 
-/// All ways light goes on from a surface. What the branches do not carry is absorbed.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Branches {
-    list: [Option<Branch>; 3],
-    length: usize,
-}
-
-impl Branches {
-    /// The branches, at most three: passed, reflected, transmitted.
-    #[inline]
-    pub fn iter(&self) -> impl Iterator<Item = &Branch> {
-        self.list[..self.length].iter().flatten()
-    }
-
-    /// How many there are.
-    #[inline]
-    pub fn len(&self) -> usize {
-        self.length
-    }
-
-    /// Whether all light ends here.
-    #[inline]
-    pub fn is_empty(&self) -> bool {
-        self.length == 0
-    }
-
-    #[inline]
-    fn push(&mut self, branch: Branch) {
-        if branch.share > 0.0 {
-            self.list[self.length] = Some(branch);
-            self.length += 1;
-        }
-    }
-}
-
-/// The branches of light that travels along `direction` and meets `point`.
+/// Hands every branch of light that travels along `direction` and meets `point` to `branch`:
+/// passed, reflected, transmitted, in this order, each with a share above zero. What the shares
+/// and tints do not carry on is absorbed; without any branch, all of it.
 #[inline]
 pub fn scatter(
     scene: &Scene,
@@ -78,15 +45,14 @@ pub fn scatter(
     point: &SurfacePoint,
     direction: DVec3,
     shading_normals: ShadingNormals,
-) -> Branches {
-    let mut branches = Branches::default();
+    branch: &mut impl FnMut(Branch),
+) {
     let at = Meeting {
         point,
         direction,
         shading_normals,
     };
-    at.scatter(scene, material, 1.0, &mut branches);
-    branches
+    at.scatter(scene, material, 1.0, branch);
 }
 
 /// A ray at a surface.
@@ -97,7 +63,14 @@ struct Meeting<'a> {
 }
 
 impl Meeting<'_> {
-    fn scatter(&self, scene: &Scene, material: &Material, weight: f64, into: &mut Branches) {
+    #[inline]
+    fn scatter(
+        &self,
+        scene: &Scene,
+        material: &Material,
+        weight: f64,
+        into: &mut impl FnMut(Branch),
+    ) {
         let front = self.direction.dot(self.point.geometric_normal) < 0.0;
         match *material {
             Material::Diffuse { .. } => {}
@@ -128,7 +101,7 @@ impl Meeting<'_> {
                 };
                 if eta == 1.0 {
                     // Matched media: no interface, though Mitsuba still tints and counts it.
-                    into.push(Branch {
+                    push(into, Branch {
                         direction: self.direction,
                         event: Some(Event::Transmission),
                         share: weight,
@@ -167,7 +140,7 @@ impl Meeting<'_> {
                 let cos_incident = -self.direction.dot(normal);
                 let reflectance = thin_slab_reflectance(cos_incident, interior_ior / exterior_ior);
                 self.push_reflection(normal, weight * reflectance, specular_reflectance, into);
-                into.push(Branch {
+                push(into, Branch {
                     direction: self.direction,
                     event: Some(Event::Transmission),
                     share: weight * (1.0 - reflectance),
@@ -178,7 +151,7 @@ impl Meeting<'_> {
     }
 
     /// A material that stands on the side light arrives from, whichever that is.
-    fn one_side(&self, scene: &Scene, material: &Material, weight: f64, into: &mut Branches) {
+    fn one_side(&self, scene: &Scene, material: &Material, weight: f64, into: &mut impl FnMut(Branch)) {
         if let Material::Conductor { .. } = material {
             self.mirror(material, weight, into);
         } else {
@@ -186,8 +159,8 @@ impl Meeting<'_> {
         }
     }
 
-    fn pass(&self, share: f64, into: &mut Branches) {
-        into.push(Branch {
+    fn pass(&self, share: f64, into: &mut impl FnMut(Branch)) {
+        push(into, Branch {
             direction: self.direction,
             event: None,
             share,
@@ -195,7 +168,7 @@ impl Meeting<'_> {
         });
     }
 
-    fn mirror(&self, material: &Material, weight: f64, into: &mut Branches) {
+    fn mirror(&self, material: &Material, weight: f64, into: &mut impl FnMut(Branch)) {
         let Material::Conductor {
             eta,
             k,
@@ -232,7 +205,7 @@ impl Meeting<'_> {
     }
 
     #[inline]
-    fn push_reflection(&self, normal: DVec3, share: f64, tint: Rgb, into: &mut Branches) {
+    fn push_reflection(&self, normal: DVec3, share: f64, tint: Rgb, into: &mut impl FnMut(Branch)) {
         self.push_checked(
             Branch {
                 direction: reflect(self.direction, normal),
@@ -247,7 +220,7 @@ impl Meeting<'_> {
 
     /// Adds a branch unless the true surface is in its way.
     #[inline]
-    fn push_checked(&self, mut branch: Branch, normal: DVec3, into: &mut Branches) {
+    fn push_checked(&self, mut branch: Branch, normal: DVec3, into: &mut impl FnMut(Branch)) {
         let geometric = self.point.geometric_normal;
         let arrived = self.direction.dot(geometric);
         let leaves = branch.direction.dot(geometric);
@@ -263,6 +236,14 @@ impl Meeting<'_> {
                 .abs();
             branch.tint = branch.tint * factor;
         }
-        into.push(branch);
+        push(into, branch);
+    }
+}
+
+/// Hands on a branch that carries anything.
+#[inline]
+fn push(into: &mut impl FnMut(Branch), branch: Branch) {
+    if branch.share > 0.0 {
+        into(branch);
     }
 }

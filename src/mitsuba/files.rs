@@ -1,0 +1,92 @@
+//! The files a scene is made of: finding, reading once, hashing.
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// Where relative names are looked up, what was read, and the hash over all of it.
+pub struct Files {
+    /// Searched from the last to the first.
+    folders: Vec<PathBuf>,
+    read: HashMap<PathBuf, Arc<[u8]>>,
+    hasher: blake3::Hasher,
+}
+
+impl Files {
+    /// No file read yet; `parameters` are part of the hash.
+    pub fn new(parameters: &[(String, String)]) -> Self {
+        let mut files = Self {
+            folders: Vec::new(),
+            read: HashMap::new(),
+            hasher: blake3::Hasher::new(),
+        };
+        files.hash_block(&(parameters.len() as u64).to_le_bytes());
+        for (name, value) in parameters {
+            files.hash_block(name.as_bytes());
+            files.hash_block(value.as_bytes());
+        }
+        files
+    }
+
+    /// The length goes in first, so that moving a border between two blocks changes the hash.
+    fn hash_block(&mut self, bytes: &[u8]) {
+        self.hasher.update(&(bytes.len() as u64).to_le_bytes());
+        self.hasher.update(bytes);
+    }
+
+    /// Makes `folder` the first to be searched.
+    pub fn search_first(&mut self, folder: PathBuf) {
+        self.folders.push(folder);
+    }
+
+    /// How many folders are searched, to return to with [`Self::forget_folders`].
+    pub fn folder_count(&self) -> usize {
+        self.folders.len()
+    }
+
+    /// Forgets all folders but the first `count` given.
+    pub fn forget_folders(&mut self, count: usize) {
+        self.folders.truncate(count);
+    }
+
+    /// The path of the file that `name` means: the first that exists in the folders searched.
+    ///
+    /// Where none exists, the name in the folder searched first, for the error message.
+    pub fn resolve(&self, name: &str) -> PathBuf {
+        let name = Path::new(name);
+        let mut candidates = self.folders.iter().rev().map(|folder| folder.join(name));
+        let nearest = self
+            .folders
+            .last()
+            .map_or_else(|| name.to_owned(), |folder| folder.join(name));
+        candidates.find(|path| path.exists()).unwrap_or(nearest)
+    }
+
+    /// The contents of the file at `path`; read and hashed at the first call.
+    ///
+    /// # Errors
+    ///
+    /// Where it cannot be read, a phrase that says why.
+    pub fn read(&mut self, path: &Path) -> Result<Arc<[u8]>, String> {
+        if let Some(bytes) = self.read.get(path) {
+            return Ok(Arc::clone(bytes));
+        }
+        let bytes: Arc<[u8]> = std::fs::read(path)
+            .map_err(|error| format!("{} cannot be read: {error}", path.display()))?
+            .into();
+        self.hash_block(&bytes);
+        self.read.insert(path.to_owned(), Arc::clone(&bytes));
+        Ok(bytes)
+    }
+
+    /// BLAKE3, hex, over the parameters and the contents of all files read, in order of first use.
+    pub fn content_hash(&self) -> String {
+        self.hasher.finalize().to_hex().to_string()
+    }
+}
+
+/// How many lines end in a piece of text.
+#[allow(clippy::naive_bytecount)] // The pieces are short, or read once for a message.
+pub fn line_ends(text: &[u8]) -> usize {
+    text.iter().filter(|byte| **byte == b'\n').count()
+}

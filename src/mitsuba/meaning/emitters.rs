@@ -1,0 +1,140 @@
+//! `<emitter>` becomes [`Emitter`].
+
+use glam::DVec3;
+
+use super::plugin::Plugin;
+use super::spectra::{self, Role};
+use crate::mitsuba::error::{LoadError, did_you_mean};
+use crate::mitsuba::syntax::{Kind, ObjectIndex, Tree};
+use crate::radiometry::Rgb;
+use crate::scene::{Emitter, ShapeId};
+
+/// Every plugin that becomes an emitter.
+const MODELLED: [&str; 4] = ["area", "directional", "point", "spot"];
+
+/// The half angle of a `spot` where the file gives none [degrees].
+const DEFAULT_CUTOFF: f64 = 20.0;
+
+/// An emitter that belongs to the scene.
+pub fn read(tree: &Tree, emitter: ObjectIndex) -> Result<Emitter, LoadError> {
+    let plugin = Plugin::new(tree, emitter);
+    let result = match plugin.name() {
+        "point" => point(tree, &plugin)?,
+        "spot" => spot(tree, &plugin)?,
+        "directional" => directional(tree, &plugin)?,
+        "area" => return Err(plugin.error("must be inside the shape that shines")),
+        _ => return Err(not_modelled(&plugin)),
+    };
+    finish(plugin)?;
+    Ok(result)
+}
+
+/// An emitter that belongs to a shape.
+pub fn read_area(tree: &Tree, emitter: ObjectIndex, shape: ShapeId) -> Result<Emitter, LoadError> {
+    let plugin = Plugin::new(tree, emitter);
+    match plugin.name() {
+        "area" => {}
+        name if MODELLED.contains(&name) => {
+            return Err(plugin.error("cannot be inside a shape; only area can"));
+        }
+        _ => return Err(not_modelled(&plugin)),
+    }
+    let radiance = strength(tree, &plugin, "radiance")?;
+    finish(plugin)?;
+    Ok(Emitter::Area { shape, radiance })
+}
+
+fn not_modelled(plugin: &Plugin) -> LoadError {
+    let hint = did_you_mean(plugin.name(), MODELLED);
+    plugin.error(format!(
+        "is not modelled{hint}; modelled emitters are: {}",
+        MODELLED.join(", ")
+    ))
+}
+
+fn finish(plugin: Plugin) -> Result<(), LoadError> {
+    // How often an emitter is sampled changes no expected value.
+    plugin.float_or("sampling_weight", 1.0)?;
+    plugin.refuse(Kind::Medium, "media are not modelled")?;
+    plugin.finish()
+}
+
+/// 1 in every channel where the file gives none, as in Mitsuba.
+fn strength(tree: &Tree, plugin: &Plugin, name: &str) -> Result<Rgb, LoadError> {
+    spectra::read_or(tree, plugin, name, Role::Emission, 1.0)
+}
+
+fn point(tree: &Tree, plugin: &Plugin) -> Result<Emitter, LoadError> {
+    let position = plugin.vector("position")?;
+    let to_world = plugin.transform("to_world")?;
+    if let (Some(_), Some((_, at))) = (position, to_world) {
+        return Err(plugin.parameter_error(at, "to_world", "and \"position\" exclude each other"));
+    }
+    let position = match (position, to_world) {
+        (Some((position, _)), _) => position,
+        (None, Some((to_world, _))) => to_world.point(DVec3::ZERO),
+        (None, None) => DVec3::ZERO,
+    };
+    Ok(Emitter::Point {
+        position,
+        intensity: strength(tree, plugin, "intensity")?,
+    })
+}
+
+/// `cutoff_angle` defaults to 20 degrees and `beam_width` to three quarters of it.
+fn spot(tree: &Tree, plugin: &Plugin) -> Result<Emitter, LoadError> {
+    let to_world = plugin.to_world()?;
+    let intensity = strength(tree, plugin, "intensity")?;
+    let cutoff = plugin.float_at("cutoff_angle")?;
+    let cutoff_degrees = cutoff.map_or(DEFAULT_CUTOFF, |(degrees, _)| degrees);
+    if let Some((degrees, at)) = cutoff
+        && !(degrees > 0.0 && degrees <= 180.0)
+    {
+        return Err(plugin.parameter_error(
+            at,
+            "cutoff_angle",
+            format!("must be above 0 and at most 180, not {degrees}"),
+        ));
+    }
+    let beam = plugin.float_at("beam_width")?;
+    let beam_degrees = beam.map_or(0.75 * cutoff_degrees, |(degrees, _)| degrees);
+    if let Some((degrees, at)) = beam
+        && !(0.0..=cutoff_degrees).contains(&degrees)
+    {
+        let message = format!("must be from 0 to cutoff_angle ({cutoff_degrees}), not {degrees}");
+        return Err(plugin.parameter_error(at, "beam_width", message));
+    }
+    if let Some((texture, at)) = spectra::read(tree, plugin, "texture", Role::Emission)?
+        && texture != Rgb::WHITE
+    {
+        return Err(plugin.parameter_error(at, "texture", "is not modelled"));
+    }
+    Ok(Emitter::Spot {
+        to_world,
+        intensity,
+        cutoff_angle: cutoff_degrees.to_radians(),
+        beam_width: beam_degrees.to_radians(),
+    })
+}
+
+/// `direction`, or the +z axis of `to_world`, is where the light travels to.
+fn directional(tree: &Tree, plugin: &Plugin) -> Result<Emitter, LoadError> {
+    let direction = plugin.vector("direction")?;
+    let to_world = plugin.transform("to_world")?;
+    if let (Some(_), Some((_, at))) = (direction, to_world) {
+        return Err(plugin.parameter_error(at, "to_world", "and \"direction\" exclude each other"));
+    }
+    let travel = match (direction, to_world) {
+        (Some((direction, _)), _) => direction,
+        (None, Some((to_world, _))) => to_world.vector(DVec3::Z),
+        (None, None) => DVec3::Z,
+    };
+    let direction = travel.try_normalize().ok_or_else(|| match direction {
+        Some((_, at)) => plugin.parameter_error(at, "direction", "must not be zero"),
+        None => plugin.error("has a to_world that leaves its direction zero"),
+    })?;
+    Ok(Emitter::Directional {
+        direction,
+        irradiance: strength(tree, plugin, "irradiance")?,
+    })
+}

@@ -1,0 +1,44 @@
+//! What the file holds and no result depends on.
+
+use std::collections::HashSet;
+
+use super::plugin::what;
+use crate::mitsuba::syntax::{Object, ObjectIndex, Tree};
+use crate::scene::Ignored;
+
+/// Entries in the order found, one for each object.
+#[derive(Default)]
+pub struct IgnoredList {
+    pub list: Vec<Ignored>,
+    objects: HashSet<ObjectIndex>,
+}
+
+impl IgnoredList {
+    /// Notes an object, unless it is noted already.
+    pub fn add(&mut self, tree: &Tree, index: ObjectIndex, why: &str) {
+        if self.objects.insert(index) {
+            let object = tree.object(index);
+            self.list.push(Ignored {
+                at: tree.source(object.at),
+                what: with_id(object),
+                why: why.to_owned(),
+            });
+        }
+    }
+
+    /// Notes the texture of a diffuse surface.
+    pub fn add_texture(&mut self, tree: &Tree, index: ObjectIndex) {
+        self.add(
+            tree,
+            index,
+            "no irradiance computed here depends on a diffuse reflectance",
+        );
+    }
+}
+
+fn with_id(object: &Object) -> String {
+    match &object.id {
+        Some(id) => format!("{} (id \"{id}\")", what(object)),
+        None => what(object),
+    }
+}

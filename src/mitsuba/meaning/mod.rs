@@ -1,0 +1,21 @@
+//! The second step: what the plugins make of what the files say.
+//!
+//! One file a kind of object. Each plugin asks for the properties it knows, with their units and
+//! limits; a property that nobody asked for is an error, as in Mitsuba. Defaults and meanings are
+//! those of Mitsuba 3.9.1, `scalar_rgb`.
+
+mod cie;
+mod emitters;
+mod film;
+mod forms;
+mod ignored;
+mod ior;
+mod materials;
+mod metals;
+mod plugin;
+mod scene;
+mod sensors;
+mod spectra;
+mod textures;
+
+pub use scene::{Meaning, read};

@@ -1,0 +1,323 @@
+//! A plugin asks for its properties; what nobody asked for is an error.
+
+use std::cell::{Cell, RefCell};
+
+use glam::DVec3;
+
+use crate::geometry::Transform;
+use crate::mitsuba::error::{LoadError, did_you_mean};
+use crate::mitsuba::syntax::{
+    Kind, Object, ObjectIndex, Position, Property, Tree, Value, shortened,
+};
+use crate::scene::SourcePosition;
+
+/// An object of the tree, and a record of what was asked of it.
+pub struct Plugin<'t> {
+    tree: &'t Tree,
+    object: &'t Object,
+    used: Vec<Cell<bool>>,
+    asked: RefCell<Vec<String>>,
+}
+
+/// A property that was found.
+#[derive(Clone, Copy)]
+pub struct Found<'t> {
+    pub property: &'t Property,
+    pub value: &'t Value,
+}
+
+impl<'t> Plugin<'t> {
+    /// Nothing asked yet.
+    pub fn new(tree: &'t Tree, object: ObjectIndex) -> Self {
+        let object = tree.object(object);
+        Self {
+            tree,
+            object,
+            used: vec![Cell::new(false); object.properties.len()],
+            asked: RefCell::default(),
+        }
+    }
+
+    /// The `type` attribute.
+    pub fn name(&self) -> &'t str {
+        &self.object.plugin
+    }
+
+    /// Tag and plugin, as messages name it.
+    pub fn what(&self) -> String {
+        what(self.object)
+    }
+
+    /// Where it is declared.
+    pub fn source(&self) -> SourcePosition {
+        self.tree.source(self.object.at)
+    }
+
+    /// Whether its file predates Mitsuba 2.
+    pub fn is_old(&self) -> bool {
+        self.tree.is_old(self.object.at)
+    }
+
+    /// An error about the plugin as a whole.
+    pub fn error(&self, message: impl AsRef<str>) -> LoadError {
+        LoadError::new(
+            self.source(),
+            format!("{} {}", self.what(), message.as_ref()),
+        )
+    }
+
+    /// An error about one of its parameters, at the parameter's place.
+    pub fn parameter_error(&self, at: Position, name: &str, message: impl AsRef<str>) -> LoadError {
+        let message = format!(
+            "{}, parameter \"{name}\": {}",
+            self.what(),
+            message.as_ref()
+        );
+        LoadError::new(self.tree.source(at), message)
+    }
+
+    /// The property with this name; from now on it counts as known.
+    pub fn find(&self, name: &str) -> Option<Found<'t>> {
+        if !self.asked.borrow().iter().any(|asked| asked == name) {
+            self.asked.borrow_mut().push(name.to_owned());
+        }
+        let index = self
+            .object
+            .properties
+            .iter()
+            .position(|property| property.name == name)?;
+        self.used[index].set(true);
+        let property = &self.object.properties[index];
+        Some(Found {
+            property,
+            value: &property.value,
+        })
+    }
+
+    fn wrong_type(&self, found: Found, name: &str, expected: &str) -> LoadError {
+        let message = format!("must be {expected}, not {}", found.value.what());
+        self.parameter_error(found.property.at, name, message)
+    }
+
+    /// A number, with its place.
+    pub fn float_at(&self, name: &str) -> Result<Option<(f64, Position)>, LoadError> {
+        let Some(found) = self.find(name) else {
+            return Ok(None);
+        };
+        match *found.value {
+            Value::Float(number) => Ok(Some((number, found.property.at))),
+            Value::Integer(number) => Ok(Some((number as f64, found.property.at))),
+            _ => Err(self.wrong_type(found, name, "a float")),
+        }
+    }
+
+    /// A number, or `default` where the file gives none.
+    pub fn float_or(&self, name: &str, default: f64) -> Result<f64, LoadError> {
+        Ok(self.float_at(name)?.map_or(default, |(number, _)| number))
+    }
+
+    /// A number above zero, or `default` where the file gives none.
+    pub fn positive_or(&self, name: &str, default: f64) -> Result<f64, LoadError> {
+        match self.float_at(name)? {
+            Some((number, at)) if number <= 0.0 => {
+                Err(self.parameter_error(at, name, format!("must be above 0, not {number}")))
+            }
+            found => Ok(found.map_or(default, |(number, _)| number)),
+        }
+    }
+
+    /// A whole number from `smallest` to `u32::MAX`, or `default` where the file gives none.
+    pub fn integer_or(&self, name: &str, smallest: u32, default: u32) -> Result<u32, LoadError> {
+        let Some(found) = self.find(name) else {
+            return Ok(default);
+        };
+        let Value::Integer(number) = *found.value else {
+            return Err(self.wrong_type(found, name, "an integer"));
+        };
+        match u32::try_from(number) {
+            Ok(number) if number >= smallest => Ok(number),
+            _ => {
+                let message = format!("must be from {smallest} to {}, not {number}", u32::MAX);
+                Err(self.parameter_error(found.property.at, name, message))
+            }
+        }
+    }
+
+    /// True or false, or `default` where the file says neither.
+    pub fn boolean_or(&self, name: &str, default: bool) -> Result<bool, LoadError> {
+        let Some(found) = self.find(name) else {
+            return Ok(default);
+        };
+        match *found.value {
+            Value::Boolean(value) => Ok(value),
+            _ => Err(self.wrong_type(found, name, "a boolean")),
+        }
+    }
+
+    /// A text.
+    pub fn string(&self, name: &str) -> Result<Option<&'t str>, LoadError> {
+        let Some(found) = self.find(name) else {
+            return Ok(None);
+        };
+        match found.value {
+            Value::String(text) => Ok(Some(text)),
+            _ => Err(self.wrong_type(found, name, "a string")),
+        }
+    }
+
+    /// A text that must be there.
+    pub fn required_string(&self, name: &str) -> Result<&'t str, LoadError> {
+        self.string(name)?
+            .ok_or_else(|| self.error(format!("needs the parameter \"{name}\"")))
+    }
+
+    /// One of several words, or `default` where the file gives none.
+    pub fn choice_or(
+        &self,
+        name: &str,
+        allowed: &[&str],
+        default: &'static str,
+    ) -> Result<&'t str, LoadError> {
+        let Some(found) = self.find(name) else {
+            return Ok(default);
+        };
+        match self.string(name)? {
+            Some(word) if allowed.contains(&word) => Ok(word),
+            Some(word) => {
+                let message = format!(
+                    "must be one of {}, not \"{}\"",
+                    allowed.join(", "),
+                    shortened(word)
+                );
+                Err(self.parameter_error(found.property.at, name, message))
+            }
+            None => Ok(default),
+        }
+    }
+
+    /// A point or a vector.
+    pub fn vector(&self, name: &str) -> Result<Option<(DVec3, Position)>, LoadError> {
+        let Some(found) = self.find(name) else {
+            return Ok(None);
+        };
+        match *found.value {
+            Value::Vector(vector) => Ok(Some((vector, found.property.at))),
+            _ => Err(self.wrong_type(found, name, "a point or vector")),
+        }
+    }
+
+    /// An invertible affine transform.
+    pub fn transform(&self, name: &str) -> Result<Option<(Transform, Position)>, LoadError> {
+        let Some(found) = self.find(name) else {
+            return Ok(None);
+        };
+        let Value::Transform(matrix) = *found.value else {
+            return Err(self.wrong_type(found, name, "a transform"));
+        };
+        let at = found.property.at;
+        let transform = Transform::from_matrix(matrix)
+            .map_err(|error| self.parameter_error(at, name, error.to_string()))?;
+        Ok(Some((transform, at)))
+    }
+
+    /// `to_world`, or the map that changes nothing.
+    pub fn to_world(&self) -> Result<Transform, LoadError> {
+        Ok(self
+            .transform("to_world")?
+            .map_or(Transform::IDENTITY, |(transform, _)| transform))
+    }
+
+    /// The objects of one kind that it holds, whatever their names, in the file's order.
+    pub fn children(&self, kind: Kind) -> Vec<(ObjectIndex, Position)> {
+        let mut children = Vec::new();
+        for (property, used) in self.object.properties.iter().zip(&self.used) {
+            if let Value::Object(child) = property.value
+                && self.tree.object(child).kind == kind
+            {
+                used.set(true);
+                children.push((child, property.at));
+            }
+        }
+        children
+    }
+
+    /// The object of one kind that it holds, if any.
+    ///
+    /// # Errors
+    ///
+    /// Where it holds several.
+    pub fn child(&self, kind: Kind) -> Result<Option<ObjectIndex>, LoadError> {
+        match self.children(kind)[..] {
+            [] => Ok(None),
+            [(child, _)] => Ok(Some(child)),
+            [_, (_, at), ..] => {
+                let message = format!("{} may hold only one {}", self.what(), kind.tag());
+                Err(LoadError::new(self.tree.source(at), message))
+            }
+        }
+    }
+
+    /// Fails where it holds an object of a kind that is not modelled there.
+    pub fn refuse(&self, kind: Kind, why: &str) -> Result<(), LoadError> {
+        match self.children(kind).first() {
+            None => Ok(()),
+            Some((child, at)) => {
+                let message = format!(
+                    "{} inside {}: {why}",
+                    what(self.tree.object(*child)),
+                    self.what()
+                );
+                Err(LoadError::new(self.tree.source(*at), message))
+            }
+        }
+    }
+
+    /// Notes names as known that make no difference here.
+    pub fn accept(&self, names: &[&str]) {
+        for name in names {
+            self.find(name);
+        }
+    }
+
+    /// Fails where the file gives a property that was never asked for, as Mitsuba does.
+    pub fn finish(self) -> Result<(), LoadError> {
+        let strange = self
+            .object
+            .properties
+            .iter()
+            .zip(&self.used)
+            .find(|(_, used)| !used.get());
+        let Some((property, _)) = strange else {
+            return Ok(());
+        };
+        if let Value::Object(child) = property.value
+            && property.name.is_empty()
+        {
+            let message = format!(
+                "{} cannot hold {}",
+                self.what(),
+                what(self.tree.object(child))
+            );
+            return Err(LoadError::new(self.tree.source(property.at), message));
+        }
+        let mut allowed = self.asked.take();
+        allowed.sort_unstable();
+        let hint = did_you_mean(&property.name, allowed.iter().map(String::as_str));
+        let message = format!(
+            "{} has no parameter \"{}\"{hint} (its parameters: {})",
+            self.what(),
+            shortened(&property.name),
+            if allowed.is_empty() {
+                "none".to_owned()
+            } else {
+                allowed.join(", ")
+            }
+        );
+        Err(LoadError::new(self.tree.source(property.at), message))
+    }
+}
+
+/// Tag and plugin, as messages name an object.
+pub fn what(object: &Object) -> String {
+    format!("{} \"{}\"", object.kind.tag(), shortened(&object.plugin))
+}

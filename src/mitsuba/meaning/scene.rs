@@ -1,0 +1,335 @@
+//! The scene element: everything in it, in the file's order.
+
+use std::collections::{HashMap, HashSet};
+
+use rayon::prelude::*;
+
+use super::forms::{self, Form};
+use super::ignored::IgnoredList;
+use super::materials::Materials;
+use super::plugin::{Plugin, what};
+use super::{emitters, sensors};
+use crate::geometry::{Shape, Transform};
+use crate::mitsuba::error::{LoadError, did_you_mean};
+use crate::mitsuba::files::Files;
+use crate::mitsuba::syntax::{Kind, ObjectIndex, Position, Tree, Value, shortened};
+use crate::scene::{Emitter, Ignored, Material, Object, Sensor, ShapeId, Warning};
+
+/// What a scene means, forms not yet built.
+#[derive(Debug)]
+pub struct Meaning {
+    pub forms: Vec<Form>,
+    pub objects: Vec<Object>,
+    pub materials: Vec<Material>,
+    pub emitters: Vec<Emitter>,
+    pub sensors: Vec<Sensor>,
+    pub warnings: Vec<Warning>,
+    pub ignored: Vec<Ignored>,
+}
+
+impl Meaning {
+    /// Makes all shapes, mesh files in parallel.
+    ///
+    /// # Errors
+    ///
+    /// The first shape in the file's order that cannot be made.
+    pub fn build_shapes(forms: Vec<Form>, objects: &[Object]) -> Result<Vec<Shape>, LoadError> {
+        let shapes: Vec<Result<Shape, String>> = forms.into_par_iter().map(Form::build).collect();
+        let blamed = shapes.into_iter().zip(objects).map(|(shape, object)| {
+            shape.map_err(|message| {
+                let message = format!("shape \"{}\": {message}", object.plugin);
+                LoadError::new(object.declared_at.clone(), message)
+            })
+        });
+        blamed.collect()
+    }
+}
+
+/// Reads the meaning of a tree; mesh files are loaded, not yet parsed.
+///
+/// # Errors
+///
+/// What is not modelled, unknown, out of range or missing, at its place.
+pub fn read(tree: &Tree, files: &mut Files) -> Result<Meaning, LoadError> {
+    let mut reader = SceneReader {
+        tree,
+        files,
+        materials: Materials::default(),
+        ignored: IgnoredList::default(),
+        warnings: tree.warnings().to_vec(),
+        forms: Vec::new(),
+        objects: Vec::new(),
+        emitters: Vec::new(),
+        sensors: Vec::new(),
+        attached: HashSet::new(),
+        ids: Ids::new(tree),
+    };
+    for property in &tree.root().properties {
+        let Value::Object(child) = property.value else {
+            let message = format!("scene has no parameter \"{}\"", shortened(&property.name));
+            return Err(LoadError::new(tree.source(property.at), message));
+        };
+        reader.top_level(child)?;
+    }
+    reader.note_unused()?;
+    let mut warnings = reader.warnings;
+    warnings.append(&mut reader.materials.warnings);
+    Ok(Meaning {
+        forms: reader.forms,
+        objects: reader.objects,
+        materials: reader.materials.list,
+        emitters: reader.emitters,
+        sensors: reader.sensors,
+        warnings,
+        ignored: reader.ignored.list,
+    })
+}
+
+struct SceneReader<'t, 'f> {
+    tree: &'t Tree,
+    files: &'f mut Files,
+    materials: Materials,
+    ignored: IgnoredList,
+    warnings: Vec<Warning>,
+    forms: Vec<Form>,
+    objects: Vec<Object>,
+    emitters: Vec<Emitter>,
+    sensors: Vec<Sensor>,
+    /// Emitters that belong to a shape.
+    attached: HashSet<ObjectIndex>,
+    ids: Ids,
+}
+
+impl SceneReader<'_, '_> {
+    fn top_level(&mut self, child: ObjectIndex) -> Result<(), LoadError> {
+        let tree = self.tree;
+        let object = tree.object(child);
+        match object.kind {
+            Kind::Shape => self.top_level_shape(child),
+            // It shines where a shape refers to it.
+            Kind::Emitter if object.plugin == "area" => Ok(()),
+            Kind::Emitter => {
+                self.emitters.push(emitters::read(tree, child)?);
+                Ok(())
+            }
+            Kind::Sensor => {
+                let (kind, film) = sensors::read(tree, child)?;
+                let id = self.ids.of(tree, child, "");
+                self.note_sampler(child);
+                self.sensors.push(Sensor { id, kind, film });
+                Ok(())
+            }
+            Kind::Integrator => {
+                let why =
+                    "methods are chosen on the command line, and depth by what is asked of them";
+                self.ignored.add(tree, child, why);
+                Ok(())
+            }
+            Kind::Bsdf
+            | Kind::Texture
+            | Kind::Medium
+            | Kind::Volume
+            | Kind::Phase
+            | Kind::Film
+            | Kind::Sampler
+            | Kind::Field
+            | Kind::ReconstructionFilter
+            | Kind::Scene => Ok(()),
+        }
+    }
+
+    fn note_sampler(&mut self, sensor: ObjectIndex) {
+        let why = "the number of samples is chosen on the command line";
+        for (sampler, _) in Plugin::new(self.tree, sensor).children(Kind::Sampler) {
+            self.ignored.add(self.tree, sampler, why);
+        }
+    }
+
+    fn top_level_shape(&mut self, shape: ObjectIndex) -> Result<(), LoadError> {
+        match self.tree.object(shape).plugin.as_str() {
+            // Nothing by itself: instances show it.
+            "shapegroup" => Ok(()),
+            "instance" => self.instance(shape),
+            _ => self.shape(shape, None),
+        }
+    }
+
+    /// Copies all shapes of a group into world space.
+    fn instance(&mut self, instance: ObjectIndex) -> Result<(), LoadError> {
+        let tree = self.tree;
+        let plugin = Plugin::new(tree, instance);
+        let to_world = plugin.to_world()?;
+        let group = plugin
+            .child(Kind::Shape)?
+            .ok_or_else(|| plugin.error("needs a shapegroup"))?;
+        if tree.object(group).plugin != "shapegroup" {
+            return Err(plugin.error(format!(
+                "shows a shapegroup, not a {}",
+                what(tree.object(group))
+            )));
+        }
+        plugin.finish()?;
+        let prefix = self.ids.of(tree, instance, "") + "/";
+        let group = Plugin::new(tree, group);
+        for (member, _) in group.children(Kind::Shape) {
+            if matches!(
+                tree.object(member).plugin.as_str(),
+                "shapegroup" | "instance"
+            ) {
+                return Err(Plugin::new(tree, member).error("cannot be inside a shapegroup"));
+            }
+            self.shape(member, Some((&to_world, &prefix)))?;
+        }
+        group.finish()
+    }
+
+    /// A shape with a form of its own. `instance`: what is applied last, and how ids begin.
+    fn shape(
+        &mut self,
+        shape: ObjectIndex,
+        instance: Option<(&Transform, &str)>,
+    ) -> Result<(), LoadError> {
+        let tree = self.tree;
+        let plugin = Plugin::new(tree, shape);
+        let (outer, prefix) = instance.unwrap_or((&Transform::IDENTITY, ""));
+        let Some((form, name)) = forms::read(&plugin, outer, self.files)? else {
+            let all = || {
+                forms::MODELLED
+                    .into_iter()
+                    .chain(["shapegroup", "instance"])
+            };
+            let hint = did_you_mean(plugin.name(), all());
+            let modelled = all().collect::<Vec<_>>().join(", ");
+            return Err(plugin.error(format!(
+                "is not modelled{hint}; modelled shapes are: {modelled}"
+            )));
+        };
+        plugin.refuse(Kind::Medium, "media are not modelled")?;
+        plugin.float_or("silhouette_sampling_weight", 1.0)?;
+        let material = match plugin.child(Kind::Bsdf)? {
+            Some(bsdf) => self
+                .materials
+                .read(tree, bsdf, self.files, &mut self.ignored)?,
+            None => self.materials.default_material(),
+        };
+        let id = ShapeId(self.objects.len() as u32);
+        let emitter = plugin.child(Kind::Emitter)?;
+        let meters = plugin.children(Kind::Sensor);
+        if instance.is_some() {
+            plugin.refuse(
+                Kind::Emitter,
+                "a shape that is shown by instances cannot shine",
+            )?;
+            plugin.refuse(
+                Kind::Sensor,
+                "a shape that is shown by instances cannot be measured",
+            )?;
+        }
+        let declared_at = plugin.source();
+        plugin.finish()?;
+        if let Some(emitter) = emitter {
+            if !self.attached.insert(emitter) {
+                return Err(Plugin::new(tree, emitter)
+                    .error("shines from several shapes; give each its own"));
+            }
+            self.emitters.push(emitters::read_area(tree, emitter, id)?);
+        }
+        self.meters(&meters, id)?;
+        let object_id = self.ids.of(tree, shape, prefix);
+        self.objects.push(Object {
+            id: object_id,
+            plugin: name,
+            declared_at,
+            material,
+        });
+        self.forms.push(form);
+        Ok(())
+    }
+
+    fn meters(
+        &mut self,
+        meters: &[(ObjectIndex, Position)],
+        shape: ShapeId,
+    ) -> Result<(), LoadError> {
+        for (number, (meter, at)) in meters.iter().enumerate() {
+            let (kind, film, warning) = sensors::read_meter(self.tree, *meter, shape)?;
+            self.warnings.extend(warning);
+            if number == 1 {
+                self.warnings.push(Warning {
+                    at: Some(self.tree.source(*at)),
+                    message: "the shape has several sensors; Mitsuba 3 allows one".to_owned(),
+                });
+            }
+            let id = self.ids.of(self.tree, *meter, "");
+            self.note_sampler(*meter);
+            self.sensors.push(Sensor { id, kind, film });
+        }
+        Ok(())
+    }
+
+    /// Top-level objects that no shape or sensor refers to.
+    fn note_unused(&mut self) -> Result<(), LoadError> {
+        for property in &self.tree.root().properties {
+            let Value::Object(child) = property.value else {
+                continue;
+            };
+            let why = match self.tree.object(child).kind {
+                Kind::Emitter
+                    if self.tree.object(child).plugin == "area"
+                        && !self.attached.contains(&child) =>
+                {
+                    return Err(Plugin::new(self.tree, child).error("must belong to a shape"));
+                }
+                Kind::Bsdf if self.materials.is_used(child) => continue,
+                Kind::Bsdf => "no shape uses it",
+                Kind::Sampler | Kind::Film | Kind::ReconstructionFilter => {
+                    "it belongs to no sensor"
+                }
+                Kind::Texture | Kind::Medium | Kind::Volume | Kind::Phase | Kind::Field => {
+                    "nothing that is modelled uses it"
+                }
+                _ => continue,
+            };
+            self.ignored.add(self.tree, child, why);
+        }
+        Ok(())
+    }
+}
+
+/// Names for shapes and sensors, each once.
+struct Ids {
+    /// The file's ids and those made so far.
+    taken: HashSet<String>,
+    made: HashMap<String, u32>,
+}
+
+impl Ids {
+    fn new(tree: &Tree) -> Self {
+        let taken = tree
+            .objects()
+            .iter()
+            .filter_map(|object| object.id.clone())
+            .collect();
+        Self {
+            taken,
+            made: HashMap::new(),
+        }
+    }
+
+    /// The file's id, or `<plugin>_<n>`; both behind `prefix`.
+    fn of(&mut self, tree: &Tree, object: ObjectIndex, prefix: &str) -> String {
+        let object = tree.object(object);
+        if let Some(id) = &object.id {
+            return format!("{prefix}{id}");
+        }
+        let stem = format!("{prefix}{}", object.plugin);
+        loop {
+            let number = self.made.entry(stem.clone()).or_insert(0);
+            let id = format!("{stem}_{number}");
+            *number += 1;
+            if self.taken.insert(id.clone()) {
+                return id;
+            }
+        }
+    }
+}

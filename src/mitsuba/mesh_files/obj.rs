@@ -1,0 +1,311 @@
+//! Wavefront OBJ.
+//!
+//! One mesh from a whole file, groups and materials notwithstanding, as Mitsuba does: corners with
+//! the same position, texture coordinate and normal become one vertex, polygons become fans. (The
+//! crate tobj splits a file into a mesh a group, which opens edges between groups, and reports
+//! no line numbers; so the reader is our own, and tobj is the oracle of a test.)
+
+use std::collections::HashMap;
+
+use glam::{DVec2, DVec3};
+
+use super::{MeshFileError, Place};
+use crate::geometry::MeshParts;
+
+/// No texture coordinate, no normal, or the end of a chain.
+const NONE: u32 = u32::MAX;
+/// How many vertices share a position before a hash table takes over from the chain: the chain is
+/// faster for what meshes have (a handful), the table keeps hostile files from quadratic time.
+const LONGEST_CHAIN: usize = 16;
+
+/// The vertices and triangles of an OBJ file.
+pub fn parse(bytes: &[u8]) -> Result<MeshParts, MeshFileError> {
+    let mut reader = Reader::default();
+    for (number, line) in bytes.split(|byte| *byte == b'\n').enumerate() {
+        reader
+            .line(line)
+            .map_err(|message| MeshFileError::new(Place::Line(number + 1), message))?;
+    }
+    if reader.triangles.is_empty() {
+        return Err(MeshFileError::new(Place::File, "holds no faces"));
+    }
+    Ok(reader.finish())
+}
+
+#[derive(Default)]
+struct Reader {
+    positions: Vec<DVec3>,
+    uvs: Vec<DVec2>,
+    normals: Vec<DVec3>,
+    triangles: Vec<[u32; 3]>,
+    corners: Corners,
+}
+
+/// A corner of a face: position, texture coordinate, normal.
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+struct Corner {
+    position: u32,
+    uv: u32,
+    normal: u32,
+}
+
+/// Each distinct corner is a vertex, numbered in the order of first use.
+#[derive(Default)]
+struct Corners {
+    list: Vec<Corner>,
+    /// The next vertex with the same position.
+    next: Vec<u32>,
+    /// The first vertex with a position.
+    first: Vec<u32>,
+    beyond_chains: HashMap<Corner, u32>,
+}
+
+impl Corners {
+    fn vertex(&mut self, corner: Corner) -> Result<u32, String> {
+        let position = corner.position as usize;
+        if self.first.len() <= position {
+            self.first.resize(position + 1, NONE);
+        }
+        let mut vertex = self.first[position];
+        let mut last = NONE;
+        for _ in 0..LONGEST_CHAIN {
+            if vertex == NONE {
+                let new = self.push(corner)?;
+                match last {
+                    NONE => self.first[position] = new,
+                    last => self.next[last as usize] = new,
+                }
+                return Ok(new);
+            }
+            if self.list[vertex as usize] == corner {
+                return Ok(vertex);
+            }
+            last = vertex;
+            vertex = self.next[vertex as usize];
+        }
+        if let Some(vertex) = self.beyond_chains.get(&corner) {
+            return Ok(*vertex);
+        }
+        let new = self.push(corner)?;
+        self.beyond_chains.insert(corner, new);
+        Ok(new)
+    }
+
+    fn push(&mut self, corner: Corner) -> Result<u32, String> {
+        let new = u32::try_from(self.list.len())
+            .ok()
+            .filter(|new| *new != NONE);
+        let new = new.ok_or("more vertices than 32 bits can number")?;
+        self.list.push(corner);
+        self.next.push(NONE);
+        Ok(new)
+    }
+}
+
+impl Reader {
+    fn line(&mut self, line: &[u8]) -> Result<(), String> {
+        let mut words = line
+            .split(u8::is_ascii_whitespace)
+            .filter(|word| !word.is_empty());
+        match words.next() {
+            Some(b"v") => self.positions.push(DVec3::from_array(numbers(words)?)),
+            Some(b"vn") => self.normals.push(DVec3::from_array(numbers(words)?)),
+            Some(b"vt") => self.uvs.push(DVec2::from_array(numbers(words)?)),
+            Some(b"f") => self.face(words)?,
+            // Groups, materials, smoothing, lines, points, comments.
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn face<'a>(&mut self, words: impl Iterator<Item = &'a [u8]>) -> Result<(), String> {
+        let (mut first, mut last, mut count) = (0, 0, 0);
+        for word in words {
+            let corner = self.corner(word)?;
+            let vertex = self.corners.vertex(corner)?;
+            match count {
+                0 => first = vertex,
+                1 => {}
+                _ => self.triangles.push([first, last, vertex]),
+            }
+            last = vertex;
+            count += 1;
+        }
+        if count < 3 {
+            return Err(format!("a face needs 3 corners or more, not {count}"));
+        }
+        Ok(())
+    }
+
+    /// `v`, `v/vt`, `v//vn` or `v/vt/vn`.
+    fn corner(&self, word: &[u8]) -> Result<Corner, String> {
+        let mut parts = word.split(|byte| *byte == b'/');
+        let mut index = |count: usize, what: &str| match parts.next() {
+            None | Some(b"") => Ok(NONE),
+            Some(text) => resolve(text, count, what),
+        };
+        let corner = Corner {
+            position: index(self.positions.len(), "vertex")?,
+            uv: index(self.uvs.len(), "texture coordinate")?,
+            normal: index(self.normals.len(), "normal")?,
+        };
+        if corner.position == NONE || parts.next().is_some() {
+            return Err(format!(
+                "\"{}\" must be v, v/vt, v//vn or v/vt/vn",
+                lossy(word)
+            ));
+        }
+        Ok(corner)
+    }
+
+    fn finish(self) -> MeshParts {
+        let corners = &self.corners.list;
+        let position = |corner: &Corner| self.positions[corner.position as usize];
+        let normal = |corner: &Corner| {
+            self.normals
+                .get(corner.normal as usize)
+                .copied()
+                .unwrap_or_default()
+        };
+        let uv = |corner: &Corner| {
+            self.uvs
+                .get(corner.uv as usize)
+                .copied()
+                .unwrap_or_default()
+        };
+        MeshParts {
+            positions: corners.iter().map(position).collect(),
+            normals: (corners.iter().any(|corner| corner.normal != NONE))
+                .then(|| corners.iter().map(normal).collect()),
+            uvs: (corners.iter().any(|corner| corner.uv != NONE))
+                .then(|| corners.iter().map(uv).collect()),
+            triangles: self.triangles,
+            ..MeshParts::default()
+        }
+    }
+}
+
+/// From 1 upwards, or from -1 (the latest) downwards.
+fn resolve(text: &[u8], count: usize, what: &str) -> Result<u32, String> {
+    let number: i64 = parse_word(text)
+        .ok_or_else(|| format!("\"{}\" is not a number of a {what}", lossy(text)))?;
+    let index = if number < 0 {
+        // A file holds far fewer than 2^63 lines.
+        number.checked_add_unsigned(count as u64)
+    } else {
+        number.checked_sub(1)
+    };
+    match u32::try_from(index.unwrap_or(-1)) {
+        Ok(index) if (index as usize) < count => Ok(index),
+        _ => Err(format!(
+            "refers to {what} {number}, but {count} are known here"
+        )),
+    }
+}
+
+/// The first N numbers; what follows (weights, colours) is let be.
+fn numbers<'a, const N: usize>(
+    mut words: impl Iterator<Item = &'a [u8]>,
+) -> Result<[f64; N], String> {
+    let mut result = [0.0; N];
+    for (found, number) in result.iter_mut().enumerate() {
+        let word = words
+            .next()
+            .ok_or_else(|| format!("expected {N} numbers, found {found}"))?;
+        let parsed = parse_word(word).filter(|number: &f64| number.is_finite());
+        *number = parsed.ok_or_else(|| format!("\"{}\" is not a finite number", lossy(word)))?;
+    }
+    Ok(result)
+}
+
+fn parse_word<T: std::str::FromStr>(word: &[u8]) -> Option<T> {
+    std::str::from_utf8(word).ok()?.parse().ok()
+}
+
+fn lossy(word: &[u8]) -> String {
+    const LIMIT: usize = 40;
+    String::from_utf8_lossy(&word[..word.len().min(LIMIT)]).into_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn error(text: &str) -> String {
+        parse(text.as_bytes()).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn corners_merge_only_where_all_three_indices_agree() {
+        let text = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvn 0 0 1\nvn 0 0 2\nvt 0 0\nf 1/1/1 2/1/1 3/1/1\nf 1/1/1 3/1/2 4/1/1\n";
+        let parts = parse(text.as_bytes()).unwrap();
+        assert_eq!(parts.positions.len(), 5);
+        assert_eq!(parts.triangles, [[0, 1, 2], [0, 3, 4]]);
+        assert_eq!(parts.positions[2], parts.positions[3]);
+        assert_eq!(parts.normals.unwrap()[3], DVec3::new(0.0, 0.0, 2.0));
+    }
+
+    #[test]
+    fn groups_do_not_split_the_mesh() {
+        let text = "g a\nv 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\ng b\nusemtl x\nv 0 1 0\nf 1 3 4\n";
+        let parts = parse(text.as_bytes()).unwrap();
+        assert_eq!(parts.positions.len(), 4);
+        assert_eq!(parts.triangles, [[0, 1, 2], [0, 2, 3]]);
+        assert!(parts.normals.is_none() && parts.uvs.is_none());
+    }
+
+    #[test]
+    fn polygons_become_fans_and_negative_indices_count_from_the_end() {
+        let text = "v 0 0 0\nv 1 0 0\r\nv 2 1 0 1.0\nv 1 2 0\nv 0 1 0\nf -5 -4 -3 -2 -1\n";
+        let parts = parse(text.as_bytes()).unwrap();
+        assert_eq!(parts.triangles, [[0, 1, 2], [0, 2, 3], [0, 3, 4]]);
+    }
+
+    #[test]
+    fn decimals_keep_double_precision() {
+        let parts = parse(b"v 0.1 1e-300 3\nv 1 0 0\nv 1 1 0\nf 1 2 3").unwrap();
+        assert_eq!(parts.positions[0], DVec3::new(0.1, 1e-300, 3.0));
+    }
+
+    #[test]
+    fn a_position_with_many_normals_stays_merged_beyond_the_chain() {
+        let count = 3 * LONGEST_CHAIN;
+        let mut text = String::from("v 0 0 0\nv 1 0 0\nv 0 1 0\n");
+        (0..count).for_each(|n| text += &format!("vn 0 0 {}\n", n + 1));
+        for _ in 0..2 {
+            (1..=count).for_each(|n| text += &format!("f 1//{n} 2//1 3//1\n"));
+        }
+        assert_eq!(parse(text.as_bytes()).unwrap().positions.len(), count + 2);
+    }
+
+    #[test]
+    fn errors_name_the_line_and_the_value() {
+        assert_eq!(error("v 0 0\n"), "line 1: expected 3 numbers, found 2");
+        assert_eq!(error("\nv 0 x 0\n"), "line 2: \"x\" is not a finite number");
+        assert_eq!(
+            error("v nan 0 0\n"),
+            "line 1: \"nan\" is not a finite number"
+        );
+        assert_eq!(
+            error("v 0 0 0\nf 1 2 1\n"),
+            "line 2: refers to vertex 2, but 1 are known here"
+        );
+        assert_eq!(
+            error("v 0 0 0\nf 0 1 1\n"),
+            "line 2: refers to vertex 0, but 1 are known here"
+        );
+        assert_eq!(
+            error("v 0 0 0\nf 1 1\n"),
+            "line 2: a face needs 3 corners or more, not 2"
+        );
+        assert_eq!(
+            error("v 0 0 0\nf 1/1/1/1 1 1\n"),
+            "line 2: refers to texture coordinate 1, but 0 are known here"
+        );
+        assert_eq!(
+            error("v 0 0 0\nf / 1 1\n"),
+            "line 2: \"/\" must be v, v/vt, v//vn or v/vt/vn"
+        );
+        assert_eq!(error("v 0 0 0\n"), "holds no faces");
+    }
+}

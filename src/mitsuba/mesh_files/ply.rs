@@ -1,0 +1,368 @@
+//! Stanford PLY, ascii and binary.
+//!
+//! The element `vertex` gives positions (`x y z`), normals (`nx ny nz`) and texture coordinates
+//! (`u v`, `s t` or `texture_u texture_v`); the list `vertex_indices` or `vertex_index` of `face`
+//! gives polygons, which become fans. Everything else is skipped.
+
+use glam::{DVec2, DVec3};
+
+use super::ply_header::{self, Element, Encoding, Layout, Scalar};
+use super::{MeshFileError, Place, check_indices};
+use crate::geometry::MeshParts;
+use crate::mitsuba::files::line_ends;
+
+/// The vertices and triangles of a PLY file.
+pub fn parse(bytes: &[u8]) -> Result<MeshParts, MeshFileError> {
+    let header = ply_header::parse(bytes)?;
+    let body = &bytes[header.body..];
+    match header.encoding {
+        Encoding::Ascii => read(
+            &header.elements,
+            Ascii {
+                rest: body,
+                line: header.lines + 1,
+            },
+        ),
+        Encoding::LittleEndian => read(
+            &header.elements,
+            Binary::<false> {
+                bytes,
+                at: header.body,
+            },
+        ),
+        Encoding::BigEndian => read(
+            &header.elements,
+            Binary::<true> {
+                bytes,
+                at: header.body,
+            },
+        ),
+    }
+}
+
+/// The numbers of a body, one after the other. `f64` holds every type exactly.
+trait Numbers {
+    fn next(&mut self, scalar: Scalar) -> Result<f64, MeshFileError>;
+    /// How many numbers of a type the rest can hold at most.
+    fn room_for(&self, scalar: Scalar) -> usize;
+    fn place(&self) -> Place;
+}
+
+struct Ascii<'a> {
+    rest: &'a [u8],
+    line: usize,
+}
+
+impl Numbers for Ascii<'_> {
+    fn next(&mut self, _: Scalar) -> Result<f64, MeshFileError> {
+        let blank = self
+            .rest
+            .iter()
+            .position(|byte| !byte.is_ascii_whitespace())
+            .unwrap_or(self.rest.len());
+        self.line += line_ends(&self.rest[..blank]);
+        self.rest = &self.rest[blank..];
+        let end = self
+            .rest
+            .iter()
+            .position(u8::is_ascii_whitespace)
+            .unwrap_or(self.rest.len());
+        let (word, rest) = self.rest.split_at(end);
+        self.rest = rest;
+        let number = std::str::from_utf8(word)
+            .ok()
+            .and_then(|word| word.parse().ok());
+        number.ok_or_else(|| {
+            let message = if word.is_empty() {
+                "the file ends too early".to_owned()
+            } else {
+                format!(
+                    "\"{}\" is not a number",
+                    String::from_utf8_lossy(&word[..word.len().min(40)])
+                )
+            };
+            MeshFileError::new(self.place(), message)
+        })
+    }
+
+    fn room_for(&self, _: Scalar) -> usize {
+        // A digit and a blank each.
+        self.rest.len().div_ceil(2)
+    }
+
+    fn place(&self) -> Place {
+        Place::Line(self.line)
+    }
+}
+
+struct Binary<'a, const BIG_ENDIAN: bool> {
+    bytes: &'a [u8],
+    at: usize,
+}
+
+impl<const BIG_ENDIAN: bool> Binary<'_, BIG_ENDIAN> {
+    #[inline]
+    fn take<const N: usize>(&mut self) -> Result<[u8; N], MeshFileError> {
+        let Some(bytes) = self.bytes[self.at..].first_chunk::<N>() else {
+            return Err(MeshFileError::new(self.place(), "the file ends too early"));
+        };
+        self.at += N;
+        let mut bytes = *bytes;
+        if BIG_ENDIAN {
+            bytes.reverse();
+        }
+        Ok(bytes)
+    }
+}
+
+impl<const BIG_ENDIAN: bool> Numbers for Binary<'_, BIG_ENDIAN> {
+    #[inline]
+    fn next(&mut self, scalar: Scalar) -> Result<f64, MeshFileError> {
+        Ok(match scalar {
+            Scalar::I8 => i8::from_le_bytes(self.take()?).into(),
+            Scalar::U8 => u8::from_le_bytes(self.take()?).into(),
+            Scalar::I16 => i16::from_le_bytes(self.take()?).into(),
+            Scalar::U16 => u16::from_le_bytes(self.take()?).into(),
+            Scalar::I32 => i32::from_le_bytes(self.take()?).into(),
+            Scalar::U32 => u32::from_le_bytes(self.take()?).into(),
+            Scalar::F32 => f32::from_le_bytes(self.take()?).into(),
+            Scalar::F64 => f64::from_le_bytes(self.take()?),
+        })
+    }
+
+    fn room_for(&self, scalar: Scalar) -> usize {
+        (self.bytes.len() - self.at) / scalar.bytes()
+    }
+
+    fn place(&self) -> Place {
+        Place::Byte(self.at)
+    }
+}
+
+fn read(elements: &[Element], mut numbers: impl Numbers) -> Result<MeshParts, MeshFileError> {
+    let mut parts = MeshParts::default();
+    for name in ["vertex", "face"] {
+        if !elements.iter().any(|element| element.name == name) {
+            return Err(MeshFileError::new(
+                Place::File,
+                format!("the header declares no element \"{name}\""),
+            ));
+        }
+    }
+    for element in elements {
+        check_room(element, &numbers)?;
+        match element.name.as_str() {
+            "vertex" => read_vertices(element, &mut numbers, &mut parts)?,
+            "face" => read_faces(element, &mut numbers, &mut parts.triangles)?,
+            _ => skip(element, &mut numbers)?,
+        }
+    }
+    check_indices(&parts)?;
+    Ok(parts)
+}
+
+/// Fails where the header announces more items than the rest of the file can hold.
+///
+/// An element of lists only needs at least the lists' lengths.
+fn check_room(element: &Element, numbers: &impl Numbers) -> Result<(), MeshFileError> {
+    let smallest = |property: &ply_header::Property| match property.layout {
+        Layout::Number(scalar) | Layout::List { length: scalar, .. } => scalar,
+    };
+    match element
+        .properties
+        .iter()
+        .map(|property| numbers.room_for(smallest(property)))
+        .min()
+    {
+        Some(room) if element.count > room => {
+            let message = format!(
+                "the header announces {} of \"{}\", but the file ends before",
+                element.count, element.name
+            );
+            Err(MeshFileError::new(numbers.place(), message))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// What a property of a vertex is good for: the slot it goes to.
+const SLOTS: [(&str, usize); 12] = [
+    ("x", 0),
+    ("y", 1),
+    ("z", 2),
+    ("nx", 3),
+    ("ny", 4),
+    ("nz", 5),
+    ("u", 6),
+    ("v", 7),
+    ("s", 6),
+    ("t", 7),
+    ("texture_u", 6),
+    ("texture_v", 7),
+];
+/// Where the rest goes.
+const NOWHERE: usize = 8;
+
+fn read_vertices(
+    element: &Element,
+    numbers: &mut impl Numbers,
+    parts: &mut MeshParts,
+) -> Result<(), MeshFileError> {
+    let slots: Vec<usize> = (element.properties.iter())
+        .map(|property| {
+            let slot = SLOTS.iter().find(|(name, _)| *name == property.name);
+            slot.filter(|_| matches!(property.layout, Layout::Number(_)))
+                .map_or(NOWHERE, |(_, slot)| *slot)
+        })
+        .collect();
+    let has = |range: std::ops::Range<usize>| range.into_iter().all(|slot| slots.contains(&slot));
+    if !has(0..3) {
+        return Err(MeshFileError::new(
+            Place::File,
+            "element \"vertex\" needs the properties x, y and z",
+        ));
+    }
+    let mut normals = has(3..6).then(|| Vec::with_capacity(element.count));
+    let mut uvs = has(6..8).then(|| Vec::with_capacity(element.count));
+    parts.positions.reserve(element.count);
+    for _ in 0..element.count {
+        let place = numbers.place();
+        let mut values = [0.0; NOWHERE + 1];
+        for (property, slot) in element.properties.iter().zip(&slots) {
+            match property.layout {
+                Layout::Number(scalar) => values[*slot] = numbers.next(scalar)?,
+                Layout::List { length, item } => {
+                    for _ in 0..list_length(numbers, length)? {
+                        numbers.next(item)?;
+                    }
+                }
+            }
+        }
+        let [x, y, z, nx, ny, nz, u, v, _] = values;
+        if !values[..NOWHERE].iter().all(|value| value.is_finite()) {
+            let message = format!(
+                "vertex {} has a number that is not finite",
+                parts.positions.len()
+            );
+            return Err(MeshFileError::new(place, message));
+        }
+        parts.positions.push(DVec3::new(x, y, z));
+        if let Some(normals) = &mut normals {
+            normals.push(DVec3::new(nx, ny, nz));
+        }
+        if let Some(uvs) = &mut uvs {
+            uvs.push(DVec2::new(u, v));
+        }
+    }
+    parts.normals = normals;
+    parts.uvs = uvs;
+    Ok(())
+}
+
+fn read_faces(
+    element: &Element,
+    numbers: &mut impl Numbers,
+    triangles: &mut Vec<[u32; 3]>,
+) -> Result<(), MeshFileError> {
+    let is_polygon = |property: &ply_header::Property| {
+        matches!(property.name.as_str(), "vertex_indices" | "vertex_index")
+            && matches!(property.layout, Layout::List { .. })
+    };
+    if !element.properties.iter().any(is_polygon) {
+        return Err(MeshFileError::new(
+            Place::File,
+            "element \"face\" needs the list vertex_indices",
+        ));
+    }
+    triangles.reserve(element.count);
+    for _ in 0..element.count {
+        for property in &element.properties {
+            match property.layout {
+                Layout::Number(scalar) => {
+                    numbers.next(scalar)?;
+                }
+                Layout::List { length, item } if is_polygon(property) => {
+                    read_polygon(numbers, length, item, triangles)?;
+                }
+                Layout::List { length, item } => {
+                    for _ in 0..list_length(numbers, length)? {
+                        numbers.next(item)?;
+                    }
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+fn read_polygon(
+    numbers: &mut impl Numbers,
+    length: Scalar,
+    item: Scalar,
+    triangles: &mut Vec<[u32; 3]>,
+) -> Result<(), MeshFileError> {
+    let place = numbers.place();
+    let count = list_length(numbers, length)?;
+    if count < 3 {
+        return Err(MeshFileError::new(
+            place,
+            format!("a face needs 3 corners or more, not {count}"),
+        ));
+    }
+    let first = vertex_index(numbers, item)?;
+    let mut last = vertex_index(numbers, item)?;
+    for _ in 2..count {
+        let next = vertex_index(numbers, item)?;
+        triangles.push([first, last, next]);
+        last = next;
+    }
+    Ok(())
+}
+
+fn list_length(numbers: &mut impl Numbers, scalar: Scalar) -> Result<u32, MeshFileError> {
+    whole(numbers, scalar, "the length of a list")
+}
+
+fn vertex_index(numbers: &mut impl Numbers, scalar: Scalar) -> Result<u32, MeshFileError> {
+    whole(numbers, scalar, "the number of a vertex")
+}
+
+#[inline]
+fn whole(numbers: &mut impl Numbers, scalar: Scalar, what: &str) -> Result<u32, MeshFileError> {
+    let place = numbers.place();
+    let number = numbers.next(scalar)?;
+    // Out of range and NaN, a cast saturates or gives 0, and so does not come back as it was.
+    let whole = number as u32;
+    if f64::from(whole) == number {
+        Ok(whole)
+    } else {
+        Err(MeshFileError::new(
+            place,
+            format!("{number} cannot be {what}"),
+        ))
+    }
+}
+
+fn skip(element: &Element, numbers: &mut impl Numbers) -> Result<(), MeshFileError> {
+    if element.properties.is_empty() {
+        return Ok(());
+    }
+    for _ in 0..element.count {
+        for property in &element.properties {
+            match property.layout {
+                Layout::Number(scalar) => {
+                    numbers.next(scalar)?;
+                }
+                Layout::List { length, item } => {
+                    for _ in 0..list_length(numbers, length)? {
+                        numbers.next(item)?;
+                    }
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,211 @@
+//! The first step: what the files say, with the place of every element.
+//!
+//! Tags, parameters (`$name`), includes, aliases and numbers are understood here; what a plugin
+//! makes of its properties is not. The result is a flat list of objects, each with its
+//! properties in the file's order.
+
+mod numbers;
+mod parameters;
+mod reader;
+mod references;
+mod transforms;
+mod upgrade;
+
+use std::collections::HashMap;
+use std::path::PathBuf;
+
+use glam::{DMat4, DVec3};
+
+use crate::scene::{SourcePosition, Warning};
+
+pub use numbers::shortened;
+pub use reader::read;
+pub use transforms::some_perpendicular;
+
+/// How deep elements, includes and references may nest.
+///
+/// Mitsuba's own scenes stay below 10; the limit keeps hostile files from exhausting the stack.
+pub const MAX_DEPTH: usize = 64;
+
+/// A place in one of the tree's files.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Position {
+    file: u32,
+    line: u32,
+    column: u32,
+}
+
+/// Mitsuba's version number, major first.
+pub type Version = [u32; 3];
+
+/// The index of an object in its [`Tree`].
+pub type ObjectIndex = usize;
+
+/// All that a main file and its includes say.
+#[derive(Debug, Default)]
+pub struct Tree {
+    files: Vec<(PathBuf, Version)>,
+    objects: Vec<Object>,
+    ids: HashMap<String, ObjectIndex>,
+    warnings: Vec<Warning>,
+}
+
+/// What kind of thing an element declares.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Kind {
+    Scene,
+    Bsdf,
+    Emitter,
+    Field,
+    Film,
+    Integrator,
+    Medium,
+    Phase,
+    ReconstructionFilter,
+    Sampler,
+    Sensor,
+    Shape,
+    Texture,
+    Volume,
+}
+
+impl Kind {
+    const TAGS: [(&'static str, Self); 14] = [
+        ("scene", Self::Scene),
+        ("bsdf", Self::Bsdf),
+        ("emitter", Self::Emitter),
+        ("field", Self::Field),
+        ("film", Self::Film),
+        ("integrator", Self::Integrator),
+        ("medium", Self::Medium),
+        ("phase", Self::Phase),
+        ("rfilter", Self::ReconstructionFilter),
+        ("sampler", Self::Sampler),
+        ("sensor", Self::Sensor),
+        ("shape", Self::Shape),
+        ("texture", Self::Texture),
+        ("volume", Self::Volume),
+    ];
+
+    /// The kind that a tag declares.
+    fn of_tag(tag: &str) -> Option<Self> {
+        Self::TAGS
+            .iter()
+            .find(|(name, _)| *name == tag)
+            .map(|(_, kind)| *kind)
+    }
+
+    /// The tag that declares it.
+    pub fn tag(self) -> &'static str {
+        Self::TAGS
+            .iter()
+            .find(|(_, kind)| *kind == self)
+            .map_or("object", |(name, _)| *name)
+    }
+}
+
+/// A plugin with its properties.
+#[derive(Clone, Debug)]
+pub struct Object {
+    pub kind: Kind,
+    /// The `type` attribute; `scene` for the root.
+    pub plugin: String,
+    pub id: Option<String>,
+    pub at: Position,
+    pub properties: Vec<Property>,
+}
+
+/// A value that an object holds.
+#[derive(Clone, Debug)]
+pub struct Property {
+    /// Empty where the element has no `name`.
+    pub name: String,
+    pub at: Position,
+    pub value: Value,
+}
+
+/// What a property says.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Value {
+    Boolean(bool),
+    Integer(i64),
+    Float(f64),
+    String(String),
+    /// `<point>` and `<vector>`.
+    Vector(DVec3),
+    Rgb([f64; 3]),
+    Spectrum(Spectrum),
+    Transform(DMat4),
+    Object(ObjectIndex),
+    /// The `id` of a `<ref>`; replaced by [`Value::Object`] once all files are read.
+    Reference(String),
+}
+
+impl Value {
+    /// The tag that makes it, with its article.
+    pub fn what(&self) -> &'static str {
+        match self {
+            Self::Boolean(_) => "a boolean",
+            Self::Integer(_) => "an integer",
+            Self::Float(_) => "a float",
+            Self::String(_) => "a string",
+            Self::Vector(_) => "a point or vector",
+            Self::Rgb(_) => "an rgb",
+            Self::Spectrum(_) => "a spectrum",
+            Self::Transform(_) => "a transform",
+            Self::Object(_) => "an object",
+            Self::Reference(_) => "a ref",
+        }
+    }
+}
+
+/// What a `<spectrum>` without a type says.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Spectrum {
+    /// The same at all wavelengths.
+    Uniform(f64),
+    /// Linear between (wavelength in nm, value), wavelengths rising; zero outside.
+    Samples(Vec<(f64, f64)>),
+    /// A file named by the `filename` attribute.
+    File(String),
+}
+
+impl Tree {
+    /// The scene element.
+    pub fn root(&self) -> &Object {
+        &self.objects[0]
+    }
+
+    /// What is odd, but has a meaning.
+    pub fn warnings(&self) -> &[Warning] {
+        &self.warnings
+    }
+
+    /// All objects; the root first.
+    pub fn objects(&self) -> &[Object] {
+        &self.objects
+    }
+
+    /// The object with this index.
+    pub fn object(&self, index: ObjectIndex) -> &Object {
+        &self.objects[index]
+    }
+
+    /// Whether the file of an object predates Mitsuba 2 (`version` below 2.0.0).
+    pub fn is_old(&self, at: Position) -> bool {
+        self.version(at) < [2, 0, 0]
+    }
+
+    fn version(&self, at: Position) -> Version {
+        self.files[at.file as usize].1
+    }
+
+    /// The place with its file's path, for messages.
+    pub fn source(&self, at: Position) -> SourcePosition {
+        SourcePosition {
+            file: self.files[at.file as usize].0.clone(),
+            line: at.line,
+            column: at.column,
+        }
+    }
+}
