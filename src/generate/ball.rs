@@ -193,7 +193,7 @@ mod tests {
             // w²/2 times the surface's third derivative: Σ a |k|³ < 45, and 5 for the products of
             // lower ones with the sphere's own. Projection widens an icosahedron's edges,
             // 1.052 / frequency apart on the sphere's chord, by less than 1.26.
-            let width = 1.052 * 1.26 / 96.0;
+            let width: f64 = 1.052 * 1.26 / 96.0;
             let bound = 2.0 * 0.5 * width * width * 50.0;
             assert!(facet.dot(mean) > bound.cos(), "{}", facet.dot(mean).acos());
         }
