@@ -1,0 +1,12 @@
+//! What the tests of estimates share: scenes at any resolution, layers of an estimate, and the
+//! statistics that say whether an estimate and a closed form agree.
+#![allow(dead_code, reason = "every test file uses its own part of this")]
+
+pub mod comparison;
+pub mod scenes;
+pub mod student;
+
+#[allow(unused_imports, reason = "every test file uses its own part of this")]
+pub use comparison::{Agreement, Compared};
+#[allow(unused_imports, reason = "every test file uses its own part of this")]
+pub use scenes::{Photons, bundled, bundled_file, loaded};
