@@ -4,8 +4,8 @@ use std::io::{self, Read, Write};
 use std::sync::atomic::{AtomicBool, AtomicI64, AtomicU64, Ordering};
 
 use flate2::Compression;
-use flate2::read::ZlibDecoder;
-use flate2::write::ZlibEncoder;
+use flate2::read::GzDecoder;
+use flate2::write::GzEncoder;
 use rayon::prelude::*;
 
 use crate::numeric::FixedPoint;
@@ -297,7 +297,7 @@ impl Accumulator {
     }
 }
 
-/// What a written accumulator starts with, uncompressed and little-endian.
+/// What a written accumulator starts with after its magic bytes, little-endian.
 struct Header {
     texels: u64,
     channels: u32,
@@ -343,7 +343,7 @@ impl Header {
 }
 
 impl Accumulator {
-    /// Writes the sums: a header, then ΣS, ΣS² and counts, little-endian, deflated (zlib).
+    /// Writes the sums: magic bytes, then a header, ΣS, ΣS² and counts, little-endian, as gzip.
     ///
     /// # Errors
     ///
@@ -360,8 +360,8 @@ impl Accumulator {
             replicates: self.replicates,
         };
         writer.write_all(&MAGIC)?;
-        writer.write_all(&header.to_bytes())?;
-        let mut encoder = ZlibEncoder::new(writer, Compression::fast());
+        let mut encoder = GzEncoder::new(writer, Compression::fast());
+        encoder.write_all(&header.to_bytes())?;
         for sum in &self.sums {
             encoder.write_all(&sum.to_le_bytes())?;
         }
@@ -375,7 +375,7 @@ impl Accumulator {
         Ok(())
     }
 
-    /// Reads what [`Accumulator::write_to`] wrote; checks it, zlib's checksum included.
+    /// Reads what [`Accumulator::write_to`] wrote; checks it, its CRC-32 included.
     ///
     /// Memory grows with what is really read, not with what the header claims.
     ///
@@ -389,8 +389,9 @@ impl Accumulator {
         if magic != MAGIC {
             return Err(malformed("wrong magic bytes or version"));
         }
+        let mut decoder = GzDecoder::new(reader);
         let mut bytes = [0; Header::LENGTH];
-        reader.read_exact(&mut bytes)?;
+        decoder.read_exact(&mut bytes)?;
         let header = Header::from_bytes(&bytes);
         if ![1, 3].contains(&header.channels) {
             return Err(AccumulatorError::Malformed(format!(
@@ -407,9 +408,7 @@ impl Accumulator {
             .body_length()
             .ok_or_else(|| malformed("too many texels"))?;
         let mut body = Vec::new();
-        ZlibDecoder::new(reader)
-            .take(expected as u64 + 1)
-            .read_to_end(&mut body)?;
+        decoder.take(expected as u64 + 1).read_to_end(&mut body)?;
         if body.len() != expected {
             return Err(malformed("the sums are more or fewer than the header says"));
         }
