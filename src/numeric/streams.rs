@@ -30,6 +30,10 @@ pub enum StreamKind {
 pub struct Stream {
     kind: StreamKind,
     key: u64,
+    /// Keys for each use, made once: they depend on `key` alone.
+    points: u64,
+    low_digits: u64,
+    extra: u64,
 }
 
 /// What a hash is for: the domains keep their numbers apart.
@@ -39,7 +43,7 @@ enum Domain {
     Seed = 1,
     Split,
     Points,
-    LowBits,
+    LowDigits,
     Extra,
 }
 
@@ -83,9 +87,16 @@ pub const fn unit_interval(bits: u64) -> f64 {
 impl Stream {
     /// The stream of a seed; any seed is as good as any other, neighbours too.
     pub const fn new(kind: StreamKind, seed: u64) -> Self {
+        Self::of_key(kind, hash_pair(seed, Domain::Seed as u64))
+    }
+
+    const fn of_key(kind: StreamKind, key: u64) -> Self {
         Self {
             kind,
-            key: hash_pair(seed, Domain::Seed as u64),
+            key,
+            points: hash_pair(key, Domain::Points as u64),
+            low_digits: hash_pair(key, Domain::LowDigits as u64),
+            extra: hash_pair(key, Domain::Extra as u64),
         }
     }
 
@@ -98,10 +109,8 @@ impl Stream {
     /// one and of those of all other keys.
     #[must_use]
     pub const fn split(&self, key: u64) -> Self {
-        Self {
-            kind: self.kind,
-            key: hash_pair(self.domain(Domain::Split), key),
-        }
+        let domain = hash_pair(self.key, Domain::Split as u64);
+        Self::of_key(self.kind, hash_pair(domain, key))
     }
 
     /// Point `index` in the unit square; the first two coordinates of [`Stream::point4`].
@@ -132,22 +141,15 @@ impl Stream {
     /// other dimensions: for roulette, where stratification brings nothing.
     #[inline]
     pub const fn extra(&self, index: u64, dimension: u32) -> f64 {
-        unit_interval(hash64(self.domain(Domain::Extra), index, dimension))
-    }
-
-    /// A key for one use of this stream.
-    #[inline]
-    const fn domain(&self, domain: Domain) -> u64 {
-        hash_pair(self.key, domain as u64)
+        unit_interval(hash64(self.extra, index, dimension))
     }
 
     #[inline]
     fn random<const N: usize>(&self, index: u64) -> [f64; N] {
-        let key = self.domain(Domain::Points);
-        std::array::from_fn(|dimension| unit_interval(hash64(key, index, dimension as u32)))
+        std::array::from_fn(|d| unit_interval(hash64(self.points, index, d as u32)))
     }
 
-    /// Scrambles each coordinate with a key of its own, and draws the bits below the 32nd.
+    /// Scrambles each coordinate with a key of its own, and draws the digits below the 32nd.
     ///
     /// All digits of an unscrambled Sobol' point below the 32nd are zero, and each point of a
     /// block has upper digits of its own: nested scrambling would give it lower digits that are
@@ -155,15 +157,23 @@ impl Stream {
     #[inline]
     fn scrambled<const N: usize>(&self, index: u64, reversed: [u32; N]) -> [f64; N] {
         let block = index >> 32;
-        let scramble_key = self.domain(Domain::Points);
-        let low_key = self.domain(Domain::LowBits);
-        std::array::from_fn(|dimension| {
-            let key = hash64(scramble_key, block, dimension as u32) as u32;
-            let high = u64::from(sobol::scramble(reversed[dimension], key)) << 32;
-            let low = hash64(low_key, index, dimension as u32) >> 32;
-            unit_interval(high | low)
+        std::array::from_fn(|d| {
+            // One hash of 64 bits serves two dimensions.
+            let (pair, half) = (d as u64 / 2, 32 * (d as u32 % 2));
+            let key = (hash_of_pair(self.points, block, pair) >> half) as u32;
+            let low = (hash_of_pair(self.low_digits, index, pair) >> half) as u32;
+            let high = sobol::scramble(reversed[d], key);
+            unit_interval(u64::from(high) << 32 | u64::from(low))
         })
     }
+}
+
+/// 64 hash bits for dimensions 2 `pair` and 2 `pair` + 1, `pair` being 0 or 1: element
+/// 2 `counter` + `pair` of `SplitMix64`'s sequence from `key`.
+#[inline]
+const fn hash_of_pair(key: u64, counter: u64, pair: u64) -> u64 {
+    let element = counter.wrapping_mul(2).wrapping_add(pair);
+    mix64(key.wrapping_add(element.wrapping_mul(GOLDEN_STEP)))
 }
 
 #[cfg(test)]
