@@ -282,7 +282,7 @@ mod tests {
                     "{values:?}: {rounded:e}, but {neighbour:e} is nearer"
                 );
                 assert!(
-                    order.is_lt() || rounded.to_bits() % 2 == 0,
+                    order.is_lt() || rounded.to_bits().is_multiple_of(2),
                     "{values:?}: odd tie"
                 );
             }

@@ -270,7 +270,7 @@ mod tests {
     fn rules_are_exact_for_all_degrees_they_promise() {
         for count in (1..=20).chain([63, 64, 127, 128]) {
             let rule = GaussLegendre::new(count).unwrap();
-            for power in 0..2 * count as i32 {
+            for power in (0i32..).take(2 * count) {
                 // ∫ x^p over [0, 1]. A node off by ε changes x^p by p ε x^p: relative p ε more.
                 let expected = 1.0 / f64::from(power + 1);
                 let got = rule.integrate(0.0, 1.0, |x| x.powi(power));
