@@ -69,7 +69,7 @@ impl ShearedRay {
         }
     }
 
-    #[inline(always)]
+    #[inline]
     fn image(&self, vertex: DVec3) -> Image {
         let v = vertex.to_array();
         let [x, y, z] = self.axes;
@@ -109,7 +109,7 @@ impl ShearedRay {
 }
 
 /// Twice the signed area of the triangle (origin, p, q), rounded; zero or of the right sign.
-#[inline(always)]
+#[inline]
 fn edge(p: &Image, q: &Image) -> f64 {
     p.x * q.y - p.y * q.x
 }
