@@ -1,10 +1,10 @@
 //! The search among a mesh's triangles.
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 
 use super::{
     Bounds, Hit, Mesh, Ray,
-    accel::{BoxTree, LeafVisitor, LocalRay, TrianglePack},
+    accel::{BoxTree, Lanes, LeafVisitor, LocalRay, TrianglePack},
     nearest::Nearest,
     triangle::ShearedRay,
     world::TraversalCounters,
@@ -15,8 +15,10 @@ pub(super) struct MeshTree {
     tree: BoxTree,
     /// One a leaf.
     packs: Vec<TrianglePack>,
-    /// The face of each box.
+    /// The faces, leaf by leaf.
     faces: Vec<u32>,
+    /// Their corners: copies, so that a test looks in one place and not in five.
+    corners: Vec<[DVec3; 3]>,
 }
 
 impl MeshTree {
@@ -27,61 +29,73 @@ impl MeshTree {
             .map(|&face| Bounds::from_points(mesh.corners(face)))
             .collect();
         let tree = BoxTree::new(&boxes);
+        let ordered = |range: &[u32]| -> Vec<u32> {
+            range.iter().map(|&index| faces[index as usize]).collect()
+        };
         let packs = (0..tree.leaf_count())
             .map(|leaf| {
-                let triangles = tree.leaf(leaf).iter().map(|&index| {
-                    let face = faces[index as usize];
-                    (face, mesh.corners(face))
-                });
-                TrianglePack::new(tree.frame(), triangles)
+                let faces = ordered(tree.leaf(leaf));
+                TrianglePack::new(tree.frame(), faces.iter().map(|&face| mesh.corners(face)))
             })
             .collect();
-        Self { tree, packs, faces }
+        let faces = ordered(tree.order());
+        let corners = faces.iter().map(|&face| mesh.corners(face)).collect();
+        Self {
+            tree,
+            packs,
+            faces,
+            corners,
+        }
     }
 
     pub(super) fn memory_bytes(&self) -> usize {
-        self.tree.memory_bytes() + size_of_val(&*self.packs) + size_of_val(&*self.faces)
+        self.tree.memory_bytes()
+            + size_of_val(&*self.packs)
+            + size_of_val(&*self.faces)
+            + size_of_val(&*self.corners)
     }
 
     #[inline]
     pub(super) fn closest_hit(
         &self,
-        mesh: &Mesh,
         shape: u32,
         ray: &Ray,
         nearest: &mut Nearest,
         counters: &mut TraversalCounters,
     ) {
+        let limit = nearest.limit();
+        let Some(local) = self.tree.enter(ray, limit) else {
+            return;
+        };
         let mut search = FaceSearch {
             tree: self,
-            mesh,
             sheared: ShearedRay::new(ray),
             shape,
             tests: 0,
-            limit: nearest.limit(),
+            limit,
             found: |hit: Hit| {
                 nearest.offer(hit);
                 nearest.limit()
             },
         };
-        let limit = search.limit;
-        counters.node_visits += self.tree.search(ray, limit, &mut search);
+        counters.node_visits += self.tree.search(&local, limit, &mut search);
         counters.primitive_tests += search.tests;
     }
 
     pub(super) fn any_hit(
         &self,
-        mesh: &Mesh,
         shape: u32,
         ray: &Ray,
         max_distance: f64,
         blocks: &mut impl FnMut(&Hit) -> bool,
         counters: &mut TraversalCounters,
     ) -> bool {
+        let Some(local) = self.tree.enter(ray, max_distance) else {
+            return false;
+        };
         let mut blocked = false;
         let mut search = FaceSearch {
             tree: self,
-            mesh,
             sheared: ShearedRay::new(ray),
             shape,
             tests: 0,
@@ -96,15 +110,14 @@ impl MeshTree {
                 }
             },
         };
-        counters.node_visits += self.tree.search(ray, max_distance, &mut search);
+        counters.node_visits += self.tree.search(&local, max_distance, &mut search);
         counters.primitive_tests += search.tests;
         blocked
     }
 
-    pub(super) fn any_box(&self, mesh: &Mesh, overlaps: &mut impl FnMut(&Bounds) -> bool) -> bool {
-        self.tree.any_box(overlaps, |index, overlaps| {
-            let face = self.faces[index as usize];
-            overlaps(&Bounds::from_points(mesh.corners(face)))
+    pub(super) fn any_box(&self, overlaps: &mut impl FnMut(&Bounds) -> bool) -> bool {
+        self.tree.any_box(overlaps, |position, overlaps| {
+            overlaps(&Bounds::from_points(self.corners[position]))
         })
     }
 }
@@ -112,7 +125,6 @@ impl MeshTree {
 /// Tests the faces of the leaves visited, exactly.
 struct FaceSearch<'a, F> {
     tree: &'a MeshTree,
-    mesh: &'a Mesh,
     sheared: ShearedRay,
     shape: u32,
     tests: u64,
@@ -124,19 +136,18 @@ struct FaceSearch<'a, F> {
 impl<F: FnMut(Hit) -> f64> LeafVisitor for FaceSearch<'_, F> {
     #[inline(always)]
     #[allow(clippy::inline_always)] // or it is not compiled for the caller's registers
-    fn visit(&mut self, leaf: usize, ray: &LocalRay) -> f64 {
-        let pack = &self.tree.packs[leaf];
-        let mut candidates = pack.candidates(ray);
+    fn visit(&mut self, lanes: impl Lanes, leaf: usize, ray: &LocalRay) -> f64 {
+        let first = self.tree.tree.leaf_range(leaf).start;
+        let mut candidates = self.tree.packs[leaf].candidates(lanes, ray);
         while candidates != 0 {
-            let slot = candidates.trailing_zeros() as usize;
+            let position = first + candidates.trailing_zeros() as usize;
             candidates &= candidates - 1;
-            let face = pack.face(slot);
             self.tests += 1;
-            if let Some(hit) = self.sheared.intersect(self.mesh.corners(face)) {
+            if let Some(hit) = self.sheared.intersect(&self.tree.corners[position]) {
                 self.limit = (self.found)(Hit {
                     distance: hit.distance,
                     shape: self.shape,
-                    face,
+                    face: self.tree.faces[position],
                     barycentric: DVec2::new(hit.b1, hit.b2),
                 });
             }

@@ -6,7 +6,7 @@ use glam::DVec2;
 
 use super::{
     Bounds, Hit, Ray, Shape, SurfacePoint,
-    accel::{BoxTree, LeafVisitor, LocalRay},
+    accel::{BoxTree, Lanes, LeafVisitor, LocalRay},
     mesh_tree::MeshTree,
     nearest::Nearest,
 };
@@ -109,7 +109,10 @@ impl World {
                 },
                 limit: max_distance,
             };
-            counters.node_visits += tree.search(ray, max_distance, &mut search);
+            if let Some(local) = tree.enter(ray, max_distance) {
+                let visits = tree.search(&local, max_distance, &mut search);
+                counters.node_visits += visits;
+            }
         } else {
             for shape in 0..self.shapes.len() as u32 {
                 self.search_shape(shape, ray, &mut nearest, counters);
@@ -126,10 +129,8 @@ impl World {
         nearest: &mut Nearest,
         counters: &mut TraversalCounters,
     ) {
-        if let Shape::Mesh(mesh) = &self.shapes[shape as usize] {
-            if let Some(tree) = &self.trees[shape as usize] {
-                tree.closest_hit(mesh, shape, ray, nearest, counters);
-            }
+        if let Some(tree) = &self.trees[shape as usize] {
+            tree.closest_hit(shape, ray, nearest, counters);
         } else {
             counters.primitive_tests += 1;
             if let Some(hit) = self.analytic_hit(shape, ray) {
@@ -168,10 +169,8 @@ impl World {
     ) -> bool {
         counters.rays += 1;
         let mut blocked_by = |shape: u32| {
-            if let Shape::Mesh(mesh) = &self.shapes[shape as usize] {
-                self.trees[shape as usize].as_ref().is_some_and(|tree| {
-                    tree.any_hit(mesh, shape, ray, max_distance, &mut blocks, counters)
-                })
+            if let Some(tree) = &self.trees[shape as usize] {
+                tree.any_hit(shape, ray, max_distance, &mut blocks, counters)
             } else {
                 counters.primitive_tests += 1;
                 self.analytic_hit(shape, ray)
@@ -193,7 +192,10 @@ impl World {
                 },
                 limit: max_distance,
             };
-            counters.node_visits += tree.search(ray, max_distance, &mut search);
+            if let Some(local) = tree.enter(ray, max_distance) {
+                let visits = tree.search(&local, max_distance, &mut search);
+                counters.node_visits += visits;
+            }
             blocked
         } else {
             (0..self.shapes.len() as u32).any(blocked_by)
@@ -241,7 +243,7 @@ impl World {
             .any(|shape| {
                 let shape = shape as usize;
                 match (&self.shapes[shape], &self.trees[shape]) {
-                    (Shape::Mesh(mesh), Some(tree)) => tree.any_box(mesh, &mut overlaps),
+                    (Shape::Mesh(_), Some(tree)) => tree.any_box(&mut overlaps),
                     (shape, _) => overlaps(&shape.bounds()),
                 }
             })
@@ -258,7 +260,7 @@ struct ShapeSearch<'a, F> {
 
 impl<F: FnMut(u32) -> f64> LeafVisitor for ShapeSearch<'_, F> {
     #[inline]
-    fn visit(&mut self, leaf: usize, _ray: &LocalRay) -> f64 {
+    fn visit(&mut self, _lanes: impl Lanes, leaf: usize, _ray: &LocalRay) -> f64 {
         for &shape in self.tree.leaf(leaf) {
             self.limit = (self.visit)(shape);
         }

@@ -9,7 +9,10 @@ use obvhs::{
     bvh2::{Bvh2, builder::build_bvh2, node::Bvh2Node},
 };
 
-use super::tree::{BoxTree, Child, Frame, Node, WIDTH};
+use super::{
+    simd::WIDTH,
+    tree::{BoxTree, Child, Frame, Node},
+};
 use crate::geometry::Bounds;
 
 /// How obvhs builds: its `medium` preset (within 8 % of the slowest in speed of search, built

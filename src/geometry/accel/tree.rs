@@ -1,12 +1,15 @@
 //! A tree of boxes with eight children a node.
 
+use std::ops::Range;
+
 use glam::DVec3;
 
-use super::{build, ray::LocalRay, simd};
+use super::{
+    build,
+    ray::LocalRay,
+    simd::{self, Lanes, WIDTH},
+};
 use crate::geometry::{Bounds, Ray};
-
-/// Children a node.
-pub(super) const WIDTH: usize = 8;
 
 /// Coordinates in which a tree's boxes lie within the cube [-1, 1]³.
 ///
@@ -38,7 +41,7 @@ impl Frame {
 
 /// Eight boxes and what is in them. A child that is not there has an empty box.
 #[derive(Clone, Debug)]
-#[repr(C, align(32))]
+#[repr(C, align(64))]
 pub(super) struct Node {
     /// Least x, greatest x, least y, greatest y, least z, greatest z of each child.
     pub planes: [[f32; WIDTH]; 6],
@@ -83,7 +86,7 @@ pub(in crate::geometry) struct BoxTree {
 /// What to do at a leaf.
 pub(in crate::geometry) trait LeafVisitor {
     /// Looks at a leaf's primitives; returns how far along the ray to go on searching.
-    fn visit(&mut self, leaf: usize, ray: &LocalRay) -> f64;
+    fn visit(&mut self, lanes: impl Lanes, leaf: usize, ray: &LocalRay) -> f64;
 }
 
 impl BoxTree {
@@ -100,10 +103,27 @@ impl BoxTree {
         self.leaf_starts.len() - 1
     }
 
+    /// The boxes, leaf by leaf.
+    pub(in crate::geometry) fn order(&self) -> &[u32] {
+        &self.order
+    }
+
+    /// Where a leaf's boxes are in [`Self::order`].
+    #[inline]
+    pub(in crate::geometry) fn leaf_range(&self, leaf: usize) -> Range<usize> {
+        self.leaf_starts[leaf] as usize..self.leaf_starts[leaf + 1] as usize
+    }
+
     /// The indices of a leaf's boxes.
     #[inline]
     pub(in crate::geometry) fn leaf(&self, leaf: usize) -> &[u32] {
-        &self.order[self.leaf_starts[leaf] as usize..self.leaf_starts[leaf + 1] as usize]
+        &self.order[self.leaf_range(leaf)]
+    }
+
+    /// The ray in the tree's own frame, unless it misses all boxes before `limit`.
+    #[inline]
+    pub(in crate::geometry) fn enter(&self, ray: &Ray, limit: f64) -> Option<LocalRay> {
+        LocalRay::enter(&self.frame, &self.bounds, ray, limit)
     }
 
     /// Visits all leaves that the ray may enter before `limit`, or before what the last visit
@@ -111,14 +131,11 @@ impl BoxTree {
     #[inline]
     pub(in crate::geometry) fn search(
         &self,
-        ray: &Ray,
+        ray: &LocalRay,
         limit: f64,
         visitor: &mut impl LeafVisitor,
     ) -> u64 {
-        match LocalRay::enter(&self.frame, &self.bounds, ray, limit) {
-            Some(local) => simd::search(self, &local, limit, visitor),
-            None => 0,
-        }
+        simd::search(self, ray, limit, visitor)
     }
 
     /// The search itself, to be compiled for each set of registers.
@@ -126,6 +143,7 @@ impl BoxTree {
     #[allow(clippy::inline_always)] // or it is not compiled for the caller's registers
     pub(super) fn search_local(
         &self,
+        lanes: impl Lanes,
         ray: &LocalRay,
         limit: f64,
         visitor: &mut impl LeafVisitor,
@@ -136,11 +154,11 @@ impl BoxTree {
         let mut visits = 0;
         loop {
             if let Some(leaf) = next.as_leaf() {
-                limit = ray.local_limit(visitor.visit(leaf, ray));
+                limit = ray.local_limit(visitor.visit(lanes, leaf, ray));
             } else {
                 visits += 1;
                 let node = &self.nodes[next.0 as usize];
-                let (entries, mut hits) = node.entries(ray, limit);
+                let (entries, mut hits) = node.entries(lanes, ray, limit);
                 // Push the hit children so that the nearest is on top.
                 let bottom = stack.len();
                 while hits != 0 {
@@ -159,19 +177,19 @@ impl BoxTree {
         }
     }
 
-    /// Whether `leaf` holds for any primitive in boxes for all of which `overlaps` holds.
+    /// Whether `leaf(position in the order)` holds for any primitive in boxes for all of which
+    /// `overlaps` holds.
     pub(in crate::geometry) fn any_box<O: FnMut(&Bounds) -> bool>(
         &self,
         overlaps: &mut O,
-        mut leaf: impl FnMut(u32, &mut O) -> bool,
+        mut leaf: impl FnMut(usize, &mut O) -> bool,
     ) -> bool {
         let mut stack = vec![Child::node(0)];
         while let Some(next) = stack.pop() {
             if let Some(index) = next.as_leaf() {
                 if self
-                    .leaf(index)
-                    .iter()
-                    .any(|&primitive| leaf(primitive, overlaps))
+                    .leaf_range(index)
+                    .any(|position| leaf(position, overlaps))
                 {
                     return true;
                 }
@@ -197,27 +215,22 @@ impl Node {
     /// For each child where the ray enters it, and (as bits) whether it does before `limit`.
     #[inline(always)]
     #[allow(clippy::inline_always)] // or it is not compiled for the caller's registers
-    fn entries(&self, ray: &LocalRay, limit: f32) -> ([f32; WIDTH], u32) {
-        let mut near = [0.0; WIDTH];
-        let mut far = [limit; WIDTH];
+    fn entries(&self, lanes: impl Lanes, ray: &LocalRay, limit: f32) -> ([f32; WIDTH], u32) {
+        let mut near = lanes.splat(0.0);
+        let mut far = lanes.splat(limit);
         for axis in 0..3 {
-            let sign = ray.signs[axis];
-            let (first, last) = (
-                &self.planes[2 * axis + sign],
-                &self.planes[2 * axis + 1 - sign],
-            );
-            for i in 0..WIDTH {
-                let enter = (first[i] - ray.near_origin[axis]) * ray.reciprocal[axis];
-                let leave = (last[i] - ray.far_origin[axis]) * ray.reciprocal[axis];
-                near[i] = if enter > near[i] { enter } else { near[i] };
-                far[i] = if leave < far[i] { leave } else { far[i] };
-            }
+            let side = ray.signs[axis] & 1;
+            let reciprocal = lanes.splat(ray.reciprocal[axis]);
+            let first = lanes.load(&self.planes[2 * axis + side]);
+            let last = lanes.load(&self.planes[2 * axis + 1 - side]);
+            let enter = lanes.sub(first, lanes.splat(ray.near_origin[axis]));
+            let leave = lanes.sub(last, lanes.splat(ray.far_origin[axis]));
+            near = lanes.max(lanes.mul(enter, reciprocal), near);
+            far = lanes.min(lanes.mul(leave, reciprocal), far);
         }
-        let mut hits = 0;
-        for i in 0..WIDTH {
-            hits |= u32::from(near[i] <= far[i]) << i;
-        }
-        (near, hits)
+        let mut entries = [0.0; WIDTH];
+        lanes.store(near, &mut entries);
+        (entries, lanes.at_most(near, far))
     }
 
     /// A child's box in world space, rounded outward.
