@@ -155,3 +155,112 @@ impl<F: FnMut(Hit) -> f64> LeafVisitor for FaceSearch<'_, F> {
         self.limit
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::MeshParts;
+
+    /// Numbers in -1..1, the same ones each time.
+    struct Sequence(u64);
+
+    impl Sequence {
+        fn next(&mut self) -> f64 {
+            self.0 = self
+                .0
+                .wrapping_mul(6364136223846793005)
+                .wrapping_add(1442695040888963407);
+            (self.0 >> 11) as f64 * 2f64.powi(-52) - 1.0
+        }
+
+        fn point(&mut self) -> DVec3 {
+            DVec3::new(self.next(), self.next(), self.next())
+        }
+    }
+
+    /// Every face, exactly, with neither boxes nor filter.
+    fn try_every_face(mesh: &Mesh, ray: &Ray) -> Option<Hit> {
+        let sheared = ShearedRay::new(ray);
+        let mut nearest = Nearest::before(f64::INFINITY);
+        for face in 0..mesh.triangle_count() as u32 {
+            if let Some(hit) = sheared.intersect(&mesh.corners(face)) {
+                nearest.offer(Hit {
+                    distance: hit.distance,
+                    shape: 0,
+                    face,
+                    barycentric: DVec2::new(hit.b1, hit.b2),
+                });
+            }
+        }
+        nearest.hit()
+    }
+
+    /// A crumpled sheet: a height field over an n × n grid, scaled and moved.
+    fn sheet(n: u32, scale: f64, offset: DVec3) -> Mesh {
+        let mut sequence = Sequence(5);
+        let positions = (0..n * n)
+            .map(|i| {
+                let grid =
+                    DVec3::new(f64::from(i % n), f64::from(i / n), 0.0) * (2.0 / f64::from(n));
+                (grid - DVec3::new(1.0, 1.0, 0.0) + 0.2 * sequence.point() * DVec3::Z) * scale
+                    + offset
+            })
+            .collect();
+        let mut triangles = Vec::new();
+        for y in 0..n - 1 {
+            for x in 0..n - 1 {
+                let a = y * n + x;
+                triangles.extend([[a, a + 1, a + n], [a + 1, a + n + 1, a + n]]);
+            }
+        }
+        Mesh::new(MeshParts {
+            positions,
+            triangles,
+            ..MeshParts::default()
+        })
+        .expect("valid")
+    }
+
+    #[test]
+    fn the_search_finds_the_very_hit_that_trying_every_face_finds() {
+        let mut hits = 0;
+        for (scale, offset, away) in [
+            (1.0, DVec3::ZERO, 1.0),
+            (1e-6, DVec3::ONE, 1.0),
+            (1e6, DVec3::splat(3e5), 1.0),
+            (1.0, DVec3::splat(1_048_576.0), 1.0),
+            // From so far away that `f32` could not tell the start from the mesh.
+            (1e-3, DVec3::ZERO, 1e7),
+        ] {
+            let mesh = sheet(24, scale, offset);
+            let tree = MeshTree::new(&mesh);
+            let mut sequence = Sequence(9);
+            for i in 0..3000 {
+                let mut from = sequence.point() * 2.0 * away;
+                // On a vertex, on an edge, or anywhere.
+                let [a, b, c] = mesh.corners((i * 7) % mesh.triangle_count() as u32);
+                let to = match i % 4 {
+                    0 => a,
+                    1 => 0.5 * (a + b),
+                    2 => (a + b + c) / 3.0,
+                    _ => sequence.point() * scale + offset,
+                };
+                from = from * scale + offset;
+                if i % 5 == 0 {
+                    from = DVec3::new(to.x, to.y, from.z); // along an axis
+                }
+                let Some(direction) = (to - from).try_normalize() else {
+                    continue;
+                };
+                let ray = Ray::new(from, direction);
+                let mut nearest = Nearest::before(f64::INFINITY);
+                let mut counters = TraversalCounters::default();
+                tree.closest_hit(0, &ray, &mut nearest, &mut counters);
+                let expected = try_every_face(&mesh, &ray);
+                hits += usize::from(expected.is_some());
+                assert_eq!(nearest.hit(), expected, "scale {scale:e}, {ray:?}");
+            }
+        }
+        assert!(hits > 9000, "only {hits} hits: the rays test little");
+    }
+}

@@ -13,7 +13,7 @@ use super::{
     simd::WIDTH,
     tree::{BoxTree, Child, Frame, Node},
 };
-use crate::geometry::Bounds;
+use crate::geometry::{Bounds, rounding::gamma};
 
 /// How obvhs builds: its `medium` preset (within 8 % of the slowest in speed of search, built
 /// several times sooner), with leaves as full as the filter tests at once.
@@ -25,7 +25,20 @@ fn parameters() -> BvhBuildParams {
 }
 
 pub(super) fn build(boxes: &[Bounds]) -> BoxTree {
-    let bounds = boxes.iter().fold(Bounds::EMPTY, |all, &one| all.union(one));
+    if boxes.is_empty() {
+        return BoxTree {
+            bounds: Bounds::EMPTY,
+            frame: Frame::WORLD,
+            nodes: vec![EMPTY_NODE],
+            leaf_starts: vec![0],
+            order: Vec::new(),
+        };
+    }
+    let exact = boxes.iter().fold(Bounds::EMPTY, |all, &one| all.union(one));
+    // A hair wider, so that no ray that meets a primitive runs along the border: 0 · ∞ there
+    // would hide it from the slab test.
+    let reach = exact.min.abs().max(exact.max.abs()).max_element();
+    let bounds = exact.padded(gamma(4) * reach);
     let frame = Frame::around(&bounds);
     let narrow: Vec<Aabb> = boxes
         .iter()
@@ -46,8 +59,6 @@ pub(super) fn build(boxes: &[Bounds]) -> BoxTree {
     };
     if let Some(root) = binary.nodes.first() {
         collapse(&binary, root, &mut tree);
-    } else {
-        tree.nodes.push(EMPTY_NODE);
     }
     tree
 }

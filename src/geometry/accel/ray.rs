@@ -142,7 +142,7 @@ fn narrow(v: DVec3) -> [f32; 3] {
 /// Where the ray enters the box (0 if it starts inside), if it does before `limit`.
 ///
 /// Differences and products are off by γ₃ of the entry and exit distances, which the comparison
-/// makes good for. `0 · ∞` is NaN and passes as "no bound": `max` and `min` ignore it.
+/// makes good for. `0 · ∞` (a ray along the border) may count as a miss: no primitive reaches there.
 #[inline]
 fn slab_entry(bounds: &Bounds, origin: DVec3, inverse: DVec3, limit: f64) -> Option<f64> {
     let a = (bounds.min - origin) * inverse;

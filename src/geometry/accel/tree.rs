@@ -22,6 +22,12 @@ pub(in crate::geometry) struct Frame {
 }
 
 impl Frame {
+    /// World space itself.
+    pub(super) const WORLD: Self = Self {
+        center: DVec3::ZERO,
+        scale: 1.0,
+    };
+
     pub(super) fn around(bounds: &Bounds) -> Self {
         let center = bounds.center();
         // Measured from the rounded center, both ways.
