@@ -165,12 +165,20 @@ impl BoxTree {
                 visits += 1;
                 let node = &self.nodes[next.0 as usize];
                 let (entries, mut hits) = node.entries(lanes, ray, limit);
-                // Push the hit children so that the nearest is on top.
-                let bottom = stack.len();
-                while hits != 0 {
-                    let i = hits.trailing_zeros() as usize;
+                if hits != 0 {
+                    let mut nearest = hits.trailing_zeros() as usize;
                     hits &= hits - 1;
-                    stack.push_sorted(bottom, entries[i], node.children[i]);
+                    let bottom = stack.len();
+                    while hits != 0 {
+                        let mut further = hits.trailing_zeros() as usize;
+                        hits &= hits - 1;
+                        if entries[further] < entries[nearest] {
+                            std::mem::swap(&mut nearest, &mut further);
+                        }
+                        stack.push_sorted(bottom, entries[further], node.children[further]);
+                    }
+                    next = node.children[nearest];
+                    continue;
                 }
             }
             next = loop {
