@@ -12,7 +12,7 @@ use super::{
 ///
 /// The filter is the watertight test (see `geometry/triangle.rs`) in single precision: it drops a
 /// triangle only if edge functions have opposite signs by more than their error bound (derived at
-/// [`NarrowShear`](super::ray::NarrowShear)), so never one that the exact test accepts.
+/// [`NarrowShear`]), so never one that the exact test accepts.
 #[derive(Clone, Debug)]
 #[repr(C, align(64))]
 pub(in crate::geometry) struct TrianglePack {
