@@ -13,7 +13,7 @@ use super::{RadialMap, RadialSheet, Texel};
 /// E = L/2 Σ_j Θ_j (Γ_j · n),   Θ_j = angle between v_j and v_j+1,   Γ_j = (v_j+1 × v_j) / |v_j+1 × v_j|
 /// ```
 ///
-/// with v_j the unit vectors to the corners (Lambert, *Photometria*, 1760; Schröder and Hanrahan, *On the form factor
+/// with vⱼ the unit vectors to the corners (Lambert, *Photometria*, 1760; Schröder and Hanrahan, *On the form factor
 /// between two polygons*, 1993, eq. 4). The part of the polygon below the point's horizon is cut off first.
 ///
 /// - `normal`: the unit normal of the lit surface.

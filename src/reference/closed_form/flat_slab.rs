@@ -44,7 +44,7 @@ impl FlatSlab {
         match path {
             Path::Through(k) if k % 2 == 0 => {
                 let reflectance = dielectric_reflectance(cos_incident, self.ior);
-                (1.0 - reflectance).powi(2) * reflectance.powi(k as i32)
+                (1.0 - reflectance).powi(2) * reflectance.powf(f64::from(k))
             }
             _ => 0.0,
         }
@@ -54,7 +54,7 @@ impl FlatSlab {
     /// same ray without slab: d tan θ − (k + 1) d tan t (negative where k carries it further).
     pub fn foot_shift(&self, angle: f64, internal_reflections: u32) -> f64 {
         self.thickness
-            * (angle.tan() - f64::from(internal_reflections + 1) * self.tan_inside(angle))
+            * (angle.tan() - (f64::from(internal_reflections) + 1.0) * self.tan_inside(angle))
     }
 
     /// sin θ / √(n² − sin² θ), written so that nothing cancels at grazing incidence.

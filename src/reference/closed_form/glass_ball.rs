@@ -160,7 +160,7 @@ impl RadialMap for ByTheBall {
         let reflectance = dielectric_reflectance(u.cos(), self.ball.ior);
         flux * match self.path {
             Path::Through(reflections) => {
-                (1.0 - reflectance).powi(2) * reflectance.powi(reflections as i32)
+                (1.0 - reflectance).powi(2) * reflectance.powf(f64::from(reflections))
             }
             // A ball reflects a ray from outside once at most.
             Path::Reflected(1) => reflectance,

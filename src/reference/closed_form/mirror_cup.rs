@@ -111,7 +111,7 @@ impl MirrorCup {
                 flux += simpson(a, b, tolerance, &cut);
             }
         }
-        flux * self.reflectance.powi(reflections as i32) / texel.area()
+        flux * self.reflectance.powf(f64::from(reflections)) / texel.area()
     }
 
     /// The irradiance [W/m²] of every texel of a grid, in the order of [`TexelGrid::map`].
@@ -126,7 +126,7 @@ impl MirrorCup {
                 self.measure(stretch.to) - self.measure(stretch.from)
             })
         });
-        sum * self.reflectance.powi(reflections as i32)
+        sum * self.reflectance.powf(f64::from(reflections))
     }
 
     /// The flux [W] through the opening.

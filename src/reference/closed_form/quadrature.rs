@@ -32,7 +32,7 @@ static RULE: LazyLock<[(f64, f64); NODES]> = LazyLock::new(|| {
 });
 
 /// The i-th node and weight of Gauss-Legendre quadrature on [−1, 1], by Newton's method on the Legendre
-/// polynomial P_n, with w = 2 / ((1 − x²) P_n'(x)²).
+/// polynomial P of degree 16, with w = 2 / ((1 − x²) P'(x)²).
 fn gauss_legendre(i: usize) -> (f64, f64) {
     let n = NODES as f64;
     let mut x = -(PI * (i as f64 + 0.75) / (n + 0.5)).cos();
