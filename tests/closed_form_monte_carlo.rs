@@ -10,7 +10,8 @@ use glam::{DVec2, DVec3};
 use nephroid::generate::{BrilliantCut, round_brilliant};
 use nephroid::optics::{dielectric_reflectance, reflect, refract};
 use nephroid::reference::closed_form::{
-    AxialLight, CupLight, FlatFacets, GlassBall, MirrorCup, ParallelLight, Path, TexelGrid,
+    AxialLight, CupLight, FlatFacets, GlassBall, MirrorCup, ParallelLight, Path, PlanoConvexLens,
+    SineWater, SineWave, TexelGrid,
 };
 
 /// Some 2,000 texels are compared a test: a normal deviate exceeds 5 in none of them but once in 900 runs.
@@ -303,6 +304,84 @@ fn mirror_cups_agree_with_random_rays() {
             );
         }
     }
+}
+
+#[test]
+fn a_lens_agrees_with_random_rays() {
+    let lens = PlanoConvexLens {
+        curvature: 0.06,
+        aperture: 0.05,
+        flat_height: 0.06,
+        ior: 1.5,
+        light: AxialLight::Point {
+            height: 0.56,
+            intensity: 10.0,
+        },
+    };
+    let grid = TexelGrid::square(0.024, 32);
+    let rays = 1_000_000;
+    let mut tally = Tally::new(grid);
+    let mut random = Random(4);
+    let lamp = DVec3::new(0.0, 0.0, 0.56);
+    let center = DVec3::new(
+        0.0,
+        0.0,
+        0.06 - (0.06_f64.powi(2) - 0.05_f64.powi(2)).sqrt(),
+    );
+    let widest = 0.5 / 0.5_f64.hypot(0.05);
+    let flux = 10.0 * TAU * (1.0 - widest);
+    for _ in 0..rays {
+        let cos = 1.0 - random.uniform() * (1.0 - widest);
+        let side = DVec2::from_angle(TAU * random.uniform()) * ((1.0 - cos) * (1.0 + cos)).sqrt();
+        let direction = side.extend(-cos);
+        let Some(distance) = through_sphere(lamp, direction, center, 0.06, false) else {
+            continue;
+        };
+        let top = lamp + direction * distance;
+        let normal = (top - center) / 0.06;
+        let enter = 1.0 - dielectric_reflectance(-direction.dot(normal), 1.5);
+        let inside = refract(direction, normal, 1.5).unwrap();
+        let bottom = top + inside * ((0.06 - top.z) / inside.z);
+        let leave = 1.0 - dielectric_reflectance(-inside.z, 1.0 / 1.5);
+        if let Some(outside) = refract(inside, DVec3::Z, 1.0 / 1.5) {
+            tally.deposit(bottom, outside, flux * enter * leave);
+        }
+    }
+    let compared = tally.assert_agrees("LTTD", rays, flux, &lens.sheet().map(&grid));
+    assert!(compared > 300, "{compared}");
+}
+
+#[test]
+fn waves_agree_with_random_rays() {
+    let wave = SineWave {
+        depth: 0.8,
+        amplitude: 0.04,
+        wave_number: 12.0,
+        phase: 0.4,
+        ior: 1.33,
+        irradiance: 1000.0,
+        half_width: 1.0,
+    };
+    let grid = TexelGrid {
+        bounds: nephroid::reference::closed_form::Texel::new(-1.0, -0.5, 1.0, 0.5),
+        columns: 400,
+        rows: 1,
+    };
+    let rays = 1_000_000;
+    let mut tally = Tally::new(grid);
+    let mut random = Random(5);
+    for _ in 0..rays {
+        let (x, y) = (2.0 * random.uniform() - 1.0, random.uniform() - 0.5);
+        let angle = wave.wave_number * x + wave.phase;
+        let point = DVec3::new(x, y, wave.depth + wave.amplitude * angle.sin());
+        let normal =
+            DVec3::new(-wave.amplitude * wave.wave_number * angle.cos(), 0.0, 1.0).normalize();
+        let transmitted = 1.0 - dielectric_reflectance(normal.z, wave.ior);
+        let direction = refract(DVec3::NEG_Z, normal, wave.ior).unwrap();
+        tally.deposit(point, direction, 1000.0 * 2.0 * transmitted);
+    }
+    let compared = tally.assert_agrees("LTD", rays, 2000.0, &SineWater::new(wave).map(&grid));
+    assert!(compared > 380, "{compared}");
 }
 
 #[test]

@@ -41,13 +41,13 @@ pub struct FloorPolygon {
 /// Where the flux that falls onto the solid goes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FacetLedger {
-    /// Falls onto the solid [W].
+    /// Falls onto the solid (W).
     pub intercepted: f64,
-    /// Reaches the plane [W].
+    /// Reaches the plane (W).
     pub landed: f64,
-    /// Leaves upwards or level [W].
+    /// Leaves upwards or level (W).
     pub escaped: f64,
-    /// Was still inside after the last reflection followed [W].
+    /// Was still inside after the last reflection followed (W).
     pub cut_off: f64,
 }
 

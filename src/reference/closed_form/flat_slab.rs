@@ -19,7 +19,7 @@ use crate::optics::dielectric_reflectance;
 /// transmitted fraction is (1 − F)² / (1 − F²) = (1 − F) / (1 + F).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FlatSlab {
-    /// d [m].
+    /// d (m).
     pub thickness: f64,
     /// The index n relative to the surroundings; at least 1.
     pub ior: f64,
@@ -50,7 +50,7 @@ impl FlatSlab {
         }
     }
 
-    /// How far [m] the slab moves a ray's foot on any plane below, against the direction of travel, relative to the
+    /// How far (m) the slab moves a ray's foot on any plane below, against the direction of travel, relative to the
     /// same ray without slab: d tan θ − (k + 1) d tan t (negative where k carries it further).
     pub fn foot_shift(&self, angle: f64, internal_reflections: u32) -> f64 {
         self.thickness
