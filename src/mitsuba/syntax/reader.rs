@@ -1,5 +1,6 @@
 //! Elements become objects and properties.
 
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use glam::DMat4;
@@ -36,6 +37,7 @@ pub fn read(path: &Path, given: &[(String, String)], files: &mut Files) -> Resul
         parameters: Parameters::new(given),
         files,
         open: Vec::new(),
+        named: HashMap::new(),
     };
     reader.file(path, None)?;
     if let Some(name) = reader.parameters.unused() {
@@ -54,6 +56,8 @@ struct Reader<'a> {
     files: &'a mut Files,
     /// The file being read, and those that include it.
     open: Vec<PathBuf>,
+    /// The line of every named property so far: a scene may hold any number of them.
+    named: HashMap<(ObjectIndex, String), u32>,
 }
 
 /// The file that elements are read from.
@@ -451,21 +455,14 @@ impl Reader<'_> {
         at: Position,
         value: Value,
     ) -> Result<(), String> {
-        let object = &mut self.tree.objects[holder];
-        // The scene itself holds thousands of unnamed objects, everything else a handful.
         if !name.is_empty()
-            && let Some(previous) = object
-                .properties
-                .iter()
-                .find(|property| property.name == name)
+            && let Some(previous) = self.named.insert((holder, name.clone()), at.line)
         {
-            let line = previous.at.line;
-            return Err(format!(
-                "\"{}\" was given in line {line} already",
-                numbers::shortened(&name)
-            ));
+            let name = numbers::shortened(&name);
+            return Err(format!("\"{name}\" was given in line {previous} already"));
         }
-        object.properties.push(Property { name, at, value });
+        let property = Property { name, at, value };
+        self.tree.objects[holder].properties.push(property);
         Ok(())
     }
 }
