@@ -11,6 +11,7 @@
 //! | 0 | [`numeric`], [`radiometry`] | exact sums, sample streams, quadrature; RGB quantities |
 //! | 1 | [`geometry`], [`optics`], [`film`] | rays meet surfaces; interfaces bend light; grids of texels and their files |
 //! | 2 | [`scene`] | immutable, validated: shapes, materials, emitters, sensors, and what they require modelled |
+//! | 2 | [`generate`] | the meshes of the bundled scenes, made from formulas |
 //! | 3 | [`mitsuba`] | Mitsuba 3 XML and mesh files become a scene |
 //! | 4 | [`transport`] | light-space domains, specular chains, path signatures, deposits |
 //! | 5 | [`reference`] | ways to compute the truth |
@@ -42,6 +43,7 @@
 
 pub mod cli;
 pub mod film;
+pub mod generate;
 pub mod geometry;
 pub mod mitsuba;
 pub mod numeric;

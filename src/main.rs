@@ -1,1 +1,5 @@
-fn main() {}
+//! `nephroid`: ground truth for caustics.
+
+fn main() -> std::process::ExitCode {
+    nephroid::cli::main()
+}

@@ -1,1 +1,46 @@
-//! (being built)
+//! The command line: one file a command.
+//!
+//! `args` says what can be typed; each command turns that into what is meant, calls the floors
+//! below, and shows the result. Exit codes: 0 the command did what was asked; 1 it was stopped
+//! early and its result is marked incomplete; 2 it could not (bad usage, bad input, no space).
+
+pub mod args;
+pub mod inspect;
+pub mod merge;
+pub mod output;
+pub mod progress;
+pub mod render;
+pub mod summary;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use args::{Args, Command};
+
+/// What a command that did not fail has to say about its result.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// It did what was asked.
+    Complete,
+    /// It was stopped early; what there was is marked incomplete.
+    Incomplete,
+}
+
+/// Runs the program on the process' arguments.
+pub fn main() -> ExitCode {
+    let args = Args::parse();
+    let outcome = match &args.command {
+        Command::Render(args) => render::render(args),
+        Command::Inspect(args) => inspect::inspect(args),
+        Command::Merge(args) => merge::merge(args),
+    };
+    match outcome {
+        Ok(Outcome::Complete) => ExitCode::SUCCESS,
+        Ok(Outcome::Incomplete) => ExitCode::from(1),
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::from(2)
+        }
+    }
+}

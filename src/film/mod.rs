@@ -1,1 +1,14 @@
-//! (being built)
+//! Grids of texels, the sums kept for them, and their files.
+//!
+//! The only room that knows the crates `exr` and `image`.
+
+pub mod accumulator;
+pub mod atomic;
+pub mod exr;
+mod grid;
+mod image;
+pub mod picture;
+
+pub use accumulator::{Accumulator, AccumulatorError, Estimate};
+pub use grid::Grid;
+pub use image::{Channel, Image, ImageError};

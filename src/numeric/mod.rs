@@ -1,1 +1,14 @@
-//! (being built)
+//! Numbers: exact sums, sample streams, quadrature, statistics. Knows nothing of light.
+
+pub mod exact_sum;
+pub mod fixed_point;
+pub mod quadrature;
+mod sobol;
+pub mod statistics;
+pub mod streams;
+pub(crate) mod wide;
+
+pub use exact_sum::ExactSum;
+pub use fixed_point::{FixedPoint, FixedPointError};
+pub use statistics::Moments;
+pub use streams::{Stream, StreamKind};

@@ -2,13 +2,16 @@
 
 use glam::DVec3;
 
-/// The direction of travel after a mirror reflection.
+/// The direction of travel after a mirror reflection, d − 2 (d·n) n.
+///
+/// It is as long as `direction` to a few units in the last place: a chain of n events leaves a
+/// unit vector unit to about 4n of them, and no event pays for a normalisation.
 ///
 /// - `direction`: unit vector of travel.
 /// - `normal`: unit normal; its sign does not matter.
 #[inline]
 pub fn reflect(direction: DVec3, normal: DVec3) -> DVec3 {
-    (direction - normal * (2.0 * direction.dot(normal))).normalize()
+    direction - normal * (2.0 * direction.dot(normal))
 }
 
 /// The direction of travel after refraction by Snell's law, or `None` beyond the critical angle.
@@ -20,7 +23,8 @@ pub fn reflect(direction: DVec3, normal: DVec3) -> DVec3 {
 /// - `normal`: unit normal on the side light arrives from: d·n ≤ 0.
 /// - `eta`: η = n_transmitted / n_incident.
 ///
-/// For `eta` = 1 the direction is returned unchanged, bit for bit.
+/// For `eta` = 1 the direction is returned unchanged, bit for bit. As for [`reflect`], the length
+/// is kept to a few units in the last place.
 #[inline]
 pub fn refract(direction: DVec3, normal: DVec3, eta: f64) -> Option<DVec3> {
     if eta == 1.0 {
@@ -31,5 +35,5 @@ pub fn refract(direction: DVec3, normal: DVec3, eta: f64) -> Option<DVec3> {
     if eta_cos_squared <= 0.0 {
         return None;
     }
-    Some((direction + normal * (cos_incident - eta_cos_squared.sqrt())).normalize())
+    Some((direction + normal * (cos_incident - eta_cos_squared.sqrt())) / eta)
 }

@@ -1,4 +1,11 @@
 //! Ways to compute the truth.
+//!
+//! A reference fills a sensor with an [`Estimate`]: values with error bars, layer by layer, and
+//! a ledger of where all the flux went. [`photons`] works on any scene; [`closed_form`] holds
+//! the few scenes that need no computer, and judges the others.
 
 pub mod closed_form;
+mod estimate;
 pub mod photons;
+
+pub use estimate::{Estimate, Layer, LayerName};

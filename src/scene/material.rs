@@ -63,3 +63,56 @@ pub enum Material {
         back: MaterialId,
     },
 }
+
+impl Material {
+    /// The name of Mitsuba's plugin.
+    pub fn plugin(&self) -> &'static str {
+        match self {
+            Self::Diffuse { .. } => "diffuse",
+            Self::Dielectric { .. } => "dielectric",
+            Self::ThinDielectric { .. } => "thindielectric",
+            Self::Conductor { .. } => "conductor",
+            Self::Null => "null",
+            Self::Mask { .. } => "mask",
+            Self::TwoSided { .. } => "twosided",
+        }
+    }
+
+    /// Whether light can leave it by mirror reflection or refraction, looking through masks
+    /// and two-sided wrappers. `Null` is not: it changes no direction.
+    pub fn is_specular(&self, all: &[Self]) -> bool {
+        let of = |id: &MaterialId| all[id.0 as usize].is_specular(all);
+        match self {
+            Self::Dielectric { .. } | Self::ThinDielectric { .. } | Self::Conductor { .. } => true,
+            Self::Diffuse { .. } | Self::Null => false,
+            Self::Mask { opacity, nested } => *opacity > 0.0 && of(nested),
+            Self::TwoSided { front, back } => of(front) || of(back),
+        }
+    }
+
+    /// Whether every factor on light is the same in red, green and blue.
+    pub fn is_achromatic(&self, all: &[Self]) -> bool {
+        let of = |id: &MaterialId| all[id.0 as usize].is_achromatic(all);
+        match self {
+            Self::Dielectric {
+                specular_reflectance,
+                specular_transmittance,
+                ..
+            }
+            | Self::ThinDielectric {
+                specular_reflectance,
+                specular_transmittance,
+                ..
+            } => specular_reflectance.is_grey() && specular_transmittance.is_grey(),
+            Self::Conductor {
+                eta,
+                k,
+                specular_reflectance,
+            } => eta.is_grey() && k.is_grey() && specular_reflectance.is_grey(),
+            // A diffuse surface ends the chain: its colour changes no irradiance.
+            Self::Diffuse { .. } | Self::Null => true,
+            Self::Mask { nested, .. } => of(nested),
+            Self::TwoSided { front, back } => of(front) && of(back),
+        }
+    }
+}

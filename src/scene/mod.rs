@@ -3,15 +3,18 @@
 mod emitter;
 mod material;
 mod notice;
+mod requirements;
 mod sensor;
+mod validate;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use crate::geometry::{Shape, World};
 
 pub use emitter::Emitter;
 pub use material::{Material, MaterialId};
 pub use notice::{Ignored, SourcePosition, Warning};
+pub use requirements::{Requirement, is_achromatic, requirements};
 pub use sensor::{Crop, Film, Perspective, ReconstructionFilter, Sensor, SensorKind};
 
 /// The index of a shape in [`Scene::objects`] and in the [`World`].
@@ -80,12 +83,89 @@ pub struct SceneError {
 }
 
 impl Scene {
-    /// Checks the parts as a whole and builds the search tree.
+    /// Checks the parts as a whole, looks the meshes over and builds the search tree.
+    ///
+    /// What is odd about a mesh becomes a warning: an open refractor still bends light, only
+    /// not as a solid would.
     ///
     /// # Errors
     ///
-    /// Where the parts contradict each other.
-    pub fn new(_parts: SceneParts) -> Result<Self, SceneError> {
-        todo!()
+    /// Where a number is outside its physical range or an index refers to nothing.
+    pub fn new(parts: SceneParts) -> Result<Self, SceneError> {
+        validate::check(&parts)?;
+        let mut warnings = parts.warnings;
+        warnings.extend(validate::mesh_warnings(
+            &parts.shapes,
+            &parts.objects,
+            &parts.materials,
+        ));
+        Ok(Self {
+            path: parts.path,
+            content_hash: parts.content_hash,
+            world: World::new(parts.shapes),
+            objects: parts.objects,
+            materials: parts.materials,
+            emitters: parts.emitters,
+            sensors: parts.sensors,
+            warnings,
+            ignored: parts.ignored,
+        })
+    }
+
+    /// The main file, as named by the caller.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// A hash over everything the scene was read from.
+    pub fn content_hash(&self) -> &str {
+        &self.content_hash
+    }
+
+    /// The surfaces.
+    pub fn world(&self) -> &World {
+        &self.world
+    }
+
+    /// What is known of each shape beside its form.
+    pub fn objects(&self) -> &[Object] {
+        &self.objects
+    }
+
+    /// All materials.
+    pub fn materials(&self) -> &[Material] {
+        &self.materials
+    }
+
+    /// The material of a shape.
+    #[inline]
+    pub fn material_of(&self, shape: u32) -> &Material {
+        self.material(self.objects[shape as usize].material)
+    }
+
+    /// The material with this id.
+    #[inline]
+    pub fn material(&self, id: MaterialId) -> &Material {
+        &self.materials[id.0 as usize]
+    }
+
+    /// In the file's order.
+    pub fn emitters(&self) -> &[Emitter] {
+        &self.emitters
+    }
+
+    /// In the file's order.
+    pub fn sensors(&self) -> &[Sensor] {
+        &self.sensors
+    }
+
+    /// What is odd, but no error.
+    pub fn warnings(&self) -> &[Warning] {
+        &self.warnings
+    }
+
+    /// What the file holds that makes no difference here.
+    pub fn ignored(&self) -> &[Ignored] {
+        &self.ignored
     }
 }

@@ -198,9 +198,16 @@ impl Mesh {
         self.bounds
     }
 
+    /// The unit normal of a face, on the side that shines; zero for a face without area.
+    pub fn face_normal(&self, face: u32) -> DVec3 {
+        let [a, b, c] = self.corners(face);
+        let normal = (b - a).cross(c - a).normalize_or_zero();
+        if self.flip_normals { -normal } else { normal }
+    }
+
     /// The positions of a face's vertices.
     #[inline]
-    pub(super) fn corners(&self, face: u32) -> [DVec3; 3] {
+    pub fn corners(&self, face: u32) -> [DVec3; 3] {
         self.triangles[face as usize].map(|vertex| self.positions[vertex as usize])
     }
 

@@ -79,6 +79,21 @@ impl Cylinder {
         self.radius
     }
 
+    /// The surface at parameters (φ/2π, z/length), both in 0..=1.
+    pub fn at_uv(&self, uv: DVec2) -> SurfacePoint {
+        let (sin, cos) = (std::f64::consts::TAU * uv.x).sin_cos();
+        let across = self.to_local.inverse().vector(DVec3::new(cos, sin, 0.0));
+        let to_surface = across * (self.radius / across.length());
+        let normal = to_surface * self.signed_curvature;
+        SurfacePoint {
+            position: self.base + (self.axis * (self.length * uv.y) + to_surface),
+            position_error: self.position_error,
+            geometric_normal: normal,
+            shading_normal: normal,
+            uv,
+        }
+    }
+
     /// The area 2πrl.
     pub fn area(&self) -> f64 {
         2.0 * std::f64::consts::PI * self.radius * self.length

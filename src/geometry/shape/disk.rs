@@ -74,6 +74,18 @@ impl Disk {
         [self.half_u, self.half_v]
     }
 
+    /// The point at surface parameters (r, φ/2π), both in 0..=1.
+    pub fn at_uv(&self, uv: DVec2) -> SurfacePoint {
+        let (sin, cos) = (std::f64::consts::TAU * uv.y).sin_cos();
+        SurfacePoint {
+            position: self.center + (self.half_u * cos + self.half_v * sin) * uv.x,
+            position_error: self.position_error,
+            geometric_normal: self.normal,
+            shading_normal: self.normal,
+            uv,
+        }
+    }
+
     /// The area in square scene units.
     pub fn area(&self) -> f64 {
         std::f64::consts::PI * self.half_u.cross(self.half_v).length()

@@ -5,9 +5,9 @@ mod disk;
 mod rectangle;
 mod sphere;
 
-use glam::{DMat4, DVec3};
+use glam::{DMat4, DVec2, DVec3};
 
-use super::{Bounds, Mesh, Ray, Transform};
+use super::{Bounds, Mesh, Ray, SurfacePoint, Transform};
 
 pub use cylinder::Cylinder;
 pub use disk::Disk;
@@ -49,6 +49,20 @@ impl Shape {
             Self::Disk(disk) => disk.area(),
             Self::Cylinder(cylinder) => cylinder.area(),
             Self::Mesh(mesh) => mesh.area(),
+        }
+    }
+}
+
+impl Shape {
+    /// The surface at Mitsuba's parameters `uv`, both in 0..=1; `None` for meshes.
+    #[inline]
+    pub fn at_uv(&self, uv: DVec2) -> Option<SurfacePoint> {
+        match self {
+            Self::Sphere(sphere) => Some(sphere.at_uv(uv)),
+            Self::Rectangle(rectangle) => Some(rectangle.at_uv(uv)),
+            Self::Disk(disk) => Some(disk.at_uv(uv)),
+            Self::Cylinder(cylinder) => Some(cylinder.at_uv(uv)),
+            Self::Mesh(_) => None,
         }
     }
 }

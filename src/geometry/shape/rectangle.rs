@@ -81,6 +81,18 @@ impl Rectangle {
         self.center + self.half_u * (2.0 * uv.x - 1.0) + self.half_v * (2.0 * uv.y - 1.0)
     }
 
+    /// The surface at parameters `uv`, both in 0..=1.
+    #[inline]
+    pub fn at_uv(&self, uv: DVec2) -> SurfacePoint {
+        SurfacePoint {
+            position: self.point(uv),
+            position_error: self.position_error,
+            geometric_normal: self.normal,
+            shading_normal: self.normal,
+            uv,
+        }
+    }
+
     /// The area in square scene units.
     pub fn area(&self) -> f64 {
         4.0 * self.half_u.cross(self.half_v).length()

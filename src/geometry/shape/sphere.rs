@@ -67,6 +67,36 @@ impl Sphere {
         self.radius
     }
 
+    /// Whether the normal points to the inside.
+    #[inline]
+    pub fn is_inward(&self) -> bool {
+        self.signed_curvature < 0.0
+    }
+
+    /// The surface at parameters (φ/2π, θ/π), both in 0..=1.
+    pub fn at_uv(&self, uv: DVec2) -> SurfacePoint {
+        let (sin_phi, cos_phi) = (std::f64::consts::TAU * uv.x).sin_cos();
+        let (sin, cos) = (std::f64::consts::PI * uv.y).sin_cos();
+        self.along(self.to_local.inverse().vector(DVec3::new(
+            sin * cos_phi,
+            sin * sin_phi,
+            cos,
+        )))
+    }
+
+    /// The surface where the half-line from the center along `direction` (of any length) leaves.
+    fn along(&self, direction: DVec3) -> SurfacePoint {
+        let to_surface = direction * (self.radius / direction.length());
+        let normal = to_surface * self.signed_curvature;
+        SurfacePoint {
+            position: self.center + to_surface,
+            position_error: self.position_error,
+            geometric_normal: normal,
+            shading_normal: normal,
+            uv: DVec2::ZERO,
+        }
+    }
+
     /// The area 4πr².
     pub fn area(&self) -> f64 {
         4.0 * std::f64::consts::PI * self.radius_squared

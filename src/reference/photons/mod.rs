@@ -1,1 +1,24 @@
-//! (being built)
+//! Photons binned into receiver texels: unbiased, on any scene, with a standard error.
+//!
+//! Photons start all over [light space](crate::transport::domain), are followed along
+//! [chains](crate::transport::chain), and add their flux to the texel they end in: a box over
+//! the texel, which is the very quantity wanted, so there is no bias. The sample points are
+//! Owen-scrambled Sobol' points or plain random ones; the whole estimate is repeated with
+//! independent randomisations ("replicates"), and their scatter gives each texel's standard
+//! error, for both kinds of points alike.
+//!
+//! One file a step: [`run`] spends the budget in rounds, [`replicate`] traces one
+//! randomisation, [`layers`] gives path signatures their layers, [`sums`] keeps exact sums of
+//! a round, [`finish`] turns them into an [`Estimate`](super::Estimate), and [`shard`] carries
+//! them from machine to machine.
+
+pub mod finish;
+pub mod layers;
+pub mod replicate;
+pub mod run;
+pub mod settings;
+pub mod shard;
+pub mod sums;
+
+pub use run::{Progress, RunError, run};
+pub use settings::{Budget, PhotonSettings, Shard};

@@ -1,0 +1,343 @@
+//! What can be typed.
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use clap::{Parser, Subcommand, ValueEnum};
+
+use crate::numeric::StreamKind;
+use crate::reference::photons::{Budget, PhotonSettings, Shard};
+use crate::scene::{Scene, Sensor, SensorKind};
+use crate::transport::chain::ChainSettings;
+use crate::transport::scatter::ShadingNormals;
+
+/// Ground truth for caustics: how much light do reflection and refraction put on this surface?
+#[derive(Debug, Parser)]
+#[command(version, max_term_width = 100)]
+pub struct Args {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// What to do.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Measure the light on a sensor of a Mitsuba 3 scene; write EXR and PNG
+    Render(RenderArgs),
+    /// Show what a scene holds, what it requires modelled and why, and what is odd about it
+    Inspect(InspectArgs),
+    /// Put the shards of a run together, to the same bits as the run in one piece
+    Merge(MergeArgs),
+}
+
+/// Which scene.
+#[derive(Debug, clap::Args)]
+pub struct SceneArgs {
+    /// The scene file, Mitsuba 3 XML
+    pub scene: PathBuf,
+
+    /// Set a parameter of the scene file (its `$NAME`)
+    #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = parse_define)]
+    pub define: Vec<(String, String)>,
+}
+
+/// `nephroid render`.
+#[derive(Debug, clap::Args)]
+pub struct RenderArgs {
+    /// The scene
+    #[command(flatten)]
+    pub scene: SceneArgs,
+
+    /// The EXR to write; the picture goes beside it [default: out/SCENE.exr]
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+
+    /// The sensor to fill, by id [default: the first irradiancemeter]
+    #[arg(long, value_name = "ID")]
+    pub sensor: Option<String>,
+
+    /// How to compute
+    #[arg(long, value_enum, default_value_t = Method::Photons)]
+    pub method: Method,
+
+    /// Stop after this many photons [default: 16777216 where no other limit is given]
+    #[arg(long, value_name = "N")]
+    pub photons: Option<u64>,
+
+    /// Stop after this time, e.g. 30s, 2m
+    #[arg(long, value_name = "TIME", value_parser = parse_duration)]
+    pub time: Option<Duration>,
+
+    /// Stop at this relative standard error over lit texels, e.g. 1%
+    #[arg(long, value_name = "ERROR", value_parser = parse_fraction)]
+    pub error: Option<f64>,
+
+    /// Settings of the method
+    #[command(flatten)]
+    pub photon: PhotonArgs,
+
+    /// Threads [default: all cores]; results do not depend on it
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
+
+    /// Trace only part K of N and write its sums, for `nephroid merge`
+    #[arg(long, value_name = "K/N", value_parser = parse_shard, conflicts_with_all = ["time", "error"])]
+    pub shard: Option<Shard>,
+
+    /// Print the summary as JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Settings of a photon run.
+#[derive(Debug, clap::Args)]
+pub struct PhotonArgs {
+    /// Seed of all random choices
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub seed: u64,
+
+    /// How sample points are laid out
+    #[arg(long, value_enum, default_value_t = Samples::Sobol)]
+    pub samples: Samples,
+
+    /// Independent randomisations; their scatter is the error bar
+    #[arg(long, value_name = "N", default_value_t = 32, value_parser = clap::value_parser!(u32).range(1..=255))]
+    pub replicates: u32,
+
+    /// Specular events after which flux is cut off
+    #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u32).range(0..=31))]
+    pub max_depth: u32,
+
+    /// Specular events up to which light follows every branch; later it follows one at random
+    #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u32).range(0..=31))]
+    pub split_depth: u32,
+
+    /// What interpolated normals do to flux
+    #[arg(long, value_enum, default_value_t = ShadingNormalsArg::Flux)]
+    pub shading_normals: ShadingNormalsArg,
+
+    /// Path signatures with a layer of their own: the brightest
+    #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u32).range(0..=1024))]
+    pub layers: u32,
+}
+
+/// `nephroid inspect`.
+#[derive(Debug, clap::Args)]
+pub struct InspectArgs {
+    /// The scene
+    #[command(flatten)]
+    pub scene: SceneArgs,
+
+    /// Print as JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `nephroid merge`.
+#[derive(Debug, clap::Args)]
+pub struct MergeArgs {
+    /// The scene
+    #[command(flatten)]
+    pub scene: SceneArgs,
+
+    /// The shards, all of them
+    #[arg(required = true, value_name = "SHARD")]
+    pub shards: Vec<PathBuf>,
+
+    /// The EXR to write; the picture goes beside it [default: out/SCENE.exr]
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+
+    /// The sensor the shards were made for [default: the first irradiancemeter]
+    #[arg(long, value_name = "ID")]
+    pub sensor: Option<String>,
+
+    /// The settings the shards were made with
+    #[command(flatten)]
+    pub photon: PhotonArgs,
+
+    /// Print the summary as JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// How to compute.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Method {
+    /// Photons binned into texels: unbiased, on any scene
+    Photons,
+}
+
+/// How sample points are laid out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Samples {
+    /// Owen-scrambled Sobol' points
+    Sobol,
+    /// Independent random points
+    Random,
+}
+
+/// What interpolated normals do to flux.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ShadingNormalsArg {
+    /// Nothing: the ledger closes
+    Flux,
+    /// Veach's factor, as Mitsuba's ptracer
+    Adjoint,
+}
+
+impl PhotonArgs {
+    /// What the flags mean.
+    pub fn settings(&self) -> PhotonSettings {
+        PhotonSettings {
+            stream: match self.samples {
+                Samples::Sobol => StreamKind::Sobol,
+                Samples::Random => StreamKind::Random,
+            },
+            seed: self.seed,
+            replicates: self.replicates,
+            chains: ChainSettings {
+                max_depth: self.max_depth,
+                split_depth: self.split_depth,
+                shading_normals: match self.shading_normals {
+                    ShadingNormalsArg::Flux => ShadingNormals::Flux,
+                    ShadingNormalsArg::Adjoint => ShadingNormals::Adjoint,
+                },
+            },
+            max_layers: self.layers as usize,
+        }
+    }
+}
+
+impl RenderArgs {
+    /// What the limits mean.
+    pub fn budget(&self) -> Budget {
+        Budget {
+            photons: self.photons,
+            time: self.time,
+            relative_error: self.error,
+        }
+    }
+}
+
+/// The sensor with this id, or the first irradiance meter.
+///
+/// # Errors
+///
+/// Where there is none; the message lists those there are.
+pub fn choose_sensor<'a>(scene: &'a Scene, id: Option<&str>) -> anyhow::Result<&'a Sensor> {
+    let found = match id {
+        Some(id) => scene.sensors().iter().find(|sensor| sensor.id == id),
+        None => scene
+            .sensors()
+            .iter()
+            .find(|sensor| matches!(sensor.kind, SensorKind::IrradianceMeter { .. })),
+    };
+    found.ok_or_else(|| {
+        let wanted = id.map_or_else(
+            || "no sensor of plugin irradiancemeter".to_owned(),
+            |id| format!("no sensor with id \"{id}\""),
+        );
+        let there: Vec<String> = scene
+            .sensors()
+            .iter()
+            .map(|sensor| format!("\"{}\" ({})", sensor.id, sensor.plugin()))
+            .collect();
+        let there = if there.is_empty() {
+            "none".to_owned()
+        } else {
+            there.join(", ")
+        };
+        anyhow::anyhow!(
+            "{}: {wanted}; the scene's sensors are: {there}",
+            scene.path().display()
+        )
+    })
+}
+
+fn parse_define(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((name, value)) if !name.is_empty() => Ok((name.to_owned(), value.to_owned())),
+        _ => Err("give NAME=VALUE, as in -D samples=16".to_owned()),
+    }
+}
+
+fn parse_duration(text: &str) -> Result<Duration, String> {
+    let error = || "give a number >= 0 with a unit: ms, s, m or h, as in 30s".to_owned();
+    let split = text
+        .find(|c: char| c.is_ascii_alphabetic())
+        .unwrap_or(text.len());
+    let (number, unit) = text.split_at(split);
+    let factor = match unit {
+        "ms" => 1e-3,
+        "s" | "" => 1.0,
+        "m" | "min" => 60.0,
+        "h" => 3600.0,
+        _ => return Err(error()),
+    };
+    let seconds: f64 = number.trim().parse().map_err(|_| error())?;
+    Duration::try_from_secs_f64(seconds * factor).map_err(|_| error())
+}
+
+fn parse_fraction(text: &str) -> Result<f64, String> {
+    let (number, factor) = match text.strip_suffix('%') {
+        Some(number) => (number, 0.01),
+        None => (text, 1.0),
+    };
+    match number.trim().parse::<f64>() {
+        Ok(value) if value > 0.0 && value.is_finite() => Ok(value * factor),
+        _ => Err("give a number > 0, as a fraction (0.01) or in percent (1%)".to_owned()),
+    }
+}
+
+fn parse_shard(text: &str) -> Result<Shard, String> {
+    let parsed = text
+        .split_once('/')
+        .and_then(|(part, of)| Some((part.parse::<u32>().ok()?, of.parse::<u32>().ok()?)));
+    match parsed {
+        Some((part, count)) if (1..=count).contains(&part) => Ok(Shard {
+            index: part - 1,
+            count,
+        }),
+        _ => Err("give K/N with K from 1 to N, as in 1/3".to_owned()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn durations_have_units() {
+        assert_eq!(parse_duration("30s"), Ok(Duration::from_secs(30)));
+        assert_eq!(parse_duration("1.5m"), Ok(Duration::from_secs(90)));
+        assert_eq!(parse_duration("250ms"), Ok(Duration::from_millis(250)));
+        for text in ["", "s", "-1s", "1x", "nans", "1e300s"] {
+            assert!(parse_duration(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn fractions_may_be_percentages() {
+        assert_eq!(parse_fraction("1%"), Ok(0.01));
+        assert_eq!(parse_fraction("0.25"), Ok(0.25));
+        for text in ["", "%", "0", "-1%", "inf", "nan"] {
+            assert!(parse_fraction(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn shards_count_from_one() {
+        assert_eq!(parse_shard("3/3"), Ok(Shard { index: 2, count: 3 }));
+        for text in ["0/3", "4/3", "1", "/", "a/b", "1/0"] {
+            assert!(parse_shard(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        use clap::CommandFactory;
+        Args::command().debug_assert();
+    }
+}

@@ -1,0 +1,191 @@
+//! `nephroid inspect`: what a scene holds and requires.
+
+use serde::Serialize;
+
+use super::Outcome;
+use super::args::InspectArgs;
+use super::render::load;
+use crate::geometry::{MeshDiagnostics, Shape};
+use crate::scene::{Ignored, Requirement, Scene, SensorKind, Warning, requirements};
+
+/// What `--json` prints.
+#[derive(Serialize)]
+struct Inspection<'a> {
+    scene: String,
+    content_hash: &'a str,
+    shapes: Vec<ShapeLine<'a>>,
+    emitters: Vec<EmitterLine>,
+    sensors: Vec<SensorLine<'a>>,
+    requirements: Vec<Requirement>,
+    ignored: &'a [Ignored],
+    warnings: &'a [Warning],
+    memory_bytes: usize,
+}
+
+#[derive(Serialize)]
+struct ShapeLine<'a> {
+    id: &'a str,
+    plugin: &'static str,
+    material: &'static str,
+    triangles: Option<usize>,
+    mesh: Option<MeshLine>,
+}
+
+#[derive(Serialize)]
+struct MeshLine {
+    closed: bool,
+    components: usize,
+    open_edges: usize,
+    non_manifold_edges: usize,
+    clashing_edges: usize,
+    zero_area_faces: usize,
+    duplicate_faces: usize,
+    signed_volume: f64,
+}
+
+impl From<MeshDiagnostics> for MeshLine {
+    fn from(found: MeshDiagnostics) -> Self {
+        Self {
+            closed: found.is_closed(),
+            components: found.components,
+            open_edges: found.open_edges.count,
+            non_manifold_edges: found.non_manifold_edges.count,
+            clashing_edges: found.clashing_edges.count,
+            zero_area_faces: found.zero_area_faces.count,
+            duplicate_faces: found.duplicate_faces.count,
+            signed_volume: found.signed_volume,
+        }
+    }
+}
+
+#[derive(Serialize)]
+struct EmitterLine {
+    plugin: &'static str,
+    strength: [f64; 3],
+    unit: &'static str,
+}
+
+#[derive(Serialize)]
+struct SensorLine<'a> {
+    id: &'a str,
+    plugin: &'static str,
+    on: Option<&'a str>,
+    size: [u32; 2],
+}
+
+/// Runs the command.
+///
+/// # Errors
+///
+/// Where the scene cannot be read.
+pub fn inspect(args: &InspectArgs) -> anyhow::Result<Outcome> {
+    let scene = load(&args.scene)?;
+    let inspection = Inspection::of(&scene);
+    if args.json {
+        println!("{}", serde_json::to_string_pretty(&inspection)?);
+    } else {
+        inspection.print();
+    }
+    Ok(Outcome::Complete)
+}
+
+impl<'a> Inspection<'a> {
+    fn of(scene: &'a Scene) -> Self {
+        let shapes = scene.world().shapes().iter().zip(scene.objects());
+        Self {
+            scene: scene.path().display().to_string(),
+            content_hash: scene.content_hash(),
+            shapes: shapes
+                .map(|(shape, object)| {
+                    let mesh = match shape {
+                        Shape::Mesh(mesh) => Some(mesh),
+                        _ => None,
+                    };
+                    ShapeLine {
+                        id: &object.id,
+                        plugin: object.plugin,
+                        material: scene.material(object.material).plugin(),
+                        triangles: mesh.map(crate::geometry::Mesh::triangle_count),
+                        mesh: mesh.map(|mesh| mesh.diagnose().into()),
+                    }
+                })
+                .collect(),
+            emitters: scene
+                .emitters()
+                .iter()
+                .map(|emitter| EmitterLine {
+                    plugin: emitter.plugin(),
+                    strength: emitter.strength().0,
+                    unit: match emitter.plugin() {
+                        "directional" => "W/m²",
+                        "area" => "W/m²/sr",
+                        _ => "W/sr",
+                    },
+                })
+                .collect(),
+            sensors: scene
+                .sensors()
+                .iter()
+                .map(|sensor| SensorLine {
+                    id: &sensor.id,
+                    plugin: sensor.plugin(),
+                    on: match sensor.kind {
+                        SensorKind::IrradianceMeter { shape } => {
+                            Some(&scene.objects()[shape.0 as usize].id)
+                        }
+                        _ => None,
+                    },
+                    size: [sensor.film.crop.width, sensor.film.crop.height],
+                })
+                .collect(),
+            requirements: requirements(scene),
+            ignored: scene.ignored(),
+            warnings: scene.warnings(),
+            memory_bytes: scene.world().memory_bytes(),
+        }
+    }
+
+    fn print(&self) {
+        println!("{}", self.scene);
+        println!("\nshapes ({} kB in memory)", self.memory_bytes.div_ceil(1000));
+        for shape in &self.shapes {
+            let mesh = shape.mesh.as_ref().map_or_else(String::new, |mesh| {
+                format!(
+                    ", {} triangles, {}, {} part(s)",
+                    shape.triangles.unwrap_or(0),
+                    if mesh.closed { "closed" } else { "not closed" },
+                    mesh.components
+                )
+            });
+            println!("  {} ({}): {}{mesh}", shape.id, shape.plugin, shape.material);
+        }
+        println!("\nemitters");
+        for emitter in &self.emitters {
+            let [r, g, b] = emitter.strength;
+            println!("  {}: {r} {g} {b} {}", emitter.plugin, emitter.unit);
+        }
+        println!("\nsensors");
+        for sensor in &self.sensors {
+            let on = sensor.on.map_or_else(String::new, |on| format!(" on {on}"));
+            let [width, height] = sensor.size;
+            println!("  {} ({}){on}: {width} x {height}", sensor.id, sensor.plugin);
+        }
+        println!("\nrequires modelled");
+        for requirement in &self.requirements {
+            let needed = if requirement.needed { "yes" } else { "no " };
+            println!("  {needed}  {}: {}", requirement.feature, requirement.reason);
+        }
+        if !self.ignored.is_empty() {
+            println!("\nignored");
+            for ignored in self.ignored {
+                println!("  {}: {}: {}", ignored.at, ignored.what, ignored.why);
+            }
+        }
+        if !self.warnings.is_empty() {
+            println!("\nwarnings");
+            for warning in self.warnings {
+                println!("  {warning}");
+            }
+        }
+    }
+}

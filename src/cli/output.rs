@@ -1,0 +1,135 @@
+//! From an estimate to files.
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use anyhow::Context;
+
+use super::summary::{Summary, Timing};
+use crate::film::picture::{self, Content, PictureSpec, Scale};
+use crate::film::{Grid, Image, exr};
+use crate::radiometry::Rgb;
+use crate::reference::photons::PhotonSettings;
+use crate::reference::{Estimate, Layer};
+use crate::scene::{Scene, Sensor};
+
+/// Everything a result is described by.
+pub struct Run<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// The sensor filled.
+    pub sensor: &'a Sensor,
+    /// The settings used.
+    pub settings: &'a PhotonSettings,
+    /// The result.
+    pub estimate: &'a Estimate,
+    /// From the start of the command.
+    pub elapsed: Duration,
+    /// What is to be known beside the scene's own warnings.
+    pub warnings: Vec<String>,
+}
+
+/// Where the result goes: as the user says, or `out/SCENE.exr`, making that folder.
+///
+/// # Errors
+///
+/// Where the folder cannot be made or the name is not an EXR's.
+pub fn output_path(asked: Option<&Path>, scene: &Path, extension: &str) -> anyhow::Result<PathBuf> {
+    if let Some(path) = asked {
+        anyhow::ensure!(
+            path.extension().is_some_and(|found| found == extension),
+            "{}: the output's name must end in .{extension}",
+            path.display()
+        );
+        return Ok(path.to_owned());
+    }
+    let folder = Path::new("out");
+    std::fs::create_dir_all(folder).context("cannot make the folder out")?;
+    let stem = scene.file_stem().unwrap_or(scene.as_os_str());
+    Ok(folder.join(stem).with_extension(extension))
+}
+
+/// Writes the EXR at `path` and the picture beside it, each whole or not at all. Returns the
+/// picture's path.
+///
+/// # Errors
+///
+/// Where a file cannot be written.
+pub fn write(run: &Run, summary: &Summary, path: &Path) -> anyhow::Result<PathBuf> {
+    exr::write(path, &image(run, summary)?)?;
+    let picture = path.with_extension("png");
+    let values = Grid::from_vec(
+        run.estimate.width,
+        run.estimate.height,
+        run.estimate
+            .total
+            .irradiance
+            .iter()
+            .map(|value| value.mean() as f32)
+            .collect(),
+    )
+    .context("the estimate does not fill its grid")?;
+    let title = format!(
+        "{} · {} · irradiance",
+        run.scene
+            .path()
+            .file_stem()
+            .unwrap_or_default()
+            .to_string_lossy(),
+        run.sensor.id
+    );
+    picture::write(
+        &picture,
+        &PictureSpec {
+            title: &title,
+            unit: "W/m²",
+            content: Content::FalseColour {
+                values: &values,
+                scale: Scale::Logarithmic,
+            },
+            range: None,
+        },
+    )?;
+    Ok(picture)
+}
+
+/// All layers and what describes them: `E`, `LD`, `LRD`, ..., each with `.R .G .B` and
+/// `.stderr.R .stderr.G .stderr.B`, and `count.Y`.
+fn image(run: &Run, summary: &Summary) -> anyhow::Result<Image> {
+    let estimate = run.estimate;
+    let mut image = Image::new(estimate.width, estimate.height);
+    for layer in std::iter::once(&estimate.total).chain(&estimate.layers) {
+        add_layer(&mut image, layer);
+    }
+    image.add_scalar("count.Y", estimate.counts.iter().map(|count| *count as f64));
+    image.add_metadata("summary", serde_json::to_string(&summary.without_timing())?);
+    image.add_metadata("timing", serde_json::to_string(&Timing::of(run))?);
+    image.add_metadata("settings", serde_json::to_string(run.settings)?);
+    image.add_metadata("scene", run.scene.path().display().to_string());
+    image.add_metadata("scene-hash", run.scene.content_hash());
+    image.add_metadata("sensor", run.sensor.id.as_str());
+    image.add_metadata("method", "photons");
+    image.add_metadata("seed", run.settings.seed.to_string());
+    image.add_metadata("version", env!("CARGO_PKG_VERSION"));
+    image.add_metadata("photons", estimate.paths.to_string());
+    image.add_metadata(
+        "complete",
+        if estimate.incomplete { "no" } else { "yes" },
+    );
+    image.add_metadata("warnings", serde_json::to_string(&summary.warnings)?);
+    image.add_metadata("conventions", CONVENTIONS);
+    Ok(image)
+}
+
+/// What the numbers mean, for whoever finds the file alone.
+const CONVENTIONS: &str = "texel-averaged irradiance [W/m2], linear sRGB; row 0 is at v = 0, \
+column 0 at u = 0 of the receiver; E is the sum of the layers; layers are path signatures: L \
+emitter, R mirror or total internal reflection, T refraction, D receiver; stderr is one \
+standard error over independent replicates (for LD the quadrature's bound or standard error)";
+
+fn add_layer(image: &mut Image, layer: &Layer) {
+    let triples = |values: &[Rgb]| values.iter().map(|value| value.0).collect::<Vec<_>>();
+    let name = layer.name.to_string();
+    image.add_rgb(&name, &triples(&layer.irradiance));
+    image.add_rgb(&format!("{name}.stderr"), &triples(&layer.standard_error));
+}

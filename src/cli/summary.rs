@@ -1,0 +1,269 @@
+//! What a finished run has to say, for people and for programs.
+
+use std::fmt::{self, Write as _};
+
+use serde::Serialize;
+
+use super::output::Run;
+use crate::geometry::TraversalCounters;
+use crate::radiometry::Rgb;
+use crate::reference::LayerName;
+use crate::transport::ledger::Row;
+
+/// The result in numbers. Serialised, it is what `--json` prints.
+#[derive(Clone, Debug, Serialize)]
+pub struct Summary {
+    /// The scene file.
+    pub scene: String,
+    /// The sensor's id.
+    pub sensor: String,
+    /// Texels a row and rows.
+    pub size: [usize; 2],
+    /// How it was computed.
+    pub method: &'static str,
+    /// Whether the run used its whole budget.
+    pub complete: bool,
+    /// Photons started.
+    pub photons: u64,
+    /// √(mean σ²) / mean E over lit texels of the specular layers.
+    pub relative_error: Option<f64>,
+    /// One entry a layer, the total first.
+    pub layers: Vec<LayerSummary>,
+    /// Where the traced flux went [W].
+    pub ledger: LedgerSummary,
+    /// Rays, and the work of finding what they hit.
+    pub counters: TraversalCounters,
+    /// What is odd about the scene or the run.
+    pub warnings: Vec<String>,
+    /// What the run took; absent in files, which hold it apart.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub timing: Option<Timing>,
+    /// The files written.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub files: Vec<String>,
+}
+
+/// One layer in numbers.
+#[derive(Clone, Debug, Serialize)]
+pub struct LayerSummary {
+    /// `E`, `LD`, `LTTD`, ...
+    pub name: String,
+    /// Smallest texel [W/m²].
+    pub min: f64,
+    /// Mean over texels [W/m²].
+    pub mean: f64,
+    /// Largest texel [W/m²].
+    pub max: f64,
+    /// √(mean σ²) / mean E over the layer's lit texels.
+    pub relative_error: Option<f64>,
+}
+
+/// The ledger in numbers [W].
+#[derive(Clone, Debug, Serialize)]
+pub struct LedgerSummary {
+    /// What photons started with.
+    pub emitted: Rgb,
+    /// What adjoint shading normals added.
+    pub shading_gain: Rgb,
+    /// By signature of the events before the end.
+    pub rows: Vec<(String, Row)>,
+    /// |emitted + gain − Σ rows| / emitted.
+    pub closure_error: f64,
+}
+
+/// What a run took.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Timing {
+    /// From the start of the command, reading and set-up included.
+    pub seconds: f64,
+    /// Threads used.
+    pub threads: usize,
+    /// Photons a second.
+    pub photons_per_second: f64,
+    /// Rays a second.
+    pub rays_per_second: f64,
+}
+
+impl Timing {
+    /// The timing of a run.
+    pub fn of(run: &Run) -> Self {
+        let seconds = run.elapsed.as_secs_f64();
+        Self {
+            seconds,
+            threads: rayon::current_num_threads(),
+            photons_per_second: run.estimate.paths as f64 / seconds,
+            rays_per_second: run.estimate.counters.rays as f64 / seconds,
+        }
+    }
+}
+
+impl Summary {
+    /// The summary of a run.
+    pub fn of(run: &Run) -> Self {
+        let estimate = run.estimate;
+        let ledger = &estimate.ledger;
+        let mut rows: Vec<(String, Row)> = ledger
+            .rows
+            .iter()
+            .map(|(signature, row)| (signature.to_string(), *row))
+            .collect();
+        rows.push((LayerName::Other.to_string(), ledger.other));
+        let mut warnings: Vec<String> =
+            run.scene.warnings().iter().map(ToString::to_string).collect();
+        warnings.extend(run.warnings.iter().cloned());
+        Self {
+            scene: run.scene.path().display().to_string(),
+            sensor: run.sensor.id.clone(),
+            size: [estimate.width, estimate.height],
+            method: "photons",
+            complete: !estimate.incomplete,
+            photons: estimate.paths,
+            relative_error: estimate.relative_error,
+            layers: std::iter::once(&estimate.total)
+                .chain(&estimate.layers)
+                .map(|layer| {
+                    let range = layer.range();
+                    LayerSummary {
+                        name: layer.name.to_string(),
+                        min: range.min,
+                        mean: range.mean,
+                        max: range.max,
+                        relative_error: layer.relative_error(),
+                    }
+                })
+                .collect(),
+            ledger: LedgerSummary {
+                emitted: ledger.emitted,
+                shading_gain: ledger.shading_gain,
+                rows,
+                closure_error: ledger.closure_error(),
+            },
+            counters: estimate.counters,
+            warnings,
+            timing: Some(Timing::of(run)),
+            files: Vec::new(),
+        }
+    }
+
+    /// The part that is the same for every run with the same settings.
+    #[must_use]
+    pub fn without_timing(&self) -> Self {
+        Self {
+            timing: None,
+            files: Vec::new(),
+            ..self.clone()
+        }
+    }
+}
+
+/// Six digits are enough for a table; zero is a dot, so that the eye finds what is there.
+fn number(value: f64) -> String {
+    if value == 0.0 {
+        "·".to_owned()
+    } else if (1e-3..1e6).contains(&value.abs()) {
+        let digits = (5 - value.abs().log10().floor() as i32).clamp(0, 6) as usize;
+        format!("{value:.digits$}")
+    } else {
+        format!("{value:.3e}")
+    }
+}
+
+fn percent(error: Option<f64>) -> String {
+    error.map_or_else(|| "·".to_owned(), |error| format!("{:.3} %", 100.0 * error))
+}
+
+impl fmt::Display for Summary {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for warning in &self.warnings {
+            writeln!(out, "warning: {warning}")?;
+        }
+        let [width, height] = self.size;
+        writeln!(
+            out,
+            "{} · sensor {} · {width} x {height} texels · {}{}",
+            self.scene,
+            self.sensor,
+            self.method,
+            if self.complete { "" } else { " · INCOMPLETE" }
+        )?;
+        writeln!(out, "\nirradiance [W/m²]")?;
+        writeln!(
+            out,
+            "  {:<12} {:>12} {:>12} {:>12} {:>12}",
+            "layer", "min", "mean", "max", "rel. error"
+        )?;
+        for layer in &self.layers {
+            writeln!(
+                out,
+                "  {:<12} {:>12} {:>12} {:>12} {:>12}",
+                layer.name,
+                number(layer.min),
+                number(layer.mean),
+                number(layer.max),
+                percent(layer.relative_error)
+            )?;
+        }
+        writeln!(out, "\nflux of the traced light [W], mean of channels")?;
+        writeln!(
+            out,
+            "  {:<12} {:>12} {:>12} {:>12} {:>12} {:>12}",
+            "after", "received", "direct", "escaped", "absorbed", "cut off"
+        )?;
+        let mut sum = Row::default();
+        for (name, row) in &self.ledger.rows {
+            sum = Row::from_fates([
+                sum.received + row.received,
+                sum.direct + row.direct,
+                sum.escaped + row.escaped,
+                sum.absorbed + row.absorbed,
+                sum.cut_off + row.cut_off,
+            ]);
+            if !row.total().is_black() {
+                writeln!(out, "  {}", ledger_line(name, row))?;
+            }
+        }
+        writeln!(out, "  {}", ledger_line("sum", &sum))?;
+        writeln!(
+            out,
+            "  emitted {}, ledger closes to {:.1e}",
+            number(self.ledger.emitted.mean()),
+            self.ledger.closure_error
+        )?;
+        if let Some(timing) = &self.timing {
+            writeln!(
+                out,
+                "\n{} photons, {} rays in {:.2} s on {} threads: {:.2} M photons/s, {:.2} M rays/s",
+                self.photons,
+                self.counters.rays,
+                timing.seconds,
+                timing.threads,
+                timing.photons_per_second / 1e6,
+                timing.rays_per_second / 1e6
+            )?;
+        }
+        writeln!(
+            out,
+            "relative standard error of the specular layers' sum over lit texels: {}",
+            percent(self.relative_error)
+        )?;
+        for file in &self.files {
+            writeln!(out, "wrote {file}")?;
+        }
+        Ok(())
+    }
+}
+
+fn ledger_line(name: &str, row: &Row) -> String {
+    let mut line = format!("{name:<12}");
+    for flux in [
+        row.received,
+        row.direct,
+        row.escaped,
+        row.absorbed,
+        row.cut_off,
+    ] {
+        // Writing to a string cannot fail.
+        let _ = write!(line, " {:>12}", number(flux.mean()));
+    }
+    line
+}

@@ -1,0 +1,509 @@
+//! Exact, order-free sums of deposits, replicate by replicate.
+
+use std::io::{self, Read, Write};
+use std::sync::atomic::{AtomicBool, AtomicI64, AtomicU64, Ordering};
+
+use flate2::Compression;
+use flate2::bufread::ZlibDecoder;
+use flate2::write::ZlibEncoder;
+use rayon::prelude::*;
+
+use crate::numeric::FixedPoint;
+use crate::numeric::wide::{Wide, quotient};
+
+/// Sums of deposits on the texels of one layer, and what their error bars need.
+///
+/// A *replicate* is one independent estimate of the whole layer. Its deposits are integers
+/// (quanta of a [`FixedPoint`] scale) that all threads add with [`Accumulator::deposit`];
+/// [`Accumulator::flush`] ends it. Integer sums commute, and nothing is rounded before
+/// [`Accumulator::estimate`]: the same deposits give the same bits in any order, on any number
+/// of threads, and in any number of shards joined by [`Accumulator::merge`].
+///
+/// With S the sum of one replicate at one texel, Σ runs over replicates and keeps ΣS and ΣS².
+///
+/// **Range.** A scale from [`FixedPoint::for_total`] of the emitted flux keeps |S| ≤ 2⁶⁰ (all light
+/// on one texel), so that S² ≤ 2¹²⁰ and 255 such replicates fit the 128 bits of ΣS². Where a
+/// texel gets up to 2⁶² (four times the total), 15 do. Beyond, `flush` and `merge` say
+/// [`AccumulatorError::Overflow`]; nothing wraps silently.
+///
+/// **Memory.** 40 bytes a texel and channel (8 for S, 16 for ΣS, 16 for ΣS²), and 8 a texel for counts.
+#[derive(Debug)]
+pub struct Accumulator {
+    texels: usize,
+    channels: usize,
+    scale: FixedPoint,
+    replicates: u32,
+    /// S of the replicate under way; texel by texel, its channels side by side.
+    current: Vec<AtomicI64>,
+    /// Whether any S left `i64` in the replicate under way.
+    current_overflowed: AtomicBool,
+    sums: Vec<i128>,
+    sums_of_squares: Vec<u128>,
+    /// Deposits a texel, where wanted.
+    counts: Option<Vec<AtomicU64>>,
+}
+
+/// A mean over replicates and how far it may be off.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Estimate {
+    /// ΣS/R in the unit of the deposits, correctly rounded; NaN before the first replicate.
+    pub mean: f64,
+    /// The standard error of the mean, same unit; `None` below two replicates.
+    pub standard_error: Option<f64>,
+}
+
+/// Why sums cannot be had.
+#[derive(Debug, thiserror::Error)]
+pub enum AccumulatorError {
+    /// A sum left its integer.
+    #[error(
+        "a texel's sum overflows: {0}; use fewer replicates, or a fixed-point scale for a larger total"
+    )]
+    Overflow(&'static str),
+    /// Sums of other things.
+    #[error("accumulators differ in {field}: {left} and {right}")]
+    Mismatch {
+        /// What differs.
+        field: &'static str,
+        /// Here.
+        left: String,
+        /// There.
+        right: String,
+    },
+    /// Deposits that no flush has ended.
+    #[error("a replicate is under way: flush it first")]
+    ReplicateUnderWay,
+    /// Bytes that are not a written accumulator.
+    #[error("not a valid accumulator: {0}")]
+    Malformed(String),
+    /// The system said no.
+    #[error(transparent)]
+    Io(#[from] io::Error),
+}
+
+/// The first bytes of a written accumulator, version included.
+const MAGIC: [u8; 8] = *b"nphACC\x00\x01";
+
+impl Accumulator {
+    /// Empty sums for `texels` texels of `channels` channels (1 for grey light, 3 for RGB) each.
+    pub fn new(texels: usize, channels: usize, scale: FixedPoint) -> Self {
+        let length = texels * channels;
+        Self {
+            texels,
+            channels,
+            scale,
+            replicates: 0,
+            current: zeros(length),
+            current_overflowed: AtomicBool::new(false),
+            sums: vec![0; length],
+            sums_of_squares: vec![0; length],
+            counts: None,
+        }
+    }
+
+    /// Counts the deposits of each texel, too.
+    #[must_use]
+    pub fn with_counts(mut self) -> Self {
+        self.counts = Some(zeros(self.texels));
+        self
+    }
+
+    /// How many texels.
+    pub const fn texels(&self) -> usize {
+        self.texels
+    }
+
+    /// How many channels a texel.
+    pub const fn channels(&self) -> usize {
+        self.channels
+    }
+
+    /// What a deposit's integers mean.
+    pub const fn scale(&self) -> FixedPoint {
+        self.scale
+    }
+
+    /// How many replicates are in the sums: ended by [`Accumulator::flush`], here or in what was merged.
+    pub const fn replicates(&self) -> u32 {
+        self.replicates
+    }
+
+    /// Adds quanta to the channels of a texel, from any thread.
+    ///
+    /// Extra channels on either side are left alone, and so is everything for a texel outside;
+    /// the result says whether the texel is inside.
+    #[inline]
+    pub fn deposit<const CHANNELS: usize>(&self, texel: usize, quanta: [i64; CHANNELS]) -> bool {
+        debug_assert_eq!(CHANNELS, self.channels);
+        let first = texel * self.channels;
+        let Some(sums) = self.current.get(first..first + self.channels) else {
+            return false;
+        };
+        for (sum, addend) in sums.iter().zip(quanta) {
+            // Relaxed: integer sums need no order, and the threads' join publishes them.
+            let before = sum.fetch_add(addend, Ordering::Relaxed);
+            if before.checked_add(addend).is_none() {
+                self.current_overflowed.store(true, Ordering::Relaxed);
+            }
+        }
+        if let Some(count) = self.counts.as_ref().and_then(|counts| counts.get(texel)) {
+            count.fetch_add(1, Ordering::Relaxed);
+        }
+        true
+    }
+
+    /// Adds the whole replicate under way of `other` to this one's.
+    ///
+    /// # Errors
+    ///
+    /// Where texels, channels or scale differ.
+    pub fn deposit_all(&mut self, other: &Self) -> Result<(), AccumulatorError> {
+        self.check_like(other)?;
+        let overflowed = self
+            .current
+            .par_iter_mut()
+            .zip(&other.current)
+            .map(|(sum, addend)| {
+                let sum = sum.get_mut();
+                let overflowed;
+                (*sum, overflowed) = sum.overflowing_add(addend.load(Ordering::Relaxed));
+                overflowed
+            })
+            .reduce(|| false, |a, b| a | b);
+        *self.current_overflowed.get_mut() |=
+            overflowed || other.current_overflowed.load(Ordering::Relaxed);
+        Ok(())
+    }
+
+    /// Forgets the replicate under way; counts of its deposits stay.
+    pub fn discard(&mut self) {
+        self.current
+            .par_iter_mut()
+            .for_each(|sum| *sum.get_mut() = 0);
+        *self.current_overflowed.get_mut() = false;
+    }
+
+    /// Ends a replicate: adds S to ΣS and S² to ΣS² everywhere, and clears S.
+    ///
+    /// # Errors
+    ///
+    /// [`AccumulatorError::Overflow`]; the sums are of no use then.
+    pub fn flush(&mut self) -> Result<(), AccumulatorError> {
+        if *self.current_overflowed.get_mut() {
+            return Err(AccumulatorError::Overflow("one replicate exceeds 63 bits"));
+        }
+        self.replicates = self
+            .replicates
+            .checked_add(1)
+            .ok_or(AccumulatorError::Overflow("too many replicates"))?;
+        self.current
+            .par_iter_mut()
+            .zip(&mut self.sums)
+            .zip(&mut self.sums_of_squares)
+            .try_for_each(|((current, sum), sum_of_squares)| {
+                let replicate = std::mem::take(current.get_mut());
+                // 2^63 for each of at most 2^32 replicates: far below 2^127.
+                *sum += i128::from(replicate);
+                let square = u128::from(replicate.unsigned_abs()).pow(2);
+                *sum_of_squares = sum_of_squares.checked_add(square)?;
+                Some(())
+            })
+            .ok_or(AccumulatorError::Overflow(
+                "squares of all replicates exceed 128 bits",
+            ))
+    }
+
+    /// Adds the replicates of `other`, exactly: for shards of one run, by replicates.
+    ///
+    /// # Errors
+    ///
+    /// Where texels, channels or scale differ, where a replicate is under way on either side,
+    /// and on overflow (the sums are of no use then).
+    pub fn merge(&mut self, other: &Self) -> Result<(), AccumulatorError> {
+        self.check_like(other)?;
+        if self.counts.is_some() != other.counts.is_some() {
+            let counts = |a: &Self| if a.counts.is_some() { "with" } else { "without" }.to_owned();
+            return Err(AccumulatorError::Mismatch {
+                field: "counts",
+                left: counts(self),
+                right: counts(other),
+            });
+        }
+        if self.is_under_way() || other.is_under_way() {
+            return Err(AccumulatorError::ReplicateUnderWay);
+        }
+        self.replicates = self
+            .replicates
+            .checked_add(other.replicates)
+            .ok_or(AccumulatorError::Overflow("too many replicates"))?;
+        self.sums
+            .par_iter_mut()
+            .zip(&other.sums)
+            .zip(
+                self.sums_of_squares
+                    .par_iter_mut()
+                    .zip(&other.sums_of_squares),
+            )
+            .try_for_each(|((sum, addend), (squares, more_squares))| {
+                *sum = sum.checked_add(*addend)?;
+                *squares = squares.checked_add(*more_squares)?;
+                Some(())
+            })
+            .ok_or(AccumulatorError::Overflow(
+                "squares of all replicates exceed 128 bits",
+            ))?;
+        if let (Some(counts), Some(others)) = (&mut self.counts, &other.counts) {
+            for (count, addend) in counts.iter_mut().zip(others) {
+                let count = count.get_mut();
+                *count = count
+                    .checked_add(addend.load(Ordering::Relaxed))
+                    .ok_or(AccumulatorError::Overflow("more than 2^64 deposits"))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The mean over replicates of one texel's channel and its standard error; `None` outside.
+    ///
+    /// ```text
+    /// mean = ΣS / R        standard error = √( (R ΣS² − (ΣS)²) / (R² (R − 1)) )
+    /// ```
+    ///
+    /// The numerator is computed in integers of 256 bits: nothing cancels, and equal replicates
+    /// give an error of exactly zero.
+    pub fn estimate(&self, texel: usize, channel: usize) -> Option<Estimate> {
+        if channel >= self.channels {
+            return None;
+        }
+        let index = texel * self.channels + channel;
+        let (sum, sum_of_squares) = (*self.sums.get(index)?, self.sums_of_squares[index]);
+        let quantum = self.scale.quantum();
+        let replicates = f64::from(self.replicates);
+        let standard_error = (self.replicates > 1).then(|| {
+            let squared_sum = Wide::product(sum.unsigned_abs(), sum.unsigned_abs());
+            let numerator = Wide::product(sum_of_squares, self.replicates.into())
+                .checked_sub(squared_sum)
+                // Cauchy and Schwarz forbid a negative one in sums that were made by `flush`.
+                .map_or(f64::NAN, Wide::to_f64);
+            (numerator / (replicates - 1.0)).sqrt() / replicates * quantum
+        });
+        Some(Estimate {
+            mean: quotient(sum, self.replicates.into()) * quantum,
+            standard_error,
+        })
+    }
+
+    /// ΣS of one texel's channel in quanta: exact, for ledgers. `None` outside.
+    pub fn sum(&self, texel: usize, channel: usize) -> Option<i128> {
+        if channel >= self.channels {
+            return None;
+        }
+        self.sums.get(texel * self.channels + channel).copied()
+    }
+
+    /// How many deposits a texel got; `None` outside or without [`Accumulator::with_counts`].
+    pub fn count(&self, texel: usize) -> Option<u64> {
+        Some(self.counts.as_ref()?.get(texel)?.load(Ordering::Relaxed))
+    }
+
+    /// Refuses sums that do not mean the same as these.
+    fn check_like(&self, other: &Self) -> Result<(), AccumulatorError> {
+        let layout = |a: &Self| {
+            [
+                ("texels", a.texels.to_string()),
+                ("channels", a.channels.to_string()),
+                ("the exponent of their quantum", a.scale.exponent().to_string()),
+            ]
+        };
+        for ((field, left), (_, right)) in layout(self).into_iter().zip(layout(other)) {
+            if left != right {
+                return Err(AccumulatorError::Mismatch { field, left, right });
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether any deposit waits for its flush.
+    fn is_under_way(&self) -> bool {
+        self.current_overflowed.load(Ordering::Relaxed)
+            || self
+                .current
+                .par_iter()
+                .any(|sum| sum.load(Ordering::Relaxed) != 0)
+    }
+}
+
+/// What a written accumulator starts with, uncompressed and little-endian.
+struct Header {
+    texels: u64,
+    channels: u32,
+    has_counts: u32,
+    exponent: i32,
+    replicates: u32,
+}
+
+impl Header {
+    const LENGTH: usize = 24;
+
+    fn to_bytes(&self) -> Vec<u8> {
+        let mut bytes = Vec::with_capacity(Self::LENGTH);
+        bytes.extend(self.texels.to_le_bytes());
+        bytes.extend(self.channels.to_le_bytes());
+        bytes.extend(self.has_counts.to_le_bytes());
+        bytes.extend(self.exponent.to_le_bytes());
+        bytes.extend(self.replicates.to_le_bytes());
+        bytes
+    }
+
+    fn from_bytes(bytes: &[u8; Self::LENGTH]) -> Self {
+        let word = |i: usize| [bytes[i], bytes[i + 1], bytes[i + 2], bytes[i + 3]];
+        let low = u64::from(u32::from_le_bytes(word(0)));
+        let high = u64::from(u32::from_le_bytes(word(4)));
+        Self {
+            texels: high << 32 | low,
+            channels: u32::from_le_bytes(word(8)),
+            has_counts: u32::from_le_bytes(word(12)),
+            exponent: i32::from_le_bytes(word(16)),
+            replicates: u32::from_le_bytes(word(20)),
+        }
+    }
+
+    /// The bytes of ΣS, ΣS² and counts; `None` where no memory could hold them.
+    fn body_length(&self) -> Option<usize> {
+        let texels = usize::try_from(self.texels).ok()?;
+        let sums = texels
+            .checked_mul(self.channels as usize)?
+            .checked_mul(32)?;
+        sums.checked_add(texels.checked_mul(8 * self.has_counts as usize)?)
+    }
+}
+
+impl Accumulator {
+    /// Writes the sums: a header, then ΣS, ΣS² and counts, little-endian, deflated (zlib).
+    ///
+    /// # Errors
+    ///
+    /// Where a replicate is under way, or the writer fails.
+    pub fn write_to(&self, mut writer: impl Write) -> Result<(), AccumulatorError> {
+        if self.is_under_way() {
+            return Err(AccumulatorError::ReplicateUnderWay);
+        }
+        let header = Header {
+            texels: self.texels as u64,
+            channels: self.channels as u32,
+            has_counts: self.counts.is_some().into(),
+            exponent: self.scale.exponent(),
+            replicates: self.replicates,
+        };
+        writer.write_all(&MAGIC)?;
+        writer.write_all(&header.to_bytes())?;
+        let mut encoder = ZlibEncoder::new(writer, Compression::fast());
+        for sum in &self.sums {
+            encoder.write_all(&sum.to_le_bytes())?;
+        }
+        for sum in &self.sums_of_squares {
+            encoder.write_all(&sum.to_le_bytes())?;
+        }
+        for count in self.counts.iter().flatten() {
+            encoder.write_all(&count.load(Ordering::Relaxed).to_le_bytes())?;
+        }
+        encoder.finish()?.flush()?;
+        Ok(())
+    }
+
+    /// Reads what [`Accumulator::write_to`] wrote; checks it, zlib's checksum included.
+    ///
+    /// Memory grows with what is really read, not with what the header claims.
+    ///
+    /// # Errors
+    ///
+    /// Where the bytes are not a written accumulator, or the reader fails.
+    pub fn read_from(mut reader: impl io::BufRead) -> Result<Self, AccumulatorError> {
+        let malformed = |message: &str| AccumulatorError::Malformed(message.to_owned());
+        let mut magic = [0; MAGIC.len()];
+        reader.read_exact(&mut magic)?;
+        if magic != MAGIC {
+            return Err(malformed("wrong magic bytes or version"));
+        }
+        let mut bytes = [0; Header::LENGTH];
+        reader.read_exact(&mut bytes)?;
+        let header = Header::from_bytes(&bytes);
+        if ![1, 3].contains(&header.channels) {
+            return Err(AccumulatorError::Malformed(format!(
+                "{} channels: allowed are 1 and 3",
+                header.channels
+            )));
+        }
+        if header.has_counts > 1 {
+            return Err(malformed("the flag for counts is neither 0 nor 1"));
+        }
+        let scale = FixedPoint::new(header.exponent)
+            .map_err(|error| AccumulatorError::Malformed(error.to_string()))?;
+        let expected = header
+            .body_length()
+            .ok_or_else(|| malformed("too many texels"))?;
+        let mut body = Vec::new();
+        ZlibDecoder::new(reader)
+            .take(expected as u64 + 1)
+            .read_to_end(&mut body)?;
+        if body.len() != expected {
+            return Err(malformed("the sums are more or fewer than the header says"));
+        }
+        Self::from_parts(&header, scale, &body)
+            .ok_or_else(|| malformed("sums that no replicates can have"))
+    }
+
+    /// `None` where R ΣS² < (ΣS)², which contradicts Cauchy and Schwarz, or without replicates
+    /// anything is not zero.
+    fn from_parts(header: &Header, scale: FixedPoint, body: &[u8]) -> Option<Self> {
+        let texels = header.texels as usize;
+        let channels = header.channels as usize;
+        let (sums, rest) = body.split_at(16 * texels * channels);
+        let (squares, counts) = rest.split_at(16 * texels * channels);
+        let sums: Vec<i128> = sums
+            .as_chunks()
+            .0
+            .iter()
+            .map(|&bytes| i128::from_le_bytes(bytes))
+            .collect();
+        let sums_of_squares: Vec<u128> = squares
+            .as_chunks()
+            .0
+            .iter()
+            .map(|&bytes| u128::from_le_bytes(bytes))
+            .collect();
+        let possible = sums
+            .par_iter()
+            .zip(&sums_of_squares)
+            .all(|(sum, &squares)| {
+                let squared_sum = Wide::product(sum.unsigned_abs(), sum.unsigned_abs());
+                Wide::product(squares, header.replicates.into()) >= squared_sum
+                    && (header.replicates > 0 || squares == 0)
+            });
+        let counts = (header.has_counts == 1).then(|| {
+            let counts = counts.as_chunks().0.iter();
+            counts
+                .map(|&bytes| AtomicU64::new(u64::from_le_bytes(bytes)))
+                .collect()
+        });
+        possible.then(|| Self {
+            replicates: header.replicates,
+            sums,
+            sums_of_squares,
+            counts,
+            ..Self::new(0, channels, scale).with_room(texels)
+        })
+    }
+
+    /// The same with room for the deposits on `texels` texels.
+    fn with_room(mut self, texels: usize) -> Self {
+        self.texels = texels;
+        self.current = zeros(texels * self.channels);
+        self
+    }
+}
+
+/// Atomic zeros.
+fn zeros<T: Default>(length: usize) -> Vec<T> {
+    std::iter::repeat_with(T::default).take(length).collect()
+}

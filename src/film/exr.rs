@@ -1,0 +1,222 @@
+//! `OpenEXR` files: one part, `f32` channels with dotted names, lossless.
+//!
+//! One part, since Mitsuba and others read only the first. Channel names like `LTTD.stderr.R`
+//! are what viewers show as layers. The same image gives the same bytes on any machine and
+//! number of threads.
+
+use std::io::{Cursor, Write as _};
+use std::path::{Path, PathBuf};
+
+use ::exr::prelude::{
+    AnyChannel, AnyChannels, AttributeValue, Blocks, Compression, Encoding, FlatSamples,
+    Image as ExrImage, Layer, LayerAttributes, LineOrder, MetaData, ReadChannels as _,
+    ReadLayers as _, Text, Vec2, WritableImage as _, read as read_exr,
+};
+
+use super::atomic::{self, WriteError};
+use super::image::{Channel, Image, ImageError};
+
+/// What this program's attributes begin with in a file.
+const PREFIX: &str = "nephroid:";
+
+/// Bytes of samples allowed for a byte of file. Compressed scan lines of one colour reach some
+/// 10⁴ (PIZ, 32 lines a block); a file that claims more is damaged or made to exhaust memory.
+const MAX_EXPANSION: u64 = 1 << 17;
+
+/// Why an image was not written.
+#[derive(Debug, thiserror::Error)]
+pub enum ExrWriteError {
+    /// Channels that do not make an image.
+    #[error("cannot write {}: {source}", path.display())]
+    Image {
+        /// The file that was to be.
+        path: PathBuf,
+        /// What is wrong.
+        source: ImageError,
+    },
+    /// The encoder said no.
+    #[error("cannot encode {}: {message}", path.display())]
+    Encode {
+        /// The file that was to be.
+        path: PathBuf,
+        /// What the encoder said.
+        message: String,
+    },
+    /// The system said no.
+    #[error(transparent)]
+    Write(#[from] WriteError),
+}
+
+/// Why an image was not read.
+#[derive(Debug, thiserror::Error)]
+#[error("cannot read {}: {message}", path.display())]
+pub struct ExrReadError {
+    /// The file.
+    pub path: PathBuf,
+    /// What is wrong with it.
+    pub message: String,
+}
+
+/// Writes an image, whole or not at all: ZIP in blocks of 16 lines, channels sorted by name,
+/// metadata as string attributes `nephroid:key`.
+///
+/// # Errors
+///
+/// Where [`Image::check`] fails or the file cannot be written; what was at `path` stays.
+pub fn write(path: &Path, image: &Image) -> Result<(), ExrWriteError> {
+    image.check().map_err(|source| ExrWriteError::Image {
+        path: path.to_owned(),
+        source,
+    })?;
+    let bytes = encode(image).map_err(|error| ExrWriteError::Encode {
+        path: path.to_owned(),
+        message: error.to_string(),
+    })?;
+    Ok(atomic::write(path, |file| file.write_all(&bytes))?)
+}
+
+/// Reads the channels of a file of one part; whole numbers and half floats become `f32`.
+///
+/// `metadata` holds the attributes `nephroid:key`, without their prefix, sorted by key. Data
+/// windows that do not start at the origin are moved there.
+///
+/// # Errors
+///
+/// Where the file is missing, damaged, of several parts, deep, subsampled, or claims more
+/// samples than its length can hold.
+pub fn read(path: &Path) -> Result<Image, ExrReadError> {
+    std::fs::read(path)
+        .map_err(|error| error.to_string())
+        .and_then(|bytes| decode(&bytes))
+        .map_err(|message| ExrReadError {
+            path: path.to_owned(),
+            message,
+        })
+}
+
+fn text(string: &str) -> Text {
+    // Not `Text::from`, which takes Latin-1 only: EXR's strings are bytes, and UTF-8 by custom.
+    Text::from_slice_unchecked(string.as_bytes())
+}
+
+fn encode(image: &Image) -> ::exr::error::Result<Vec<u8>> {
+    let channels = image.channels.iter().map(|channel| {
+        let samples = FlatSamples::F32(channel.samples.clone());
+        AnyChannel::new(text(&channel.name), samples)
+    });
+    let mut attributes = LayerAttributes::default();
+    for (key, value) in &image.metadata {
+        let name = text(&format!("{PREFIX}{key}"));
+        attributes
+            .other
+            .insert(name, AttributeValue::Text(text(value)));
+    }
+    let encoding = Encoding {
+        compression: Compression::ZIP16,
+        blocks: Blocks::ScanLines,
+        line_order: LineOrder::Increasing,
+    };
+    let layer = Layer::new(
+        Vec2(image.width, image.height),
+        attributes,
+        encoding,
+        AnyChannels::sort(channels.collect()),
+    );
+    let mut file = Cursor::new(Vec::new());
+    // Not in parallel: blocks would be written as they are done.
+    ExrImage::from_layer(layer)
+        .write()
+        .non_parallel()
+        .to_buffered(&mut file)?;
+    let mut bytes = file.into_inner();
+    sort_attributes(&mut bytes)
+        .ok_or(::exr::error::Error::Invalid("header without an end".into()))?;
+    Ok(bytes)
+}
+
+/// Sorts a header's attributes by name, as `OpenEXR`'s own library writes them.
+///
+/// The crate keeps attributes in a `HashMap`, whose order changes from run to run. The header's
+/// length, and so each block's position in the file, stays the same.
+fn sort_attributes(file: &mut [u8]) -> Option<()> {
+    const MAGIC_AND_VERSION: usize = 8;
+    let mut attributes = Vec::new();
+    let mut start = MAGIC_AND_VERSION;
+    while *file.get(start)? != 0 {
+        let end_of = |from: usize| Some(from + file.get(from..)?.iter().position(|&b| b == 0)?);
+        let end_of_name = end_of(start)?;
+        let end_of_type = end_of(end_of_name + 1)?;
+        let size = file.get(end_of_type + 1..end_of_type + 5)?;
+        let size = u32::from_le_bytes([size[0], size[1], size[2], size[3]]) as usize;
+        let end = end_of_type + 5 + size;
+        attributes.push((
+            file[start..end_of_name].to_vec(),
+            file.get(start..end)?.to_vec(),
+        ));
+        start = end;
+    }
+    attributes.sort();
+    let sorted = attributes.into_iter().flat_map(|(_, bytes)| bytes);
+    for (place, byte) in file[MAGIC_AND_VERSION..start].iter_mut().zip(sorted) {
+        *place = byte;
+    }
+    Some(())
+}
+
+fn decode(bytes: &[u8]) -> Result<Image, String> {
+    let header = MetaData::read_from_buffered(bytes, false).map_err(|error| error.to_string())?;
+    let [part] = header.headers.as_slice() else {
+        return Err(format!("{} parts: allowed is one", header.headers.len()));
+    };
+    if part.deep {
+        return Err("deep samples: allowed are flat ones".to_owned());
+    }
+    let Vec2(width, height) = part.layer_size;
+    let samples = (width as u64)
+        .saturating_mul(height as u64)
+        .saturating_mul(part.channels.list.len() as u64);
+    if samples.saturating_mul(4) / MAX_EXPANSION > bytes.len() as u64 {
+        return Err(format!(
+            "damaged: claims {width} x {height} texels of {} channels in a file of {} bytes",
+            part.channels.list.len(),
+            bytes.len()
+        ));
+    }
+    if let Some(channel) = part.channels.list.iter().find(|c| c.sampling != Vec2(1, 1)) {
+        return Err(format!(
+            "channel `{}` is subsampled: allowed are full ones",
+            channel.name
+        ));
+    }
+    let image = read_exr()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .first_valid_layer()
+        .all_attributes()
+        .non_parallel()
+        .from_buffered(Cursor::new(bytes))
+        .map_err(|error| error.to_string())?;
+    Ok(from_layer(image.layer_data))
+}
+
+fn from_layer(layer: Layer<AnyChannels<FlatSamples>>) -> Image {
+    let mut image = Image::new(layer.size.0, layer.size.1);
+    for channel in layer.channel_data.list {
+        let name = String::from_utf8_lossy(channel.name.as_slice()).into_owned();
+        let samples = match channel.sample_data {
+            FlatSamples::F32(samples) => samples,
+            other => other.values_as_f32().collect(),
+        };
+        image.channels.push(Channel { name, samples });
+    }
+    for (name, value) in layer.attributes.other {
+        let name = String::from_utf8_lossy(name.as_slice()).into_owned();
+        if let (Some(key), AttributeValue::Text(value)) = (name.strip_prefix(PREFIX), value) {
+            let value = String::from_utf8_lossy(value.as_slice()).into_owned();
+            image.metadata.push((key.to_owned(), value));
+        }
+    }
+    image.metadata.sort();
+    image
+}

@@ -1,0 +1,716 @@
+//! A cup that mirrors inside, in parallel or point light: nephroid, cardioid and their kin.
+
+use std::f64::consts::{FRAC_PI_2, PI};
+
+use glam::DVec2;
+
+use super::{Path, Texel, TexelGrid};
+
+/// The light over a [`MirrorCup`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum CupLight {
+    /// Parallel light that travels along (tan α, 0, −1).
+    Parallel {
+        /// tan α, with α the light's angle to the vertical; positive.
+        tan_angle: f64,
+        /// Across the light [W/m²].
+        irradiance: f64,
+    },
+    /// A point at (−`distance`, 0, `height`).
+    Point {
+        /// From the cup's axis [m], 0 or more.
+        distance: f64,
+        /// Over the bottom [m], more than the cup's.
+        height: f64,
+        /// Radiant intensity [W/sr].
+        intensity: f64,
+    },
+}
+
+/// An upright cylinder about the z axis, from z = 0 up, mirror inside and black outside: all light on the plane z = 0.
+///
+/// A vertical wall leaves the vertical part of a direction alone. So, seen from above, a ray is a billiard in the circle
+/// of radius R, and it comes down to the plane after a
+/// horizontal length that no reflection changes.
+///
+/// A ray that travels at the azimuth β₀ and hits the wall at the azimuth a₁ has the (signed) incidence φ = a₁ − β₀.
+/// All its chords have the length c = 2 R cos φ and all its hits the incidence φ:
+///
+/// ```text
+/// a_j = a₁ + (j − 1)(π + 2φ),     β_j = β₀ + j (π + 2φ)
+/// ```
+///
+/// Light with the same β₀ and a₁ lands along that folded line, with a known flux per length t of it:
+///
+/// ```text
+/// parallel:  dΦ = E cos α · R cos φ dφ dt,   t from l to l + c past the opening's rim,  l = H tan α
+/// point:     dΦ = I h t / (h² + t²)^(3/2) dt dψ,   t from s₀ h/(h − H) to s₁ h/(h − H) from the point
+/// ```
+///
+/// (s₀, s₁: where the ray crosses the circle; below that range it meets the outside, above it flies over the cup). So
+/// the flux into a texel is an integral over lines of what the texel cuts out of each: one variable, no singularity.
+/// Where neighbouring lines cross is the caustic: τ behind the k-th hit with
+/// τ = R cos φ (2k − 1)/(2k) in parallel light, the nephroid for k = 1 (see [`MirrorCup::parallel_caustic`]).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MirrorCup {
+    /// R [m].
+    pub radius: f64,
+    /// H [m].
+    pub height: f64,
+    /// The wall's reflectance (0..=1), the same for all angles.
+    pub reflectance: f64,
+    /// Where the light comes from.
+    pub light: CupLight,
+}
+
+/// A stretch of a straight line on the plane, and the flux along it.
+struct Stretch {
+    /// The line's point at t = 0.
+    origin: DVec2,
+    /// A unit vector.
+    direction: DVec2,
+    from: f64,
+    to: f64,
+}
+
+/// One ray's path as seen from above, before it is cut by height.
+struct Line {
+    start: DVec2,
+    azimuth: f64,
+    /// φ, signed.
+    incidence: f64,
+    /// Where it enters the circle, in lengths t from `start`.
+    enter: f64,
+    /// Where it first hits the wall.
+    hit: f64,
+    /// d²Φ / (du dt) over dM/dt.
+    density: f64,
+}
+
+impl MirrorCup {
+    /// The irradiance [W/m²] averaged over a texel, by one path ([`Path::Direct`] or [`Path::Reflected`]).
+    ///
+    /// Adaptive quadrature to 1e-8 of the texel's unshaded irradiance.
+    pub fn texel_irradiance(&self, path: Path, texel: &Texel) -> f64 {
+        let reflections = match path {
+            Path::Direct => 0,
+            Path::Reflected(count) => count,
+            Path::Through(_) => return 0.0,
+        };
+        let centre = 0.5 * (texel.min + texel.max);
+        let reach = 0.5 * (texel.max - texel.min).length();
+        let mut flux = 0.0;
+        if reflections == 0 {
+            flux += self.beside_the_cup(texel);
+        }
+        let tolerance = TOLERANCE * self.unshaded_irradiance() * texel.area();
+        for (from, to) in self.pieces() {
+            let cut = |u: f64| self.cut_out(u, reflections, texel);
+            let near = |u: f64, half: f64| self.may_meet(u, half, reflections, centre, reach);
+            for (a, b) in windows(from, to, &near) {
+                flux += simpson(a, b, tolerance, &cut);
+            }
+        }
+        flux * self.reflectance.powi(reflections as i32) / texel.area()
+    }
+
+    /// The irradiance [W/m²] of every texel of a grid, in the order of [`TexelGrid::map`].
+    pub fn map(&self, path: Path, grid: &TexelGrid) -> Vec<f64> {
+        grid.map(|texel| self.texel_irradiance(path, texel))
+    }
+
+    /// The flux [W] onto the bottom after so many reflections, 0 for direct light inside the cup.
+    pub fn bottom_flux(&self, reflections: u32) -> f64 {
+        let sum = self.over_lines(|line| {
+            self.leg(line, reflections).map_or(0.0, |stretch| {
+                self.measure(stretch.to) - self.measure(stretch.from)
+            })
+        });
+        sum * self.reflectance.powi(reflections as i32)
+    }
+
+    /// The flux [W] through the opening.
+    pub fn entering_flux(&self) -> f64 {
+        match self.light {
+            CupLight::Parallel { .. } => {
+                PI * self.radius * self.radius * self.unshaded_irradiance()
+            }
+            CupLight::Point { .. } => self.over_lines(|line| {
+                let (from, to) = self.inside(line);
+                self.measure(to) - self.measure(from)
+            }),
+        }
+    }
+
+    /// The caustic of k ≥ 1 reflections in parallel light, at the wall azimuth φ of the first: where
+    /// neighbouring reflected lines cross. k = 1 is the nephroid
+    /// R/4 (3 cos φ − cos 3φ, 3 sin φ − sin 3φ).
+    pub fn parallel_caustic(radius: f64, reflections: u32, azimuth: f64) -> DVec2 {
+        let k = f64::from(reflections.max(1));
+        let turn = PI + 2.0 * azimuth;
+        let hit = radius * DVec2::from_angle(azimuth + (k - 1.0) * turn);
+        hit + DVec2::from_angle(k * turn) * (radius * azimuth.cos() * (2.0 * k - 1.0) / (2.0 * k))
+    }
+
+    /// The integral over all lines of what `flux` finds on each.
+    fn over_lines(&self, flux: impl Fn(&Line) -> f64) -> f64 {
+        let tolerance = 1e-13 * self.unshaded_irradiance() * self.radius * self.radius;
+        let integrand = |u: f64| {
+            let line = self.line(u);
+            line.density * flux(&line)
+        };
+        // Near grazing each count of reflections has a narrow range of u of its own: look closely.
+        self.pieces()
+            .iter()
+            .flat_map(|&(from, to)| windows(from, to, &|_, _| true))
+            .map(|(a, b)| simpson(a, b, tolerance, &integrand))
+            .sum()
+    }
+
+    /// On the bottom, were there no cup: at its middle, for a point light.
+    fn unshaded_irradiance(&self) -> f64 {
+        match self.light {
+            CupLight::Parallel {
+                tan_angle,
+                irradiance,
+            } => irradiance / 1.0_f64.hypot(tan_angle),
+            CupLight::Point {
+                distance,
+                height,
+                intensity,
+            } => intensity * height / distance.hypot(height).powi(3),
+        }
+    }
+
+    /// The ranges of u whose lines meet the circle (seen from above).
+    fn pieces(&self) -> Vec<(f64, f64)> {
+        match self.light {
+            CupLight::Point { distance, .. } if distance < self.radius => {
+                vec![(-PI, 0.0), (0.0, PI)]
+            }
+            _ => vec![(-FRAC_PI_2, 0.0), (0.0, FRAC_PI_2)],
+        }
+    }
+
+    /// The line of u: u = φ for lights outside the circle (seen from above), else the azimuth ψ at the light.
+    fn line(&self, u: f64) -> Line {
+        let radius = self.radius;
+        match self.light {
+            CupLight::Parallel { .. } => Line {
+                start: radius * DVec2::new(-u.cos(), u.sin()),
+                azimuth: 0.0,
+                incidence: u,
+                enter: 0.0,
+                hit: 2.0 * radius * u.cos(),
+                density: radius * u.cos(),
+            },
+            CupLight::Point { distance, .. } => {
+                let (azimuth, incidence, density) = if distance <= radius {
+                    (u, (distance / radius * u.sin()).asin(), 1.0)
+                } else {
+                    let azimuth = (radius / distance * u.sin()).asin();
+                    (azimuth, u, radius / distance * u.cos() / azimuth.cos())
+                };
+                let (middle, half) = (distance * azimuth.cos(), radius * incidence.cos());
+                Line {
+                    start: DVec2::new(-distance, 0.0),
+                    azimuth,
+                    incidence,
+                    enter: (middle - half).max(0.0),
+                    hit: (middle + half).max(0.0),
+                    density,
+                }
+            }
+        }
+    }
+
+    /// The range of t in which a line's light has come through the opening.
+    fn inside(&self, line: &Line) -> (f64, f64) {
+        match self.light {
+            CupLight::Parallel { tan_angle, .. } => {
+                let shift = self.height * tan_angle;
+                (line.enter + shift, line.hit + shift)
+            }
+            CupLight::Point { height, .. } => {
+                let factor = height / (height - self.height);
+                (line.enter * factor, line.hit * factor)
+            }
+        }
+    }
+
+    /// Where a line's light lands after so many reflections.
+    fn leg(&self, line: &Line, reflections: u32) -> Option<Stretch> {
+        let chord = 2.0 * self.radius * line.incidence.cos();
+        let (from, to) = self.inside(line);
+        let k = f64::from(reflections);
+        let turn = PI + 2.0 * line.incidence;
+        let (origin, azimuth, start, end) = if reflections == 0 {
+            (line.start, line.azimuth, 0.0, line.hit)
+        } else {
+            let hit = line.hit + (k - 1.0) * chord;
+            let wall =
+                self.radius * DVec2::from_angle(line.azimuth + line.incidence + (k - 1.0) * turn);
+            let azimuth = line.azimuth + k * turn;
+            (
+                wall - DVec2::from_angle(azimuth) * hit,
+                azimuth,
+                hit,
+                hit + chord,
+            )
+        };
+        let (from, to) = (from.max(start), to.min(end));
+        (from < to).then(|| Stretch {
+            origin,
+            direction: DVec2::from_angle(azimuth),
+            from,
+            to,
+        })
+    }
+
+    /// M(t), whose difference is the flux between two t of a line of density 1.
+    fn measure(&self, t: f64) -> f64 {
+        match self.light {
+            CupLight::Parallel { .. } => self.unshaded_irradiance() * t,
+            CupLight::Point {
+                height, intensity, ..
+            } => {
+                // 1 − h/√(h² + t²), written so that nothing cancels for small t.
+                if t == f64::INFINITY {
+                    return intensity;
+                }
+                let distance = height.hypot(t);
+                intensity * (t / distance) * (t / (distance + height))
+            }
+        }
+    }
+
+    /// The flux density in u that the texel cuts out of line u.
+    fn cut_out(&self, u: f64, reflections: u32, texel: &Texel) -> f64 {
+        let line = self.line(u);
+        let flux = |stretch: &Stretch| {
+            stretch
+                .clipped(texel)
+                .map_or(0.0, |(from, to)| self.measure(to) - self.measure(from))
+        };
+        let mut sum = self
+            .leg(&line, reflections)
+            .map_or(0.0, |stretch| flux(&stretch));
+        if reflections == 0 {
+            let (_, over) = self.inside(&line);
+            // In front of the cup, and over it.
+            let ends = match self.light {
+                CupLight::Parallel { .. } => {
+                    [(f64::NEG_INFINITY, line.enter), (over, f64::INFINITY)]
+                }
+                CupLight::Point { .. } => [(0.0, line.enter), (over.max(line.hit), f64::INFINITY)],
+            };
+            for (from, to) in ends {
+                if from < to {
+                    let direction = DVec2::from_angle(line.azimuth);
+                    sum += flux(&Stretch {
+                        origin: line.start,
+                        direction,
+                        from,
+                        to,
+                    });
+                }
+            }
+        }
+        sum * line.density
+    }
+
+    /// Direct flux along lines that do not meet the circle.
+    fn beside_the_cup(&self, texel: &Texel) -> f64 {
+        match self.light {
+            CupLight::Parallel { .. } => {
+                let above = (texel.max.y - texel.min.y.max(self.radius)).max(0.0);
+                let below = (texel.max.y.min(-self.radius) - texel.min.y).max(0.0);
+                (above + below) * (texel.max.x - texel.min.x) * self.unshaded_irradiance()
+            }
+            CupLight::Point { distance, .. } if distance < self.radius => 0.0,
+            CupLight::Point { distance, .. } => {
+                let origin = DVec2::new(-distance, 0.0);
+                let widest = (self.radius / distance).asin();
+                let centre = 0.5 * (texel.min + texel.max);
+                let reach = 0.5 * (texel.max - texel.min).length();
+                let to_centre = centre - origin;
+                let cut = |u: f64| {
+                    let stretch = Stretch {
+                        origin,
+                        direction: DVec2::from_angle(u),
+                        from: 0.0,
+                        to: f64::INFINITY,
+                    };
+                    stretch
+                        .clipped(texel)
+                        .map_or(0.0, |(from, to)| self.measure(to) - self.measure(from))
+                };
+                let near = |u: f64, half: f64| {
+                    to_centre.perp_dot(DVec2::from_angle(u)).abs()
+                        <= reach + half * to_centre.length()
+                };
+                let tolerance = TOLERANCE * self.unshaded_irradiance() * texel.area();
+                [(widest, PI), (-PI, -widest)]
+                    .into_iter()
+                    .flat_map(|(from, to)| windows(from, to, &near))
+                    .map(|(a, b)| simpson(a, b, tolerance, &cut))
+                    .sum()
+            }
+        }
+    }
+
+    /// Whether a line within `half` of u may come within `reach` of `centre`, by a bound on how fast their distance
+    /// changes with u.
+    fn may_meet(&self, u: f64, half: f64, reflections: u32, centre: DVec2, reach: f64) -> bool {
+        let line = self.line(u);
+        let k = f64::from(reflections);
+        let azimuth = line.azimuth + k * (PI + 2.0 * line.incidence);
+        // The line passes the cup's axis at R sin φ, with the sign that each reflection keeps.
+        let distance =
+            centre.perp_dot(DVec2::from_angle(azimuth)) + self.radius * line.incidence.sin();
+        // |dβ₀/du| and |dφ/du| are at most 1 for all three kinds of light (asin(q sin u) has slope below 1
+        // for q ≤ 1), so the line turns by at most 1 + 2k per unit of u and R sin φ changes by at most R.
+        let rate = centre.length() * (1.0 + 2.0 * k) + self.radius;
+        distance.abs() <= reach + rate * half
+    }
+}
+
+/// Relative to the texel's unshaded irradiance.
+const TOLERANCE: f64 = 1e-9;
+
+impl Stretch {
+    /// The range of t inside the texel.
+    fn clipped(&self, texel: &Texel) -> Option<(f64, f64)> {
+        let (mut from, mut to) = (self.from, self.to);
+        for axis in 0..2 {
+            let (origin, direction) = (self.origin[axis], self.direction[axis]);
+            let (min, max) = (texel.min[axis], texel.max[axis]);
+            if direction == 0.0 {
+                if origin < min || origin > max {
+                    return None;
+                }
+                continue;
+            }
+            let (a, b) = ((min - origin) / direction, (max - origin) / direction);
+            from = from.max(a.min(b));
+            to = to.min(a.max(b));
+        }
+        (from < to).then_some((from, to))
+    }
+}
+
+/// The parts of [from, to] in which `near(middle, half width)` may hold, cut to 1/1024 of it and neighbours joined.
+fn windows(from: f64, to: f64, near: &impl Fn(f64, f64) -> bool) -> Vec<(f64, f64)> {
+    let mut found: Vec<(f64, f64)> = Vec::new();
+    let mut open = vec![(from, to, 0)];
+    while let Some((a, b, depth)) = open.pop() {
+        let middle = f64::midpoint(a, b);
+        if !near(middle, 0.5 * (b - a)) {
+            continue;
+        }
+        if depth < 10 {
+            open.push((middle, b, depth + 1));
+            open.push((a, middle, depth + 1));
+        } else {
+            found.push((a, b));
+        }
+    }
+    found
+}
+
+/// Adaptive Simpson quadrature: the error is about `tolerance` for continuous f with kinks.
+fn simpson(a: f64, b: f64, tolerance: f64, f: &impl Fn(f64) -> f64) -> f64 {
+    // Four starts, so that no symmetry of f about the middle hides its ends.
+    let width = 0.25 * (b - a);
+    (0..4)
+        .map(|i| {
+            let (from, to) = (a + width * f64::from(i), a + width * f64::from(i + 1));
+            let (start, middle, end) = (f(from), f(f64::midpoint(from, to)), f(to));
+            halved(
+                &Panel {
+                    from,
+                    to,
+                    start,
+                    middle,
+                    end,
+                },
+                0.25 * tolerance,
+                30,
+                f,
+            )
+        })
+        .sum()
+}
+
+struct Panel {
+    from: f64,
+    to: f64,
+    start: f64,
+    middle: f64,
+    end: f64,
+}
+
+impl Panel {
+    fn simpson(&self) -> f64 {
+        (self.to - self.from) / 6.0 * (self.start + 4.0 * self.middle + self.end)
+    }
+}
+
+fn halved(panel: &Panel, tolerance: f64, depth: u32, f: &impl Fn(f64) -> f64) -> f64 {
+    let middle = f64::midpoint(panel.from, panel.to);
+    let left = Panel {
+        from: panel.from,
+        to: middle,
+        start: panel.start,
+        middle: f(f64::midpoint(panel.from, middle)),
+        end: panel.middle,
+    };
+    let right = Panel {
+        from: middle,
+        to: panel.to,
+        start: panel.middle,
+        middle: f(f64::midpoint(middle, panel.to)),
+        end: panel.end,
+    };
+    let (whole, parts) = (panel.simpson(), left.simpson() + right.simpson());
+    let difference = parts - whole;
+    if depth == 0 || difference.abs() <= 15.0 * tolerance {
+        return parts + difference / 15.0;
+    }
+    halved(&left, 0.5 * tolerance, depth - 1, f) + halved(&right, 0.5 * tolerance, depth - 1, f)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The bundled scene `coffee-cup`.
+    const CUP: MirrorCup = MirrorCup {
+        radius: 0.04,
+        height: 0.08,
+        reflectance: 1.0,
+        light: CupLight::Parallel {
+            tan_angle: 0.6,
+            irradiance: 1000.0,
+        },
+    };
+
+    /// The bundled scene `mirror-ring`.
+    const RING: MirrorCup = MirrorCup {
+        radius: 0.01,
+        height: 0.006,
+        reflectance: 1.0,
+        light: CupLight::Point {
+            distance: 0.01,
+            height: 0.01,
+            intensity: 0.001,
+        },
+    };
+
+    /// Lights inside, on and outside of the circle, and parallel light.
+    fn cups() -> [MirrorCup; 4] {
+        let point = |distance| CupLight::Point {
+            distance,
+            height: 0.01,
+            intensity: 0.001,
+        };
+        [
+            CUP,
+            RING,
+            MirrorCup {
+                light: point(0.004),
+                ..RING
+            },
+            MirrorCup {
+                light: point(0.03),
+                ..RING
+            },
+        ]
+    }
+
+    #[test]
+    fn what_enters_is_spread_over_the_reflections() {
+        for cup in cups() {
+            let bottom: f64 = (0..100).map(|k| cup.bottom_flux(k)).sum();
+            // Only light that nearly grazes the wall is reflected more often: chords below 1/100 of the way inside
+            // (here at most 4.2 R), so cos φ < 0.021, and ∫ R cos φ c dφ is 4/(3π) cos³ φ < 4e-6 of the opening's,
+            // times up to 2 for the unevenness of a near point light.
+            let entering = cup.entering_flux();
+            assert!(
+                bottom < entering * (1.0 + 1e-9) && bottom > entering * (1.0 - 8e-6),
+                "{cup:?} {bottom} {entering}"
+            );
+        }
+        let exact = PI * 0.0016 * 1000.0 / 1.36_f64.sqrt();
+        assert!((CUP.entering_flux() / exact - 1.0).abs() < 1e-14);
+    }
+
+    #[test]
+    fn texels_over_the_bottom_sum_to_its_flux() {
+        for cup in cups() {
+            let grid = TexelGrid::square(cup.radius, 24);
+            let texel_area = grid.texel(0, 0).area();
+            for k in 1..4 {
+                let sum: f64 = cup.map(Path::Reflected(k), &grid).iter().sum::<f64>() * texel_area;
+                let flux = cup.bottom_flux(k);
+                let scale = cup.unshaded_irradiance() * cup.radius * cup.radius;
+                // At most some 50 windows a texel with 1e-9 of its unshaded flux each.
+                assert!(
+                    (sum - flux).abs() < 1e-6 * scale,
+                    "{cup:?} {k}: {sum} {flux}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn after_one_reflection_the_irradiance_is_the_spreading_of_a_pencil() {
+        // E = E0 cos α · R cos φ / |R cos φ - 2 τ| at the point τ behind the hit at φ, away from the nephroid,
+        // where no other sheet lands.
+        let (azimuth, behind) = (0.9_f64, 0.004);
+        let point =
+            0.04 * DVec2::from_angle(azimuth) + DVec2::from_angle(PI + 2.0 * azimuth) * behind;
+        let half = 1e-6;
+        let texel = Texel::new(
+            point.x - half,
+            point.y - half,
+            point.x + half,
+            point.y + half,
+        );
+        let width = 0.04 * azimuth.cos();
+        let exact = 1000.0 / 1.36_f64.sqrt() * width / (width - 2.0 * behind).abs();
+        let irradiance = CUP.texel_irradiance(Path::Reflected(1), &texel);
+        // The mean over the texel differs at second order: (half / 0.01)² ~ 1e-8.
+        assert!(
+            (irradiance / exact - 1.0).abs() < 1e-6,
+            "{irradiance} {exact}"
+        );
+    }
+
+    #[test]
+    fn on_the_nephroid_a_texel_is_the_brighter_the_smaller_it_is() {
+        let azimuth = 0.5;
+        let point = MirrorCup::parallel_caustic(0.04, 1, azimuth);
+        let expected = DVec2::new(
+            3.0 * azimuth.cos() - (3.0 * azimuth).cos(),
+            3.0 * azimuth.sin() - (3.0 * azimuth).sin(),
+        ) * 0.01;
+        assert!(point.distance(expected) < 1e-16);
+        let at = |half: f64| {
+            let texel = Texel::new(
+                point.x - half,
+                point.y - half,
+                point.x + half,
+                point.y + half,
+            );
+            CUP.texel_irradiance(Path::Reflected(1), &texel)
+        };
+        // A fold: E ~ 1/√distance, so a quarter of the size doubles the mean, up to the regular part beside it:
+        // here about 10 % of the brighter one.
+        let ratio = at(2.5e-6) / at(1e-5);
+        assert!((1.8..2.05).contains(&ratio), "{ratio}");
+    }
+
+    #[test]
+    fn light_goes_past_a_cup_of_no_height() {
+        for cup in cups() {
+            let flat = MirrorCup { height: 0.0, ..cup };
+            let texel = Texel::new(
+                0.3 * cup.radius,
+                -0.2 * cup.radius,
+                0.5 * cup.radius,
+                0.1 * cup.radius,
+            );
+            let irradiance = flat.texel_irradiance(Path::Direct, &texel);
+            let exact = match cup.light {
+                CupLight::Parallel { .. } => cup.unshaded_irradiance(),
+                CupLight::Point {
+                    distance,
+                    height,
+                    intensity,
+                } => {
+                    let angle = |x: f64, y: f64| {
+                        let x = x + distance;
+                        (x * y / (height * (height * height + x * x + y * y).sqrt())).atan()
+                    };
+                    let (min, max) = (texel.min, texel.max);
+                    let solid = angle(max.x, max.y) - angle(min.x, max.y) - angle(max.x, min.y)
+                        + angle(min.x, min.y);
+                    intensity * solid / texel.area()
+                }
+            };
+            assert!(
+                (irradiance / exact - 1.0).abs() < 1e-6,
+                "{cup:?} {irradiance} {exact}"
+            );
+        }
+    }
+
+    #[test]
+    fn direct_light_agrees_with_tracing_points_back() {
+        for cup in cups() {
+            for centre in [
+                DVec2::new(0.9, 0.5),
+                DVec2::new(1.6, 0.2),
+                DVec2::new(-0.3, 1.3),
+                DVec2::new(-1.2, 0.1),
+            ] {
+                let (centre, half) = (centre * cup.radius, 0.2 * cup.radius);
+                let texel = Texel::new(
+                    centre.x - half,
+                    centre.y - half,
+                    centre.x + half,
+                    centre.y + half,
+                );
+                let side = 500;
+                let grid = TexelGrid {
+                    bounds: texel,
+                    columns: side,
+                    rows: side,
+                };
+                let brute = grid
+                    .map(|small| lit(&cup, 0.5 * (small.min + small.max)))
+                    .iter()
+                    .sum::<f64>()
+                    / (side * side) as f64;
+                let irradiance = cup.texel_irradiance(Path::Direct, &texel);
+                // A border of light crosses at most some 4 · 500 of the 250,000 cells; their errors of up to half
+                // a cell have either sign, so an ordinary border errs by less than 1e-3.
+                assert!(
+                    (irradiance - brute).abs() < 1e-3 * cup.unshaded_irradiance(),
+                    "{cup:?} {centre}"
+                );
+            }
+        }
+    }
+
+    /// The direct irradiance at a point, by walking from it back to the light.
+    fn lit(cup: &MirrorCup, point: DVec2) -> f64 {
+        let (towards, rise, irradiance) = match cup.light {
+            CupLight::Parallel { tan_angle, .. } => (
+                DVec2::NEG_X * (cup.height * tan_angle),
+                cup.height,
+                cup.unshaded_irradiance(),
+            ),
+            CupLight::Point {
+                distance,
+                height,
+                intensity,
+            } => {
+                let back = DVec2::new(-distance, 0.0) - point;
+                (
+                    back,
+                    height,
+                    intensity * height / back.length().hypot(height).powi(3),
+                )
+            }
+        };
+        // Roots of |point + s towards|² = R², each blocking below the rim.
+        let (a, b) = (towards.length_squared(), point.dot(towards));
+        let root = (b * b - a * (point.length_squared() - cup.radius * cup.radius)).sqrt();
+        let blocked = [(-b - root) / a, (-b + root) / a]
+            .iter()
+            .any(|&s| s > 1e-12 && s < 1.0 - 1e-12 && s * rise < cup.height);
+        if blocked { 0.0 } else { irradiance }
+    }
+}

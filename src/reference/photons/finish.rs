@@ -1,0 +1,218 @@
+//! From exact sums to an estimate.
+//!
+//! Rounds are independent estimates E_k of n_k photons in all. They are combined as
+//!
+//! ```text
+//! E = Σ n_k E_k / Σ n_k        σ² = Σ (n_k σ_k / Σ n_k)²
+//! ```
+//!
+//! with weights that do not depend on the estimates, so that nothing is biased.
+
+use rayon::prelude::*;
+
+use super::layers::LayerMap;
+use super::sums::RoundSums;
+use crate::film::Accumulator;
+use crate::geometry::TraversalCounters;
+use crate::radiometry::Rgb;
+use crate::reference::estimate::relative_error;
+use crate::reference::{Estimate, Layer, LayerName};
+use crate::transport::direct::Direct;
+use crate::transport::ledger::{Ledger, Row};
+use crate::transport::receiver::Receiver;
+
+/// Photons times flux, and its variance, by texel.
+#[derive(Clone)]
+struct Weighted {
+    flux: Vec<Rgb>,
+    variance: Vec<Rgb>,
+}
+
+impl Weighted {
+    fn new(texels: usize) -> Self {
+        Self {
+            flux: vec![Rgb::BLACK; texels],
+            variance: vec![Rgb::BLACK; texels],
+        }
+    }
+
+    fn add(&mut self, sums: &Accumulator, weight: f64) {
+        self.flux
+            .par_iter_mut()
+            .zip(&mut self.variance)
+            .enumerate()
+            .for_each(|(texel, (flux, variance))| {
+                let (mean, error) = texel_estimate(sums, texel);
+                *flux += mean * weight;
+                *variance += error.map(|error| (error * weight) * (error * weight));
+            });
+    }
+
+    fn layer(&self, name: LayerName, weight: f64, receiver: &Receiver) -> Layer {
+        let per_area = |texel: usize| 1.0 / (weight * receiver.texel_area(texel));
+        Layer {
+            name,
+            irradiance: (0..receiver.texels())
+                .map(|texel| self.flux[texel] * per_area(texel))
+                .collect(),
+            standard_error: (0..receiver.texels())
+                .map(|texel| self.variance[texel].map(f64::sqrt) * per_area(texel))
+                .collect(),
+        }
+    }
+}
+
+/// Mean flux of a texel [W] and its standard error, NaN below two replicates.
+fn texel_estimate(sums: &Accumulator, texel: usize) -> (Rgb, Rgb) {
+    let channel = |channel: usize| {
+        sums.estimate(texel, channel).map_or((0.0, f64::NAN), |it| {
+            (it.mean, it.standard_error.unwrap_or(f64::NAN))
+        })
+    };
+    if sums.channels() == 1 {
+        let (mean, error) = channel(0);
+        return (Rgb::grey(mean), Rgb::grey(error));
+    }
+    let all = [channel(0), channel(1), channel(2)];
+    (Rgb(all.map(|it| it.0)), Rgb(all.map(|it| it.1)))
+}
+
+/// Relative standard error of the sums of a round so far.
+pub(super) fn relative_error_of(sums: &RoundSums) -> Option<f64> {
+    relative_error((0..sums.total.texels()).map(|texel| {
+        let (mean, error) = texel_estimate(&sums.total, texel);
+        (mean.mean(), error.mean())
+    }))
+}
+
+/// The rounds of a run, combined so far.
+pub struct Rounds {
+    layers: Vec<Weighted>,
+    total: Weighted,
+    counts: Vec<u64>,
+    ledger: Ledger,
+    counters: TraversalCounters,
+    paths: u64,
+}
+
+impl Rounds {
+    /// No round yet.
+    pub fn new(receiver: &Receiver, map: &LayerMap) -> Self {
+        let texels = receiver.texels();
+        Self {
+            layers: vec![Weighted::new(texels); map.len()],
+            total: Weighted::new(texels),
+            counts: vec![0; texels],
+            ledger: Ledger::default(),
+            counters: TraversalCounters::default(),
+            paths: 0,
+        }
+    }
+
+    /// Photons started in all rounds.
+    pub fn paths(&self) -> u64 {
+        self.paths
+    }
+
+    /// Adds a round. One without replicates adds nothing.
+    pub fn add(&mut self, sums: &RoundSums, map: &LayerMap) {
+        let replicates = sums.replicates();
+        let photons = sums.photons * u64::from(replicates);
+        if photons == 0 {
+            return;
+        }
+        let weight = photons as f64;
+        for (layer, accumulator) in self.layers.iter_mut().zip(&sums.layers) {
+            layer.add(accumulator, weight);
+        }
+        self.total.add(&sums.total, weight);
+        for (texel, count) in self.counts.iter_mut().enumerate() {
+            *count += sums.total.count(texel).unwrap_or(0);
+        }
+        add_ledger(&mut self.ledger, &sums.ledger.ledger(map, replicates), weight);
+        self.counters += sums.counters;
+        self.paths += photons;
+    }
+
+    /// Relative standard error over lit texels, of all rounds.
+    pub fn relative_error(&self) -> Option<f64> {
+        relative_error(
+            self.total
+                .flux
+                .iter()
+                .zip(&self.total.variance)
+                .map(|(flux, variance)| (flux.mean(), variance.map(f64::sqrt).mean())),
+        )
+    }
+
+    /// The estimate, with the direct light.
+    pub fn estimate(
+        self,
+        receiver: &Receiver,
+        map: &LayerMap,
+        direct: &Direct,
+        incomplete: bool,
+    ) -> Estimate {
+        let texels = receiver.texels();
+        let relative_error = self.relative_error();
+        let weight = (self.paths as f64).max(1.0);
+        let mut layers = vec![Layer {
+            name: LayerName::Path(crate::transport::signature::Signature::DIRECT),
+            irradiance: direct.texels.iter().map(|texel| texel.irradiance).collect(),
+            standard_error: direct.texels.iter().map(|texel| texel.error).collect(),
+        }];
+        let names = map
+            .signatures()
+            .iter()
+            .map(|signature| LayerName::Path(*signature))
+            .chain([LayerName::Other]);
+        for (name, weighted) in names.zip(&self.layers) {
+            // Most scenes' paths all have layers: then nothing is left over.
+            let is_empty = weighted.flux.iter().all(|flux| flux.is_black());
+            if !(name == LayerName::Other && is_empty) {
+                layers.push(weighted.layer(name, weight, receiver));
+            }
+        }
+        let caustic = self.total.layer(LayerName::Total, weight, receiver);
+        let mut total = Layer::dark(LayerName::Total, texels);
+        for texel in 0..texels {
+            let direct = &direct.texels[texel];
+            total.irradiance[texel] = caustic.irradiance[texel] + direct.irradiance;
+            total.standard_error[texel] = Rgb(std::array::from_fn(|c| {
+                caustic.standard_error[texel].0[c].hypot(direct.error.0[c])
+            }));
+        }
+        let mut ledger = Ledger::default();
+        add_ledger(&mut ledger, &self.ledger, 1.0 / weight);
+        let mut counters = self.counters;
+        counters += direct.counters;
+        Estimate {
+            width: receiver.width(),
+            height: receiver.height(),
+            total,
+            layers,
+            counts: self.counts,
+            ledger,
+            paths: self.paths,
+            counters,
+            relative_error,
+            incomplete,
+        }
+    }
+}
+
+fn add_ledger(sum: &mut Ledger, addend: &Ledger, weight: f64) {
+    let add_row = |sum: &mut Row, addend: &Row| {
+        sum.received += addend.received * weight;
+        sum.direct += addend.direct * weight;
+        sum.escaped += addend.escaped * weight;
+        sum.absorbed += addend.absorbed * weight;
+        sum.cut_off += addend.cut_off * weight;
+    };
+    sum.emitted += addend.emitted * weight;
+    sum.shading_gain += addend.shading_gain * weight;
+    for (signature, row) in &addend.rows {
+        add_row(sum.rows.entry(*signature).or_default(), row);
+    }
+    add_row(&mut sum.other, &addend.other);
+}

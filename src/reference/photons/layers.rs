@@ -1,0 +1,94 @@
+//! Which path signatures get a layer of their own.
+
+use std::collections::BTreeMap;
+
+use super::replicate::{Job, Recipient};
+use crate::numeric::FixedPoint;
+use crate::radiometry::Rgb;
+use crate::transport::ledger::Fate;
+use crate::transport::signature::Signature;
+
+/// Path signatures and the layers they are counted in.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LayerMap {
+    signatures: Vec<Signature>,
+}
+
+impl LayerMap {
+    /// A layer for each of these signatures; all others share one more.
+    pub fn new(mut signatures: Vec<Signature>) -> Self {
+        signatures.sort_unstable();
+        signatures.dedup();
+        Self { signatures }
+    }
+
+    /// The signatures with a layer of their own, sorted.
+    pub fn signatures(&self) -> &[Signature] {
+        &self.signatures
+    }
+
+    /// How many layers there are, the shared one (the last) included.
+    pub fn len(&self) -> usize {
+        self.signatures.len() + 1
+    }
+
+    /// Never: the shared layer is always there.
+    pub fn is_empty(&self) -> bool {
+        false
+    }
+
+    /// The layer of a signature.
+    #[inline]
+    pub fn layer(&self, signature: Signature) -> usize {
+        // A handful of words: looking at each is faster than hashing.
+        self.signatures
+            .iter()
+            .position(|kept| *kept == signature)
+            .unwrap_or(self.signatures.len())
+    }
+}
+
+/// Photons of the pilot run that finds which signatures are bright. Its photons are used for
+/// nothing else.
+pub const PILOT_PHOTONS: u64 = 1 << 16;
+
+/// The layers for the `max_layers` signatures that bring most flux to the receiver.
+///
+/// Flux is compared as exact integers and ties go to the smaller signature, so the choice does
+/// not depend on the number of threads.
+pub fn pilot(job: &Job, max_layers: usize) -> LayerMap {
+    let found = job.trace(PILOT_PHOTONS, |scale| Pilot {
+        scale,
+        received: BTreeMap::new(),
+    });
+    let mut received: BTreeMap<Signature, i128> = BTreeMap::new();
+    for task in found {
+        for (signature, flux) in task.recipient.received {
+            *received.entry(signature).or_default() += flux;
+        }
+    }
+    let mut ranked: Vec<(Signature, i128)> = received.into_iter().collect();
+    ranked.sort_by_key(|(signature, flux)| (std::cmp::Reverse(*flux), *signature));
+    ranked.truncate(max_layers);
+    LayerMap::new(ranked.into_iter().map(|(signature, _)| signature).collect())
+}
+
+/// Counts flux by signature.
+struct Pilot {
+    scale: FixedPoint,
+    received: BTreeMap<Signature, i128>,
+}
+
+impl Recipient for Pilot {
+    fn received(&mut self, signature: Signature, _texel: usize, flux: Rgb) {
+        // A flux that does not fit is reported by the run itself.
+        let quanta = self.scale.quantise(flux.mean()).unwrap_or(0);
+        *self.received.entry(signature).or_default() += i128::from(quanta);
+    }
+
+    fn ended(&mut self, _signature: Signature, _fate: Fate, _flux: Rgb) {}
+
+    fn gained(&mut self, _flux: Rgb) {}
+
+    fn emitted(&mut self, _flux: Rgb) {}
+}

@@ -1,0 +1,196 @@
+//! One randomisation: start photons all over light space and follow them.
+
+use glam::DVec2;
+use rayon::prelude::*;
+
+use crate::geometry::TraversalCounters;
+use crate::numeric::{FixedPoint, Stream};
+use crate::radiometry::Rgb;
+use crate::scene::Scene;
+use crate::transport::chain::{ChainSettings, ChainSink, ChainTracer};
+use crate::transport::domain::LightSpace;
+use crate::transport::ledger::Fate;
+use crate::transport::receiver::Receiver;
+use crate::transport::signature::Signature;
+
+/// Photons of one task: enough to make its set-up cheap, few enough to keep all cores busy.
+const TASK_PHOTONS: u64 = 4096;
+
+/// What the photons of one task leave behind.
+pub trait Recipient: Send {
+    /// A photon starts with `flux` [W].
+    fn emitted(&mut self, flux: Rgb);
+    /// `flux` [W] fell into `texel` after the events of `signature`.
+    fn received(&mut self, signature: Signature, texel: usize, flux: Rgb);
+    /// `flux` [W] ended with the events of `signature` behind it.
+    fn ended(&mut self, signature: Signature, fate: Fate, flux: Rgb);
+    /// Adjoint shading normals added `flux` [W].
+    fn gained(&mut self, flux: Rgb);
+}
+
+/// One randomisation of a scene's photons.
+#[derive(Clone, Copy)]
+pub struct Job<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// Where photons are counted.
+    pub receiver: &'a Receiver,
+    /// Where they start.
+    pub light: &'a LightSpace,
+    /// How they are followed.
+    pub chains: ChainSettings,
+    /// The randomisation's own stream.
+    pub stream: Stream,
+    /// Whether to give up.
+    pub stop: &'a (dyn Fn() -> bool + Sync),
+    /// Told how many photons each finished task started.
+    pub finished: &'a (dyn Fn(u64) + Sync),
+}
+
+/// A finished task.
+pub struct Task<R> {
+    /// What its photons left behind.
+    pub recipient: R,
+    /// The work they took.
+    pub counters: TraversalCounters,
+}
+
+/// Consecutive photons of consecutive cells.
+struct Span {
+    cell: usize,
+    first: u64,
+    count: u64,
+}
+
+impl Job<'_> {
+    /// Traces `photons` photons. Every photon is keyed by (stream, cell, number in the cell), so
+    /// what it does depends on nothing else; tasks come in the order of their cells.
+    ///
+    /// After `stop` says so, the tasks not yet started are missing.
+    pub fn trace<R: Recipient>(
+        &self,
+        photons: u64,
+        recipient: impl Fn(FixedPoint) -> R + Sync,
+    ) -> Vec<Task<R>> {
+        if self.light.is_empty() || photons == 0 {
+            return Vec::new();
+        }
+        let scale = self.scale();
+        self.tasks(photons)
+            .into_par_iter()
+            .filter(|_| !(self.stop)())
+            .map(|spans| {
+                let mut tracer = ChainTracer::new(self.scene, self.receiver, self.chains);
+                let mut recipient = recipient(scale);
+                for span in &spans {
+                    self.trace_span(span, photons, &mut tracer, &mut recipient);
+                }
+                (self.finished)(spans.iter().map(|span| span.count).sum());
+                Task {
+                    recipient,
+                    counters: tracer.counters,
+                }
+            })
+            .collect()
+    }
+
+    /// The fixed-point scale that holds all flux of the light space in one texel.
+    pub fn scale(&self) -> FixedPoint {
+        let total = self.light.flux_bound().max_channel();
+        FixedPoint::for_total(total).unwrap_or_else(|_| {
+            // Outside 1e±250 W: every deposit is then refused as not representable.
+            FixedPoint::for_total(0.0).expect("zero has a scale")
+        })
+    }
+
+    /// Cuts the photons of all cells into tasks of about the same size.
+    fn tasks(&self, photons: u64) -> Vec<Vec<Span>> {
+        // Twenty bits of offset: with the counts below 2³² no rounding can add a photon.
+        let offset = (self.stream.extra(0, u32::MAX) * f64::from(1 << 20)).floor() / f64::from(1 << 20);
+        let mut tasks = Vec::new();
+        let mut task = Vec::new();
+        let mut size = 0;
+        for cell in 0..self.light.cells().len() {
+            let allotted = self.light.allotment(cell, photons, offset);
+            let mut first = 0;
+            while first < allotted {
+                let count = (allotted - first).min(TASK_PHOTONS - size);
+                task.push(Span { cell, first, count });
+                first += count;
+                size += count;
+                if size == TASK_PHOTONS {
+                    tasks.push(std::mem::take(&mut task));
+                    size = 0;
+                }
+            }
+        }
+        if !task.is_empty() {
+            tasks.push(task);
+        }
+        tasks
+    }
+
+    fn trace_span(
+        &self,
+        span: &Span,
+        photons: u64,
+        tracer: &mut ChainTracer,
+        recipient: &mut impl Recipient,
+    ) {
+        let stream = self.stream.split(span.cell as u64);
+        let has_area = self.light.cell_has_area(span.cell);
+        // The cell stands for all light with probability `share`, once a photon.
+        let weight = 1.0 / (photons as f64 * self.light.share(span.cell));
+        for index in span.first..span.first + span.count {
+            let (at, start) = if has_area {
+                let [x, y, u, v] = stream.point4(index);
+                (DVec2::new(x, y), DVec2::new(u, v))
+            } else {
+                (DVec2::from_array(stream.point2(index)), DVec2::ZERO)
+            };
+            let emission = self.light.emit(span.cell, at, start);
+            let flux = emission.flux * weight;
+            recipient.emitted(flux);
+            if !flux.is_black() {
+                let mut sink = Sink {
+                    recipient,
+                    stream: &stream,
+                    index,
+                };
+                tracer.trace(emission.ray, flux, &mut sink);
+            }
+        }
+    }
+}
+
+/// Hands a photon's ends to its task, and deals its random choices.
+struct Sink<'a, R> {
+    recipient: &'a mut R,
+    stream: &'a Stream,
+    index: u64,
+}
+
+impl<R: Recipient> ChainSink for Sink<'_, R> {
+    #[inline]
+    fn received(&mut self, signature: Signature, texel: usize, flux: Rgb) {
+        self.recipient.received(signature, texel, flux);
+    }
+
+    #[inline]
+    fn ended(&mut self, signature: Signature, fate: Fate, flux: Rgb) {
+        self.recipient.ended(signature, fate, flux);
+    }
+
+    #[inline]
+    fn gained(&mut self, flux: Rgb) {
+        self.recipient.gained(flux);
+    }
+
+    #[inline]
+    fn choice(&mut self, signature: Signature, passes: u32) -> f64 {
+        // A path is named by its events and passes: one dimension for each choice along it.
+        let code = signature.code();
+        let dimension = (code as u32) ^ ((code >> 32) as u32) << 26 ^ passes.wrapping_mul(0x9e37_79b9);
+        self.stream.extra(self.index, dimension)
+    }
+}

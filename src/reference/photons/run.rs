@@ -1,0 +1,326 @@
+//! Spending a budget on replicates.
+
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+use super::finish::{Rounds, relative_error_of};
+use super::layers::{LayerMap, pilot};
+use super::replicate::Job;
+use super::settings::{Budget, PhotonSettings, Shard};
+use super::sums::{RoundSums, SumsError};
+use crate::numeric::Stream;
+use crate::reference::Estimate;
+use crate::scene::{Scene, Sensor, is_achromatic};
+use crate::transport::direct::{Direct, direct};
+use crate::transport::domain::{LightSpace, LightSpaceError};
+use crate::transport::receiver::{Receiver, ReceiverError};
+use crate::transport::signature::MAX_EVENTS;
+
+/// How far a run has come: written by the run, read by whoever shows it. Setting `stop` ends
+/// the run soon, with what there is.
+#[derive(Debug, Default)]
+pub struct Progress {
+    /// Photons finished.
+    pub photons: AtomicU64,
+    /// Photons the run now expects to start in all; 0 while unknown.
+    pub expected_photons: AtomicU64,
+    /// Bits of the relative standard error so far; NaN's while unknown.
+    relative_error: AtomicU64,
+    /// Ends the run.
+    pub stop: AtomicBool,
+}
+
+impl Progress {
+    /// The relative standard error so far.
+    pub fn relative_error(&self) -> Option<f64> {
+        let error = f64::from_bits(self.relative_error.load(Ordering::Relaxed));
+        (error > 0.0).then_some(error)
+    }
+
+    fn set_relative_error(&self, error: Option<f64>) {
+        self.relative_error
+            .store(error.unwrap_or(0.0).to_bits(), Ordering::Relaxed);
+    }
+
+    fn is_stopped(&self) -> bool {
+        self.stop.load(Ordering::Relaxed)
+    }
+}
+
+/// Why a run cannot start or came to nothing.
+#[derive(Debug, thiserror::Error)]
+pub enum RunError {
+    /// The sensor cannot receive.
+    #[error(transparent)]
+    Receiver(#[from] ReceiverError),
+    /// An emitter cannot be sampled.
+    #[error(transparent)]
+    LightSpace(#[from] LightSpaceError),
+    /// The photons' sums are worth nothing.
+    #[error(transparent)]
+    Sums(#[from] SumsError),
+    /// A setting outside its range.
+    #[error("{name} is {value}; {allowed} are allowed")]
+    Setting {
+        /// The setting.
+        name: &'static str,
+        /// Its value.
+        value: String,
+        /// What it may be.
+        allowed: String,
+    },
+    /// A shard of a run whose length depends on time or error.
+    #[error("a shard needs a fixed number of photons: give --photons, and neither --time nor --error")]
+    ShardBudget,
+}
+
+/// A run, set up: everything its photons need.
+pub struct Setup<'a> {
+    pub(super) scene: &'a Scene,
+    pub(super) settings: PhotonSettings,
+    pub(super) receiver: Receiver,
+    pub(super) light: LightSpace,
+    pub(super) map: LayerMap,
+    achromatic: bool,
+    progress: &'a Progress,
+}
+
+/// Replicates of the first round of a run that has no fixed number of photons.
+const FIRST_ROUND_PHOTONS: u64 = 1 << 12;
+
+impl<'a> Setup<'a> {
+    /// Checks the settings, finds where light can meet specular geometry, and which path
+    /// signatures are bright enough for a layer of their own.
+    ///
+    /// # Errors
+    ///
+    /// Where a setting is out of range, the sensor cannot receive or an emitter is not modelled.
+    pub fn new(
+        scene: &'a Scene,
+        sensor: &Sensor,
+        settings: PhotonSettings,
+        progress: &'a Progress,
+    ) -> Result<Self, RunError> {
+        let setting = |name, value: String, allowed: String| {
+            Err(RunError::Setting {
+                name,
+                value,
+                allowed,
+            })
+        };
+        if settings.chains.max_depth as usize > MAX_EVENTS {
+            return setting(
+                "the depth",
+                settings.chains.max_depth.to_string(),
+                format!("0 to {MAX_EVENTS} specular events"),
+            );
+        }
+        // 255 replicates fit the squares of the exact sums with all light in one texel.
+        if !(1..=255).contains(&settings.replicates) {
+            return setting(
+                "the number of replicates",
+                settings.replicates.to_string(),
+                "1 to 255".to_owned(),
+            );
+        }
+        if settings.max_layers > 1024 {
+            return setting(
+                "the number of layers",
+                settings.max_layers.to_string(),
+                "0 to 1024".to_owned(),
+            );
+        }
+        let receiver = Receiver::new(scene, sensor)?;
+        let light = LightSpace::new(scene)?;
+        let mut setup = Self {
+            scene,
+            settings,
+            receiver,
+            light,
+            map: LayerMap::new(Vec::new()),
+            achromatic: is_achromatic(scene),
+            progress,
+        };
+        let stop = || progress.is_stopped();
+        setup.map = pilot(&setup.job(setup.stream(PILOT), &stop, &|_| ()), settings.max_layers);
+        Ok(setup)
+    }
+
+    /// The receiver's grid.
+    pub fn receiver(&self) -> &Receiver {
+        &self.receiver
+    }
+
+    /// Where photons start.
+    pub fn light(&self) -> &LightSpace {
+        &self.light
+    }
+
+    /// Measures the direct light.
+    pub fn direct(&self) -> Direct {
+        direct(self.scene, &self.receiver, self.settings.seed)
+    }
+
+    /// Spends the budget and delivers the estimate.
+    ///
+    /// With only photons limited there is one round. Otherwise there are several, each of all
+    /// replicates with twice the photons of the one before, until the next would not fit.
+    ///
+    /// # Errors
+    ///
+    /// Where photon contributions are not representable.
+    pub fn run(&self, budget: &Budget) -> Result<Estimate, RunError> {
+        let start = Instant::now();
+        let direct = self.direct();
+        let mut rounds = Rounds::new(&self.receiver, &self.map);
+        let mut incomplete = false;
+        if budget.is_photons_only() {
+            let photons = budget.photons.unwrap_or(Budget::DEFAULT_PHOTONS);
+            let (replicates, each) = self.division(photons);
+            self.expect(each * u64::from(replicates));
+            let sums = self.round(0, each, replicates, Shard::WHOLE, None)?;
+            incomplete = sums.replicates() < replicates;
+            rounds.add(&sums, &self.map);
+        } else {
+            let mut each = FIRST_ROUND_PHOTONS;
+            for round in 0.. {
+                let replicates = self.settings.replicates;
+                let whole = each * u64::from(replicates);
+                self.expect(rounds.paths() + whole);
+                let deadline = budget.time.map(|time| start + time);
+                let sums = self.round(round, each, replicates, Shard::WHOLE, deadline)?;
+                let complete = sums.replicates() == replicates;
+                rounds.add(&sums, &self.map);
+                let error = rounds.relative_error();
+                self.progress.set_relative_error(error);
+                let good = matches!((error, budget.relative_error), (Some(e), Some(goal)) if e <= goal);
+                if good || self.light.is_empty() {
+                    break;
+                }
+                if !complete {
+                    incomplete = self.progress.is_stopped();
+                    break;
+                }
+                let Some(next) = self.next_round(&rounds, each, budget, start.elapsed()) else {
+                    break;
+                };
+                each = next;
+            }
+        }
+        Ok(rounds.estimate(&self.receiver, &self.map, &direct, incomplete))
+    }
+
+    /// Photons of each replicate of the next round; `None` where the budget is used up.
+    fn next_round(
+        &self,
+        rounds: &Rounds,
+        each: u64,
+        budget: &Budget,
+        elapsed: Duration,
+    ) -> Option<u64> {
+        let replicates = u64::from(self.settings.replicates);
+        let mut next = each * 2;
+        if let Some(photons) = budget.photons {
+            next = next.min(photons.saturating_sub(rounds.paths()) / replicates);
+        }
+        if let Some(time) = budget.time {
+            let rate = rounds.paths() as f64 / elapsed.as_secs_f64();
+            let left = time.saturating_sub(elapsed).as_secs_f64();
+            // A power of two suits Sobol' points, and a round that ends early is no use.
+            let fits = (0.9 * rate * left) as u64 / replicates;
+            if fits < next {
+                next = next.min(fits.checked_ilog2().map_or(0, |log| 1 << log));
+            }
+        }
+        (next >= FIRST_ROUND_PHOTONS.min(each)).then_some(next)
+    }
+
+    /// How many replicates of how many photons make a run of `photons`: a multiple of the
+    /// replicates, at least one photon each.
+    pub fn division(&self, photons: u64) -> (u32, u64) {
+        let replicates = u64::from(self.settings.replicates).min(photons.max(1));
+        (replicates as u32, photons.max(1) / replicates)
+    }
+
+    /// Traces one round, or the shard's part of it.
+    pub(super) fn round(
+        &self,
+        round: u64,
+        photons: u64,
+        replicates: u32,
+        shard: Shard,
+        deadline: Option<Instant>,
+    ) -> Result<RoundSums, RunError> {
+        let late = || deadline.is_some_and(|deadline| Instant::now() > deadline);
+        let stop = || self.progress.is_stopped() || late();
+        let finished = |photons: u64| {
+            self.progress.photons.fetch_add(photons, Ordering::Relaxed);
+        };
+        let mut sums = None;
+        for replicate in (0..replicates).filter(|replicate| shard.holds(*replicate)) {
+            let stream = self
+                .stream(REPLICATES)
+                .split(round)
+                .split(u64::from(replicate));
+            let job = self.job(stream, &stop, &finished);
+            let sums =
+                sums.get_or_insert_with(|| RoundSums::new(&job, &self.map, photons, self.achromatic));
+            if !sums.add_replicate(&job, &self.map)? {
+                break;
+            }
+            if round == 0 {
+                self.progress.set_relative_error(relative_error_of(sums));
+            }
+        }
+        let job = self.job(self.stream(REPLICATES), &stop, &finished);
+        Ok(sums.unwrap_or_else(|| RoundSums::new(&job, &self.map, photons, self.achromatic)))
+    }
+
+    /// Says how many photons there will be.
+    pub(super) fn expect(&self, photons: u64) {
+        self.progress
+            .expected_photons
+            .store(photons, Ordering::Relaxed);
+    }
+
+    fn stream(&self, purpose: u64) -> Stream {
+        Stream::new(self.settings.stream, self.settings.seed).split(purpose)
+    }
+
+    fn job<'b>(
+        &'b self,
+        stream: Stream,
+        stop: &'b (dyn Fn() -> bool + Sync),
+        finished: &'b (dyn Fn(u64) + Sync),
+    ) -> Job<'b> {
+        Job {
+            scene: self.scene,
+            receiver: &self.receiver,
+            light: &self.light,
+            chains: self.settings.chains,
+            stream,
+            stop,
+            finished,
+        }
+    }
+}
+
+/// Streams of the pilot run and of the replicates are kept apart by these.
+const PILOT: u64 = 1;
+const REPLICATES: u64 = 2;
+
+/// Measures what falls on a sensor.
+///
+/// # Errors
+///
+/// Where the settings or the scene do not allow it, or photon contributions are not
+/// representable.
+pub fn run(
+    scene: &Scene,
+    sensor: &Sensor,
+    settings: PhotonSettings,
+    budget: &Budget,
+    progress: &Progress,
+) -> Result<Estimate, RunError> {
+    Setup::new(scene, sensor, settings, progress)?.run(budget)
+}

@@ -1,0 +1,77 @@
+//! What a photon run is asked to do.
+
+use std::time::Duration;
+
+use crate::numeric::StreamKind;
+use crate::transport::chain::ChainSettings;
+
+/// How photons are started, followed and counted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct PhotonSettings {
+    /// How sample points are laid out.
+    pub stream: StreamKind,
+    /// Every seed gives its own, equally good answer.
+    pub seed: u64,
+    /// Independent randomisations; at least 2 for an error bar, 16 for one worth its name.
+    ///
+    /// The error bar has `replicates - 1` degrees of freedom: z-scores against it have a
+    /// variance of (R - 1) / (R - 3), 1.07 at 32.
+    pub replicates: u32,
+    /// How chains are followed.
+    pub chains: ChainSettings,
+    /// Path signatures with a layer of their own; the brightest of a pilot run get one.
+    pub max_layers: usize,
+}
+
+impl Default for PhotonSettings {
+    /// 32 replicates of Sobol' points, seed 0, eight layers.
+    fn default() -> Self {
+        Self {
+            stream: StreamKind::Sobol,
+            seed: 0,
+            replicates: 32,
+            chains: ChainSettings::default(),
+            max_layers: 8,
+        }
+    }
+}
+
+/// When a run ends: at whichever limit comes first.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Budget {
+    /// Photons started, all replicates together.
+    pub photons: Option<u64>,
+    /// Time from the start of the run.
+    pub time: Option<Duration>,
+    /// Relative standard error over lit texels.
+    pub relative_error: Option<f64>,
+}
+
+impl Budget {
+    /// What a run without any limit gets: 2²⁴ photons.
+    pub const DEFAULT_PHOTONS: u64 = 1 << 24;
+
+    /// Whether all photons can be started in one round: only their number is limited.
+    pub fn is_photons_only(&self) -> bool {
+        self.time.is_none() && self.relative_error.is_none()
+    }
+}
+
+/// A part of a run: every `count`-th replicate, starting with replicate `index`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub struct Shard {
+    /// Counted from 0.
+    pub index: u32,
+    /// How many parts there are.
+    pub count: u32,
+}
+
+impl Shard {
+    /// The whole run.
+    pub const WHOLE: Self = Self { index: 0, count: 1 };
+
+    /// Whether the shard traces this replicate.
+    pub fn holds(&self, replicate: u32) -> bool {
+        replicate % self.count == self.index
+    }
+}

@@ -1,0 +1,265 @@
+//! Parts of a run, computed apart and put together exactly.
+//!
+//! A shard traces every n-th replicate. Its file holds the integer sums, so that merging the
+//! shards of a run gives the very bits of the run in one piece.
+//!
+//! File: the line `nephroid shard 1`, one line of JSON ([`Header`]), then the accumulators.
+
+use std::io::{self, BufRead, Read, Write};
+
+use serde::{Deserialize, Serialize};
+
+use super::finish::Rounds;
+use super::run::{RunError, Setup};
+use super::settings::{Budget, Shard};
+use super::sums::{LedgerSums, RoundSums};
+use crate::film::{Accumulator, AccumulatorError};
+use crate::geometry::TraversalCounters;
+use crate::reference::Estimate;
+
+/// The first line of a shard file, version included.
+const MAGIC: &str = "nephroid shard 1";
+
+/// Longest header line that is read, in bytes: a thousand layers need a tenth of it.
+const MAX_HEADER: u64 = 1 << 22;
+
+/// What identifies the run, and what is small.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct Header {
+    /// Everything that must be the same in all shards of a run.
+    run: RunIdentity,
+    shard: Shard,
+    counters: TraversalCounters,
+    /// As decimal text: JSON's numbers are too short.
+    ledger: Vec<String>,
+}
+
+/// Everything that must be the same in all shards of a run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct RunIdentity {
+    version: String,
+    scene: String,
+    sensor: String,
+    settings: String,
+    texels: usize,
+    layers: Vec<String>,
+    replicates: u32,
+    photons_each: u64,
+}
+
+/// One shard's sums.
+#[derive(Debug)]
+pub struct Part {
+    run: RunIdentity,
+    shard: Shard,
+    sums: RoundSums,
+}
+
+/// Why shards cannot be read or merged.
+#[derive(Debug, thiserror::Error)]
+pub enum ShardError {
+    /// The system said no, or the file ends early.
+    #[error(transparent)]
+    Io(#[from] io::Error),
+    /// Something else than a shard.
+    #[error("not a shard of this version of nephroid: {0}")]
+    Malformed(String),
+    /// The sums are damaged or do not fit.
+    #[error(transparent)]
+    Accumulator(#[from] AccumulatorError),
+    /// A shard of another run.
+    #[error("the shards are not of one run: {field} is {left} here and {right} there")]
+    OtherRun {
+        /// What differs.
+        field: &'static str,
+        /// In the first shard, or in this run.
+        left: String,
+        /// In the other.
+        right: String,
+    },
+    /// Some are missing or doubled.
+    #[error("a run of {count} shards needs each of them once; given were {given:?}")]
+    Incomplete {
+        /// How many there must be.
+        count: u32,
+        /// Which were given, counted from 1.
+        given: Vec<u32>,
+    },
+}
+
+impl Setup<'_> {
+    fn identity(&self, sensor: &str, replicates: u32, photons_each: u64) -> RunIdentity {
+        RunIdentity {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            scene: self.scene.content_hash().to_owned(),
+            sensor: sensor.to_owned(),
+            settings: serde_json::to_string(&self.settings).unwrap_or_default(),
+            texels: self.receiver.texels(),
+            layers: self.map.signatures().iter().map(ToString::to_string).collect(),
+            replicates,
+            photons_each,
+        }
+    }
+
+    /// Traces the shard's replicates. `None` where it was stopped before its end: part of a
+    /// shard is of no use.
+    ///
+    /// # Errors
+    ///
+    /// Where the budget limits anything but photons, or contributions are not representable.
+    pub fn run_shard(
+        &self,
+        sensor: &str,
+        budget: &Budget,
+        shard: Shard,
+    ) -> Result<Option<Part>, RunError> {
+        if !budget.is_photons_only() {
+            return Err(RunError::ShardBudget);
+        }
+        let photons = budget.photons.unwrap_or(Budget::DEFAULT_PHOTONS);
+        let (replicates, each) = self.division(photons);
+        let mine = (0..replicates).filter(|replicate| shard.holds(*replicate)).count();
+        self.expect(each * mine as u64);
+        let sums = self.round(0, each, replicates, shard, None)?;
+        Ok((sums.replicates() as usize == mine).then(|| Part {
+            run: self.identity(sensor, replicates, each),
+            shard,
+            sums,
+        }))
+    }
+
+    /// Puts the shards of a run together. The result is that of the run in one piece, bit for bit.
+    ///
+    /// # Errors
+    ///
+    /// Where a shard is of another run, missing or doubled.
+    pub fn merge(&self, sensor: &str, parts: Vec<Part>) -> Result<Estimate, ShardError> {
+        let mut given: Vec<u32> = parts.iter().map(|part| part.shard.index + 1).collect();
+        given.sort_unstable();
+        let count = parts.first().map_or(1, |part| part.shard.count);
+        if !given.iter().copied().eq(1..=count) {
+            return Err(ShardError::Incomplete { count, given });
+        }
+        let mut rounds = Rounds::new(&self.receiver, &self.map);
+        let mut parts = parts.into_iter();
+        if let Some(first) = parts.next() {
+            let here = self.identity(sensor, first.run.replicates, first.run.photons_each);
+            compare(&here, &first.run)?;
+            let mut sums = first.sums;
+            for part in parts {
+                compare(&first.run, &part.run)?;
+                if part.shard.count != count {
+                    return Err(ShardError::OtherRun {
+                        field: "the number of shards",
+                        left: count.to_string(),
+                        right: part.shard.count.to_string(),
+                    });
+                }
+                sums.merge(&part.sums)?;
+            }
+            rounds.add(&sums, &self.map);
+        }
+        Ok(rounds.estimate(&self.receiver, &self.map, &self.direct(), false))
+    }
+}
+
+/// Says in which field two runs differ.
+fn compare(left: &RunIdentity, right: &RunIdentity) -> Result<(), ShardError> {
+    let fields = [
+        ("the version", &left.version, &right.version),
+        ("the hash of the scene", &left.scene, &right.scene),
+        ("the sensor", &left.sensor, &right.sensor),
+        ("the list of settings", &left.settings, &right.settings),
+    ];
+    for (field, left, right) in fields {
+        if left != right {
+            return Err(ShardError::OtherRun {
+                field,
+                left: left.clone(),
+                right: right.clone(),
+            });
+        }
+    }
+    if left == right {
+        return Ok(());
+    }
+    Err(ShardError::OtherRun {
+        field: "the number of photons, replicates, texels or layers",
+        left: format!("{left:?}"),
+        right: format!("{right:?}"),
+    })
+}
+
+impl Part {
+    /// Writes the shard.
+    ///
+    /// # Errors
+    ///
+    /// As the writer's.
+    pub fn write_to(&self, mut writer: impl Write) -> Result<(), ShardError> {
+        let header = Header {
+            run: self.run.clone(),
+            shard: self.shard,
+            counters: self.sums.counters,
+            ledger: self.sums.ledger.numbers().map(|n| n.to_string()).collect(),
+        };
+        let header = serde_json::to_string(&header)
+            .map_err(|error| ShardError::Malformed(error.to_string()))?;
+        writeln!(writer, "{MAGIC}\n{header}")?;
+        self.sums.total.write_to(&mut writer)?;
+        for layer in &self.sums.layers {
+            layer.write_to(&mut writer)?;
+        }
+        Ok(())
+    }
+
+    /// Reads a shard.
+    ///
+    /// # Errors
+    ///
+    /// Where the file is no shard, is damaged, or cannot be read.
+    pub fn read_from(mut reader: impl BufRead) -> Result<Self, ShardError> {
+        let mut lines = reader.by_ref().take(MAX_HEADER);
+        let mut line = String::new();
+        let mut next = || -> Result<String, ShardError> {
+            line.clear();
+            lines.read_line(&mut line).map_err(|error| match error.kind() {
+                io::ErrorKind::InvalidData => ShardError::Malformed("no text".to_owned()),
+                _ => error.into(),
+            })?;
+            Ok(line.trim_end().to_owned())
+        };
+        let magic = next()?;
+        if magic != MAGIC {
+            return Err(ShardError::Malformed(format!(
+                "its first line is not \"{MAGIC}\""
+            )));
+        }
+        let header: Header = serde_json::from_str(&next()?)
+            .map_err(|error| ShardError::Malformed(error.to_string()))?;
+        let total = Accumulator::read_from(&mut reader)?;
+        let layers: Vec<Accumulator> = (0..=header.run.layers.len())
+            .map(|_| Accumulator::read_from(&mut reader))
+            .collect::<Result<_, _>>()?;
+        let numbers = header.ledger.iter().map_while(|text| text.parse().ok());
+        let ledger = LedgerSums::from_numbers(total.scale(), layers.len() + 1, numbers)
+            .ok_or_else(|| ShardError::Malformed("its ledger is damaged".to_owned()))?;
+        if total.texels() != header.run.texels || header.shard.index >= header.shard.count {
+            return Err(ShardError::Malformed(
+                "its header contradicts its sums".to_owned(),
+            ));
+        }
+        let photons = header.run.photons_each;
+        Ok(Self {
+            run: header.run,
+            shard: header.shard,
+            sums: RoundSums {
+                layers,
+                total,
+                ledger,
+                counters: header.counters,
+                photons,
+            },
+        })
+    }
+}

@@ -1,0 +1,295 @@
+//! Exact sums over the replicates of one round.
+
+use super::layers::LayerMap;
+use super::replicate::{Job, Recipient};
+use crate::film::{Accumulator, AccumulatorError};
+use crate::geometry::TraversalCounters;
+use crate::numeric::FixedPoint;
+use crate::radiometry::Rgb;
+use crate::transport::ledger::{Fate, Ledger, Row};
+use crate::transport::signature::Signature;
+
+/// What a round of replicates, or a shard of it, adds up to: all of it integers, so that any
+/// order and any division of the work gives the same bits.
+#[derive(Debug)]
+pub struct RoundSums {
+    /// Flux [W] by texel, one accumulator a layer of the [`LayerMap`].
+    pub layers: Vec<Accumulator>,
+    /// Flux [W] by texel, all layers together: its error bar needs the sums of each replicate.
+    pub total: Accumulator,
+    /// Flux [W] by fate.
+    pub ledger: LedgerSums,
+    /// Work done.
+    pub counters: TraversalCounters,
+    /// Photons of each replicate.
+    pub photons: u64,
+}
+
+/// Why a round's sums are worth nothing.
+#[derive(Debug, thiserror::Error)]
+pub enum SumsError {
+    /// Some contribution is not a number that the film can hold.
+    #[error(
+        "{count} photon contributions are NaN, infinite or out of range; the first ended after \
+         {example}"
+    )]
+    NotRepresentable {
+        /// How many.
+        count: u64,
+        /// The path of one of them.
+        example: Signature,
+    },
+    /// A sum left its integer.
+    #[error(transparent)]
+    Accumulator(#[from] AccumulatorError),
+}
+
+impl RoundSums {
+    /// Empty sums for a receiver and its layers; one channel stands for three where nothing in
+    /// the scene is coloured.
+    pub fn new(job: &Job, map: &LayerMap, photons: u64, achromatic: bool) -> Self {
+        let channels = if achromatic { 1 } else { 3 };
+        let accumulator = || Accumulator::new(job.receiver.texels(), channels, job.scale());
+        Self {
+            layers: (0..map.len()).map(|_| accumulator()).collect(),
+            total: accumulator().with_counts(),
+            ledger: LedgerSums::new(job.scale(), map.len() + 1),
+            counters: TraversalCounters::default(),
+            photons,
+        }
+    }
+
+    /// How many replicates are in the sums.
+    pub fn replicates(&self) -> u32 {
+        self.total.replicates()
+    }
+
+    /// Traces one more replicate. Returns false, with the sums as they were, where it was
+    /// stopped.
+    ///
+    /// # Errors
+    ///
+    /// Where a contribution is not representable or a sum overflows.
+    pub fn add_replicate(&mut self, job: &Job, map: &LayerMap) -> Result<bool, SumsError> {
+        let films = Films {
+            layers: &self.layers,
+            map,
+            achromatic: self.total.channels() == 1,
+        };
+        let tasks = job.trace(self.photons, |scale| Tally {
+            films,
+            ledger: LedgerSums::new(scale, map.len() + 1),
+            refused: 0,
+            example: Signature::DIRECT,
+        });
+        if (job.stop)() {
+            for layer in &mut self.layers {
+                layer.discard();
+            }
+            return Ok(false);
+        }
+        let refused = tasks.iter().map(|task| task.recipient.refused).sum();
+        if let Some(bad) = tasks.iter().find(|task| task.recipient.refused > 0) {
+            return Err(SumsError::NotRepresentable {
+                count: refused,
+                example: bad.recipient.example,
+            });
+        }
+        for task in tasks {
+            self.ledger.merge(&task.recipient.ledger);
+            self.counters += task.counters;
+        }
+        for layer in &mut self.layers {
+            self.total.deposit_all(layer)?;
+            layer.flush()?;
+        }
+        self.total.flush()?;
+        Ok(true)
+    }
+
+    /// Adds the replicates of another part of the same round.
+    ///
+    /// # Errors
+    ///
+    /// Where the two are not of the same round, or a sum overflows.
+    pub fn merge(&mut self, other: &Self) -> Result<(), AccumulatorError> {
+        for (layer, others) in self.layers.iter_mut().zip(&other.layers) {
+            layer.merge(others)?;
+        }
+        self.total.merge(&other.total)?;
+        self.ledger.merge(&other.ledger);
+        self.counters += other.counters;
+        Ok(())
+    }
+}
+
+/// Where deposits go.
+#[derive(Clone, Copy)]
+struct Films<'a> {
+    layers: &'a [Accumulator],
+    map: &'a LayerMap,
+    achromatic: bool,
+}
+
+/// One task's share of a replicate.
+struct Tally<'a> {
+    films: Films<'a>,
+    ledger: LedgerSums,
+    refused: u64,
+    example: Signature,
+}
+
+impl Tally<'_> {
+    fn refuse(&mut self, signature: Signature) {
+        self.refused += 1;
+        self.example = signature;
+    }
+
+    /// 0 for light without events, then the layers.
+    fn row(&self, signature: Signature) -> usize {
+        if signature.is_empty() {
+            0
+        } else {
+            self.films.map.layer(signature) + 1
+        }
+    }
+}
+
+impl Recipient for Tally<'_> {
+    #[inline]
+    fn emitted(&mut self, flux: Rgb) {
+        match self.ledger.quantise(flux) {
+            Some(quanta) => add(&mut self.ledger.emitted, quanta),
+            None => self.refuse(Signature::DIRECT),
+        }
+    }
+
+    #[inline]
+    fn received(&mut self, signature: Signature, texel: usize, flux: Rgb) {
+        let layer = &self.films.layers[self.films.map.layer(signature)];
+        let inside = if self.films.achromatic {
+            self.ledger
+                .scale
+                .quantise(flux.0[0])
+                .is_some_and(|quanta| layer.deposit(texel, [quanta]))
+        } else {
+            self.ledger
+                .quantise(flux)
+                .is_some_and(|quanta| layer.deposit(texel, quanta))
+        };
+        if !inside {
+            self.refuse(signature);
+        }
+    }
+
+    #[inline]
+    fn ended(&mut self, signature: Signature, fate: Fate, flux: Rgb) {
+        let row = self.row(signature);
+        match self.ledger.quantise(flux) {
+            Some(quanta) => add(&mut self.ledger.rows[row][fate.index()], quanta),
+            None => self.refuse(signature),
+        }
+    }
+
+    #[inline]
+    fn gained(&mut self, flux: Rgb) {
+        match self.ledger.quantise(flux) {
+            Some(quanta) => add(&mut self.ledger.shading_gain, quanta),
+            None => self.refuse(Signature::DIRECT),
+        }
+    }
+}
+
+/// A [`Ledger`] in quanta, summed over replicates: integers, so that order cannot matter.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LedgerSums {
+    scale: FixedPoint,
+    emitted: [i128; 3],
+    shading_gain: [i128; 3],
+    /// The row of light without events, then one a layer.
+    rows: Vec<[[i128; 3]; 5]>,
+}
+
+#[inline]
+fn add(sum: &mut [i128; 3], quanta: [i64; 3]) {
+    for (sum, quanta) in sum.iter_mut().zip(quanta) {
+        *sum += i128::from(quanta);
+    }
+}
+
+impl LedgerSums {
+    fn new(scale: FixedPoint, rows: usize) -> Self {
+        Self {
+            scale,
+            emitted: [0; 3],
+            shading_gain: [0; 3],
+            rows: vec![[[0; 3]; 5]; rows],
+        }
+    }
+
+    #[inline]
+    fn quantise(&self, flux: Rgb) -> Option<[i64; 3]> {
+        let [red, green, blue] = flux.0;
+        let first = self.scale.quantise(red)?;
+        if flux.is_grey() {
+            return Some([first; 3]);
+        }
+        Some([first, self.scale.quantise(green)?, self.scale.quantise(blue)?])
+    }
+
+    /// All sums, as [`LedgerSums::from_numbers`] takes them.
+    pub fn numbers(&self) -> impl Iterator<Item = i128> {
+        self.emitted
+            .into_iter()
+            .chain(self.shading_gain)
+            .chain(self.rows.iter().flatten().flatten().copied())
+    }
+
+    /// Sums for `rows` rows from their numbers; `None` where there are too few.
+    pub fn from_numbers(
+        scale: FixedPoint,
+        rows: usize,
+        mut numbers: impl Iterator<Item = i128>,
+    ) -> Option<Self> {
+        let mut sums = Self::new(scale, rows);
+        let all = sums
+            .emitted
+            .iter_mut()
+            .chain(&mut sums.shading_gain)
+            .chain(sums.rows.iter_mut().flatten().flatten());
+        for sum in all {
+            *sum = numbers.next()?;
+        }
+        Some(sums)
+    }
+
+    fn merge(&mut self, other: &Self) {
+        let theirs: Vec<i128> = other.numbers().collect();
+        let ours = self
+            .emitted
+            .iter_mut()
+            .chain(&mut self.shading_gain)
+            .chain(self.rows.iter_mut().flatten().flatten());
+        for (ours, theirs) in ours.zip(theirs) {
+            *ours += theirs;
+        }
+    }
+
+    /// The ledger of the mean replicate [W].
+    pub fn ledger(&self, map: &LayerMap, replicates: u32) -> Ledger {
+        let mean = |sum: [i128; 3]| {
+            Rgb(sum.map(|quanta| self.scale.value_i128(quanta) / f64::from(replicates.max(1))))
+        };
+        let row = |index: usize| Row::from_fates(self.rows[index].map(mean));
+        let names = std::iter::once(Signature::DIRECT).chain(map.signatures().iter().copied());
+        Ledger {
+            emitted: mean(self.emitted),
+            shading_gain: mean(self.shading_gain),
+            rows: names
+                .enumerate()
+                .map(|(index, name)| (name, row(index)))
+                .collect(),
+            other: row(self.rows.len() - 1),
+        }
+    }
+}

@@ -1,0 +1,206 @@
+//! What a scene needs modelled, and why: methods skip the rest.
+
+use super::{Emitter, Material, MaterialId, Object, Scene};
+use crate::geometry::Shape;
+
+/// One thing that a scene does or does not need modelled.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct Requirement {
+    /// What it is.
+    pub feature: &'static str,
+    /// Whether the scene needs it.
+    pub needed: bool,
+    /// What in the scene makes it so.
+    pub reason: String,
+}
+
+/// What a scene needs modelled, and why; always all features, in the same order.
+pub fn requirements(scene: &Scene) -> Vec<Requirement> {
+    let specular = names(scene, |object| is_specular(scene, object));
+    let opaque = names(scene, |object| {
+        !is_specular(scene, object) && *scene.material(object.material) != Material::Null
+    });
+    let mut list = vec![
+        item(
+            "specular chains",
+            &specular,
+            "mirrors or refracts",
+            "nothing mirrors or refracts: there is no caustic",
+        ),
+        colour(scene),
+        item(
+            "area lights",
+            &scene
+                .emitters()
+                .iter()
+                .filter_map(|emitter| match emitter {
+                    Emitter::Area { shape, .. } => {
+                        Some(scene.objects()[shape.0 as usize].id.as_str())
+                    }
+                    _ => None,
+                })
+                .collect::<Vec<_>>(),
+            "shines from a surface: two more dimensions",
+            "every emitter is a point or a direction",
+        ),
+        item(
+            "opaque surfaces",
+            &opaque,
+            "ends light paths and casts shadows",
+            "nothing casts a shadow",
+        ),
+        item(
+            "shading normals",
+            &meshes(scene, |mesh| mesh.has_vertex_normals()),
+            "is a specular mesh with interpolated normals",
+            "every specular surface has its true normal",
+        ),
+        item(
+            "filters at interfaces",
+            &names(scene, |object| is_filtering(scene, object.material)),
+            "scales light by specular_reflectance or specular_transmittance",
+            "interfaces keep all light but what Fresnel's equations split",
+        ),
+        item(
+            "metals",
+            &names(scene, |object| {
+                contains(scene, object.material, &|material| {
+                    matches!(material, Material::Conductor { eta, .. } if !eta.is_black())
+                })
+            }),
+            "absorbs part of the light it reflects",
+            "no mirror absorbs",
+        ),
+        item(
+            "partial masks",
+            &names(scene, |object| {
+                contains(scene, object.material, &|material| {
+                    matches!(material, Material::Mask { opacity, .. } if *opacity > 0.0 && *opacity < 1.0)
+                })
+            }),
+            "lets part of the light pass",
+            "surfaces are whole or absent",
+        ),
+    ];
+    list.push(Requirement {
+        feature: "dispersion",
+        needed: false,
+        reason: "indices are given as one number each".to_owned(),
+    });
+    list
+}
+
+/// Whether one channel can stand for red, green and blue.
+pub fn is_achromatic(scene: &Scene) -> bool {
+    scene
+        .emitters()
+        .iter()
+        .all(|emitter| emitter.strength().is_grey())
+        && scene
+            .objects()
+            .iter()
+            .all(|object| scene.material(object.material).is_achromatic(scene.materials()))
+}
+
+fn colour(scene: &Scene) -> Requirement {
+    let coloured = names(scene, |object| {
+        !scene
+            .material(object.material)
+            .is_achromatic(scene.materials())
+    });
+    let emitters = scene
+        .emitters()
+        .iter()
+        .filter(|emitter| !emitter.strength().is_grey())
+        .count();
+    let mut reason = item("", &coloured, "colours light", "").reason;
+    if emitters > 0 {
+        if !reason.is_empty() {
+            reason.push_str("; ");
+        }
+        reason.push_str(&format!("{emitters} coloured emitter(s)"));
+    }
+    Requirement {
+        feature: "colour",
+        needed: !is_achromatic(scene),
+        reason: if reason.is_empty() {
+            "red, green and blue are the same: one channel is computed".to_owned()
+        } else {
+            reason
+        },
+    }
+}
+
+fn item(feature: &'static str, ids: &[&str], because: &str, otherwise: &str) -> Requirement {
+    const NAMED: usize = 4;
+    let reason = match ids.len() {
+        0 => otherwise.to_owned(),
+        n if n <= NAMED => format!("{} {because}", ids.join(", ")),
+        n => format!("{} and {} more: each {because}", ids[..NAMED].join(", "), n - NAMED),
+    };
+    Requirement {
+        feature,
+        needed: !ids.is_empty(),
+        reason,
+    }
+}
+
+fn names(scene: &Scene, chosen: impl Fn(&Object) -> bool) -> Vec<&str> {
+    scene
+        .objects()
+        .iter()
+        .filter(|object| chosen(object))
+        .map(|object| object.id.as_str())
+        .collect()
+}
+
+fn meshes(scene: &Scene, chosen: impl Fn(&crate::geometry::Mesh) -> bool) -> Vec<&str> {
+    scene
+        .world()
+        .shapes()
+        .iter()
+        .zip(scene.objects())
+        .filter(|(shape, object)| {
+            matches!(shape, Shape::Mesh(mesh) if chosen(mesh)) && is_specular(scene, object)
+        })
+        .map(|(_, object)| object.id.as_str())
+        .collect()
+}
+
+fn is_specular(scene: &Scene, object: &Object) -> bool {
+    scene.material(object.material).is_specular(scene.materials())
+}
+
+fn is_filtering(scene: &Scene, id: MaterialId) -> bool {
+    use crate::radiometry::Rgb;
+    contains(scene, id, &|material| match material {
+        Material::Dielectric {
+            specular_reflectance,
+            specular_transmittance,
+            ..
+        }
+        | Material::ThinDielectric {
+            specular_reflectance,
+            specular_transmittance,
+            ..
+        } => *specular_reflectance != Rgb::WHITE || *specular_transmittance != Rgb::WHITE,
+        Material::Conductor {
+            specular_reflectance,
+            ..
+        } => *specular_reflectance != Rgb::WHITE,
+        _ => false,
+    })
+}
+
+/// Whether `test` holds for a material or anything it wraps.
+fn contains(scene: &Scene, id: MaterialId, test: &impl Fn(&Material) -> bool) -> bool {
+    let material = scene.material(id);
+    test(material)
+        || match material {
+            Material::Mask { nested, .. } => contains(scene, *nested, test),
+            Material::TwoSided { front, back } => {
+                contains(scene, *front, test) || contains(scene, *back, test)
+            }
+            _ => false,
+        }
+}

@@ -1,0 +1,318 @@
+//! Charts over all emitters, divided into cells that can make caustics.
+
+use glam::{DMat3, DVec2, DVec3};
+use rayon::prelude::*;
+
+use super::chart::{Chart, Emission, Falloff, Patch};
+use super::probe::Probe;
+use super::surface::{LightSurface, MAX_TRIANGLES, Part};
+use crate::geometry::{Bounds, Shape};
+use crate::radiometry::Rgb;
+use crate::scene::{Emitter, Scene};
+
+/// Cells are divided until there are this many, so that they follow the outline of the specular
+/// geometry (some 5 % of a ball's cells are at its rim then) and a cell's rays stay together.
+const ENOUGH_CELLS: usize = 2048;
+
+/// ... but not more often than this.
+const MAX_LEVEL: u32 = 14;
+
+/// A patch of a chart, light of which may meet specular geometry.
+#[derive(Clone, Copy, Debug)]
+pub struct Cell {
+    chart: u32,
+    patch: Patch,
+}
+
+/// All light that can meet specular geometry, as a list of cells.
+#[derive(Debug)]
+pub struct LightSpace {
+    charts: Vec<Chart>,
+    cells: Vec<Cell>,
+    /// Sum of the shares of all cells before each; one longer than `cells`, from 0 to 1.
+    cumulative: Vec<f64>,
+    flux_bound: Rgb,
+    level: u32,
+}
+
+/// Why light space cannot be built.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum LightSpaceError {
+    /// The shape of an area light has no charts.
+    #[error(
+        "the area emitter on shape \"{shape}\" ({plugin}) is not modelled; area lights can be \
+         rectangle, disk, sphere, cube and meshes of at most {MAX_TRIANGLES} triangles"
+    )]
+    AreaShape {
+        /// The shape.
+        shape: String,
+        /// Mitsuba's name of the shape.
+        plugin: &'static str,
+    },
+}
+
+impl LightSpace {
+    /// The part of the scene's light that may meet specular geometry.
+    ///
+    /// # Errors
+    ///
+    /// Where the shape of an area light is not modelled.
+    pub fn new(scene: &Scene) -> Result<Self, LightSpaceError> {
+        let targets = Targets::new(scene);
+        let mut charts = Vec::new();
+        for emitter in scene.emitters() {
+            if !emitter.strength().is_black() {
+                add_charts(scene, emitter, &mut charts)?;
+            }
+        }
+        let mut cells: Vec<Cell> = (0..charts.len() as u32)
+            .map(|chart| Cell {
+                chart,
+                patch: charts[chart as usize].root(&targets.bounds),
+            })
+            .filter(|cell| targets.may_be_met(&charts, cell))
+            .collect();
+        let mut level = 0;
+        while !cells.is_empty() && cells.len() < ENOUGH_CELLS && level < MAX_LEVEL {
+            level += 1;
+            // An indexed parallel map: the order does not depend on the number of threads.
+            cells = cells
+                .par_iter()
+                .flat_map_iter(|cell| {
+                    cell.patch.quarters().map(|patch| Cell {
+                        chart: cell.chart,
+                        patch,
+                    })
+                })
+                .filter(|cell| targets.may_be_met(&charts, cell))
+                .collect();
+        }
+        let bounds: Vec<Rgb> = cells
+            .iter()
+            .map(|cell| charts[cell.chart as usize].flux_bound(&cell.patch))
+            .collect();
+        let flux_bound: Rgb = bounds.iter().copied().sum();
+        let total: f64 = bounds.iter().map(|flux| flux.mean()).sum();
+        let mut cumulative = vec![0.0];
+        let mut sum = 0.0;
+        for flux in &bounds {
+            sum += flux.mean();
+            cumulative.push(sum / total);
+        }
+        Ok(Self {
+            charts,
+            cells,
+            cumulative,
+            flux_bound,
+            level,
+        })
+    }
+
+    /// The cells, neighbours near each other.
+    pub fn cells(&self) -> &[Cell] {
+        &self.cells
+    }
+
+    /// Whether no light can meet specular geometry.
+    pub fn is_empty(&self) -> bool {
+        self.cells.is_empty()
+    }
+
+    /// The flux of all cells [W], or a little more (see [`Chart::flux_bound`]).
+    pub fn flux_bound(&self) -> Rgb {
+        self.flux_bound
+    }
+
+    /// How often the charts were divided.
+    pub fn level(&self) -> u32 {
+        self.level
+    }
+
+    /// Whether any cell needs four dimensions: light that starts from a surface.
+    pub fn has_area(&self) -> bool {
+        self.charts.iter().any(Chart::has_area)
+    }
+
+    /// Whether this cell needs four dimensions.
+    #[inline]
+    pub fn cell_has_area(&self, cell: usize) -> bool {
+        self.charts[self.cells[cell].chart as usize].has_area()
+    }
+
+    /// The share (0..=1) of all cells' flux that a cell has; they sum to 1.
+    #[inline]
+    pub fn share(&self, cell: usize) -> f64 {
+        self.cumulative[cell + 1] - self.cumulative[cell]
+    }
+
+    /// How many of `count` samples a cell gets, and the number of the first: systematic
+    /// sampling. Cell c gets ⌊count · C(c+1) + offset⌋ − ⌊count · C(c) + offset⌋, with C the
+    /// cumulative shares; over a uniform `offset` in [0, 1) that is count times its share.
+    #[inline]
+    pub fn allotment(&self, cell: usize, count: u64, offset: f64) -> u64 {
+        let before = |c: usize| (self.cumulative[c] * count as f64 + offset).floor();
+        (before(cell + 1) - before(cell)) as u64
+    }
+
+    /// The ray at fractions `at` across a cell, `start` across the emitter's surface.
+    #[inline]
+    pub fn emit(&self, cell: usize, at: DVec2, start: DVec2) -> Emission {
+        let Cell { chart, patch } = &self.cells[cell];
+        self.charts[*chart as usize].emit(patch, at, start)
+    }
+}
+
+/// The specular geometry.
+struct Targets<'a> {
+    scene: &'a Scene,
+    /// By shape.
+    specular: Vec<bool>,
+    balls: Vec<(DVec3, f64)>,
+    any_others: bool,
+    bounds: Bounds,
+}
+
+impl<'a> Targets<'a> {
+    fn new(scene: &'a Scene) -> Self {
+        let mut targets = Self {
+            scene,
+            specular: Vec::new(),
+            balls: Vec::new(),
+            any_others: false,
+            bounds: Bounds::EMPTY,
+        };
+        for (index, shape) in scene.world().shapes().iter().enumerate() {
+            let specular = scene
+                .material_of(index as u32)
+                .is_specular(scene.materials());
+            let mut in_tree = false;
+            if specular {
+                targets.bounds = targets.bounds.union(shape.bounds());
+                // A ball is told from its box: it fills only half of it.
+                match shape {
+                    Shape::Sphere(sphere) => {
+                        targets.balls.push((sphere.center(), sphere.radius()));
+                    }
+                    _ => in_tree = true,
+                }
+            }
+            targets.any_others |= in_tree;
+            targets.specular.push(in_tree);
+        }
+        targets
+    }
+
+    fn may_be_met(&self, charts: &[Chart], cell: &Cell) -> bool {
+        let chart = &charts[cell.chart as usize];
+        if chart.flux_bound(&cell.patch).is_black() {
+            return false;
+        }
+        let probe: Probe = chart.probe(&cell.patch);
+        self.balls
+            .iter()
+            .any(|(center, radius)| probe.may_overlap_ball(*center, *radius))
+            || self.any_others
+                && self.scene.world().any_primitive_box(
+                    |shape| self.specular[shape as usize],
+                    |bounds| probe.may_overlap_box(bounds),
+                )
+    }
+}
+
+/// The charts that cover an emitter's light.
+fn add_charts(
+    scene: &Scene,
+    emitter: &Emitter,
+    charts: &mut Vec<Chart>,
+) -> Result<(), LightSpaceError> {
+    match emitter {
+        Emitter::Point {
+            position,
+            intensity,
+        } => charts.extend(cube_faces(&DMat3::IDENTITY).map(|axes| Chart::Face {
+            origin: *position,
+            axes,
+            intensity: *intensity,
+            falloff: Falloff::None,
+        })),
+        Emitter::Spot {
+            to_world,
+            intensity,
+            cutoff_angle,
+            beam_width,
+        } => {
+            let axis = to_world.vector(DVec3::Z).normalize();
+            let (x, y) = axis.any_orthonormal_pair();
+            let falloff = Falloff::Spot {
+                axis,
+                cutoff_angle: *cutoff_angle,
+                beam_width: *beam_width,
+            };
+            let origin = to_world.point(DVec3::ZERO);
+            let faces = cube_faces(&DMat3::from_cols(x, y, axis)).map(|axes| Chart::Face {
+                origin,
+                axes,
+                intensity: *intensity,
+                falloff,
+            });
+            charts.extend(faces);
+        }
+        Emitter::Directional {
+            direction,
+            irradiance,
+        } => {
+            let bounds = scene.world().bounds();
+            let (x, y) = direction.any_orthonormal_pair();
+            charts.push(Chart::Parallel {
+                origin: bounds.center() - *direction * (bounds.radius() * 1.01),
+                across: [x, y],
+                direction: *direction,
+                irradiance: *irradiance,
+            });
+        }
+        Emitter::Area { shape, radiance } => {
+            let surface = LightSurface::new(&scene.world().shapes()[shape.0 as usize]);
+            let Some(surface) = surface else {
+                let object = &scene.objects()[shape.0 as usize];
+                return Err(LightSpaceError::AreaShape {
+                    shape: object.id.clone(),
+                    plugin: object.plugin,
+                });
+            };
+            for part in surface.parts() {
+                match *part {
+                    Part::Flat(area, normal) => {
+                        let (x, y) = normal.any_orthonormal_pair();
+                        charts.push(Chart::Flat {
+                            area,
+                            axes: [x, y, normal],
+                            radiance: *radiance,
+                        });
+                    }
+                    Part::Ball { center, radius } => {
+                        charts.extend(cube_faces(&DMat3::IDENTITY).map(|axes| Chart::Ball {
+                            center,
+                            radius,
+                            axes,
+                            radiance: *radiance,
+                        }));
+                    }
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Frames of the six faces of a cube about the frame given by the columns of `frame`.
+fn cube_faces(frame: &DMat3) -> [[DVec3; 3]; 6] {
+    let [x, y, z] = [frame.x_axis, frame.y_axis, frame.z_axis];
+    [
+        [y, z, x],
+        [z, y, -x],
+        [z, x, y],
+        [x, z, -y],
+        [x, y, z],
+        [y, x, -z],
+    ]
+}

@@ -1,0 +1,504 @@
+//! Charts: two-dimensional coordinates over an emitter's light, with its flux density.
+
+use std::f64::consts::PI;
+
+use glam::{DVec2, DVec3};
+
+use super::probe::Probe;
+use super::surface::{Area, surface_point};
+use crate::geometry::{Bounds, Ray};
+use crate::radiometry::Rgb;
+
+/// A rectangle of chart coordinates.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Patch {
+    /// The lowest coordinates.
+    pub from: DVec2,
+    /// The highest coordinates.
+    pub to: DVec2,
+}
+
+impl Patch {
+    /// The coordinates at fractions `at` (in 0..=1) across the patch.
+    #[inline]
+    pub fn at(&self, at: DVec2) -> DVec2 {
+        self.from + (self.to - self.from) * at
+    }
+
+    /// Its area in chart coordinates.
+    #[inline]
+    pub fn area(&self) -> f64 {
+        let size = self.to - self.from;
+        size.x * size.y
+    }
+
+    /// Its quarters, in Morton order.
+    pub fn quarters(&self) -> [Self; 4] {
+        std::array::from_fn(|i| {
+            let corner = DVec2::new((i & 1) as f64, (i >> 1) as f64);
+            Self {
+                from: self.at(0.5 * corner),
+                to: self.at(0.5 * corner + 0.5),
+            }
+        })
+    }
+
+    /// Its corners, in order round it.
+    fn corners(&self) -> [DVec2; 4] {
+        [
+            self.from,
+            DVec2::new(self.to.x, self.from.y),
+            self.to,
+            DVec2::new(self.from.x, self.to.y),
+        ]
+    }
+}
+
+/// How a point emitter's intensity depends on direction.
+#[derive(Clone, Copy, Debug)]
+pub enum Falloff {
+    /// Not at all.
+    None,
+    /// A cone about the chart's frame axis: see [`Emitter::Spot`](crate::scene::Emitter::Spot).
+    Spot {
+        /// The cone's axis, a unit vector.
+        axis: DVec3,
+        /// Half the opening angle [rad].
+        cutoff_angle: f64,
+        /// Where the intensity starts to fall [rad].
+        beam_width: f64,
+    },
+}
+
+impl Falloff {
+    /// The factor on the intensity in a direction; for a spot linear in the angle to the axis
+    /// between `beam_width` and `cutoff_angle`.
+    #[inline]
+    pub fn factor(&self, direction: DVec3) -> f64 {
+        match *self {
+            Self::None => 1.0,
+            Self::Spot { axis, .. } => {
+                // atan2 keeps its accuracy near the axis, where acos loses half the digits.
+                self.at_angle(direction.cross(axis).length().atan2(direction.dot(axis)))
+            }
+        }
+    }
+
+    /// The factor at an angle [rad] to the axis.
+    #[inline]
+    pub fn at_angle(&self, angle: f64) -> f64 {
+        match *self {
+            Self::None => 1.0,
+            Self::Spot {
+                cutoff_angle,
+                beam_width,
+                ..
+            } => {
+                if angle <= beam_width {
+                    1.0
+                } else if angle >= cutoff_angle {
+                    0.0
+                } else {
+                    (cutoff_angle - angle) / (cutoff_angle - beam_width)
+                }
+            }
+        }
+    }
+}
+
+/// Two-dimensional coordinates over (a part of) an emitter's light.
+#[derive(Clone, Copy, Debug)]
+pub enum Chart {
+    /// A cube-map face about a point: direction ∝ a₁ x + a₂ y + a₃, x and y in [-1, 1].
+    Face {
+        /// Where the light starts.
+        origin: DVec3,
+        /// Right-handed orthonormal frame; the third looks through the face.
+        axes: [DVec3; 3],
+        /// Radiant intensity [W/sr].
+        intensity: Rgb,
+        /// Its dependence on direction.
+        falloff: Falloff,
+    },
+    /// Parallel light: coordinates are metres along two axes across it.
+    Parallel {
+        /// The point at coordinates (0, 0), before all geometry.
+        origin: DVec3,
+        /// Orthonormal, across the light.
+        across: [DVec3; 2],
+        /// The direction of travel.
+        direction: DVec3,
+        /// Irradiance across the light [W/m²].
+        irradiance: Rgb,
+    },
+    /// Light from a flat surface: coordinates are the projections of the direction on two axes
+    /// in the surface (Nusselt's analog), x² + y² < 1; the place on the surface is two more
+    /// dimensions.
+    Flat {
+        /// Where light starts.
+        area: Area,
+        /// Orthonormal frame; the third is the normal on the side that shines.
+        axes: [DVec3; 3],
+        /// Radiance [W/m²/sr].
+        radiance: Rgb,
+    },
+    /// Light from a ball: coordinates as of a face; the place on the disc that the ball shows
+    /// in that direction is two more dimensions.
+    Ball {
+        /// Middle of the ball.
+        center: DVec3,
+        /// Its radius.
+        radius: f64,
+        /// As of a face.
+        axes: [DVec3; 3],
+        /// Radiance [W/m²/sr].
+        radiance: Rgb,
+    },
+}
+
+/// One ray of a cell's light.
+#[derive(Clone, Copy, Debug)]
+pub struct Emission {
+    /// The ray.
+    pub ray: Ray,
+    /// The flux density there times the cell's measure [W]: the mean over uniform samples of
+    /// the cell is the cell's flux.
+    pub flux: Rgb,
+}
+
+impl Chart {
+    /// The patch of coordinates that holds all of the chart's light.
+    pub fn root(&self, specular: &Bounds) -> Patch {
+        match *self {
+            Self::Parallel { origin, across, .. } => {
+                let range = |axis: DVec3| {
+                    let middle = (specular.center() - origin).dot(axis);
+                    let reach = 0.5 * specular.extent().dot(axis.abs());
+                    // A hair more than the bounds, so that rounding loses nothing.
+                    let reach = reach * (1.0 + 1e-9);
+                    (middle - reach, middle + reach)
+                };
+                let (x, y) = (range(across[0]), range(across[1]));
+                Patch {
+                    from: DVec2::new(x.0, y.0),
+                    to: DVec2::new(x.1, y.1),
+                }
+            }
+            _ => Patch {
+                from: DVec2::NEG_ONE,
+                to: DVec2::ONE,
+            },
+        }
+    }
+
+    /// Whether the place light starts from needs two dimensions beside the chart's.
+    pub fn has_area(&self) -> bool {
+        matches!(self, Self::Flat { .. } | Self::Ball { .. })
+    }
+
+    /// Where light of a patch can go.
+    pub fn probe(&self, patch: &Patch) -> Probe {
+        match *self {
+            Self::Face { origin, axes, .. } => face_frustum(origin, 0.0, &axes, patch),
+            Self::Ball {
+                center,
+                radius,
+                axes,
+                ..
+            } => face_frustum(center, radius, &axes, patch),
+            Self::Parallel { origin, across, .. } => {
+                let offset = DVec2::new(origin.dot(across[0]), origin.dot(across[1]));
+                Probe::Prism {
+                    across,
+                    ranges: [
+                        [patch.from.x + offset.x, patch.to.x + offset.x],
+                        [patch.from.y + offset.y, patch.to.y + offset.y],
+                    ],
+                }
+            }
+            Self::Flat { area, axes, .. } => {
+                let (apex, apex_radius) = area.ball();
+                let (axis, half_angle) = hemisphere_cone(patch);
+                Probe::Cone {
+                    apex,
+                    axis: axes[0] * axis.x + axes[1] * axis.y + axes[2] * axis.z,
+                    half_angle,
+                    apex_radius,
+                }
+            }
+        }
+    }
+
+    /// The flux of a patch [W]: exact but for spots, where it is an upper bound, and for patches
+    /// across the rim of a flat emitter's hemisphere, where it counts the whole patch. Zero only
+    /// where there is none.
+    pub fn flux_bound(&self, patch: &Patch) -> Rgb {
+        match *self {
+            Self::Face {
+                axes,
+                intensity,
+                falloff,
+                ..
+            } => {
+                let nearest = match falloff {
+                    Falloff::None => 1.0,
+                    Falloff::Spot { axis, .. } => {
+                        let middle = face_direction(&axes, patch.at(DVec2::splat(0.5)));
+                        let radius = patch
+                            .corners()
+                            .iter()
+                            .map(|corner| middle.angle_between(face_direction(&axes, *corner)))
+                            .fold(0.0, f64::max);
+                        falloff.at_angle((middle.angle_between(axis) - radius * 1.001).max(0.0))
+                    }
+                };
+                intensity * (nearest * rectangle_solid_angle(patch))
+            }
+            Self::Ball {
+                radius, radiance, ..
+            } => radiance * (PI * radius * radius * rectangle_solid_angle(patch)),
+            Self::Parallel { irradiance, .. } => irradiance * patch.area(),
+            Self::Flat { area, radiance, .. } => {
+                if nearest_to_zero(patch).length_squared() >= 1.0 {
+                    return Rgb::BLACK;
+                }
+                radiance * (area.area() * patch.area())
+            }
+        }
+    }
+
+    /// The ray at fractions `at` across a patch, and at `start` across the emitter's surface
+    /// where it has one.
+    #[inline]
+    pub fn emit(&self, patch: &Patch, at: DVec2, start: DVec2) -> Emission {
+        let place = patch.at(at);
+        match *self {
+            Self::Face {
+                origin,
+                axes,
+                intensity,
+                falloff,
+            } => {
+                let (direction, jacobian) = face_sample(&axes, place);
+                let density = jacobian * falloff.factor(direction);
+                Emission {
+                    ray: Ray::new(origin, direction),
+                    flux: intensity * (density * patch.area()),
+                }
+            }
+            Self::Ball {
+                center,
+                radius,
+                axes,
+                radiance,
+            } => {
+                let (direction, jacobian) = face_sample(&axes, place);
+                let (sin, cos) = (2.0 * PI * start.y).sin_cos();
+                let (s, t) = direction.any_orthonormal_pair();
+                let across = start.x.sqrt();
+                let forward = (1.0 - start.x).max(0.0).sqrt();
+                let normal = (s * cos + t * sin) * across + direction * forward;
+                Emission {
+                    ray: surface_point(center + normal * radius, normal).spawn(direction),
+                    flux: radiance * (PI * radius * radius * jacobian * patch.area()),
+                }
+            }
+            Self::Parallel {
+                origin,
+                across,
+                direction,
+                irradiance,
+            } => Emission {
+                ray: Ray::new(
+                    origin + across[0] * place.x + across[1] * place.y,
+                    direction,
+                ),
+                flux: irradiance * patch.area(),
+            },
+            Self::Flat {
+                area,
+                axes,
+                radiance,
+            } => {
+                let height_squared = 1.0 - place.length_squared();
+                let lit = height_squared > 0.0;
+                let direction = (axes[0] * place.x
+                    + axes[1] * place.y
+                    + axes[2] * height_squared.max(0.0).sqrt())
+                .normalize();
+                Emission {
+                    ray: surface_point(area.point(start), axes[2]).spawn(direction),
+                    flux: if lit {
+                        radiance * (area.area() * patch.area())
+                    } else {
+                        Rgb::BLACK
+                    },
+                }
+            }
+        }
+    }
+}
+
+/// The unit vector through a point of a cube-map face.
+fn face_direction(axes: &[DVec3; 3], place: DVec2) -> DVec3 {
+    face_sample(axes, place).0
+}
+
+/// The unit vector through a point of a cube-map face, and solid angle per unit of face area
+/// there: (1 + x² + y²)^(−3/2).
+#[inline]
+fn face_sample(axes: &[DVec3; 3], place: DVec2) -> (DVec3, f64) {
+    let inverse_length = 1.0 / (1.0 + place.length_squared()).sqrt();
+    let direction = (axes[0] * place.x + axes[1] * place.y + axes[2]) * inverse_length;
+    (direction, inverse_length * inverse_length * inverse_length)
+}
+
+/// Solid angle [sr] of a patch of a cube-map face.
+///
+/// Ω = Σ ± atan(x y / √(1 + x² + y²)) over the corners, plus where x and y are both a patch's
+/// high or both its low coordinates.
+fn rectangle_solid_angle(patch: &Patch) -> f64 {
+    let corner = |x: f64, y: f64| (x * y).atan2((1.0 + x * x + y * y).sqrt());
+    corner(patch.to.x, patch.to.y) - corner(patch.from.x, patch.to.y)
+        - corner(patch.to.x, patch.from.y)
+        + corner(patch.from.x, patch.from.y)
+}
+
+fn face_frustum(apex: DVec3, apex_radius: f64, axes: &[DVec3; 3], patch: &Patch) -> Probe {
+    let [x, y, z] = *axes;
+    Probe::Frustum {
+        apex,
+        // Each plane holds the apex and one edge of the patch.
+        inward: [
+            (x - z * patch.from.x).normalize(),
+            (z * patch.to.x - x).normalize(),
+            (y - z * patch.from.y).normalize(),
+            (z * patch.to.y - y).normalize(),
+        ],
+        apex_radius,
+    }
+}
+
+/// The point of a patch nearest to (0, 0).
+fn nearest_to_zero(patch: &Patch) -> DVec2 {
+    DVec2::ZERO.clamp(patch.from, patch.to)
+}
+
+/// A cone (axis in the frame, half angle) round all unit vectors (x, y, √(1 − x² − y²)) with
+/// (x, y) in the patch: round a ball that holds the box they lie in.
+fn hemisphere_cone(patch: &Patch) -> (DVec3, f64) {
+    let height = |radius_squared: f64| (1.0 - radius_squared).max(0.0).sqrt();
+    let highest = height(nearest_to_zero(patch).length_squared());
+    let lowest = height(
+        patch
+            .corners()
+            .iter()
+            .map(|corner| corner.length_squared())
+            .fold(0.0, f64::max),
+    );
+    let from = patch.from.extend(lowest);
+    let to = patch.to.extend(highest);
+    let center = 0.5 * (from + to);
+    let radius = 0.5 * (to - from).length();
+    let length = center.length();
+    if radius >= length {
+        return (DVec3::Z, PI);
+    }
+    (center / length, (radius / length).asin())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_six_faces_make_a_whole_sphere() {
+        let root = Patch {
+            from: DVec2::NEG_ONE,
+            to: DVec2::ONE,
+        };
+        let sphere = 6.0 * rectangle_solid_angle(&root);
+        // Four arc tangents and three additions: a few units in the last place.
+        assert!((sphere - 4.0 * PI).abs() < 16.0 * f64::EPSILON * 4.0 * PI);
+        let quarters: f64 = root.quarters().iter().map(rectangle_solid_angle).sum();
+        assert!((6.0 * quarters - sphere).abs() < 16.0 * f64::EPSILON * sphere);
+    }
+
+    #[test]
+    fn a_patch_has_the_solid_angle_of_its_samples() {
+        let patch = Patch {
+            from: DVec2::new(-0.3, 0.2),
+            to: DVec2::new(0.5, 0.9),
+        };
+        let axes = [DVec3::X, DVec3::Y, DVec3::Z];
+        let n = 400;
+        let mut sum = 0.0;
+        for i in 0..n * n {
+            let at = DVec2::new((i % n) as f64 + 0.5, (i / n) as f64 + 0.5) / f64::from(n);
+            sum += face_sample(&axes, patch.at(at)).1;
+        }
+        let midpoint = sum * patch.area() / f64::from(n * n);
+        // The midpoint rule's error is about h²/24 · f″ · area, f″ of order 3, h = 1/400.
+        assert!((midpoint - rectangle_solid_angle(&patch)).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_probe_holds_every_ray_of_its_patch() {
+        let charts = [
+            Chart::Flat {
+                area: Area::Triangle([DVec3::ZERO, DVec3::X, DVec3::new(0.2, 0.7, 0.1)]),
+                axes: [DVec3::X, DVec3::Y, DVec3::Z],
+                radiance: Rgb::WHITE,
+            },
+            Chart::Ball {
+                center: DVec3::new(1.0, 2.0, 3.0),
+                radius: 0.5,
+                axes: [DVec3::Y, DVec3::Z, DVec3::X],
+                radiance: Rgb::WHITE,
+            },
+            Chart::Face {
+                origin: DVec3::new(5.0, 0.0, -1.0),
+                axes: [DVec3::Z, DVec3::X, DVec3::Y],
+                intensity: Rgb::WHITE,
+                falloff: Falloff::None,
+            },
+            Chart::Parallel {
+                origin: DVec3::new(5.0, 0.0, -1.0),
+                across: [DVec3::X, DVec3::Y],
+                direction: DVec3::Z,
+                irradiance: Rgb::WHITE,
+            },
+        ];
+        let steps = [0.0, 0.25, 0.5, 0.75, 1.0];
+        for chart in &charts {
+            let mut patches = vec![chart.root(&Bounds::from_points([DVec3::ZERO, DVec3::ONE]))];
+            for _ in 0..4 {
+                patches = patches.iter().flat_map(Patch::quarters).collect();
+            }
+            for patch in &patches {
+                let probe = chart.probe(patch);
+                for (i, j, k, l) in itertools(&steps) {
+                    let emission = chart.emit(patch, DVec2::new(i, j), DVec2::new(k, l));
+                    if emission.flux.is_black() {
+                        continue;
+                    }
+                    assert!(!chart.flux_bound(patch).is_black());
+                    for distance in [0.0, 0.1, 3.0, 1e3] {
+                        let point = emission.ray.at(distance);
+                        assert!(probe.may_overlap_ball(point, 0.0), "{chart:?} {patch:?}");
+                    }
+                }
+            }
+        }
+    }
+
+    fn itertools(steps: &[f64]) -> impl Iterator<Item = (f64, f64, f64, f64)> {
+        steps.iter().flat_map(move |a| {
+            steps.iter().flat_map(move |b| {
+                steps
+                    .iter()
+                    .flat_map(move |c| steps.iter().map(move |d| (*a, *b, *c, *d)))
+            })
+        })
+    }
+}

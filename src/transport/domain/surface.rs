@@ -1,0 +1,209 @@
+//! Surfaces that shine, in parts that can be sampled.
+
+use std::f64::consts::PI;
+
+use glam::{DVec2, DVec3};
+
+use crate::geometry::{Shape, SurfacePoint};
+
+/// A flat piece of an emitter's surface.
+#[derive(Clone, Copy, Debug)]
+pub enum Area {
+    /// origin + u e₁ + v e₂.
+    Parallelogram {
+        /// A corner.
+        origin: DVec3,
+        /// The edges from it.
+        edges: [DVec3; 2],
+    },
+    /// A triangle.
+    Triangle([DVec3; 3]),
+    /// A disc, or an ellipse: center + r (cos φ a₁ + sin φ a₂).
+    Disk {
+        /// Its middle.
+        center: DVec3,
+        /// Two conjugate half axes.
+        axes: [DVec3; 2],
+    },
+}
+
+impl Area {
+    /// The point at (u, v) in [0, 1)², by a map that keeps areas in proportion.
+    #[inline]
+    pub fn point(&self, at: DVec2) -> DVec3 {
+        match *self {
+            Self::Parallelogram { origin, edges } => origin + edges[0] * at.x + edges[1] * at.y,
+            Self::Triangle([a, b, c]) => {
+                // Turk 1990: the density of √u cancels the narrowing towards the corner.
+                let root = at.x.sqrt();
+                a * (1.0 - root) + b * (root * (1.0 - at.y)) + c * (root * at.y)
+            }
+            Self::Disk { center, axes } => {
+                let (sin, cos) = (2.0 * PI * at.y).sin_cos();
+                center + (axes[0] * cos + axes[1] * sin) * at.x.sqrt()
+            }
+        }
+    }
+
+    /// Area [m²].
+    pub fn area(&self) -> f64 {
+        match *self {
+            Self::Parallelogram { edges: [a, b], .. } => a.cross(b).length(),
+            Self::Triangle([a, b, c]) => 0.5 * (b - a).cross(c - a).length(),
+            Self::Disk { axes: [a, b], .. } => PI * a.cross(b).length(),
+        }
+    }
+
+    /// Middle and radius of a ball that holds it.
+    pub fn ball(&self) -> (DVec3, f64) {
+        let points: Vec<DVec3> = match *self {
+            Self::Parallelogram { origin, edges: [a, b] } => {
+                vec![origin, origin + a, origin + b, origin + a + b]
+            }
+            Self::Triangle(corners) => corners.to_vec(),
+            Self::Disk { center, axes: [a, b] } => {
+                vec![center + a + b, center + a - b, center - a + b, center - a - b]
+            }
+        };
+        let center = points.iter().sum::<DVec3>() / points.len() as f64;
+        let radius = points
+            .iter()
+            .map(|point| point.distance(center))
+            .fold(0.0, f64::max);
+        (center, radius)
+    }
+}
+
+/// A part of a shining surface.
+#[derive(Clone, Copy, Debug)]
+pub enum Part {
+    /// A flat one, and the unit normal on the side that shines.
+    Flat(Area, DVec3),
+    /// A whole ball, shining outward.
+    Ball {
+        /// Its middle.
+        center: DVec3,
+        /// Its radius.
+        radius: f64,
+    },
+}
+
+impl Part {
+    fn area(&self) -> f64 {
+        match self {
+            Self::Flat(area, _) => area.area(),
+            Self::Ball { radius, .. } => 4.0 * PI * radius * radius,
+        }
+    }
+}
+
+/// A shining surface.
+#[derive(Clone, Debug)]
+pub struct LightSurface {
+    parts: Vec<Part>,
+    /// Sum of the areas of all parts up to and with each.
+    cumulative: Vec<f64>,
+}
+
+/// Meshes of more triangles are refused: each triangle has charts of its own, and they would
+/// not fit the number of cells.
+pub const MAX_TRIANGLES: usize = 1024;
+
+impl LightSurface {
+    /// The parts of a shape; `None` where the shape is not modelled as a light: a cylinder, a
+    /// ball that shines inward, a mesh of more than [`MAX_TRIANGLES`] triangles.
+    pub fn new(shape: &Shape) -> Option<Self> {
+        let parts: Vec<Part> = match shape {
+            Shape::Rectangle(rectangle) => {
+                // In 4 x 4 parts: a smaller start makes a tighter test of where its light goes.
+                const PARTS: u32 = 4;
+                let whole = rectangle.edges();
+                let corner = rectangle.center() - 0.5 * (whole[0] + whole[1]);
+                let edges = whole.map(|edge| edge / f64::from(PARTS));
+                (0..PARTS * PARTS)
+                    .map(|i| {
+                        let (u, v) = (f64::from(i % PARTS), f64::from(i / PARTS));
+                        let origin = corner + edges[0] * u + edges[1] * v;
+                        Part::Flat(Area::Parallelogram { origin, edges }, rectangle.normal())
+                    })
+                    .collect()
+            }
+            Shape::Disk(disk) => {
+                let area = Area::Disk {
+                    center: disk.center(),
+                    axes: disk.half_axes(),
+                };
+                vec![Part::Flat(area, disk.normal())]
+            }
+            Shape::Sphere(sphere) if !sphere.is_inward() => vec![Part::Ball {
+                center: sphere.center(),
+                radius: sphere.radius(),
+            }],
+            Shape::Mesh(mesh) if mesh.triangle_count() <= MAX_TRIANGLES => (0..mesh
+                .triangle_count()
+                as u32)
+                .map(|face| {
+                    let normal = mesh.face_normal(face);
+                    Part::Flat(Area::Triangle(mesh.corners(face)), normal)
+                })
+                .filter(|part| part.area() > 0.0)
+                .collect(),
+            _ => return None,
+        };
+        let mut sum = 0.0;
+        let cumulative = parts
+            .iter()
+            .map(|part| {
+                sum += part.area();
+                sum
+            })
+            .collect();
+        Some(Self { parts, cumulative })
+    }
+
+    /// The parts.
+    pub fn parts(&self) -> &[Part] {
+        &self.parts
+    }
+
+    /// All of the surface [m²].
+    pub fn area(&self) -> f64 {
+        self.cumulative.last().copied().unwrap_or(0.0)
+    }
+
+    /// A point and its normal at `at` in [0, 1)²: uniform over the surface.
+    pub fn sample(&self, at: DVec2) -> Option<SurfacePoint> {
+        let wanted = at.x * self.area();
+        let index = self
+            .cumulative
+            .partition_point(|sum| *sum <= wanted)
+            .min(self.parts.len().checked_sub(1)?);
+        let before = if index == 0 { 0.0 } else { self.cumulative[index - 1] };
+        let part = &self.parts[index];
+        let across = ((wanted - before) / part.area()).clamp(0.0, 1.0);
+        let at = DVec2::new(across, at.y);
+        Some(match part {
+            Part::Flat(area, normal) => surface_point(area.point(at), *normal),
+            Part::Ball { center, radius } => {
+                // Archimedes: belts of equal height have equal area.
+                let height = 1.0 - 2.0 * at.x;
+                let out = 2.0 * (at.x * (1.0 - at.x)).sqrt();
+                let (sin, cos) = (2.0 * PI * at.y).sin_cos();
+                let normal = DVec3::new(out * cos, out * sin, height).normalize();
+                surface_point(*center + normal * *radius, normal)
+            }
+        })
+    }
+}
+
+/// A point on an emitter, with room for the rounding of its place: eight roundings, each at
+/// most half a unit in the last place of the coordinate sums.
+pub fn surface_point(position: DVec3, normal: DVec3) -> SurfacePoint {
+    SurfacePoint {
+        position,
+        position_error: position.abs() * (8.0 * f64::EPSILON),
+        geometric_normal: normal,
+        shading_normal: normal,
+        uv: DVec2::ZERO,
+    }
+}

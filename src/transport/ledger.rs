@@ -1,0 +1,121 @@
+//! Where all the flux went.
+
+use std::collections::BTreeMap;
+
+use super::signature::Signature;
+use crate::radiometry::Rgb;
+
+/// How the flux of a chain ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Fate {
+    /// In a texel of the sensor.
+    Received,
+    /// In a texel of the sensor, without any specular event: measured by quadrature instead.
+    Direct,
+    /// Left the scene.
+    Escaped,
+    /// On a surface: a diffuse one, a metal's or filter's share, the back of a mirror, or where
+    /// a shading normal contradicts the true one.
+    Absorbed,
+    /// Followed to the deepest level that the settings allow.
+    CutOff,
+}
+
+impl Fate {
+    /// All fates, in the order of a [`Row`]'s sums.
+    pub const ALL: [Self; 5] = [
+        Self::Received,
+        Self::Direct,
+        Self::Escaped,
+        Self::Absorbed,
+        Self::CutOff,
+    ];
+
+    /// Its place in [`Fate::ALL`].
+    #[inline]
+    pub fn index(self) -> usize {
+        self as usize
+    }
+}
+
+/// The flux that ended after one sequence of events, by fate [W].
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
+pub struct Row {
+    /// In a texel of the sensor.
+    pub received: Rgb,
+    /// In a texel, without a specular event.
+    pub direct: Rgb,
+    /// Left the scene.
+    pub escaped: Rgb,
+    /// On a surface.
+    pub absorbed: Rgb,
+    /// Past the deepest level.
+    pub cut_off: Rgb,
+}
+
+impl Row {
+    /// The row with these sums, in the order of [`Fate::ALL`].
+    pub fn from_fates(fates: [Rgb; 5]) -> Self {
+        let [received, direct, escaped, absorbed, cut_off] = fates;
+        Self {
+            received,
+            direct,
+            escaped,
+            absorbed,
+            cut_off,
+        }
+    }
+
+    /// All of it [W].
+    pub fn total(&self) -> Rgb {
+        self.received + self.direct + self.escaped + self.absorbed + self.cut_off
+    }
+}
+
+/// Where all traced flux went [W].
+///
+/// `emitted + shading_gain = Σ rows` to rounding, per channel. `shading_gain` is zero unless
+/// adjoint shading normals scale flux.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Ledger {
+    /// Flux that photons left their emitters with.
+    pub emitted: Rgb,
+    /// Flux that adjoint shading normals added; may be negative.
+    pub shading_gain: Rgb,
+    /// One row a signature, of the events before the end; rows past the kept signatures are
+    /// together in `other`.
+    pub rows: BTreeMap<Signature, Row>,
+    /// Flux of signatures that have no row of their own.
+    pub other: Row,
+}
+
+impl Ledger {
+    /// Flux by fate over all signatures [W].
+    pub fn sum(&self) -> Row {
+        let mut sum = self.other;
+        for row in self.rows.values() {
+            sum.received += row.received;
+            sum.direct += row.direct;
+            sum.escaped += row.escaped;
+            sum.absorbed += row.absorbed;
+            sum.cut_off += row.cut_off;
+        }
+        sum
+    }
+
+    /// |emitted + gain − Σ rows| / emitted, the worst channel; 0 where nothing was emitted.
+    pub fn closure_error(&self) -> f64 {
+        let total = self.sum().total();
+        let mut worst: f64 = 0.0;
+        for c in 0..3 {
+            let expected = self.emitted.0[c] + self.shading_gain.0[c];
+            let scale = self.emitted.0[c].abs();
+            if scale > 0.0 {
+                worst = worst.max((expected - total.0[c]).abs() / scale);
+            } else {
+                worst = worst.max(total.0[c].abs());
+            }
+        }
+        worst
+    }
+}
