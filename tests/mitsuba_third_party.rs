@@ -6,7 +6,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use nephroid::mitsuba::{LoadError, load_parts};
+use nephroid::mitsuba::{LoadError, load};
 
 /// Path below the folder, and what becomes of the file.
 const OUTCOMES: &str = include_str!("mitsuba_third_party.txt");
@@ -27,15 +27,15 @@ fn every_third_party_scene_does_what_the_table_says() {
     let mut loaded = 0;
     let mut found = String::new();
     for file in &files {
-        let outcome = match load_parts(file, &[]) {
-            Ok(parts) => {
+        let outcome = match load(file, &[]) {
+            Ok(scene) => {
                 // Files without shapes are parts to be included by others.
-                loaded += usize::from(!parts.shapes.is_empty());
+                loaded += usize::from(!scene.objects().is_empty());
                 format!(
                     "loads: {} shapes, {} emitters, {} sensors",
-                    parts.shapes.len(),
-                    parts.emitters.len(),
-                    parts.sensors.len()
+                    scene.objects().len(),
+                    scene.emitters().len(),
+                    scene.sensors().len()
                 )
             }
             Err(error) => essence(&error, &folder),

@@ -222,7 +222,14 @@ impl Accumulator {
     pub fn merge(&mut self, other: &Self) -> Result<(), AccumulatorError> {
         self.check_like(other)?;
         if self.counts.is_some() != other.counts.is_some() {
-            let counts = |a: &Self| if a.counts.is_some() { "with" } else { "without" }.to_owned();
+            let counts = |a: &Self| {
+                if a.counts.is_some() {
+                    "with"
+                } else {
+                    "without"
+                }
+                .to_owned()
+            };
             return Err(AccumulatorError::Mismatch {
                 field: "counts",
                 left: counts(self),
@@ -312,7 +319,10 @@ impl Accumulator {
             [
                 ("texels", a.texels.to_string()),
                 ("channels", a.channels.to_string()),
-                ("the exponent of their quantum", a.scale.exponent().to_string()),
+                (
+                    "the exponent of their quantum",
+                    a.scale.exponent().to_string(),
+                ),
             ]
         };
         for ((field, left), (_, right)) in layout(self).into_iter().zip(layout(other)) {

@@ -7,9 +7,7 @@ use glam::DVec2;
 use super::{Bounds, Hit, Mesh, Ray, Shape, SurfacePoint, accel::BoxTree, triangle::ShearedRay};
 
 /// Work done while searching.
-#[derive(
-    Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize,
-)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct TraversalCounters {
     /// Rays searched for.
     pub rays: u64,

@@ -152,9 +152,7 @@ impl DirectLight<'_> {
                 }
             }
             let mixed = lit > 0 && dark > 0 && !unshadowed.is_black();
-            if (mixed && leaf.level < SHADOW_LEVELS)
-                || self.is_coarse(texel, &leaf, emitter)
-            {
+            if (mixed && leaf.level < SHADOW_LEVELS) || self.is_coarse(texel, &leaf, emitter) {
                 for (i, j) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)] {
                     pending.push(Leaf {
                         from: leaf.from + DVec2::new(i, j) * (0.5 * leaf.size),
@@ -325,4 +323,3 @@ fn from_point(
     let factor = falloff.factor(-towards) * cos / (distance * distance);
     (intensity * factor, towards, distance)
 }
-

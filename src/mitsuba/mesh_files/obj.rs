@@ -261,6 +261,58 @@ mod tests {
         assert_eq!(parts.triangles, [[0, 1, 2], [0, 2, 3], [0, 3, 4]]);
     }
 
+    /// tobj triangulates convex polygons as fans, too, and keeps single precision.
+    #[test]
+    fn corners_are_those_that_tobj_reads() {
+        let size = 20;
+        let mut text = String::new();
+        for row in 0..=size {
+            for column in 0..=size {
+                let (x, y) = (f64::from(column) / 7.0, f64::from(row) / 3.0);
+                text += &format!("v {x} {y} {}\nvt {} {}\n", (x * y).sin(), x / 9.0, y / 9.0);
+            }
+        }
+        text += "vn 0 0 1\nvn 0 0.6 0.8\nvn 1e-3 0 1\n";
+        for row in 0..size {
+            for column in 0..size {
+                let first = 1 + row * (size + 1) + column;
+                let ring = [first, first + 1, first + size + 2, first + size + 1];
+                let corner = |index: &i32| format!(" {index}/{index}/{}", 1 + (index + row) % 3);
+                text += &format!("f{}\n", ring.iter().map(corner).collect::<String>());
+            }
+        }
+        let options = tobj::LoadOptions {
+            triangulate: true,
+            single_index: true,
+            ..tobj::LoadOptions::default()
+        };
+        let no_materials = |_: &std::path::Path| Err(tobj::LoadError::GenericFailure);
+        let (models, _) = tobj::load_obj_buf(&mut text.as_bytes(), &options, no_materials).unwrap();
+        let [model] = &models[..] else {
+            panic!("{} models", models.len())
+        };
+        let (theirs, ours) = (&model.mesh, parse(text.as_bytes()).unwrap());
+        assert_eq!(theirs.positions.len(), 3 * ours.positions.len());
+        assert_eq!(theirs.indices.len(), 3 * ours.triangles.len());
+        let (normals, uvs) = (ours.normals.unwrap(), ours.uvs.unwrap());
+        for (their_vertex, our_vertex) in theirs.indices.iter().zip(ours.triangles.iter().flatten())
+        {
+            let (theirs_at, ours_at) = (*their_vertex as usize, *our_vertex as usize);
+            assert_eq!(
+                theirs.positions[3 * theirs_at..][..3],
+                ours.positions[ours_at].as_vec3().to_array()
+            );
+            assert_eq!(
+                theirs.normals[3 * theirs_at..][..3],
+                normals[ours_at].as_vec3().to_array()
+            );
+            assert_eq!(
+                theirs.texcoords[2 * theirs_at..][..2],
+                uvs[ours_at].as_vec2().to_array()
+            );
+        }
+    }
+
     #[test]
     fn decimals_keep_double_precision() {
         let parts = parse(b"v 0.1 1e-300 3\nv 1 0 0\nv 1 1 0\nf 1 2 3").unwrap();
