@@ -147,7 +147,10 @@ impl<'a> Inspection<'a> {
 
     fn print(&self) {
         println!("{}", self.scene);
-        println!("\nshapes ({} kB in memory)", self.memory_bytes.div_ceil(1000));
+        println!(
+            "\nshapes ({} kB in memory)",
+            self.memory_bytes.div_ceil(1000)
+        );
         for shape in &self.shapes {
             let mesh = shape.mesh.as_ref().map_or_else(String::new, |mesh| {
                 format!(
@@ -157,7 +160,10 @@ impl<'a> Inspection<'a> {
                     mesh.components
                 )
             });
-            println!("  {} ({}): {}{mesh}", shape.id, shape.plugin, shape.material);
+            println!(
+                "  {} ({}): {}{mesh}",
+                shape.id, shape.plugin, shape.material
+            );
         }
         println!("\nemitters");
         for emitter in &self.emitters {
@@ -168,12 +174,18 @@ impl<'a> Inspection<'a> {
         for sensor in &self.sensors {
             let on = sensor.on.map_or_else(String::new, |on| format!(" on {on}"));
             let [width, height] = sensor.size;
-            println!("  {} ({}){on}: {width} x {height}", sensor.id, sensor.plugin);
+            println!(
+                "  {} ({}){on}: {width} x {height}",
+                sensor.id, sensor.plugin
+            );
         }
         println!("\nrequires modelled");
         for requirement in &self.requirements {
             let needed = if requirement.needed { "yes" } else { "no " };
-            println!("  {needed}  {}: {}", requirement.feature, requirement.reason);
+            println!(
+                "  {needed}  {}: {}",
+                requirement.feature, requirement.reason
+            );
         }
         if !self.ignored.is_empty() {
             println!("\nignored");

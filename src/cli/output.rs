@@ -112,10 +112,7 @@ fn image(run: &Run, summary: &Summary) -> anyhow::Result<Image> {
     image.add_metadata("seed", run.settings.seed.to_string());
     image.add_metadata("version", env!("CARGO_PKG_VERSION"));
     image.add_metadata("photons", estimate.paths.to_string());
-    image.add_metadata(
-        "complete",
-        if estimate.incomplete { "no" } else { "yes" },
-    );
+    image.add_metadata("complete", if estimate.incomplete { "no" } else { "yes" });
     image.add_metadata("warnings", serde_json::to_string(&summary.warnings)?);
     image.add_metadata("conventions", CONVENTIONS);
     Ok(image)

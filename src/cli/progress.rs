@@ -54,9 +54,9 @@ fn draw(bar: &ProgressBar, progress: &Progress, elapsed: Duration) {
     bar.set_position(photons);
     let rate = photons as f64 / elapsed.as_secs_f64();
     let left = (expected.saturating_sub(photons)) as f64 / rate.max(1.0);
-    let error = progress
-        .relative_error()
-        .map_or_else(String::new, |error| format!(", error {:.2} %", 100.0 * error));
+    let error = progress.relative_error().map_or_else(String::new, |error| {
+        format!(", error {:.2} %", 100.0 * error)
+    });
     bar.set_message(format!(
         "{:.1} of {:.1} M photons, {:.2} M/s{error}, {left:.0} s left",
         photons as f64 / 1e6,

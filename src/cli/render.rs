@@ -69,11 +69,13 @@ pub fn render(args: &RenderArgs) -> anyhow::Result<Outcome> {
         warnings,
     };
     finish(&run, &path, args.json)?;
-    Ok(if progress.stop.load(Ordering::Relaxed) || estimate.incomplete {
-        Outcome::Incomplete
-    } else {
-        Outcome::Complete
-    })
+    Ok(
+        if progress.stop.load(Ordering::Relaxed) || estimate.incomplete {
+            Outcome::Incomplete
+        } else {
+            Outcome::Complete
+        },
+    )
 }
 
 /// Reads a scene.

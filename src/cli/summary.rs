@@ -108,8 +108,12 @@ impl Summary {
             .map(|(signature, row)| (signature.to_string(), *row))
             .collect();
         rows.push((LayerName::Other.to_string(), ledger.other));
-        let mut warnings: Vec<String> =
-            run.scene.warnings().iter().map(ToString::to_string).collect();
+        let mut warnings: Vec<String> = run
+            .scene
+            .warnings()
+            .iter()
+            .map(ToString::to_string)
+            .collect();
         warnings.extend(run.warnings.iter().cloned());
         Self {
             scene: run.scene.path().display().to_string(),

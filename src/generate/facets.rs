@@ -31,9 +31,9 @@ pub fn equilateral_prism(side: f64, length: f64) -> MeshParts {
 pub struct BrilliantCut {
     /// Radius of the octagonal table's corners.
     pub table: f64,
-    /// Angle of the kite facets to the table [rad].
+    /// Angle of the kite facets to the table (rad).
     pub crown_angle: f64,
-    /// Angle of the pavilion's main facets to the table [rad].
+    /// Angle of the pavilion's main facets to the table (rad).
     pub pavilion_angle: f64,
     /// Radius at which a star facet's tip lies.
     pub star: f64,

@@ -11,16 +11,20 @@ use crate::geometry::MeshParts;
 /// else `int` (Mitsuba reads both, and the narrow form saves half of the faces' bytes).
 /// `comment` becomes the header's comment lines, one a line of text.
 ///
-/// Coordinates are rounded to the nearest `f32`. UVs are not written.
+/// Coordinates are rounded to the nearest `f32`. UVs are not written, nor normals that are not one a position.
 ///
 /// # Errors
 ///
 /// What `out` reports.
 pub fn write_ply(mesh: &MeshParts, comment: &str, out: &mut impl Write) -> io::Result<()> {
     let narrow = mesh.positions.len() <= 1 << 16;
-    let mut bytes = header(mesh, comment, narrow).into_bytes();
+    let normals = mesh
+        .normals
+        .as_ref()
+        .filter(|normals| normals.len() == mesh.positions.len());
+    let mut bytes = header(mesh, comment, normals.is_some(), narrow).into_bytes();
     for (i, position) in mesh.positions.iter().enumerate() {
-        let normal = mesh.normals.as_ref().map(|normals| normals[i]);
+        let normal = normals.map(|normals| normals[i]);
         for coordinate in position.to_array() {
             bytes.extend((coordinate as f32).to_le_bytes());
         }
@@ -41,14 +45,14 @@ pub fn write_ply(mesh: &MeshParts, comment: &str, out: &mut impl Write) -> io::R
     out.write_all(&bytes)
 }
 
-fn header(mesh: &MeshParts, comment: &str, narrow: bool) -> String {
+fn header(mesh: &MeshParts, comment: &str, with_normals: bool, narrow: bool) -> String {
     let mut lines = vec![
         "ply".to_owned(),
         "format binary_little_endian 1.0".to_owned(),
     ];
     lines.extend(comment.lines().map(|line| format!("comment {line}")));
     lines.push(format!("element vertex {}", mesh.positions.len()));
-    let coordinates: &[&str] = if mesh.normals.is_some() {
+    let coordinates: &[&str] = if with_normals {
         &["x", "y", "z", "nx", "ny", "nz"]
     } else {
         &["x", "y", "z"]

@@ -3,6 +3,8 @@
 mod accel;
 mod bounds;
 mod mesh;
+mod mesh_tree;
+mod nearest;
 mod ray;
 mod rounding;
 mod shape;

@@ -69,9 +69,9 @@ impl ShearedRay {
         }
     }
 
-    #[inline(always)]
-    fn image(&self, vertex: DVec3) -> Image {
-        let v = vertex.to_array();
+    #[inline]
+    fn image(&self, vertex: &DVec3) -> Image {
+        let v: &[f64; 3] = vertex.as_ref();
         let [x, y, z] = self.axes;
         let depth = v[z] - self.origin[z];
         Image {
@@ -83,8 +83,9 @@ impl ShearedRay {
 
     /// Where the ray meets the triangle at a distance > 0; both sides and the border count.
     #[inline]
-    pub(super) fn intersect(&self, vertices: [DVec3; 3]) -> Option<TriangleHit> {
-        let [a, b, c] = vertices.map(|vertex| self.image(vertex));
+    pub(super) fn intersect(&self, vertices: &[DVec3; 3]) -> Option<TriangleHit> {
+        let [a, b, c] = vertices;
+        let (a, b, c) = (self.image(a), self.image(b), self.image(c));
         let mut weights = [edge(&c, &b), edge(&a, &c), edge(&b, &a)];
         if weights.contains(&0.0) {
             weights = [exact_edge(&c, &b), exact_edge(&a, &c), exact_edge(&b, &a)];
@@ -109,7 +110,7 @@ impl ShearedRay {
 }
 
 /// Twice the signed area of the triangle (origin, p, q), rounded; zero or of the right sign.
-#[inline(always)]
+#[inline]
 fn edge(p: &Image, q: &Image) -> f64 {
     p.x * q.y - p.y * q.x
 }

@@ -4,12 +4,15 @@ use std::fmt;
 
 use glam::DVec2;
 
-use super::{Bounds, Hit, Mesh, Ray, Shape, SurfacePoint, accel::BoxTree, triangle::ShearedRay};
+use super::{
+    Bounds, Hit, Ray, Shape, SurfacePoint,
+    accel::{BoxTree, Lanes, LeafVisitor, LocalRay},
+    mesh_tree::MeshTree,
+    nearest::Nearest,
+};
 
 /// Work done while searching.
-#[derive(
-    Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize,
-)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct TraversalCounters {
     /// Rays searched for.
     pub rays: u64,
@@ -40,38 +43,8 @@ pub struct World {
     over_shapes: Option<BoxTree>,
 }
 
-/// A tree over a mesh's distinct faces.
-struct MeshTree {
-    tree: BoxTree,
-    /// The face of each box.
-    faces: Vec<u32>,
-}
-
 /// Up to here, trying all shapes costs less than a walk down a tree (see `benches/traversal.rs`).
 const LINEAR_SEARCH_LIMIT: usize = 8;
-
-/// The nearest hit so far.
-struct Nearest {
-    limit: f64,
-    hit: Option<Hit>,
-}
-
-impl Nearest {
-    /// Takes the hit if it is nearer, or as near and first in (shape, face): a rule that does not
-    /// depend on the order in which hits are found.
-    #[inline]
-    fn offer(&mut self, hit: Hit) {
-        let nearer = hit.distance < self.limit
-            || (hit.distance == self.limit
-                && self
-                    .hit
-                    .is_some_and(|best| (hit.shape, hit.face) < (best.shape, best.face)));
-        if nearer {
-            self.limit = hit.distance;
-            self.hit = Some(hit);
-        }
-    }
-}
 
 impl World {
     /// Builds the trees.
@@ -126,23 +99,26 @@ impl World {
         counters: &mut TraversalCounters,
     ) -> Option<Hit> {
         counters.rays += 1;
-        let mut nearest = Nearest {
-            limit: max_distance,
-            hit: None,
-        };
+        let mut nearest = Nearest::before(max_distance);
         if let Some(tree) = &self.over_shapes {
-            if let Some(local) = tree.enter(ray, max_distance) {
-                tree.traverse(&local, |shape| {
+            let mut search = ShapeSearch {
+                tree,
+                visit: |shape| {
                     self.search_shape(shape, ray, &mut nearest, counters);
-                    nearest.limit
-                });
+                    nearest.limit()
+                },
+                limit: max_distance,
+            };
+            if let Some(local) = tree.enter(ray, max_distance) {
+                let visits = tree.search(&local, max_distance, &mut search);
+                counters.node_visits += visits;
             }
         } else {
             for shape in 0..self.shapes.len() as u32 {
                 self.search_shape(shape, ray, &mut nearest, counters);
             }
         }
-        nearest.hit
+        nearest.hit()
     }
 
     #[inline]
@@ -153,10 +129,8 @@ impl World {
         nearest: &mut Nearest,
         counters: &mut TraversalCounters,
     ) {
-        if let Shape::Mesh(mesh) = &self.shapes[shape as usize] {
-            if let Some(tree) = &self.trees[shape as usize] {
-                tree.closest_hit(mesh, shape, ray, nearest, counters);
-            }
+        if let Some(tree) = &self.trees[shape as usize] {
+            tree.closest_hit(shape, ray, nearest, counters);
         } else {
             counters.primitive_tests += 1;
             if let Some(hit) = self.analytic_hit(shape, ray) {
@@ -195,10 +169,8 @@ impl World {
     ) -> bool {
         counters.rays += 1;
         let mut blocked_by = |shape: u32| {
-            if let Shape::Mesh(mesh) = &self.shapes[shape as usize] {
-                self.trees[shape as usize].as_ref().is_some_and(|tree| {
-                    tree.any_hit(mesh, shape, ray, max_distance, &mut blocks, counters)
-                })
+            if let Some(tree) = &self.trees[shape as usize] {
+                tree.any_hit(shape, ray, max_distance, &mut blocks, counters)
             } else {
                 counters.primitive_tests += 1;
                 self.analytic_hit(shape, ray)
@@ -207,15 +179,22 @@ impl World {
         };
         if let Some(tree) = &self.over_shapes {
             let mut blocked = false;
-            if let Some(local) = tree.enter(ray, max_distance) {
-                tree.traverse(&local, |shape| {
+            let mut search = ShapeSearch {
+                tree,
+                visit: |shape| {
                     blocked = blocked || blocked_by(shape);
+                    // Nothing is nearer than −∞: the search ends.
                     if blocked {
                         f64::NEG_INFINITY
                     } else {
                         max_distance
                     }
-                });
+                },
+                limit: max_distance,
+            };
+            if let Some(local) = tree.enter(ray, max_distance) {
+                let visits = tree.search(&local, max_distance, &mut search);
+                counters.node_visits += visits;
             }
             blocked
         } else {
@@ -264,10 +243,28 @@ impl World {
             .any(|shape| {
                 let shape = shape as usize;
                 match (&self.shapes[shape], &self.trees[shape]) {
-                    (Shape::Mesh(mesh), Some(tree)) => tree.any_box(mesh, &mut overlaps),
+                    (Shape::Mesh(_), Some(tree)) => tree.any_box(&mut overlaps),
                     (shape, _) => overlaps(&shape.bounds()),
                 }
             })
+    }
+}
+
+/// Looks at the shapes of the leaves visited.
+struct ShapeSearch<'a, F> {
+    tree: &'a BoxTree,
+    /// Looks at one shape; returns the new limit.
+    visit: F,
+    limit: f64,
+}
+
+impl<F: FnMut(u32) -> f64> LeafVisitor for ShapeSearch<'_, F> {
+    #[inline]
+    fn visit(&mut self, _lanes: impl Lanes, leaf: usize, _ray: &LocalRay) -> f64 {
+        for &shape in self.tree.leaf(leaf) {
+            self.limit = (self.visit)(shape);
+        }
+        self.limit
     }
 }
 
@@ -277,99 +274,5 @@ impl fmt::Debug for World {
             .field("shapes", &self.shapes.len())
             .field("bounds", &self.bounds)
             .finish_non_exhaustive()
-    }
-}
-
-impl MeshTree {
-    fn new(mesh: &Mesh) -> Self {
-        let faces = mesh.distinct_faces();
-        let boxes: Vec<Bounds> = faces
-            .iter()
-            .map(|&face| Bounds::from_points(mesh.corners(face)))
-            .collect();
-        Self {
-            tree: BoxTree::new(&boxes),
-            faces,
-        }
-    }
-
-    fn memory_bytes(&self) -> usize {
-        self.tree.memory_bytes() + size_of_val(&*self.faces)
-    }
-
-    fn closest_hit(
-        &self,
-        mesh: &Mesh,
-        shape: u32,
-        ray: &Ray,
-        nearest: &mut Nearest,
-        counters: &mut TraversalCounters,
-    ) {
-        counters.node_visits += 1;
-        let Some(local) = self.tree.enter(ray, nearest.limit) else {
-            return;
-        };
-        let sheared = ShearedRay::new(ray);
-        self.tree.traverse(&local, |index| {
-            counters.primitive_tests += 1;
-            let face = self.faces[index as usize];
-            if let Some(hit) = sheared.intersect(mesh.corners(face)) {
-                nearest.offer(Hit {
-                    distance: hit.distance,
-                    shape,
-                    face,
-                    barycentric: DVec2::new(hit.b1, hit.b2),
-                });
-            }
-            nearest.limit
-        });
-    }
-
-    fn any_hit(
-        &self,
-        mesh: &Mesh,
-        shape: u32,
-        ray: &Ray,
-        max_distance: f64,
-        blocks: &mut impl FnMut(&Hit) -> bool,
-        counters: &mut TraversalCounters,
-    ) -> bool {
-        counters.node_visits += 1;
-        let Some(local) = self.tree.enter(ray, max_distance) else {
-            return false;
-        };
-        let sheared = ShearedRay::new(ray);
-        let mut blocked = false;
-        self.tree.traverse(&local, |index| {
-            if !blocked {
-                counters.primitive_tests += 1;
-                let face = self.faces[index as usize];
-                blocked = sheared
-                    .intersect(mesh.corners(face))
-                    .filter(|hit| hit.distance < max_distance)
-                    .is_some_and(|hit| {
-                        blocks(&Hit {
-                            distance: hit.distance,
-                            shape,
-                            face,
-                            barycentric: DVec2::new(hit.b1, hit.b2),
-                        })
-                    });
-            }
-            if blocked {
-                f64::NEG_INFINITY
-            } else {
-                max_distance
-            }
-        });
-        blocked
-    }
-
-    fn any_box(&self, mesh: &Mesh, overlaps: &mut impl FnMut(&Bounds) -> bool) -> bool {
-        self.tree.any_box(overlaps, &mut |index, overlaps| {
-            overlaps(&Bounds::from_points(
-                mesh.corners(self.faces[index as usize]),
-            ))
-        })
     }
 }

@@ -209,3 +209,193 @@ impl FromIterator<f64> for ExactSum {
         sum
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// A signed integer of 2304 bits in units of 2⁻¹⁰⁷⁵ (half the smallest double), two's
+    /// complement: room for any double, its half and sums of thousands. The test's own truth.
+    #[derive(Clone, PartialEq)]
+    struct Big([u64; 36]);
+
+    impl Big {
+        fn from_f64(value: f64) -> Self {
+            let bits = value.abs().to_bits();
+            let exponent = (bits >> 52).max(1) as usize;
+            let implicit = u64::from(bits >> 52 > 0) << 52;
+            let mantissa = (bits & ((1 << 52) - 1)) | implicit;
+            let mut big = [0; 36];
+            // 2^-1074 is the unit of exponent 1, and one place above our own.
+            let shifted = u128::from(mantissa) << (exponent % 64);
+            big[exponent / 64] = shifted as u64;
+            big[exponent / 64 + 1] = (shifted >> 64) as u64;
+            if value < 0.0 {
+                Self(big).negated()
+            } else {
+                Self(big)
+            }
+        }
+
+        fn negated(&self) -> Self {
+            Self(self.0.map(|word| !word)).plus(&Self(std::array::from_fn(|i| u64::from(i == 0))))
+        }
+
+        fn plus(&self, other: &Self) -> Self {
+            let mut carry = 0;
+            Self(std::array::from_fn(|i| {
+                let sum = u128::from(self.0[i]) + u128::from(other.0[i]) + carry;
+                carry = sum >> 64;
+                sum as u64
+            }))
+        }
+
+        fn minus(&self, other: &Self) -> Self {
+            self.plus(&other.negated())
+        }
+
+        fn magnitude(&self) -> Vec<u64> {
+            let positive = if self.0[35] >> 63 == 1 {
+                self.negated()
+            } else {
+                self.clone()
+            };
+            positive.0.iter().rev().copied().collect() // comparable: most significant first
+        }
+    }
+
+    /// Asserts that no other double is nearer to the exact sum, and that a tie is even.
+    fn assert_correctly_rounded(values: &[f64]) -> f64 {
+        let sum: ExactSum = values.iter().copied().collect();
+        let rounded = sum.value();
+        let exact = values
+            .iter()
+            .fold(Big([0; 36]), |sum, &value| sum.plus(&Big::from_f64(value)));
+        assert!(rounded.is_finite());
+        let distance = |to: f64| exact.minus(&Big::from_f64(to)).magnitude();
+        for neighbour in [rounded.next_up(), rounded.next_down()] {
+            if neighbour.is_finite() {
+                let order = distance(rounded).cmp(&distance(neighbour));
+                assert!(
+                    order.is_le(),
+                    "{values:?}: {rounded:e}, but {neighbour:e} is nearer"
+                );
+                assert!(
+                    order.is_lt() || rounded.to_bits().is_multiple_of(2),
+                    "{values:?}: odd tie"
+                );
+            }
+        }
+        rounded
+    }
+
+    /// Any finite double below 2^1000, all exponents alike, so that sums stay finite.
+    fn any_double() -> impl Strategy<Value = f64> {
+        let bits = 0u64..((1000 + 1023) << 52);
+        (bits, any::<bool>()).prop_map(|(bits, negative)| {
+            let value = f64::from_bits(bits);
+            if negative { -value } else { value }
+        })
+    }
+
+    /// Doubles that cancel and tie: few bits, near exponents.
+    fn near_double() -> impl Strategy<Value = f64> {
+        (-8i32..=8, -60i32..60).prop_map(|(m, e)| f64::from(m) * 2f64.powi(e))
+    }
+
+    proptest! {
+        #[test]
+        fn sums_over_the_whole_range_are_correctly_rounded(
+            values in prop::collection::vec(any_double(), 0..40)
+        ) {
+            assert_correctly_rounded(&values);
+        }
+
+        #[test]
+        fn sums_that_cancel_and_tie_are_correctly_rounded(
+            values in prop::collection::vec(near_double(), 0..12)
+        ) {
+            assert_correctly_rounded(&values);
+        }
+
+        #[test]
+        fn subnormal_sums_are_exact(values in prop::collection::vec(0u64..1 << 53, 0..9)) {
+            let values: Vec<f64> = values.into_iter().map(f64::from_bits).collect();
+            // Multiples of 2^-1074 below 2^-1018 keep every bit in floating point as long as no
+            // sum needs 54.
+            assert_correctly_rounded(&values);
+        }
+
+        #[test]
+        fn order_and_grouping_change_no_bit(
+            (values, shuffled) in prop::collection::vec(any_double(), 0..60)
+                .prop_flat_map(|values| (Just(values.clone()), Just(values).prop_shuffle())),
+            split in 0usize..60,
+        ) {
+            let sum: ExactSum = values.iter().copied().collect();
+            let (first, second) = shuffled.split_at(split.min(shuffled.len()));
+            let mut merged: ExactSum = first.iter().copied().collect();
+            merged.merge(&second.iter().copied().collect());
+            prop_assert_eq!(sum.value().to_bits(), merged.value().to_bits());
+        }
+    }
+
+    #[test]
+    fn ties_go_to_even() {
+        let half_ulp = 0.5 * f64::EPSILON;
+        assert_eq!(assert_correctly_rounded(&[1.0, half_ulp]), 1.0);
+        assert_eq!(
+            assert_correctly_rounded(&[1.0, f64::EPSILON, half_ulp]),
+            1.0 + 2.0 * f64::EPSILON
+        );
+        assert_eq!(
+            assert_correctly_rounded(&[1.0, half_ulp, 5e-324]),
+            1.0f64.next_up()
+        );
+        assert_eq!(
+            assert_correctly_rounded(&[-1.0, -half_ulp, -5e-324]),
+            -(1.0f64.next_up())
+        );
+    }
+
+    #[test]
+    fn overflow_is_infinite_and_only_at_the_end() {
+        let sum: ExactSum = [f64::MAX, f64::MAX, -f64::MAX].into_iter().collect();
+        assert_eq!(sum.value(), f64::MAX);
+        let sum: ExactSum = [f64::MAX, f64::MAX].into_iter().collect();
+        assert_eq!(sum.value(), f64::INFINITY);
+        let half_ulp = 2f64.powi(970);
+        let sum: ExactSum = [-f64::MAX, -half_ulp].into_iter().collect();
+        assert_eq!(sum.value(), f64::NEG_INFINITY);
+    }
+
+    #[test]
+    fn what_is_not_finite_is_counted_and_decides() {
+        let value = |values: &[f64]| values.iter().copied().collect::<ExactSum>().value();
+        assert_eq!(value(&[1.0, f64::INFINITY]), f64::INFINITY);
+        assert_eq!(value(&[f64::NEG_INFINITY, f64::MAX]), f64::NEG_INFINITY);
+        assert!(value(&[f64::NEG_INFINITY, f64::INFINITY]).is_nan());
+        assert!(value(&[f64::NAN]).is_nan());
+        let sum: ExactSum = [f64::NAN, f64::INFINITY, 1.0].into_iter().collect();
+        assert_eq!(sum.not_finite_count(), 2);
+    }
+
+    #[test]
+    fn an_empty_sum_and_one_that_cancels_are_positive_zero() {
+        assert_eq!(ExactSum::new().value().to_bits(), 0);
+        let sum: ExactSum = [1e-300, -1e-300, -0.0].into_iter().collect();
+        assert_eq!(sum.value().to_bits(), 0);
+    }
+
+    #[test]
+    fn carries_keep_the_sum_when_they_are_forced() {
+        // As after 2^30 additions, without doing them.
+        let mut sum = ExactSum::new();
+        for value in [1e300, -3.5, 1e-300, f64::MAX, -f64::MAX, -1e300] {
+            sum.additions_since_carry = ADDITIONS_PER_CARRY;
+            sum.add(value);
+        }
+        assert_eq!(sum.value(), -3.5);
+    }
+}

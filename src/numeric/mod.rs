@@ -1,5 +1,6 @@
 //! Numbers: exact sums, sample streams, quadrature, statistics. Knows nothing of light.
 
+pub mod distributions;
 pub mod exact_sum;
 pub mod fixed_point;
 pub mod quadrature;

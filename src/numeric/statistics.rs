@@ -83,3 +83,43 @@ impl FromIterator<f64> for Moments {
         moments
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn moments_are_those_of_the_definition_however_they_are_grouped() {
+        let values = [4.0, 7.0, 13.0, 16.0];
+        let all: Moments = values.into_iter().collect();
+        assert_eq!(all.mean(), Some(10.0));
+        assert_eq!(all.variance(), Some(30.0));
+        assert_eq!(all.standard_error(), Some(7.5f64.sqrt()));
+        for split in 0..=4 {
+            let mut merged: Moments = values[..split].iter().copied().collect();
+            merged.merge(&values[split..].iter().copied().collect());
+            assert_eq!(merged.count(), 4);
+            // A few operations on numbers below 100.
+            assert!((merged.mean().unwrap() - 10.0).abs() <= 8.0 * f64::EPSILON * 10.0);
+            assert!((merged.variance().unwrap() - 30.0).abs() <= 8.0 * f64::EPSILON * 100.0);
+        }
+    }
+
+    #[test]
+    fn a_large_mean_does_not_eat_a_small_variance() {
+        // The textbook formula Σx² − n x̄² gives garbage here: ε (10⁹)² is 200.
+        let moments: Moments = [4.0, 7.0, 13.0, 16.0]
+            .map(|x| x + 1e9)
+            .into_iter()
+            .collect();
+        assert_eq!(moments.variance(), Some(30.0));
+    }
+
+    #[test]
+    fn too_few_numbers_have_no_moments() {
+        let mut moments = Moments::new();
+        assert_eq!(moments.mean(), None);
+        moments.add(3.0);
+        assert_eq!((moments.mean(), moments.variance()), (Some(3.0), None));
+    }
+}

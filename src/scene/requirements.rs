@@ -64,9 +64,11 @@ pub fn requirements(scene: &Scene) -> Vec<Requirement> {
         item(
             "metals",
             &names(scene, |object| {
-                contains(scene, object.material, &|material| {
-                    matches!(material, Material::Conductor { eta, .. } if !eta.is_black())
-                })
+                contains(
+                    scene,
+                    object.material,
+                    &|material| matches!(material, Material::Conductor { eta, .. } if !eta.is_black()),
+                )
             }),
             "absorbs part of the light it reflects",
             "no mirror absorbs",
@@ -74,9 +76,11 @@ pub fn requirements(scene: &Scene) -> Vec<Requirement> {
         item(
             "partial masks",
             &names(scene, |object| {
-                contains(scene, object.material, &|material| {
-                    matches!(material, Material::Mask { opacity, .. } if *opacity > 0.0 && *opacity < 1.0)
-                })
+                contains(
+                    scene,
+                    object.material,
+                    &|material| matches!(material, Material::Mask { opacity, .. } if *opacity > 0.0 && *opacity < 1.0),
+                )
             }),
             "lets part of the light pass",
             "surfaces are whole or absent",
@@ -96,10 +100,11 @@ pub fn is_achromatic(scene: &Scene) -> bool {
         .emitters()
         .iter()
         .all(|emitter| emitter.strength().is_grey())
-        && scene
-            .objects()
-            .iter()
-            .all(|object| scene.material(object.material).is_achromatic(scene.materials()))
+        && scene.objects().iter().all(|object| {
+            scene
+                .material(object.material)
+                .is_achromatic(scene.materials())
+        })
 }
 
 fn colour(scene: &Scene) -> Requirement {
@@ -136,7 +141,11 @@ fn item(feature: &'static str, ids: &[&str], because: &str, otherwise: &str) -> 
     let reason = match ids.len() {
         0 => otherwise.to_owned(),
         n if n <= NAMED => format!("{} {because}", ids.join(", ")),
-        n => format!("{} and {} more: each {because}", ids[..NAMED].join(", "), n - NAMED),
+        n => format!(
+            "{} and {} more: each {because}",
+            ids[..NAMED].join(", "),
+            n - NAMED
+        ),
     };
     Requirement {
         feature,
@@ -168,7 +177,9 @@ fn meshes(scene: &Scene, chosen: impl Fn(&crate::geometry::Mesh) -> bool) -> Vec
 }
 
 fn is_specular(scene: &Scene, object: &Object) -> bool {
-    scene.material(object.material).is_specular(scene.materials())
+    scene
+        .material(object.material)
+        .is_specular(scene.materials())
 }
 
 fn is_filtering(scene: &Scene, id: MaterialId) -> bool {

@@ -167,10 +167,15 @@ pub(super) fn mesh_warnings(
         let Shape::Mesh(mesh) = shape else { continue };
         let diagnostics = mesh.diagnose();
         let refracts = needs_inside(&materials[object.material.0 as usize], materials);
-        warnings.extend(diagnostics.warnings(refracts).into_iter().map(|message| Warning {
-            at: Some(object.declared_at.clone()),
-            message: format!("{} \"{}\": {message}", object.plugin, object.id),
-        }));
+        warnings.extend(
+            diagnostics
+                .warnings(refracts)
+                .into_iter()
+                .map(|message| Warning {
+                    at: Some(object.declared_at.clone()),
+                    message: format!("{} \"{}\": {message}", object.plugin, object.id),
+                }),
+        );
     }
     warnings
 }

@@ -146,8 +146,8 @@ impl<'a> ChainTracer<'a> {
                     // Passing is no event: it needs no depth.
                     Follow::Passes if branch.event.is_none() => flux * branch.share,
                     Follow::One(choice) => {
-                        let chosen = choice >= went_on.shares
-                            && choice < went_on.shares + branch.share;
+                        let chosen =
+                            choice >= went_on.shares && choice < went_on.shares + branch.share;
                         went_on.shares += branch.share;
                         if !chosen {
                             return;

@@ -11,9 +11,9 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::domain::chart::Falloff;
-use super::domain::surface::LightSurface;
+use super::domain::surface::{Area, LightSurface, Part, surface_point};
 use super::receiver::Receiver;
-use crate::geometry::{SurfacePoint, TraversalCounters};
+use crate::geometry::{Ray, SurfacePoint, TraversalCounters};
 use crate::numeric::{Stream, StreamKind};
 use crate::radiometry::Rgb;
 use crate::scene::{Emitter, Material, Scene};
@@ -26,6 +26,12 @@ const REPLICATES: u32 = 16;
 
 /// Samples of a texel and an area light, in each replicate.
 const SAMPLES: u32 = 8;
+
+/// Largest relative error of a light's irradiance without shadow that is taken without sampling.
+const SMOOTH_ERROR: f64 = 1e-3;
+
+/// Half the distance of two Gauss points on an interval of length 1: 1 / (2 √3).
+const GAUSS: f64 = 0.288_675_134_594_812_9;
 
 /// A texel's direct irradiance.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -126,7 +132,6 @@ impl DirectLight<'_> {
 
     /// Average over a texel of a delta emitter's light.
     fn delta(&mut self, texel: usize, emitter: &Emitter) -> DirectTexel {
-        const GAUSS: f64 = 0.288_675_134_594_812_9; // 1 / (2 √3)
         let mut result = DirectTexel::default();
         let mut pending = vec![Leaf {
             from: DVec2::ZERO,
@@ -138,23 +143,17 @@ impl DirectLight<'_> {
             let weight = leaf.size * leaf.size / 4.0;
             let mut sum = Rgb::BLACK;
             let mut unshadowed = Rgb::BLACK;
-            let (mut lit, mut dark) = (0, 0);
+            let mut passed_range = (1.0_f64, 0.0_f64);
             for (i, j) in [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)] {
                 let at = middle + DVec2::new(i, j) * (GAUSS * leaf.size);
                 let point = self.receiver_point(texel, at);
                 let (arriving, passed) = self.arriving(&point, emitter);
                 unshadowed += arriving * weight;
                 sum += arriving * (passed * weight);
-                if passed == 1.0 {
-                    lit += 1;
-                } else {
-                    dark += 1;
-                }
+                passed_range = (passed_range.0.min(passed), passed_range.1.max(passed));
             }
-            let mixed = lit > 0 && dark > 0 && !unshadowed.is_black();
-            if (mixed && leaf.level < SHADOW_LEVELS)
-                || self.is_coarse(texel, &leaf, emitter)
-            {
+            let mixed = passed_range.0 < passed_range.1 && !unshadowed.is_black();
+            if (mixed && leaf.level < SHADOW_LEVELS) || self.is_coarse(texel, &leaf, emitter) {
                 for (i, j) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)] {
                     pending.push(Leaf {
                         from: leaf.from + DVec2::new(i, j) * (0.5 * leaf.size),
@@ -233,21 +232,47 @@ impl DirectLight<'_> {
     /// The share of light that reaches `point` along `-towards` past null surfaces and masks.
     fn transmittance(&mut self, point: &SurfacePoint, towards: DVec3, distance: f64) -> f64 {
         let scene = self.scene;
-        let mut passed = 1.0;
+        let ray = point.spawn(towards);
+        let mut meets_mask = false;
         let blocked = scene.world().any_hit(
-            &point.spawn(towards),
+            &ray,
             distance,
-            |hit| {
-                match scene.material_of(hit.shape) {
-                    Material::Null => {}
-                    Material::Mask { opacity, .. } => passed *= 1.0 - opacity,
-                    _ => passed = 0.0,
+            |hit| match scene.material_of(hit.shape) {
+                Material::Null => false,
+                Material::Mask { opacity, .. } => {
+                    meets_mask = true;
+                    *opacity == 1.0
                 }
-                passed == 0.0
+                _ => true,
             },
             &mut self.counters,
         );
-        if blocked { 0.0 } else { passed }
+        match (blocked, meets_mask) {
+            (true, _) => 0.0,
+            (false, false) => 1.0,
+            (false, true) => self.masked_transmittance(ray, distance),
+        }
+    }
+
+    /// The share of light that passes masks, met one after the other: `any_hit` reports a round
+    /// shape once even where a ray crosses it twice.
+    fn masked_transmittance(&mut self, mut ray: Ray, mut distance: f64) -> f64 {
+        let scene = self.scene;
+        let mut passed = 1.0;
+        while passed > 0.0 {
+            let hit = scene
+                .world()
+                .closest_hit(&ray, distance, &mut self.counters);
+            let Some(hit) = hit else { break };
+            passed *= match scene.material_of(hit.shape) {
+                Material::Null => 1.0,
+                Material::Mask { opacity, .. } => 1.0 - opacity,
+                _ => 0.0,
+            };
+            distance -= hit.distance;
+            ray = scene.world().bounce_point(&ray, &hit).spawn(ray.direction);
+        }
+        passed
     }
 
     /// Average over a texel of an area light: E = ∫ L cos θ cos θ′ / r² dA over light and texel.
@@ -261,6 +286,12 @@ impl DirectLight<'_> {
         let Emitter::Area { radiance, .. } = emitter else {
             return DirectTexel::default();
         };
+        if let Some((value, error)) = self.unshadowed(texel, light) {
+            return DirectTexel {
+                irradiance: *radiance * value,
+                error: *radiance * error,
+            };
+        }
         let mut sum = 0.0;
         let mut sum_squares = 0.0;
         for replicate in 0..REPLICATES {
@@ -283,29 +314,78 @@ impl DirectLight<'_> {
         }
     }
 
+    /// ∫ cos θ cos θ′ / r² dA over all of a light made of parallelograms, at the middle of a
+    /// texel, and a bound on its error; `None` where any part may be hidden, or the error is more
+    /// than [`SMOOTH_ERROR`].
+    ///
+    /// Each part is integrated with 2 x 2 Gauss points, at the texel's middle and, for what the
+    /// middle leaves out, at its corners: the mean of the corners less the middle is three times
+    /// the midpoint rule's error. The difference to one point a part bounds that of the parts.
+    fn unshadowed(&mut self, texel: usize, light: &LightSurface) -> Option<(f64, f64)> {
+        let middle = self.receiver_point(texel, DVec2::splat(0.5));
+        let corners = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)]
+            .map(|(u, v)| self.receiver_point(texel, DVec2::new(u, v)));
+        let (mut coarse, mut fine, mut at_corners) = (0.0, 0.0, 0.0);
+        for part in light.parts() {
+            let Part::Flat(area @ Area::Parallelogram { .. }, normal) = part else {
+                return None;
+            };
+            let size = area.area();
+            let point = |u: f64, v: f64| surface_point(area.point(DVec2::new(u, v)), *normal);
+            let center = point(0.5, 0.5);
+            let value = |from: &SurfacePoint| kernel(from, &center).map_or(0.0, |it| it.value);
+            coarse += value(&middle) * size;
+            at_corners += corners.iter().map(value).sum::<f64>() * size / 4.0;
+            for (i, j) in [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)] {
+                let sample = point(0.5 + i * GAUSS, 0.5 + j * GAUSS);
+                if let Some(seen) = kernel(&middle, &sample) {
+                    if self.transmittance(&middle, seen.towards, seen.reach) < 1.0 {
+                        return None;
+                    }
+                    fine += seen.value * size / 4.0;
+                }
+            }
+        }
+        let error = (fine - coarse).abs() + (at_corners - coarse).abs() / 3.0;
+        (error <= SMOOTH_ERROR * fine).then_some((fine, error))
+    }
+
     /// One sample of ∫ cos θ cos θ′ / r² dA.
     fn area_sample(&mut self, point: &SurfacePoint, light: &LightSurface, at: DVec2) -> f64 {
-        let Some(sample) = light.sample(at) else {
+        let Some(seen) = light.sample(at).and_then(|sample| kernel(point, &sample)) else {
             return 0.0;
         };
-        let offset = sample.position - point.position;
-        let distance_squared = offset.length_squared();
-        if distance_squared == 0.0 {
-            return 0.0;
-        }
-        let distance = distance_squared.sqrt();
-        let towards = offset / distance;
-        let cos_receiver = towards.dot(point.geometric_normal);
-        let cos_light = -towards.dot(sample.geometric_normal);
-        if cos_receiver <= 0.0 || cos_light <= 0.0 {
-            return 0.0;
-        }
-        // Up to the light, not onto it: its own surface is no obstacle.
-        let margin = sample.position_error.length() + point.position_error.length();
-        let reach = distance * (1.0 - 8.0 * f64::EPSILON) - 2.0 * margin / cos_light;
-        let passed = self.transmittance(point, towards, reach);
-        passed * cos_receiver * cos_light / distance_squared * light.area()
+        let passed = self.transmittance(point, seen.towards, seen.reach);
+        passed * seen.value * light.area()
     }
+}
+
+/// A point of an area light, as seen from the receiver.
+struct Seen {
+    /// cos θ cos θ′ / r² [1/m²].
+    value: f64,
+    towards: DVec3,
+    /// How far a shadow ray goes: up to the light, not onto it.
+    reach: f64,
+}
+
+/// What a point of an area light does to a receiver point; `None` where either turns its back.
+fn kernel(point: &SurfacePoint, sample: &SurfacePoint) -> Option<Seen> {
+    let offset = sample.position - point.position;
+    let distance_squared = offset.length_squared();
+    let distance = distance_squared.sqrt();
+    let towards = offset / distance;
+    let cos_receiver = towards.dot(point.geometric_normal);
+    let cos_light = -towards.dot(sample.geometric_normal);
+    if !(cos_receiver > 0.0 && cos_light > 0.0) {
+        return None;
+    }
+    let margin = sample.position_error.length() + point.position_error.length();
+    Some(Seen {
+        value: cos_receiver * cos_light / distance_squared,
+        towards,
+        reach: distance * (1.0 - 8.0 * f64::EPSILON) - 2.0 * margin / cos_light,
+    })
 }
 
 /// Irradiance from a point: I(ω) cos θ / r².
@@ -325,4 +405,3 @@ fn from_point(
     let factor = falloff.factor(-towards) * cos / (distance * distance);
     (intensity * factor, towards, distance)
 }
-

@@ -149,7 +149,12 @@ impl Receiver {
             index.checked_sub(offset).filter(|index| *index < kept)
         };
         let column = place(point.uv.x, self.full.x, self.crop.offset_x, self.crop.width)?;
-        let row = place(point.uv.y, self.full.y, self.crop.offset_y, self.crop.height)?;
+        let row = place(
+            point.uv.y,
+            self.full.y,
+            self.crop.offset_y,
+            self.crop.height,
+        )?;
         Some(row as usize * self.width() + column as usize)
     }
 

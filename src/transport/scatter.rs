@@ -101,12 +101,15 @@ impl Meeting<'_> {
                 };
                 if eta == 1.0 {
                     // Matched media: no interface, though Mitsuba still tints and counts it.
-                    push(into, Branch {
-                        direction: self.direction,
-                        event: Some(Event::Transmission),
-                        share: weight,
-                        tint: specular_transmittance,
-                    });
+                    push(
+                        into,
+                        Branch {
+                            direction: self.direction,
+                            event: Some(Event::Transmission),
+                            share: weight,
+                            tint: specular_transmittance,
+                        },
+                    );
                     return;
                 }
                 let Some(normal) = self.facing_normal() else {
@@ -140,18 +143,27 @@ impl Meeting<'_> {
                 let cos_incident = -self.direction.dot(normal);
                 let reflectance = thin_slab_reflectance(cos_incident, interior_ior / exterior_ior);
                 self.push_reflection(normal, weight * reflectance, specular_reflectance, into);
-                push(into, Branch {
-                    direction: self.direction,
-                    event: Some(Event::Transmission),
-                    share: weight * (1.0 - reflectance),
-                    tint: specular_transmittance,
-                });
+                push(
+                    into,
+                    Branch {
+                        direction: self.direction,
+                        event: Some(Event::Transmission),
+                        share: weight * (1.0 - reflectance),
+                        tint: specular_transmittance,
+                    },
+                );
             }
         }
     }
 
     /// A material that stands on the side light arrives from, whichever that is.
-    fn one_side(&self, scene: &Scene, material: &Material, weight: f64, into: &mut impl FnMut(Branch)) {
+    fn one_side(
+        &self,
+        scene: &Scene,
+        material: &Material,
+        weight: f64,
+        into: &mut impl FnMut(Branch),
+    ) {
         if let Material::Conductor { .. } = material {
             self.mirror(material, weight, into);
         } else {
@@ -160,12 +172,15 @@ impl Meeting<'_> {
     }
 
     fn pass(&self, share: f64, into: &mut impl FnMut(Branch)) {
-        push(into, Branch {
-            direction: self.direction,
-            event: None,
-            share,
-            tint: Rgb::WHITE,
-        });
+        push(
+            into,
+            Branch {
+                direction: self.direction,
+                event: None,
+                share,
+                tint: Rgb::WHITE,
+            },
+        );
     }
 
     fn mirror(&self, material: &Material, weight: f64, into: &mut impl FnMut(Branch)) {
@@ -228,8 +243,7 @@ impl Meeting<'_> {
         if (arrived * leaves < 0.0) != reflects || leaves == 0.0 {
             return;
         }
-        if self.shading_normals == ShadingNormals::Adjoint
-            && self.point.shading_normal != geometric
+        if self.shading_normals == ShadingNormals::Adjoint && self.point.shading_normal != geometric
         {
             let factor = (self.direction.dot(normal) * leaves
                 / (branch.direction.dot(normal) * arrived))

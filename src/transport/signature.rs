@@ -40,7 +40,10 @@ impl Signature {
     #[inline]
     #[must_use]
     pub fn then(self, event: Event) -> Self {
-        assert!(self.len() < MAX_EVENTS, "a signature holds {MAX_EVENTS} events");
+        assert!(
+            self.len() < MAX_EVENTS,
+            "a signature holds {MAX_EVENTS} events"
+        );
         Self {
             bits: self.bits << 1 | u32::from(event == Event::Transmission),
             length: self.length + 1,
@@ -117,11 +120,13 @@ impl FromStr for Signature {
             .and_then(|rest| rest.strip_suffix('D'))
             .filter(|letters| letters.len() <= MAX_EVENTS)
             .ok_or_else(error)?;
-        letters.chars().try_fold(Self::DIRECT, |path, letter| match letter {
-            'R' => Ok(path.then(Event::Reflection)),
-            'T' => Ok(path.then(Event::Transmission)),
-            _ => Err(error()),
-        })
+        letters
+            .chars()
+            .try_fold(Self::DIRECT, |path, letter| match letter {
+                'R' => Ok(path.then(Event::Reflection)),
+                'T' => Ok(path.then(Event::Transmission)),
+                _ => Err(error()),
+            })
     }
 }
 

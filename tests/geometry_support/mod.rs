@@ -1,9 +1,9 @@
-//! Meshes made on the spot, a search that tries everything, and repeatable random numbers.
+//! Meshes made on the spot, and repeatable random numbers.
 #![allow(dead_code)] // each test file uses its own part of this
 
 use std::collections::HashMap;
 
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 use nephroid::geometry::{Hit, Mesh, MeshParts, Ray, Shape, TraversalCounters, World};
 
 /// Repeatable random numbers: Steele, Lea and Flood's SplitMix64 (OOPSLA 2014).
@@ -146,47 +146,4 @@ pub fn world_of(parts: MeshParts) -> World {
 /// The nearest hit; the shared way of asking.
 pub fn closest(world: &World, ray: &Ray) -> Option<Hit> {
     world.closest_hit(ray, f64::INFINITY, &mut TraversalCounters::default())
-}
-
-/// The nearest hit by trying each face as a world of its own.
-pub struct BruteForce(Vec<(u32, World)>);
-
-impl BruteForce {
-    pub fn new(parts: &MeshParts) -> Self {
-        Self(
-            parts
-                .triangles
-                .iter()
-                .enumerate()
-                .map(|(face, triangle)| {
-                    let alone = MeshParts {
-                        positions: triangle
-                            .map(|vertex| parts.positions[vertex as usize])
-                            .to_vec(),
-                        triangles: vec![[0, 1, 2]],
-                        ..MeshParts::default()
-                    };
-                    (face as u32, world_of(alone))
-                })
-                .collect(),
-        )
-    }
-
-    pub fn closest(&self, ray: &Ray) -> Option<Hit> {
-        let mut best: Option<Hit> = None;
-        for (face, world) in &self.0 {
-            if let Some(hit) = closest(world, ray) {
-                // Faces come in order, so on a tie the lower one stays.
-                if best.is_none_or(|best| hit.distance < best.distance) {
-                    best = Some(Hit { face: *face, ..hit });
-                }
-            }
-        }
-        best
-    }
-}
-
-/// The uv of nothing in particular, for comparisons.
-pub fn close(a: DVec2, b: DVec2, tolerance: f64) -> bool {
-    (a - b).abs().max_element() <= tolerance
 }

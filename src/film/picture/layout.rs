@@ -8,6 +8,8 @@ use super::{Content, PictureSpec, Range};
 const SMALLEST_MAP: usize = 256;
 /// The shortest bar in font pixels.
 const SHORTEST_BAR: usize = 96;
+/// The least width of the title, and so of the bar's distance, in font pixels.
+const NARROWEST_HEADER: usize = 16 * GLYPH;
 const BACKGROUND: [u8; 3] = [255; 3];
 const INK: [u8; 3] = [38, 38, 43];
 const LINE: [u8; 3] = [110, 110, 118];
@@ -34,12 +36,14 @@ impl Layout {
         let (width, height) = spec.content.size();
         let zoom = SMALLEST_MAP.div_ceil(width.max(height));
         let map_size = [width * zoom, height * zoom];
-        let font = match map_size[0].max(map_size[1]) {
+        // By the shorter side, so that text does not dwarf a strip.
+        let font = match map_size[0].min(map_size[1]) {
             0..480 => 1,
             480..1440 => 2,
             1440..2880 => 3,
             _ => 4,
         };
+        let header_width = map_size[0].max(NARROWEST_HEADER * font);
         let margin = 12 * font;
         let line = (GLYPH + 3) * font;
         let beyond = [
@@ -54,7 +58,7 @@ impl Layout {
         } else {
             spec.title.to_owned()
         };
-        let title = wrapped(title.trim(), map_size[0] / (GLYPH * font));
+        let title = wrapped(title.trim(), header_width / (GLYPH * font));
         // The unit stands on the title's last line.
         let header = title.len().max(1) * line + 3 * font;
         let triangle = 10 * font;
@@ -62,7 +66,7 @@ impl Layout {
         let map = [margin, margin + header];
         let full_bar = map_size[1].max(SHORTEST_BAR * font);
         let bar_size = [12 * font, full_bar - overhang[0] - overhang[1]];
-        let bar = [map[0] + map_size[0] + 12 * font, map[1] + overhang[1]];
+        let bar = [map[0] + header_width + 12 * font, map[1] + overhang[1]];
         // Labels need their height and as much again of air.
         let ticks = ticks(
             range,

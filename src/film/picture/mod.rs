@@ -36,7 +36,7 @@ pub struct PictureSpec<'a> {
     pub unit: &'a str,
     /// The values and how they become colours.
     pub content: Content<'a>,
-    /// The values at the ends of the bar; from the values where `None` (see [`Range::of`]).
+    /// The values at the ends of the bar; `None` chooses them, as [`Range`] says.
     pub range: Option<Range>,
 }
 

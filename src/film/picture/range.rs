@@ -3,6 +3,13 @@
 use super::{Content, Scale};
 
 /// The values that have the first and the last colour.
+///
+/// Where nobody chooses one, it suits the values:
+///
+/// - Linear: from 0, or from the lowest value where that is negative, to the highest.
+/// - Signed: as far below zero as above it.
+/// - Logarithmic: from the value that one positive texel in a hundred is below to the
+///   highest, but two decades at least and six at most.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Range {
     /// The value at the lower end.
@@ -17,11 +24,6 @@ const DECADES: std::ops::RangeInclusive<f64> = 2.0..=6.0;
 
 impl Range {
     /// A range that suits the values.
-    ///
-    /// - Linear: from 0, or from the lowest value where that is negative, to the highest.
-    /// - Signed: as far below zero as above it.
-    /// - Logarithmic: from the value that one positive texel in a hundred is below to the
-    ///   highest, but two decades at least and six at most.
     pub(super) fn of(content: &Content, numbers: &[f64]) -> Self {
         let finite = || numbers.iter().copied().filter(|value| value.is_finite());
         let highest = finite().fold(f64::NEG_INFINITY, f64::max);

@@ -1,5 +1,21 @@
-//! Finding candidates: which boxes may a ray hit. The only room that knows obvhs.
+//! Finding candidates: which primitives may a ray hit. The only room that knows obvhs.
+//!
+//! - [`build`]: obvhs' binary tree over boxes, collapsed into nodes of eight children.
+//! - [`tree`]: the nodes, and the search through them, in `f32`.
+//! - [`ray`]: a ray in a tree's own frame, and the derivation of its error bound.
+//! - [`pack`]: eight triangles in a leaf, and the filter that spares most of the exact tests.
+//! - [`simd`]: eight numbers at a time, by wide registers where the processor has them.
+//!
+//! Nothing here decides a hit. Boxes and filter may let too much through, never too little; the
+//! exact `f64` tests behind them see the same primitives on every processor.
 
+mod build;
+mod pack;
+mod ray;
+mod simd;
 mod tree;
 
-pub(super) use tree::BoxTree;
+pub(super) use pack::TrianglePack;
+pub(super) use ray::LocalRay;
+pub(super) use simd::Lanes;
+pub(super) use tree::{BoxTree, LeafVisitor};

@@ -1,154 +1,314 @@
-//! A tree over boxes.
+//! A tree of boxes with eight children a node.
 
-use std::time::Duration;
+use std::ops::Range;
 
-use glam::{DVec3, Vec3A};
-use obvhs::{
-    BvhBuildParams,
-    aabb::Aabb,
-    bvh2::{Bvh2, builder::build_bvh2},
-    ray::{Ray as NarrowRay, RayHit},
+use glam::DVec3;
+
+use super::{
+    build,
+    ray::LocalRay,
+    simd::{self, Lanes, WIDTH},
 };
+use crate::geometry::{Bounds, Ray};
 
-use crate::geometry::{Bounds, Ray, rounding::gamma};
-
-/// A tree over boxes, in `f32`, that never loses a candidate.
-pub(in crate::geometry) struct BoxTree {
-    bounds: Bounds,
-    center: DVec3,
-    tree: Bvh2,
+/// Coordinates in which a tree's boxes lie within the cube [-1, 1]³.
+///
+/// Its scale is a power of two, so that it rounds nothing and worlds of any size look the same.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::geometry) struct Frame {
+    pub center: DVec3,
+    /// Local units a world unit.
+    pub scale: f64,
 }
 
-/// A ray as seen by one tree.
-pub(in crate::geometry) struct LocalRay {
-    narrow: NarrowRay,
-    /// How far along the ray its narrow copy starts.
-    start: f64,
+impl Frame {
+    /// World space itself.
+    pub(super) const WORLD: Self = Self {
+        center: DVec3::ZERO,
+        scale: 1.0,
+    };
+
+    pub(super) fn around(bounds: &Bounds) -> Self {
+        let center = bounds.center();
+        // Measured from the rounded center, both ways.
+        let reach = (bounds.max - center).max(center - bounds.min).max_element();
+        let scale = if reach > 0.0 {
+            (-reach.log2().ceil()).exp2()
+        } else {
+            1.0
+        };
+        Self { center, scale }
+    }
+
+    pub(in crate::geometry) fn to_local(self, point: DVec3) -> DVec3 {
+        (point - self.center) * self.scale
+    }
+}
+
+/// Eight boxes and what is in them. A child that is not there has an empty box.
+#[derive(Clone, Debug)]
+#[repr(C, align(64))]
+pub(super) struct Node {
+    /// Least x, greatest x, least y, greatest y, least z, greatest z of each child.
+    pub planes: [[f32; WIDTH]; 6],
+    pub children: [Child; WIDTH],
+}
+
+/// A node's or a leaf's index.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Child(u32);
+
+impl Child {
+    const LEAF: u32 = 1 << 31;
+    /// Where there is no child; its box is empty, so no search gets here.
+    pub(super) const NONE: Self = Self(0);
+
+    pub(super) fn node(index: usize) -> Self {
+        Self(index as u32)
+    }
+
+    pub(super) fn leaf(index: usize) -> Self {
+        Self(index as u32 | Self::LEAF)
+    }
+
+    #[inline]
+    fn as_leaf(self) -> Option<usize> {
+        (self.0 & Self::LEAF != 0).then_some((self.0 & !Self::LEAF) as usize)
+    }
+}
+
+/// A tree over boxes that never loses a candidate.
+pub(in crate::geometry) struct BoxTree {
+    pub(super) bounds: Bounds,
+    pub(super) frame: Frame,
+    /// The first is the root.
+    pub(super) nodes: Vec<Node>,
+    /// Where each leaf's primitives begin in `order`; one entry more than there are leaves.
+    pub(super) leaf_starts: Vec<u32>,
+    /// The primitives, leaf by leaf.
+    pub(super) order: Vec<u32>,
+}
+
+/// What to do at a leaf.
+pub(in crate::geometry) trait LeafVisitor {
+    /// Looks at a leaf's primitives; returns how far along the ray to go on searching.
+    fn visit(&mut self, lanes: impl Lanes, leaf: usize, ray: &LocalRay) -> f64;
 }
 
 impl BoxTree {
+    /// A tree over `boxes`, with up to eight in a leaf.
     pub(in crate::geometry) fn new(boxes: &[Bounds]) -> Self {
-        let bounds = boxes.iter().fold(Bounds::EMPTY, |all, &one| all.union(one));
-        let center = bounds.center();
-        let half = (0.5 * bounds.extent()).max_element();
-        let pad = half * 2f64.powi(-19);
-        let narrow: Vec<Aabb> = boxes
-            .iter()
-            .map(|bounds| {
-                Aabb::new(
-                    round_down(bounds.min - center - DVec3::splat(pad)),
-                    round_up(bounds.max - center + DVec3::splat(pad)),
-                )
-            })
-            .collect();
-        let tree = build_bvh2(
-            &narrow,
-            BvhBuildParams::medium_build(),
-            &mut Duration::default(),
-        );
-        Self {
-            bounds,
-            center,
-            tree,
+        build::build(boxes)
+    }
+
+    pub(in crate::geometry) fn frame(&self) -> Frame {
+        self.frame
+    }
+
+    pub(in crate::geometry) fn leaf_count(&self) -> usize {
+        self.leaf_starts.len() - 1
+    }
+
+    /// The boxes, leaf by leaf.
+    pub(in crate::geometry) fn order(&self) -> &[u32] {
+        &self.order
+    }
+
+    /// Where a leaf's boxes are in [`Self::order`].
+    #[inline]
+    pub(in crate::geometry) fn leaf_range(&self, leaf: usize) -> Range<usize> {
+        self.leaf_starts[leaf] as usize..self.leaf_starts[leaf + 1] as usize
+    }
+
+    /// The indices of a leaf's boxes.
+    #[inline]
+    pub(in crate::geometry) fn leaf(&self, leaf: usize) -> &[u32] {
+        &self.order[self.leaf_range(leaf)]
+    }
+
+    /// The ray in the tree's own frame, unless it misses all boxes before `limit`.
+    #[inline]
+    pub(in crate::geometry) fn enter(&self, ray: &Ray, limit: f64) -> Option<LocalRay> {
+        LocalRay::enter(&self.frame, &self.bounds, ray, limit)
+    }
+
+    /// Visits all leaves that the ray may enter before `limit`, or before what the last visit
+    /// returned, the nearest first as far as their boxes tell. Returns the nodes visited.
+    #[inline]
+    pub(in crate::geometry) fn search(
+        &self,
+        ray: &LocalRay,
+        limit: f64,
+        visitor: &mut impl LeafVisitor,
+    ) -> u64 {
+        simd::search(self, ray, limit, visitor)
+    }
+
+    /// The search itself, to be compiled for each set of registers.
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // or it is not compiled for the caller's registers
+    pub(super) fn search_local(
+        &self,
+        lanes: impl Lanes,
+        ray: &LocalRay,
+        limit: f64,
+        visitor: &mut impl LeafVisitor,
+    ) -> u64 {
+        let mut limit = ray.local_limit(limit);
+        let mut stack = Stack::new();
+        let mut next = Child::node(0);
+        let mut visits = 0;
+        loop {
+            if let Some(leaf) = next.as_leaf() {
+                limit = ray.local_limit(visitor.visit(lanes, leaf, ray));
+            } else {
+                visits += 1;
+                let node = &self.nodes[next.0 as usize];
+                let (entries, mut hits) = node.entries(lanes, ray, limit);
+                if hits != 0 {
+                    let mut nearest = hits.trailing_zeros() as usize;
+                    hits &= hits - 1;
+                    let bottom = stack.len();
+                    while hits != 0 {
+                        let mut further = hits.trailing_zeros() as usize;
+                        hits &= hits - 1;
+                        if entries[further] < entries[nearest] {
+                            std::mem::swap(&mut nearest, &mut further);
+                        }
+                        stack.push_sorted(bottom, entries[further], node.children[further]);
+                    }
+                    next = node.children[nearest];
+                    continue;
+                }
+            }
+            next = loop {
+                match stack.pop() {
+                    None => return visits,
+                    Some((entry, child)) if entry <= limit => break child,
+                    Some(_) => {}
+                }
+            };
         }
     }
 
-    /// The ray in the tree's own space, unless it misses all boxes before `limit`.
-    pub(in crate::geometry) fn enter(&self, ray: &Ray, limit: f64) -> Option<LocalRay> {
-        let inverse = ray.direction.recip();
-        let start = slab_entry(&self.bounds, ray, inverse, limit)?;
-        let start = start * (1.0 - gamma(8));
-        let origin = (ray.origin - self.center) + ray.direction * start;
-        Some(LocalRay {
-            narrow: NarrowRay::new(
-                origin.as_vec3a(),
-                ray.direction.as_vec3a(),
-                0.0,
-                narrow_limit(limit - start),
-            ),
-            start,
-        })
-    }
-
-    /// Calls `visit(primitive)` for all boxes that the ray may enter before the limit that the
-    /// last call returned.
-    pub(in crate::geometry) fn traverse(&self, ray: &LocalRay, mut visit: impl FnMut(u32) -> f64) {
-        let mut hit = RayHit::none();
-        self.tree.ray_traverse(ray.narrow, &mut hit, |_, slot| {
-            narrow_limit(visit(self.tree.primitive_indices[slot]) - ray.start)
-        });
-    }
-
-    /// Whether `overlaps` holds for a box of the tree all the way down to `leaf(primitive)`.
-    pub(in crate::geometry) fn any_box(
+    /// Whether `leaf(position in the order)` holds for any primitive in boxes for all of which
+    /// `overlaps` holds.
+    pub(in crate::geometry) fn any_box<O: FnMut(&Bounds) -> bool>(
         &self,
-        overlaps: &mut impl FnMut(&Bounds) -> bool,
-        leaf: &mut impl FnMut(u32, &mut dyn FnMut(&Bounds) -> bool) -> bool,
+        overlaps: &mut O,
+        mut leaf: impl FnMut(usize, &mut O) -> bool,
     ) -> bool {
-        let mut stack = vec![0u32];
-        while let Some(index) = stack.pop() {
-            let Some(node) = self.tree.nodes.get(index as usize) else {
-                continue;
-            };
-            let world = Bounds {
-                min: node.aabb.min.as_dvec3() + self.center,
-                max: node.aabb.max.as_dvec3() + self.center,
-            };
-            if !overlaps(&world) {
+        let mut stack = vec![Child::node(0)];
+        while let Some(next) = stack.pop() {
+            if let Some(index) = next.as_leaf() {
+                if self
+                    .leaf_range(index)
+                    .any(|position| leaf(position, overlaps))
+                {
+                    return true;
+                }
                 continue;
             }
-            if node.is_leaf() {
-                for slot in node.first_index..node.first_index + node.prim_count {
-                    if leaf(self.tree.primitive_indices[slot as usize], overlaps) {
-                        return true;
-                    }
+            let node = &self.nodes[next.0 as usize];
+            for i in 0..WIDTH {
+                let bounds = node.child_bounds(i, self.frame);
+                if !bounds.is_empty() && overlaps(&bounds) {
+                    stack.push(node.children[i]);
                 }
-            } else {
-                stack.push(node.first_index);
-                stack.push(node.first_index + 1);
             }
         }
         false
     }
 
     pub(in crate::geometry) fn memory_bytes(&self) -> usize {
-        size_of_val(&*self.tree.nodes) + size_of_val(&*self.tree.primitive_indices)
+        size_of_val(&*self.nodes) + size_of_val(&*self.leaf_starts) + size_of_val(&*self.order)
     }
 }
 
-/// Where the ray enters the box (0 if it starts inside), if it does before `limit`.
-#[inline]
-pub(in crate::geometry) fn slab_entry(
-    bounds: &Bounds,
-    ray: &Ray,
-    inverse: DVec3,
-    limit: f64,
-) -> Option<f64> {
-    let a = (bounds.min - ray.origin) * inverse;
-    let b = (bounds.max - ray.origin) * inverse;
-    let entry = a.min(b).max_element().max(0.0);
-    let exit = a.max(b).min_element();
-    (entry * (1.0 - gamma(4)) <= exit * (1.0 + gamma(4)) && entry * (1.0 - gamma(4)) <= limit)
-        .then_some(entry)
+impl Node {
+    /// For each child where the ray enters it, and (as bits) whether it does before `limit`.
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // or it is not compiled for the caller's registers
+    fn entries(&self, lanes: impl Lanes, ray: &LocalRay, limit: f32) -> ([f32; WIDTH], u32) {
+        let mut near = lanes.splat(0.0);
+        let mut far = lanes.splat(limit);
+        for axis in 0..3 {
+            let side = ray.signs[axis] & 1;
+            let reciprocal = lanes.splat(ray.reciprocal[axis]);
+            let first = lanes.load(&self.planes[2 * axis + side]);
+            let last = lanes.load(&self.planes[2 * axis + 1 - side]);
+            let enter = lanes.sub(first, lanes.splat(ray.near_origin[axis]));
+            let leave = lanes.sub(last, lanes.splat(ray.far_origin[axis]));
+            near = lanes.max(lanes.mul(enter, reciprocal), near);
+            far = lanes.min(lanes.mul(leave, reciprocal), far);
+        }
+        let mut entries = [0.0; WIDTH];
+        lanes.store(near, &mut entries);
+        (entries, lanes.at_most(near, far))
+    }
+
+    /// A child's box in world space, rounded outward.
+    fn child_bounds(&self, child: usize, frame: Frame) -> Bounds {
+        let plane = |side: usize, axis: usize| f64::from(self.planes[2 * axis + side][child]);
+        let corner = |side| DVec3::new(plane(side, 0), plane(side, 1), plane(side, 2));
+        let to_world = |local: DVec3| local / frame.scale + frame.center;
+        Bounds {
+            min: to_world(corner(0)).map(f64::next_down),
+            max: to_world(corner(1)).map(f64::next_up),
+        }
+    }
 }
 
-/// The `f32` just above.
-fn narrow_limit(limit: f64) -> f32 {
-    (limit as f32).next_up()
+/// Children yet to be looked at, with where the ray enters them.
+///
+/// Fixed, as nearly all searches need no more; the rest goes to the heap.
+struct Stack {
+    fixed: [(f32, Child); Self::FIXED],
+    used: usize,
+    spilled: Vec<(f32, Child)>,
 }
 
-fn round_down(v: DVec3) -> Vec3A {
-    Vec3A::new(
-        (v.x as f32).next_down(),
-        (v.y as f32).next_down(),
-        (v.z as f32).next_down(),
-    )
-}
+impl Stack {
+    const FIXED: usize = 48;
 
-fn round_up(v: DVec3) -> Vec3A {
-    Vec3A::new(
-        (v.x as f32).next_up(),
-        (v.y as f32).next_up(),
-        (v.z as f32).next_up(),
-    )
+    #[inline]
+    fn new() -> Self {
+        Self {
+            fixed: [(0.0, Child(0)); Self::FIXED],
+            used: 0,
+            spilled: Vec::new(),
+        }
+    }
+
+    #[inline]
+    fn len(&self) -> usize {
+        self.used
+    }
+
+    /// Pushes below those entries above `bottom` that are nearer.
+    #[inline]
+    fn push_sorted(&mut self, bottom: usize, entry: f32, child: Child) {
+        if self.used == Self::FIXED {
+            // The nearest-first order is a matter of speed only.
+            self.spilled.push((entry, child));
+            return;
+        }
+        let mut place = self.used;
+        while place > bottom && self.fixed[place - 1].0 < entry {
+            self.fixed[place] = self.fixed[place - 1];
+            place -= 1;
+        }
+        self.fixed[place] = (entry, child);
+        self.used += 1;
+    }
+
+    #[inline]
+    fn pop(&mut self) -> Option<(f32, Child)> {
+        if self.used > 0 {
+            self.used -= 1;
+            Some(self.fixed[self.used])
+        } else {
+            self.spilled.pop()
+        }
+    }
 }

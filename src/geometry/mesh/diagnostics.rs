@@ -41,7 +41,8 @@ pub struct MeshDiagnostics {
     pub clashing_edges: Finding<[u32; 2]>,
     /// Faces without area.
     pub zero_area_faces: Finding<u32>,
-    /// Faces over the same three positions as an earlier face; searches skip them.
+    /// Faces over the same three positions as an earlier face, whichever way they wind. Searches
+    /// skip them, so they do not count for the edges either.
     pub duplicate_faces: Finding<u32>,
     /// Vertices at the position of an earlier vertex. Not odd by itself.
     pub repeated_positions: Finding<u32>,

@@ -98,7 +98,7 @@ const LARGEST_SIZE: f64 = 1e70;
 /// How far the squared stretch of a "round" transform may differ between axes, as a fraction.
 ///
 /// Mitsuba 3 warns when an element of the polar factor S is off by more than 1e-6; this compares
-/// SᵀS, where such a difference counts twice. Matrices written with seven digits pass.
+/// `SᵀS`, where such a difference counts twice. Matrices written with seven digits pass.
 const ROUNDNESS_TOLERANCE: f64 = 2e-6;
 
 /// The images of the three unit vectors.

@@ -77,11 +77,11 @@ impl Sphere {
     pub fn at_uv(&self, uv: DVec2) -> SurfacePoint {
         let (sin_phi, cos_phi) = (std::f64::consts::TAU * uv.x).sin_cos();
         let (sin, cos) = (std::f64::consts::PI * uv.y).sin_cos();
-        self.along(self.to_local.inverse().vector(DVec3::new(
-            sin * cos_phi,
-            sin * sin_phi,
-            cos,
-        )))
+        self.along(
+            self.to_local
+                .inverse()
+                .vector(DVec3::new(sin * cos_phi, sin * sin_phi, cos)),
+        )
     }
 
     /// The surface where the half-line from the center along `direction` (of any length) leaves.

@@ -12,7 +12,7 @@ use crate::scene::{Emitter, ShapeId};
 /// Every plugin that becomes an emitter.
 const MODELLED: [&str; 4] = ["area", "directional", "point", "spot"];
 
-/// The half angle of a `spot` where the file gives none [degrees].
+/// The half angle of a `spot` where the file gives none, in degrees.
 const DEFAULT_CUTOFF: f64 = 20.0;
 
 /// An emitter that belongs to the scene.

@@ -4,12 +4,14 @@
 //! makes of its properties is not. The result is a flat list of objects, each with its
 //! properties in the file's order.
 
+mod lines;
 mod numbers;
 mod parameters;
 mod reader;
 mod references;
 mod transforms;
 mod upgrade;
+mod values;
 
 use std::collections::HashMap;
 use std::path::PathBuf;

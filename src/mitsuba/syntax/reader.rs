@@ -1,29 +1,23 @@
 //! Elements become objects and properties.
 
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use glam::DMat4;
 use roxmltree::{Document, Node, ParsingOptions};
 
+use super::lines::LineIndex;
 use super::parameters::Parameters;
-use super::transforms::{self, attribute, required};
-use super::{
-    Kind, MAX_DEPTH, Object, ObjectIndex, Position, Property, Spectrum, Tree, Value, Version,
-};
+use super::transforms::{self, required};
+use super::values::{Element, value, version};
+use super::{Kind, MAX_DEPTH, Object, ObjectIndex, Position, Property, Tree, Value, Version};
 use super::{numbers, references, upgrade};
-use crate::mitsuba::error::{LoadError, did_you_mean};
+use crate::mitsuba::error::LoadError;
 use crate::mitsuba::files::{Files, line_ends};
 use crate::scene::{SourcePosition, Warning};
 
 /// How deep includes may nest; Mitsuba's limit.
 const MAX_INCLUDE_DEPTH: usize = 15;
-
-/// Tags that give a property a value.
-const VALUE_TAGS: [&str; 8] = [
-    "boolean", "float", "integer", "point", "rgb", "spectrum", "string", "vector",
-];
-/// Tags with a meaning of their own.
-const OTHER_TAGS: [&str; 6] = ["alias", "default", "include", "path", "ref", "transform"];
 
 /// Reads a main file and all it includes, upgrades old files and resolves references.
 ///
@@ -36,6 +30,7 @@ pub fn read(path: &Path, given: &[(String, String)], files: &mut Files) -> Resul
         parameters: Parameters::new(given),
         files,
         open: Vec::new(),
+        named: HashMap::new(),
     };
     reader.file(path, None)?;
     if let Some(name) = reader.parameters.unused() {
@@ -54,6 +49,8 @@ struct Reader<'a> {
     files: &'a mut Files,
     /// The file being read, and those that include it.
     open: Vec<PathBuf>,
+    /// The line of every named property so far: a scene may hold any number of them.
+    named: HashMap<(ObjectIndex, String), u32>,
 }
 
 /// The file that elements are read from.
@@ -61,19 +58,6 @@ struct Source {
     file: u32,
     version: Version,
     lines: LineIndex,
-}
-
-/// An element with its parameters replaced.
-struct Element<'a> {
-    tag: &'a str,
-    attributes: Vec<(String, String)>,
-    at: Position,
-}
-
-impl Element<'_> {
-    fn attribute(&self, name: &str) -> Option<&str> {
-        attribute(&self.attributes, name)
-    }
 }
 
 impl Reader<'_> {
@@ -451,125 +435,14 @@ impl Reader<'_> {
         at: Position,
         value: Value,
     ) -> Result<(), String> {
-        let object = &mut self.tree.objects[holder];
-        // The scene itself holds thousands of unnamed objects, everything else a handful.
         if !name.is_empty()
-            && let Some(previous) = object
-                .properties
-                .iter()
-                .find(|property| property.name == name)
+            && let Some(previous) = self.named.insert((holder, name.clone()), at.line)
         {
-            let line = previous.at.line;
-            return Err(format!(
-                "\"{}\" was given in line {line} already",
-                numbers::shortened(&name)
-            ));
+            let name = numbers::shortened(&name);
+            return Err(format!("\"{name}\" was given in line {previous} already"));
         }
-        object.properties.push(Property { name, at, value });
+        let property = Property { name, at, value };
+        self.tree.objects[holder].properties.push(property);
         Ok(())
-    }
-}
-
-/// The value that an element gives. `old`: the file's version is below 2.0.
-///
-/// Old files may also use `<srgb>` (sRGB-encoded, decoded here) and `<spectrum>` with three numbers
-/// (linear RGB): documented in Mitsuba 0.6 and unambiguous, though Mitsuba 3 rejects them.
-fn value(element: &Element, old: bool) -> Result<Value, String> {
-    let known = VALUE_TAGS.contains(&element.tag) || (old && element.tag == "srgb");
-    if !known {
-        let tags = || {
-            Kind::TAGS
-                .iter()
-                .map(|(tag, _)| *tag)
-                .chain(VALUE_TAGS)
-                .chain(OTHER_TAGS)
-        };
-        let hint = did_you_mean(element.tag, tags());
-        return Err(format!(
-            "this tag is not known{hint} (known: {})",
-            tags().collect::<Vec<_>>().join(", ")
-        ));
-    }
-    let allowed: &[&str] = match element.tag {
-        "point" | "vector" => &["name", "value", "x", "y", "z"],
-        "spectrum" => &["name", "value", "filename"],
-        _ => &["name", "value"],
-    };
-    transforms::allow(&element.attributes, allowed)?;
-    let text = || required(&element.attributes, "value");
-    match element.tag {
-        "boolean" => numbers::boolean(text()?).map(Value::Boolean),
-        "float" => numbers::float(text()?).map(Value::Float),
-        "integer" => numbers::integer(text()?).map(Value::Integer),
-        "rgb" => numbers::rgb(text()?).map(Value::Rgb),
-        "srgb" => numbers::encoded_srgb(text()?).map(Value::Rgb),
-        "string" => Ok(Value::String(text()?.to_owned())),
-        "point" | "vector" => {
-            for axis in ["x", "y", "z"] {
-                if element.attribute("value").is_none() {
-                    required(&element.attributes, axis)?;
-                }
-            }
-            transforms::components(&element.attributes, 0.0).map(Value::Vector)
-        }
-        _ => match (element.attribute("value"), element.attribute("filename")) {
-            (Some(text), None) => spectrum(text, old),
-            (None, Some(name)) => Ok(Value::Spectrum(Spectrum::File(name.to_owned()))),
-            _ => Err("needs either \"value\" or \"filename\"".to_owned()),
-        },
-    }
-}
-
-fn spectrum(text: &str, old: bool) -> Result<Value, String> {
-    if old
-        && !text.contains(':')
-        && let [red, green, blue] = numbers::floats(text)?[..]
-    {
-        return Ok(Value::Rgb([red, green, blue]));
-    }
-    numbers::spectrum(text).map(Value::Spectrum)
-}
-
-/// `3.0.0`, `2.1` or `3`.
-fn version(text: &str) -> Option<Version> {
-    let mut version = [0; 3];
-    let parts: Vec<&str> = text.trim().split('.').collect();
-    if parts.len() > 3 {
-        return None;
-    }
-    for (number, part) in version.iter_mut().zip(parts) {
-        *number = part.parse().ok()?;
-    }
-    Some(version)
-}
-
-/// Where the lines of a text begin: positions in logarithmic time, where a library that counts
-/// line ends from the top takes quadratic time over all elements of a file.
-struct LineIndex {
-    starts: Vec<usize>,
-}
-
-impl LineIndex {
-    fn new(text: &str) -> Self {
-        let ends = text
-            .bytes()
-            .enumerate()
-            .filter(|(_, byte)| *byte == b'\n')
-            .map(|(at, _)| at + 1);
-        Self {
-            starts: std::iter::once(0).chain(ends).collect(),
-        }
-    }
-
-    fn position(&self, file: u32, byte: usize) -> Position {
-        let line = self.starts.partition_point(|start| *start <= byte);
-        // Bytes, not characters, between the line's start and here: a line of many megabytes would
-        // otherwise make this quadratic. Both are the same for ASCII.
-        let column = byte - self.starts[line - 1] + 1;
-        Position {
-            file,
-            line: line as u32,
-            column: column as u32,
-        }
     }
 }

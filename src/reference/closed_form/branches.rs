@@ -140,9 +140,9 @@ fn border(without: f64, with: f64, f: &impl Fn(f64) -> Option<f64>) -> Option<(f
             break;
         }
         if f(middle).is_some() {
-            inside = middle
+            inside = middle;
         } else {
-            outside = middle
+            outside = middle;
         }
     }
     (inside != with)
@@ -253,7 +253,7 @@ mod tests {
     fn where_a_function_has_no_value_it_has_no_branch() {
         let f = |u: f64| (u.abs() > 0.25).then(|| 1.0 / u);
         let branches = Branches::new(-1.0, 1.0, &f);
-        let ranges: Vec<_> = branches.iter().map(|branch| branch.range()).collect();
+        let ranges: Vec<_> = branches.iter().map(Branch::range).collect();
         assert_eq!(ranges.len(), 2);
         assert!(
             (ranges[0].1 + 0.25).abs() < 1e-15 && (ranges[1].0 - 0.25).abs() < 1e-15,

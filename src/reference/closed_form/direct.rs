@@ -13,7 +13,7 @@ use super::{RadialMap, RadialSheet, Texel};
 /// E = L/2 Σ_j Θ_j (Γ_j · n),   Θ_j = angle between v_j and v_j+1,   Γ_j = (v_j+1 × v_j) / |v_j+1 × v_j|
 /// ```
 ///
-/// with v_j the unit vectors to the corners (Lambert, *Photometria*, 1760; Schröder and Hanrahan, *On the form factor
+/// with vⱼ the unit vectors to the corners (Lambert, *Photometria*, 1760; Schröder and Hanrahan, *On the form factor
 /// between two polygons*, 1993, eq. 4). The part of the polygon below the point's horizon is cut off first.
 ///
 /// - `normal`: the unit normal of the lit surface.
@@ -106,15 +106,15 @@ pub fn spot_falloff(angle: f64, cutoff_angle: f64, beam_width: f64) -> f64 {
 /// A spot light that looks straight down onto the plane z = 0 from the z axis, with a round obstacle on the axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AxialSpot {
-    /// Over the plane [m].
+    /// Over the plane (m).
     pub height: f64,
     /// On the axis [W/sr].
     pub intensity: f64,
-    /// Where the light ends [rad].
+    /// Where the light ends (rad).
     pub cutoff_angle: f64,
-    /// Up to where it is constant [rad].
+    /// Up to where it is constant (rad).
     pub beam_width: f64,
-    /// Light within this angle to the axis [rad] is stopped; 0 for no obstacle.
+    /// Light within this angle to the axis (rad) is stopped; 0 for no obstacle.
     pub blocked_angle: f64,
 }
 

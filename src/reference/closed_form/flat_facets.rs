@@ -16,7 +16,7 @@ use crate::optics::{dielectric_reflectance, reflect, refract};
 /// - the beam in the solid is cut by the outline of each facet it can reach;
 /// - its irradiance across its direction, E⊥, changes at a facet (unit normal n) from direction d to d' as the
 ///   cross section does, and by Fresnel's F or 1 − F:  E⊥' = E⊥ |d·n| / |d'·n| · (F or 1 − F);
-/// - where it leaves the solid downwards it puts E⊥ |d_z| on the polygon's image on the plane.
+/// - where it leaves the solid downwards it puts E⊥ cos θ on the polygon's image on the plane, θ its angle to the vertical.
 ///
 /// The shadow in the direct light is made of the images of the lit facets along the light, which do not overlap.
 #[derive(Clone, Debug)]
@@ -41,13 +41,13 @@ pub struct FloorPolygon {
 /// Where the flux that falls onto the solid goes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FacetLedger {
-    /// Falls onto the solid [W].
+    /// Falls onto the solid (W).
     pub intercepted: f64,
-    /// Reaches the plane [W].
+    /// Reaches the plane (W).
     pub landed: f64,
-    /// Leaves upwards or level [W].
+    /// Leaves upwards or level (W).
     pub escaped: f64,
-    /// Was still inside after the last reflection followed [W].
+    /// Was still inside after the last reflection followed (W).
     pub cut_off: f64,
 }
 
@@ -63,6 +63,14 @@ pub struct ParallelLight {
 /// Why a mesh is not a solid for [`FlatFacets`].
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum FacetsError {
+    /// A triangle names a vertex that does not exist, or one with a coordinate that is not finite.
+    #[error("triangle {triangle} has no finite vertex {vertex}")]
+    Vertex {
+        /// Counted from 0.
+        triangle: usize,
+        /// The index it holds.
+        vertex: u32,
+    },
     /// Some vertex lies outside of a facet's plane.
     #[error(
         "vertex {vertex} lies {distance:e} outside of the plane of triangle {triangle}: the solid must be convex"
@@ -209,9 +217,9 @@ impl FlatFacets {
                     &mut values,
                 );
             }
-            values
-                .iter_mut()
-                .for_each(|value| *value = (*value + self.floor_irradiance).max(0.0));
+            for value in &mut values {
+                *value = (*value + self.floor_irradiance).max(0.0);
+            }
         } else {
             for polygon in self.polygons.iter().filter(|polygon| polygon.path == path) {
                 spread(
@@ -361,6 +369,17 @@ fn spread(polygon: &[DVec2], weight: f64, grid: &TexelGrid, values: &mut [f64]) 
 
 /// Gathers the triangles of each plane.
 fn facets(mesh: &MeshParts) -> Result<Vec<Facet>, FacetsError> {
+    for (triangle, indices) in mesh.triangles.iter().enumerate() {
+        for &vertex in indices {
+            if !mesh
+                .positions
+                .get(vertex as usize)
+                .is_some_and(|position| position.is_finite())
+            {
+                return Err(FacetsError::Vertex { triangle, vertex });
+            }
+        }
+    }
     let size = mesh.positions.iter().fold(0.0_f64, |size, position| {
         size.max(position.distance(mesh.positions[0]))
     });
@@ -627,6 +646,15 @@ mod tests {
             Err(FacetsError::BelowThePlane { .. })
         ));
         let good = block(DVec3::new(-0.5, -0.5, 0.25), DVec3::new(0.5, 0.5, 1.25));
+        let mut torn = good.clone();
+        torn.triangles[3][1] = 8;
+        assert!(matches!(
+            FlatFacets::new(&torn, 1.5, light(0.0, 0.0), 1),
+            Err(FacetsError::Vertex {
+                triangle: 3,
+                vertex: 8
+            })
+        ));
         let upward = ParallelLight {
             direction: DVec3::Z,
             irradiance: 1.0,

@@ -19,7 +19,7 @@ use crate::optics::dielectric_reflectance;
 /// transmitted fraction is (1 − F)² / (1 − F²) = (1 − F) / (1 + F).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FlatSlab {
-    /// d [m].
+    /// d (m).
     pub thickness: f64,
     /// The index n relative to the surroundings; at least 1.
     pub ior: f64,
@@ -44,17 +44,17 @@ impl FlatSlab {
         match path {
             Path::Through(k) if k % 2 == 0 => {
                 let reflectance = dielectric_reflectance(cos_incident, self.ior);
-                (1.0 - reflectance).powi(2) * reflectance.powi(k as i32)
+                (1.0 - reflectance).powi(2) * reflectance.powf(f64::from(k))
             }
             _ => 0.0,
         }
     }
 
-    /// How far [m] the slab moves a ray's foot on any plane below, against the direction of travel, relative to the
+    /// How far (m) the slab moves a ray's foot on any plane below, against the direction of travel, relative to the
     /// same ray without slab: d tan θ − (k + 1) d tan t (negative where k carries it further).
     pub fn foot_shift(&self, angle: f64, internal_reflections: u32) -> f64 {
         self.thickness
-            * (angle.tan() - f64::from(internal_reflections + 1) * self.tan_inside(angle))
+            * (angle.tan() - (f64::from(internal_reflections) + 1.0) * self.tan_inside(angle))
     }
 
     /// sin θ / √(n² − sin² θ), written so that nothing cancels at grazing incidence.

@@ -11,7 +11,7 @@ use crate::optics::dielectric_reflectance;
 pub enum AxialLight {
     /// A point on the axis.
     Point {
-        /// Above the receiver's plane [m].
+        /// Above the receiver's plane (m).
         height: f64,
         /// Radiant intensity [W/sr].
         intensity: f64,
@@ -50,9 +50,9 @@ pub enum AxialLight {
 /// The ball must lie above the plane and below the light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GlassBall {
-    /// R [m].
+    /// R (m).
     pub radius: f64,
-    /// The centre's height h over the plane [m], more than R.
+    /// The centre's height h over the plane (m), more than R.
     pub center_height: f64,
     /// The index n of the ball relative to its surroundings; at least 1.
     pub ior: f64,
@@ -69,7 +69,7 @@ impl GlassBall {
         }
     }
 
-    /// The radius [m] of the disc on the plane that sees nothing of the light directly.
+    /// The radius (m) of the disc on the plane that sees nothing of the light directly.
     pub fn shadow_radius(&self) -> f64 {
         match self.light {
             AxialLight::Point { height, .. } => height * self.widest_angle().tan(),
@@ -77,7 +77,7 @@ impl GlassBall {
         }
     }
 
-    /// The flux [W] that falls on the ball.
+    /// The flux (W) that falls on the ball.
     pub fn intercepted_flux(&self) -> f64 {
         match self.light {
             AxialLight::Point { intensity, .. } => {
@@ -160,7 +160,7 @@ impl RadialMap for ByTheBall {
         let reflectance = dielectric_reflectance(u.cos(), self.ball.ior);
         flux * match self.path {
             Path::Through(reflections) => {
-                (1.0 - reflectance).powi(2) * reflectance.powi(reflections as i32)
+                (1.0 - reflectance).powi(2) * reflectance.powf(f64::from(reflections))
             }
             // A ball reflects a ray from outside once at most.
             Path::Reflected(1) => reflectance,

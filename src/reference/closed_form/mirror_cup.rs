@@ -4,6 +4,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use glam::DVec2;
 
+use super::quadrature::simpson;
 use super::{Path, Texel, TexelGrid};
 
 /// The light over a [`MirrorCup`].
@@ -18,9 +19,9 @@ pub enum CupLight {
     },
     /// A point at (−`distance`, 0, `height`).
     Point {
-        /// From the cup's axis [m], 0 or more.
+        /// From the cup's axis (m), 0 or more.
         distance: f64,
-        /// Over the bottom [m], more than the cup's.
+        /// Over the bottom (m), more than the cup's.
         height: f64,
         /// Radiant intensity [W/sr].
         intensity: f64,
@@ -53,9 +54,9 @@ pub enum CupLight {
 /// τ = R cos φ (2k − 1)/(2k) in parallel light, the nephroid for k = 1 (see [`MirrorCup::parallel_caustic`]).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MirrorCup {
-    /// R [m].
+    /// R (m).
     pub radius: f64,
-    /// H [m].
+    /// H (m).
     pub height: f64,
     /// The wall's reflectance (0..=1), the same for all angles.
     pub reflectance: f64,
@@ -90,7 +91,7 @@ struct Line {
 impl MirrorCup {
     /// The irradiance [W/m²] averaged over a texel, by one path ([`Path::Direct`] or [`Path::Reflected`]).
     ///
-    /// Adaptive quadrature to 1e-8 of the texel's unshaded irradiance.
+    /// Adaptive quadrature to about 1e-8 of the texel's unshaded irradiance.
     pub fn texel_irradiance(&self, path: Path, texel: &Texel) -> f64 {
         let reflections = match path {
             Path::Direct => 0,
@@ -111,7 +112,7 @@ impl MirrorCup {
                 flux += simpson(a, b, tolerance, &cut);
             }
         }
-        flux * self.reflectance.powi(reflections as i32) / texel.area()
+        flux * self.reflectance.powf(f64::from(reflections)) / texel.area()
     }
 
     /// The irradiance [W/m²] of every texel of a grid, in the order of [`TexelGrid::map`].
@@ -119,17 +120,17 @@ impl MirrorCup {
         grid.map(|texel| self.texel_irradiance(path, texel))
     }
 
-    /// The flux [W] onto the bottom after so many reflections, 0 for direct light inside the cup.
+    /// The flux (W) onto the bottom after so many reflections, 0 for direct light inside the cup.
     pub fn bottom_flux(&self, reflections: u32) -> f64 {
         let sum = self.over_lines(|line| {
             self.leg(line, reflections).map_or(0.0, |stretch| {
                 self.measure(stretch.to) - self.measure(stretch.from)
             })
         });
-        sum * self.reflectance.powi(reflections as i32)
+        sum * self.reflectance.powf(f64::from(reflections))
     }
 
-    /// The flux [W] through the opening.
+    /// The flux (W) through the opening.
     pub fn entering_flux(&self) -> f64 {
         match self.light {
             CupLight::Parallel { .. } => {
@@ -376,7 +377,7 @@ impl MirrorCup {
 }
 
 /// Relative to the texel's unshaded irradiance.
-const TOLERANCE: f64 = 1e-9;
+const TOLERANCE: f64 = 1e-8;
 
 impl Stretch {
     /// The range of t inside the texel.
@@ -416,68 +417,6 @@ fn windows(from: f64, to: f64, near: &impl Fn(f64, f64) -> bool) -> Vec<(f64, f6
         }
     }
     found
-}
-
-/// Adaptive Simpson quadrature: the error is about `tolerance` for continuous f with kinks.
-fn simpson(a: f64, b: f64, tolerance: f64, f: &impl Fn(f64) -> f64) -> f64 {
-    // Four starts, so that no symmetry of f about the middle hides its ends.
-    let width = 0.25 * (b - a);
-    (0..4)
-        .map(|i| {
-            let (from, to) = (a + width * f64::from(i), a + width * f64::from(i + 1));
-            let (start, middle, end) = (f(from), f(f64::midpoint(from, to)), f(to));
-            halved(
-                &Panel {
-                    from,
-                    to,
-                    start,
-                    middle,
-                    end,
-                },
-                0.25 * tolerance,
-                30,
-                f,
-            )
-        })
-        .sum()
-}
-
-struct Panel {
-    from: f64,
-    to: f64,
-    start: f64,
-    middle: f64,
-    end: f64,
-}
-
-impl Panel {
-    fn simpson(&self) -> f64 {
-        (self.to - self.from) / 6.0 * (self.start + 4.0 * self.middle + self.end)
-    }
-}
-
-fn halved(panel: &Panel, tolerance: f64, depth: u32, f: &impl Fn(f64) -> f64) -> f64 {
-    let middle = f64::midpoint(panel.from, panel.to);
-    let left = Panel {
-        from: panel.from,
-        to: middle,
-        start: panel.start,
-        middle: f(f64::midpoint(panel.from, middle)),
-        end: panel.middle,
-    };
-    let right = Panel {
-        from: middle,
-        to: panel.to,
-        start: panel.middle,
-        middle: f(f64::midpoint(middle, panel.to)),
-        end: panel.end,
-    };
-    let (whole, parts) = (panel.simpson(), left.simpson() + right.simpson());
-    let difference = parts - whole;
-    if depth == 0 || difference.abs() <= 15.0 * tolerance {
-        return parts + difference / 15.0;
-    }
-    halved(&left, 0.5 * tolerance, depth - 1, f) + halved(&right, 0.5 * tolerance, depth - 1, f)
 }
 
 #[cfg(test)]

@@ -15,10 +15,13 @@
 //! | [`FlatFacets`] | any convex solid with flat facets in parallel light | polygons cut by polygons |
 //! | [`lambert_irradiance`] and others | light without anything in its way | formulas |
 //!
+//! [`Bundled`] says which of the bundled scenes is known by which of these.
+//!
 //! Fluxes and irradiances are single numbers (one channel). Radial maps are computed to about 1e-10
 //! of the texel's value: see [`RadialSheet`] for what bounds the error.
 
 mod branches;
+mod bundled;
 mod circle;
 mod direct;
 mod flat_facets;
@@ -33,6 +36,7 @@ mod radial;
 mod sine_water;
 mod texel;
 
+pub use bundled::Bundled;
 pub use direct::{
     AxialSpot, lambert_irradiance, parallel_irradiance, point_irradiance, spot_falloff,
 };

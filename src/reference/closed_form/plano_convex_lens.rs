@@ -22,11 +22,11 @@ use crate::optics::dielectric_reflectance;
 /// flux is 2π E R² sin a cos a da. This is meridional ray tracing in closed form (Born and Wolf, 4.4).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlanoConvexLens {
-    /// R [m].
+    /// R (m).
     pub curvature: f64,
-    /// Half the lens's width [m], less than R.
+    /// Half the lens's width (m), less than R.
     pub aperture: f64,
-    /// The height z₀ of the flat side over the plane [m].
+    /// The height z₀ of the flat side over the plane (m).
     pub flat_height: f64,
     /// The index n relative to the surroundings.
     pub ior: f64,
@@ -40,7 +40,7 @@ impl PlanoConvexLens {
         RadialSheet::new(ThroughTheLens(*self))
     }
 
-    /// The angle to the axis [rad] of light that just grazes the rim: within it nothing is direct.
+    /// The angle to the axis (rad) of light that just grazes the rim: within it nothing is direct.
     pub fn rim_angle(&self) -> f64 {
         match self.light {
             AxialLight::Point { height, .. } => {

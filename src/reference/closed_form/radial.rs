@@ -15,11 +15,11 @@ pub trait RadialMap: Send + Sync {
     /// The range of u.
     fn range(&self) -> (f64, f64);
 
-    /// The distance from the axis [m] at which ray u lands, negative where it has crossed the axis; `None` where it
+    /// The distance from the axis (m) at which ray u lands, negative where it has crossed the axis; `None` where it
     /// never does. Smooth in u.
     fn radius(&self, u: f64) -> Option<f64>;
 
-    /// dΦ/du, the flux [W] of the cone per unit of u. Smooth in u.
+    /// dΦ/du, the flux (W) of the cone per unit of u. Smooth in u.
     fn flux_density(&self, u: f64) -> f64;
 }
 
@@ -54,7 +54,7 @@ impl RadialSheet {
         }
     }
 
-    /// The flux [W] into a texel.
+    /// The flux (W) into a texel.
     pub fn texel_flux(&self, texel: &Texel) -> f64 {
         texel
             .quadrant_parts()
@@ -72,7 +72,7 @@ impl RadialSheet {
         grid.map(|texel| self.texel_irradiance(texel))
     }
 
-    /// The flux [W] into the disc of this radius about the axis.
+    /// The flux (W) into the disc of this radius about the axis.
     pub fn disc_flux(&self, radius: f64) -> f64 {
         self.branches
             .iter()
@@ -83,18 +83,18 @@ impl RadialSheet {
             .sum()
     }
 
-    /// The flux [W] onto the whole plane.
+    /// The flux (W) onto the whole plane.
     pub fn landed_flux(&self) -> f64 {
         self.disc_flux(f64::INFINITY)
     }
 
-    /// The flux [W] of all rays, whether they land or not.
+    /// The flux (W) of all rays, whether they land or not.
     pub fn sent_flux(&self) -> f64 {
         let (from, to) = self.map.range();
         integrate(from, to, MOST_PANELS, |u| self.map.flux_density(u))
     }
 
-    /// The distances from the axis [m] at which the sheet folds: the caustic circles.
+    /// The distances from the axis (m) at which the sheet folds: the caustic circles.
     pub fn fold_radii(&self) -> Vec<f64> {
         let mut starts = self.branches.iter().map(Branch::range);
         let Some(mut last) = starts.next() else {

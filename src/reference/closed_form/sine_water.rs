@@ -26,19 +26,19 @@ pub struct SineWater {
 /// The parameters of [`SineWater`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SineWave {
-    /// The mean height of the surface [m].
+    /// The mean height of the surface (m).
     pub depth: f64,
-    /// A [m].
+    /// A (m).
     pub amplitude: f64,
     /// k [rad/m].
     pub wave_number: f64,
-    /// p [rad].
+    /// p (rad).
     pub phase: f64,
     /// The index n of the water relative to air.
     pub ior: f64,
     /// E on a horizontal plane [W/m²].
     pub irradiance: f64,
-    /// Where the surface ends on both sides [m].
+    /// Where the surface ends on both sides (m).
     pub half_width: f64,
 }
 
@@ -84,7 +84,7 @@ impl SineWater {
         row.repeat(grid.rows)
     }
 
-    /// Where [m] the light folds on the plane, in the order of the surface's points it comes from.
+    /// Where (m) the light folds on the plane, in the order of the surface's points it comes from.
     pub fn fold_positions(&self) -> Vec<f64> {
         self.branches
             .iter()

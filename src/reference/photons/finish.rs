@@ -129,7 +129,11 @@ impl Rounds {
         for (texel, count) in self.counts.iter_mut().enumerate() {
             *count += sums.total.count(texel).unwrap_or(0);
         }
-        add_ledger(&mut self.ledger, &sums.ledger.ledger(map, replicates), weight);
+        add_ledger(
+            &mut self.ledger,
+            &sums.ledger.ledger(map, replicates),
+            weight,
+        );
         self.counters += sums.counters;
         self.paths += photons;
     }

@@ -106,7 +106,8 @@ impl Job<'_> {
     /// Cuts the photons of all cells into tasks of about the same size.
     fn tasks(&self, photons: u64) -> Vec<Vec<Span>> {
         // Twenty bits of offset: with the counts below 2³² no rounding can add a photon.
-        let offset = (self.stream.extra(0, u32::MAX) * f64::from(1 << 20)).floor() / f64::from(1 << 20);
+        let offset =
+            (self.stream.extra(0, u32::MAX) * f64::from(1 << 20)).floor() / f64::from(1 << 20);
         let mut tasks = Vec::new();
         let mut task = Vec::new();
         let mut size = 0;
@@ -190,7 +191,8 @@ impl<R: Recipient> ChainSink for Sink<'_, R> {
     fn choice(&mut self, signature: Signature, passes: u32) -> f64 {
         // A path is named by its events and passes: one dimension for each choice along it.
         let code = signature.code();
-        let dimension = (code as u32) ^ ((code >> 32) as u32) << 26 ^ passes.wrapping_mul(0x9e37_79b9);
+        let dimension =
+            (code as u32) ^ ((code >> 32) as u32) << 26 ^ passes.wrapping_mul(0x9e37_79b9);
         self.stream.extra(self.index, dimension)
     }
 }

@@ -70,7 +70,9 @@ pub enum RunError {
         allowed: String,
     },
     /// A shard of a run whose length depends on time or error.
-    #[error("a shard needs a fixed number of photons: give --photons, and neither --time nor --error")]
+    #[error(
+        "a shard needs a fixed number of photons: give --photons, and neither --time nor --error"
+    )]
     ShardBudget,
 }
 
@@ -142,7 +144,10 @@ impl<'a> Setup<'a> {
             progress,
         };
         let stop = || progress.is_stopped();
-        setup.map = pilot(&setup.job(setup.stream(PILOT), &stop, &|_| ()), settings.max_layers);
+        setup.map = pilot(
+            &setup.job(setup.stream(PILOT), &stop, &|_| ()),
+            settings.max_layers,
+        );
         Ok(setup)
     }
 
@@ -193,7 +198,8 @@ impl<'a> Setup<'a> {
                 rounds.add(&sums, &self.map);
                 let error = rounds.relative_error();
                 self.progress.set_relative_error(error);
-                let good = matches!((error, budget.relative_error), (Some(e), Some(goal)) if e <= goal);
+                let good =
+                    matches!((error, budget.relative_error), (Some(e), Some(goal)) if e <= goal);
                 if good || self.light.is_empty() {
                     break;
                 }
@@ -263,8 +269,8 @@ impl<'a> Setup<'a> {
                 .split(round)
                 .split(u64::from(replicate));
             let job = self.job(stream, &stop, &finished);
-            let sums =
-                sums.get_or_insert_with(|| RoundSums::new(&job, &self.map, photons, self.achromatic));
+            let sums = sums
+                .get_or_insert_with(|| RoundSums::new(&job, &self.map, photons, self.achromatic));
             if !sums.add_replicate(&job, &self.map)? {
                 break;
             }

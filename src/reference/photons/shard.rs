@@ -95,7 +95,12 @@ impl Setup<'_> {
             sensor: sensor.to_owned(),
             settings: serde_json::to_string(&self.settings).unwrap_or_default(),
             texels: self.receiver.texels(),
-            layers: self.map.signatures().iter().map(ToString::to_string).collect(),
+            layers: self
+                .map
+                .signatures()
+                .iter()
+                .map(ToString::to_string)
+                .collect(),
             replicates,
             photons_each,
         }
@@ -118,7 +123,9 @@ impl Setup<'_> {
         }
         let photons = budget.photons.unwrap_or(Budget::DEFAULT_PHOTONS);
         let (replicates, each) = self.division(photons);
-        let mine = (0..replicates).filter(|replicate| shard.holds(*replicate)).count();
+        let mine = (0..replicates)
+            .filter(|replicate| shard.holds(*replicate))
+            .count();
         self.expect(each * mine as u64);
         let sums = self.round(0, each, replicates, shard, None)?;
         Ok((sums.replicates() as usize == mine).then(|| Part {
@@ -223,10 +230,12 @@ impl Part {
         let mut line = String::new();
         let mut next = || -> Result<String, ShardError> {
             line.clear();
-            lines.read_line(&mut line).map_err(|error| match error.kind() {
-                io::ErrorKind::InvalidData => ShardError::Malformed("no text".to_owned()),
-                _ => error.into(),
-            })?;
+            lines
+                .read_line(&mut line)
+                .map_err(|error| match error.kind() {
+                    io::ErrorKind::InvalidData => ShardError::Malformed("no text".to_owned()),
+                    _ => error.into(),
+                })?;
             Ok(line.trim_end().to_owned())
         };
         let magic = next()?;

@@ -234,7 +234,11 @@ impl LedgerSums {
         if flux.is_grey() {
             return Some([first; 3]);
         }
-        Some([first, self.scale.quantise(green)?, self.scale.quantise(blue)?])
+        Some([
+            first,
+            self.scale.quantise(green)?,
+            self.scale.quantise(blue)?,
+        ])
     }
 
     /// All sums, as [`LedgerSums::from_numbers`] takes them.

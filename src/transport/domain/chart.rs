@@ -359,7 +359,8 @@ fn face_sample(axes: &[DVec3; 3], place: DVec2) -> (DVec3, f64) {
 /// high or both its low coordinates.
 fn rectangle_solid_angle(patch: &Patch) -> f64 {
     let corner = |x: f64, y: f64| (x * y).atan2((1.0 + x * x + y * y).sqrt());
-    corner(patch.to.x, patch.to.y) - corner(patch.from.x, patch.to.y)
+    corner(patch.to.x, patch.to.y)
+        - corner(patch.from.x, patch.to.y)
         - corner(patch.to.x, patch.from.y)
         + corner(patch.from.x, patch.from.y)
 }

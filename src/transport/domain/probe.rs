@@ -86,11 +86,13 @@ impl Probe {
                     .iter()
                     .all(|normal| normal.dot(to) >= -(reach(*normal) + apex_radius + rounding))
             }
-            Self::Prism { across, ranges } => across.iter().zip(&ranges).all(|(axis, [from, to])| {
-                let place = center.dot(*axis);
-                let reach = reach(*axis) + SLACK * center.abs().max_element();
-                place + reach >= *from && place - reach <= *to
-            }),
+            Self::Prism { across, ranges } => {
+                across.iter().zip(&ranges).all(|(axis, [from, to])| {
+                    let place = center.dot(*axis);
+                    let reach = reach(*axis) + SLACK * center.abs().max_element();
+                    place + reach >= *from && place - reach <= *to
+                })
+            }
             Self::Cone { .. } => true,
         }
     }

@@ -57,12 +57,23 @@ impl Area {
     /// Middle and radius of a ball that holds it.
     pub fn ball(&self) -> (DVec3, f64) {
         let points: Vec<DVec3> = match *self {
-            Self::Parallelogram { origin, edges: [a, b] } => {
+            Self::Parallelogram {
+                origin,
+                edges: [a, b],
+            } => {
                 vec![origin, origin + a, origin + b, origin + a + b]
             }
             Self::Triangle(corners) => corners.to_vec(),
-            Self::Disk { center, axes: [a, b] } => {
-                vec![center + a + b, center + a - b, center - a + b, center - a - b]
+            Self::Disk {
+                center,
+                axes: [a, b],
+            } => {
+                vec![
+                    center + a + b,
+                    center + a - b,
+                    center - a + b,
+                    center - a - b,
+                ]
             }
         };
         let center = points.iter().sum::<DVec3>() / points.len() as f64;
@@ -139,9 +150,8 @@ impl LightSurface {
                 center: sphere.center(),
                 radius: sphere.radius(),
             }],
-            Shape::Mesh(mesh) if mesh.triangle_count() <= MAX_TRIANGLES => (0..mesh
-                .triangle_count()
-                as u32)
+            Shape::Mesh(mesh) if mesh.triangle_count() <= MAX_TRIANGLES => (0
+                ..mesh.triangle_count() as u32)
                 .map(|face| {
                     let normal = mesh.face_normal(face);
                     Part::Flat(Area::Triangle(mesh.corners(face)), normal)
@@ -178,7 +188,11 @@ impl LightSurface {
             .cumulative
             .partition_point(|sum| *sum <= wanted)
             .min(self.parts.len().checked_sub(1)?);
-        let before = if index == 0 { 0.0 } else { self.cumulative[index - 1] };
+        let before = if index == 0 {
+            0.0
+        } else {
+            self.cumulative[index - 1]
+        };
         let part = &self.parts[index];
         let across = ((wanted - before) / part.area()).clamp(0.0, 1.0);
         let at = DVec2::new(across, at.y);

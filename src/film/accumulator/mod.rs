@@ -1,11 +1,10 @@
 //! Exact, order-free sums of deposits, replicate by replicate.
 
-use std::io::{self, Read, Write};
+mod file;
+
+use std::io;
 use std::sync::atomic::{AtomicBool, AtomicI64, AtomicU64, Ordering};
 
-use flate2::Compression;
-use flate2::bufread::ZlibDecoder;
-use flate2::write::ZlibEncoder;
 use rayon::prelude::*;
 
 use crate::numeric::FixedPoint;
@@ -81,9 +80,6 @@ pub enum AccumulatorError {
     Io(#[from] io::Error),
 }
 
-/// The first bytes of a written accumulator, version included.
-const MAGIC: [u8; 8] = *b"nphACC\x00\x01";
-
 impl Accumulator {
     /// Empty sums for `texels` texels of `channels` channels (1 for grey light, 3 for RGB) each.
     pub fn new(texels: usize, channels: usize, scale: FixedPoint) -> Self {
@@ -128,26 +124,26 @@ impl Accumulator {
         self.replicates
     }
 
-    /// Adds quanta to the channels of a texel, from any thread.
+    /// Adds quanta to the channels of a texel, from any thread, and says whether it did.
     ///
-    /// Extra channels on either side are left alone, and so is everything for a texel outside;
-    /// the result says whether the texel is inside.
+    /// Nothing is added for a texel outside, or where `CHANNELS` is not the number of channels:
+    /// light that would be lost, for the caller to account for.
     #[inline]
+    #[must_use]
     pub fn deposit<const CHANNELS: usize>(&self, texel: usize, quanta: [i64; CHANNELS]) -> bool {
-        debug_assert_eq!(CHANNELS, self.channels);
-        let first = texel * self.channels;
-        let Some(sums) = self.current.get(first..first + self.channels) else {
+        if texel >= self.texels || CHANNELS != self.channels {
             return false;
-        };
-        for (sum, addend) in sums.iter().zip(quanta) {
+        }
+        let first = texel * CHANNELS;
+        for (sum, addend) in self.current[first..first + CHANNELS].iter().zip(quanta) {
             // Relaxed: integer sums need no order, and the threads' join publishes them.
             let before = sum.fetch_add(addend, Ordering::Relaxed);
             if before.checked_add(addend).is_none() {
                 self.current_overflowed.store(true, Ordering::Relaxed);
             }
         }
-        if let Some(count) = self.counts.as_ref().and_then(|counts| counts.get(texel)) {
-            count.fetch_add(1, Ordering::Relaxed);
+        if let Some(counts) = &self.counts {
+            counts[texel].fetch_add(1, Ordering::Relaxed);
         }
         true
     }
@@ -222,7 +218,14 @@ impl Accumulator {
     pub fn merge(&mut self, other: &Self) -> Result<(), AccumulatorError> {
         self.check_like(other)?;
         if self.counts.is_some() != other.counts.is_some() {
-            let counts = |a: &Self| if a.counts.is_some() { "with" } else { "without" }.to_owned();
+            let counts = |a: &Self| {
+                if a.counts.is_some() {
+                    "with"
+                } else {
+                    "without"
+                }
+                .to_owned()
+            };
             return Err(AccumulatorError::Mismatch {
                 field: "counts",
                 left: counts(self),
@@ -312,7 +315,10 @@ impl Accumulator {
             [
                 ("texels", a.texels.to_string()),
                 ("channels", a.channels.to_string()),
-                ("the exponent of their quantum", a.scale.exponent().to_string()),
+                (
+                    "the exponent of their quantum",
+                    a.scale.exponent().to_string(),
+                ),
             ]
         };
         for ((field, left), (_, right)) in layout(self).into_iter().zip(layout(other)) {
@@ -330,176 +336,6 @@ impl Accumulator {
                 .current
                 .par_iter()
                 .any(|sum| sum.load(Ordering::Relaxed) != 0)
-    }
-}
-
-/// What a written accumulator starts with, uncompressed and little-endian.
-struct Header {
-    texels: u64,
-    channels: u32,
-    has_counts: u32,
-    exponent: i32,
-    replicates: u32,
-}
-
-impl Header {
-    const LENGTH: usize = 24;
-
-    fn to_bytes(&self) -> Vec<u8> {
-        let mut bytes = Vec::with_capacity(Self::LENGTH);
-        bytes.extend(self.texels.to_le_bytes());
-        bytes.extend(self.channels.to_le_bytes());
-        bytes.extend(self.has_counts.to_le_bytes());
-        bytes.extend(self.exponent.to_le_bytes());
-        bytes.extend(self.replicates.to_le_bytes());
-        bytes
-    }
-
-    fn from_bytes(bytes: &[u8; Self::LENGTH]) -> Self {
-        let word = |i: usize| [bytes[i], bytes[i + 1], bytes[i + 2], bytes[i + 3]];
-        let low = u64::from(u32::from_le_bytes(word(0)));
-        let high = u64::from(u32::from_le_bytes(word(4)));
-        Self {
-            texels: high << 32 | low,
-            channels: u32::from_le_bytes(word(8)),
-            has_counts: u32::from_le_bytes(word(12)),
-            exponent: i32::from_le_bytes(word(16)),
-            replicates: u32::from_le_bytes(word(20)),
-        }
-    }
-
-    /// The bytes of ΣS, ΣS² and counts; `None` where no memory could hold them.
-    fn body_length(&self) -> Option<usize> {
-        let texels = usize::try_from(self.texels).ok()?;
-        let sums = texels
-            .checked_mul(self.channels as usize)?
-            .checked_mul(32)?;
-        sums.checked_add(texels.checked_mul(8 * self.has_counts as usize)?)
-    }
-}
-
-impl Accumulator {
-    /// Writes the sums: a header, then ΣS, ΣS² and counts, little-endian, deflated (zlib).
-    ///
-    /// # Errors
-    ///
-    /// Where a replicate is under way, or the writer fails.
-    pub fn write_to(&self, mut writer: impl Write) -> Result<(), AccumulatorError> {
-        if self.is_under_way() {
-            return Err(AccumulatorError::ReplicateUnderWay);
-        }
-        let header = Header {
-            texels: self.texels as u64,
-            channels: self.channels as u32,
-            has_counts: self.counts.is_some().into(),
-            exponent: self.scale.exponent(),
-            replicates: self.replicates,
-        };
-        writer.write_all(&MAGIC)?;
-        writer.write_all(&header.to_bytes())?;
-        let mut encoder = ZlibEncoder::new(writer, Compression::fast());
-        for sum in &self.sums {
-            encoder.write_all(&sum.to_le_bytes())?;
-        }
-        for sum in &self.sums_of_squares {
-            encoder.write_all(&sum.to_le_bytes())?;
-        }
-        for count in self.counts.iter().flatten() {
-            encoder.write_all(&count.load(Ordering::Relaxed).to_le_bytes())?;
-        }
-        encoder.finish()?.flush()?;
-        Ok(())
-    }
-
-    /// Reads what [`Accumulator::write_to`] wrote; checks it, zlib's checksum included.
-    ///
-    /// Memory grows with what is really read, not with what the header claims.
-    ///
-    /// # Errors
-    ///
-    /// Where the bytes are not a written accumulator, or the reader fails.
-    pub fn read_from(mut reader: impl io::BufRead) -> Result<Self, AccumulatorError> {
-        let malformed = |message: &str| AccumulatorError::Malformed(message.to_owned());
-        let mut magic = [0; MAGIC.len()];
-        reader.read_exact(&mut magic)?;
-        if magic != MAGIC {
-            return Err(malformed("wrong magic bytes or version"));
-        }
-        let mut bytes = [0; Header::LENGTH];
-        reader.read_exact(&mut bytes)?;
-        let header = Header::from_bytes(&bytes);
-        if ![1, 3].contains(&header.channels) {
-            return Err(AccumulatorError::Malformed(format!(
-                "{} channels: allowed are 1 and 3",
-                header.channels
-            )));
-        }
-        if header.has_counts > 1 {
-            return Err(malformed("the flag for counts is neither 0 nor 1"));
-        }
-        let scale = FixedPoint::new(header.exponent)
-            .map_err(|error| AccumulatorError::Malformed(error.to_string()))?;
-        let expected = header
-            .body_length()
-            .ok_or_else(|| malformed("too many texels"))?;
-        let mut body = Vec::new();
-        ZlibDecoder::new(reader)
-            .take(expected as u64 + 1)
-            .read_to_end(&mut body)?;
-        if body.len() != expected {
-            return Err(malformed("the sums are more or fewer than the header says"));
-        }
-        Self::from_parts(&header, scale, &body)
-            .ok_or_else(|| malformed("sums that no replicates can have"))
-    }
-
-    /// `None` where R ΣS² < (ΣS)², which contradicts Cauchy and Schwarz, or without replicates
-    /// anything is not zero.
-    fn from_parts(header: &Header, scale: FixedPoint, body: &[u8]) -> Option<Self> {
-        let texels = header.texels as usize;
-        let channels = header.channels as usize;
-        let (sums, rest) = body.split_at(16 * texels * channels);
-        let (squares, counts) = rest.split_at(16 * texels * channels);
-        let sums: Vec<i128> = sums
-            .as_chunks()
-            .0
-            .iter()
-            .map(|&bytes| i128::from_le_bytes(bytes))
-            .collect();
-        let sums_of_squares: Vec<u128> = squares
-            .as_chunks()
-            .0
-            .iter()
-            .map(|&bytes| u128::from_le_bytes(bytes))
-            .collect();
-        let possible = sums
-            .par_iter()
-            .zip(&sums_of_squares)
-            .all(|(sum, &squares)| {
-                let squared_sum = Wide::product(sum.unsigned_abs(), sum.unsigned_abs());
-                Wide::product(squares, header.replicates.into()) >= squared_sum
-                    && (header.replicates > 0 || squares == 0)
-            });
-        let counts = (header.has_counts == 1).then(|| {
-            let counts = counts.as_chunks().0.iter();
-            counts
-                .map(|&bytes| AtomicU64::new(u64::from_le_bytes(bytes)))
-                .collect()
-        });
-        possible.then(|| Self {
-            replicates: header.replicates,
-            sums,
-            sums_of_squares,
-            counts,
-            ..Self::new(0, channels, scale).with_room(texels)
-        })
-    }
-
-    /// The same with room for the deposits on `texels` texels.
-    fn with_room(mut self, texels: usize) -> Self {
-        self.texels = texels;
-        self.current = zeros(texels * self.channels);
-        self
     }
 }
 

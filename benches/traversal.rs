@@ -1,0 +1,147 @@
+//! Speed and work of the search for hits: `cargo bench --bench traversal`.
+//!
+//! Coherent rays leave one point through the texels of an image, in order. Incoherent rays join
+//! random points of a ball round the mesh. Inside rays leave random points within the solid.
+
+#[path = "../tests/geometry_support/mod.rs"]
+mod geometry_support;
+
+use std::{hint::black_box, thread, time::Instant};
+
+use geometry_support::{Random, bumpy_torus, mesh};
+use glam::{DMat4, DVec3};
+use nephroid::geometry::{
+    Mesh, Ray, Rectangle, Shape, Sphere, Transform, TraversalCounters, World,
+};
+
+const RAYS: usize = 1 << 18;
+
+fn main() {
+    // `cargo bench` passes `--bench` and filters; there is nothing to choose here.
+    println!("| scene | rays | Mrays/s, 1 thread | 2 threads | nodes/ray | tests/ray | hits |");
+    println!("|---|---|--:|--:|--:|--:|--:|");
+    let meshes = [(400, 100), (820, 200)].map(|(around, across)| mesh(bumpy_torus(around, across)));
+    let mut builds = Vec::new();
+    for mesh in meshes {
+        let triangles = mesh.triangle_count();
+        let (world, seconds) = build(mesh);
+        let name = format!("torus {}k", triangles / 1000);
+        for (kind, rays) in [
+            ("coherent", coherent()),
+            ("incoherent", incoherent()),
+            ("inside", inside()),
+        ] {
+            report(&name, kind, &world, &rays);
+        }
+        builds.push((name, triangles, seconds, world.memory_bytes()));
+    }
+    report("ball and floor", "coherent", &ball_and_floor(), &coherent());
+    report(
+        "ball and floor",
+        "incoherent",
+        &ball_and_floor(),
+        &incoherent(),
+    );
+    println!("\n| scene | triangles | build, s | bytes/triangle |\n|---|--:|--:|--:|");
+    for (name, triangles, seconds, bytes) in builds {
+        println!(
+            "| {name} | {triangles} | {seconds:.3} | {:.0} |",
+            bytes as f64 / triangles as f64
+        );
+    }
+}
+
+fn build(mesh: Mesh) -> (World, f64) {
+    let start = Instant::now();
+    let world = World::new(vec![Shape::Mesh(mesh)]);
+    (world, start.elapsed().as_secs_f64())
+}
+
+fn ball_and_floor() -> World {
+    let floor =
+        DMat4::from_translation(DVec3::new(0.0, 0.0, -1.5)) * DMat4::from_scale(DVec3::splat(10.0));
+    let floor = Transform::from_matrix(floor).expect("can be inverted");
+    World::new(vec![
+        Shape::Sphere(Sphere::new(&Transform::IDENTITY, false).expect("round")),
+        Shape::Rectangle(Rectangle::new(&floor, false).expect("any map")),
+    ])
+}
+
+fn coherent() -> Vec<Ray> {
+    let (eye, side) = (DVec3::new(2.0, -3.0, 2.0), 1 << 9);
+    let forward = -eye.normalize();
+    let right = forward.cross(DVec3::Z).normalize();
+    let up = right.cross(forward);
+    (0..RAYS)
+        .map(|i| {
+            let at = |k: usize| 0.8 * ((k as f64 + 0.5) / f64::from(side) - 0.5);
+            let (x, y) = (at(i % side as usize), at(i / side as usize));
+            Ray::new(eye, (forward + right * x + up * y).normalize())
+        })
+        .collect()
+}
+
+fn incoherent() -> Vec<Ray> {
+    let mut random = Random(1);
+    (0..RAYS)
+        .map(|_| {
+            let [from, to] = [(); 2].map(|()| random.direction() * 1.5 * random.unit().cbrt());
+            Ray::new(from, (to - from).normalize())
+        })
+        .collect()
+}
+
+fn inside() -> Vec<Ray> {
+    let mut random = Random(2);
+    (0..RAYS)
+        .map(|_| {
+            let angle = std::f64::consts::TAU * random.unit();
+            let core = DVec3::new(angle.cos(), angle.sin(), 0.0);
+            Ray::new(core + 0.2 * random.direction(), random.direction())
+        })
+        .collect()
+}
+
+/// Searches for all rays; (hits, work).
+fn search(world: &World, rays: &[Ray]) -> (usize, TraversalCounters) {
+    let mut counters = TraversalCounters::default();
+    let hits = rays
+        .iter()
+        .filter(|ray| black_box(world.closest_hit(ray, f64::INFINITY, &mut counters)).is_some())
+        .count();
+    (hits, counters)
+}
+
+/// The best of twelve, seconds: other programs can only make it worse.
+fn best(mut work: impl FnMut()) -> f64 {
+    (0..12)
+        .map(|_| {
+            let start = Instant::now();
+            work();
+            start.elapsed().as_secs_f64()
+        })
+        .fold(f64::INFINITY, f64::min)
+}
+
+fn report(scene: &str, kind: &str, world: &World, rays: &[Ray]) {
+    let (hits, counters) = search(world, rays);
+    let one = best(|| {
+        black_box(search(world, rays));
+    });
+    let two = best(|| {
+        thread::scope(|scope| {
+            for half in rays.chunks(rays.len() / 2) {
+                scope.spawn(move || black_box(search(world, half)));
+            }
+        });
+    });
+    let n = rays.len() as f64;
+    println!(
+        "| {scene} | {kind} | {:.2} | {:.2} | {:.1} | {:.2} | {:.0} % |",
+        n / one / 1e6,
+        n / two / 1e6,
+        counters.node_visits as f64 / n,
+        counters.primitive_tests as f64 / n,
+        100.0 * hits as f64 / n
+    );
+}

@@ -1,0 +1,266 @@
+//! The search among a mesh's triangles.
+
+use glam::{DVec2, DVec3};
+
+use super::{
+    Bounds, Hit, Mesh, Ray,
+    accel::{BoxTree, Lanes, LeafVisitor, LocalRay, TrianglePack},
+    nearest::Nearest,
+    triangle::ShearedRay,
+    world::TraversalCounters,
+};
+
+/// A tree over a mesh's distinct faces.
+pub(super) struct MeshTree {
+    tree: BoxTree,
+    /// One a leaf.
+    packs: Vec<TrianglePack>,
+    /// The faces, leaf by leaf.
+    faces: Vec<u32>,
+    /// Their corners: copies, so that a test looks in one place and not in five.
+    corners: Vec<[DVec3; 3]>,
+}
+
+impl MeshTree {
+    pub(super) fn new(mesh: &Mesh) -> Self {
+        let faces = mesh.distinct_faces();
+        let boxes: Vec<Bounds> = faces
+            .iter()
+            .map(|&face| Bounds::from_points(mesh.corners(face)))
+            .collect();
+        let tree = BoxTree::new(&boxes);
+        let ordered = |range: &[u32]| -> Vec<u32> {
+            range.iter().map(|&index| faces[index as usize]).collect()
+        };
+        let packs = (0..tree.leaf_count())
+            .map(|leaf| {
+                let faces = ordered(tree.leaf(leaf));
+                TrianglePack::new(tree.frame(), faces.iter().map(|&face| mesh.corners(face)))
+            })
+            .collect();
+        let faces = ordered(tree.order());
+        let corners = faces.iter().map(|&face| mesh.corners(face)).collect();
+        Self {
+            tree,
+            packs,
+            faces,
+            corners,
+        }
+    }
+
+    pub(super) fn memory_bytes(&self) -> usize {
+        self.tree.memory_bytes()
+            + size_of_val(&*self.packs)
+            + size_of_val(&*self.faces)
+            + size_of_val(&*self.corners)
+    }
+
+    #[inline]
+    pub(super) fn closest_hit(
+        &self,
+        shape: u32,
+        ray: &Ray,
+        nearest: &mut Nearest,
+        counters: &mut TraversalCounters,
+    ) {
+        let limit = nearest.limit();
+        let Some(local) = self.tree.enter(ray, limit) else {
+            return;
+        };
+        let mut search = FaceSearch {
+            tree: self,
+            sheared: ShearedRay::new(ray),
+            shape,
+            tests: 0,
+            limit,
+            found: |hit: Hit| {
+                nearest.offer(hit);
+                nearest.limit()
+            },
+        };
+        counters.node_visits += self.tree.search(&local, limit, &mut search);
+        counters.primitive_tests += search.tests;
+    }
+
+    pub(super) fn any_hit(
+        &self,
+        shape: u32,
+        ray: &Ray,
+        max_distance: f64,
+        blocks: &mut impl FnMut(&Hit) -> bool,
+        counters: &mut TraversalCounters,
+    ) -> bool {
+        let Some(local) = self.tree.enter(ray, max_distance) else {
+            return false;
+        };
+        let mut blocked = false;
+        let mut search = FaceSearch {
+            tree: self,
+            sheared: ShearedRay::new(ray),
+            shape,
+            tests: 0,
+            limit: max_distance,
+            found: |hit: Hit| {
+                blocked = blocked || (hit.distance < max_distance && blocks(&hit));
+                // Nothing is nearer than −∞: the search ends.
+                if blocked {
+                    f64::NEG_INFINITY
+                } else {
+                    max_distance
+                }
+            },
+        };
+        counters.node_visits += self.tree.search(&local, max_distance, &mut search);
+        counters.primitive_tests += search.tests;
+        blocked
+    }
+
+    pub(super) fn any_box(&self, overlaps: &mut impl FnMut(&Bounds) -> bool) -> bool {
+        self.tree.any_box(overlaps, |position, overlaps| {
+            overlaps(&Bounds::from_points(self.corners[position]))
+        })
+    }
+}
+
+/// Tests the faces of the leaves visited, exactly.
+struct FaceSearch<'a, F> {
+    tree: &'a MeshTree,
+    sheared: ShearedRay,
+    shape: u32,
+    tests: u64,
+    limit: f64,
+    /// What to do with a hit; returns the new limit.
+    found: F,
+}
+
+impl<F: FnMut(Hit) -> f64> LeafVisitor for FaceSearch<'_, F> {
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // or it is not compiled for the caller's registers
+    fn visit(&mut self, lanes: impl Lanes, leaf: usize, ray: &LocalRay) -> f64 {
+        let first = self.tree.tree.leaf_range(leaf).start;
+        let mut candidates = self.tree.packs[leaf].candidates(lanes, ray);
+        while candidates != 0 {
+            let position = first + candidates.trailing_zeros() as usize;
+            candidates &= candidates - 1;
+            self.tests += 1;
+            if let Some(hit) = self.sheared.intersect(&self.tree.corners[position]) {
+                self.limit = (self.found)(Hit {
+                    distance: hit.distance,
+                    shape: self.shape,
+                    face: self.tree.faces[position],
+                    barycentric: DVec2::new(hit.b1, hit.b2),
+                });
+            }
+        }
+        self.limit
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::MeshParts;
+
+    /// Numbers in -1..1, the same ones each time.
+    struct Sequence(u64);
+
+    impl Sequence {
+        fn next(&mut self) -> f64 {
+            self.0 = self
+                .0
+                .wrapping_mul(6364136223846793005)
+                .wrapping_add(1442695040888963407);
+            (self.0 >> 11) as f64 * 2f64.powi(-52) - 1.0
+        }
+
+        fn point(&mut self) -> DVec3 {
+            DVec3::new(self.next(), self.next(), self.next())
+        }
+    }
+
+    /// Every face, exactly, with neither boxes nor filter.
+    fn try_every_face(mesh: &Mesh, ray: &Ray) -> Option<Hit> {
+        let sheared = ShearedRay::new(ray);
+        let mut nearest = Nearest::before(f64::INFINITY);
+        for face in 0..mesh.triangle_count() as u32 {
+            if let Some(hit) = sheared.intersect(&mesh.corners(face)) {
+                nearest.offer(Hit {
+                    distance: hit.distance,
+                    shape: 0,
+                    face,
+                    barycentric: DVec2::new(hit.b1, hit.b2),
+                });
+            }
+        }
+        nearest.hit()
+    }
+
+    /// A crumpled sheet: a height field over an n × n grid, scaled and moved.
+    fn sheet(n: u32, scale: f64, offset: DVec3) -> Mesh {
+        let mut sequence = Sequence(5);
+        let positions = (0..n * n)
+            .map(|i| {
+                let grid =
+                    DVec3::new(f64::from(i % n), f64::from(i / n), 0.0) * (2.0 / f64::from(n));
+                (grid - DVec3::new(1.0, 1.0, 0.0) + 0.2 * sequence.point() * DVec3::Z) * scale
+                    + offset
+            })
+            .collect();
+        let mut triangles = Vec::new();
+        for y in 0..n - 1 {
+            for x in 0..n - 1 {
+                let a = y * n + x;
+                triangles.extend([[a, a + 1, a + n], [a + 1, a + n + 1, a + n]]);
+            }
+        }
+        Mesh::new(MeshParts {
+            positions,
+            triangles,
+            ..MeshParts::default()
+        })
+        .expect("valid")
+    }
+
+    #[test]
+    fn the_search_finds_the_very_hit_that_trying_every_face_finds() {
+        let mut hits = 0;
+        for (scale, offset, away) in [
+            (1.0, DVec3::ZERO, 1.0),
+            (1e-6, DVec3::ONE, 1.0),
+            (1e6, DVec3::splat(3e5), 1.0),
+            (1.0, DVec3::splat(1_048_576.0), 1.0),
+            // From so far away that `f32` could not tell the start from the mesh.
+            (1e-3, DVec3::ZERO, 1e7),
+        ] {
+            let mesh = sheet(24, scale, offset);
+            let tree = MeshTree::new(&mesh);
+            let mut sequence = Sequence(9);
+            for i in 0..3000 {
+                let mut from = sequence.point() * 2.0 * away;
+                // On a vertex, on an edge, or anywhere.
+                let [a, b, c] = mesh.corners((i * 7) % mesh.triangle_count() as u32);
+                let to = match i % 4 {
+                    0 => a,
+                    1 => 0.5 * (a + b),
+                    2 => (a + b + c) / 3.0,
+                    _ => sequence.point() * scale + offset,
+                };
+                from = from * scale + offset;
+                if i % 5 == 0 {
+                    from = DVec3::new(to.x, to.y, from.z); // along an axis
+                }
+                let Some(direction) = (to - from).try_normalize() else {
+                    continue;
+                };
+                let ray = Ray::new(from, direction);
+                let mut nearest = Nearest::before(f64::INFINITY);
+                let mut counters = TraversalCounters::default();
+                tree.closest_hit(0, &ray, &mut nearest, &mut counters);
+                let expected = try_every_face(&mesh, &ray);
+                hits += usize::from(expected.is_some());
+                assert_eq!(nearest.hit(), expected, "scale {scale:e}, {ray:?}");
+            }
+        }
+        assert!(hits > 9000, "only {hits} hits: the rays test little");
+    }
+}

@@ -1,0 +1,364 @@
+//! Which bundled scene is known by which closed form.
+
+use std::f64::consts::TAU;
+
+use glam::DVec3;
+
+use super::{
+    AxialLight, AxialSpot, CupLight, FlatFacets, GlassBall, MirrorCup, ParabolicMirror,
+    ParallelLight, Path, PlanoConvexLens, TexelGrid,
+};
+use crate::generate::{BrilliantCut, equilateral_prism, round_brilliant};
+use crate::geometry::MeshParts;
+
+/// What is known of one bundled scene's receiver.
+#[derive(Clone, Debug)]
+pub struct Bundled {
+    /// As in [`generate::SCENES`](crate::generate::SCENES).
+    pub scene: &'static str,
+    /// The receiver is [−half, half]² about the z axis, rows along y (m).
+    pub receiver_half_width: f64,
+    /// The paths that are known, the strongest first or in order of their length.
+    pub paths: Vec<Path>,
+    /// Whether the scene is a curved surface's mesh, which the closed form knows only as the limit of finer ones.
+    pub up_to_facets: bool,
+    form: Form,
+}
+
+#[derive(Clone, Debug)]
+enum Form {
+    Ball(GlassBall),
+    Cup(MirrorCup),
+    Facets(Box<FlatFacets>),
+    Lens(PlanoConvexLens, AxialSpot),
+    /// One a channel.
+    Dish([ParabolicMirror; 3]),
+}
+
+impl Bundled {
+    /// All bundled scenes whose texels are known, every path of them up to `most_reflections`.
+    pub fn all(most_reflections: u32) -> Vec<Self> {
+        let through = |path: fn(u32) -> Path, from: u32| (from..=most_reflections).map(path);
+        let body: Vec<Path> = [Path::Direct, Path::Reflected(1)]
+            .into_iter()
+            .chain(through(Path::Through, 0))
+            .collect();
+        let mirror: Vec<Path> = [Path::Direct]
+            .into_iter()
+            .chain(through(Path::Reflected, 1))
+            .collect();
+        let known = |scene, receiver_half_width, paths: &[Path], up_to_facets, form| Self {
+            scene,
+            receiver_half_width,
+            paths: paths.to_vec(),
+            up_to_facets,
+            form,
+        };
+        let facets = |mesh: &MeshParts, ior, x, y| {
+            let direction = DVec3::new(x, y, -1.0).normalize();
+            FlatFacets::new(
+                mesh,
+                ior,
+                ParallelLight {
+                    direction,
+                    irradiance: 1000.0,
+                },
+                most_reflections,
+            )
+            .ok()
+            .map(|solved| Form::Facets(Box::new(solved)))
+        };
+        let mut all = vec![
+            known("glass-ball", 2.0, &body, false, Form::Ball(GLASS_BALL)),
+            known("glass-ball-mesh", 2.0, &body, true, Form::Ball(GLASS_BALL)),
+            known("coffee-cup", 0.04, &mirror, false, Form::Cup(COFFEE_CUP)),
+            known("mirror-ring", 0.02, &mirror, false, Form::Cup(MIRROR_RING)),
+            known(
+                "lens",
+                0.08,
+                &[Path::Direct, Path::Through(0)],
+                true,
+                Form::Lens(LENS, LENS_LAMP),
+            ),
+            known(
+                "parabolic-mirror",
+                0.08,
+                &[Path::Reflected(1)],
+                true,
+                Form::Dish(DISH),
+            ),
+        ];
+        // These solids are convex and above the floor, so none is left out; a test counts them.
+        let cut = [
+            ("prism", 0.25, facets(&prism(), 1.5, 0.0, 0.0)),
+            ("cube", 2.0, facets(&cube(), 1.5, 0.5, 0.2)),
+            ("diamond", 0.012, facets(&diamond(), 2.418, 0.3, 0.1)),
+        ];
+        all.extend(
+            cut.into_iter()
+                .filter_map(|(scene, half, form)| Some(known(scene, half, &body, false, form?))),
+        );
+        all
+    }
+
+    /// The irradiance [W/m²] of every texel of `side`² over the receiver, by one path, in one channel (0, 1 or 2: red, green,
+    /// blue), rows from smallest y.
+    pub fn map(&self, path: Path, side: usize, channel: usize) -> Vec<f64> {
+        let grid = TexelGrid::square(self.receiver_half_width, side);
+        match (&self.form, path) {
+            (Form::Ball(ball), _) => ball.sheet(path).map(&grid),
+            (Form::Cup(cup), _) => cup.map(path, &grid),
+            (Form::Facets(solid), _) => solid.map(path, &grid),
+            (Form::Lens(_, lamp), Path::Direct) => {
+                let [middle, border] = lamp.sheets();
+                grid.map(|texel| middle.texel_irradiance(texel) + border.texel_irradiance(texel))
+            }
+            (Form::Lens(lens, _), Path::Through(0)) => lens.sheet().map(&grid),
+            (Form::Dish(dishes), Path::Reflected(1)) => dishes[channel.min(2)].map(&grid),
+            (Form::Lens(..) | Form::Dish(_), _) => vec![0.0; side * side],
+        }
+    }
+}
+
+const GLASS_BALL: GlassBall = GlassBall {
+    radius: 1.0,
+    center_height: 1.4,
+    ior: 1.5,
+    light: AxialLight::Point {
+        height: 4.0,
+        intensity: 100.0,
+    },
+};
+
+const COFFEE_CUP: MirrorCup = MirrorCup {
+    radius: 0.04,
+    height: 0.08,
+    reflectance: 1.0,
+    // (0.6, 0, -1): the irradiance is across the light.
+    light: CupLight::Parallel {
+        tan_angle: 0.6,
+        irradiance: 1000.0,
+    },
+};
+
+const MIRROR_RING: MirrorCup = MirrorCup {
+    radius: 0.01,
+    height: 0.006,
+    reflectance: 1.0,
+    light: CupLight::Point {
+        distance: 0.01,
+        height: 0.01,
+        intensity: 0.001,
+    },
+};
+
+const LENS: PlanoConvexLens = PlanoConvexLens {
+    curvature: 0.06,
+    aperture: 0.05,
+    flat_height: 0.06,
+    ior: 1.5,
+    light: AxialLight::Point {
+        height: 0.56,
+        intensity: 10.0,
+    },
+};
+
+const LENS_LAMP: AxialSpot = AxialSpot {
+    height: 0.56,
+    intensity: 10.0,
+    cutoff_angle: 8.5 * TAU / 360.0,
+    beam_width: 7.0 * TAU / 360.0,
+    // atan(0.05 / 0.5): the rim seen from the lamp.
+    blocked_angle: 0.09966865249116204,
+};
+
+const DISH: [ParabolicMirror; 3] = [dish(1.66, 9.22), dish(0.88, 6.27), dish(0.52, 4.84)];
+
+const fn dish(eta: f64, k: f64) -> ParabolicMirror {
+    ParabolicMirror {
+        focal_length: 0.5,
+        aperture: 0.5,
+        receiver_height: 0.45,
+        irradiance: 1000.0,
+        shade_half_width: 0.08,
+        eta,
+        k,
+    }
+}
+
+fn prism() -> MeshParts {
+    let mut mesh = equilateral_prism(0.1, 0.2);
+    let (sin, cos) = 18.590378_f64.to_radians().sin_cos();
+    for position in &mut mesh.positions {
+        // A quarter turn about x, then about y.
+        let (x, y, z) = (position.x, -position.z, position.y);
+        *position = DVec3::new(cos * x + sin * z, y, cos * z - sin * x + 0.15);
+    }
+    mesh
+}
+
+fn cube() -> MeshParts {
+    let (sin, cos) = 20.0_f64.to_radians().sin_cos();
+    let corner = |i: u32| {
+        let [x, y, z] = std::array::from_fn(|axis| if (i >> axis) & 1 == 0 { -0.5 } else { 0.5 });
+        DVec3::new(cos * x - sin * y, sin * x + cos * y, z + 0.75)
+    };
+    let quads = [
+        [0, 2, 3, 1],
+        [4, 5, 7, 6],
+        [0, 1, 5, 4],
+        [2, 6, 7, 3],
+        [0, 4, 6, 2],
+        [1, 3, 7, 5],
+    ];
+    MeshParts {
+        positions: (0..8).map(corner).collect(),
+        triangles: quads
+            .iter()
+            .flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]])
+            .collect(),
+        face_normals: true,
+        ..MeshParts::default()
+    }
+}
+
+fn diamond() -> MeshParts {
+    let mut mesh = round_brilliant(0.00325, BrilliantCut::TOLKOWSKY);
+    let (sin, cos) = 165.0_f64.to_radians().sin_cos();
+    for position in &mut mesh.positions {
+        let (x, z) = (position.x, position.z);
+        *position = DVec3::new(cos * x + sin * z, position.y, cos * z - sin * x + 0.004);
+    }
+    mesh
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::generate::SCENES;
+
+    #[test]
+    fn all_scenes_but_the_water_and_the_box_are_known() {
+        let known = Bundled::all(1);
+        let unknown: Vec<&str> = SCENES
+            .iter()
+            .map(|scene| scene.name)
+            .filter(|name| !known.iter().any(|bundled| bundled.scene == *name))
+            .collect();
+        assert_eq!(unknown, ["water", "cornell-glass"]);
+    }
+
+    #[test]
+    fn every_known_map_is_finite_and_not_negative_and_the_first_is_not_dark() {
+        for bundled in Bundled::all(2) {
+            for (i, &path) in bundled.paths.iter().enumerate() {
+                let map = bundled.map(path, 16, 0);
+                assert!(
+                    map.iter().all(|e| e.is_finite() && *e >= -1e-6),
+                    "{} {path:?}",
+                    bundled.scene
+                );
+                assert!(
+                    i > 0 || map.iter().any(|e| *e > 0.0),
+                    "{} {path:?}",
+                    bundled.scene
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn the_lenss_lamp_is_blocked_by_its_rim() {
+        assert!((LENS_LAMP.blocked_angle - LENS.rim_angle()).abs() < 1e-15);
+        assert!(
+            LENS_LAMP.beam_width > LENS.rim_angle(),
+            "the lens sees a point of constant intensity"
+        );
+    }
+
+    #[test]
+    fn the_scene_files_hold_these_numbers() {
+        let holds = |name: &str, texts: &[&str]| {
+            let xml = SCENES.iter().find(|scene| scene.name == name).unwrap().xml;
+            for text in texts {
+                assert!(xml.contains(text), "{name}: {text}");
+            }
+        };
+        let sun = r#"<rgb name="irradiance" value="1000, 1000, 1000"/>"#;
+        let ball = [
+            r#"<point name="position" x="0" y="0" z="4"/>"#,
+            r#"<rgb name="intensity" value="100, 100, 100"/>"#,
+            r#"z="1.4"/>"#,
+            r#"<float name="int_ior" value="1.5"/>"#,
+            r#"<scale x="2" y="2"/>"#,
+        ];
+        holds("glass-ball", &ball);
+        holds("glass-ball-mesh", &ball);
+        holds(
+            "coffee-cup",
+            &[
+                sun,
+                r#"x="0.6" y="0" z="-1""#,
+                r#"z="0.08"/>"#,
+                r#"value="0.04"/>"#,
+                "none",
+            ],
+        );
+        holds(
+            "mirror-ring",
+            &[
+                r#"x="-0.01" y="0" z="0.01""#,
+                "0.001, 0.001, 0.001",
+                r#"z="0.006"/>"#,
+                r#"x="0.02" y="0.02""#,
+            ],
+        );
+        holds(
+            "prism",
+            &[
+                sun,
+                r#"angle="18.590378""#,
+                r#"<translate z="0.15"/>"#,
+                r#"<scale x="0.25" y="0.25"/>"#,
+            ],
+        );
+        holds(
+            "cube",
+            &[
+                sun,
+                r#"x="0.5" y="0.2" z="-1""#,
+                r#"angle="20""#,
+                r#"<translate z="0.75"/>"#,
+            ],
+        );
+        holds(
+            "diamond",
+            &[
+                sun,
+                r#"x="0.3" y="0.1" z="-1""#,
+                r#"angle="165""#,
+                r#"<translate z="0.004"/>"#,
+                "2.418",
+            ],
+        );
+        holds(
+            "lens",
+            &[
+                r#"origin="0, 0, 0.56""#,
+                "10, 10, 10",
+                r#"value="8.5"/>"#,
+                r#"value="7"/>"#,
+                r#"<translate z="0.06"/>"#,
+            ],
+        );
+        holds(
+            "parabolic-mirror",
+            &[
+                sun,
+                "1.66, 0.88, 0.52",
+                "9.22, 6.27, 4.84",
+                r#"<translate z="0.45"/>"#,
+            ],
+        );
+    }
+}

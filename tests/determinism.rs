@@ -1,0 +1,261 @@
+//! The same scene, method, seed and settings give the same bits, however the work is divided.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use nephroid::film::{Image, exr};
+use nephroid::mitsuba;
+use nephroid::numeric::StreamKind;
+use nephroid::reference::Estimate;
+use nephroid::reference::photons::run::Setup;
+use nephroid::reference::photons::shard::Part;
+use nephroid::reference::photons::{Budget, PhotonSettings, Progress, Shard, run};
+use nephroid::scene::Scene;
+
+fn scene_path(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("scenes")
+        .join(name)
+}
+
+fn load(name: &str) -> Scene {
+    // Small grids: what is tested does not depend on their size.
+    mitsuba::load(&scene_path(name), &[("size".into(), "48".into())]).unwrap()
+}
+
+fn meter(scene: &Scene) -> &nephroid::scene::Sensor {
+    scene
+        .sensors()
+        .iter()
+        .find(|sensor| sensor.plugin() == "irradiancemeter")
+        .unwrap()
+}
+
+/// Every bit of an estimate that a user can see.
+fn bits(estimate: &Estimate) -> Vec<u64> {
+    let mut bits = vec![estimate.paths];
+    let layers = std::iter::once(&estimate.total).chain(&estimate.layers);
+    for layer in layers {
+        for value in layer.irradiance.iter().chain(&layer.standard_error) {
+            bits.extend(value.0.map(f64::to_bits));
+        }
+    }
+    bits.extend(&estimate.counts);
+    let ledger = &estimate.ledger;
+    for row in ledger.rows.values().chain([&ledger.other]) {
+        for flux in [
+            row.received,
+            row.direct,
+            row.escaped,
+            row.absorbed,
+            row.cut_off,
+        ] {
+            bits.extend(flux.0.map(f64::to_bits));
+        }
+    }
+    bits.extend(ledger.emitted.0.map(f64::to_bits));
+    bits.extend([estimate.counters.rays, estimate.counters.primitive_tests]);
+    bits.push(estimate.relative_error.map_or(0, f64::to_bits));
+    bits
+}
+
+fn settings(stream: StreamKind) -> PhotonSettings {
+    PhotonSettings {
+        stream,
+        replicates: 5,
+        seed: 11,
+        ..PhotonSettings::default()
+    }
+}
+
+fn photons(count: u64) -> Budget {
+    Budget {
+        photons: Some(count),
+        ..Budget::default()
+    }
+}
+
+fn estimate_on(
+    threads: usize,
+    scene: &Scene,
+    settings: PhotonSettings,
+    budget: &Budget,
+) -> Estimate {
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()
+        .unwrap()
+        .install(|| run(scene, meter(scene), settings, budget, &Progress::default()).unwrap())
+}
+
+#[test]
+fn one_two_three_and_eight_threads_give_the_same_bits() {
+    // A ball, interpolated normals, mirrors, and an area light with four dimensions.
+    for (name, stream) in [
+        ("glass-ball.xml", StreamKind::Sobol),
+        ("glass-ball-mesh.xml", StreamKind::Random),
+        ("coffee-cup.xml", StreamKind::Sobol),
+        ("cornell-glass.xml", StreamKind::Sobol),
+    ] {
+        let scene = load(name);
+        let budget = photons(20_000);
+        let alone = bits(&estimate_on(1, &scene, settings(stream), &budget));
+        for threads in [2, 3, 8] {
+            let together = bits(&estimate_on(threads, &scene, settings(stream), &budget));
+            assert!(alone == together, "{name} differs on {threads} threads");
+        }
+    }
+}
+
+#[test]
+fn another_seed_gives_other_bits() {
+    let scene = load("glass-ball.xml");
+    let one = settings(StreamKind::Sobol);
+    let other = PhotonSettings { seed: 12, ..one };
+    let budget = photons(5_000);
+    assert!(
+        bits(&estimate_on(2, &scene, one, &budget))
+            != bits(&estimate_on(2, &scene, other, &budget))
+    );
+}
+
+#[test]
+fn three_shards_merge_to_the_bits_of_the_whole_run() {
+    for name in ["glass-ball.xml", "cornell-glass.xml"] {
+        let scene = load(name);
+        let sensor = meter(&scene);
+        let settings = settings(StreamKind::Sobol);
+        let budget = photons(20_000);
+        let progress = Progress::default();
+        let setup = Setup::new(&scene, sensor, settings, &progress).unwrap();
+        let whole = bits(&setup.run(&budget).unwrap());
+        // Out of order, and through the bytes of their files.
+        let parts = [2, 0, 1].map(|index| {
+            let part = setup
+                .run_shard(&sensor.id, &budget, Shard { index, count: 3 })
+                .unwrap()
+                .unwrap();
+            let mut bytes = Vec::new();
+            part.write_to(&mut bytes).unwrap();
+            Part::read_from(&bytes[..]).unwrap()
+        });
+        let merged = bits(&setup.merge(&sensor.id, parts.into()).unwrap());
+        assert!(whole == merged, "{name}");
+    }
+}
+
+#[test]
+fn shards_of_different_runs_do_not_merge() {
+    let scene = load("glass-ball.xml");
+    let sensor = meter(&scene);
+    let progress = Progress::default();
+    let part = |seed: u64, index: u32, budget: &Budget| {
+        let settings = PhotonSettings {
+            seed,
+            ..settings(StreamKind::Sobol)
+        };
+        Setup::new(&scene, sensor, settings, &progress)
+            .unwrap()
+            .run_shard(&sensor.id, budget, Shard { index, count: 2 })
+            .unwrap()
+            .unwrap()
+    };
+    let setup = Setup::new(&scene, sensor, settings(StreamKind::Sobol), &progress).unwrap();
+    let few = photons(1_000);
+    let cases = [
+        (vec![part(11, 0, &few), part(12, 1, &few)], "settings"),
+        (
+            vec![part(11, 0, &few), part(11, 1, &photons(2_000))],
+            "photons",
+        ),
+        (vec![part(11, 0, &few)], "needs each of them once"),
+        (
+            vec![part(11, 0, &few), part(11, 0, &few)],
+            "needs each of them once",
+        ),
+    ];
+    for (parts, reason) in cases {
+        let error = setup.merge(&sensor.id, parts).unwrap_err().to_string();
+        assert!(error.contains(reason), "{error}");
+    }
+}
+
+#[test]
+fn a_damaged_shard_is_refused_and_never_a_panic() {
+    let scene = load("glass-ball.xml");
+    let sensor = meter(&scene);
+    let progress = Progress::default();
+    let setup = Setup::new(&scene, sensor, settings(StreamKind::Sobol), &progress).unwrap();
+    let part = setup
+        .run_shard(&sensor.id, &photons(500), Shard::WHOLE)
+        .unwrap()
+        .unwrap();
+    let mut bytes = Vec::new();
+    part.write_to(&mut bytes).unwrap();
+    for length in [0, 1, 16, 17, 100, 1_000, bytes.len() / 2, bytes.len() - 1] {
+        assert!(Part::read_from(&bytes[..length]).is_err(), "{length}");
+    }
+    for place in (0..bytes.len()).step_by(bytes.len() / 64) {
+        let mut damaged = bytes.clone();
+        damaged[place] ^= 0x10;
+        // Damage in the header's text may still spell a header; in the sums, checksums tell.
+        let _ = Part::read_from(&damaged[..]);
+    }
+}
+
+#[test]
+fn files_are_the_same_but_for_their_timing() {
+    let folder = tempfile::tempdir().unwrap();
+    let render = |arguments: &[&str], output: &Path| {
+        let status = Command::new(env!("CARGO_BIN_EXE_nephroid"))
+            .args(arguments)
+            .args(["-o", output.to_str().unwrap()])
+            .stdout(std::process::Stdio::null())
+            .status()
+            .unwrap();
+        assert!(status.success());
+    };
+    let scene = scene_path("glass-ball.xml");
+    let scene = scene.to_str().unwrap();
+    let common = ["--photons", "6400"];
+    let image = |path: &Path| -> Image {
+        let mut image = exr::read(path).unwrap();
+        image.metadata.retain(|(key, _)| key != "timing");
+        image
+    };
+    let whole = folder.path().join("whole.exr");
+    render(
+        &[&["render", scene, "--threads", "1"], &common[..]].concat(),
+        &whole,
+    );
+    let expected = image(&whole);
+    assert!(expected.channel("LTTD.R").is_some());
+    assert!(expected.channel("E.stderr.B").is_some());
+    for threads in ["2", "3", "8"] {
+        let path = folder.path().join(format!("{threads}.exr"));
+        render(
+            &[&["render", scene, "--threads", threads], &common[..]].concat(),
+            &path,
+        );
+        assert!(image(&path) == expected, "{threads} threads");
+        // The picture has no timing at all.
+        let picture = |path: &Path| std::fs::read(path.with_extension("png")).unwrap();
+        assert!(picture(&path) == picture(&whole));
+    }
+    let shards: Vec<PathBuf> = (1..=3)
+        .map(|k| {
+            let path = folder.path().join(format!("{k}.shard"));
+            let shard = format!("{k}/3");
+            render(
+                &[&["render", scene, "--shard", &shard], &common[..]].concat(),
+                &path,
+            );
+            path
+        })
+        .collect();
+    let merged = folder.path().join("merged.exr");
+    let mut arguments = vec!["merge", scene];
+    arguments.extend(shards.iter().map(|path| path.to_str().unwrap()));
+    render(&arguments, &merged);
+    assert!(image(&merged) == expected, "merged shards");
+}

@@ -1,0 +1,150 @@
+//! No bytes make the reader panic: scene and mesh files, cut, spliced and overwritten at random.
+
+mod mitsuba_support;
+
+use std::io::Write;
+
+use flate2::Compression;
+use flate2::write::ZlibEncoder;
+use mitsuba_support::Folder;
+use proptest::prelude::*;
+
+/// Loading the result may fail or not; that it returns is the test.
+const CASES: u32 = 400;
+
+const SCENE: &str = r##"<?xml version="1.0"?>
+<!-- everything the reader knows --><scene version="0.6.0"><default name="n" value="2"/>
+<integrator type="path"><integer name="maxDepth" value="$n"/></integrator>
+<sensor type="perspective"><float name="fov" value="40"/><transform name="toWorld"><lookat origin="0,0,5" target="0 0 0" up="0,1,0"/></transform>
+<film type="hdrfilm"><integer name="width" value="16"/><rfilter type="box"/></film><sampler type="independent"/></sensor>
+<bsdf type="twosided" id="m"><bsdf type="conductor"><string name="material" value="Al"/></bsdf></bsdf><alias id="m" as="mirror"/>
+<shape type="cube"><ref id="mirror"/><transform name="toWorld"><scale value="2"/><rotate x="1" angle="30"/><translate z="1"/>
+<matrix value="1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1"/></transform></shape>
+<shape type="sphere"><bsdf type="dielectric"><string name="intIOR" value="water"/><rgb name="specularReflectance" value="#ff8000"/></bsdf></shape>
+<shape type="rectangle"><emitter type="area"><spectrum name="radiance" value="400:1, 700:2"/></emitter><sensor type="irradiancemeter"/></shape>
+<shape type="shapegroup" id="g"><shape type="disk"/></shape><shape type="instance"><ref id="g"/></shape>
+<emitter type="spot"><rgb name="intensity" value="1"/></emitter>
+<emitter type="directional"><vector name="direction" x="0" y="-1" z="0"/></emitter></scene>
+"##;
+
+const OBJ: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0.5\nv 0 1 0\nvt 0 0\nvt 1 1\nvn 0 0 1\ng a\nf 1/1/1 2/2/1 3/1/1 4//1\nf -4 -3 -2\n";
+
+const ASCII_PLY: &str = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
+    property float nx\nproperty float ny\nproperty float nz\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n\
+    0 0 0 0 0 1\n1 0 0 0 0 1\n1 1 0 0 0 1\n0 1 0 0 0 1\n4 0 1 2 3\n";
+
+fn binary_ply() -> Vec<u8> {
+    let header = ASCII_PLY
+        .split_inclusive("end_header\n")
+        .next()
+        .unwrap_or_default();
+    let mut bytes = header.replace("ascii", "binary_little_endian").into_bytes();
+    for corner in [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0_f32]] {
+        for number in [corner[0], corner[1], 0.0, 0.0, 0.0, 1.0] {
+            bytes.extend(number.to_le_bytes());
+        }
+    }
+    bytes.push(4);
+    (0..4_i32).for_each(|index| bytes.extend(index.to_le_bytes()));
+    bytes
+}
+
+/// One mesh of a triangle; `stored` without compression, so that a changed byte reaches the reader.
+fn serialized() -> Vec<u8> {
+    let mut mesh = 0x1000_u32.to_le_bytes().to_vec();
+    mesh.push(0);
+    mesh.extend(3_u64.to_le_bytes());
+    mesh.extend(1_u64.to_le_bytes());
+    for number in [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0_f32] {
+        mesh.extend(number.to_le_bytes());
+    }
+    (0..3_u32).for_each(|index| mesh.extend(index.to_le_bytes()));
+    let mut bytes = vec![0x1c, 0x04, 0x04, 0x00];
+    let mut encoder = ZlibEncoder::new(&mut bytes, Compression::none());
+    encoder.write_all(&mesh).unwrap();
+    encoder.finish().unwrap();
+    bytes.extend(0_u64.to_le_bytes());
+    bytes.extend(1_u32.to_le_bytes());
+    bytes
+}
+
+/// A change to a file: where (as a fraction), what kind, and with what.
+type Mutation = (f64, u8, Vec<u8>);
+
+fn mutations() -> impl Strategy<Value = Vec<Mutation>> {
+    let printable = proptest::collection::vec(
+        proptest::sample::select(b" 0159-.e/<>\"=$&;:,#xyz\n".to_vec()),
+        1..6,
+    );
+    let any = proptest::collection::vec(any::<u8>(), 1..6);
+    proptest::collection::vec((0.0..1.0, 0_u8..4, prop_oneof![printable, any]), 1..5)
+}
+
+fn mutate(original: &[u8], mutations: &[Mutation]) -> Vec<u8> {
+    let mut bytes = original.to_vec();
+    for (place, kind, with) in mutations {
+        let at = ((bytes.len() as f64) * place) as usize;
+        let end = (at + with.len()).min(bytes.len());
+        match kind {
+            0 => bytes.truncate(at),
+            1 => drop(bytes.splice(at..at, with.iter().copied())),
+            2 => drop(bytes.splice(at..end, with.iter().copied())),
+            // A piece of the file again, somewhere else.
+            _ => {
+                let piece =
+                    original[original.len().min(at / 2)..original.len().min(end * 2)].to_vec();
+                drop(bytes.splice(at..at, piece));
+            }
+        }
+    }
+    bytes
+}
+
+fn load_mesh(plugin: &str, bytes: &[u8]) -> Result<(), String> {
+    let folder = Folder::new();
+    folder.write("mesh", bytes);
+    let text = format!(
+        "<scene version=\"3.0.0\"><shape type=\"{plugin}\"><string name=\"filename\" value=\"mesh\"/></shape></scene>"
+    );
+    folder.write("scene.xml", text);
+    folder.load("scene.xml", &[]).map(|_| ())
+}
+
+#[test]
+fn the_files_load_before_they_are_changed() {
+    let folder = Folder::new();
+    folder.write("scene.xml", SCENE);
+    folder.load("scene.xml", &[]).unwrap();
+    load_mesh("obj", OBJ.as_bytes()).unwrap();
+    load_mesh("ply", ASCII_PLY.as_bytes()).unwrap();
+    load_mesh("ply", &binary_ply()).unwrap();
+    load_mesh("serialized", &serialized()).unwrap();
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: CASES, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn no_scene_file_makes_the_reader_panic(mutations in mutations()) {
+        let folder = Folder::new();
+        folder.write("scene.xml", mutate(SCENE.as_bytes(), &mutations));
+        if let Err(error) = folder.load("scene.xml", &[]) {
+            prop_assert!(error.starts_with("scene.xml"), "{}", error);
+        }
+    }
+
+    #[test]
+    fn no_mesh_file_makes_the_reader_panic(mutations in mutations()) {
+        let files = [
+            ("obj", OBJ.as_bytes().to_vec()),
+            ("ply", ASCII_PLY.as_bytes().to_vec()),
+            ("ply", binary_ply()),
+            ("serialized", serialized()),
+        ];
+        for (plugin, original) in files {
+            if let Err(error) = load_mesh(plugin, &mutate(&original, &mutations)) {
+                prop_assert!(error.starts_with("scene.xml:1:24: shape"), "{}", error);
+            }
+        }
+    }
+}
