@@ -1,11 +1,15 @@
 //! `LD`: light that comes straight from an emitter to the receiver, by quadrature.
 //!
-//! A texel's average is integrated with 2 x 2 Gauss points on a quadtree that is refined where
-//! some points of a leaf see the emitter and others do not, down to [`SHADOW_LEVELS`]; what is
+//! A delta emitter's light is integrated over a texel with 2 x 2 Gauss points. Shadows have sharp
+//! edges, which may run through a texel and yet miss its four points; so a texel is looked at closely
+//! where its points *or its neighbours'* differ in what they see of the emitter. Then it is cut into a
+//! quadtree, at least [`EDGE_LEVELS`] deep and down to [`SHADOW_LEVELS`] where any of a leaf's
+//! [guards](GUARDS), which stand a little outside of it, sees otherwise than the rest; what is
 //! still mixed there is booked as error. Area lights are integrated over texel and emitter
 //! together by randomised quasi-Monte Carlo.
 //!
-//! A shadow smaller than the distance of the points (half a texel at level 0) can be missed.
+//! A shadow (or a gap in one) narrower than about half a texel can be missed, and beside an edge one
+//! narrower than 1/16 of a texel.
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
@@ -18,8 +22,18 @@ use crate::numeric::{Stream, StreamKind};
 use crate::radiometry::Rgb;
 use crate::scene::{Emitter, Material, Scene};
 
-/// How often a texel on a shadow's edge is quartered.
+/// How often a leaf on a shadow's edge is quartered.
 const SHADOW_LEVELS: u32 = 6;
+
+/// How often all of a texel near a shadow's edge is quartered.
+const EDGE_LEVELS: u32 = 3;
+
+/// Where else a leaf near an edge looks for the emitter: a grid of 3 x 3 points over the leaf and
+/// an eighth of its size around it.
+///
+/// An edge that bulges into a leaf between two of them by the sagitta s²/(8R), s the leaf's size,
+/// is seen from there for all radii R above s.
+const GUARDS: [f64; 3] = [-0.625, 0.0, 0.625];
 
 /// Replicates of the quadrature over an area light; their scatter is the error.
 const REPLICATES: u32 = 16;
@@ -65,29 +79,117 @@ pub fn direct(scene: &Scene, receiver: &Receiver, seed: u64) -> Direct {
             _ => None,
         })
         .collect();
-    let rows: Vec<(Vec<DirectTexel>, TraversalCounters)> = (0..receiver.height())
-        .into_par_iter()
-        .map(|row| {
-            let mut at = DirectLight {
-                scene,
-                receiver,
-                counters: TraversalCounters::default(),
-            };
-            let texels = (0..receiver.width())
-                .map(|column| at.texel(row * receiver.width() + column, &surfaces, &stream))
-                .collect();
-            (texels, at.counters)
-        })
-        .collect();
     let mut result = Direct {
-        texels: Vec::with_capacity(receiver.texels()),
+        texels: vec![DirectTexel::default(); receiver.texels()],
         counters: TraversalCounters::default(),
     };
-    for (texels, counters) in rows {
-        result.texels.extend(texels);
-        result.counters += counters;
+    for (index, (emitter, surface)) in scene.emitters().iter().zip(&surfaces).enumerate() {
+        let measured = match surface {
+            Some(surface) => {
+                let stream = stream.split(index as u64);
+                result.by_row(scene, receiver, |at, texel| {
+                    at.area(texel, emitter, surface, &stream.split(texel as u64))
+                })
+            }
+            None => {
+                let first = result.by_row(scene, receiver, |at, texel| at.glance(texel, emitter));
+                result.by_row(scene, receiver, |at, texel| {
+                    if is_near_edge(&first, texel, receiver) {
+                        at.edge(texel, emitter)
+                    } else {
+                        first[texel].value
+                    }
+                })
+            }
+        };
+        for (sum, part) in result.texels.iter_mut().zip(measured) {
+            sum.irradiance += part.irradiance;
+            sum.error += part.error;
+        }
     }
     result
+}
+
+impl Direct {
+    /// `measure` of every texel, on all cores; counts the work.
+    fn by_row<T: Send>(
+        &mut self,
+        scene: &Scene,
+        receiver: &Receiver,
+        measure: impl Fn(&mut DirectLight, usize) -> T + Sync,
+    ) -> Vec<T> {
+        let rows: Vec<(Vec<T>, TraversalCounters)> = (0..receiver.height())
+            .into_par_iter()
+            .map(|row| {
+                let mut at = DirectLight {
+                    scene,
+                    receiver,
+                    counters: TraversalCounters::default(),
+                };
+                let texels = (0..receiver.width())
+                    .map(|column| measure(&mut at, row * receiver.width() + column))
+                    .collect();
+                (texels, at.counters)
+            })
+            .collect();
+        let mut all = Vec::with_capacity(receiver.texels());
+        for (texels, counters) in rows {
+            all.extend(texels);
+            self.counters += counters;
+        }
+        all
+    }
+}
+
+/// Whether a texel and its neighbours do not all see the same share of the emitter.
+fn is_near_edge(first: &[Glance], texel: usize, receiver: &Receiver) -> bool {
+    let (column, row) = (texel % receiver.width(), texel / receiver.width());
+    let near = |i: usize, count: usize| i.saturating_sub(1)..(i + 2).min(count);
+    let mut seen = first[texel].passed;
+    for row in near(row, receiver.height()) {
+        for column in near(column, receiver.width()) {
+            seen = seen.with(first[row * receiver.width() + column].passed);
+        }
+    }
+    seen.is_mixed()
+}
+
+/// The least and the largest share of an emitter that some points see.
+#[derive(Clone, Copy)]
+struct Passed {
+    least: f64,
+    most: f64,
+}
+
+impl Passed {
+    const NOTHING_SEEN: Self = Self {
+        least: f64::INFINITY,
+        most: f64::NEG_INFINITY,
+    };
+
+    fn with(self, other: Self) -> Self {
+        Self {
+            least: self.least.min(other.least),
+            most: self.most.max(other.most),
+        }
+    }
+
+    fn with_share(self, share: f64) -> Self {
+        self.with(Self {
+            least: share,
+            most: share,
+        })
+    }
+
+    fn is_mixed(self) -> bool {
+        self.least < self.most
+    }
+}
+
+/// A texel's irradiance from few points, and what these see of the emitter.
+struct Glance {
+    value: DirectTexel,
+    passed: Passed,
 }
 
 /// A part of a texel, by fractions across it.
@@ -98,6 +200,37 @@ struct Leaf {
     level: u32,
 }
 
+impl Leaf {
+    /// All of a texel.
+    const TEXEL: Self = Self {
+        from: DVec2::ZERO,
+        size: 1.0,
+        level: 0,
+    };
+
+    fn quarters(&self) -> [Self; 4] {
+        [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)].map(|(i, j)| Self {
+            from: self.from + DVec2::new(i, j) * (0.5 * self.size),
+            size: 0.5 * self.size,
+            level: self.level + 1,
+        })
+    }
+
+    /// The point (x, y) sizes from the middle.
+    fn at(&self, x: f64, y: f64) -> DVec2 {
+        self.from + (DVec2::new(x, y) + 0.5) * self.size
+    }
+}
+
+/// What a leaf's points see.
+struct Look {
+    /// The leaf's share of its texel's irradiance.
+    irradiance: Rgb,
+    /// The same without shadow.
+    unshadowed: Rgb,
+    passed: Passed,
+}
+
 struct DirectLight<'a> {
     scene: &'a Scene,
     receiver: &'a Receiver,
@@ -105,71 +238,93 @@ struct DirectLight<'a> {
 }
 
 impl DirectLight<'_> {
-    fn texel(
-        &mut self,
-        texel: usize,
-        surfaces: &[Option<LightSurface>],
-        stream: &Stream,
-    ) -> DirectTexel {
-        let mut sum = DirectTexel::default();
-        for (index, (emitter, surface)) in self.scene.emitters().iter().zip(surfaces).enumerate() {
-            let part = match surface {
-                None => self.delta(texel, emitter),
-                Some(surface) => {
-                    let stream = stream.split(index as u64).split(texel as u64);
-                    self.area(texel, emitter, surface, &stream)
-                }
-            };
-            sum.irradiance += part.irradiance;
-            sum.error += part.error;
-        }
-        sum
-    }
-
     fn receiver_point(&self, texel: usize, at: DVec2) -> SurfacePoint {
         self.receiver.point(self.scene, texel, at)
     }
 
-    /// Average over a texel of a delta emitter's light.
-    fn delta(&mut self, texel: usize, emitter: &Emitter) -> DirectTexel {
-        let mut result = DirectTexel::default();
-        let mut pending = vec![Leaf {
-            from: DVec2::ZERO,
-            size: 1.0,
-            level: 0,
-        }];
+    /// Average over a texel of a delta emitter's light, as few points see it.
+    fn glance(&mut self, texel: usize, emitter: &Emitter) -> Glance {
+        let mut result = Glance {
+            value: DirectTexel::default(),
+            passed: Passed::NOTHING_SEEN,
+        };
+        let (width, height) = (self.receiver.width(), self.receiver.height());
+        let is_end = |i: usize, count: usize| i == 0 || i + 1 == count;
+        let is_border = is_end(texel % width, width) || is_end(texel / width, height);
+        let mut pending = vec![Leaf::TEXEL];
         while let Some(leaf) = pending.pop() {
-            let middle = leaf.from + 0.5 * leaf.size;
-            let weight = leaf.size * leaf.size / 4.0;
-            let mut sum = Rgb::BLACK;
-            let mut unshadowed = Rgb::BLACK;
-            let mut passed_range = (1.0_f64, 0.0_f64);
-            for (i, j) in [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)] {
-                let at = middle + DVec2::new(i, j) * (GAUSS * leaf.size);
-                let point = self.receiver_point(texel, at);
-                let (arriving, passed) = self.arriving(&point, emitter);
-                unshadowed += arriving * weight;
-                sum += arriving * (passed * weight);
-                passed_range = (passed_range.0.min(passed), passed_range.1.max(passed));
-            }
-            let mixed = passed_range.0 < passed_range.1 && !unshadowed.is_black();
-            if (mixed && leaf.level < SHADOW_LEVELS) || self.is_coarse(texel, &leaf, emitter) {
-                for (i, j) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)] {
-                    pending.push(Leaf {
-                        from: leaf.from + DVec2::new(i, j) * (0.5 * leaf.size),
-                        size: 0.5 * leaf.size,
-                        level: leaf.level + 1,
-                    });
-                }
+            if self.is_coarse(texel, &leaf, emitter) {
+                pending.extend(leaf.quarters());
                 continue;
             }
-            result.irradiance += sum;
-            if mixed {
-                // The lit share of the leaf is somewhere between none and all.
-                result.error += unshadowed;
+            let look = self.look(texel, &leaf, emitter);
+            result.value.irradiance += look.irradiance;
+            result.passed = result.passed.with(look.passed);
+            if is_border {
+                // No neighbours on one side: nobody else looks there.
+                result.passed = self.guarded(texel, &leaf, emitter, result.passed);
             }
         }
         result
+    }
+
+    /// Average over a texel of a delta emitter's light, where a shadow's edge may run through it.
+    fn edge(&mut self, texel: usize, emitter: &Emitter) -> DirectTexel {
+        let mut result = DirectTexel::default();
+        let mut pending = vec![Leaf::TEXEL];
+        while let Some(leaf) = pending.pop() {
+            if leaf.level < EDGE_LEVELS || self.is_coarse(texel, &leaf, emitter) {
+                pending.extend(leaf.quarters());
+                continue;
+            }
+            let look = self.look(texel, &leaf, emitter);
+            let passed = self.guarded(texel, &leaf, emitter, look.passed);
+            let mixed = passed.is_mixed() && !look.unshadowed.is_black();
+            if mixed && leaf.level < SHADOW_LEVELS {
+                pending.extend(leaf.quarters());
+                continue;
+            }
+            result.irradiance += look.irradiance;
+            if mixed {
+                // The share that passes is somewhere between the least and the most.
+                result.error += look.unshadowed * (passed.most - passed.least);
+            }
+        }
+        result
+    }
+
+    /// A leaf's share of its texel's irradiance, by 2 x 2 Gauss points.
+    fn look(&mut self, texel: usize, leaf: &Leaf, emitter: &Emitter) -> Look {
+        let mut look = Look {
+            irradiance: Rgb::BLACK,
+            unshadowed: Rgb::BLACK,
+            passed: Passed::NOTHING_SEEN,
+        };
+        let weight = leaf.size * leaf.size / 4.0;
+        for (i, j) in [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)] {
+            let point = self.receiver_point(texel, leaf.at(i * GAUSS, j * GAUSS));
+            let (arriving, passed) = self.arriving(&point, emitter);
+            look.unshadowed += arriving * weight;
+            look.irradiance += arriving * (passed * weight);
+            look.passed = look.passed.with_share(passed);
+        }
+        look
+    }
+
+    /// What a leaf's guards see beside its points. On the receiver's border they stand on the border.
+    fn guarded(&mut self, texel: usize, leaf: &Leaf, emitter: &Emitter, seen: Passed) -> Passed {
+        let mut passed = seen;
+        for i in GUARDS {
+            for j in GUARDS {
+                if passed.is_mixed() {
+                    return passed;
+                }
+                let at = self.receiver.clamped(texel, leaf.at(i, j));
+                let point = self.receiver_point(texel, at);
+                passed = passed.with_share(self.arriving(&point, emitter).1);
+            }
+        }
+        passed
     }
 
     /// Whether a leaf is too large for 2 x 2 Gauss points to integrate 1/r² and the cosine.
@@ -184,8 +339,7 @@ impl DirectLight<'_> {
         if leaf.level >= SHADOW_LEVELS {
             return false;
         }
-        let middle = leaf.from + 0.5 * leaf.size;
-        let distance = self.receiver_point(texel, middle).position.distance(from);
+        let distance = self.receiver_point(texel, leaf.at(0.0, 0.0)).position.distance(from);
         let size = self.receiver.texel_area(texel).sqrt() * leaf.size;
         size > distance / 64.0
     }

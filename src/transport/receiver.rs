@@ -181,6 +181,12 @@ impl Receiver {
             .expect("Receiver::new refuses shapes without surface parameters")
     }
 
+    /// The nearest to `at`, fractions across a texel or a little beyond it, that the surface has.
+    pub fn clamped(&self, texel: usize, at: DVec2) -> DVec2 {
+        let corner = self.uv(texel, DVec2::ZERO) * self.full;
+        at.clamp(-corner, self.full - corner)
+    }
+
     /// The (u, v) at fractions `at` (in 0..=1) across a texel.
     #[inline]
     pub fn uv(&self, texel: usize, at: DVec2) -> DVec2 {

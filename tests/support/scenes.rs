@@ -63,14 +63,10 @@ pub struct Photons {
 }
 
 impl Photons {
-    /// Default settings but for 64 replicates: error bars with 63 degrees of freedom, whose far
-    /// quantiles (7.0 at 1e-9) are not much wider than the normal distribution's (6.1).
+    /// With default settings.
     pub fn new(count: u64) -> Self {
         Self {
-            settings: PhotonSettings {
-                replicates: 64,
-                ..PhotonSettings::default()
-            },
+            settings: PhotonSettings::default(),
             count,
         }
     }
@@ -93,7 +89,7 @@ impl Photons {
         self
     }
 
-    /// Measures the caustic on a scene's only irradiance meter; direct light only where `direct`.
+    /// Measures the caustic on a scene's only irradiance meter.
     pub fn estimate(&self, scene: &Scene) -> Estimate {
         let progress = Progress::default();
         let budget = Budget {
