@@ -109,7 +109,7 @@ const AFTER_TR: f64 = 0.25;
 #[test]
 fn the_glass_balls_flux_is_right_in_every_path() {
     let scene = bundled("glass-ball", 1);
-    let photons = Photons::new(1 << 21);
+    let photons = Photons::new(1 << 22);
     let estimate = photons.estimate(&scene);
     let compare = |path: Path, largest_share: f64| {
         let truth = BALL.sheet(path).map(&ball_grid(1));
@@ -126,24 +126,24 @@ fn the_glass_balls_flux_is_right_in_every_path() {
     assert_eq!((none.high[0], none.estimate[0]), (0.0, 0.0));
 }
 
-/// In each of 16 x 16 regions of the floor, LTTD, LRD and LTRRRTD carry the flux of those rays of the
-/// radial map that land there.
+/// In each region of the floor, LTTD, LRD and LTRRRTD carry the flux of those rays of the radial map that
+/// land there. (By symmetry most of LTTD is in the middle; LRD is faint and everywhere.)
 #[test]
 fn the_glass_balls_light_falls_into_the_right_regions() {
-    let scene = bundled("glass-ball", REGIONS);
-    let photons = Photons::new(1 << 21);
-    let estimate = photons.estimate(&scene);
-    for (path, largest_share, least) in [
-        (Path::Through(0), 1.0, 12),
-        (Path::Reflected(1), 1.0, 8),
-        (Path::Through(3), AFTER_TR, 4),
+    for (path, side, largest_share, least) in [
+        (Path::Through(0), REGIONS, 1.0, 12),
+        (Path::Reflected(1), 4, 1.0, 4),
+        (Path::Through(3), 2, AFTER_TR, 4),
     ] {
-        let truth = BALL.sheet(path).map(&ball_grid(REGIONS));
+        let scene = bundled("glass-ball", side);
+        let photons = Photons::new(1 << 20);
+        let estimate = photons.estimate(&scene);
+        let truth = BALL.sheet(path).map(&ball_grid(side));
         let it = Compared::new(&scene, &photons, &estimate, &path.signature(), &truth)
             .photons_carry_at_most(largest_share);
         println!("{}: {:?}", it.name, it.agreement());
         it.assert_regions(least);
-        it.assert_darkness_is_exact(&ball_grid(REGIONS), 0);
+        it.assert_darkness_is_exact(&ball_grid(side), 0);
     }
 }
 
@@ -323,7 +323,7 @@ fn the_diamonds_light_falls_into_the_right_regions_in_every_path() {
         most_reflections: 6,
     };
     diamond.assert_agree(1, 4);
-    diamond.assert_agree(REGIONS, 100);
+    diamond.assert_agree(REGIONS, 15);
 }
 
 // ---- mirror cups: nephroid and cardioid -------------------------------------------------------
@@ -372,8 +372,10 @@ fn assert_cup_agrees(name: &str, cup: &MirrorCup, half_width: f64, bare: f64, si
             println!("{stream:?} {} {side}: {:?}", it.name, it.agreement());
             if side == 1 {
                 it.assert_regions(1);
+            } else if reflections == 1 {
+                it.assert_texels(80);
             } else {
-                it.assert_texels(if reflections == 1 { 100 } else { 20 });
+                it.assert_regions(5);
             }
         }
     }
@@ -441,7 +443,8 @@ fn a_pane_shifts_light_and_dims_it_by_fresnels_series() {
         let scene = loaded(&file, side);
         let photons = Photons::new(1 << 21);
         let estimate = photons.estimate(&scene);
-        for (reflections, largest_share) in [(0, 1.0), (2, AFTER_TR)] {
+        // Light on the floor has met the pane at less than 20°, where (1 − F) F < 0.04.
+        for (reflections, largest_share) in [(0, 1.0), (2, 0.04)] {
             let path = Path::Through(reflections);
             let truth = pane
                 .sheet(2.0, 100.0, path)
@@ -646,6 +649,7 @@ fn the_square_lamps_direct_light_is_lamberts() {
     let mut it = Compared::new(&scene, &photons, &estimate, "LD", &truth);
     it.freedom = 15;
     it.replicates = 16.0;
+    it.name.push_str(" (whose error is a bound where the lamp is small and unhidden)");
     // Every texel gets 8 samples of each replicate, whatever falls into it: only where the closed form is
     // not known is nothing judged. Smooth over texel and lamp, they are nearly normal.
     it.photons = truth
@@ -653,5 +657,5 @@ fn the_square_lamps_direct_light_is_lamberts() {
         .map(|value| if *value > 0.0 { f64::INFINITY } else { 0.0 })
         .collect();
     println!("{}: {:?}", it.name, it.agreement());
-    it.assert_texels(2000);
+    it.assert_regions(2000);
 }
