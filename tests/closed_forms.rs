@@ -207,7 +207,10 @@ fn bar_the_glass_ball_at_default_settings_is_right_to_1_2_percent() {
     assert!(it.relative_rmse <= 0.012, "{it:?}");
     assert!((0.9..=1.1).contains(&it.variance), "{it:?}");
     // Five standard deviations of the mean of so many scores.
-    assert!(it.mean.abs() <= 5.0 * (it.variance / it.texels as f64).sqrt(), "{it:?}");
+    assert!(
+        it.mean.abs() <= 5.0 * (it.variance / it.texels as f64).sqrt(),
+        "{it:?}"
+    );
 }
 
 // ---- flat facets: cube, prism, diamond ----------------------------------------------------------
@@ -452,7 +455,11 @@ fn a_pane_shifts_light_and_dims_it_by_fresnels_series() {
             let it = Compared::new(&scene, &photons, &estimate, &path.signature(), &truth)
                 .photons_carry_at_most(largest_share);
             println!("{} {side}: {:?}", it.name, it.agreement());
-            it.assert_regions(if reflections == 0 || side == 1 { side * side } else { 0 });
+            it.assert_regions(if reflections == 0 || side == 1 {
+                side * side
+            } else {
+                0
+            });
         }
         let odd = layer(&estimate, "LTRTD", 0).0;
         assert!(odd.iter().all(|value| *value == 0.0));
@@ -577,7 +584,10 @@ fn the_dish_gathers_its_apertures_flux_in_every_channel() {
     let scene = bundled("parabolic-mirror", 1);
     let photons = Photons::new(1 << 20);
     let estimate = photons.estimate(&scene);
-    for (channel, (eta, k)) in [(1.66, 9.22), (0.88, 6.27), (0.52, 4.84)].into_iter().enumerate() {
+    for (channel, (eta, k)) in [(1.66, 9.22), (0.88, 6.27), (0.52, 4.84)]
+        .into_iter()
+        .enumerate()
+    {
         let dish = ParabolicMirror {
             focal_length: 0.5,
             aperture: 0.5,
@@ -627,7 +637,8 @@ fn the_square_lamps_direct_light_is_lamberts() {
     let is_clear = |point: DVec3| {
         let to_lamp = DVec3::new(0.0, 0.0, 1.98) - point;
         let to_ball = DVec3::new(0.3, -0.2, 0.45) - point;
-        let cones = (lamp_radius / to_lamp.length()).asin() + (0.4 / to_ball.length()).min(1.0).asin();
+        let cones =
+            (lamp_radius / to_lamp.length()).asin() + (0.4 / to_ball.length()).min(1.0).asin();
         to_lamp.angle_between(to_ball) > cones
     };
     let grid = TexelGrid::square(1.0, SIDE);
@@ -649,7 +660,8 @@ fn the_square_lamps_direct_light_is_lamberts() {
     let mut it = Compared::new(&scene, &photons, &estimate, "LD", &truth);
     it.freedom = 15;
     it.replicates = 16.0;
-    it.name.push_str(" (whose error is a bound where the lamp is small and unhidden)");
+    it.name
+        .push_str(" (whose error is a bound where the lamp is small and unhidden)");
     // Every texel gets 8 samples of each replicate, whatever falls into it: only where the closed form is
     // not known is nothing judged. Smooth over texel and lamp, they are nearly normal.
     it.photons = truth

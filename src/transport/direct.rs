@@ -339,7 +339,10 @@ impl DirectLight<'_> {
         if leaf.level >= SHADOW_LEVELS {
             return false;
         }
-        let distance = self.receiver_point(texel, leaf.at(0.0, 0.0)).position.distance(from);
+        let distance = self
+            .receiver_point(texel, leaf.at(0.0, 0.0))
+            .position
+            .distance(from);
         let size = self.receiver.texel_area(texel).sqrt() * leaf.size;
         size > distance / 64.0
     }

@@ -179,7 +179,11 @@ impl Compared {
                 self.high[texel]
             );
         }
-        assert!(judged >= least, "{}: only {judged} can be judged", self.name);
+        assert!(
+            judged >= least,
+            "{}: only {judged} can be judged",
+            self.name
+        );
     }
 
     /// The z-scores of all texels that can be judged have the mean 0 and the variance of
@@ -211,11 +215,7 @@ impl Compared {
             self.name
         );
         let edgeworth = law.skewness_of_square / (6.0 * n.sqrt()) * (quantile * quantile - 1.0);
-        let skew_squared = self
-            .judged()
-            .map(|texel| 2.0 / photons(texel))
-            .sum::<f64>()
-            / n;
+        let skew_squared = self.judged().map(|texel| 2.0 / photons(texel)).sum::<f64>() / n;
         let low = law.variance - (quantile - edgeworth) * law.deviation_of_square / n.sqrt();
         let high = law.variance
             + (quantile + edgeworth) * law.deviation_of_square / n.sqrt()
@@ -237,7 +237,9 @@ impl Compared {
                 .flat_map(|y| near(column, grid.columns).map(move |x| y * grid.columns + x))
                 .all(|texel| self.high[texel] == 0.0)
         };
-        let dark: Vec<usize> = (0..self.low.len()).filter(|&texel| is_dark(texel)).collect();
+        let dark: Vec<usize> = (0..self.low.len())
+            .filter(|&texel| is_dark(texel))
+            .collect();
         assert!(dark.len() >= least, "{}: {} dark", self.name, dark.len());
         for texel in dark {
             assert!(
