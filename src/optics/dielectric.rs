@@ -16,7 +16,7 @@
 /// near the critical angle or for η near 1.
 ///
 /// - `cos_incident`: cos θᵢ in 0..=1, on the side light arrives from.
-/// - `eta`: n_transmitted / n_incident; `1.33` enters water from air.
+/// - `eta`: `n_transmitted / n_incident`; `1.33` enters water from air.
 ///
 /// Returns exactly 1 at and beyond the critical angle, and at grazing incidence; exactly 0
 /// for `eta` = 1. Photon flux splits by F alone; transmitted *radiance* also scales by η², not here.
@@ -46,7 +46,7 @@ pub fn dielectric_reflectance(cos_incident: f64, eta: f64) -> f64 {
 /// F + T F T (1 + F² + F⁴ + ...) sums to 2 F / (1 + F). The rest is transmitted.
 ///
 /// - `cos_incident`: cos θᵢ in 0..=1 outside the pane.
-/// - `eta`: n_pane / n_outside. Where it is below 1, total reflection gives 1.
+/// - `eta`: `n_pane / n_outside`. Where it is below 1, total reflection gives 1.
 #[inline]
 pub fn thin_slab_reflectance(cos_incident: f64, eta: f64) -> f64 {
     let single = dielectric_reflectance(cos_incident, eta);

@@ -84,23 +84,20 @@ pub fn direct(scene: &Scene, receiver: &Receiver, seed: u64) -> Direct {
         counters: TraversalCounters::default(),
     };
     for (index, (emitter, surface)) in scene.emitters().iter().zip(&surfaces).enumerate() {
-        let measured = match surface {
-            Some(surface) => {
-                let stream = stream.split(index as u64);
-                result.by_row(scene, receiver, |at, texel| {
-                    at.area(texel, emitter, surface, &stream.split(texel as u64))
-                })
-            }
-            None => {
-                let first = result.by_row(scene, receiver, |at, texel| at.glance(texel, emitter));
-                result.by_row(scene, receiver, |at, texel| {
-                    if is_near_edge(&first, texel, receiver) {
-                        at.edge(texel, emitter)
-                    } else {
-                        first[texel].value
-                    }
-                })
-            }
+        let measured = if let Some(surface) = surface {
+            let stream = stream.split(index as u64);
+            result.by_row(scene, receiver, |at, texel| {
+                at.area(texel, emitter, surface, &stream.split(texel as u64))
+            })
+        } else {
+            let first = result.by_row(scene, receiver, |at, texel| at.glance(texel, emitter));
+            result.by_row(scene, receiver, |at, texel| {
+                if is_near_edge(&first, texel, receiver) {
+                    at.edge(texel, emitter)
+                } else {
+                    first[texel].value
+                }
+            })
         };
         for (sum, part) in result.texels.iter_mut().zip(measured) {
             sum.irradiance += part.irradiance;

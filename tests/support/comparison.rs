@@ -124,6 +124,9 @@ impl Compared {
         } else {
             (value - self.low[texel]).min(0.0)
         };
+        if off == 0.0 {
+            return 0.0;
+        }
         // Fixed-point sums round to about 1e-15 of a texel's flux; where light arrives
         // without any randomness, that is all the error there is.
         let rounding = 1e-13 * value.abs();
