@@ -3,8 +3,8 @@
 //! A delta emitter's light is integrated over a texel with 2 x 2 Gauss points. Shadows have sharp
 //! edges, which may run through a texel and yet miss its four points; so a texel is looked at closely
 //! where its points *or its neighbours'* differ in what they see of the emitter. Then it is cut into a
-//! quadtree, at least [`EDGE_LEVELS`] deep and down to [`SHADOW_LEVELS`] where any of a leaf's
-//! [guards](GUARDS), which stand a little outside of it, sees otherwise than the rest; what is
+//! quadtree, at least `EDGE_LEVELS` deep and down to `SHADOW_LEVELS` where any of a leaf's
+//! guards, which stand a little outside of it, sees otherwise than the rest; what is
 //! still mixed there is booked as error. Area lights are integrated over texel and emitter
 //! together by randomised quasi-Monte Carlo.
 //!
@@ -470,7 +470,7 @@ impl DirectLight<'_> {
 
     /// ∫ cos θ cos θ′ / r² dA over all of a light made of parallelograms, at the middle of a
     /// texel, and a bound on its error; `None` where any part may be hidden, or the error is more
-    /// than [`SMOOTH_ERROR`].
+    /// than `SMOOTH_ERROR`.
     ///
     /// Each part is integrated with 2 x 2 Gauss points, at the texel's middle and, for what the
     /// middle leaves out, at its corners: the mean of the corners less the middle is three times
