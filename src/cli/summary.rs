@@ -29,7 +29,7 @@ pub struct Summary {
     pub relative_error: Option<f64>,
     /// One entry a layer, the total first.
     pub layers: Vec<LayerSummary>,
-    /// Where the traced flux went [W].
+    /// Where the traced flux went \[W\].
     pub ledger: LedgerSummary,
     /// Rays, and the work of finding what they hit.
     pub counters: TraversalCounters,
@@ -58,7 +58,7 @@ pub struct LayerSummary {
     pub relative_error: Option<f64>,
 }
 
-/// The ledger in numbers [W].
+/// The ledger in numbers \[W\].
 #[derive(Clone, Debug, Serialize)]
 pub struct LedgerSummary {
     /// What photons started with.

@@ -118,7 +118,7 @@ impl LightSpace {
         self.cells.is_empty()
     }
 
-    /// The flux of all cells [W], or a little more (see [`Chart::flux_bound`]).
+    /// The flux of all cells \[W\], or a little more (see [`Chart::flux_bound`]).
     pub fn flux_bound(&self) -> Rgb {
         self.flux_bound
     }
