@@ -53,7 +53,7 @@ pub fn requirements(scene: &Scene) -> Vec<Requirement> {
         ),
         item(
             "shading normals",
-            &meshes(scene, |mesh| mesh.has_vertex_normals()),
+            &meshes(scene, crate::geometry::Mesh::has_vertex_normals),
             "is a specular mesh with interpolated normals",
             "every specular surface has its true normal",
         ),

@@ -1,7 +1,7 @@
 //! `LD`: light that comes straight from an emitter to the receiver, by quadrature.
 //!
 //! A texel's average is integrated with 2 x 2 Gauss points on a quadtree that is refined where
-//! some points of a leaf see the emitter and others do not, down to [`SHADOW_LEVELS`]; what is
+//! some points of a leaf see the emitter and others do not, down to `SHADOW_LEVELS`; what is
 //! still mixed there is booked as error. Area lights are integrated over texel and emitter
 //! together by randomised quasi-Monte Carlo.
 //!
@@ -316,7 +316,7 @@ impl DirectLight<'_> {
 
     /// ∫ cos θ cos θ′ / r² dA over all of a light made of parallelograms, at the middle of a
     /// texel, and a bound on its error; `None` where any part may be hidden, or the error is more
-    /// than [`SMOOTH_ERROR`].
+    /// than `SMOOTH_ERROR`.
     ///
     /// Each part is integrated with 2 x 2 Gauss points, at the texel's middle and, for what the
     /// middle leaves out, at its corners: the mean of the corners less the middle is three times
