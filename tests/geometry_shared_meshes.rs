@@ -72,6 +72,8 @@ fn closed_meshes_are_found_closed_and_outward() {
 fn open_and_non_manifold_meshes_are_found_out() {
     for (name, open, non_manifold) in [
         ("bunny_69k_open_scan.ply", 223, 0),
+        ("dragon_48k_nonmanifold.ply", 0, 2094),
+        ("buddha_100k_asis.ply", 0, 50),
         ("suzanne_base.ply", 42, 1),
         ("water_pool_4k.ply", 166, 0),
     ] {
@@ -82,17 +84,6 @@ fn open_and_non_manifold_meshes_are_found_out() {
             found.non_manifold_edges.count, non_manifold,
             "{name}: {found}"
         );
-    }
-}
-
-#[test]
-fn pinched_meshes_with_faces_on_top_of_each_other_are_not_closed() {
-    for name in ["buddha_100k_asis.ply", "dragon_48k_nonmanifold.ply"] {
-        let Some(parts) = shared(name) else { continue };
-        let found = mesh(parts).diagnose();
-        assert!(!found.is_closed(), "{name}: {found}");
-        assert!(found.duplicate_faces.count > 0, "{name}: {found}");
-        assert!(found.non_manifold_edges.count > 0, "{name}: {found}");
     }
 }
 

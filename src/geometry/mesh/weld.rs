@@ -34,6 +34,11 @@ pub(super) fn key(mut corners: [u32; 3]) -> [u32; 3] {
     corners
 }
 
+/// Whether the corners, from the lowest on, go up: the same for all orders that wind the same way.
+pub(super) fn winding([a, b, c]: [u32; 3]) -> bool {
+    (a < b && b < c) || (b < c && c < a) || (c < a && a < b)
+}
+
 /// The faces with three distinct corners, and of those over the same corners only the first.
 pub(super) fn distinct_faces(positions: &[DVec3], triangles: &[[u32; 3]]) -> Vec<u32> {
     let representatives = representatives(positions);
