@@ -36,7 +36,8 @@ pub(super) fn key(mut corners: [u32; 3]) -> [u32; 3] {
 
 /// Whether the corners, from the lowest on, go up: the same for all orders that wind the same way.
 pub(super) fn winding([a, b, c]: [u32; 3]) -> bool {
-    (a < b && b < c) || (b < c && c < a) || (c < a && a < b)
+    // Of the three steps round the corners, two go up one way and one the other way.
+    [a < b, b < c, c < a].into_iter().filter(|&up| up).count() == 2
 }
 
 /// The faces with three distinct corners, and of those over the same corners only the first.
