@@ -136,6 +136,12 @@ struct FaceSearch<'a, F> {
 impl<F: FnMut(Hit) -> f64> LeafVisitor for FaceSearch<'_, F> {
     #[inline(always)]
     #[allow(clippy::inline_always)] // or it is not compiled for the caller's registers
+    fn announce(&self, lanes: impl Lanes, leaf: usize) {
+        lanes.prefetch(&self.tree.packs[leaf]);
+    }
+
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // or it is not compiled for the caller's registers
     fn visit(&mut self, lanes: impl Lanes, leaf: usize, ray: &LocalRay) -> f64 {
         let first = self.tree.tree.leaf_range(leaf).start;
         let mut candidates = self.tree.packs[leaf].candidates(lanes, ray);
