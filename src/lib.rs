@@ -14,7 +14,7 @@
 //! | 2 | [`generate`] | the meshes of the bundled scenes, made from formulas |
 //! | 3 | [`mitsuba`] | Mitsuba 3 XML and mesh files become a scene |
 //! | 4 | [`transport`] | light-space domains, specular chains, path signatures, deposits |
-//! | 5 | [`reference`] | ways to compute the truth |
+//! | 5 | [`mod@reference`] | ways to compute the truth |
 //! | 8 | [`cli`] | one file a command |
 //!
 //! # Conventions
@@ -24,7 +24,7 @@
 //! - Angles are radians; degrees only where a Mitsuba file has them.
 //! - World space is right-handed, as in Mitsuba. Directions are unit vectors. A ray's
 //!   direction is the direction of travel; `wi` and `wo` point away from the surface.
-//! - `ior` is an absolute refractive index; `eta` is n_transmitted / n_incident.
+//! - `ior` is an absolute refractive index; `eta` is `n_transmitted / n_incident`.
 //! - All results are computed in `f64`. Images are stored as `f32`.
 #![warn(clippy::pedantic)]
 #![allow(

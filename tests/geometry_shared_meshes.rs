@@ -72,6 +72,7 @@ fn closed_meshes_are_found_closed_and_outward() {
 fn open_and_non_manifold_meshes_are_found_out() {
     for (name, open, non_manifold) in [
         ("bunny_69k_open_scan.ply", 223, 0),
+        ("dragon_48k_nonmanifold.ply", 0, 2094),
         ("buddha_100k_asis.ply", 0, 50),
         ("suzanne_base.ply", 42, 1),
         ("water_pool_4k.ply", 166, 0),

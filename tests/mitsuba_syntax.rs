@@ -232,6 +232,11 @@ fn nesting_without_end_is_an_error_not_a_crash() {
         .map(|line| format!("{line}\n"))
         .collect();
     assert!(error(&reversed).contains("more than 64 levels deep"));
+    let crowd: String = (0..100_000).map(|n| format!(" a{n}=\"\"")).collect();
+    assert_eq!(
+        error(&format!("<shape{crowd}/>")),
+        "scene.xml:2:1: an element with more than 64 attributes"
+    );
     let ring = "<bsdf type=\"mask\" id=\"a\"><ref id=\"b\"/></bsdf><bsdf type=\"twosided\" id=\"b\"><ref id=\"a\"/></bsdf>";
     assert!(error(ring).contains("bsdf \"a\" holds itself through references"));
     let folder = Folder::new();

@@ -29,6 +29,8 @@ pub enum Command {
     Inspect(InspectArgs),
     /// Put the shards of a run together, to the same bits as the run in one piece
     Merge(MergeArgs),
+    /// Write the shipped scenes, their meshes at any fineness
+    Generate(GenerateArgs),
 }
 
 /// Which scene.
@@ -160,6 +162,22 @@ pub struct MergeArgs {
     /// Print the summary as JSON
     #[arg(long)]
     pub json: bool,
+}
+
+/// `nephroid generate`.
+#[derive(Debug, clap::Args)]
+pub struct GenerateArgs {
+    /// The scenes to write [default: all]
+    #[arg(value_name = "NAME")]
+    pub names: Vec<String>,
+
+    /// The folder to write them into; made where missing
+    #[arg(short, long, value_name = "DIR", default_value = "out/scenes")]
+    pub output: PathBuf,
+
+    /// A factor on the number of cuts of curved meshes: N² times the triangles
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub detail: u32,
 }
 
 /// How to compute.

@@ -5,6 +5,7 @@
 //! early and its result is marked incomplete; 2 it could not (bad usage, bad input, no space).
 
 pub mod args;
+pub mod generate;
 pub mod inspect;
 pub mod merge;
 pub mod output;
@@ -34,6 +35,7 @@ pub fn main() -> ExitCode {
         Command::Render(args) => render::render(args),
         Command::Inspect(args) => inspect::inspect(args),
         Command::Merge(args) => merge::merge(args),
+        Command::Generate(args) => generate::generate(args),
     };
     match outcome {
         Ok(Outcome::Complete) => ExitCode::SUCCESS,

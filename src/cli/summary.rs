@@ -29,7 +29,7 @@ pub struct Summary {
     pub relative_error: Option<f64>,
     /// One entry a layer, the total first.
     pub layers: Vec<LayerSummary>,
-    /// Where the traced flux went [W].
+    /// Where the traced flux went \[W\].
     pub ledger: LedgerSummary,
     /// Rays, and the work of finding what they hit.
     pub counters: TraversalCounters,
@@ -58,7 +58,7 @@ pub struct LayerSummary {
     pub relative_error: Option<f64>,
 }
 
-/// The ledger in numbers [W].
+/// The ledger in numbers \[W\].
 #[derive(Clone, Debug, Serialize)]
 pub struct LedgerSummary {
     /// What photons started with.
@@ -190,16 +190,19 @@ impl fmt::Display for Summary {
             self.method,
             if self.complete { "" } else { " · INCOMPLETE" }
         )?;
+        let names = self.layers.iter().map(|layer| layer.name.len());
+        let rows = self.ledger.rows.iter().map(|(name, _)| name.len());
+        let wide = names.chain(rows).fold("after".len(), usize::max) + 2;
         writeln!(out, "\nirradiance [W/m²]")?;
         writeln!(
             out,
-            "  {:<12} {:>12} {:>12} {:>12} {:>12}",
+            "  {:<wide$} {:>12} {:>12} {:>12} {:>12}",
             "layer", "min", "mean", "max", "rel. error"
         )?;
         for layer in &self.layers {
             writeln!(
                 out,
-                "  {:<12} {:>12} {:>12} {:>12} {:>12}",
+                "  {:<wide$} {:>12} {:>12} {:>12} {:>12}",
                 layer.name,
                 number(layer.min),
                 number(layer.mean),
@@ -210,7 +213,7 @@ impl fmt::Display for Summary {
         writeln!(out, "\nflux of the traced light [W], mean of channels")?;
         writeln!(
             out,
-            "  {:<12} {:>12} {:>12} {:>12} {:>12} {:>12}",
+            "  {:<wide$} {:>12} {:>12} {:>12} {:>12} {:>12}",
             "after", "received", "direct", "escaped", "absorbed", "cut off"
         )?;
         let mut sum = Row::default();
@@ -223,10 +226,10 @@ impl fmt::Display for Summary {
                 sum.cut_off + row.cut_off,
             ]);
             if !row.total().is_black() {
-                writeln!(out, "  {}", ledger_line(name, row))?;
+                writeln!(out, "  {}", ledger_line(name, wide, row))?;
             }
         }
-        writeln!(out, "  {}", ledger_line("sum", &sum))?;
+        writeln!(out, "  {}", ledger_line("sum", wide, &sum))?;
         writeln!(
             out,
             "  emitted {}, ledger closes to {:.1e}",
@@ -257,8 +260,8 @@ impl fmt::Display for Summary {
     }
 }
 
-fn ledger_line(name: &str, row: &Row) -> String {
-    let mut line = format!("{name:<12}");
+fn ledger_line(name: &str, wide: usize, row: &Row) -> String {
+    let mut line = format!("{name:<wide$}");
     for flux in [
         row.received,
         row.direct,

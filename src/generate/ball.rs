@@ -10,7 +10,7 @@ use crate::geometry::MeshParts;
 ///
 /// Every face of an icosahedron is cut into `frequency²` triangles, whose corners are then
 /// pushed onto the sphere. The surface is inscribed: it lies inside the sphere by up to
-/// radius · h²/2 where h is half a triangle's angular width, about 1.1 / (2 `frequency`).
+/// 0.3 radius / `frequency`².
 ///
 /// `frequency` 0 counts as 1.
 pub fn geodesic_sphere(radius: f64, frequency: u32) -> MeshParts {

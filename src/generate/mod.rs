@@ -127,7 +127,7 @@ pub const SCENES: [BundledScene; 11] = [
     bundled!("cube", None),
     bundled!(
         "diamond",
-        Some(|_| round_brilliant(0.00325, BrilliantCut::TOLKOWSKY))
+        Some(|_| round_brilliant(0.325, BrilliantCut::TOLKOWSKY))
     ),
     bundled!(
         "lens",

@@ -25,6 +25,11 @@ impl FixedPoint {
     /// The bits of a total in quanta.
     const TOTAL_BITS: i32 = 60;
 
+    /// The scale for a total of one.
+    pub const OF_ONE: Self = Self {
+        exponent: -Self::TOTAL_BITS,
+    };
+
     /// Quanta of 2^exponent.
     ///
     /// # Errors

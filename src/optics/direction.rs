@@ -21,7 +21,7 @@ pub fn reflect(direction: DVec3, normal: DVec3) -> DVec3 {
 ///
 /// - `direction`: unit vector of travel, d.
 /// - `normal`: unit normal on the side light arrives from: d·n ≤ 0.
-/// - `eta`: η = n_transmitted / n_incident.
+/// - `eta`: η = `n_transmitted / n_incident`.
 ///
 /// For `eta` = 1 the direction is returned unchanged, bit for bit. As for [`reflect`], the length
 /// is kept to a few units in the last place.

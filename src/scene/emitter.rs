@@ -7,6 +7,8 @@ use crate::geometry::Transform;
 use crate::radiometry::Rgb;
 
 /// A source of light, with Mitsuba's meaning of every parameter.
+// A scene holds a handful of them: boxing the one large variant would only cost clarity.
+#[allow(clippy::large_enum_variant)]
 #[derive(Clone, Debug, PartialEq)]
 pub enum Emitter {
     /// A point that shines the same in all directions.
@@ -25,9 +27,9 @@ pub enum Emitter {
         to_world: Transform,
         /// Radiant intensity on the axis [W/sr].
         intensity: Rgb,
-        /// Half the opening angle of the cone [rad].
+        /// Half the opening angle of the cone \[rad\].
         cutoff_angle: f64,
-        /// The angle up to which the intensity is constant [rad].
+        /// The angle up to which the intensity is constant \[rad\].
         beam_width: f64,
     },
     /// Parallel light from infinitely far away.

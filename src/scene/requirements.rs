@@ -1,5 +1,7 @@
 //! What a scene needs modelled, and why: methods skip the rest.
 
+use std::fmt::Write as _;
+
 use super::{Emitter, Material, MaterialId, Object, Scene};
 use crate::geometry::Shape;
 
@@ -51,7 +53,7 @@ pub fn requirements(scene: &Scene) -> Vec<Requirement> {
         ),
         item(
             "shading normals",
-            &meshes(scene, |mesh| mesh.has_vertex_normals()),
+            &meshes(scene, crate::geometry::Mesh::has_vertex_normals),
             "is a specular mesh with interpolated normals",
             "every specular surface has its true normal",
         ),
@@ -123,7 +125,8 @@ fn colour(scene: &Scene) -> Requirement {
         if !reason.is_empty() {
             reason.push_str("; ");
         }
-        reason.push_str(&format!("{emitters} coloured emitter(s)"));
+        // Writing to a string cannot fail.
+        let _ = write!(reason, "{emitters} coloured emitter(s)");
     }
     Requirement {
         feature: "colour",

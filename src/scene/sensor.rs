@@ -35,7 +35,7 @@ pub enum SensorKind {
         /// The distance of the plane in focus, along the axis [scene units].
         focus_distance: f64,
     },
-    /// Parallel projection along +z; to_world's scale sets the image's size.
+    /// Parallel projection along +z; the scale of `to_world` sets the image's size.
     Orthographic {
         /// Camera space to world.
         to_world: Transform,
@@ -51,7 +51,7 @@ pub enum SensorKind {
 pub struct Perspective {
     /// Camera space to world.
     pub to_world: Transform,
-    /// The full horizontal field of view of the uncropped film [rad].
+    /// The full horizontal field of view of the uncropped film \[rad\].
     pub horizontal_fov: f64,
     /// Distance of the near plane.
     pub near_clip: f64,

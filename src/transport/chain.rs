@@ -37,11 +37,11 @@ impl Default for ChainSettings {
 
 /// What a followed chain reports.
 pub trait ChainSink {
-    /// `flux` [W] fell into `texel` after the events of `signature`.
+    /// `flux` \[W\] fell into `texel` after the events of `signature`.
     fn received(&mut self, signature: Signature, texel: usize, flux: Rgb);
-    /// `flux` [W] ended otherwise.
+    /// `flux` \[W\] ended otherwise.
     fn ended(&mut self, signature: Signature, fate: Fate, flux: Rgb);
-    /// Adjoint shading normals added `flux` [W].
+    /// Adjoint shading normals added `flux` \[W\].
     fn gained(&mut self, flux: Rgb);
     /// A uniform number in [0, 1) for the choice at the end of `signature`, `passes` surfaces
     /// passed through: always the same for the same arguments.
@@ -88,7 +88,7 @@ impl<'a> ChainTracer<'a> {
         }
     }
 
-    /// Follows `flux` [W] along `ray` until all of it has ended.
+    /// Follows `flux` \[W\] along `ray` until all of it has ended.
     #[inline]
     pub fn trace(&mut self, ray: Ray, flux: Rgb, sink: &mut impl ChainSink) {
         self.pending.push(Flight {

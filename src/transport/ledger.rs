@@ -38,7 +38,7 @@ impl Fate {
     }
 }
 
-/// The flux that ended after one sequence of events, by fate [W].
+/// The flux that ended after one sequence of events, by fate \[W\].
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 pub struct Row {
     /// In a texel of the sensor.
@@ -66,13 +66,13 @@ impl Row {
         }
     }
 
-    /// All of it [W].
+    /// All of it \[W\].
     pub fn total(&self) -> Rgb {
         self.received + self.direct + self.escaped + self.absorbed + self.cut_off
     }
 }
 
-/// Where all traced flux went [W].
+/// Where all traced flux went \[W\].
 ///
 /// `emitted + shading_gain = Σ rows` to rounding, per channel. `shading_gain` is zero unless
 /// adjoint shading normals scale flux.
@@ -90,7 +90,7 @@ pub struct Ledger {
 }
 
 impl Ledger {
-    /// Flux by fate over all signatures [W].
+    /// Flux by fate over all signatures \[W\].
     pub fn sum(&self) -> Row {
         let mut sum = self.other;
         for row in self.rows.values() {

@@ -158,7 +158,7 @@ impl Receiver {
         Some(row as usize * self.width() + column as usize)
     }
 
-    /// The area of a texel [m²].
+    /// The area of a texel \[m²\].
     pub fn texel_area(&self, texel: usize) -> f64 {
         let column = texel % self.width() + self.crop.offset_x as usize;
         let row = texel / self.width() + self.crop.offset_y as usize;

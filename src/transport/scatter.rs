@@ -248,7 +248,7 @@ impl Meeting<'_> {
             let factor = (self.direction.dot(normal) * leaves
                 / (branch.direction.dot(normal) * arrived))
                 .abs();
-            branch.tint = branch.tint * factor;
+            branch.tint *= factor;
         }
         push(into, branch);
     }

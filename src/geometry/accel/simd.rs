@@ -31,6 +31,8 @@ pub(in crate::geometry) trait Lanes: Copy {
     fn max(self, a: Self::Vector, b: Self::Vector) -> Self::Vector;
     /// Bit i is set where a ≤ b in lane i.
     fn at_most(self, a: Self::Vector, b: Self::Vector) -> u32;
+    /// Hints that the value will be read soon.
+    fn prefetch<T>(self, value: &T);
 }
 
 /// [`BoxTree::search_local`] with the best instructions that this processor has.
@@ -110,6 +112,8 @@ impl Lanes for Portable {
     fn at_most(self, a: Self::Vector, b: Self::Vector) -> u32 {
         (0..WIDTH).fold(0, |bits, i| bits | u32::from(a[i] <= b[i]) << i)
     }
+    #[inline(always)]
+    fn prefetch<T>(self, _value: &T) {}
 }
 
 /// A proof that the processor has AVX2.
@@ -168,6 +172,14 @@ impl Lanes for Avx2 {
     fn at_most(self, a: Self::Vector, b: Self::Vector) -> u32 {
         use std::arch::x86_64::{_CMP_LE_OQ, _mm256_cmp_ps, _mm256_movemask_ps};
         unsafe { _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(a, b)) as u32 }
+    }
+    #[inline(always)]
+    fn prefetch<T>(self, value: &T) {
+        use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+        let start = std::ptr::from_ref(value).cast::<i8>();
+        for line in (0..size_of::<T>()).step_by(64) {
+            unsafe { _mm_prefetch::<_MM_HINT_T0>(start.add(line)) };
+        }
     }
 }
 

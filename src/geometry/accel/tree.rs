@@ -91,6 +91,9 @@ pub(in crate::geometry) struct BoxTree {
 
 /// What to do at a leaf.
 pub(in crate::geometry) trait LeafVisitor {
+    /// Called when a leaf is likely to be visited soon.
+    fn announce(&self, _lanes: impl Lanes, _leaf: usize) {}
+
     /// Looks at a leaf's primitives; returns how far along the ray to go on searching.
     fn visit(&mut self, lanes: impl Lanes, leaf: usize, ray: &LocalRay) -> f64;
 }
@@ -175,7 +178,12 @@ impl BoxTree {
                         if entries[further] < entries[nearest] {
                             std::mem::swap(&mut nearest, &mut further);
                         }
-                        stack.push_sorted(bottom, entries[further], node.children[further]);
+                        let child = node.children[further];
+                        match child.as_leaf() {
+                            Some(leaf) => visitor.announce(lanes, leaf),
+                            None => lanes.prefetch(&self.nodes[child.0 as usize]),
+                        }
+                        stack.push_sorted(bottom, entries[further], child);
                     }
                     next = node.children[nearest];
                     continue;

@@ -1,10 +1,10 @@
 //! What is odd about a mesh.
 
-use std::{collections::HashMap, fmt};
+use std::{collections::hash_map::Entry, fmt};
 
 use glam::DVec3;
 
-use super::{Mesh, weld};
+use super::{Mesh, hash::Map, weld};
 
 /// How often something odd occurs, and where to find it once.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -41,8 +41,8 @@ pub struct MeshDiagnostics {
     pub clashing_edges: Finding<[u32; 2]>,
     /// Faces without area.
     pub zero_area_faces: Finding<u32>,
-    /// Faces over the same three positions as an earlier face, whichever way they wind. Searches
-    /// skip them, so they do not count for the edges either.
+    /// Faces over the same three positions as an earlier face, whichever way they wind; searches
+    /// skip them. Those that wind the other way (the back of a sheet) still count for the edges.
     pub duplicate_faces: Finding<u32>,
     /// Vertices at the position of an earlier vertex. Not odd by itself.
     pub repeated_positions: Finding<u32>,
@@ -176,8 +176,9 @@ pub(super) fn diagnose(mesh: &Mesh) -> MeshDiagnostics {
         }
     }
 
-    let mut seen = HashMap::with_capacity(mesh.triangles.len());
-    let mut edges: HashMap<[u32; 2], EdgeUse> = HashMap::with_capacity(2 * mesh.triangles.len());
+    let mut seen = Map::with_capacity_and_hasher(mesh.triangles.len(), <_>::default());
+    let mut edges: Map<[u32; 2], EdgeUse> =
+        Map::with_capacity_and_hasher(2 * mesh.triangles.len(), <_>::default());
     let mut components = Components::new(mesh.triangles.len());
     let mut counted = vec![false; mesh.triangles.len()];
     for (face, &triangle) in mesh.triangles.iter().enumerate() {
@@ -193,9 +194,16 @@ pub(super) fn diagnose(mesh: &Mesh) -> MeshDiagnostics {
             // Two of its edges are one and the same, there and back; the third is a point.
             continue;
         }
-        if seen.insert(weld::key(corners), face).is_some() {
-            found.duplicate_faces.add(face);
-            continue;
+        match seen.entry(weld::key(corners)) {
+            Entry::Vacant(slot) => {
+                slot.insert(weld::winding(corners));
+            }
+            Entry::Occupied(first) => {
+                found.duplicate_faces.add(face);
+                if *first.get() == weld::winding(corners) {
+                    continue; // said twice, which changes nothing
+                }
+            }
         }
         counted[face as usize] = true;
         for i in 0..3 {
@@ -218,7 +226,7 @@ pub(super) fn diagnose(mesh: &Mesh) -> MeshDiagnostics {
 
 /// Counts edges by kind; marks components with a defect as open.
 fn judge_edges(
-    edges: &HashMap<[u32; 2], EdgeUse>,
+    edges: &Map<[u32; 2], EdgeUse>,
     components: &mut Components,
     found: &mut MeshDiagnostics,
 ) {
@@ -247,7 +255,7 @@ fn judge_components(
 ) {
     // Volumes are sums of signed tetrahedra; taken from the center they cancel least.
     let center = mesh.bounds.center();
-    let mut volumes: HashMap<u32, (u32, f64)> = HashMap::new();
+    let mut volumes: Map<u32, (u32, f64)> = Map::default();
     let mut order = Vec::new();
     for face in (0..mesh.triangles.len() as u32).filter(|&face| counted[face as usize]) {
         let root = components.root(face);

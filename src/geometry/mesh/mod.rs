@@ -1,6 +1,7 @@
 //! Triangle meshes.
 
 mod diagnostics;
+mod hash;
 mod normals;
 mod weld;
 

@@ -1,12 +1,14 @@
 //! Which vertices and faces are the same in space.
 
-use std::collections::{HashMap, HashSet, hash_map::Entry};
+use std::collections::hash_map::Entry;
 
 use glam::DVec3;
 
+use super::hash::{Map, Set};
+
 /// For each vertex, the first one at exactly the same position.
 pub(super) fn representatives(positions: &[DVec3]) -> Vec<u32> {
-    let mut first_at = HashMap::with_capacity(positions.len());
+    let mut first_at = Map::with_capacity_and_hasher(positions.len(), <_>::default());
     positions
         .iter()
         .enumerate()
@@ -32,10 +34,16 @@ pub(super) fn key(mut corners: [u32; 3]) -> [u32; 3] {
     corners
 }
 
+/// Whether the corners, from the lowest on, go up: the same for all orders that wind the same way.
+pub(super) fn winding([a, b, c]: [u32; 3]) -> bool {
+    // Of the three steps round the corners, two go up one way and one the other way.
+    [a < b, b < c, c < a].into_iter().filter(|&up| up).count() == 2
+}
+
 /// The faces with three distinct corners, and of those over the same corners only the first.
 pub(super) fn distinct_faces(positions: &[DVec3], triangles: &[[u32; 3]]) -> Vec<u32> {
     let representatives = representatives(positions);
-    let mut seen = HashSet::with_capacity(triangles.len());
+    let mut seen = Set::with_capacity_and_hasher(triangles.len(), <_>::default());
     (0..triangles.len() as u32)
         .filter(|&face| {
             let corners = triangles[face as usize].map(|vertex| representatives[vertex as usize]);

@@ -2,6 +2,9 @@
 
 use super::{MeshFileError, Place};
 
+/// How many tables a file may have; files in the wild have two to four.
+const MOST_ELEMENTS: usize = 256;
+
 /// How the numbers of the body are written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Encoding {
@@ -124,6 +127,9 @@ pub fn parse(bytes: &[u8]) -> Result<Header, MeshFileError> {
                 let Ok(count) = count.parse() else {
                     return fail(format!("\"{count}\" is not a number of elements"));
                 };
+                if header.elements.len() == MOST_ELEMENTS {
+                    return fail(format!("more than {MOST_ELEMENTS} elements"));
+                }
                 if header.elements.iter().any(|element| element.name == name) {
                     return fail(format!("element \"{name}\" is declared twice"));
                 }

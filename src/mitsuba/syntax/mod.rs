@@ -4,6 +4,7 @@
 //! makes of its properties is not. The result is a flat list of objects, each with its
 //! properties in the file's order.
 
+mod guard;
 mod lines;
 mod numbers;
 mod parameters;

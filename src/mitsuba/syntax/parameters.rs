@@ -1,5 +1,7 @@
 //! `$name` in attributes, from `<default>` and the command line.
 
+use std::collections::{BTreeSet, HashMap};
+
 /// How long an attribute may become.
 ///
 /// Defaults may use earlier defaults, so that thirty lines that each double the last would fill
@@ -7,48 +9,56 @@
 const LONGEST: usize = 1 << 20;
 
 /// The values that `$name` stands for.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Parameters {
-    /// Longest name first, so that `$spp` does not hide `$spp_final`.
-    known: Vec<Parameter>,
+    known: HashMap<String, Parameter>,
+    /// Of all names: the longest that fits is meant, so that `$spp` does not hide `$spp_final`.
+    lengths: BTreeSet<usize>,
 }
 
 #[derive(Debug)]
 struct Parameter {
-    name: String,
     value: String,
     used: bool,
 }
 
 impl Parameters {
-    /// What the caller gives; it wins over any `<default>`.
+    /// What the caller gives; it wins over any `<default>`, and the last of several over the others.
     pub fn new(given: &[(String, String)]) -> Self {
-        let mut parameters = Self { known: Vec::new() };
+        let mut parameters = Self::default();
         for (name, value) in given {
-            // The last of several settings counts, as with any command line.
-            parameters.known.retain(|parameter| parameter.name != *name);
-            parameters.insert(name, value, false);
+            let parameter = Parameter {
+                value: value.clone(),
+                used: false,
+            };
+            parameters.known.insert(name.clone(), parameter);
+            parameters.lengths.insert(name.len());
         }
         parameters
     }
 
     /// A `<default>`: counts unless the parameter has a value already.
     pub fn set_default(&mut self, name: &str, value: &str) {
-        if !self.known.iter().any(|parameter| parameter.name == name) {
-            self.insert(name, value, true);
+        if !self.known.contains_key(name) {
+            let parameter = Parameter {
+                value: value.to_owned(),
+                used: true,
+            };
+            self.known.insert(name.to_owned(), parameter);
+            self.lengths.insert(name.len());
         }
     }
 
-    fn insert(&mut self, name: &str, value: &str, used: bool) {
-        let place = self
-            .known
-            .partition_point(|parameter| parameter.name.len() >= name.len());
-        let parameter = Parameter {
-            name: name.to_owned(),
-            value: value.to_owned(),
-            used,
-        };
-        self.known.insert(place, parameter);
+    /// The longest name that `text` begins with.
+    fn name_at<'t>(&self, text: &'t str) -> Option<&'t str> {
+        let prefixes = self
+            .lengths
+            .range(1..=text.len())
+            .rev()
+            .filter_map(|length| text.get(..*length));
+        prefixes
+            .into_iter()
+            .find(|prefix| self.known.contains_key(*prefix))
     }
 
     /// The text with all parameters replaced and `\$` turned into `$`.
@@ -68,19 +78,19 @@ impl Parameters {
                 continue;
             }
             result.push_str(before);
-            let named = (self.known.iter_mut())
-                .find(|parameter| !parameter.name.is_empty() && after.starts_with(&parameter.name));
-            let Some(parameter) = named else {
+            let Some(name) = self.name_at(after) else {
                 return Err(self.undefined(after));
             };
-            parameter.used = true;
-            result.push_str(&parameter.value);
+            if let Some(parameter) = self.known.get_mut(name) {
+                parameter.used = true;
+                result.push_str(&parameter.value);
+            }
             if result.len() > LONGEST {
                 return Err(format!(
                     "the attribute is longer than {LONGEST} bytes with its parameters replaced"
                 ));
             }
-            rest = &after[parameter.name.len()..];
+            rest = &after[name.len()..];
         }
         result.push_str(rest);
         Ok(result)
@@ -102,21 +112,15 @@ impl Parameters {
     }
 
     fn names(&self) -> String {
-        let mut names: Vec<&str> = self
-            .known
-            .iter()
-            .map(|parameter| parameter.name.as_str())
-            .collect();
+        let mut names: Vec<&str> = self.known.keys().map(String::as_str).collect();
         names.sort_unstable();
         names.join(", ")
     }
 
-    /// A parameter that the caller gave and no file uses.
+    /// A parameter that the caller gave and no file uses; the first by name.
     pub fn unused(&self) -> Option<&str> {
-        self.known
-            .iter()
-            .find(|parameter| !parameter.used)
-            .map(|parameter| parameter.name.as_str())
+        let unused = self.known.iter().filter(|(_, parameter)| !parameter.used);
+        unused.map(|(name, _)| name.as_str()).min()
     }
 }
 

@@ -11,7 +11,7 @@ use super::parameters::Parameters;
 use super::transforms::{self, required};
 use super::values::{Element, value, version};
 use super::{Kind, MAX_DEPTH, Object, ObjectIndex, Position, Property, Tree, Value, Version};
-use super::{numbers, references, upgrade};
+use super::{guard, numbers, references, upgrade};
 use crate::mitsuba::error::LoadError;
 use crate::mitsuba::files::{Files, line_ends};
 use crate::scene::{SourcePosition, Warning};
@@ -77,6 +77,20 @@ impl Reader<'_> {
                 format!("line {line} is not UTF-8 (no other encoding is read)"),
             )
         })?;
+        let lines = LineIndex::new(text);
+        if let Some(tag) = guard::crowded_tag(text) {
+            let at = lines.position(0, tag);
+            let at = SourcePosition {
+                file: path.to_owned(),
+                line: at.line,
+                column: at.column,
+            };
+            let most = guard::MOST_ATTRIBUTES;
+            return Err(LoadError::new(
+                at,
+                format!("an element with more than {most} attributes"),
+            ));
+        }
         // No document type declarations: Mitsuba expands none of their entities either, and without
         // them a file cannot grow while it is parsed. (`&amp;` and `&#160;` need none.)
         let options = ParsingOptions {
@@ -98,7 +112,7 @@ impl Reader<'_> {
                 .attribute("version")
                 .and_then(version)
                 .unwrap_or_default(),
-            lines: LineIndex::new(text),
+            lines,
         };
         self.tree.files.push((path.to_owned(), source.version));
         let at = source.lines.position(source.file, root.range().start);

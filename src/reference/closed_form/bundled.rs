@@ -16,7 +16,7 @@ use crate::geometry::MeshParts;
 pub struct Bundled {
     /// As in [`generate::SCENES`](crate::generate::SCENES).
     pub scene: &'static str,
-    /// The receiver is [−half, half]² about the z axis, rows along y (m).
+    /// The receiver is [−half, half]² about the z axis, rows along y (the scene's units).
     pub receiver_half_width: f64,
     /// The paths that are known, the strongest first or in order of their length.
     pub paths: Vec<Path>,
@@ -54,14 +54,14 @@ impl Bundled {
             up_to_facets,
             form,
         };
-        let facets = |mesh: &MeshParts, ior, x, y| {
+        let facets = |mesh: &MeshParts, ior, x, y, irradiance| {
             let direction = DVec3::new(x, y, -1.0).normalize();
             FlatFacets::new(
                 mesh,
                 ior,
                 ParallelLight {
                     direction,
-                    irradiance: 1000.0,
+                    irradiance,
                 },
                 most_reflections,
             )
@@ -71,8 +71,8 @@ impl Bundled {
         let mut all = vec![
             known("glass-ball", 2.0, &body, false, Form::Ball(GLASS_BALL)),
             known("glass-ball-mesh", 2.0, &body, true, Form::Ball(GLASS_BALL)),
-            known("coffee-cup", 0.04, &mirror, false, Form::Cup(COFFEE_CUP)),
-            known("mirror-ring", 0.02, &mirror, false, Form::Cup(MIRROR_RING)),
+            known("coffee-cup", 4.0, &mirror, false, Form::Cup(COFFEE_CUP)),
+            known("mirror-ring", 2.0, &mirror, false, Form::Cup(MIRROR_RING)),
             known(
                 "lens",
                 0.08,
@@ -90,9 +90,9 @@ impl Bundled {
         ];
         // These solids are convex and above the floor, so none is left out; a test counts them.
         let cut = [
-            ("prism", 0.25, facets(&prism(), 1.5, 0.0, 0.0)),
-            ("cube", 2.0, facets(&cube(), 1.5, 0.5, 0.2)),
-            ("diamond", 0.012, facets(&diamond(), 2.418, 0.3, 0.1)),
+            ("prism", 0.25, facets(&prism(), 1.5, 0.0, 0.0, 1000.0)),
+            ("cube", 2.0, facets(&cube(), 1.5, 0.5, 0.2, 1000.0)),
+            ("diamond", 1.2, facets(&diamond(), 2.418, 0.3, 0.1, 0.1)),
         ];
         all.extend(
             cut.into_iter()
@@ -101,7 +101,7 @@ impl Bundled {
         all
     }
 
-    /// The irradiance [W/m²] of every texel of `side`² over the receiver, by one path, in one channel (0, 1 or 2: red, green,
+    /// The irradiance (W per squared scene unit: W/m², or W/cm² where the file says so) of every texel of `side`² over the receiver, by one path, in one channel (0, 1 or 2: red, green,
     /// blue), rows from smallest y.
     pub fn map(&self, path: Path, side: usize, channel: usize) -> Vec<f64> {
         let grid = TexelGrid::square(self.receiver_half_width, side);
@@ -131,23 +131,23 @@ const GLASS_BALL: GlassBall = GlassBall {
 };
 
 const COFFEE_CUP: MirrorCup = MirrorCup {
-    radius: 0.04,
-    height: 0.08,
+    radius: 4.0,
+    height: 8.0,
     reflectance: 1.0,
     // (0.6, 0, -1): the irradiance is across the light.
     light: CupLight::Parallel {
         tan_angle: 0.6,
-        irradiance: 1000.0,
+        irradiance: 0.1,
     },
 };
 
 const MIRROR_RING: MirrorCup = MirrorCup {
-    radius: 0.01,
-    height: 0.006,
+    radius: 1.0,
+    height: 0.6,
     reflectance: 1.0,
     light: CupLight::Point {
-        distance: 0.01,
-        height: 0.01,
+        distance: 1.0,
+        height: 1.0,
         intensity: 0.001,
     },
 };
@@ -223,11 +223,11 @@ fn cube() -> MeshParts {
 }
 
 fn diamond() -> MeshParts {
-    let mut mesh = round_brilliant(0.00325, BrilliantCut::TOLKOWSKY);
+    let mut mesh = round_brilliant(0.325, BrilliantCut::TOLKOWSKY);
     let (sin, cos) = 165.0_f64.to_radians().sin_cos();
     for position in &mut mesh.positions {
         let (x, z) = (position.x, position.z);
-        *position = DVec3::new(cos * x + sin * z, position.y, cos * z - sin * x + 0.004);
+        *position = DVec3::new(cos * x + sin * z, position.y, cos * z - sin * x + 0.4);
     }
     mesh
 }
@@ -254,7 +254,7 @@ mod tests {
             for (i, &path) in bundled.paths.iter().enumerate() {
                 let map = bundled.map(path, 16, 0);
                 assert!(
-                    map.iter().all(|e| e.is_finite() && *e >= -1e-6),
+                    map.iter().all(|e| e.is_finite() && *e >= -1e-9 * 1000.0),
                     "{} {path:?}",
                     bundled.scene
                 );
@@ -285,6 +285,7 @@ mod tests {
             }
         };
         let sun = r#"<rgb name="irradiance" value="1000, 1000, 1000"/>"#;
+        let sun_in_cm = r#"<rgb name="irradiance" value="0.1, 0.1, 0.1"/>"#;
         let ball = [
             r#"<point name="position" x="0" y="0" z="4"/>"#,
             r#"<rgb name="intensity" value="100, 100, 100"/>"#,
@@ -297,20 +298,20 @@ mod tests {
         holds(
             "coffee-cup",
             &[
-                sun,
+                sun_in_cm,
                 r#"x="0.6" y="0" z="-1""#,
-                r#"z="0.08"/>"#,
-                r#"value="0.04"/>"#,
+                r#"z="8"/>"#,
+                r#"value="4"/>"#,
                 "none",
             ],
         );
         holds(
             "mirror-ring",
             &[
-                r#"x="-0.01" y="0" z="0.01""#,
+                r#"x="-1" y="0" z="1""#,
                 "0.001, 0.001, 0.001",
-                r#"z="0.006"/>"#,
-                r#"x="0.02" y="0.02""#,
+                r#"z="0.6"/>"#,
+                r#"x="2" y="2""#,
             ],
         );
         holds(
@@ -334,10 +335,10 @@ mod tests {
         holds(
             "diamond",
             &[
-                sun,
+                sun_in_cm,
                 r#"x="0.3" y="0.1" z="-1""#,
                 r#"angle="165""#,
-                r#"<translate z="0.004"/>"#,
+                r#"<translate z="0.4"/>"#,
                 "2.418",
             ],
         );

@@ -23,6 +23,7 @@
 mod branches;
 mod bundled;
 mod circle;
+mod convex_solid;
 mod direct;
 mod flat_facets;
 mod flat_slab;
@@ -34,13 +35,15 @@ mod polygon;
 mod quadrature;
 mod radial;
 mod sine_water;
+mod stretch;
 mod texel;
 
 pub use bundled::Bundled;
+pub use convex_solid::FacetsError;
 pub use direct::{
     AxialSpot, lambert_irradiance, parallel_irradiance, point_irradiance, spot_falloff,
 };
-pub use flat_facets::{FacetLedger, FacetsError, FlatFacets, FloorPolygon, ParallelLight};
+pub use flat_facets::{FacetLedger, FlatFacets, FloorPolygon, ParallelLight};
 pub use flat_slab::FlatSlab;
 pub use glass_ball::{AxialLight, GlassBall};
 pub use mirror_cup::{CupLight, MirrorCup};

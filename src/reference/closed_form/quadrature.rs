@@ -21,6 +21,25 @@ pub(super) fn integrate(a: f64, b: f64, panels: usize, mut f: impl FnMut(f64) ->
     sum * width
 }
 
+/// The parts of [from, to] in which `near(middle, half width)` may hold, cut to 1/1024 of it and neighbours joined.
+pub(super) fn windows(from: f64, to: f64, near: &impl Fn(f64, f64) -> bool) -> Vec<(f64, f64)> {
+    let mut found: Vec<(f64, f64)> = Vec::new();
+    let mut open = vec![(from, to, 0)];
+    while let Some((a, b, depth)) = open.pop() {
+        let middle = f64::midpoint(a, b);
+        if !near(middle, 0.5 * (b - a)) {
+            continue;
+        }
+        if depth < 10 {
+            open.push((middle, b, depth + 1));
+            open.push((a, middle, depth + 1));
+        } else {
+            found.push((a, b));
+        }
+    }
+    found
+}
+
 /// Adaptive Simpson quadrature: the error is about `tolerance` for continuous f with kinks.
 pub(super) fn simpson(a: f64, b: f64, tolerance: f64, f: &impl Fn(f64) -> f64) -> f64 {
     // Four starts, so that no symmetry of f about the middle hides its ends.

@@ -43,7 +43,7 @@ impl Texel {
         }
     }
 
-    /// Area [m²].
+    /// Area (m²).
     pub fn area(&self) -> f64 {
         let extent = self.max - self.min;
         extent.x * extent.y

@@ -1,9 +1,9 @@
 //! From exact sums to an estimate.
 //!
-//! Rounds are independent estimates E_k of n_k photons in all. They are combined as
+//! Rounds k are independent estimates Eₖ of nₖ photons in all. They are combined as
 //!
 //! ```text
-//! E = Σ n_k E_k / Σ n_k        σ² = Σ (n_k σ_k / Σ n_k)²
+//! E = Σ nₖ Eₖ / Σ nₖ        σ² = Σ (nₖ σₖ / Σ nₖ)²
 //! ```
 //!
 //! with weights that do not depend on the estimates, so that nothing is biased.
@@ -62,7 +62,7 @@ impl Weighted {
     }
 }
 
-/// Mean flux of a texel [W] and its standard error, NaN below two replicates.
+/// Mean flux of a texel \[W\] and its standard error, NaN below two replicates.
 fn texel_estimate(sums: &Accumulator, texel: usize) -> (Rgb, Rgb) {
     let channel = |channel: usize| {
         sums.estimate(texel, channel).map_or((0.0, f64::NAN), |it| {

@@ -7,7 +7,7 @@
 //! independent randomisations ("replicates"), and their scatter gives each texel's standard
 //! error, for both kinds of points alike.
 //!
-//! One file a step: [`run`] spends the budget in rounds, [`replicate`] traces one
+//! One file a step: [`mod@run`] spends the budget in rounds, [`replicate`] traces one
 //! randomisation, [`layers`] gives path signatures their layers, [`sums`] keeps exact sums of
 //! a round, [`finish`] turns them into an [`Estimate`](super::Estimate), and [`shard`] carries
 //! them from machine to machine.

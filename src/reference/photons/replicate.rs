@@ -18,13 +18,13 @@ const TASK_PHOTONS: u64 = 4096;
 
 /// What the photons of one task leave behind.
 pub trait Recipient: Send {
-    /// A photon starts with `flux` [W].
+    /// A photon starts with `flux` \[W\].
     fn emitted(&mut self, flux: Rgb);
-    /// `flux` [W] fell into `texel` after the events of `signature`.
+    /// `flux` \[W\] fell into `texel` after the events of `signature`.
     fn received(&mut self, signature: Signature, texel: usize, flux: Rgb);
-    /// `flux` [W] ended with the events of `signature` behind it.
+    /// `flux` \[W\] ended with the events of `signature` behind it.
     fn ended(&mut self, signature: Signature, fate: Fate, flux: Rgb);
-    /// Adjoint shading normals added `flux` [W].
+    /// Adjoint shading normals added `flux` \[W\].
     fn gained(&mut self, flux: Rgb);
 }
 
@@ -97,10 +97,9 @@ impl Job<'_> {
     /// The fixed-point scale that holds all flux of the light space in one texel.
     pub fn scale(&self) -> FixedPoint {
         let total = self.light.flux_bound().max_channel();
-        FixedPoint::for_total(total).unwrap_or_else(|_| {
-            // Outside 1e±250 W: every deposit is then refused as not representable.
-            FixedPoint::for_total(0.0).expect("zero has a scale")
-        })
+        // Outside 1e±250 W there is no scale: with that of 1 W, deposits too large are refused as
+        // not representable, and those too small round to zero.
+        FixedPoint::for_total(total).unwrap_or(FixedPoint::OF_ONE)
     }
 
     /// Cuts the photons of all cells into tasks of about the same size.

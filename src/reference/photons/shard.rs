@@ -3,7 +3,7 @@
 //! A shard traces every n-th replicate. Its file holds the integer sums, so that merging the
 //! shards of a run gives the very bits of the run in one piece.
 //!
-//! File: the line `nephroid shard 1`, one line of JSON ([`Header`]), then the accumulators.
+//! File: the line `nephroid shard 1`, one line of JSON (`Header`), then the accumulators.
 
 use std::io::{self, BufRead, Read, Write};
 

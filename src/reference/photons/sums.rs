@@ -13,11 +13,11 @@ use crate::transport::signature::Signature;
 /// order and any division of the work gives the same bits.
 #[derive(Debug)]
 pub struct RoundSums {
-    /// Flux [W] by texel, one accumulator a layer of the [`LayerMap`].
+    /// Flux \[W\] by texel, one accumulator a layer of the [`LayerMap`].
     pub layers: Vec<Accumulator>,
-    /// Flux [W] by texel, all layers together: its error bar needs the sums of each replicate.
+    /// Flux \[W\] by texel, all layers together: its error bar needs the sums of each replicate.
     pub total: Accumulator,
-    /// Flux [W] by fate.
+    /// Flux \[W\] by fate.
     pub ledger: LedgerSums,
     /// Work done.
     pub counters: TraversalCounters,
@@ -279,7 +279,7 @@ impl LedgerSums {
         }
     }
 
-    /// The ledger of the mean replicate [W].
+    /// The ledger of the mean replicate \[W\].
     pub fn ledger(&self, map: &LayerMap, replicates: u32) -> Ledger {
         let mean = |sum: [i128; 3]| {
             Rgb(sum.map(|quanta| self.scale.value_i128(quanta) / f64::from(replicates.max(1))))

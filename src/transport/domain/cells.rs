@@ -33,6 +33,7 @@ pub struct LightSpace {
     cumulative: Vec<f64>,
     flux_bound: Rgb,
     level: u32,
+    specular_bounds: Bounds,
 }
 
 /// Why light space cannot be built.
@@ -105,6 +106,26 @@ impl LightSpace {
             cumulative,
             flux_bound,
             level,
+            specular_bounds: targets.bounds,
+        })
+    }
+
+    /// The charts over all emitters.
+    pub fn charts(&self) -> &[Chart] {
+        &self.charts
+    }
+
+    /// The patch that all of a chart's cells were divided from.
+    pub fn root(&self, chart: &Chart) -> Patch {
+        chart.root(&self.specular_bounds)
+    }
+
+    /// Whether a place on a chart lies in a cell, so that light from there may meet specular
+    /// geometry. Looks at every cell: for tests and pictures.
+    pub fn holds(&self, chart: usize, place: DVec2) -> bool {
+        self.cells.iter().any(|cell| {
+            let Patch { from, to } = cell.patch;
+            cell.chart as usize == chart && from.cmple(place).all() && place.cmple(to).all()
         })
     }
 
@@ -118,7 +139,7 @@ impl LightSpace {
         self.cells.is_empty()
     }
 
-    /// The flux of all cells [W], or a little more (see [`Chart::flux_bound`]).
+    /// The flux of all cells \[W\], or a little more (see [`Chart::flux_bound`]).
     pub fn flux_bound(&self) -> Rgb {
         self.flux_bound
     }

@@ -63,9 +63,9 @@ pub enum Falloff {
     Spot {
         /// The cone's axis, a unit vector.
         axis: DVec3,
-        /// Half the opening angle [rad].
+        /// Half the opening angle \[rad\].
         cutoff_angle: f64,
-        /// Where the intensity starts to fall [rad].
+        /// Where the intensity starts to fall \[rad\].
         beam_width: f64,
     },
 }
@@ -84,7 +84,7 @@ impl Falloff {
         }
     }
 
-    /// The factor at an angle [rad] to the axis.
+    /// The factor at an angle \[rad\] to the axis.
     #[inline]
     pub fn at_angle(&self, angle: f64) -> f64 {
         match *self {
@@ -161,7 +161,7 @@ pub enum Chart {
 pub struct Emission {
     /// The ray.
     pub ray: Ray,
-    /// The flux density there times the cell's measure [W]: the mean over uniform samples of
+    /// The flux density there times the cell's measure \[W\]: the mean over uniform samples of
     /// the cell is the cell's flux.
     pub flux: Rgb,
 }
@@ -229,7 +229,7 @@ impl Chart {
         }
     }
 
-    /// The flux of a patch [W]: exact but for spots, where it is an upper bound, and for patches
+    /// The flux of a patch \[W\]: exact but for spots, where it is an upper bound, and for patches
     /// across the rim of a flat emitter's hemisphere, where it counts the whole patch. Zero only
     /// where there is none.
     pub fn flux_bound(&self, patch: &Patch) -> Rgb {
@@ -353,7 +353,7 @@ fn face_sample(axes: &[DVec3; 3], place: DVec2) -> (DVec3, f64) {
     (direction, inverse_length * inverse_length * inverse_length)
 }
 
-/// Solid angle [sr] of a patch of a cube-map face.
+/// Solid angle \[sr\] of a patch of a cube-map face.
 ///
 /// Ω = Σ ± atan(x y / √(1 + x² + y²)) over the corners, plus where x and y are both a patch's
 /// high or both its low coordinates.

@@ -23,7 +23,7 @@ pub enum Probe {
         apex: DVec3,
         /// Unit vector along the middle.
         axis: DVec3,
-        /// Half the opening angle [rad], at most π.
+        /// Half the opening angle \[rad\], at most π.
         half_angle: f64,
         /// The start is anywhere within this distance of the apex.
         apex_radius: f64,

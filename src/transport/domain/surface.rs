@@ -45,7 +45,7 @@ impl Area {
         }
     }
 
-    /// Area [m²].
+    /// Area \[m²\].
     pub fn area(&self) -> f64 {
         match *self {
             Self::Parallelogram { edges: [a, b], .. } => a.cross(b).length(),
@@ -176,7 +176,7 @@ impl LightSurface {
         &self.parts
     }
 
-    /// All of the surface [m²].
+    /// All of the surface \[m²\].
     pub fn area(&self) -> f64 {
         self.cumulative.last().copied().unwrap_or(0.0)
     }

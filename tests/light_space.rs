@@ -1,0 +1,124 @@
+//! Light space loses no caustic: what was culled cannot meet specular geometry.
+//!
+//! Brute force: rays all over each emitter's charts, traced to their first specular surface. A
+//! ray that meets one must start in a cell that was kept.
+
+use std::path::Path;
+
+use glam::DVec2;
+use nephroid::geometry::TraversalCounters;
+use nephroid::mitsuba;
+use nephroid::numeric::{Stream, StreamKind};
+use nephroid::scene::{Material, Scene};
+use nephroid::transport::domain::LightSpace;
+
+fn load(name: &str) -> Scene {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("scenes")
+        .join(name);
+    mitsuba::load(&path, &[]).unwrap()
+}
+
+/// Whether a ray meets a specular surface, looking through nothing but null surfaces.
+fn meets_specular(scene: &Scene, ray: &nephroid::geometry::Ray) -> bool {
+    let mut counters = TraversalCounters::default();
+    let mut ray = *ray;
+    loop {
+        let world = scene.world();
+        let Some(hit) = world.closest_hit(&ray, f64::INFINITY, &mut counters) else {
+            return false;
+        };
+        let material = scene.material_of(hit.shape);
+        if *material != Material::Null {
+            return material.is_specular(scene.materials());
+        }
+        ray = world.surface_point(&ray, &hit).spawn(ray.direction);
+    }
+}
+
+#[test]
+fn no_ray_outside_the_cells_meets_specular_geometry() {
+    const RAYS: u64 = 60_000;
+    // Parallel light starts as a rectangle round the glass: on some scenes that is all of it.
+    for (name, has_dark_part) in [
+        ("glass-ball.xml", true),
+        ("glass-ball-mesh.xml", true),
+        ("mirror-ring.xml", true),
+        ("lens.xml", true),
+        ("cornell-glass.xml", true),
+        ("diamond.xml", true),
+        ("coffee-cup.xml", false),
+        ("water.xml", false),
+        ("prism.xml", false),
+        ("parabolic-mirror.xml", false),
+    ] {
+        let scene = load(name);
+        let light = LightSpace::new(&scene).unwrap();
+        let stream = Stream::new(StreamKind::Sobol, 5);
+        let (mut met, mut culled) = (0, 0);
+        for (number, chart) in light.charts().iter().enumerate() {
+            let root = light.root(chart);
+            let stream = stream.split(number as u64);
+            for index in 0..RAYS / light.charts().len() as u64 {
+                let [x, y, u, v] = stream.point4(index);
+                let at = DVec2::new(x, y);
+                let emission = chart.emit(&root, at, DVec2::new(u, v));
+                if emission.flux.is_black() {
+                    continue;
+                }
+                let kept = light.holds(number, root.at(at));
+                culled += u64::from(!kept);
+                if meets_specular(&scene, &emission.ray) {
+                    met += 1;
+                    assert!(
+                        kept,
+                        "{name}: chart {number} at {at} is culled but meets glass"
+                    );
+                }
+            }
+        }
+        // Neither half of the claim is empty.
+        assert!(met > 0, "{name}: no ray met specular geometry");
+        assert!(culled > 0 || !has_dark_part, "{name}: nothing was culled");
+    }
+}
+
+#[test]
+fn an_allotment_gives_every_photon_to_some_cell() {
+    let scene = load("glass-ball.xml");
+    let light = LightSpace::new(&scene).unwrap();
+    let shares: f64 = (0..light.cells().len()).map(|cell| light.share(cell)).sum();
+    // A telescoping sum of exact differences of neighbours: rounding of one each at most.
+    assert!((shares - 1.0).abs() < light.cells().len() as f64 * f64::EPSILON);
+    for count in [1, 2, 3, 1000, 1 << 19, (1 << 32) - 1] {
+        for offset in [0.0, 0.25, 0.5, 1.0 - 2f64.powi(-20)] {
+            let sum: u64 = (0..light.cells().len())
+                .map(|cell| light.allotment(cell, count, offset))
+                .sum();
+            assert_eq!(sum, count, "offset {offset}");
+        }
+    }
+}
+
+#[test]
+fn scenes_without_glass_or_light_have_an_empty_light_space() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("dull.xml");
+    for emitter in [
+        r#"<emitter type="point"><rgb name="intensity" value="0"/></emitter>"#,
+        r#"<emitter type="point"><rgb name="intensity" value="1"/></emitter>"#,
+    ] {
+        let glass = if emitter.contains("\"0\"") {
+            r#"<shape type="sphere"><bsdf type="dielectric"/></shape>"#
+        } else {
+            ""
+        };
+        std::fs::write(
+            &path,
+            format!(r#"<scene version="3.0.0">{emitter}{glass}<shape type="rectangle"/></scene>"#),
+        )
+        .unwrap();
+        let scene = mitsuba::load(&path, &[]).unwrap();
+        assert!(LightSpace::new(&scene).unwrap().is_empty(), "{emitter}");
+    }
+}
