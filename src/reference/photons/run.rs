@@ -178,7 +178,7 @@ impl<'a> Setup<'a> {
         let start = Instant::now();
         let direct = self.direct();
         let mut rounds = Rounds::new(&self.receiver, &self.map);
-        let mut incomplete = false;
+        let mut incomplete;
         if budget.is_photons_only() {
             let photons = budget.photons.unwrap_or(Budget::DEFAULT_PHOTONS);
             let (replicates, each) = self.division(photons);
@@ -187,33 +187,45 @@ impl<'a> Setup<'a> {
             incomplete = sums.replicates() < replicates;
             rounds.add(&sums, &self.map);
         } else {
-            let mut each = FIRST_ROUND_PHOTONS;
-            for round in 0.. {
-                let replicates = self.settings.replicates;
-                let whole = each * u64::from(replicates);
-                self.expect(rounds.paths() + whole);
-                let deadline = budget.time.map(|time| start + time);
-                let sums = self.round(round, each, replicates, Shard::WHOLE, deadline)?;
-                let complete = sums.replicates() == replicates;
-                rounds.add(&sums, &self.map);
-                let error = rounds.relative_error();
-                self.progress.set_relative_error(error);
-                let good =
-                    matches!((error, budget.relative_error), (Some(e), Some(goal)) if e <= goal);
-                if good || self.light.is_empty() {
-                    break;
-                }
-                if !complete {
-                    incomplete = self.progress.is_stopped();
-                    break;
-                }
-                let Some(next) = self.next_round(&rounds, each, budget, start.elapsed()) else {
-                    break;
-                };
-                each = next;
-            }
+            incomplete = self.rounds(budget, start, &mut rounds)?;
         }
+        // A budget too small for a single replicate leaves no estimate at all.
+        incomplete |= rounds.paths() == 0 && !self.light.is_empty();
         Ok(rounds.estimate(&self.receiver, &self.map, &direct, incomplete))
+    }
+
+    /// Traces rounds until the budget is used up. Returns whether the run was stopped before.
+    fn rounds(
+        &self,
+        budget: &Budget,
+        start: Instant,
+        rounds: &mut Rounds,
+    ) -> Result<bool, RunError> {
+        let deadline = budget.time.map(|time| start + time);
+        let most = budget.photons.unwrap_or(u64::MAX);
+        let (replicates, most_each) = self.division(most);
+        let mut each = FIRST_ROUND_PHOTONS.min(most_each);
+        for round in 0.. {
+            self.expect(rounds.paths() + each * u64::from(replicates));
+            let sums = self.round(round, each, replicates, Shard::WHOLE, deadline)?;
+            let complete = sums.replicates() == replicates;
+            // One replicate says nothing of its own error: beside earlier rounds it is no use.
+            if sums.replicates() > 1 || rounds.paths() == 0 {
+                rounds.add(&sums, &self.map);
+            }
+            let error = rounds.relative_error();
+            self.progress.set_relative_error(error);
+            let is_good =
+                matches!((error, budget.relative_error), (Some(e), Some(goal)) if e <= goal);
+            if !complete || is_good || self.light.is_empty() {
+                break;
+            }
+            let Some(next) = self.next_round(rounds, each, budget, start.elapsed()) else {
+                break;
+            };
+            each = next;
+        }
+        Ok(self.progress.is_stopped())
     }
 
     /// Photons of each replicate of the next round; `None` where the budget is used up.
