@@ -309,6 +309,86 @@ fn budgets_of_time_and_error_end_a_run() {
     assert!(summary["relative_error"].is_null());
 }
 
+#[test]
+fn a_run_without_a_finished_replicate_does_not_pass_darkness_off_as_a_result() {
+    let folder = Folder::new();
+    let path = folder.path("none.exr");
+    let output = nephroid(&[
+        "render",
+        &scene("glass-ball.xml"),
+        "-D",
+        "size=16",
+        "--time",
+        "0s",
+        "-o",
+        path.to_str().unwrap(),
+    ]);
+    assert_eq!(output.status.code(), Some(1));
+    let summary = text(&output.stdout);
+    assert!(summary.contains("INCOMPLETE"), "{summary}");
+    assert!(
+        summary.contains("nothing is known of the caustic"),
+        "{summary}"
+    );
+    let image = exr::read(&path).unwrap();
+    assert_eq!(image.metadata("complete"), Some("no"));
+}
+
+#[test]
+fn what_cannot_be_done_is_refused_before_the_run() {
+    let folder = Folder::new();
+    let path = folder.path("x.exr");
+    let missing = folder.path("missing").join("x.exr");
+    let glass_ball = scene("glass-ball.xml");
+    let exr = path.to_str().unwrap();
+    for (arguments, expected) in [
+        (
+            vec!["-D", "size=100000000", "-o", exr],
+            "1 to 1048576 each way",
+        ),
+        (vec!["--photons", "0", "-o", exr], "--photons"),
+        (
+            vec!["--photons", "18446744073709551615", "-o", exr],
+            "--photons",
+        ),
+        (
+            vec!["--error", "1%", "--replicates", "1", "-o", exr],
+            "at least 2 replicates",
+        ),
+        (vec!["-o", missing.to_str().unwrap()], "does not exist"),
+    ] {
+        let arguments: Vec<&str> = ["render", &glass_ball]
+            .into_iter()
+            .chain(arguments)
+            .collect();
+        let output = nephroid(&arguments);
+        let message = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {message}");
+        assert!(message.contains(expected), "{arguments:?}: {message}");
+        assert!(!path.exists());
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_film_larger_than_the_memory_is_refused_with_what_it_takes() {
+    let folder = Folder::new();
+    let path = folder.path("huge.exr");
+    // 2⁴⁰ texels of at least 400 bytes: no machine has that.
+    let output = nephroid(&[
+        "render",
+        &scene("glass-ball.xml"),
+        "-D",
+        "size=1048576",
+        "-o",
+        path.to_str().unwrap(),
+    ]);
+    let message = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{message}");
+    assert!(message.contains("GB of memory"), "{message}");
+    assert!(!path.exists());
+}
+
 #[cfg(unix)]
 #[test]
 fn an_interrupt_writes_what_there_is_and_marks_it() {

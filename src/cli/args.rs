@@ -33,6 +33,9 @@ pub enum Command {
     Generate(GenerateArgs),
 }
 
+/// The largest number of photons that can be asked for: a year's work at ten million a second.
+const MAX_PHOTONS: u64 = 1 << 48;
+
 /// Which scene.
 #[derive(Debug, clap::Args)]
 pub struct SceneArgs {
@@ -64,7 +67,7 @@ pub struct RenderArgs {
     pub method: Method,
 
     /// Stop after this many photons [default: 16777216 where no other limit is given]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MAX_PHOTONS))]
     pub photons: Option<u64>,
 
     /// Stop after this time, e.g. 30s, 2m
@@ -230,12 +233,21 @@ impl PhotonArgs {
 
 impl RenderArgs {
     /// What the limits mean.
-    pub fn budget(&self) -> Budget {
-        Budget {
+    ///
+    /// # Errors
+    ///
+    /// Where the run could never know the error it is to stop at.
+    pub fn budget(&self) -> anyhow::Result<Budget> {
+        anyhow::ensure!(
+            self.error.is_none() || self.photon.replicates >= 2,
+            "--error needs an error bar, which takes at least 2 replicates, not --replicates {}",
+            self.photon.replicates
+        );
+        Ok(Budget {
             photons: self.photons,
             time: self.time,
             relative_error: self.error,
-        }
+        })
     }
 }
 

@@ -4,6 +4,7 @@ use std::time::Instant;
 
 use super::Outcome;
 use super::args::{MergeArgs, choose_sensor};
+use super::memory;
 use super::output::{self, Run};
 use super::render::{finish, load, read_shard};
 use crate::reference::photons::Progress;
@@ -19,6 +20,7 @@ pub fn merge(args: &MergeArgs) -> anyhow::Result<Outcome> {
     let scene = load(&args.scene)?;
     let sensor = choose_sensor(&scene, args.sensor.as_deref())?;
     let settings = args.photon.settings();
+    memory::check_film(&scene, sensor, args.photon.layers)?;
     let path = output::output_path(args.output.as_deref(), scene.path(), "exr")?;
     let parts = args
         .shards

@@ -7,6 +7,7 @@
 pub mod args;
 pub mod generate;
 pub mod inspect;
+pub mod memory;
 pub mod merge;
 pub mod output;
 pub mod progress;

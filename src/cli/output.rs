@@ -33,7 +33,8 @@ pub struct Run<'a> {
 ///
 /// # Errors
 ///
-/// Where the folder cannot be made or the name is not an EXR's.
+/// Where the folder is missing or cannot be made, or the name has another extension: better
+/// known now than after the run.
 pub fn output_path(asked: Option<&Path>, scene: &Path, extension: &str) -> anyhow::Result<PathBuf> {
     if let Some(path) = asked {
         anyhow::ensure!(
@@ -41,12 +42,22 @@ pub fn output_path(asked: Option<&Path>, scene: &Path, extension: &str) -> anyho
             "{}: the output's name must end in .{extension}",
             path.display()
         );
+        let folder = path.parent().unwrap_or(Path::new(""));
+        anyhow::ensure!(
+            folder == Path::new("") || folder.is_dir(),
+            "{}: the folder {} does not exist",
+            path.display(),
+            folder.display()
+        );
         return Ok(path.to_owned());
     }
     let folder = Path::new("out");
     std::fs::create_dir_all(folder).context("cannot make the folder out")?;
-    let stem = scene.file_stem().unwrap_or(scene.as_os_str());
-    Ok(folder.join(stem).with_extension(extension))
+    // Not `with_extension`, which would cut the name of `pool.calm.xml` short.
+    let mut name = scene.file_stem().unwrap_or_default().to_owned();
+    name.push(".");
+    name.push(extension);
+    Ok(folder.join(name))
 }
 
 /// Writes the EXR at `path` and the picture beside it, each whole or not at all. Returns the

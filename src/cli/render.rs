@@ -11,14 +11,15 @@ use anyhow::Context;
 
 use super::Outcome;
 use super::args::{RenderArgs, SceneArgs, choose_sensor};
+use super::memory;
 use super::output::{self, Run};
 use super::progress;
 use super::summary::Summary;
 use crate::film::atomic;
 use crate::mitsuba;
-use crate::reference::photons::Progress;
 use crate::reference::photons::run::Setup;
 use crate::reference::photons::shard::Part;
+use crate::reference::photons::{Progress, RunError};
 use crate::scene::Scene;
 
 /// Runs the command.
@@ -34,7 +35,8 @@ pub fn render(args: &RenderArgs) -> anyhow::Result<Outcome> {
     let scene = load(&args.scene)?;
     let sensor = choose_sensor(&scene, args.sensor.as_deref())?;
     let settings = args.photon.settings();
-    let budget = args.budget();
+    let budget = args.budget()?;
+    memory::check_film(&scene, sensor, args.photon.layers)?;
     let extension = if args.shard.is_some() { "shard" } else { "exr" };
     let path = output::output_path(args.output.as_deref(), scene.path(), extension)?;
     if let Some(shard) = args.shard {
@@ -58,7 +60,16 @@ pub fn render(args: &RenderArgs) -> anyhow::Result<Outcome> {
                     .to_owned(),
             );
         }
-        setup.run(&budget).map(|estimate| (estimate, warnings))
+        let mut estimate = setup.run(&budget)?;
+        if estimate.paths == 0 && !setup.light().is_empty() {
+            estimate.incomplete = true;
+            warnings.push(
+                "the run ended before the first replicate did: nothing is known of the caustic, \
+                 and only direct light is in the result"
+                    .to_owned(),
+            );
+        }
+        Ok::<_, RunError>((estimate, warnings))
     })?;
     let run = Run {
         scene: &scene,

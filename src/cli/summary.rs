@@ -232,7 +232,7 @@ impl fmt::Display for Summary {
         writeln!(out, "  {}", ledger_line("sum", wide, &sum))?;
         writeln!(
             out,
-            "  emitted {}, ledger closes to {:.1e}",
+            "  photons started with {}, ledger closes to {:.1e}",
             number(self.ledger.emitted.mean()),
             self.ledger.closure_error
         )?;

@@ -3,7 +3,7 @@
 //! Pure functions of their arguments: the same bytes on every run. Every `.ply` file in `scenes/` is
 //! reproduced byte for byte by [`generate`] with [`GenerateOptions::default`].
 //!
-//! (Floor 2: this room imports from `geometry` alone.)
+//! (Floor 2: this room imports from `geometry`, and `film` for whole files.)
 
 mod ball;
 mod facets;
@@ -20,6 +20,7 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec2;
 
+use crate::film::atomic::{self, WriteError};
 use crate::geometry::MeshParts;
 
 pub use ball::{bumpy_ball, geodesic_sphere};
@@ -89,15 +90,18 @@ pub enum GenerateError {
         /// What was asked for.
         detail: u32,
     },
-    /// A file cannot be written.
+    /// The folder cannot be made.
     #[error("{}: {error}", path.display())]
-    Write {
-        /// The file or folder.
+    Folder {
+        /// The folder.
         path: PathBuf,
         /// What the system says.
         #[source]
         error: io::Error,
     },
+    /// A file cannot be written.
+    #[error(transparent)]
+    Write(#[from] WriteError),
 }
 
 macro_rules! bundled {
@@ -181,11 +185,10 @@ pub fn generate(
             detail: options.detail,
         });
     }
-    let at = |path: &Path| {
-        let path = path.to_owned();
-        move |error| GenerateError::Write { path, error }
-    };
-    fs::create_dir_all(out_dir).map_err(at(out_dir))?;
+    fs::create_dir_all(out_dir).map_err(|error| GenerateError::Folder {
+        path: out_dir.to_owned(),
+        error,
+    })?;
     let mut files = vec![(
         out_dir.join(format!("{name}.xml")),
         scene.xml.as_bytes().to_vec(),
@@ -194,16 +197,9 @@ pub fn generate(
         files.push((out_dir.join(format!("{name}.ply")), bytes));
     }
     for (path, bytes) in &files {
-        write_whole(out_dir, path, bytes).map_err(at(path))?;
+        atomic::write(path, |file| file.write_all(bytes))?;
     }
     Ok(files.into_iter().map(|(path, _)| path).collect())
-}
-
-fn write_whole(folder: &Path, path: &Path, bytes: &[u8]) -> io::Result<()> {
-    let mut file = tempfile::NamedTempFile::new_in(folder)?;
-    file.write_all(bytes)?;
-    file.persist(path)?;
-    Ok(())
 }
 
 #[cfg(test)]

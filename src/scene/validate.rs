@@ -111,8 +111,9 @@ fn non_negative(value: Rgb) -> bool {
 /// What is unphysical about a material, if anything.
 fn material_problem(material: &Material) -> Option<String> {
     let ior = |name: &str, value: f64| {
-        (!(value.is_finite() && value > 0.0))
-            .then(|| format!("{name} is {value}; finite numbers > 0 are allowed"))
+        // Beyond this, squared ratios of two indices would leave the range of f64.
+        (!(1e-70..=1e70).contains(&value))
+            .then(|| format!("{name} is {value}; numbers from 1e-70 to 1e70 are allowed"))
     };
     let factor = |name: &str, value: Rgb| {
         (!(non_negative(value) && value.max_channel() <= 1.0))

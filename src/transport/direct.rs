@@ -44,6 +44,17 @@ const SAMPLES: u32 = 8;
 /// Largest relative error of a light's irradiance without shadow that is taken without sampling.
 const SMOOTH_ERROR: f64 = 1e-3;
 
+/// The corners of a texel or a light, a hair inside: off the walls that either may touch.
+const CORNERS: [(f64, f64); 4] = {
+    const INSET: f64 = 1e-6;
+    [
+        (INSET, INSET),
+        (1.0 - INSET, INSET),
+        (INSET, 1.0 - INSET),
+        (1.0 - INSET, 1.0 - INSET),
+    ]
+};
+
 /// Half the distance of two Gauss points on an interval of length 1: 1 / (2 √3).
 const GAUSS: f64 = 0.288_675_134_594_812_9;
 
@@ -65,8 +76,13 @@ pub struct Direct {
     pub counters: TraversalCounters,
 }
 
-/// Measures `LD` on every texel of the receiver.
-pub fn direct(scene: &Scene, receiver: &Receiver, seed: u64) -> Direct {
+/// Measures `LD` on every texel of the receiver; `None` where `stop` said so before the end.
+pub fn direct(
+    scene: &Scene,
+    receiver: &Receiver,
+    seed: u64,
+    stop: &(dyn Fn() -> bool + Sync),
+) -> Option<Direct> {
     let stream = Stream::new(StreamKind::Sobol, seed).split(0x4c44);
     // A light whose surface is not modelled has been refused when light space was built.
     let surfaces: Vec<Option<LightSurface>> = scene
@@ -86,38 +102,55 @@ pub fn direct(scene: &Scene, receiver: &Receiver, seed: u64) -> Direct {
     for (index, (emitter, surface)) in scene.emitters().iter().zip(&surfaces).enumerate() {
         let measured = if let Some(surface) = surface {
             let stream = stream.split(index as u64);
-            result.by_row(scene, receiver, |at, texel| {
+            result.by_row(scene, receiver, stop, |at, texel| {
                 at.area(texel, emitter, surface, &stream.split(texel as u64))
-            })
+            })?
         } else {
-            let first = result.by_row(scene, receiver, |at, texel| at.glance(texel, emitter));
-            result.by_row(scene, receiver, |at, texel| {
+            let first =
+                result.by_row(scene, receiver, stop, |at, texel| at.glance(texel, emitter))?;
+            result.by_row(scene, receiver, stop, |at, texel| {
                 if is_near_edge(&first, texel, receiver) {
                     at.edge(texel, emitter)
                 } else {
                     first[texel].value
                 }
-            })
+            })?
         };
         for (sum, part) in result.texels.iter_mut().zip(measured) {
             sum.irradiance += part.irradiance;
             sum.error += part.error;
         }
     }
-    result
+    Some(result)
 }
 
 impl Direct {
+    /// What is known before anything was measured: nothing, with an error bar of NaN.
+    pub fn unknown(texels: usize) -> Self {
+        let texel = DirectTexel {
+            irradiance: Rgb::BLACK,
+            error: Rgb::grey(f64::NAN),
+        };
+        Self {
+            texels: vec![texel; texels],
+            counters: TraversalCounters::default(),
+        }
+    }
+
     /// `measure` of every texel, on all cores; counts the work.
     fn by_row<T: Send>(
         &mut self,
         scene: &Scene,
         receiver: &Receiver,
+        stop: &(dyn Fn() -> bool + Sync),
         measure: impl Fn(&mut DirectLight, usize) -> T + Sync,
-    ) -> Vec<T> {
-        let rows: Vec<(Vec<T>, TraversalCounters)> = (0..receiver.height())
+    ) -> Option<Vec<T>> {
+        let rows: Option<Vec<(Vec<T>, TraversalCounters)>> = (0..receiver.height())
             .into_par_iter()
             .map(|row| {
+                if stop() {
+                    return None;
+                }
                 let mut at = DirectLight {
                     scene,
                     receiver,
@@ -126,15 +159,15 @@ impl Direct {
                 let texels = (0..receiver.width())
                     .map(|column| measure(&mut at, row * receiver.width() + column))
                     .collect();
-                (texels, at.counters)
+                Some((texels, at.counters))
             })
             .collect();
         let mut all = Vec::with_capacity(receiver.texels());
-        for (texels, counters) in rows {
+        for (texels, counters) in rows? {
             all.extend(texels);
             self.counters += counters;
         }
-        all
+        Some(all)
     }
 }
 
@@ -324,9 +357,12 @@ impl DirectLight<'_> {
         passed
     }
 
-    /// Whether a leaf is too large for 2 x 2 Gauss points to integrate 1/r² and the cosine.
+    /// Whether a leaf is too large for 2 x 2 Gauss points: to integrate 1/r² and the cosine, or
+    /// the edges of a spot's beam.
     ///
-    /// Their relative error is about (size / distance)⁴ / 100: a ratio of 1/64 leaves 1e-9.
+    /// For the former their relative error is about (size / distance)⁴ / 100: a ratio of 1/64
+    /// leaves 1e-9. A spot's falloff has kinks where the beam starts to fall and where it ends;
+    /// leaves across them, and leaves that could hold the whole beam, are divided to the end.
     fn is_coarse(&self, texel: usize, leaf: &Leaf, emitter: &Emitter) -> bool {
         let from = match emitter {
             Emitter::Point { position, .. } => *position,
@@ -336,12 +372,30 @@ impl DirectLight<'_> {
         if leaf.level >= SHADOW_LEVELS {
             return false;
         }
-        let distance = self
-            .receiver_point(texel, leaf.at(0.0, 0.0))
-            .position
-            .distance(from);
+        let middle = self.receiver_point(texel, leaf.at(0.0, 0.0)).position;
+        let distance = middle.distance(from);
         let size = self.receiver.texel_area(texel).sqrt() * leaf.size;
-        size > distance / 64.0
+        if size > distance / 64.0 {
+            return true;
+        }
+        let Emitter::Spot {
+            to_world,
+            cutoff_angle,
+            beam_width,
+            ..
+        } = emitter
+        else {
+            return false;
+        };
+        let radius = [(-0.5, -0.5), (0.5, -0.5), (-0.5, 0.5), (0.5, 0.5)]
+            .map(|(x, y)| self.receiver_point(texel, leaf.at(x, y)).position)
+            .map(|corner| corner.distance(middle))
+            .into_iter()
+            .fold(0.0, f64::max);
+        // The leaf is seen within about this angle of its middle.
+        let reach = 1.1 * radius / distance;
+        let angle = (middle - from).angle_between(to_world.vector(DVec3::Z));
+        (angle - cutoff_angle).abs() < reach || (angle - beam_width).abs() < reach || angle < reach
     }
 
     /// A delta emitter's unshadowed irradiance at a point, and the share (0..=1) that passes.
@@ -448,13 +502,16 @@ impl DirectLight<'_> {
         }
         let mut sum = 0.0;
         let mut sum_squares = 0.0;
+        let mut unshadowed = 0.0;
         for replicate in 0..REPLICATES {
             let stream = stream.split(u64::from(replicate));
             let mut mean = 0.0;
             for sample in 0..SAMPLES {
                 let [u, v, s, t] = stream.point4(u64::from(sample));
                 let point = self.receiver_point(texel, DVec2::new(u, v));
-                mean += self.area_sample(&point, light, DVec2::new(s, t));
+                let (arriving, passed) = self.area_sample(&point, light, DVec2::new(s, t));
+                mean += arriving * passed;
+                unshadowed += arriving;
             }
             mean /= f64::from(SAMPLES);
             sum += mean;
@@ -462,9 +519,18 @@ impl DirectLight<'_> {
         }
         let n = f64::from(REPLICATES);
         let variance = ((sum_squares - sum * sum / n) / (n - 1.0)).max(0.0);
+        // Stratified samples often agree on how many of them see the light, in all replicates:
+        // then their scatter is none, but the edge is known to one sample only.
+        let samples = n * f64::from(SAMPLES);
+        let is_mixed = sum > 0.0 && sum * f64::from(SAMPLES) < unshadowed;
+        let one_sample = if is_mixed {
+            unshadowed / (samples * samples)
+        } else {
+            0.0
+        };
         DirectTexel {
             irradiance: *radiance * (sum / n),
-            error: *radiance * (variance / n).sqrt(),
+            error: *radiance * (variance / n).sqrt().hypot(one_sample),
         }
     }
 
@@ -477,8 +543,8 @@ impl DirectLight<'_> {
     /// the midpoint rule's error. The difference to one point a part bounds that of the parts.
     fn unshadowed(&mut self, texel: usize, light: &LightSurface) -> Option<(f64, f64)> {
         let middle = self.receiver_point(texel, DVec2::splat(0.5));
-        let corners = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)]
-            .map(|(u, v)| self.receiver_point(texel, DVec2::new(u, v)));
+        let corners = CORNERS.map(|(u, v)| self.receiver_point(texel, DVec2::new(u, v)));
+        let whole = light.rectangle()?;
         let (mut coarse, mut fine, mut at_corners) = (0.0, 0.0, 0.0);
         for part in light.parts() {
             let Part::Flat(area @ Area::Parallelogram { .. }, normal) = part else {
@@ -500,17 +566,29 @@ impl DirectLight<'_> {
                 }
             }
         }
+        // On which side of a straight edge a ray passes is bilinear in its two ends: an edge that
+        // hides any of the light from any of the texel does so for a pair of corners.
+        for (u, v) in CORNERS {
+            let sample = surface_point(whole.0.point(DVec2::new(u, v)), whole.1);
+            for corner in &corners {
+                if let Some(seen) = kernel(corner, &sample)
+                    && self.transmittance(corner, seen.towards, seen.reach) < 1.0
+                {
+                    return None;
+                }
+            }
+        }
         let error = (fine - coarse).abs() + (at_corners - coarse).abs() / 3.0;
         (error <= SMOOTH_ERROR * fine).then_some((fine, error))
     }
 
-    /// One sample of ∫ cos θ cos θ′ / r² dA.
-    fn area_sample(&mut self, point: &SurfacePoint, light: &LightSurface, at: DVec2) -> f64 {
+    /// One sample of ∫ cos θ cos θ′ / r² dA without shadows, and the share (0..=1) that passes.
+    fn area_sample(&mut self, point: &SurfacePoint, light: &LightSurface, at: DVec2) -> (f64, f64) {
         let Some(seen) = light.sample(at).and_then(|sample| kernel(point, &sample)) else {
-            return 0.0;
+            return (0.0, 0.0);
         };
         let passed = self.transmittance(point, seen.towards, seen.reach);
-        passed * seen.value * light.area()
+        (seen.value * light.area(), passed)
     }
 }
 

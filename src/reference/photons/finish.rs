@@ -157,6 +157,8 @@ impl Rounds {
         direct: &Direct,
         incomplete: bool,
     ) -> Estimate {
+        // Without any photon nothing is known of the caustics, unless there can be none.
+        let unmeasured = self.paths == 0 && incomplete;
         let texels = receiver.texels();
         let relative_error = self.relative_error();
         let weight = (self.paths as f64).max(1.0);
@@ -177,7 +179,12 @@ impl Rounds {
                 layers.push(weighted.layer(name, weight, receiver));
             }
         }
-        let caustic = self.total.layer(LayerName::Total, weight, receiver);
+        let mut caustic = self.total.layer(LayerName::Total, weight, receiver);
+        if unmeasured {
+            for layer in layers.iter_mut().skip(1).chain([&mut caustic]) {
+                layer.standard_error.fill(Rgb::grey(f64::NAN));
+            }
+        }
         let mut total = Layer::dark(LayerName::Total, texels);
         for texel in 0..texels {
             let direct = &direct.texels[texel];

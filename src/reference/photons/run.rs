@@ -8,7 +8,7 @@ use super::layers::{LayerMap, pilot};
 use super::replicate::Job;
 use super::settings::{Budget, PhotonSettings, Shard};
 use super::sums::{RoundSums, SumsError};
-use crate::numeric::Stream;
+use crate::numeric::{FixedPoint, Stream};
 use crate::reference::Estimate;
 use crate::scene::{Scene, Sensor, is_achromatic};
 use crate::transport::direct::{Direct, direct};
@@ -87,7 +87,7 @@ pub struct Setup<'a> {
     progress: &'a Progress,
 }
 
-/// Replicates of the first round of a run that has no fixed number of photons.
+/// Photons of each replicate in the first round of a run that has no fixed number of them.
 const FIRST_ROUND_PHOTONS: u64 = 1 << 12;
 
 impl<'a> Setup<'a> {
@@ -134,6 +134,14 @@ impl<'a> Setup<'a> {
         }
         let receiver = Receiver::new(scene, sensor)?;
         let light = LightSpace::new(scene)?;
+        let flux = light.flux_bound().max_channel();
+        if FixedPoint::for_total(flux).is_err() {
+            return setting(
+                "the flux of all emitters",
+                format!("{flux:e} W"),
+                "0 and 1e-250 W to 1e250 W".to_owned(),
+            );
+        }
         let mut setup = Self {
             scene,
             settings,
@@ -161,9 +169,15 @@ impl<'a> Setup<'a> {
         &self.light
     }
 
-    /// Measures the direct light.
-    pub fn direct(&self) -> Direct {
-        direct(self.scene, &self.receiver, self.settings.seed)
+    /// Measures the direct light; what is not measured when the run is stopped is unknown.
+    pub fn direct(&self, deadline: Option<Instant>) -> Direct {
+        let stop = || self.is_over(deadline);
+        direct(self.scene, &self.receiver, self.settings.seed, &stop)
+            .unwrap_or_else(|| Direct::unknown(self.receiver.texels()))
+    }
+
+    fn is_over(&self, deadline: Option<Instant>) -> bool {
+        self.progress.is_stopped() || deadline.is_some_and(|deadline| Instant::now() > deadline)
     }
 
     /// Spends the budget and delivers the estimate.
@@ -176,7 +190,8 @@ impl<'a> Setup<'a> {
     /// Where photon contributions are not representable.
     pub fn run(&self, budget: &Budget) -> Result<Estimate, RunError> {
         let start = Instant::now();
-        let direct = self.direct();
+        let deadline = budget.time.map(|time| start + time);
+        let direct = self.direct(deadline);
         let mut rounds = Rounds::new(&self.receiver, &self.map);
         let mut incomplete;
         if budget.is_photons_only() {
@@ -219,6 +234,11 @@ impl<'a> Setup<'a> {
                 matches!((error, budget.relative_error), (Some(e), Some(goal)) if e <= goal);
             if !complete || is_good || self.light.is_empty() {
                 break;
+            }
+            // Where nothing arrives there is no error to reach.
+            let is_hopeless = error.is_none() && rounds.paths() >= Budget::DEFAULT_PHOTONS;
+            if is_hopeless && budget.time.is_none() {
+                return Ok(true);
             }
             let Some(next) = self.next_round(rounds, each, budget, start.elapsed()) else {
                 break;
@@ -269,8 +289,7 @@ impl<'a> Setup<'a> {
         shard: Shard,
         deadline: Option<Instant>,
     ) -> Result<RoundSums, RunError> {
-        let late = || deadline.is_some_and(|deadline| Instant::now() > deadline);
-        let stop = || self.progress.is_stopped() || late();
+        let stop = || self.is_over(deadline);
         let finished = |photons: u64| {
             self.progress.photons.fetch_add(photons, Ordering::Relaxed);
         };

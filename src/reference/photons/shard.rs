@@ -166,7 +166,7 @@ impl Setup<'_> {
             }
             rounds.add(&sums, &self.map);
         }
-        Ok(rounds.estimate(&self.receiver, &self.map, &self.direct(), false))
+        Ok(rounds.estimate(&self.receiver, &self.map, &self.direct(None), false))
     }
 }
 

@@ -14,8 +14,8 @@ use crate::scene::{Emitter, Scene};
 /// geometry (some 5 % of a ball's cells are at its rim then) and a cell's rays stay together.
 const ENOUGH_CELLS: usize = 2048;
 
-/// ... but not more often than this.
-const MAX_LEVEL: u32 = 14;
+/// ... but not more often than this: a patch 2⁻³⁹ wide still holds thousands of `f64` places.
+const MAX_LEVEL: u32 = 40;
 
 /// A patch of a chart, light of which may meet specular geometry.
 #[derive(Clone, Copy, Debug)]

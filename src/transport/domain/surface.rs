@@ -112,6 +112,8 @@ impl Part {
 #[derive(Clone, Debug)]
 pub struct LightSurface {
     parts: Vec<Part>,
+    /// The whole of a rectangle, and its normal.
+    rectangle: Option<(Area, DVec3)>,
     /// Sum of the areas of all parts up to and with each.
     cumulative: Vec<f64>,
 }
@@ -160,6 +162,15 @@ impl LightSurface {
                 .collect(),
             _ => return None,
         };
+        let rectangle = match shape {
+            Shape::Rectangle(rectangle) => {
+                let edges = rectangle.edges();
+                let origin = rectangle.center() - 0.5 * (edges[0] + edges[1]);
+                let whole = Area::Parallelogram { origin, edges };
+                Some((whole, rectangle.normal()))
+            }
+            _ => None,
+        };
         let mut sum = 0.0;
         let cumulative = parts
             .iter()
@@ -168,12 +179,21 @@ impl LightSurface {
                 sum
             })
             .collect();
-        Some(Self { parts, cumulative })
+        Some(Self {
+            parts,
+            rectangle,
+            cumulative,
+        })
     }
 
     /// The parts.
     pub fn parts(&self) -> &[Part] {
         &self.parts
+    }
+
+    /// The whole surface and its normal, where it is one parallelogram.
+    pub fn rectangle(&self) -> Option<(Area, DVec3)> {
+        self.rectangle
     }
 
     /// All of the surface \[m²\].

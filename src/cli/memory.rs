@@ -1,0 +1,91 @@
+//! Whether a film fits into memory, before anything is traced.
+
+use anyhow::ensure;
+
+use crate::film::Image;
+use crate::scene::{Scene, Sensor, is_achromatic};
+
+/// Refuses films that no file or not this machine's free memory can hold.
+///
+/// `max_layers` is the most layers with a path signature of their own.
+///
+/// # Errors
+///
+/// With the size, what it takes, and what there is.
+pub fn check_film(scene: &Scene, sensor: &Sensor, max_layers: u32) -> anyhow::Result<()> {
+    let film = &sensor.film;
+    let most = Image::MAX_SIZE;
+    ensure!(
+        film.width.max(film.height) as usize <= most,
+        "sensor \"{}\": a film of {} x {} texels; 1 to {most} each way are allowed",
+        sensor.id,
+        film.width,
+        film.height
+    );
+    let texels = u64::from(film.crop.width) * u64::from(film.crop.height);
+    let channels = if is_achromatic(scene) { 1 } else { 3 };
+    let needed = texels.saturating_mul(bytes_a_texel(channels, u64::from(max_layers)));
+    if let Some(available) = available_bytes() {
+        ensure!(
+            needed <= available,
+            "sensor \"{}\": {} x {} texels with up to {max_layers} layers take about {:.1} GB of \
+             memory, and {:.1} GB are free; a smaller film, a crop or fewer --layers take less",
+            sensor.id,
+            film.crop.width,
+            film.crop.height,
+            needed as f64 / 1e9,
+            available as f64 / 1e9
+        );
+    }
+    Ok(())
+}
+
+/// Memory that a texel takes when a run takes most.
+fn bytes_a_texel(channels: u64, max_layers: u64) -> u64 {
+    /// Value and variance, or irradiance and standard error: two triples of `f64`.
+    const PAIR: u64 = 48;
+    // The layers with a signature, the one for the others, and their total.
+    let films = max_layers + 2;
+    // While photons fly: exact sums (see `Accumulator`), counts, direct light; combined rounds.
+    let rounds = films * PAIR;
+    let tracing = films * 40 * channels + 8 + PAIR + rounds;
+    // Then all layers, `LD` too, with rounds still there, ...
+    let estimate = (films + 1) * PAIR + 8;
+    // ... and as `f32`: in the image, in the encoder, and in the file's bytes.
+    let files = 3 * ((films + 1) * PAIR / 2 + 4);
+    tracing.max(rounds + PAIR + estimate).max(estimate + files)
+}
+
+/// Memory that can be had without swapping, where the system says (Linux).
+fn available_bytes() -> Option<u64> {
+    parse_available(&std::fs::read_to_string("/proc/meminfo").ok()?)
+}
+
+fn parse_available(meminfo: &str) -> Option<u64> {
+    let line = meminfo
+        .lines()
+        .find_map(|line| line.strip_prefix("MemAvailable:"))?;
+    let kilobytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    kilobytes.checked_mul(1024)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_systems_word_on_free_memory_is_understood() {
+        let text = "MemTotal:       16000000 kB\nMemAvailable:    8000000 kB\n";
+        assert_eq!(parse_available(text), Some(8_000_000 * 1024));
+        for text in ["", "MemAvailable: x kB", "MemAvailable: 5", "MemFree: 1 kB"] {
+            assert_eq!(parse_available(text), None, "{text}");
+        }
+    }
+
+    #[test]
+    fn sums_alone_take_less_than_is_said() {
+        // 40 bytes a texel and channel in each of the ten films of eight layers.
+        assert!(bytes_a_texel(3, 8) > 10 * 120);
+        assert!(bytes_a_texel(1, 8) > 10 * 40);
+    }
+}
