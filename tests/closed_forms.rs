@@ -328,7 +328,7 @@ fn the_prisms_light_falls_into_the_right_regions_in_every_path() {
 fn the_diamonds_light_falls_into_the_right_regions_in_every_path() {
     let diamond = Facets {
         name: "diamond",
-        half_width: 0.012,
+        half_width: 1.2,
         direction: DVec3::new(0.3, 0.1, -1.0),
         ior: 2.418,
         most_reflections: 6,
@@ -341,8 +341,8 @@ fn the_diamonds_light_falls_into_the_right_regions_in_every_path() {
 
 /// The scene `coffee-cup`.
 const CUP: MirrorCup = MirrorCup {
-    radius: 0.04,
-    height: 0.08,
+    radius: 4.0,
+    height: 8.0,
     reflectance: 1.0,
     light: CupLight::Parallel {
         tan_angle: 0.6,
@@ -352,13 +352,13 @@ const CUP: MirrorCup = MirrorCup {
 
 /// The scene `mirror-ring`.
 const RING: MirrorCup = MirrorCup {
-    radius: 0.01,
-    height: 0.006,
+    radius: 1.0,
+    height: 0.6,
     reflectance: 1.0,
     light: CupLight::Point {
-        distance: 0.01,
-        height: 0.01,
-        intensity: 0.001,
+        distance: 1.0,
+        height: 1.0,
+        intensity: 10.0,
     },
 };
 
@@ -395,15 +395,15 @@ fn assert_cup_agrees(name: &str, cup: &MirrorCup, half_width: f64, bare: f64, si
 /// LRD is the nephroid's sheet, LRRD the one with its caustic at three quarters of R cos φ.
 #[test]
 fn the_coffee_cups_nephroid_is_right_in_every_texel() {
-    assert_cup_agrees("coffee-cup", &CUP, 0.04, 1000.0, 1);
-    assert_cup_agrees("coffee-cup", &CUP, 0.04, 1000.0, 20);
+    assert_cup_agrees("coffee-cup", &CUP, 4.0, 1000.0, 1);
+    assert_cup_agrees("coffee-cup", &CUP, 4.0, 1000.0, 20);
 }
 
 /// LRD is the cardioid's sheet of a lamp above the ring's edge.
 #[test]
 fn the_mirror_rings_cardioid_is_right_in_every_texel() {
-    assert_cup_agrees("mirror-ring", &RING, 0.02, 10.0, 1);
-    assert_cup_agrees("mirror-ring", &RING, 0.02, 10.0, 32);
+    assert_cup_agrees("mirror-ring", &RING, 2.0, 10.0, 1);
+    assert_cup_agrees("mirror-ring", &RING, 2.0, 10.0, 32);
 }
 
 // ---- a pane under a lamp -------------------------------------------------------------------------

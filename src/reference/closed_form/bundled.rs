@@ -92,7 +92,7 @@ impl Bundled {
         let cut = [
             ("prism", 0.25, facets(&prism(), 1.5, 0.0, 0.0, 1000.0)),
             ("cube", 2.0, facets(&cube(), 1.5, 0.5, 0.2, 1000.0)),
-            ("diamond", 1.2, facets(&diamond(), 2.418, 0.3, 0.1, 0.1)),
+            ("diamond", 1.2, facets(&diamond(), 2.418, 0.3, 0.1, 1000.0)),
         ];
         all.extend(
             cut.into_iter()
@@ -101,7 +101,7 @@ impl Bundled {
         all
     }
 
-    /// The irradiance (W per squared scene unit: W/m², or W/cm² where the file says so) of every texel of `side`² over the receiver, by one path, in one channel (0, 1 or 2: red, green,
+    /// The irradiance (W/m²) of every texel of `side`² over the receiver, by one path, in one channel (0, 1 or 2: red, green,
     /// blue), rows from smallest y.
     pub fn map(&self, path: Path, side: usize, channel: usize) -> Vec<f64> {
         let grid = TexelGrid::square(self.receiver_half_width, side);
@@ -137,7 +137,7 @@ const COFFEE_CUP: MirrorCup = MirrorCup {
     // (0.6, 0, -1): the irradiance is across the light.
     light: CupLight::Parallel {
         tan_angle: 0.6,
-        irradiance: 0.1,
+        irradiance: 1000.0,
     },
 };
 
@@ -148,7 +148,7 @@ const MIRROR_RING: MirrorCup = MirrorCup {
     light: CupLight::Point {
         distance: 1.0,
         height: 1.0,
-        intensity: 0.001,
+        intensity: 10.0,
     },
 };
 
@@ -285,7 +285,6 @@ mod tests {
             }
         };
         let sun = r#"<rgb name="irradiance" value="1000, 1000, 1000"/>"#;
-        let sun_in_cm = r#"<rgb name="irradiance" value="0.1, 0.1, 0.1"/>"#;
         let ball = [
             r#"<point name="position" x="0" y="0" z="4"/>"#,
             r#"<rgb name="intensity" value="100, 100, 100"/>"#,
@@ -298,7 +297,7 @@ mod tests {
         holds(
             "coffee-cup",
             &[
-                sun_in_cm,
+                sun,
                 r#"x="0.6" y="0" z="-1""#,
                 r#"z="8"/>"#,
                 r#"value="4"/>"#,
@@ -309,7 +308,7 @@ mod tests {
             "mirror-ring",
             &[
                 r#"x="-1" y="0" z="1""#,
-                "0.001, 0.001, 0.001",
+                "10, 10, 10",
                 r#"z="0.6"/>"#,
                 r#"x="2" y="2""#,
             ],
@@ -335,7 +334,7 @@ mod tests {
         holds(
             "diamond",
             &[
-                sun_in_cm,
+                sun,
                 r#"x="0.3" y="0.1" z="-1""#,
                 r#"angle="165""#,
                 r#"<translate z="0.4"/>"#,
