@@ -123,10 +123,9 @@ fn encode(image: &Image) -> ::exr::error::Result<Vec<u8>> {
         AnyChannels::sort(channels.collect()),
     );
     let mut file = Cursor::new(Vec::new());
-    // Not in parallel: blocks would be written as they are done.
+    // Compressed in parallel; with a line order given, blocks are written in that order.
     ExrImage::from_layer(layer)
         .write()
-        .non_parallel()
         .to_buffered(&mut file)?;
     let mut bytes = file.into_inner();
     sort_attributes(&mut bytes)

@@ -89,7 +89,7 @@ impl FixedPoint {
     pub fn quantise(self, value: f64) -> Option<i64> {
         // Scaling by a power of two is exact, or so small that it rounds to 0 all the same, or
         // infinite and so out of range.
-        let quanta = (value * power_of_two(-self.exponent)).round_ties_even();
+        let quanta = round_ties_even(value * power_of_two(-self.exponent));
         // The double below 2^63 is an `i64`. False for NaN.
         (-TWO_TO_63..TWO_TO_63)
             .contains(&quanta)
@@ -106,6 +106,22 @@ impl FixedPoint {
     #[inline]
     pub const fn value_i128(self, quanta: i128) -> f64 {
         quanta as f64 * self.quantum()
+    }
+}
+
+/// The nearest whole number, ties to even, in two additions: `f64::round_ties_even` is a call into
+/// the C library where the target's baseline has no such instruction (x86-64).
+#[inline]
+fn round_ties_even(value: f64) -> f64 {
+    // Between 2⁵² and 2⁵³ doubles are the whole numbers: adding 1.5 · 2⁵² to a magnitude of at
+    // most 2⁵¹ rounds to one. From 2⁵² on there are no others; between, there are halves.
+    const SHIFT: f64 = 1.5 * power_of_two(52);
+    if value.abs() <= power_of_two(51) {
+        (value + SHIFT) - SHIFT
+    } else if value.abs() < power_of_two(52) {
+        value.round_ties_even()
+    } else {
+        value
     }
 }
 
@@ -156,6 +172,22 @@ mod tests {
         assert_eq!(scale.quantise(-(2f64.powi(64))), Some(i64::MIN));
         assert_eq!(scale.quantise(2f64.powi(64)), None);
         assert_eq!(FixedPoint::new(-892).unwrap().quantise(f64::MAX), None);
+    }
+
+    #[test]
+    fn rounding_is_that_of_the_standard_library_at_every_magnitude() {
+        let halves = [0.0, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 2.5, 3.5];
+        for exponent in 0..64 {
+            for half in halves {
+                let near = power_of_two(exponent) + half;
+                for value in [near, near.next_up(), near.next_down()] {
+                    for value in [value, -value] {
+                        assert_eq!(round_ties_even(value), value.round_ties_even(), "{value}");
+                    }
+                }
+            }
+        }
+        assert!(round_ties_even(f64::NAN).is_nan());
     }
 
     proptest! {

@@ -12,4 +12,4 @@ pub(crate) mod wide;
 pub use exact_sum::ExactSum;
 pub use fixed_point::{FixedPoint, FixedPointError};
 pub use statistics::Moments;
-pub use streams::{Stream, StreamKind};
+pub use streams::{Extras, Stream, StreamKind};

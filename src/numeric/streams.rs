@@ -74,8 +74,14 @@ const fn hash_pair(first: u64, second: u64) -> u64 {
 /// Two rounds of `SplitMix64`'s mixing stand between the index and the result.
 #[inline]
 pub const fn hash64(seed: u64, index: u64, dimension: u32) -> u64 {
+    hash_dimension(hash_pair(seed, index), dimension)
+}
+
+/// Element `dimension` of `SplitMix64`'s sequence from `key`.
+#[inline]
+const fn hash_dimension(key: u64, dimension: u32) -> u64 {
     let step = GOLDEN_STEP.wrapping_mul(dimension as u64 + 1);
-    mix64(hash_pair(seed, index).wrapping_add(step))
+    mix64(key.wrapping_add(step))
 }
 
 /// The upper 53 bits as a number in [0, 1): a multiple of 2⁻⁵³, at most 1 − 2⁻⁵³.
@@ -142,7 +148,15 @@ impl Stream {
     /// other dimensions: for roulette, where stratification brings nothing.
     #[inline]
     pub const fn extra(&self, index: u64, dimension: u32) -> f64 {
-        unit_interval(hash64(self.extra, index, dimension))
+        self.extras(index).at(dimension)
+    }
+
+    /// The [extra](Stream::extra) numbers of sample `index`.
+    #[inline]
+    pub const fn extras(&self, index: u64) -> Extras {
+        Extras {
+            key: hash_pair(self.extra, index),
+        }
     }
 
     #[inline]
@@ -166,6 +180,21 @@ impl Stream {
             let high = sobol::scramble(reversed[d], key);
             unit_interval(u64::from(high) << 32 | u64::from(low))
         })
+    }
+}
+
+/// One sample's numbers of all dimensions: [`Stream::extra`] with the index' share of the work
+/// done once.
+#[derive(Clone, Copy, Debug)]
+pub struct Extras {
+    key: u64,
+}
+
+impl Extras {
+    /// The number of a dimension, uniform in [0, 1).
+    #[inline]
+    pub const fn at(self, dimension: u32) -> f64 {
+        unit_interval(hash_dimension(self.key, dimension))
     }
 }
 

@@ -5,12 +5,12 @@
 //! its share. Both keep the expected flux of every branch; choosing one keeps the flux itself,
 //! too, so the [ledger](super::ledger) closes for every photon and not only on average.
 
+use super::flux::Flux;
 use super::ledger::Fate;
 use super::receiver::Receiver;
-use super::scatter::{ShadingNormals, scatter};
+use super::scatter::{Meeting, ShadingNormals, Way};
 use super::signature::{MAX_EVENTS, Signature};
-use crate::geometry::{Ray, TraversalCounters};
-use crate::radiometry::Rgb;
+use crate::geometry::{Ray, SurfacePoint, TraversalCounters};
 use crate::scene::Scene;
 
 /// How far and how finely chains are followed.
@@ -36,13 +36,13 @@ impl Default for ChainSettings {
 }
 
 /// What a followed chain reports.
-pub trait ChainSink {
+pub trait ChainSink<const N: usize> {
     /// `flux` \[W\] fell into `texel` after the events of `signature`.
-    fn received(&mut self, signature: Signature, texel: usize, flux: Rgb);
+    fn received(&mut self, signature: Signature, texel: usize, flux: Flux<N>);
     /// `flux` \[W\] ended otherwise.
-    fn ended(&mut self, signature: Signature, fate: Fate, flux: Rgb);
+    fn ended(&mut self, signature: Signature, fate: Fate, flux: Flux<N>);
     /// Adjoint shading normals added `flux` \[W\].
-    fn gained(&mut self, flux: Rgb);
+    fn gained(&mut self, flux: Flux<N>);
     /// A uniform number in [0, 1) for the choice at the end of `signature`, `passes` surfaces
     /// passed through: always the same for the same arguments.
     fn choice(&mut self, signature: Signature, passes: u32) -> f64;
@@ -50,9 +50,9 @@ pub trait ChainSink {
 
 /// Light on its way.
 #[derive(Clone, Copy, Debug)]
-struct Flight {
+struct Flight<const N: usize> {
     ray: Ray,
-    flux: Rgb,
+    flux: Flux<N>,
     signature: Signature,
     passes: u32,
 }
@@ -62,16 +62,17 @@ struct Flight {
 const MAX_PASSES: u32 = 4096;
 
 /// Follows chains through one scene to one receiver. Make one a thread: it keeps its stack.
-pub struct ChainTracer<'a> {
+pub struct ChainTracer<'a, const N: usize> {
     scene: &'a Scene,
     receiver: &'a Receiver,
     settings: ChainSettings,
-    pending: Vec<Flight>,
+    /// Branches that wait while another is followed.
+    pending: Vec<Flight<N>>,
     /// Work done so far.
     pub counters: TraversalCounters,
 }
 
-impl<'a> ChainTracer<'a> {
+impl<'a, const N: usize> ChainTracer<'a, N> {
     /// A tracer that ends chains at `receiver`.
     ///
     /// # Panics
@@ -90,144 +91,169 @@ impl<'a> ChainTracer<'a> {
 
     /// Follows `flux` \[W\] along `ray` until all of it has ended.
     #[inline]
-    pub fn trace(&mut self, ray: Ray, flux: Rgb, sink: &mut impl ChainSink) {
-        self.pending.push(Flight {
+    pub fn trace(&mut self, ray: Ray, flux: Flux<N>, sink: &mut impl ChainSink<N>) {
+        let mut flight = Flight {
             ray,
             flux,
             signature: Signature::DIRECT,
             passes: 0,
-        });
-        while let Some(flight) = self.pending.pop() {
-            self.step(&flight, sink);
+        };
+        while let Some(next) = self.step(&flight, sink).or_else(|| self.pending.pop()) {
+            flight = next;
         }
     }
 
-    /// To the next surface, and into the branches there.
+    /// To the next surface, and on along one of its branches; others are left pending.
     #[inline]
-    fn step(&mut self, flight: &Flight, sink: &mut impl ChainSink) {
-        let Flight {
-            ray,
-            flux,
-            signature,
-            passes,
-        } = *flight;
+    fn step(&mut self, flight: &Flight<N>, sink: &mut impl ChainSink<N>) -> Option<Flight<N>> {
+        if flight.flux.is_black() {
+            return None;
+        }
         let world = self.scene.world();
-        let Some(hit) = world.closest_hit(&ray, f64::INFINITY, &mut self.counters) else {
-            sink.ended(signature, Fate::Escaped, flux);
-            return;
+        let ray = &flight.ray;
+        let Some(hit) = world.closest_hit(ray, f64::INFINITY, &mut self.counters) else {
+            sink.ended(flight.signature, Fate::Escaped, flight.flux);
+            return None;
         };
-        let mut measured = false;
+        let mut fate = Fate::Absorbed;
         let point = if hit.shape == self.receiver.shape() {
-            let point = world.surface_point(&ray, &hit);
+            let point = world.surface_point(ray, &hit);
             if let Some(texel) = self.receiver.texel(&point, ray.direction) {
-                measured = true;
-                if !signature.is_empty() {
-                    sink.received(signature, texel, flux);
+                if flight.signature.is_empty() {
+                    fate = Fate::Direct;
+                } else {
+                    fate = Fate::Received;
+                    sink.received(flight.signature, texel, flight.flux);
                 }
             }
             point
         } else {
-            world.bounce_point(&ray, &hit)
+            world.bounce_point(ray, &hit)
         };
-        let follows = self.follow(signature, passes, sink);
-        let mut went_on = Gone::default();
-        let adjoint = self.settings.shading_normals == ShadingNormals::Adjoint;
-        let pending = &mut self.pending;
-        scatter(
+        let meeting = Meeting::new(
             self.scene,
             self.scene.material_of(hit.shape),
             &point,
             ray.direction,
             self.settings.shading_normals,
-            &mut |branch| {
-                went_on.branches += 1;
-                let arriving = match follows {
-                    Follow::All => flux * branch.share,
-                    // Passing is no event: it needs no depth.
-                    Follow::Passes if branch.event.is_none() => flux * branch.share,
-                    Follow::One(choice) => {
-                        let chosen =
-                            choice >= went_on.shares && choice < went_on.shares + branch.share;
-                        went_on.shares += branch.share;
-                        if !chosen {
-                            return;
-                        }
-                        flux
-                    }
-                    Follow::Passes | Follow::None => return,
-                };
-                let leaving = arriving * branch.tint;
-                // A tint above one can only come from adjoint shading normals.
-                if adjoint && leaving != arriving {
-                    went_on.gain += leaving - arriving;
-                    went_on.flux += arriving;
-                } else {
-                    went_on.flux += leaving;
-                }
-                if !leaving.is_black() {
-                    pending.push(Flight {
-                        ray: point.spawn(branch.direction),
-                        flux: leaving,
-                        signature: branch
-                            .event
-                            .map_or(signature, |event| signature.then(event)),
-                        passes: passes + u32::from(branch.event.is_none()),
-                    });
-                }
-            },
         );
-        if !went_on.gain.is_black() {
-            sink.gained(went_on.gain);
+        if meeting.is_end() {
+            sink.ended(flight.signature, fate, flight.flux);
+            return None;
         }
-        let fate = match (follows, went_on.branches) {
-            (_, 0) if measured && signature.is_empty() => Fate::Direct,
-            (_, 0) if measured => Fate::Received,
-            (Follow::Passes | Follow::None, 1..) => Fate::CutOff,
-            _ => Fate::Absorbed,
-        };
-        let rest = flux - went_on.flux;
-        // Shares sum to one but for rounding, which is no absorption.
-        if rest.map(f64::abs).max_channel() > 4.0 * f64::EPSILON * flux.max_channel() {
-            sink.ended(signature, fate, rest);
-        }
-    }
-
-    /// Which branches to follow after the events of `signature`.
-    #[inline]
-    fn follow(&self, signature: Signature, passes: u32, sink: &mut impl ChainSink) -> Follow {
-        if passes >= MAX_PASSES {
-            Follow::None
-        } else if signature.len() >= self.settings.max_depth as usize {
-            Follow::Passes
-        } else if signature.len() < self.settings.split_depth as usize {
-            Follow::All
+        let events = flight.signature.len();
+        if flight.passes >= MAX_PASSES {
+            sink.ended(flight.signature, Fate::CutOff, flight.flux);
+            None
+        } else if events >= self.settings.max_depth as usize {
+            self.pass(flight, &meeting, &point, sink)
+        } else if events < self.settings.split_depth as usize {
+            self.follow_all(flight, &meeting, &point, sink)
         } else {
-            Follow::One(sink.choice(signature, passes))
+            self.follow_one(flight, &meeting, &point, sink)
         }
     }
-}
 
-/// Which branches are followed.
-#[derive(Clone, Copy)]
-enum Follow {
-    /// All of them.
-    All,
-    /// One, chosen by a uniform number; what no branch carries is one of the choices.
-    One(f64),
-    /// Those that are no event.
-    Passes,
-    /// None.
-    None,
-}
+    /// One way, chosen with the probability of its share: it carries all the flux.
+    #[inline]
+    fn follow_one(
+        &self,
+        flight: &Flight<N>,
+        meeting: &Meeting,
+        point: &SurfacePoint,
+        sink: &mut impl ChainSink<N>,
+    ) -> Option<Flight<N>> {
+        let choice = sink.choice(flight.signature, flight.passes);
+        let next = meeting
+            .choose(choice)
+            .and_then(|way| self.along(flight, flight.flux, way, meeting, point, sink));
+        if next.is_none() {
+            sink.ended(flight.signature, Fate::Absorbed, flight.flux);
+        }
+        next
+    }
 
-/// What went on from a surface.
-#[derive(Default)]
-struct Gone {
-    branches: u32,
-    /// Sum of the shares of the branches so far.
-    shares: f64,
-    /// Taken from the flux that arrived.
-    flux: Rgb,
-    /// Added to it.
-    gain: Rgb,
+    /// Every way that light goes.
+    #[inline]
+    fn follow_all(
+        &mut self,
+        flight: &Flight<N>,
+        meeting: &Meeting,
+        point: &SurfacePoint,
+        sink: &mut impl ChainSink<N>,
+    ) -> Option<Flight<N>> {
+        let mut last = None;
+        let mut rest = flight.flux;
+        for way in Way::ALL {
+            let share = meeting.share_of(way);
+            if share > 0.0 {
+                let flux = flight.flux * share;
+                if let Some(next) = self.along(flight, flux, way, meeting, point, sink) {
+                    rest = rest - flux;
+                    self.pending.extend(last.replace(next));
+                }
+            }
+        }
+        // Shares sum to one but for rounding, which is no absorption.
+        if rest.max_magnitude() > 4.0 * f64::EPSILON * flight.flux.max_magnitude() {
+            sink.ended(flight.signature, Fate::Absorbed, rest);
+        }
+        last
+    }
+
+    /// Past the deepest level: what passes without an event goes on, the rest is cut off.
+    fn pass(
+        &self,
+        flight: &Flight<N>,
+        meeting: &Meeting,
+        point: &SurfacePoint,
+        sink: &mut impl ChainSink<N>,
+    ) -> Option<Flight<N>> {
+        let passed = meeting.share_of(Way::Passed);
+        if passed < 1.0 {
+            let events = meeting.share_of(Way::Reflected) + meeting.share_of(Way::Transmitted);
+            let fate = if events > 0.0 {
+                Fate::CutOff
+            } else {
+                Fate::Absorbed
+            };
+            sink.ended(flight.signature, fate, flight.flux * (1.0 - passed));
+        }
+        if passed > 0.0 {
+            let flux = flight.flux * passed;
+            self.along(flight, flux, Way::Passed, meeting, point, sink)
+        } else {
+            None
+        }
+    }
+
+    /// `flux` of a flight on one of the ways from where it is; `None` where there is no way
+    /// after all. What a tint takes is absorbed; what one adds, adjoint shading normals gain.
+    #[inline]
+    fn along(
+        &self,
+        flight: &Flight<N>,
+        flux: Flux<N>,
+        way: Way,
+        meeting: &Meeting,
+        point: &SurfacePoint,
+        sink: &mut impl ChainSink<N>,
+    ) -> Option<Flight<N>> {
+        let branch = meeting.branch(way)?;
+        let leaving = flux * branch.tint;
+        if leaving != flux {
+            if self.settings.shading_normals == ShadingNormals::Adjoint {
+                sink.gained(leaving - flux);
+            } else {
+                sink.ended(flight.signature, Fate::Absorbed, flux - leaving);
+            }
+        }
+        let event = way.event();
+        Some(Flight {
+            ray: point.spawn(branch.direction),
+            flux: leaving,
+            signature: event.map_or(flight.signature, |event| flight.signature.then(event)),
+            passes: flight.passes + u32::from(event.is_none()),
+        })
+    }
 }

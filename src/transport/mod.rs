@@ -8,6 +8,7 @@
 pub mod chain;
 pub mod direct;
 pub mod domain;
+pub mod flux;
 pub mod ledger;
 pub mod receiver;
 pub mod scatter;

@@ -2,12 +2,12 @@
 
 use glam::DVec3;
 
+use super::flux::Flux;
 use super::signature::Event;
 use crate::geometry::SurfacePoint;
 use crate::optics::{
     conductor_reflectance, dielectric_reflectance, reflect, refract, thin_slab_reflectance,
 };
-use crate::radiometry::Rgb;
 use crate::scene::{Material, Scene};
 
 /// What interpolated normals do to the flux a ray carries.
@@ -22,242 +22,298 @@ pub enum ShadingNormals {
     Adjoint,
 }
 
-/// One way light goes on.
+/// The ways light can go on from a surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Way {
+    /// As if nothing were there; no event.
+    Passed,
+    /// Back to the side it came from.
+    Reflected,
+    /// Through the surface.
+    Transmitted,
+}
+
+impl Way {
+    /// All ways, in the order in which they share a uniform number.
+    pub const ALL: [Self; 3] = [Self::Passed, Self::Reflected, Self::Transmitted];
+
+    /// The event that a path's signature records.
+    #[inline]
+    pub fn event(self) -> Option<Event> {
+        match self {
+            Self::Passed => None,
+            Self::Reflected => Some(Event::Reflection),
+            Self::Transmitted => Some(Event::Transmission),
+        }
+    }
+}
+
+/// Light that goes on.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Branch {
+pub struct Branch<const N: usize> {
     /// The new direction of travel, a unit vector.
     pub direction: DVec3,
-    /// What happened; `None` where light passed as if nothing were there.
-    pub event: Option<Event>,
-    /// The share of the arriving flux that takes this branch, before `tint`.
-    pub share: f64,
-    /// The factor that filters and metals put on it.
-    pub tint: Rgb,
+    /// The factor that filters and metals put on its flux.
+    pub tint: Flux<N>,
 }
 
-/// Hands every branch of light that travels along `direction` and meets `point` to `branch`:
-/// passed, reflected, transmitted, in this order, each with a share above zero. What the shares
-/// and tints do not carry on is absorbed; without any branch, all of it.
-#[inline]
-pub fn scatter(
-    scene: &Scene,
-    material: &Material,
-    point: &SurfacePoint,
-    direction: DVec3,
-    shading_normals: ShadingNormals,
-    branch: &mut impl FnMut(Branch),
-) {
-    let at = Meeting {
-        point,
-        direction,
-        shading_normals,
-    };
-    at.scatter(scene, material, 1.0, branch);
-}
-
-/// A ray at a surface.
-struct Meeting<'a> {
+/// A ray at a surface: how its light is shared out, before anyone asks where it goes.
+///
+/// What the shares and tints do not carry on is absorbed.
+pub struct Meeting<'a> {
     point: &'a SurfacePoint,
     direction: DVec3,
     shading_normals: ShadingNormals,
+    /// What is there, once masks are passed and sides chosen.
+    material: &'a Material,
+    /// The shading normal on the side light arrives from; zero where nothing needs it.
+    normal: DVec3,
+    /// n_transmitted / n_incident; 1 where light goes straight through.
+    eta: f64,
+    /// By [`Way`].
+    shares: [f64; 3],
 }
 
-impl Meeting<'_> {
+impl<'a> Meeting<'a> {
+    /// Light that travels along `direction` meets `material` at `point`.
     #[inline]
-    fn scatter(
-        &self,
-        scene: &Scene,
-        material: &Material,
-        weight: f64,
-        into: &mut impl FnMut(Branch),
-    ) {
-        let front = self.direction.dot(self.point.geometric_normal) < 0.0;
-        match *material {
+    pub fn new(
+        scene: &'a Scene,
+        material: &'a Material,
+        point: &'a SurfacePoint,
+        direction: DVec3,
+        shading_normals: ShadingNormals,
+    ) -> Self {
+        let front = direction.dot(point.geometric_normal) < 0.0;
+        let mut meeting = Self {
+            point,
+            direction,
+            shading_normals,
+            material,
+            normal: DVec3::ZERO,
+            eta: 1.0,
+            shares: [0.0; 3],
+        };
+        match material {
+            // The commonest end of a chain.
             Material::Diffuse { .. } => {}
-            Material::Null => self.pass(weight, into),
-            Material::Mask { opacity, nested } => {
-                self.pass(weight * (1.0 - opacity), into);
-                self.scatter(scene, scene.material(nested), weight * opacity, into);
+            Material::Mask { .. } | Material::TwoSided { .. } => {
+                meeting.unwrap(scene, material, front);
             }
-            Material::TwoSided {
-                front: material_front,
-                back,
-            } => {
-                let side = if front { material_front } else { back };
-                self.one_side(scene, scene.material(side), weight, into);
+            _ => meeting.share(material, front, 1.0),
+        }
+        meeting
+    }
+
+    /// Looks through masks and two-sided materials at what is inside.
+    fn unwrap(&mut self, scene: &'a Scene, mut material: &'a Material, front: bool) {
+        let mut passed = 0.0;
+        let mut weight = 1.0;
+        let mut both_sides = false;
+        loop {
+            match *material {
+                Material::Mask { opacity, nested } => {
+                    passed += weight * (1.0 - opacity);
+                    weight *= opacity;
+                    material = scene.material(nested);
+                    both_sides = false;
+                }
+                Material::TwoSided {
+                    front: material_front,
+                    back,
+                } => {
+                    let side = if front { material_front } else { back };
+                    material = scene.material(side);
+                    both_sides = true;
+                }
+                _ => break,
             }
-            Material::Conductor { .. } if !front => {}
-            Material::Conductor { .. } => self.mirror(material, weight, into),
+        }
+        let coated = both_sides && matches!(material, Material::Conductor { .. });
+        self.share(material, front || coated, weight);
+        self.shares[Way::Passed as usize] += passed;
+    }
+
+    /// Shares out `weight` of the light at a plain material; `front` says whether light arrives
+    /// on the side that a metal coats, or from a dielectric's exterior.
+    #[inline]
+    fn share(&mut self, material: &'a Material, front: bool, weight: f64) {
+        self.material = material;
+        match *material {
+            Material::Null => self.shares[Way::Passed as usize] = weight,
+            Material::Conductor { .. } => {
+                if front && self.face() {
+                    self.shares[Way::Reflected as usize] = weight;
+                }
+            }
             Material::Dielectric {
                 interior_ior,
                 exterior_ior,
-                specular_reflectance,
-                specular_transmittance,
+                ..
             } => {
-                let eta = if front {
+                self.eta = if front {
                     interior_ior / exterior_ior
                 } else {
                     exterior_ior / interior_ior
                 };
-                if eta == 1.0 {
+                if self.eta == 1.0 {
                     // Matched media: no interface, though Mitsuba still tints and counts it.
-                    push(
-                        into,
-                        Branch {
-                            direction: self.direction,
-                            event: Some(Event::Transmission),
-                            share: weight,
-                            tint: specular_transmittance,
-                        },
-                    );
-                    return;
-                }
-                let Some(normal) = self.facing_normal() else {
-                    return;
-                };
-                let cos_incident = -self.direction.dot(normal);
-                let reflectance = dielectric_reflectance(cos_incident, eta);
-                self.push_reflection(normal, weight * reflectance, specular_reflectance, into);
-                if let Some(direction) = refract(self.direction, normal, eta) {
-                    self.push_checked(
-                        Branch {
-                            direction,
-                            event: Some(Event::Transmission),
-                            share: weight * (1.0 - reflectance),
-                            tint: specular_transmittance,
-                        },
-                        normal,
-                        into,
-                    );
+                    self.shares[Way::Transmitted as usize] = weight;
+                } else if self.face() {
+                    self.share_by(dielectric_reflectance(self.cos_incident(), self.eta), weight);
                 }
             }
             Material::ThinDielectric {
                 interior_ior,
                 exterior_ior,
-                specular_reflectance,
-                specular_transmittance,
+                ..
             } => {
-                let Some(normal) = self.facing_normal() else {
-                    return;
-                };
-                let cos_incident = -self.direction.dot(normal);
-                let reflectance = thin_slab_reflectance(cos_incident, interior_ior / exterior_ior);
-                self.push_reflection(normal, weight * reflectance, specular_reflectance, into);
-                push(
-                    into,
-                    Branch {
-                        direction: self.direction,
-                        event: Some(Event::Transmission),
-                        share: weight * (1.0 - reflectance),
-                        tint: specular_transmittance,
-                    },
-                );
+                if self.face() {
+                    let eta = interior_ior / exterior_ior;
+                    self.share_by(thin_slab_reflectance(self.cos_incident(), eta), weight);
+                }
             }
+            Material::Diffuse { .. } | Material::Mask { .. } | Material::TwoSided { .. } => {}
         }
     }
 
-    /// A material that stands on the side light arrives from, whichever that is.
-    fn one_side(
-        &self,
-        scene: &Scene,
-        material: &Material,
-        weight: f64,
-        into: &mut impl FnMut(Branch),
-    ) {
-        if let Material::Conductor { .. } = material {
-            self.mirror(material, weight, into);
+    #[inline]
+    fn share_by(&mut self, reflectance: f64, weight: f64) {
+        self.shares[Way::Reflected as usize] = weight * reflectance;
+        self.shares[Way::Transmitted as usize] = weight * (1.0 - reflectance);
+    }
+
+    /// Finds the shading normal on the side light arrives from. False where the shading normal
+    /// and the true one disagree about that side: such light is absorbed, as in Mitsuba's
+    /// `ptracer`.
+    #[inline]
+    fn face(&mut self) -> bool {
+        let shading = self.point.shading_normal;
+        let along = self.direction.dot(shading);
+        let true_along = self.direction.dot(self.point.geometric_normal);
+        self.normal = if along < 0.0 { shading } else { -shading };
+        along * true_along > 0.0
+    }
+
+    #[inline]
+    fn cos_incident(&self) -> f64 {
+        -self.direction.dot(self.normal)
+    }
+
+    /// The share (0..=1) of the arriving flux that goes this way, before its tint.
+    #[inline]
+    pub fn share_of(&self, way: Way) -> f64 {
+        self.shares[way as usize]
+    }
+
+    /// Whether no light goes on.
+    #[inline]
+    pub fn is_end(&self) -> bool {
+        self.shares == [0.0; 3]
+    }
+
+    /// The way of the share that `choice`, uniform in [0, 1), falls into; `None` for absorption.
+    #[inline]
+    pub fn choose(&self, choice: f64) -> Option<Way> {
+        let [passed, reflected, transmitted] = self.shares;
+        if choice < passed {
+            Some(Way::Passed)
+        } else if choice < passed + reflected {
+            Some(Way::Reflected)
+        } else if choice < passed + reflected + transmitted {
+            Some(Way::Transmitted)
         } else {
-            self.scatter(scene, material, weight, into);
+            None
         }
     }
 
-    fn pass(&self, share: f64, into: &mut impl FnMut(Branch)) {
-        push(
-            into,
-            Branch {
+    /// Where light of a share above zero goes; `None` where the true surface is in its way.
+    #[inline]
+    pub fn branch<const N: usize>(&self, way: Way) -> Option<Branch<N>> {
+        match way {
+            Way::Passed => Some(Branch {
                 direction: self.direction,
-                event: None,
-                share,
-                tint: Rgb::WHITE,
+                tint: Flux::WHITE,
+            }),
+            Way::Reflected => {
+                let tint = match *self.material {
+                    Material::Dielectric {
+                        specular_reflectance,
+                        ..
+                    }
+                    | Material::ThinDielectric {
+                        specular_reflectance,
+                        ..
+                    } => Flux::of(specular_reflectance),
+                    _ => self.metallic_tint(),
+                };
+                self.checked(reflect(self.direction, self.normal), tint, true)
+            }
+            Way::Transmitted => match *self.material {
+                Material::Dielectric {
+                    specular_transmittance,
+                    ..
+                } if self.eta != 1.0 => {
+                    let direction = refract(self.direction, self.normal, self.eta)?;
+                    self.checked(direction, Flux::of(specular_transmittance), false)
+                }
+                Material::Dielectric {
+                    specular_transmittance,
+                    ..
+                }
+                | Material::ThinDielectric {
+                    specular_transmittance,
+                    ..
+                } => Some(Branch {
+                    direction: self.direction,
+                    tint: Flux::of(specular_transmittance),
+                }),
+                _ => None,
             },
-        );
+        }
     }
 
-    fn mirror(&self, material: &Material, weight: f64, into: &mut impl FnMut(Branch)) {
+    /// What a metal leaves of each channel.
+    fn metallic_tint<const N: usize>(&self) -> Flux<N> {
         let Material::Conductor {
             eta,
             k,
             specular_reflectance,
-        } = *material
+        } = *self.material
         else {
-            return;
+            return Flux::BLACK;
         };
-        let Some(normal) = self.facing_normal() else {
-            return;
-        };
-        let cos_incident = -self.direction.dot(normal);
-        let reflectance = if eta.is_grey() && k.is_grey() {
-            Rgb::grey(conductor_reflectance(cos_incident, eta.0[0], k.0[0]))
+        let cos_incident = self.cos_incident();
+        let reflectance = |c: usize| conductor_reflectance(cos_incident, eta.0[c], k.0[c]);
+        let metal = if eta.is_grey() && k.is_grey() {
+            Flux([reflectance(0); N])
         } else {
-            Rgb(std::array::from_fn(|c| {
-                conductor_reflectance(cos_incident, eta.0[c], k.0[c])
-            }))
+            Flux(std::array::from_fn(reflectance))
         };
-        self.push_reflection(normal, weight, specular_reflectance * reflectance, into);
+        Flux::of(specular_reflectance) * metal
     }
 
-    /// The shading normal on the side light arrives from; `None` where the shading normal and
-    /// the true one disagree about that side: such light is absorbed, as in Mitsuba's `ptracer`.
+    /// A branch, unless the true surface is in its way.
     #[inline]
-    fn facing_normal(&self) -> Option<DVec3> {
-        let shading = self.point.shading_normal;
-        let along = self.direction.dot(shading);
-        let true_along = self.direction.dot(self.point.geometric_normal);
-        if along * true_along <= 0.0 {
-            return None;
-        }
-        Some(if along < 0.0 { shading } else { -shading })
-    }
-
-    #[inline]
-    fn push_reflection(&self, normal: DVec3, share: f64, tint: Rgb, into: &mut impl FnMut(Branch)) {
-        self.push_checked(
-            Branch {
-                direction: reflect(self.direction, normal),
-                event: Some(Event::Reflection),
-                share,
-                tint,
-            },
-            normal,
-            into,
-        );
-    }
-
-    /// Adds a branch unless the true surface is in its way.
-    #[inline]
-    fn push_checked(&self, mut branch: Branch, normal: DVec3, into: &mut impl FnMut(Branch)) {
+    fn checked<const N: usize>(
+        &self,
+        direction: DVec3,
+        mut tint: Flux<N>,
+        reflects: bool,
+    ) -> Option<Branch<N>> {
         let geometric = self.point.geometric_normal;
         let arrived = self.direction.dot(geometric);
-        let leaves = branch.direction.dot(geometric);
-        let reflects = branch.event == Some(Event::Reflection);
+        let leaves = direction.dot(geometric);
         if (arrived * leaves < 0.0) != reflects || leaves == 0.0 {
-            return;
+            return None;
         }
         if self.shading_normals == ShadingNormals::Adjoint && self.point.shading_normal != geometric
         {
-            let factor = (self.direction.dot(normal) * leaves
-                / (branch.direction.dot(normal) * arrived))
+            let factor = (self.direction.dot(self.normal) * leaves
+                / (direction.dot(self.normal) * arrived))
                 .abs();
-            branch.tint *= factor;
+            tint = tint * factor;
         }
-        push(into, branch);
-    }
-}
-
-/// Hands on a branch that carries anything.
-#[inline]
-fn push(into: &mut impl FnMut(Branch), branch: Branch) {
-    if branch.share > 0.0 {
-        into(branch);
+        Some(Branch { direction, tint })
     }
 }

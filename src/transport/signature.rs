@@ -1,6 +1,5 @@
 //! What happened to light between emitter and sensor, in letters.
 
-use std::cmp::Ordering;
 use std::fmt;
 use std::str::FromStr;
 
@@ -21,16 +20,16 @@ pub enum Event {
 /// Passing a `null` surface or the open part of a mask is no event.
 ///
 /// Signatures are ordered by length, then letter by letter with R before T.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Signature {
-    /// One bit an event, the first in the highest used place; 1 is a transmission.
-    bits: u32,
-    length: u8,
+    /// A leading one, then a bit an event from the first on: 1 is a transmission. As a number
+    /// it grows with length, then with the letters.
+    code: u32,
 }
 
 impl Signature {
     /// Light that came straight from the emitter: `LD`.
-    pub const DIRECT: Self = Self { bits: 0, length: 0 };
+    pub const DIRECT: Self = Self { code: 1 };
 
     /// This path with one event more.
     ///
@@ -45,27 +44,26 @@ impl Signature {
             "a signature holds {MAX_EVENTS} events"
         );
         Self {
-            bits: self.bits << 1 | u32::from(event == Event::Transmission),
-            length: self.length + 1,
+            code: self.code << 1 | u32::from(event == Event::Transmission),
         }
     }
 
     /// How many specular events there were.
     #[inline]
     pub fn len(self) -> usize {
-        usize::from(self.length)
+        self.code.ilog2() as usize
     }
 
     /// Whether there was no specular event.
     #[inline]
     pub fn is_empty(self) -> bool {
-        self.length == 0
+        self == Self::DIRECT
     }
 
     /// The events from the emitter on.
     pub fn events(self) -> impl Iterator<Item = Event> {
-        (0..self.length).rev().map(move |place| {
-            if self.bits >> place & 1 == 1 {
+        (0..self.len()).rev().map(move |place| {
+            if self.code >> place & 1 == 1 {
                 Event::Transmission
             } else {
                 Event::Reflection
@@ -75,20 +73,15 @@ impl Signature {
 
     /// A number that no other signature has.
     #[inline]
-    pub fn code(self) -> u64 {
-        u64::from(self.length) << 32 | u64::from(self.bits)
+    pub fn code(self) -> u32 {
+        self.code
     }
 }
 
-impl Ord for Signature {
-    fn cmp(&self, other: &Self) -> Ordering {
-        self.code().cmp(&other.code())
-    }
-}
-
-impl PartialOrd for Signature {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
+impl Default for Signature {
+    /// Light that came straight from the emitter.
+    fn default() -> Self {
+        Self::DIRECT
     }
 }
 

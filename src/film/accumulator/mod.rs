@@ -142,10 +142,17 @@ impl Accumulator {
                 self.current_overflowed.store(true, Ordering::Relaxed);
             }
         }
-        if let Some(counts) = &self.counts {
-            counts[texel].fetch_add(1, Ordering::Relaxed);
-        }
+        self.count_deposit(texel);
         true
+    }
+
+    /// Counts a deposit on a texel where counts are wanted, without its quanta: for one that
+    /// comes by [`Accumulator::deposit_all`]. Nothing is counted for a texel outside.
+    #[inline]
+    pub fn count_deposit(&self, texel: usize) {
+        if let Some(count) = self.counts.as_ref().and_then(|counts| counts.get(texel)) {
+            count.fetch_add(1, Ordering::Relaxed);
+        }
     }
 
     /// Adds the whole replicate under way of `other` to this one's.
@@ -161,8 +168,12 @@ impl Accumulator {
             .zip(&other.current)
             .map(|(sum, addend)| {
                 let sum = sum.get_mut();
+                let addend = addend.load(Ordering::Relaxed);
+                if addend == 0 {
+                    return false;
+                }
                 let overflowed;
-                (*sum, overflowed) = sum.overflowing_add(addend.load(Ordering::Relaxed));
+                (*sum, overflowed) = sum.overflowing_add(addend);
                 overflowed
             })
             .reduce(|| false, |a, b| a | b);
@@ -198,6 +209,10 @@ impl Accumulator {
             .zip(&mut self.sums_of_squares)
             .try_for_each(|((current, sum), sum_of_squares)| {
                 let replicate = std::mem::take(current.get_mut());
+                // Many layers are dark nearly everywhere.
+                if replicate == 0 {
+                    return Some(());
+                }
                 // 2^63 for each of at most 2^32 replicates: far below 2^127.
                 *sum += i128::from(replicate);
                 let square = u128::from(replicate.unsigned_abs()).pow(2);

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::replicate::{Job, Recipient};
 use crate::numeric::FixedPoint;
-use crate::radiometry::Rgb;
+use crate::transport::flux::Flux;
 use crate::transport::ledger::Fate;
 use crate::transport::signature::Signature;
 
@@ -79,16 +79,18 @@ struct Pilot {
     received: BTreeMap<Signature, i128>,
 }
 
-impl Recipient for Pilot {
-    fn received(&mut self, signature: Signature, _texel: usize, flux: Rgb) {
+impl Recipient<3> for Pilot {
+    fn received(&mut self, signature: Signature, _texel: usize, flux: Flux<3>) {
         // A flux that does not fit is reported by the run itself.
-        let quanta = self.scale.quantise(flux.mean()).unwrap_or(0);
+        let quanta = self.scale.quantise(flux.rgb().mean()).unwrap_or(0);
         *self.received.entry(signature).or_default() += i128::from(quanta);
     }
 
-    fn ended(&mut self, _signature: Signature, _fate: Fate, _flux: Rgb) {}
+    fn ended(&mut self, _signature: Signature, _fate: Fate, _flux: Flux<3>) {}
 
-    fn gained(&mut self, _flux: Rgb) {}
+    fn gained(&mut self, _flux: Flux<3>) {}
 
-    fn emitted(&mut self, _flux: Rgb) {}
+    fn emitted(&mut self, _flux: Flux<3>) {}
+
+    fn finish(&mut self) {}
 }

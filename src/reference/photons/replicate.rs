@@ -4,11 +4,11 @@ use glam::DVec2;
 use rayon::prelude::*;
 
 use crate::geometry::TraversalCounters;
-use crate::numeric::{FixedPoint, Stream};
-use crate::radiometry::Rgb;
+use crate::numeric::{Extras, FixedPoint, Stream};
 use crate::scene::Scene;
 use crate::transport::chain::{ChainSettings, ChainSink, ChainTracer};
 use crate::transport::domain::LightSpace;
+use crate::transport::flux::Flux;
 use crate::transport::ledger::Fate;
 use crate::transport::receiver::Receiver;
 use crate::transport::signature::Signature;
@@ -16,16 +16,18 @@ use crate::transport::signature::Signature;
 /// Photons of one task: enough to make its set-up cheap, few enough to keep all cores busy.
 const TASK_PHOTONS: u64 = 4096;
 
-/// What the photons of one task leave behind.
-pub trait Recipient: Send {
+/// What the photons of one task leave behind, in `N` channels.
+pub trait Recipient<const N: usize>: Send {
     /// A photon starts with `flux` \[W\].
-    fn emitted(&mut self, flux: Rgb);
+    fn emitted(&mut self, flux: Flux<N>);
     /// `flux` \[W\] fell into `texel` after the events of `signature`.
-    fn received(&mut self, signature: Signature, texel: usize, flux: Rgb);
+    fn received(&mut self, signature: Signature, texel: usize, flux: Flux<N>);
     /// `flux` \[W\] ended with the events of `signature` behind it.
-    fn ended(&mut self, signature: Signature, fate: Fate, flux: Rgb);
+    fn ended(&mut self, signature: Signature, fate: Fate, flux: Flux<N>);
     /// Adjoint shading normals added `flux` \[W\].
-    fn gained(&mut self, flux: Rgb);
+    fn gained(&mut self, flux: Flux<N>);
+    /// The task's last photon is done.
+    fn finish(&mut self);
 }
 
 /// One randomisation of a scene's photons.
@@ -67,7 +69,7 @@ impl Job<'_> {
     /// what it does depends on nothing else; tasks come in the order of their cells.
     ///
     /// After `stop` says so, the tasks not yet started are missing.
-    pub fn trace<R: Recipient>(
+    pub fn trace<const N: usize, R: Recipient<N>>(
         &self,
         photons: u64,
         recipient: impl Fn(FixedPoint) -> R + Sync,
@@ -85,6 +87,7 @@ impl Job<'_> {
                 for span in &spans {
                     self.trace_span(span, photons, &mut tracer, &mut recipient);
                 }
+                recipient.finish();
                 (self.finished)(spans.iter().map(|span| span.count).sum());
                 Task {
                     recipient,
@@ -130,17 +133,20 @@ impl Job<'_> {
         tasks
     }
 
-    fn trace_span(
+    fn trace_span<const N: usize>(
         &self,
         span: &Span,
         photons: u64,
-        tracer: &mut ChainTracer,
-        recipient: &mut impl Recipient,
+        tracer: &mut ChainTracer<N>,
+        recipient: &mut impl Recipient<N>,
     ) {
         let stream = self.stream.split(span.cell as u64);
-        let has_area = self.light.cell_has_area(span.cell);
+        let chart = self.light.chart(span.cell);
+        let patch = self.light.cells()[span.cell].patch();
+        let has_area = chart.has_area();
         // The cell stands for all light with probability `share`, once a photon.
         let weight = 1.0 / (photons as f64 * self.light.share(span.cell));
+        let strength = Flux::of(chart.strength() * weight);
         for index in span.first..span.first + span.count {
             let (at, start) = if has_area {
                 let [x, y, u, v] = stream.point4(index);
@@ -148,17 +154,14 @@ impl Job<'_> {
             } else {
                 (DVec2::from_array(stream.point2(index)), DVec2::ZERO)
             };
-            let emission = self.light.emit(span.cell, at, start);
-            let flux = emission.flux * weight;
+            let emission = chart.emit(patch, at, start);
+            let flux = strength * emission.measure;
             recipient.emitted(flux);
-            if !flux.is_black() {
-                let mut sink = Sink {
-                    recipient,
-                    stream: &stream,
-                    index,
-                };
-                tracer.trace(emission.ray, flux, &mut sink);
-            }
+            let mut sink = Sink {
+                recipient,
+                choices: stream.extras(index),
+            };
+            tracer.trace(emission.ray, flux, &mut sink);
         }
     }
 }
@@ -166,32 +169,29 @@ impl Job<'_> {
 /// Hands a photon's ends to its task, and deals its random choices.
 struct Sink<'a, R> {
     recipient: &'a mut R,
-    stream: &'a Stream,
-    index: u64,
+    choices: Extras,
 }
 
-impl<R: Recipient> ChainSink for Sink<'_, R> {
+impl<const N: usize, R: Recipient<N>> ChainSink<N> for Sink<'_, R> {
     #[inline]
-    fn received(&mut self, signature: Signature, texel: usize, flux: Rgb) {
+    fn received(&mut self, signature: Signature, texel: usize, flux: Flux<N>) {
         self.recipient.received(signature, texel, flux);
     }
 
     #[inline]
-    fn ended(&mut self, signature: Signature, fate: Fate, flux: Rgb) {
+    fn ended(&mut self, signature: Signature, fate: Fate, flux: Flux<N>) {
         self.recipient.ended(signature, fate, flux);
     }
 
     #[inline]
-    fn gained(&mut self, flux: Rgb) {
+    fn gained(&mut self, flux: Flux<N>) {
         self.recipient.gained(flux);
     }
 
     #[inline]
     fn choice(&mut self, signature: Signature, passes: u32) -> f64 {
         // A path is named by its events and passes: one dimension for each choice along it.
-        let code = signature.code();
-        let dimension =
-            (code as u32) ^ ((code >> 32) as u32) << 26 ^ passes.wrapping_mul(0x9e37_79b9);
-        self.stream.extra(self.index, dimension)
+        let dimension = signature.code() ^ passes.wrapping_mul(0x9e37_79b9);
+        self.choices.at(dimension)
     }
 }

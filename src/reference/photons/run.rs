@@ -90,6 +90,9 @@ pub struct Setup<'a> {
 /// Photons of each replicate in the first round of a run that has no fixed number of them.
 const FIRST_ROUND_PHOTONS: u64 = 1 << 12;
 
+/// How often a round works out its error so far, for whoever watches: it takes a while.
+const SHOW_EVERY: Duration = Duration::from_millis(500);
+
 impl<'a> Setup<'a> {
     /// Checks the settings, finds where light can meet specular geometry, and which path
     /// signatures are bright enough for a layer of their own.
@@ -294,6 +297,7 @@ impl<'a> Setup<'a> {
             self.progress.photons.fetch_add(photons, Ordering::Relaxed);
         };
         let mut sums = None;
+        let mut shown = Instant::now();
         for replicate in (0..replicates).filter(|replicate| shard.holds(*replicate)) {
             let stream = self
                 .stream(REPLICATES)
@@ -305,7 +309,8 @@ impl<'a> Setup<'a> {
             if !sums.add_replicate(&job, &self.map)? {
                 break;
             }
-            if round == 0 {
+            if round == 0 && shown.elapsed() > SHOW_EVERY {
+                shown = Instant::now();
                 self.progress.set_relative_error(relative_error_of(sums));
             }
         }

@@ -6,6 +6,7 @@ use crate::film::{Accumulator, AccumulatorError};
 use crate::geometry::TraversalCounters;
 use crate::numeric::FixedPoint;
 use crate::radiometry::Rgb;
+use crate::transport::flux::Flux;
 use crate::transport::ledger::{Fate, Ledger, Row};
 use crate::transport::signature::Signature;
 
@@ -71,16 +72,20 @@ impl RoundSums {
     ///
     /// Where a contribution is not representable or a sum overflows.
     pub fn add_replicate(&mut self, job: &Job, map: &LayerMap) -> Result<bool, SumsError> {
-        let films = Films {
-            layers: &self.layers,
-            map,
-            achromatic: self.total.channels() == 1,
-        };
-        let tasks = job.trace(self.photons, |scale| Tally {
-            films,
-            ledger: LedgerSums::new(scale, map.len() + 1),
-            refused: 0,
-            example: Signature::DIRECT,
+        if self.total.channels() == 1 {
+            self.add_replicate_of::<1>(job, map)
+        } else {
+            self.add_replicate_of::<3>(job, map)
+        }
+    }
+
+    fn add_replicate_of<const N: usize>(
+        &mut self,
+        job: &Job,
+        map: &LayerMap,
+    ) -> Result<bool, SumsError> {
+        let tasks = job.trace(self.photons, |scale| {
+            Tally::<N>::new(&self.layers, &self.total, map, scale)
         });
         if (job.stop)() {
             for layer in &mut self.layers {
@@ -96,8 +101,8 @@ impl RoundSums {
             });
         }
         for task in tasks {
-            self.ledger.merge(&task.recipient.ledger);
             self.counters += task.counters;
+            self.ledger.add(&task.recipient.ledger);
         }
         for layer in &mut self.layers {
             self.total.deposit_all(layer)?;
@@ -123,79 +128,139 @@ impl RoundSums {
     }
 }
 
-/// Where deposits go.
-#[derive(Clone, Copy)]
-struct Films<'a> {
-    layers: &'a [Accumulator],
-    map: &'a LayerMap,
-    achromatic: bool,
+/// Quanta on their way to a texel.
+struct Deposit<const N: usize> {
+    layer: u32,
+    texel: u32,
+    quanta: [i64; N],
 }
 
+/// Deposits that a task keeps back. An addition that all threads see makes the processor finish
+/// all it has begun: one at a time, each would cost the next photon's head start.
+const KEPT_DEPOSITS: usize = 1024;
+
 /// One task's share of a replicate.
-struct Tally<'a> {
-    films: Films<'a>,
-    ledger: LedgerSums,
+struct Tally<'a, const N: usize> {
+    layers: &'a [Accumulator],
+    total: &'a Accumulator,
+    map: &'a LayerMap,
+    scale: FixedPoint,
+    kept: Vec<Deposit<N>>,
+    ledger: TaskLedger<N>,
     refused: u64,
     example: Signature,
 }
 
-impl Tally<'_> {
+impl<'a, const N: usize> Tally<'a, N> {
+    fn new(
+        layers: &'a [Accumulator],
+        total: &'a Accumulator,
+        map: &'a LayerMap,
+        scale: FixedPoint,
+    ) -> Self {
+        Self {
+            layers,
+            total,
+            map,
+            scale,
+            kept: Vec::with_capacity(KEPT_DEPOSITS),
+            ledger: TaskLedger::new(map.len() + 1),
+            refused: 0,
+            example: Signature::DIRECT,
+        }
+    }
+
+    #[cold]
     fn refuse(&mut self, signature: Signature) {
         self.refused += 1;
         self.example = signature;
     }
 
+    #[inline]
+    fn quantise(&mut self, signature: Signature, flux: Flux<N>) -> [i64; N] {
+        flux.0.map(|channel| {
+            self.scale.quantise(channel).unwrap_or_else(|| {
+                self.refuse(signature);
+                0
+            })
+        })
+    }
+
     /// 0 for light without events, then the layers.
+    #[inline]
     fn row(&self, signature: Signature) -> usize {
         if signature.is_empty() {
             0
         } else {
-            self.films.map.layer(signature) + 1
+            self.map.layer(signature) + 1
         }
+    }
+
+    /// Adds the deposits kept back to the films.
+    fn write(&mut self) {
+        for deposit in &self.kept {
+            let texel = deposit.texel as usize;
+            let inside = self.layers[deposit.layer as usize].deposit(texel, deposit.quanta);
+            self.refused += u64::from(!inside);
+            self.total.count_deposit(texel);
+        }
+        self.kept.clear();
     }
 }
 
-impl Recipient for Tally<'_> {
+impl<const N: usize> Recipient<N> for Tally<'_, N> {
     #[inline]
-    fn emitted(&mut self, flux: Rgb) {
-        match self.ledger.quantise(flux) {
-            Some(quanta) => add(&mut self.ledger.emitted, quanta),
-            None => self.refuse(Signature::DIRECT),
-        }
+    fn emitted(&mut self, flux: Flux<N>) {
+        let quanta = self.quantise(Signature::DIRECT, flux);
+        add(&mut self.ledger.emitted, quanta);
     }
 
     #[inline]
-    fn received(&mut self, signature: Signature, texel: usize, flux: Rgb) {
-        let layer = &self.films.layers[self.films.map.layer(signature)];
-        let inside = if self.films.achromatic {
-            self.ledger
-                .scale
-                .quantise(flux.0[0])
-                .is_some_and(|quanta| layer.deposit(texel, [quanta]))
-        } else {
-            self.ledger
-                .quantise(flux)
-                .is_some_and(|quanta| layer.deposit(texel, quanta))
-        };
-        if !inside {
-            self.refuse(signature);
+    fn received(&mut self, signature: Signature, texel: usize, flux: Flux<N>) {
+        let quanta = self.quantise(signature, flux);
+        let layer = self.map.layer(signature);
+        if self.kept.len() == KEPT_DEPOSITS {
+            self.write();
         }
+        self.kept.push(Deposit {
+            layer: layer as u32,
+            texel: texel as u32,
+            quanta,
+        });
     }
 
     #[inline]
-    fn ended(&mut self, signature: Signature, fate: Fate, flux: Rgb) {
+    fn ended(&mut self, signature: Signature, fate: Fate, flux: Flux<N>) {
+        let quanta = self.quantise(signature, flux);
         let row = self.row(signature);
-        match self.ledger.quantise(flux) {
-            Some(quanta) => add(&mut self.ledger.rows[row][fate.index()], quanta),
-            None => self.refuse(signature),
-        }
+        add(&mut self.ledger.rows[row][fate.index()], quanta);
     }
 
     #[inline]
-    fn gained(&mut self, flux: Rgb) {
-        match self.ledger.quantise(flux) {
-            Some(quanta) => add(&mut self.ledger.shading_gain, quanta),
-            None => self.refuse(Signature::DIRECT),
+    fn gained(&mut self, flux: Flux<N>) {
+        let quanta = self.quantise(Signature::DIRECT, flux);
+        add(&mut self.ledger.shading_gain, quanta);
+    }
+
+    fn finish(&mut self) {
+        self.write();
+    }
+}
+
+/// A task's part of the ledger, in as many channels as the scene needs.
+struct TaskLedger<const N: usize> {
+    emitted: [i128; N],
+    shading_gain: [i128; N],
+    /// As of [`LedgerSums`].
+    rows: Vec<[[i128; N]; 5]>,
+}
+
+impl<const N: usize> TaskLedger<N> {
+    fn new(rows: usize) -> Self {
+        Self {
+            emitted: [0; N],
+            shading_gain: [0; N],
+            rows: vec![[[0; N]; 5]; rows],
         }
     }
 }
@@ -211,7 +276,7 @@ pub struct LedgerSums {
 }
 
 #[inline]
-fn add(sum: &mut [i128; 3], quanta: [i64; 3]) {
+fn add<const N: usize>(sum: &mut [i128; N], quanta: [i64; N]) {
     for (sum, quanta) in sum.iter_mut().zip(quanta) {
         *sum += i128::from(quanta);
     }
@@ -227,18 +292,20 @@ impl LedgerSums {
         }
     }
 
-    #[inline]
-    fn quantise(&self, flux: Rgb) -> Option<[i64; 3]> {
-        let [red, green, blue] = flux.0;
-        let first = self.scale.quantise(red)?;
-        if flux.is_grey() {
-            return Some([first; 3]);
+    /// Adds a task's part; one channel stands for three.
+    fn add<const N: usize>(&mut self, task: &TaskLedger<N>) {
+        let all = |sum: &mut [i128; 3], part: &[i128; N]| {
+            for (c, sum) in sum.iter_mut().enumerate() {
+                *sum += part[c.min(N - 1)];
+            }
+        };
+        all(&mut self.emitted, &task.emitted);
+        all(&mut self.shading_gain, &task.shading_gain);
+        for (sums, parts) in self.rows.iter_mut().zip(&task.rows) {
+            for (sum, part) in sums.iter_mut().zip(parts) {
+                all(sum, part);
+            }
         }
-        Some([
-            first,
-            self.scale.quantise(green)?,
-            self.scale.quantise(blue)?,
-        ])
     }
 
     /// All sums, as [`LedgerSums::from_numbers`] takes them.

@@ -1,9 +1,9 @@
 //! Charts over all emitters, divided into cells that can make caustics.
 
-use glam::{DMat3, DVec2, DVec3};
+use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
-use super::chart::{Chart, Emission, Falloff, Patch};
+use super::chart::{Chart, Falloff, Patch};
 use super::probe::Probe;
 use super::surface::{LightSurface, MAX_TRIANGLES, Part};
 use crate::geometry::{Bounds, Shape};
@@ -22,6 +22,13 @@ const MAX_LEVEL: u32 = 40;
 pub struct Cell {
     chart: u32,
     patch: Patch,
+}
+
+impl Cell {
+    /// Its part of the chart.
+    pub fn patch(&self) -> &Patch {
+        &self.patch
+    }
 }
 
 /// All light that can meet specular geometry, as a list of cells.
@@ -154,12 +161,6 @@ impl LightSpace {
         self.charts.iter().any(Chart::has_area)
     }
 
-    /// Whether this cell needs four dimensions.
-    #[inline]
-    pub fn cell_has_area(&self, cell: usize) -> bool {
-        self.charts[self.cells[cell].chart as usize].has_area()
-    }
-
     /// The share (0..=1) of all cells' flux that a cell has; they sum to 1.
     #[inline]
     pub fn share(&self, cell: usize) -> f64 {
@@ -175,11 +176,9 @@ impl LightSpace {
         (before(cell + 1) - before(cell)) as u64
     }
 
-    /// The ray at fractions `at` across a cell, `start` across the emitter's surface.
-    #[inline]
-    pub fn emit(&self, cell: usize, at: DVec2, start: DVec2) -> Emission {
-        let Cell { chart, patch } = &self.cells[cell];
-        self.charts[*chart as usize].emit(patch, at, start)
+    /// The chart that a cell is part of.
+    pub fn chart(&self, cell: usize) -> &Chart {
+        &self.charts[self.cells[cell].chart as usize]
     }
 }
 

@@ -156,14 +156,14 @@ pub enum Chart {
     },
 }
 
-/// One ray of a cell's light.
+/// One ray of a patch's light.
 #[derive(Clone, Copy, Debug)]
 pub struct Emission {
     /// The ray.
     pub ray: Ray,
-    /// The flux density there times the cell's measure \[W\]: the mean over uniform samples of
-    /// the cell is the cell's flux.
-    pub flux: Rgb,
+    /// Times the chart's [strength](Chart::strength), the flux density there times the patch's
+    /// measure \[W\]: its mean over uniform samples of the patch is the patch's flux.
+    pub measure: f64,
 }
 
 impl Chart {
@@ -188,6 +188,16 @@ impl Chart {
                 from: DVec2::NEG_ONE,
                 to: DVec2::ONE,
             },
+        }
+    }
+
+    /// The emitter's strength: radiant intensity [W/sr], irradiance [W/m²] or radiance
+    /// [W/m²/sr].
+    pub fn strength(&self) -> Rgb {
+        match *self {
+            Self::Face { intensity, .. } => intensity,
+            Self::Parallel { irradiance, .. } => irradiance,
+            Self::Flat { radiance, .. } | Self::Ball { radiance, .. } => radiance,
         }
     }
 
@@ -276,21 +286,21 @@ impl Chart {
             Self::Face {
                 origin,
                 axes,
-                intensity,
                 falloff,
+                ..
             } => {
                 let (direction, jacobian) = face_sample(&axes, place);
                 let density = jacobian * falloff.factor(direction);
                 Emission {
                     ray: Ray::new(origin, direction),
-                    flux: intensity * (density * patch.area()),
+                    measure: density * patch.area(),
                 }
             }
             Self::Ball {
                 center,
                 radius,
                 axes,
-                radiance,
+                ..
             } => {
                 let (direction, jacobian) = face_sample(&axes, place);
                 let (sin, cos) = (2.0 * PI * start.y).sin_cos();
@@ -300,26 +310,22 @@ impl Chart {
                 let normal = (s * cos + t * sin) * across + direction * forward;
                 Emission {
                     ray: surface_point(center + normal * radius, normal).spawn(direction),
-                    flux: radiance * (PI * radius * radius * jacobian * patch.area()),
+                    measure: PI * radius * radius * jacobian * patch.area(),
                 }
             }
             Self::Parallel {
                 origin,
                 across,
                 direction,
-                irradiance,
+                ..
             } => Emission {
                 ray: Ray::new(
                     origin + across[0] * place.x + across[1] * place.y,
                     direction,
                 ),
-                flux: irradiance * patch.area(),
+                measure: patch.area(),
             },
-            Self::Flat {
-                area,
-                axes,
-                radiance,
-            } => {
+            Self::Flat { area, axes, .. } => {
                 let height_squared = 1.0 - place.length_squared();
                 let lit = height_squared > 0.0;
                 let direction = (axes[0] * place.x
@@ -328,10 +334,10 @@ impl Chart {
                 .normalize();
                 Emission {
                     ray: surface_point(area.point(start), axes[2]).spawn(direction),
-                    flux: if lit {
-                        radiance * (area.area() * patch.area())
+                    measure: if lit {
+                        area.area() * patch.area()
                     } else {
-                        Rgb::BLACK
+                        0.0
                     },
                 }
             }
@@ -480,7 +486,7 @@ mod tests {
                 let probe = chart.probe(patch);
                 for (i, j, k, l) in itertools(&steps) {
                     let emission = chart.emit(patch, DVec2::new(i, j), DVec2::new(k, l));
-                    if emission.flux.is_black() {
+                    if emission.measure == 0.0 {
                         continue;
                     }
                     assert!(!chart.flux_bound(patch).is_black());
