@@ -124,9 +124,7 @@ fn encode(image: &Image) -> ::exr::error::Result<Vec<u8>> {
     );
     let mut file = Cursor::new(Vec::new());
     // Compressed in parallel; with a line order given, blocks are written in that order.
-    ExrImage::from_layer(layer)
-        .write()
-        .to_buffered(&mut file)?;
+    ExrImage::from_layer(layer).write().to_buffered(&mut file)?;
     let mut bytes = file.into_inner();
     sort_attributes(&mut bytes)
         .ok_or(::exr::error::Error::Invalid("header without an end".into()))?;

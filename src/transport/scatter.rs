@@ -68,7 +68,7 @@ pub struct Meeting<'a> {
     material: &'a Material,
     /// The shading normal on the side light arrives from; zero where nothing needs it.
     normal: DVec3,
-    /// n_transmitted / n_incident; 1 where light goes straight through.
+    /// `n_transmitted / n_incident`; 1 where light goes straight through.
     eta: f64,
     /// By [`Way`].
     shares: [f64; 3],
@@ -160,7 +160,10 @@ impl<'a> Meeting<'a> {
                     // Matched media: no interface, though Mitsuba still tints and counts it.
                     self.shares[Way::Transmitted as usize] = weight;
                 } else if self.face() {
-                    self.share_by(dielectric_reflectance(self.cos_incident(), self.eta), weight);
+                    self.share_by(
+                        dielectric_reflectance(self.cos_incident(), self.eta),
+                        weight,
+                    );
                 }
             }
             Material::ThinDielectric {

@@ -1,6 +1,6 @@
 //! Charts over all emitters, divided into cells that can make caustics.
 
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::chart::{Chart, Falloff, Patch};

@@ -334,11 +334,7 @@ impl Chart {
                 .normalize();
                 Emission {
                     ray: surface_point(area.point(start), axes[2]).spawn(direction),
-                    measure: if lit {
-                        area.area() * patch.area()
-                    } else {
-                        0.0
-                    },
+                    measure: if lit { area.area() * patch.area() } else { 0.0 },
                 }
             }
         }
