@@ -13,7 +13,7 @@ use crate::transport::ledger::Fate;
 use crate::transport::receiver::Receiver;
 use crate::transport::signature::Signature;
 
-/// Photons of one task: enough to make its set-up cheap, few enough to keep all cores busy.
+/// Photons of one task, at least: enough to make its set-up cheap, few enough to keep all cores busy.
 const TASK_PHOTONS: u64 = 4096;
 
 /// What the photons of one task leave behind, in `N` channels.
@@ -110,6 +110,8 @@ impl Job<'_> {
         // Twenty bits of offset: with the counts below 2³² no rounding can add a photon.
         let offset =
             (self.stream.extra(0, u32::MAX) * f64::from(1 << 20)).floor() / f64::from(1 << 20);
+        // Never more than some 2¹⁶ tasks: each leaves a ledger behind until the replicate ends.
+        let task_photons = TASK_PHOTONS.max(photons >> 16);
         let mut tasks = Vec::new();
         let mut task = Vec::new();
         let mut size = 0;
@@ -117,11 +119,11 @@ impl Job<'_> {
             let allotted = self.light.allotment(cell, photons, offset);
             let mut first = 0;
             while first < allotted {
-                let count = (allotted - first).min(TASK_PHOTONS - size);
+                let count = (allotted - first).min(task_photons - size);
                 task.push(Span { cell, first, count });
                 first += count;
                 size += count;
-                if size == TASK_PHOTONS {
+                if size == task_photons {
                     tasks.push(std::mem::take(&mut task));
                     size = 0;
                 }
