@@ -11,7 +11,7 @@ use nephroid::optics::{
 };
 use nephroid::radiometry::Rgb;
 use nephroid::scene::{Material, MaterialId, Scene};
-use nephroid::transport::scatter::{Branch, ShadingNormals, scatter};
+use nephroid::transport::scatter::{Branch, Meeting, ShadingNormals, Way};
 use nephroid::transport::signature::Event;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
@@ -307,15 +307,27 @@ fn scene_with(materials: Vec<Material>) -> Scene {
     Scene::new(parts).unwrap()
 }
 
-fn branches(scene: &Scene, material: &Material, point: &SurfacePoint, d: DVec3) -> Vec<Branch> {
-    let mut found = Vec::new();
-    scatter(
-        scene,
-        material,
-        point,
-        d,
-        ShadingNormals::Flux,
-        &mut |branch| found.push(branch),
-    );
-    found
+/// A way light goes on, all that is known of it.
+struct Going {
+    direction: DVec3,
+    event: Option<Event>,
+    share: f64,
+    tint: Rgb,
+}
+
+fn branches(scene: &Scene, material: &Material, point: &SurfacePoint, d: DVec3) -> Vec<Going> {
+    let meeting = Meeting::new(scene, material, point, d, ShadingNormals::Flux);
+    Way::ALL
+        .into_iter()
+        .filter(|way| meeting.share_of(*way) > 0.0)
+        .filter_map(|way| {
+            let branch: Branch<3> = meeting.branch(way)?;
+            Some(Going {
+                direction: branch.direction,
+                event: way.event(),
+                share: meeting.share_of(way),
+                tint: branch.tint.rgb(),
+            })
+        })
+        .collect()
 }
