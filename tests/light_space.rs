@@ -63,7 +63,7 @@ fn no_ray_outside_the_cells_meets_specular_geometry() {
                 let [x, y, u, v] = stream.point4(index);
                 let at = DVec2::new(x, y);
                 let emission = chart.emit(&root, at, DVec2::new(u, v));
-                if emission.flux.is_black() {
+                if emission.measure == 0.0 {
                     continue;
                 }
                 let kept = light.holds(number, root.at(at));
