@@ -421,3 +421,20 @@ fn an_interrupt_writes_what_there_is_and_marks_it() {
     let image = exr::read(&path).unwrap();
     assert_eq!(image.metadata("complete"), Some("no"));
 }
+
+#[cfg(unix)]
+#[test]
+fn a_reader_that_has_heard_enough_is_no_error() {
+    use std::process::{Command, Stdio};
+    let mut child = Command::new(env!("CARGO_BIN_EXE_nephroid"))
+        .args(["inspect", &scene("glass-ball.xml")])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    // The pipe is closed before anything is written into it.
+    drop(child.stdout.take());
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(text(&output.stderr), "");
+    assert!(output.status.success());
+}

@@ -20,7 +20,7 @@ pub fn generate(args: &GenerateArgs) -> anyhow::Result<Outcome> {
     };
     for name in names {
         for file in generate::generate(name, &args.output, options)? {
-            println!("wrote {}", file.display());
+            say!("wrote {}", file.display());
         }
     }
     Ok(Outcome::Complete)

@@ -82,7 +82,7 @@ pub fn inspect(args: &InspectArgs) -> anyhow::Result<Outcome> {
     let scene = load(&args.scene)?;
     let inspection = Inspection::of(&scene);
     if args.json {
-        println!("{}", serde_json::to_string_pretty(&inspection)?);
+        say!("{}", serde_json::to_string_pretty(&inspection)?);
     } else {
         inspection.print();
     }
@@ -146,8 +146,8 @@ impl<'a> Inspection<'a> {
     }
 
     fn print(&self) {
-        println!("{}", self.scene);
-        println!(
+        say!("{}", self.scene);
+        say!(
             "\nshapes ({} kB in memory)",
             self.memory_bytes.div_ceil(1000)
         );
@@ -160,43 +160,47 @@ impl<'a> Inspection<'a> {
                     mesh.components
                 )
             });
-            println!(
+            say!(
                 "  {} ({}): {}{mesh}",
-                shape.id, shape.plugin, shape.material
+                shape.id,
+                shape.plugin,
+                shape.material
             );
         }
-        println!("\nemitters");
+        say!("\nemitters");
         for emitter in &self.emitters {
             let [r, g, b] = emitter.strength;
-            println!("  {}: {r} {g} {b} {}", emitter.plugin, emitter.unit);
+            say!("  {}: {r} {g} {b} {}", emitter.plugin, emitter.unit);
         }
-        println!("\nsensors");
+        say!("\nsensors");
         for sensor in &self.sensors {
             let on = sensor.on.map_or_else(String::new, |on| format!(" on {on}"));
             let [width, height] = sensor.size;
-            println!(
+            say!(
                 "  {} ({}){on}: {width} x {height}",
-                sensor.id, sensor.plugin
+                sensor.id,
+                sensor.plugin
             );
         }
-        println!("\nrequires modelled");
+        say!("\nrequires modelled");
         for requirement in &self.requirements {
             let needed = if requirement.needed { "yes" } else { "no " };
-            println!(
+            say!(
                 "  {needed}  {}: {}",
-                requirement.feature, requirement.reason
+                requirement.feature,
+                requirement.reason
             );
         }
         if !self.ignored.is_empty() {
-            println!("\nignored");
+            say!("\nignored");
             for ignored in self.ignored {
-                println!("  {}: {}: {}", ignored.at, ignored.what, ignored.why);
+                say!("  {}: {}: {}", ignored.at, ignored.what, ignored.why);
             }
         }
         if !self.warnings.is_empty() {
-            println!("\nwarnings");
+            say!("\nwarnings");
             for warning in self.warnings {
-                println!("  {warning}");
+                say!("  {warning}");
             }
         }
     }

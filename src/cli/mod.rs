@@ -4,6 +4,14 @@
 //! below, and shows the result. Exit codes: 0 the command did what was asked; 1 it was stopped
 //! early and its result is marked incomplete; 2 it could not (bad usage, bad input, no space).
 
+/// Prints a line. Whoever reads it may have heard enough: a closed pipe is no error.
+macro_rules! say {
+    ($($text:tt)*) => {{
+        use std::io::Write as _;
+        let _ = writeln!(std::io::stdout(), $($text)*);
+    }};
+}
+
 pub mod args;
 pub mod generate;
 pub mod inspect;

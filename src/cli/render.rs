@@ -48,7 +48,7 @@ pub fn render(args: &RenderArgs) -> anyhow::Result<Outcome> {
             return Ok(Outcome::Incomplete);
         };
         write_shard(&part, &path)?;
-        println!("wrote {}", path.display());
+        say!("wrote {}", path.display());
         return Ok(Outcome::Complete);
     }
     let (estimate, warnings) = progress::watch(&progress, || {
@@ -108,9 +108,9 @@ pub(super) fn finish(run: &Run, path: &Path, json: bool) -> anyhow::Result<()> {
     let picture = output::write(run, &summary, path)?;
     summary.files = vec![path.display().to_string(), picture.display().to_string()];
     if json {
-        println!("{}", serde_json::to_string_pretty(&summary)?);
+        say!("{}", serde_json::to_string_pretty(&summary)?);
     } else {
-        print!("{summary}");
+        say!("{}", summary.to_string().trim_end());
     }
     Ok(())
 }

@@ -1,0 +1,167 @@
+//! Area lights: quadrature where nothing is in the way, randomised quasi-Monte Carlo elsewhere.
+
+use glam::{DVec2, DVec3};
+
+use super::{DirectLight, DirectTexel, GAUSS};
+use crate::geometry::SurfacePoint;
+use crate::numeric::Stream;
+use crate::scene::Emitter;
+use crate::transport::domain::surface::{Area, LightSurface, Part, surface_point};
+
+/// Replicates of the quadrature over an area light; their scatter is the error.
+const REPLICATES: u32 = 16;
+
+/// Samples of a texel and an area light, in each replicate.
+const SAMPLES: u32 = 8;
+
+/// Largest relative error of a light's irradiance without shadow that is taken without sampling.
+const SMOOTH_ERROR: f64 = 1e-3;
+
+/// The corners of a texel or a light, a hair inside: off the walls that either may touch.
+const CORNERS: [(f64, f64); 4] = {
+    const INSET: f64 = 1e-6;
+    [
+        (INSET, INSET),
+        (1.0 - INSET, INSET),
+        (INSET, 1.0 - INSET),
+        (1.0 - INSET, 1.0 - INSET),
+    ]
+};
+
+impl DirectLight<'_> {
+    /// Average over a texel of an area light: E = ∫ L cos θ cos θ′ / r² dA over light and texel.
+    pub(super) fn area(
+        &mut self,
+        texel: usize,
+        emitter: &Emitter,
+        light: &LightSurface,
+        stream: &Stream,
+    ) -> DirectTexel {
+        let Emitter::Area { radiance, .. } = emitter else {
+            return DirectTexel::default();
+        };
+        if let Some((value, error)) = self.unshadowed(texel, light) {
+            return DirectTexel {
+                irradiance: *radiance * value,
+                error: *radiance * error,
+            };
+        }
+        let mut sum = 0.0;
+        let mut sum_squares = 0.0;
+        let mut unshadowed = 0.0;
+        for replicate in 0..REPLICATES {
+            let stream = stream.split(u64::from(replicate));
+            let mut mean = 0.0;
+            for sample in 0..SAMPLES {
+                let [u, v, s, t] = stream.point4(u64::from(sample));
+                let point = self.receiver_point(texel, DVec2::new(u, v));
+                let (arriving, passed) = self.area_sample(&point, light, DVec2::new(s, t));
+                mean += arriving * passed;
+                unshadowed += arriving;
+            }
+            mean /= f64::from(SAMPLES);
+            sum += mean;
+            sum_squares += mean * mean;
+        }
+        let n = f64::from(REPLICATES);
+        let variance = ((sum_squares - sum * sum / n) / (n - 1.0)).max(0.0);
+        // Stratified samples often agree on how many of them see the light, in all replicates:
+        // then their scatter is none, but the edge is known to one sample only.
+        let samples = n * f64::from(SAMPLES);
+        let is_mixed = sum > 0.0 && sum * f64::from(SAMPLES) < unshadowed;
+        let one_sample = if is_mixed {
+            unshadowed / (samples * samples)
+        } else {
+            0.0
+        };
+        DirectTexel {
+            irradiance: *radiance * (sum / n),
+            error: *radiance * (variance / n).sqrt().hypot(one_sample),
+        }
+    }
+
+    /// ∫ cos θ cos θ′ / r² dA over all of a light made of parallelograms, at the middle of a
+    /// texel, and a bound on its error; `None` where any part may be hidden, or the error is more
+    /// than `SMOOTH_ERROR`.
+    ///
+    /// Each part is integrated with 2 x 2 Gauss points, at the texel's middle and, for what the
+    /// middle leaves out, at its corners: the mean of the corners less the middle is three times
+    /// the midpoint rule's error. The difference to one point a part bounds that of the parts.
+    fn unshadowed(&mut self, texel: usize, light: &LightSurface) -> Option<(f64, f64)> {
+        let middle = self.receiver_point(texel, DVec2::splat(0.5));
+        let corners = CORNERS.map(|(u, v)| self.receiver_point(texel, DVec2::new(u, v)));
+        let whole = light.rectangle()?;
+        let (mut coarse, mut fine, mut at_corners) = (0.0, 0.0, 0.0);
+        for part in light.parts() {
+            let Part::Flat(area @ Area::Parallelogram { .. }, normal) = part else {
+                return None;
+            };
+            let size = area.area();
+            let point = |u: f64, v: f64| surface_point(area.point(DVec2::new(u, v)), *normal);
+            let center = point(0.5, 0.5);
+            let value = |from: &SurfacePoint| kernel(from, &center).map_or(0.0, |it| it.value);
+            coarse += value(&middle) * size;
+            at_corners += corners.iter().map(value).sum::<f64>() * size / 4.0;
+            for (i, j) in [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)] {
+                let sample = point(0.5 + i * GAUSS, 0.5 + j * GAUSS);
+                if let Some(seen) = kernel(&middle, &sample) {
+                    if self.transmittance(&middle, seen.towards, seen.reach) < 1.0 {
+                        return None;
+                    }
+                    fine += seen.value * size / 4.0;
+                }
+            }
+        }
+        // On which side of a straight edge a ray passes is bilinear in its two ends: an edge that
+        // hides any of the light from any of the texel does so for a pair of corners.
+        for (u, v) in CORNERS {
+            let sample = surface_point(whole.0.point(DVec2::new(u, v)), whole.1);
+            for corner in &corners {
+                if let Some(seen) = kernel(corner, &sample)
+                    && self.transmittance(corner, seen.towards, seen.reach) < 1.0
+                {
+                    return None;
+                }
+            }
+        }
+        let error = (fine - coarse).abs() + (at_corners - coarse).abs() / 3.0;
+        (error <= SMOOTH_ERROR * fine).then_some((fine, error))
+    }
+
+    /// One sample of ∫ cos θ cos θ′ / r² dA without shadows, and the share (0..=1) that passes.
+    fn area_sample(&mut self, point: &SurfacePoint, light: &LightSurface, at: DVec2) -> (f64, f64) {
+        let Some(seen) = light.sample(at).and_then(|sample| kernel(point, &sample)) else {
+            return (0.0, 0.0);
+        };
+        let passed = self.transmittance(point, seen.towards, seen.reach);
+        (seen.value * light.area(), passed)
+    }
+}
+
+/// A point of an area light, as seen from the receiver.
+struct Seen {
+    /// cos θ cos θ′ / r² [1/m²].
+    value: f64,
+    towards: DVec3,
+    /// How far a shadow ray goes: up to the light, not onto it.
+    reach: f64,
+}
+
+/// What a point of an area light does to a receiver point; `None` where either turns its back.
+fn kernel(point: &SurfacePoint, sample: &SurfacePoint) -> Option<Seen> {
+    let offset = sample.position - point.position;
+    let distance_squared = offset.length_squared();
+    let distance = distance_squared.sqrt();
+    let towards = offset / distance;
+    let cos_receiver = towards.dot(point.geometric_normal);
+    let cos_light = -towards.dot(sample.geometric_normal);
+    if !(cos_receiver > 0.0 && cos_light > 0.0) {
+        return None;
+    }
+    let margin = sample.position_error.length() + point.position_error.length();
+    Some(Seen {
+        value: cos_receiver * cos_light / distance_squared,
+        towards,
+        reach: distance * (1.0 - 8.0 * f64::EPSILON) - 2.0 * margin / cos_light,
+    })
+}

@@ -1,0 +1,298 @@
+//! Delta emitters: a texel's average by 2 x 2 Gauss points, closely where a shadow's edge runs.
+
+use glam::{DVec2, DVec3};
+
+use super::{DirectLight, DirectTexel, GAUSS};
+use crate::geometry::SurfacePoint;
+use crate::radiometry::Rgb;
+use crate::scene::Emitter;
+use crate::transport::domain::chart::Falloff;
+use crate::transport::receiver::Receiver;
+
+/// How often a leaf on a shadow's edge is quartered.
+const SHADOW_LEVELS: u32 = 6;
+
+/// How often all of a texel near a shadow's edge is quartered.
+const EDGE_LEVELS: u32 = 3;
+
+/// Where else a leaf near an edge looks for the emitter: a grid of 3 x 3 points over the leaf and
+/// an eighth of its size around it.
+///
+/// An edge that bulges into a leaf between two of them by the sagitta s²/(8R), s the leaf's size,
+/// is seen from there for all radii R above s.
+const GUARDS: [f64; 3] = [-0.625, 0.0, 0.625];
+
+/// Whether a texel and its neighbours do not all see the same share of the emitter.
+pub(super) fn is_near_edge(first: &[Glance], texel: usize, receiver: &Receiver) -> bool {
+    let (column, row) = (texel % receiver.width(), texel / receiver.width());
+    let near = |i: usize, count: usize| i.saturating_sub(1)..(i + 2).min(count);
+    let mut seen = first[texel].passed;
+    for row in near(row, receiver.height()) {
+        for column in near(column, receiver.width()) {
+            seen = seen.with(first[row * receiver.width() + column].passed);
+        }
+    }
+    seen.is_mixed()
+}
+
+/// The least and the largest share of an emitter that some points see.
+#[derive(Clone, Copy)]
+struct Passed {
+    least: f64,
+    most: f64,
+}
+
+impl Passed {
+    const NOTHING_SEEN: Self = Self {
+        least: f64::INFINITY,
+        most: f64::NEG_INFINITY,
+    };
+
+    fn with(self, other: Self) -> Self {
+        Self {
+            least: self.least.min(other.least),
+            most: self.most.max(other.most),
+        }
+    }
+
+    fn with_share(self, share: f64) -> Self {
+        self.with(Self {
+            least: share,
+            most: share,
+        })
+    }
+
+    fn is_mixed(self) -> bool {
+        self.least < self.most
+    }
+}
+
+/// A texel's irradiance from few points, and what these see of the emitter.
+pub(super) struct Glance {
+    pub(super) value: DirectTexel,
+    passed: Passed,
+}
+
+/// A part of a texel, by fractions across it.
+#[derive(Clone, Copy)]
+struct Leaf {
+    from: DVec2,
+    size: f64,
+    level: u32,
+}
+
+impl Leaf {
+    /// All of a texel.
+    const TEXEL: Self = Self {
+        from: DVec2::ZERO,
+        size: 1.0,
+        level: 0,
+    };
+
+    fn quarters(&self) -> [Self; 4] {
+        [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)].map(|(i, j)| Self {
+            from: self.from + DVec2::new(i, j) * (0.5 * self.size),
+            size: 0.5 * self.size,
+            level: self.level + 1,
+        })
+    }
+
+    /// The point (x, y) sizes from the middle.
+    fn at(&self, x: f64, y: f64) -> DVec2 {
+        self.from + (DVec2::new(x, y) + 0.5) * self.size
+    }
+}
+
+/// What a leaf's points see.
+struct Look {
+    /// The leaf's share of its texel's irradiance.
+    irradiance: Rgb,
+    /// The same without shadow.
+    unshadowed: Rgb,
+    passed: Passed,
+}
+
+impl DirectLight<'_> {
+    /// Average over a texel of a delta emitter's light, as few points see it.
+    pub(super) fn glance(&mut self, texel: usize, emitter: &Emitter) -> Glance {
+        let mut result = Glance {
+            value: DirectTexel::default(),
+            passed: Passed::NOTHING_SEEN,
+        };
+        let (width, height) = (self.receiver.width(), self.receiver.height());
+        let is_end = |i: usize, count: usize| i == 0 || i + 1 == count;
+        let is_border = is_end(texel % width, width) || is_end(texel / width, height);
+        let mut pending = vec![Leaf::TEXEL];
+        while let Some(leaf) = pending.pop() {
+            if self.is_coarse(texel, &leaf, emitter) {
+                pending.extend(leaf.quarters());
+                continue;
+            }
+            let look = self.look(texel, &leaf, emitter);
+            result.value.irradiance += look.irradiance;
+            result.passed = result.passed.with(look.passed);
+            if is_border {
+                // No neighbours on one side: nobody else looks there.
+                result.passed = self.guarded(texel, &leaf, emitter, result.passed);
+            }
+        }
+        result
+    }
+
+    /// Average over a texel of a delta emitter's light, where a shadow's edge may run through it.
+    pub(super) fn edge(&mut self, texel: usize, emitter: &Emitter) -> DirectTexel {
+        let mut result = DirectTexel::default();
+        let mut pending = vec![Leaf::TEXEL];
+        while let Some(leaf) = pending.pop() {
+            if leaf.level < EDGE_LEVELS || self.is_coarse(texel, &leaf, emitter) {
+                pending.extend(leaf.quarters());
+                continue;
+            }
+            let look = self.look(texel, &leaf, emitter);
+            let passed = self.guarded(texel, &leaf, emitter, look.passed);
+            let mixed = passed.is_mixed() && !look.unshadowed.is_black();
+            if mixed && leaf.level < SHADOW_LEVELS {
+                pending.extend(leaf.quarters());
+                continue;
+            }
+            result.irradiance += look.irradiance;
+            if mixed {
+                // The share that passes is somewhere between the least and the most.
+                result.error += look.unshadowed * (passed.most - passed.least);
+            }
+        }
+        result
+    }
+
+    /// A leaf's share of its texel's irradiance, by 2 x 2 Gauss points.
+    fn look(&mut self, texel: usize, leaf: &Leaf, emitter: &Emitter) -> Look {
+        let mut look = Look {
+            irradiance: Rgb::BLACK,
+            unshadowed: Rgb::BLACK,
+            passed: Passed::NOTHING_SEEN,
+        };
+        let weight = leaf.size * leaf.size / 4.0;
+        for (i, j) in [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)] {
+            let point = self.receiver_point(texel, leaf.at(i * GAUSS, j * GAUSS));
+            let (arriving, passed) = self.arriving(&point, emitter);
+            look.unshadowed += arriving * weight;
+            look.irradiance += arriving * (passed * weight);
+            look.passed = look.passed.with_share(passed);
+        }
+        look
+    }
+
+    /// What a leaf's guards see beside its points. On the receiver's border they stand on the border.
+    fn guarded(&mut self, texel: usize, leaf: &Leaf, emitter: &Emitter, seen: Passed) -> Passed {
+        let mut passed = seen;
+        for i in GUARDS {
+            for j in GUARDS {
+                if passed.is_mixed() {
+                    return passed;
+                }
+                let at = self.receiver.clamped(texel, leaf.at(i, j));
+                let point = self.receiver_point(texel, at);
+                passed = passed.with_share(self.arriving(&point, emitter).1);
+            }
+        }
+        passed
+    }
+
+    /// Whether a leaf is too large for 2 x 2 Gauss points: to integrate 1/r² and the cosine, or
+    /// the edges of a spot's beam.
+    ///
+    /// For the former their relative error is about (size / distance)⁴ / 100: a ratio of 1/64
+    /// leaves 1e-9. A spot's falloff has kinks where the beam starts to fall and where it ends;
+    /// leaves across them, and leaves that could hold the whole beam, are divided to the end.
+    fn is_coarse(&self, texel: usize, leaf: &Leaf, emitter: &Emitter) -> bool {
+        let from = match emitter {
+            Emitter::Point { position, .. } => *position,
+            Emitter::Spot { to_world, .. } => to_world.point(DVec3::ZERO),
+            Emitter::Directional { .. } | Emitter::Area { .. } => return false,
+        };
+        if leaf.level >= SHADOW_LEVELS {
+            return false;
+        }
+        let middle = self.receiver_point(texel, leaf.at(0.0, 0.0)).position;
+        let distance = middle.distance(from);
+        let size = self.receiver.texel_area(texel).sqrt() * leaf.size;
+        if size > distance / 64.0 {
+            return true;
+        }
+        let Emitter::Spot {
+            to_world,
+            cutoff_angle,
+            beam_width,
+            ..
+        } = emitter
+        else {
+            return false;
+        };
+        let radius = [(-0.5, -0.5), (0.5, -0.5), (-0.5, 0.5), (0.5, 0.5)]
+            .map(|(x, y)| self.receiver_point(texel, leaf.at(x, y)).position)
+            .map(|corner| corner.distance(middle))
+            .into_iter()
+            .fold(0.0, f64::max);
+        // The leaf is seen within about this angle of its middle.
+        let reach = 1.1 * radius / distance;
+        let angle = (middle - from).angle_between(to_world.vector(DVec3::Z));
+        (angle - cutoff_angle).abs() < reach || (angle - beam_width).abs() < reach || angle < reach
+    }
+
+    /// A delta emitter's unshadowed irradiance at a point, and the share (0..=1) that passes.
+    fn arriving(&mut self, point: &SurfacePoint, emitter: &Emitter) -> (Rgb, f64) {
+        let normal = point.geometric_normal;
+        let (irradiance, towards, distance) = match emitter {
+            Emitter::Directional {
+                direction,
+                irradiance,
+            } => {
+                let cos = -direction.dot(normal);
+                (*irradiance * cos.max(0.0), -*direction, f64::INFINITY)
+            }
+            Emitter::Point {
+                position,
+                intensity,
+            } => from_point(point, *position, *intensity, Falloff::None),
+            Emitter::Spot {
+                to_world,
+                intensity,
+                cutoff_angle,
+                beam_width,
+            } => from_point(
+                point,
+                to_world.point(DVec3::ZERO),
+                *intensity,
+                Falloff::Spot {
+                    axis: to_world.vector(DVec3::Z).normalize(),
+                    cutoff_angle: *cutoff_angle,
+                    beam_width: *beam_width,
+                },
+            ),
+            Emitter::Area { .. } => return (Rgb::BLACK, 0.0),
+        };
+        if irradiance.is_black() {
+            return (Rgb::BLACK, 0.0);
+        }
+        let passed = self.transmittance(point, towards, distance);
+        (irradiance, passed)
+    }
+}
+
+/// Irradiance from a point: I(ω) cos θ / r².
+fn from_point(
+    point: &SurfacePoint,
+    position: DVec3,
+    intensity: Rgb,
+    falloff: Falloff,
+) -> (Rgb, DVec3, f64) {
+    let offset = position - point.position;
+    let distance = offset.length();
+    if distance == 0.0 {
+        return (Rgb::BLACK, DVec3::Z, 0.0);
+    }
+    let towards = offset / distance;
+    let cos = towards.dot(point.geometric_normal).max(0.0);
+    let factor = falloff.factor(-towards) * cos / (distance * distance);
+    (intensity * factor, towards, distance)
+}
