@@ -4,6 +4,7 @@
 
 pub mod accumulator;
 pub mod atomic;
+pub mod coverage;
 pub mod exr;
 mod grid;
 mod image;

@@ -229,6 +229,23 @@ impl World {
         }
     }
 
+    /// The point of a mesh's face with these barycentric weights of its second and third vertex;
+    /// `None` where the shape is no mesh. `uv` is as of a hit there.
+    pub fn face_point(&self, shape: u32, face: u32, barycentric: DVec2) -> Option<SurfacePoint> {
+        let Shape::Mesh(mesh) = &self.shapes[shape as usize] else {
+            return None;
+        };
+        let hit = Hit {
+            distance: 0.0,
+            shape,
+            face,
+            barycentric,
+        };
+        // The ray matters to faces without area only.
+        let ray = Ray::new(glam::DVec3::ZERO, glam::DVec3::Z);
+        Some(mesh.surface_point(&ray, &hit))
+    }
+
     /// Whether `overlaps` may hold for a primitive of the chosen shapes: descends the tree while
     /// `overlaps(box)` is true; at a leaf asks `overlaps` of each chosen primitive's own box.
     ///

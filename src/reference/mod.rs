@@ -6,6 +6,7 @@
 
 pub mod closed_form;
 mod estimate;
+pub mod beams;
 pub mod photons;
 
 pub use estimate::{Estimate, Layer, LayerName};

@@ -90,6 +90,31 @@ impl Material {
         }
     }
 
+    /// Whether light passes it as if nothing were there, without any other way to go.
+    #[inline]
+    pub fn is_passed(&self, all: &[Self]) -> bool {
+        match self {
+            Self::Null => true,
+            Self::Mask { opacity, nested } => {
+                *opacity == 0.0 || all[nested.0 as usize].is_passed(all)
+            }
+            _ => false,
+        }
+    }
+
+    /// Whether light has two ways without an event between them: past it and by what it holds.
+    pub fn is_partly_passed(&self, all: &[Self]) -> bool {
+        match self {
+            Self::Mask { opacity, nested } => {
+                *opacity > 0.0 && *opacity < 1.0 && !all[nested.0 as usize].is_passed(all)
+            }
+            Self::TwoSided { front, back } => [front, back]
+                .iter()
+                .any(|id| all[id.0 as usize].is_partly_passed(all)),
+            _ => false,
+        }
+    }
+
     /// Whether every factor on light is the same in red, green and blue.
     pub fn is_achromatic(&self, all: &[Self]) -> bool {
         let of = |id: &MaterialId| all[id.0 as usize].is_achromatic(all);

@@ -8,8 +8,11 @@
 pub mod chain;
 pub mod direct;
 pub mod domain;
+pub mod first_surface;
 pub mod flux;
 pub mod ledger;
+pub mod prescribed;
 pub mod receiver;
 pub mod scatter;
+pub mod screen;
 pub mod signature;

@@ -158,6 +158,23 @@ impl Receiver {
         Some(row as usize * self.width() + column as usize)
     }
 
+    /// Where light travelling along `direction` falls at `point`, in texels from the cropped film's
+    /// corner, beyond its border too; `None` where it arrives from behind.
+    #[inline]
+    pub fn place(&self, point: &SurfacePoint, direction: glam::DVec3) -> Option<DVec2> {
+        (direction.dot(point.geometric_normal) < 0.0).then(|| self.film_place(point.uv))
+    }
+
+    /// Surface parameters in texels from the cropped film's corner.
+    #[inline]
+    pub fn film_place(&self, uv: DVec2) -> DVec2 {
+        uv * self.full
+            - DVec2::new(
+                f64::from(self.crop.offset_x),
+                f64::from(self.crop.offset_y),
+            )
+    }
+
     /// The area of a texel \[m²\].
     pub fn texel_area(&self, texel: usize) -> f64 {
         let column = texel % self.width() + self.crop.offset_x as usize;

@@ -85,7 +85,7 @@ impl Sphere {
     }
 
     /// The surface where the half-line from the center along `direction` (of any length) leaves.
-    fn along(&self, direction: DVec3) -> SurfacePoint {
+    pub fn along(&self, direction: DVec3) -> SurfacePoint {
         let to_surface = direction * (self.radius / direction.length());
         let normal = to_surface * self.signed_curvature;
         SurfacePoint {

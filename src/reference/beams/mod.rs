@@ -1,0 +1,6 @@
+//! Deterministic truth: adaptive beams of light.
+mod cell;
+mod deposit;
+pub mod film;
+pub mod refine;
+pub mod run;

@@ -1,0 +1,136 @@
+//! Coordinates over first surfaces.
+
+use glam::{DVec2, DVec3};
+
+use super::source::Source;
+use crate::geometry::{Shape, Sphere, SurfacePoint, World};
+
+/// Two coordinates over (a part of) a surface.
+#[derive(Clone, Copy, Debug)]
+pub enum Chart {
+    /// The side of a ball that a source outside of it sees: the angle of incidence i in
+    /// [0, π/2] and the azimuth φ about the line from the centre to the source.
+    ///
+    /// Everything that happens to light at a ball is a smooth function of i, through the silhouette
+    /// (i = π/2) and beyond.
+    Cap {
+        /// The ball.
+        shape: u32,
+        /// Orthonormal; the third points from the centre to the source.
+        axes: [DVec3; 3],
+        /// Radius / distance of the source from the centre; 0 for parallel light.
+        radius_over_distance: f64,
+    },
+    /// Mitsuba's (u, v) of an analytic shape.
+    Parameters {
+        /// The shape.
+        shape: u32,
+    },
+    /// Barycentric weights of the second and third vertex of a mesh's face.
+    Face {
+        /// The mesh.
+        shape: u32,
+        /// Its face.
+        face: u32,
+    },
+}
+
+/// A point of a chart.
+#[derive(Clone, Copy, Debug)]
+pub struct Place {
+    /// On the surface.
+    pub point: SurfacePoint,
+    /// Surface area for a unit of chart area there [m²].
+    pub area: f64,
+}
+
+impl Chart {
+    /// The side of a ball that a source sees; `None` for a source inside.
+    pub(super) fn cap(shape: u32, ball: &Sphere, source: &Source) -> Option<Self> {
+        let to_source = source.towards(ball.center());
+        let length = to_source.length();
+        let radius_over_distance = match source {
+            Source::Point { .. } => ball.radius() / length,
+            Source::Parallel { .. } => 0.0,
+        };
+        // False for NaN: the source is in the centre.
+        if radius_over_distance < 1.0 {
+            let axis = to_source / length;
+            let (x, y) = axis.any_orthonormal_pair();
+            Some(Self::Cap {
+                shape,
+                axes: [x, y, axis],
+                radius_over_distance,
+            })
+        } else {
+            None
+        }
+    }
+
+    /// The shape whose surface it covers.
+    #[inline]
+    pub fn shape(&self) -> u32 {
+        match *self {
+            Self::Cap { shape, .. } | Self::Parameters { shape } | Self::Face { shape, .. } => {
+                shape
+            }
+        }
+    }
+
+    /// The surface at coordinates `at`; `None` only for a world that the chart was not made for.
+    #[inline]
+    pub fn place(&self, world: &World, at: DVec2) -> Option<Place> {
+        match *self {
+            Self::Cap {
+                shape,
+                axes,
+                radius_over_distance,
+            } => {
+                let Shape::Sphere(ball) = &world.shapes()[shape as usize] else {
+                    return None;
+                };
+                let (sin_i, cos_i) = at.x.sin_cos();
+                // Seen from the source the point is at the angle θ to the centre,
+                // sin θ = (r/d) sin i; seen from the centre it is at γ = i − θ to the source.
+                let sin_theta = radius_over_distance * sin_i;
+                let cos_theta = ((1.0 - sin_theta) * (1.0 + sin_theta)).sqrt();
+                let sin_gamma = sin_i * cos_theta - cos_i * sin_theta;
+                let cos_gamma = cos_i * cos_theta + sin_i * sin_theta;
+                let (sin_phi, cos_phi) = at.y.sin_cos();
+                let across = axes[0] * cos_phi + axes[1] * sin_phi;
+                // dγ/di = 1 − (r/d) cos i / cos θ, and the area element is r² sin γ dγ dφ.
+                let stretch = 1.0 - radius_over_distance * cos_i / cos_theta;
+                Some(Place {
+                    point: ball.along(across * sin_gamma + axes[2] * cos_gamma),
+                    area: ball.radius() * ball.radius() * sin_gamma * stretch,
+                })
+            }
+            Self::Parameters { shape } => {
+                let shape = &world.shapes()[shape as usize];
+                let area = shape.area()
+                    * match shape {
+                        // u is the radius: rings grow with it.
+                        Shape::Disk(_) => 2.0 * at.x,
+                        // v is the polar angle / π.
+                        Shape::Sphere(_) => {
+                            let theta = std::f64::consts::PI * at.y;
+                            std::f64::consts::FRAC_PI_2 * theta.sin()
+                        }
+                        _ => 1.0,
+                    };
+                let point = shape.at_uv(at)?;
+                Some(Place { point, area })
+            }
+            Self::Face { shape, face } => {
+                let Shape::Mesh(mesh) = &world.shapes()[shape as usize] else {
+                    return None;
+                };
+                let [a, b, c] = mesh.corners(face);
+                Some(Place {
+                    point: world.face_point(shape, face, at)?,
+                    area: (b - a).cross(c - a).length(),
+                })
+            }
+        }
+    }
+}

@@ -1,0 +1,169 @@
+//! Triangles of chart coordinates that hold all light that may meet a specular surface first.
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+use glam::{DVec2, DVec3};
+
+use super::chart::Chart;
+use super::source::Source;
+use crate::geometry::{Cylinder, Mesh, Ray, Shape, TraversalCounters};
+use crate::scene::Scene;
+
+/// A triangle of chart coordinates.
+#[derive(Clone, Copy, Debug)]
+pub struct Root {
+    /// Whose coordinates.
+    pub chart: Chart,
+    /// The corners.
+    pub corners: [DVec2; 3],
+}
+
+/// A ball's cap is divided into this many bands of incidence and sectors of azimuth: a small
+/// number suffices where all of it is smooth, and a few hundred tasks keep threads busy.
+const CAP_BANDS: u32 = 8;
+const CAP_SECTORS: u32 = 16;
+
+/// The angle of incidence ends a hair before grazing, where light would neither enter nor miss.
+/// The light left out is (1e-9)² of the ball's.
+const CAP_END: f64 = FRAC_PI_2 * (1.0 - 1e-9);
+
+/// Analytic parameters are divided into this many strips each way.
+const PARAMETER_STRIPS: u32 = 16;
+
+/// All light of `source` that may meet a specular surface before anything else: where
+/// something is in its way, that is still to be found out.
+pub fn roots(scene: &Scene, source: &Source) -> Vec<Root> {
+    let mut roots = Vec::new();
+    for (index, shape) in scene.world().shapes().iter().enumerate() {
+        let index = index as u32;
+        if !scene.material_of(index).is_specular(scene.materials()) {
+            continue;
+        }
+        let parameters = Chart::Parameters { shape: index };
+        let unit = [DVec2::ZERO, DVec2::ONE];
+        match shape {
+            Shape::Sphere(ball) => {
+                if let Some(cap) = Chart::cap(index, ball, source) {
+                    let all = [DVec2::ZERO, DVec2::new(CAP_END, TAU)];
+                    add_grid(&mut roots, cap, all, [CAP_BANDS, CAP_SECTORS]);
+                } else {
+                    add_grid(&mut roots, parameters, unit, [PARAMETER_STRIPS; 2]);
+                }
+            }
+            Shape::Rectangle(_) | Shape::Disk(_) => {
+                add_grid(&mut roots, parameters, unit, [PARAMETER_STRIPS; 2]);
+            }
+            Shape::Cylinder(cylinder) => {
+                for [from, to] in lit_ranges(cylinder, source) {
+                    let range = [DVec2::new(from, 0.0), DVec2::new(to, 1.0)];
+                    add_grid(&mut roots, parameters, range, [PARAMETER_STRIPS; 2]);
+                }
+            }
+            Shape::Mesh(mesh) => add_faces(&mut roots, scene, index, mesh, source),
+        }
+    }
+    roots
+}
+
+/// A rectangle of coordinates, cut into triangles.
+fn add_grid(roots: &mut Vec<Root>, chart: Chart, [from, to]: [DVec2; 2], [columns, rows]: [u32; 2]) {
+    let step = (to - from) / DVec2::new(f64::from(columns), f64::from(rows));
+    let at = |column: u32, row: u32| {
+        let place = |index: u32, count: u32, from: f64, to: f64, step: f64| {
+            if index == count {
+                to
+            } else {
+                from + f64::from(index) * step
+            }
+        };
+        DVec2::new(
+            place(column, columns, from.x, to.x, step.x),
+            place(row, rows, from.y, to.y, step.y),
+        )
+    };
+    for row in 0..rows {
+        for column in 0..columns {
+            let [a, b, c, d] = [
+                at(column, row),
+                at(column + 1, row),
+                at(column + 1, row + 1),
+                at(column, row + 1),
+            ];
+            for corners in [[a, b, c], [a, c, d]] {
+                roots.push(Root { chart, corners });
+            }
+        }
+    }
+}
+
+/// The ranges of u = φ/2π in which the outside, and in which the inside of a cylinder faces the source.
+///
+/// Across the axis, light from the distance d meets a circle of radius r: its outside within
+/// ±arccos(r/d) of the source's azimuth, the far inside beyond. From within (d < r), all is inside.
+fn lit_ranges(cylinder: &Cylinder, source: &Source) -> Vec<[f64; 2]> {
+    let towards = source.towards(cylinder.base());
+    let across = towards - cylinder.axis() * towards.dot(cylinder.axis());
+    let radial = |u: f64| {
+        let axial = cylinder.base() + cylinder.axis() * (0.5 * cylinder.length());
+        (cylinder.at_uv(DVec2::new(u, 0.5)).position - axial) / cylinder.radius()
+    };
+    let (x, y): (DVec3, DVec3) = (radial(0.0), radial(0.25));
+    let radius_over_distance = match source {
+        Source::Point { .. } => cylinder.radius() / across.length(),
+        Source::Parallel { .. } => 0.0,
+    };
+    // False for NaN, too: light from a point of the axis.
+    if !(radius_over_distance < 1.0) || across.length_squared() == 0.0 {
+        return vec![[0.0, 1.0]];
+    }
+    let azimuth = across.dot(y).atan2(across.dot(x)) / TAU;
+    let half = radius_over_distance.acos() / TAU;
+    vec![
+        [azimuth - half, azimuth + half],
+        [azimuth + half, azimuth - half + 1.0],
+    ]
+}
+
+/// A mesh's faces. Of a closed mesh seen from outside, faces turned away are behind others.
+fn add_faces(roots: &mut Vec<Root>, scene: &Scene, shape: u32, mesh: &Mesh, source: &Source) {
+    let only_front = is_outside_closed(scene, shape, mesh, source);
+    let corners = [DVec2::ZERO, DVec2::X, DVec2::Y];
+    for face in 0..mesh.triangle_count() as u32 {
+        let normal = mesh.face_normal(face);
+        let facing = source.towards(mesh.corners(face)[0]).dot(normal);
+        if facing > 0.0 || facing < 0.0 && !only_front {
+            roots.push(Root {
+                chart: Chart::Face { shape, face },
+                corners,
+            });
+        }
+    }
+}
+
+/// Whether the mesh is closed, its faces turned outward, and the source outside: then each ray of
+/// the source meets a face turned towards it first.
+fn is_outside_closed(scene: &Scene, shape: u32, mesh: &Mesh, source: &Source) -> bool {
+    let found = mesh.diagnose();
+    if !found.is_closed() {
+        return false;
+    }
+    let mut counters = TraversalCounters::default();
+    let [a, b, c] = mesh.corners(0);
+    let Some(arrival) = source.arrive((a + b + c) / 3.0) else {
+        return false;
+    };
+    // The parity of crossings between the source and infinity: the first hit decides.
+    let mut ray: Ray = arrival.ray;
+    loop {
+        let world = scene.world();
+        let Some(hit) = world.closest_hit(&ray, f64::INFINITY, &mut counters) else {
+            return false;
+        };
+        if hit.shape == shape {
+            return mesh.face_normal(hit.face).dot(ray.direction) < 0.0;
+        }
+        let point = world.bounce_point(&ray, &hit);
+        ray = point.spawn(ray.direction);
+    }
+}
+

@@ -1,0 +1,148 @@
+//! Delta emitters: at each point at most one ray.
+
+use glam::DVec3;
+
+use crate::geometry::{Bounds, Ray};
+use crate::radiometry::Rgb;
+use crate::scene::{Emitter, Scene};
+use crate::transport::domain::chart::Falloff;
+
+/// An emitter whose light arrives at a point along one ray only.
+#[derive(Clone, Copy, Debug)]
+pub enum Source {
+    /// Light from one point.
+    Point {
+        /// Where it starts.
+        origin: DVec3,
+        /// Radiant intensity [W/sr].
+        intensity: Rgb,
+        /// Its dependence on direction.
+        falloff: Falloff,
+    },
+    /// Parallel light.
+    Parallel {
+        /// The direction of travel, a unit vector.
+        direction: DVec3,
+        /// Irradiance across the light [W/m²].
+        irradiance: Rgb,
+        /// A point in the middle of the scene.
+        middle: DVec3,
+        /// Light starts this far before the plane across it through the middle, ahead of all geometry.
+        ahead: f64,
+    },
+}
+
+/// The ray of a source to a point.
+#[derive(Clone, Copy, Debug)]
+pub struct Arrival {
+    /// From the emitter to the point.
+    pub ray: Ray,
+    /// The distance of the point along it.
+    pub distance: f64,
+    /// Irradiance across the ray at the point, in units of the source's
+    /// [strength](Source::strength): falloff / distance² of a point, 1 of parallel light.
+    pub density: f64,
+}
+
+impl Source {
+    /// The source that a delta emitter is; `None` for area lights.
+    pub fn new(emitter: &Emitter, bounds: &Bounds) -> Option<Self> {
+        match emitter {
+            Emitter::Point {
+                position,
+                intensity,
+            } => Some(Self::Point {
+                origin: *position,
+                intensity: *intensity,
+                falloff: Falloff::None,
+            }),
+            Emitter::Spot {
+                to_world,
+                intensity,
+                cutoff_angle,
+                beam_width,
+            } => Some(Self::Point {
+                origin: to_world.point(DVec3::ZERO),
+                intensity: *intensity,
+                falloff: Falloff::Spot {
+                    axis: to_world.vector(DVec3::Z).normalize(),
+                    cutoff_angle: *cutoff_angle,
+                    beam_width: *beam_width,
+                },
+            }),
+            Emitter::Directional {
+                direction,
+                irradiance,
+            } => Some(Self::Parallel {
+                direction: *direction,
+                irradiance: *irradiance,
+                middle: bounds.center(),
+                ahead: bounds.radius() * 1.01,
+            }),
+            Emitter::Area { .. } => None,
+        }
+    }
+
+    /// The delta emitters of a scene that shine at all.
+    pub fn all(scene: &Scene) -> Vec<Self> {
+        let bounds = scene.world().bounds();
+        scene
+            .emitters()
+            .iter()
+            .filter(|emitter| !emitter.strength().is_black())
+            .filter_map(|emitter| Self::new(emitter, &bounds))
+            .collect()
+    }
+
+    /// Radiant intensity [W/sr] of a point, irradiance across the light [W/m²] of parallel light.
+    pub fn strength(&self) -> Rgb {
+        match *self {
+            Self::Point { intensity, .. } => intensity,
+            Self::Parallel { irradiance, .. } => irradiance,
+        }
+    }
+
+    /// The ray that arrives at a point; `None` at the emitter itself.
+    #[inline]
+    pub fn arrive(&self, point: DVec3) -> Option<Arrival> {
+        match *self {
+            Self::Point {
+                origin, falloff, ..
+            } => {
+                let offset = point - origin;
+                let distance = offset.length();
+                if distance == 0.0 {
+                    return None;
+                }
+                let direction = offset / distance;
+                Some(Arrival {
+                    ray: Ray::new(origin, direction),
+                    distance,
+                    density: falloff.factor(direction) / (distance * distance),
+                })
+            }
+            Self::Parallel {
+                direction,
+                middle,
+                ahead,
+                ..
+            } => {
+                let distance = (point - middle).dot(direction) + ahead;
+                Some(Arrival {
+                    ray: Ray::new(point - direction * distance, direction),
+                    distance,
+                    density: 1.0,
+                })
+            }
+        }
+    }
+
+    /// A vector from `point` towards the emitter, of any length.
+    #[inline]
+    pub fn towards(&self, point: DVec3) -> DVec3 {
+        match *self {
+            Self::Point { origin, .. } => origin - point,
+            Self::Parallel { direction, .. } => -direction,
+        }
+    }
+}

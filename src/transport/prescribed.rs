@@ -1,0 +1,259 @@
+//! One light path with prescribed events: from a place on a first surface to the sensor.
+//!
+//! Where a chain follows light wherever it goes, this asks of one signature only: does light that
+//! starts at this place get to the sensor by these events, where, and how much of it? It also
+//! remembers *which* surfaces took part: two neighbouring paths are of one smooth family only
+//! where these are the same.
+
+use glam::DVec2;
+
+use super::first_surface::{Arrival, Chart, Source};
+use super::flux::Flux;
+use super::scatter::{Meeting, ShadingNormals, Way};
+use super::screen::Screen;
+use super::signature::{Event, Signature};
+use crate::geometry::{Hit, Ray, Shape, TraversalCounters};
+use crate::scene::Scene;
+
+/// How a prescribed path ended.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum End {
+    /// On the sensor's surface or its extension, at these film coordinates, in texels.
+    Landed(DVec2),
+    /// Nothing is there any more: it left the scene.
+    Escaped,
+    /// On the way to the first surface, something else was met.
+    Hidden,
+    /// An interface that has no light to give to the next event (total reflection), or a surface
+    /// that ends it.
+    Stopped,
+}
+
+/// A prescribed path, followed to its end.
+#[derive(Clone, Copy, Debug)]
+pub struct PathEnd<const N: usize> {
+    /// How it ended.
+    pub end: End,
+    /// Flux that arrives \[W\] for a unit of chart area; black where it did not land.
+    pub weight: Flux<N>,
+    /// The flux that set out \[W\] for a unit of chart area.
+    pub emitted: f64,
+    /// The same for two paths that ended the same way by way of the same smooth surfaces.
+    pub family: u64,
+}
+
+/// Follows paths of one source through one scene to one sensor.
+pub struct PathFollower<'a, const N: usize> {
+    scene: &'a Scene,
+    source: &'a Source,
+    screen: &'a Screen<'a>,
+    events: Vec<Event>,
+    shading_normals: ShadingNormals,
+    /// Work done so far.
+    pub counters: TraversalCounters,
+}
+
+/// Surfaces that change nothing that a path may pass on one leg, as in
+/// [`chain`](super::chain).
+const MAX_PASSES: u32 = 4096;
+
+impl<'a, const N: usize> PathFollower<'a, N> {
+    /// A follower of one signature.
+    pub fn new(
+        scene: &'a Scene,
+        source: &'a Source,
+        screen: &'a Screen<'a>,
+        signature: Signature,
+        shading_normals: ShadingNormals,
+    ) -> Self {
+        Self {
+            scene,
+            source,
+            screen,
+            events: signature.events().collect(),
+            shading_normals,
+            counters: TraversalCounters::default(),
+        }
+    }
+
+    /// The path that meets the chart's surface at `at`. `in_sight` says that nothing is between
+    /// the source and the surface, where that is known.
+    #[inline]
+    pub fn follow(&mut self, chart: &Chart, at: DVec2, in_sight: bool) -> PathEnd<N> {
+        let world = self.scene.world();
+        let mut family = Family::default();
+        let dark = |end: End, emitted: f64, family: &Family| PathEnd {
+            end,
+            weight: Flux::BLACK,
+            emitted,
+            family: family.with(end_mark(end)),
+        };
+        let Some((place, arrival)) = chart
+            .place(world, at)
+            .and_then(|place| Some((place, self.source.arrive(place.point.position)?)))
+        else {
+            return dark(End::Hidden, 0.0, &family);
+        };
+        let mut point = place.point;
+        let mut direction = arrival.ray.direction;
+        let facing = -direction.dot(point.geometric_normal);
+        let emitted = arrival.density * facing.abs() * place.area;
+        family.pass(self.scene, chart.shape(), face_of(chart), facing > 0.0);
+        let mut throughput = Flux::WHITE;
+        if !in_sight && !self.sees(&arrival, chart) {
+            return dark(End::Hidden, emitted, &family);
+        }
+        let mut shape = chart.shape();
+        for index in 0..self.events.len() {
+            let way = match self.events[index] {
+                Event::Reflection => Way::Reflected,
+                Event::Transmission => Way::Transmitted,
+            };
+            let meeting = Meeting::new(
+                self.scene,
+                self.scene.material_of(shape),
+                &point,
+                direction,
+                self.shading_normals,
+            );
+            let share = meeting.share_of(way);
+            let branch = (share > 0.0).then(|| meeting.branch(way)).flatten();
+            let Some(branch) = branch else {
+                return dark(End::Stopped, emitted, &family);
+            };
+            family.event(share);
+            throughput = throughput * branch.tint * share;
+            direction = branch.direction;
+            let ray = point.spawn(direction);
+            if index + 1 == self.events.len() {
+                return self.land(ray, throughput, emitted, &family);
+            }
+            let Some((ray, hit)) = self.next_hit(ray) else {
+                return dark(End::Escaped, emitted, &family);
+            };
+            point = world.bounce_point(&ray, &hit);
+            let front = direction.dot(point.geometric_normal) < 0.0;
+            family.pass(self.scene, hit.shape, hit.face, front);
+            shape = hit.shape;
+        }
+        dark(End::Stopped, emitted, &family)
+    }
+
+    /// The last leg.
+    #[inline]
+    fn land(
+        &mut self,
+        ray: Ray,
+        throughput: Flux<N>,
+        emitted: f64,
+        family: &Family,
+    ) -> PathEnd<N> {
+        let (end, factor, mark) = match self.next_hit(ray) {
+            Some((ray, hit)) => self.screen.end(self.scene, &ray, Some(&hit), &mut self.counters),
+            None => self.screen.end(self.scene, &ray, None, &mut self.counters),
+        };
+        let weight = match end {
+            End::Landed(_) => throughput * Flux::of(self.source.strength() * factor) * emitted,
+            _ => Flux::BLACK,
+        };
+        PathEnd {
+            end,
+            weight,
+            emitted,
+            family: family.with(end_mark(end) ^ mark),
+        }
+    }
+
+    /// The next surface that is not passed as if nothing were there.
+    #[inline]
+    fn next_hit(&mut self, mut ray: Ray) -> Option<(Ray, Hit)> {
+        let world = self.scene.world();
+        for _ in 0..MAX_PASSES {
+            let hit = world.closest_hit(&ray, f64::INFINITY, &mut self.counters)?;
+            if !self.scene.material_of(hit.shape).is_passed(self.scene.materials()) {
+                return Some((ray, hit));
+            }
+            ray = world.bounce_point(&ray, &hit).spawn(ray.direction);
+        }
+        None
+    }
+
+    /// Whether nothing but passed surfaces is between the source and a place of the chart.
+    fn sees(&mut self, arrival: &Arrival, chart: &Chart) -> bool {
+        let scene = self.scene;
+        let own = chart.shape();
+        // The surface itself is met again within rounding, at a grazing angle within its square
+        // root; a surface really in front of itself is farther off than that.
+        let near = arrival.distance * (1.0 - 1e-9);
+        let convex = matches!(chart, Chart::Cap { .. });
+        !scene.world().any_hit(
+            &arrival.ray,
+            near,
+            |hit| {
+                !(scene.material_of(hit.shape).is_passed(scene.materials())
+                    || hit.shape == own && (convex || hit.face == face_of(chart) && is_mesh(scene, own)))
+            },
+            &mut self.counters,
+        )
+    }
+}
+
+fn face_of(chart: &Chart) -> u32 {
+    match *chart {
+        Chart::Face { face, .. } => face,
+        _ => 0,
+    }
+}
+
+fn is_mesh(scene: &Scene, shape: u32) -> bool {
+    matches!(scene.world().shapes()[shape as usize], Shape::Mesh(_))
+}
+
+fn end_mark(end: End) -> u64 {
+    match end {
+        End::Landed(_) => 1,
+        End::Escaped => 2,
+        End::Hidden => 3,
+        End::Stopped => 4,
+    }
+}
+
+/// Which surfaces took part so far, as a hash.
+#[derive(Clone, Copy, Default)]
+struct Family(u64);
+
+impl Family {
+    #[inline]
+    fn mix(&mut self, value: u64) {
+        // Steele, Lea and Flood's finaliser: equal sequences stay equal, others part.
+        let mut z = (self.0 ^ value).wrapping_add(0x9e37_79b9_7f4a_7c15);
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        self.0 = z ^ (z >> 31);
+    }
+
+    /// A surface was met. Faces of a mesh whose normals are interpolated are one smooth surface;
+    /// flat faces are a surface each.
+    #[inline]
+    fn pass(&mut self, scene: &Scene, shape: u32, face: u32, front: bool) {
+        let facet = match &scene.world().shapes()[shape as usize] {
+            Shape::Mesh(mesh) if !mesh.has_vertex_normals() => u64::from(face) + 1,
+            _ => 0,
+        };
+        self.mix(u64::from(shape) << 34 | facet << 1 | u64::from(front));
+    }
+
+    /// It sent on this share of the light: all of it (total reflection, a metal) or a part, which
+    /// has a kink between.
+    #[inline]
+    fn event(&mut self, share: f64) {
+        self.mix(u64::from(share == 1.0));
+    }
+
+    #[inline]
+    fn with(mut self, mark: u64) -> u64 {
+        self.mix(mark);
+        self.0
+    }
+}
+
