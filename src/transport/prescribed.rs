@@ -7,7 +7,7 @@
 
 use glam::DVec2;
 
-use super::first_surface::{Arrival, Chart, Source};
+use super::first_surface::{Arrival, Chart, Place, Source};
 use super::flux::Flux;
 use super::scatter::{Meeting, ShadingNormals, Way};
 use super::screen::Screen;
@@ -34,9 +34,10 @@ pub enum End {
 pub struct PathEnd<const N: usize> {
     /// How it ended.
     pub end: End,
-    /// Flux that arrives \[W\] for a unit of chart area; black where it did not land.
-    pub weight: Flux<N>,
-    /// The flux that set out \[W\] for a unit of chart area.
+    /// What arrives of light that sets out with the source's strength; black where it did not land.
+    pub throughput: Flux<N>,
+    /// The light that set out, for a unit of chart area and of the source's strength:
+    /// strength · emitted · area is flux \[W\].
     pub emitted: f64,
     /// The same for two paths that ended the same way by way of the same smooth surfaces.
     pub family: u64,
@@ -76,6 +77,22 @@ impl<'a, const N: usize> PathFollower<'a, N> {
         }
     }
 
+    /// The source whose light it follows.
+    pub fn source(&self) -> &'a Source {
+        self.source
+    }
+
+    /// The light that sets out to a place of a chart, as [`PathEnd::emitted`].
+    #[inline]
+    pub fn emitted(&self, chart: &Chart, at: DVec2) -> f64 {
+        let place = chart.place(self.scene.world(), at);
+        let arrival = place.and_then(|place| self.source.arrive(place.point.position));
+        match (place, arrival) {
+            (Some(place), Some(arrival)) => emitted(&place, &arrival),
+            _ => 0.0,
+        }
+    }
+
     /// The path that meets the chart's surface at `at`. `in_sight` says that nothing is between
     /// the source and the surface, where that is known.
     #[inline]
@@ -84,7 +101,7 @@ impl<'a, const N: usize> PathFollower<'a, N> {
         let mut family = Family::default();
         let dark = |end: End, emitted: f64, family: &Family| PathEnd {
             end,
-            weight: Flux::BLACK,
+            throughput: Flux::BLACK,
             emitted,
             family: family.with(end_mark(end)),
         };
@@ -97,7 +114,7 @@ impl<'a, const N: usize> PathFollower<'a, N> {
         let mut point = place.point;
         let mut direction = arrival.ray.direction;
         let facing = -direction.dot(point.geometric_normal);
-        let emitted = arrival.density * facing.abs() * place.area;
+        let emitted = emitted(&place, &arrival);
         family.pass(self.scene, chart.shape(), face_of(chart), facing > 0.0);
         let mut throughput = Flux::WHITE;
         if !in_sight && !self.sees(&arrival, chart) {
@@ -152,13 +169,13 @@ impl<'a, const N: usize> PathFollower<'a, N> {
             Some((ray, hit)) => self.screen.end(self.scene, &ray, Some(&hit), &mut self.counters),
             None => self.screen.end(self.scene, &ray, None, &mut self.counters),
         };
-        let weight = match end {
-            End::Landed(_) => throughput * Flux::of(self.source.strength() * factor) * emitted,
+        let throughput = match end {
+            End::Landed(_) => throughput * Flux::of(self.source.strength() * factor),
             _ => Flux::BLACK,
         };
         PathEnd {
             end,
-            weight,
+            throughput,
             emitted,
             family: family.with(end_mark(end) ^ mark),
         }
@@ -196,6 +213,12 @@ impl<'a, const N: usize> PathFollower<'a, N> {
             &mut self.counters,
         )
     }
+}
+
+#[inline]
+fn emitted(place: &Place, arrival: &Arrival) -> f64 {
+    let facing = arrival.ray.direction.dot(place.point.geometric_normal);
+    arrival.density * facing.abs() * place.area
 }
 
 fn face_of(chart: &Chart) -> u32 {

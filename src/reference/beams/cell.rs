@@ -1,28 +1,22 @@
-//! Cells of light space, and what is known of the light in them.
+//! Cells of light space, and what their nodes say of the light in them.
 
 use glam::DVec2;
 
 use crate::transport::flux::Flux;
-use crate::transport::prescribed::{End, PathEnd};
 
-/// A path, by where it met the first surface.
+/// A path of light, by where it met the first surface.
 #[derive(Clone, Copy, Debug)]
 pub struct Node<const N: usize> {
     /// Chart coordinates.
     pub at: DVec2,
-    /// What became of it.
-    pub path: PathEnd<N>,
-}
-
-impl<const N: usize> Node<N> {
-    /// Where it fell on the film.
-    #[inline]
-    pub fn landing(&self) -> Option<DVec2> {
-        match self.path.end {
-            End::Landed(at) => Some(at),
-            _ => None,
-        }
-    }
+    /// Where it fell on the film, in texels; `None` where it did not come that far.
+    pub landing: Option<DVec2>,
+    /// Flux that arrives \[W\] for a unit of chart area.
+    pub weight: Flux<N>,
+    /// Flux that set out \[W\] for a unit of chart area, mean of channels.
+    pub emitted: f64,
+    /// Which surfaces took part: the same for paths of one smooth family.
+    pub family: u64,
 }
 
 /// A triangle of light space.
@@ -38,8 +32,7 @@ impl<const N: usize> Cell<N> {
     /// Its area in chart coordinates.
     #[inline]
     pub fn area(&self) -> f64 {
-        let [a, b, c] = self.corners.map(|node| node.at);
-        0.5 * (b - a).perp_dot(c - a).abs()
+        triangle_area(&self.corners)
     }
 
     /// Chart coordinates of its edges' middles, each opposite to the corner of the same index.
@@ -62,65 +55,90 @@ impl<const N: usize> Cell<N> {
     }
 }
 
-/// What six nodes say of a cell.
-#[derive(Clone, Copy, Debug)]
-pub enum Look {
-    /// One smooth family of light that lands.
-    Smooth(Smooth),
-    /// All light ended before the sensor, and the same way.
-    Dark,
-    /// Not one family.
-    Mixed,
-}
-
-/// How far a smooth cell is from an affine map.
-#[derive(Clone, Copy, Debug)]
-pub struct Smooth {
-    /// The largest distance of a middle's landing from the mean of its edge's ends [texels].
-    pub bend: f64,
-    /// The largest difference of a middle's weight from the mean of its edge's ends, the worst channel.
-    pub weight_bend: f64,
-    /// The box round the landings.
-    pub low: DVec2,
-    /// The box round the landings.
-    pub high: DVec2,
-}
-
-/// Looks at a cell with its middles.
+/// Area in chart coordinates.
 #[inline]
-pub fn look<const N: usize>(cell: &Cell<N>, middles: &[Node<N>; 3]) -> Look {
-    let family = cell.corners[0].path.family;
-    let nodes = cell.corners.iter().chain(middles);
-    if !nodes.clone().all(|node| node.path.family == family) {
-        return Look::Mixed;
-    }
-    let mut smooth = Smooth {
-        bend: 0.0,
-        weight_bend: 0.0,
-        low: DVec2::INFINITY,
-        high: DVec2::NEG_INFINITY,
-    };
-    for node in nodes {
-        let Some(at) = node.landing() else {
-            return Look::Dark;
+pub fn triangle_area<const N: usize>(corners: &[Node<N>; 3]) -> f64 {
+    let [a, b, c] = corners.map(|node| node.at);
+    0.5 * (b - a).perp_dot(c - a).abs()
+}
+
+/// What the six nodes of a cell, its corners and its edges' middles, say together.
+#[derive(Clone, Copy, Debug)]
+pub struct Look<const N: usize> {
+    /// Whether all are of one family.
+    pub one_family: bool,
+    /// Whether any landed.
+    pub any_landed: bool,
+    /// The largest distance of a middle's landing from the mean of its edge's ends \[texels\], over
+    /// edges of one family.
+    pub bend: f64,
+    /// The largest difference of a middle's weight from the mean of its edge's ends likewise, the
+    /// worst channel.
+    pub weight_bend: f64,
+    /// The box round all landings: its least corner.
+    pub low: DVec2,
+    /// Its greatest corner.
+    pub high: DVec2,
+    /// The largest weight, channel by channel.
+    pub weight: Flux<N>,
+    /// The largest emission.
+    pub emitted: f64,
+}
+
+impl<const N: usize> Look<N> {
+    /// Looks at a cell.
+    #[inline]
+    pub fn at(corners: &[Node<N>; 3], middles: &[Node<N>; 3]) -> Self {
+        let family = corners[0].family;
+        let mut look = Self {
+            one_family: true,
+            any_landed: false,
+            bend: 0.0,
+            weight_bend: 0.0,
+            low: DVec2::INFINITY,
+            high: DVec2::NEG_INFINITY,
+            weight: Flux::BLACK,
+            emitted: 0.0,
         };
-        smooth.low = smooth.low.min(at);
-        smooth.high = smooth.high.max(at);
+        for node in corners.iter().chain(middles) {
+            look.one_family &= node.family == family;
+            look.emitted = look.emitted.max(node.emitted);
+            if let Some(at) = node.landing {
+                look.any_landed = true;
+                look.low = look.low.min(at);
+                look.high = look.high.max(at);
+                for (largest, channel) in look.weight.0.iter_mut().zip(node.weight.0) {
+                    *largest = largest.max(channel);
+                }
+            }
+        }
+        for (index, middle) in middles.iter().enumerate() {
+            let (a, b) = (&corners[(index + 1) % 3], &corners[(index + 2) % 3]);
+            if let (Some(p), Some(q), Some(m)) = (a.landing, b.landing, middle.landing)
+                && a.family == middle.family
+                && b.family == middle.family
+            {
+                look.bend = look.bend.max((m - 0.5 * (p + q)).length());
+                let mean = (a.weight + b.weight) * 0.5;
+                look.weight_bend = look
+                    .weight_bend
+                    .max((middle.weight - mean).max_magnitude());
+            }
+        }
+        look
     }
-    for index in 0..3 {
-        let (a, b) = (
-            &cell.corners[(index + 1) % 3],
-            &cell.corners[(index + 2) % 3],
-        );
-        let middle = &middles[index];
-        let (Some(p), Some(q), Some(m)) = (a.landing(), b.landing(), middle.landing()) else {
-            return Look::Dark;
+
+    /// Whether all that lands, lands beside a film of this size, even if the cell bends as much
+    /// again between its nodes as they show.
+    #[inline]
+    pub fn is_off(&self, size: [usize; 2]) -> bool {
+        let end = DVec2::new(size[0] as f64, size[1] as f64);
+        let margin = if self.one_family {
+            DVec2::splat(2.0 * self.bend)
+        } else {
+            // What the nodes did not see may reach as far as what they saw.
+            (self.high - self.low).min(end)
         };
-        smooth.bend = smooth.bend.max((m - 0.5 * (p + q)).length());
-        let mean: Flux<N> = (a.path.weight + b.path.weight) * 0.5;
-        smooth.weight_bend = smooth
-            .weight_bend
-            .max((middle.path.weight - mean).max_magnitude());
+        (self.high + margin).cmplt(DVec2::ZERO).any() || (self.low - margin).cmpgt(end).any()
     }
-    Look::Smooth(smooth)
 }

@@ -1,8 +1,9 @@
-//! From a finished cell to texels.
+//! From finished cells to texels.
 
 use glam::DVec2;
 
-use super::cell::{Cell, Node, Smooth};
+use super::cell::Node;
+use super::cut::Piece;
 use super::film::{BeamFilm, TexelSums};
 use crate::film::coverage::{Part, deal};
 use crate::transport::flux::Flux;
@@ -28,7 +29,7 @@ impl<const N: usize> Patch<N> {
         }
     }
 
-    /// Covers the texels of a box; `false` where it is too large.
+    /// Covers the texels of a box; `false` where they are too many.
     fn cover(&mut self, low: DVec2, high: DVec2, film: [usize; 2]) -> bool {
         for axis in 0..2 {
             let last = film[axis] as f64 - 1.0;
@@ -36,12 +37,12 @@ impl<const N: usize> Patch<N> {
             let to = high[axis].floor().clamp(0.0, last) as usize;
             self.origin[axis] = from;
             self.size[axis] = to - from + 1;
-            if self.size[axis] > PATCH {
-                return false;
-            }
         }
-        self.sums[..self.size[0] * self.size[1]].fill(TexelSums::default());
-        true
+        let fits = self.size[0].max(self.size[1]) <= PATCH;
+        if fits {
+            self.sums[..self.size[0] * self.size[1]].fill(TexelSums::default());
+        }
+        fits
     }
 
     #[inline]
@@ -50,214 +51,192 @@ impl<const N: usize> Patch<N> {
         &mut self.sums[y * self.size[0] + x]
     }
 
-    fn flush(&self, film: &BeamFilm<N>) {
-        for y in 0..self.size[1] {
-            for x in 0..self.size[0] {
-                let sums = &self.sums[y * self.size[0] + x];
-                film.add([self.origin[0] + x, self.origin[1] + y], sums);
-            }
-        }
+    fn covered(&self) -> &[TexelSums<N>] {
+        &self.sums[..self.size[0] * self.size[1]]
     }
+}
+
+/// A finished cell's light at two finenesses.
+pub struct Levels<'a, const N: usize> {
+    /// Its quarters' pieces: B.
+    pub fine: &'a [Piece<N>],
+    /// Its own pieces: A.
+    pub coarse: &'a [Piece<N>],
 }
 
 /// Flux of a triangle's part: its weight is linear between the corners.
 #[inline]
-fn flux_of<const N: usize>(area: f64, weights: [Flux<N>; 3], part: &Part) -> Flux<N> {
-    let [a, b, c] = weights;
-    (a * part.share + (b - a) * part.moment.x + (c - a) * part.moment.y) * area
+fn flux_of<const N: usize>(piece: &Piece<N>, part: &Part) -> Flux<N> {
+    let [a, b, c] = piece.corners.each_ref().map(|node| node.weight);
+    (a * part.share + (b - a) * part.moment.x + (c - a) * part.moment.y) * piece.area
 }
 
-/// Puts a smooth cell on the film: its four quarters as affine triangles (B), itself as one (A),
-/// and (4B − A)/3 as the answer.
-///
-/// The error of affine cells is of second order in their size, so that halving them leaves a
-/// quarter of it: Richardson's extrapolation removes it texel by texel.
-pub fn deposit_smooth<const N: usize>(
-    film: &BeamFilm<N>,
-    patch: &mut Patch<N>,
-    cell: &Cell<N>,
-    middles: &[Node<N>; 3],
-    smooth: &Smooth,
-) -> Flux<N> {
-    let size = film.size();
-    let gathered = patch.cover(smooth.low, smooth.high, size);
-    let mut add = |texel: [usize; 2], sums: TexelSums<N>| {
-        if gathered {
-            let at = patch.at(texel);
-            at.flux += sums.flux;
-            at.difference += sums.difference;
-            at.astray += sums.astray;
-        } else {
-            film.add(texel, &sums);
-        }
-    };
-    let mut received = Flux::BLACK;
-    // Halving an arc leaves a quarter of its distance from the chord.
-    let bend = 0.25 * smooth.bend;
-    let quarter = 0.25 * cell.area();
-    for triangle in cell.quarters(middles) {
-        let Some((image, weights)) = image_of(&triangle) else {
-            continue;
-        };
-        let low = image[0].min(image[1]).min(image[2]);
-        let extent = image[0].max(image[1]).max(image[2]) - low;
-        let crossed = (low + extent).floor().cmpgt(low.floor());
-        // Of a triangle as wide as `extent`, about 2 bend / extent is within `bend` of a line.
-        let near = |axis: usize| {
-            if crossed.test(axis) {
-                (2.0 * bend / extent[axis]).min(1.0)
-            } else {
-                0.0
-            }
-        };
-        let near = (near(0) + near(1)).min(1.0);
-        let all = flux_of(quarter, weights, &Part::WHOLE);
-        deal(image, size, |texel, part| {
-            let flux = flux_of(quarter, weights, &part);
-            received += flux * (4.0 / 3.0);
-            add(
-                texel,
-                TexelSums {
+#[inline]
+fn image_of<const N: usize>(piece: &Piece<N>) -> [DVec2; 3] {
+    // Pieces are made of landed nodes only.
+    piece.corners.each_ref().map(|node| node.landing.unwrap_or(DVec2::NAN))
+}
+
+impl<const N: usize> Levels<'_, N> {
+    /// (4B − A)/3, with B the quarters as affine triangles, and A the cell itself as one.
+    ///
+    /// The error of affine cells is of second order in their size, so that halving them leaves a
+    /// quarter of it: Richardson's extrapolation removes it texel by texel.
+    ///
+    /// `bend` is how far the light of the cell is off from A, in texels.
+    fn deal_out(
+        &self,
+        size: [usize; 2],
+        bend: f64,
+        mut add: impl FnMut([usize; 2], &TexelSums<N>),
+    ) {
+        // Halving an arc leaves a quarter of its distance from the chord.
+        let fine_bend = 0.25 * bend;
+        for piece in self.fine {
+            let image = image_of(piece);
+            let astray = flux_of(piece, &Part::WHOLE) * part_near_lines(&image, fine_bend);
+            deal(image, size, |texel, part| {
+                let flux = flux_of(piece, &part);
+                let sums = TexelSums {
                     flux: flux * (4.0 / 3.0),
                     difference: flux,
-                    astray: all * near,
+                    astray,
                     slack: Flux::BLACK,
-                },
-            );
-        });
-    }
-    if let Some((image, weights)) = image_of(cell) {
-        let area = cell.area();
-        deal(image, size, |texel, part| {
-            let flux = flux_of(area, weights, &part);
-            received += flux * (-1.0 / 3.0);
-            add(
-                texel,
-                TexelSums {
+                };
+                add(texel, &sums);
+            });
+        }
+        for piece in self.coarse {
+            deal(image_of(piece), size, |texel, part| {
+                let flux = flux_of(piece, &part);
+                let sums = TexelSums {
                     flux: flux * (-1.0 / 3.0),
                     difference: flux * -1.0,
-                    astray: Flux::BLACK,
-                    slack: Flux::BLACK,
-                },
-            );
-        });
+                    ..TexelSums::default()
+                };
+                add(texel, &sums);
+            });
+        }
     }
-    if gathered {
-        patch.flush(film);
+
+    /// The box round all landings.
+    fn bounds(&self) -> (DVec2, DVec2) {
+        let mut low = DVec2::INFINITY;
+        let mut high = DVec2::NEG_INFINITY;
+        for at in self.fine.iter().chain(self.coarse).flat_map(image_of) {
+            (low, high) = (low.min(at), high.max(at));
+        }
+        (low, high)
+    }
+}
+
+impl<const N: usize> Patch<N> {
+    /// Gathers a cell. Returns the flux \[W\] that halving it moved from texel to texel, the worst
+    /// channel; `None` where the cell is too large to be gathered.
+    pub fn gather(&mut self, size: [usize; 2], levels: &Levels<N>, bend: f64) -> Option<f64> {
+        let (low, high) = levels.bounds();
+        if !self.cover(low, high, size) {
+            return None;
+        }
+        levels.deal_out(size, bend, |texel, sums| *self.at(texel) += *sums);
+        let mut moved = Flux::<N>::BLACK;
+        for sums in self.covered() {
+            moved += Flux(sums.difference.0.map(f64::abs));
+        }
+        Some(0.5 * moved.max_magnitude())
+    }
+
+    /// Puts a cell on the film. Returns what the film received \[W\].
+    pub fn deposit(&mut self, film: &BeamFilm<N>, levels: &Levels<N>, bend: f64) -> Flux<N> {
+        let mut received = Flux::BLACK;
+        let (low, high) = levels.bounds();
+        if self.cover(low, high, film.size()) {
+            levels.deal_out(film.size(), bend, |texel, sums| *self.at(texel) += *sums);
+            for (index, sums) in self.covered().iter().enumerate() {
+                let (x, y) = (index % self.size[0], index / self.size[0]);
+                film.add([self.origin[0] + x, self.origin[1] + y], sums);
+                received += sums.flux;
+            }
+        } else {
+            levels.deal_out(film.size(), bend, |texel, sums| {
+                film.add(texel, sums);
+                received += sums.flux;
+            });
+        }
+        received
+    }
+}
+
+/// Which part of a triangle's light is within `bend` of a texel line that its image crosses.
+#[inline]
+fn part_near_lines(image: &[DVec2; 3], bend: f64) -> f64 {
+    let low = image[0].min(image[1]).min(image[2]);
+    let high = image[0].max(image[1]).max(image[2]);
+    let crossed = high.floor().cmpgt(low.floor());
+    // Of a triangle as wide as w, about 2 bend / w is within `bend` of a line.
+    let near = |axis: usize| {
+        if crossed.test(axis) {
+            (2.0 * bend / (high[axis] - low[axis])).min(1.0)
+        } else {
+            0.0
+        }
+    };
+    (near(0) + near(1)).min(1.0)
+}
+
+/// Puts a triangle of no single family on the film: each landed corner's third, as a point.
+pub fn deposit_points<const N: usize>(film: &BeamFilm<N>, corners: &[Node<N>; 3], area: f64) -> Flux<N> {
+    let size = film.size();
+    let end = DVec2::new(size[0] as f64, size[1] as f64);
+    let mut received = Flux::BLACK;
+    for node in corners {
+        if let Some(at) = node.landing
+            && at.cmpge(DVec2::ZERO).all()
+            && at.cmplt(end).all()
+        {
+            let flux = node.weight * (area / 3.0);
+            received += flux;
+            let sums = TexelSums {
+                flux,
+                ..TexelSums::default()
+            };
+            film.add([at.x as usize, at.y as usize], &sums);
+        }
     }
     received
 }
 
-/// Puts a cell on the film that is not one family: quarters that are, as triangles; of the rest
-/// each landed corner's third, as a point. All of it is slack.
-pub fn deposit_mixed<const N: usize>(
-    film: &BeamFilm<N>,
-    cell: &Cell<N>,
-    middles: &[Node<N>; 3],
-) -> Flux<N> {
+/// Says that `flux` may be, or not be, in any texel near the landings of `nodes`: for each family
+/// the box round them, and as far again on all sides.
+pub fn deposit_slack<const N: usize>(film: &BeamFilm<N>, nodes: &[Node<N>; 6], flux: Flux<N>) {
+    let sums = TexelSums {
+        slack: flux,
+        ..TexelSums::default()
+    };
     let size = film.size();
-    let quarter = 0.25 * cell.area();
-    let mut received = Flux::BLACK;
-    for triangle in cell.quarters(middles) {
-        let family = triangle.corners[0].path.family;
-        let is_one = triangle
-            .corners
-            .iter()
-            .all(|node| node.path.family == family);
-        if let (true, Some((image, weights))) = (is_one, image_of(&triangle)) {
-            deal(image, size, |texel, part| {
-                let flux = flux_of(quarter, weights, &part);
-                received += flux;
-                film.add(
-                    texel,
-                    &TexelSums {
-                        flux,
-                        ..TexelSums::default()
-                    },
-                );
-            });
+    let last = DVec2::new(size[0] as f64, size[1] as f64) - 1.0;
+    for (index, node) in nodes.iter().enumerate() {
+        let is_new = nodes[..index].iter().all(|one| one.family != node.family);
+        if node.landing.is_none() || !is_new {
             continue;
         }
-        for node in &triangle.corners {
-            if let Some(at) = node.landing()
-                && let Some(texel) = texel_at(at, size)
-            {
-                let flux = node.path.weight * (quarter / 3.0);
-                received += flux;
-                film.add(
-                    texel,
-                    &TexelSums {
-                        flux,
-                        ..TexelSums::default()
-                    },
-                );
-            }
+        let mut low = DVec2::INFINITY;
+        let mut high = DVec2::NEG_INFINITY;
+        for at in nodes.iter().filter(|one| one.family == node.family).filter_map(|one| one.landing) {
+            low = low.min(at);
+            high = high.max(at);
         }
-    }
-    spread_slack(film, cell, middles);
-    received
-}
-
-/// All of a mixed cell's light may be anywhere that its nodes landed, or near.
-fn spread_slack<const N: usize>(film: &BeamFilm<N>, cell: &Cell<N>, middles: &[Node<N>; 3]) {
-    let nodes = cell.corners.iter().chain(middles);
-    let mut largest = Flux::BLACK;
-    for node in nodes.clone() {
-        largest = Flux(std::array::from_fn(|c| {
-            f64::max(largest.0[c], node.path.weight.0[c])
-        }));
-    }
-    let slack = largest * cell.area();
-    let size = film.size();
-    let mut put = |low: DVec2, high: DVec2| {
-        let last = DVec2::new(size[0] as f64, size[1] as f64) - 1.0;
-        let (low, high) = (low.floor().max(DVec2::ZERO), high.floor().min(last));
-        let mut row = low.y;
+        let margin = high - low;
+        let low = (low - margin).floor().max(DVec2::ZERO);
+        let high = (high + margin).floor().min(last);
+        let (mut row, columns) = (low.y, (low.x, high.x));
         while row <= high.y {
-            let mut column = low.x;
-            while column <= high.x {
-                film.add(
-                    [column as usize, row as usize],
-                    &TexelSums {
-                        slack,
-                        ..TexelSums::default()
-                    },
-                );
+            let mut column = columns.0;
+            while column <= columns.1 {
+                film.add([column as usize, row as usize], &sums);
                 column += 1.0;
             }
             row += 1.0;
         }
-    };
-    // Each family's landings are together; families may be far apart.
-    let mut done: [u64; 6] = [0; 6];
-    for (index, node) in nodes.clone().enumerate() {
-        let family = node.path.family;
-        if node.landing().is_none() || done[..index].contains(&family) {
-            continue;
-        }
-        done[index] = family;
-        let mut low = DVec2::INFINITY;
-        let mut high = DVec2::NEG_INFINITY;
-        for other in nodes.clone().filter(|other| other.path.family == family) {
-            if let Some(at) = other.landing() {
-                low = low.min(at);
-                high = high.max(at);
-            }
-        }
-        // The part that no node saw may reach as far again.
-        let margin = (high - low).max(DVec2::splat(1e-3));
-        put(low - margin, high + margin);
     }
-}
-
-fn texel_at(at: DVec2, size: [usize; 2]) -> Option<[usize; 2]> {
-    let end = DVec2::new(size[0] as f64, size[1] as f64);
-    (at.cmpge(DVec2::ZERO).all() && at.cmplt(end).all()).then(|| [at.x as usize, at.y as usize])
-}
-
-#[inline]
-fn image_of<const N: usize>(cell: &Cell<N>) -> Option<([DVec2; 3], [Flux<N>; 3])> {
-    let [a, b, c] = &cell.corners;
-    let image = [a.landing()?, b.landing()?, c.landing()?];
-    Some((image, [a.path.weight, b.path.weight, c.path.weight]))
 }

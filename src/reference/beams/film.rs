@@ -29,6 +29,16 @@ impl<const N: usize> Default for TexelSums<N> {
     }
 }
 
+impl<const N: usize> std::ops::AddAssign for TexelSums<N> {
+    #[inline]
+    fn add_assign(&mut self, other: Self) {
+        self.flux += other.flux;
+        self.difference += other.difference;
+        self.astray += other.astray;
+        self.slack += other.slack;
+    }
+}
+
 /// Kinds of sums a texel has.
 const KINDS: usize = 4;
 

@@ -2,176 +2,299 @@
 
 use glam::DVec2;
 
-use super::cell::{Cell, Look, Node, Smooth, look};
-use super::deposit::{Patch, deposit_mixed, deposit_smooth};
+use super::cell::{Cell, Look, Node};
+use super::cut::{self, CUT_ERROR, Cut, Piece};
+use super::deposit::{Levels, Patch, deposit_points, deposit_slack};
 use super::film::BeamFilm;
+use super::store::PathStore;
 use crate::transport::first_surface::{Chart, Root};
 use crate::transport::flux::Flux;
-use crate::transport::prescribed::{PathEnd, PathFollower};
+use crate::transport::prescribed::{End, PathFollower};
 
 /// No cell is divided more often: a quarter of a billionth of a root's side.
 const MAX_LEVEL: u32 = 32;
 
-/// Cells without any landed node are divided down to this many tolerances.
-const DARK_TOLERANCES: f64 = 64.0;
+/// A cell may hold this many tolerances of flux, however smooth it looks: six nodes say only so
+/// much. At an error of 0.1 % this asks for some thousands of cells at least.
+const MOST_TOLERANCES: f64 = 4096.0;
 
-/// Where the light of the cells went \[W\].
+/// A cell of more than one family is cut once it holds no more than this many tolerances.
+const CUT_TOLERANCES: f64 = 256.0;
+
+/// Where the light of the cells went.
 #[derive(Clone, Copy, Debug)]
 pub struct Balance<const N: usize> {
-    /// Light that set out towards the cells' surface, all signatures together, mean channel.
+    /// Light that set out towards the cells' surface \[W\], all signatures together, mean of channels.
     pub emitted: f64,
-    /// On the film.
+    /// On the film \[W\].
     pub received: Flux<N>,
-    /// Landed beyond the film's border.
-    pub outside: Flux<N>,
-    /// In mixed cells.
-    pub mixed: Flux<N>,
     /// Cells finished.
     pub cells: u64,
-    /// ... of them mixed.
-    pub mixed_cells: u64,
+    /// ... of which crossed by a border between families.
+    pub cut_cells: u64,
+    /// ... and of which no border could be found.
+    pub unresolved_cells: u64,
+    /// The flux that may be elsewhere because of borders \[W\].
+    pub slack: Flux<N>,
 }
-
-/// A small store of paths by chart coordinates, for one chart: neighbours share their edges'
-/// middles. What it holds is what following the path would give, so forgetting costs time only.
-pub struct PathStore<const N: usize> {
-    entries: Vec<(DVec2, u32, PathEnd<N>)>,
-    generation: u32,
-}
-
-const STORE: usize = 1 << 12;
 
 /// Divides cells of one source's light, for one signature.
 pub struct Refiner<'a, 'f, const N: usize> {
-    follower: &'f mut PathFollower<'a, N>,
+    follower: PathFollower<'a, N>,
+    store: PathStore<N>,
     film: &'f BeamFilm<N>,
+    /// Strength of the source, mean of channels.
+    strength: f64,
     /// Misplaced flux that a cell may have \[W\].
     tolerance: f64,
     pending: Vec<Cell<N>>,
     patch: Patch<N>,
+    fine: Vec<Piece<N>>,
+    coarse: Vec<Piece<N>>,
     /// What was found so far.
     pub balance: Balance<N>,
 }
 
+/// A cell ready for the film.
+struct Finished<const N: usize> {
+    look: Look<N>,
+    /// Quarters that could not be cut.
+    failed: [bool; 4],
+    /// Flux that may be misplaced by the borders' curvature or what could not be cut.
+    slack: Flux<N>,
+    is_cut: bool,
+}
+
 impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
     /// A refiner without any cell.
-    pub fn new(
-        follower: &'f mut PathFollower<'a, N>,
-        film: &'f BeamFilm<N>,
-        tolerance: f64,
-    ) -> Self {
+    pub fn new(follower: PathFollower<'a, N>, film: &'f BeamFilm<N>, tolerance: f64) -> Self {
         Self {
+            strength: follower.source().strength().mean(),
             follower,
+            store: PathStore::new(),
             film,
             tolerance,
             pending: Vec::new(),
             patch: Patch::new(),
+            fine: Vec::new(),
+            coarse: Vec::new(),
             balance: Balance {
                 emitted: 0.0,
                 received: Flux::BLACK,
-                outside: Flux::BLACK,
-                mixed: Flux::BLACK,
                 cells: 0,
-                mixed_cells: 0,
+                cut_cells: 0,
+                unresolved_cells: 0,
+                slack: Flux::BLACK,
             },
         }
     }
 
-    fn node(&mut self, chart: &Chart, at: DVec2) -> Node<N> {
-        Node {
-            at,
-            path: self.follower.follow(chart, at, false),
-        }
+    /// Its follower, for the work it counted.
+    pub fn follower(&self) -> &PathFollower<'a, N> {
+        &self.follower
     }
 
     /// Divides a root until all its light is placed.
     pub fn refine(&mut self, root: &Root) {
-        let corners = root.corners.map(|at| self.node(&root.chart, at));
+        let chart = &root.chart;
+        let corners = root.corners.map(|at| self.stored(chart, at));
         self.pending.push(Cell { corners, level: 0 });
         while let Some(cell) = self.pending.pop() {
-            let middles = cell.middles().map(|at| self.node(&root.chart, at));
-            let seen = look(&cell, &middles);
-            if self.is_coarse(&cell, &middles, &seen) {
-                self.pending.extend(cell.quarters(&middles));
-            } else {
-                self.finish(&cell, &middles, &seen);
+            let middles = cell.middles().map(|at| self.stored(chart, at));
+            let look = Look::at(&cell.corners, &middles);
+            match self.finished(chart, &cell, &middles, look) {
+                Some(finished) => self.finish(&cell, &middles, &finished),
+                None => self.pending.extend(cell.quarters(&middles)),
             }
         }
     }
 
-    fn is_coarse(&self, cell: &Cell<N>, middles: &[Node<N>; 3], seen: &Look) -> bool {
-        if cell.level >= MAX_LEVEL {
-            return false;
-        }
-        let nodes = cell.corners.iter().chain(middles);
+    fn stored(&mut self, chart: &Chart, at: DVec2) -> Node<N> {
+        let Self {
+            store,
+            follower,
+            strength,
+            ..
+        } = self;
+        store.get(chart, at, || node(follower, *strength, chart, at))
+    }
+
+    /// The cell ready for the film, if it need not be divided.
+    fn finished(
+        &mut self,
+        chart: &Chart,
+        cell: &Cell<N>,
+        middles: &[Node<N>; 3],
+        look: Look<N>,
+    ) -> Option<Finished<N>> {
         let area = cell.area();
-        match seen {
-            Look::Dark => false,
-            Look::Smooth(smooth) => {
-                if self.is_off_film(smooth) {
-                    return false;
-                }
-                let weight = nodes
-                    .map(|node| node.path.weight.max_magnitude())
-                    .sum::<f64>()
-                    / 6.0;
-                area * misplaced(smooth, weight) > self.tolerance
+        let is_last = cell.level >= MAX_LEVEL || area * look.emitted == 0.0;
+        let mut finished = Finished {
+            look,
+            failed: [false; 4],
+            slack: Flux::BLACK,
+            is_cut: false,
+        };
+        self.fine.clear();
+        self.coarse.clear();
+        let most = self.tolerance * MOST_TOLERANCES;
+        if !look.any_landed {
+            // Dark: all the light that it could send is in question.
+            let is_small = area * look.emitted <= if look.one_family { 16.0 * most } else { most };
+            return (is_last || is_small).then_some(finished);
+        }
+        if look.is_off(self.film.size()) {
+            return Some(finished);
+        }
+        let flux = area * look.weight.max_magnitude();
+        if !is_last && flux > most {
+            return None;
+        }
+        if look.one_family {
+            if !is_last && area * misplaced(&look) > self.tolerance {
+                return None;
             }
-            Look::Mixed => {
-                let weight = nodes
-                    .clone()
-                    .map(|node| node.path.weight.max_magnitude())
-                    .fold(0.0, f64::max);
-                if weight > 0.0 {
-                    area * weight > self.tolerance
-                } else {
-                    let emitted = nodes.map(|node| node.path.emitted).fold(0.0, f64::max);
-                    area * emitted > self.tolerance * DARK_TOLERANCES
+            for quarter in cell.quarters(middles) {
+                self.fine.extend(cut::whole(quarter.corners));
+            }
+            self.coarse.extend(cut::whole(cell.corners));
+            return Some(finished);
+        }
+        // Between nodes that landed with next to nothing and nodes that did not land at all there
+        // may be light: what set out bounds it.
+        let in_question = flux > self.tolerance * CUT_TOLERANCES || area * look.emitted > most;
+        if !is_last && in_question {
+            return None;
+        }
+        self.cut(chart, cell, middles, &mut finished);
+        if is_last || flux <= self.tolerance {
+            return Some(finished);
+        }
+        // The nodes on both sides of a border do not show how the light bends: the film does.
+        let levels = Levels {
+            fine: &self.fine,
+            coarse: &self.coarse,
+        };
+        let moved = self.patch.gather(self.film.size(), &levels, look.bend)?;
+        (moved + finished.slack.max_magnitude() <= self.tolerance).then_some(finished)
+    }
+
+    /// Cuts a cell that holds more than one family, at both finenesses.
+    fn cut(
+        &mut self,
+        chart: &Chart,
+        cell: &Cell<N>,
+        middles: &[Node<N>; 3],
+        finished: &mut Finished<N>,
+    ) {
+        finished.is_cut = true;
+        let Self {
+            follower,
+            fine,
+            coarse,
+            strength,
+            ..
+        } = self;
+        let area = cell.area();
+        let mut follow = |at| node(follower, *strength, chart, at);
+        let mut unresolved = 0.0;
+        for (quarter, failed) in cell.quarters(middles).iter().zip(&mut finished.failed) {
+            match cut::cut(&quarter.corners, &mut follow) {
+                Cut::Pieces(pieces) => fine.extend(pieces.iter()),
+                Cut::Failed => {
+                    *failed = true;
+                    unresolved += 0.25 * area;
                 }
             }
         }
+        let flux = |pieces: &mut dyn Iterator<Item = &Piece<N>>| -> f64 {
+            pieces.map(|piece| piece.area * mean_weight(piece)).sum()
+        };
+        let fine_flux = flux(&mut fine.iter());
+        let mut bent = look_flux(&finished.look) * area;
+        if unresolved == 0.0 {
+            if let Cut::Pieces(pieces) = cut::cut(&cell.corners, &mut follow) {
+                coarse.extend(pieces.iter());
+                let coarse_flux = flux(&mut coarse.iter());
+                bent = (fine_flux - coarse_flux).abs() + CUT_ERROR * look_flux(&finished.look) * area;
+            } else {
+                // No coarse answer to compare with: half of the cell may be on the wrong side.
+                bent *= 0.5;
+            }
+        } else {
+            bent = look_flux(&finished.look) * unresolved;
+        }
+        if coarse.is_empty() {
+            // Nothing to extrapolate from: the fine pieces stand for both.
+            coarse.extend_from_slice(fine);
+        }
+        let share = bent / look_flux(&finished.look);
+        finished.slack = finished.look.weight * share;
     }
 
-    fn is_off_film(&self, smooth: &Smooth) -> bool {
-        let [columns, rows] = self.film.size();
-        let margin = 2.0 * smooth.bend;
-        let end = DVec2::new(columns as f64, rows as f64);
-        (smooth.high + margin).cmplt(DVec2::ZERO).any() || (smooth.low - margin).cmpgt(end).any()
-    }
-
-    fn finish(&mut self, cell: &Cell<N>, middles: &[Node<N>; 3], seen: &Look) {
+    fn finish(&mut self, cell: &Cell<N>, middles: &[Node<N>; 3], finished: &Finished<N>) {
         let balance = &mut self.balance;
+        let look = &finished.look;
+        let area = cell.area();
         balance.cells += 1;
-        balance.emitted += cell.area()
-            * middles
-                .iter()
-                .map(|node| node.path.emitted)
-                .sum::<f64>()
-            / 3.0;
-        match seen {
-            Look::Dark => {}
-            Look::Smooth(smooth) => {
-                if !self.is_off_film(smooth) {
-                    let received =
-                        deposit_smooth(self.film, &mut self.patch, cell, middles, smooth);
-                    self.balance.received += received;
+        balance.emitted += area * middles.iter().map(|node| node.emitted).sum::<f64>() / 3.0;
+        if self.fine.is_empty() && !finished.is_cut {
+            return;
+        }
+        let levels = Levels {
+            fine: &self.fine,
+            coarse: &self.coarse,
+        };
+        balance.received += self.patch.deposit(self.film, &levels, look.bend);
+        if finished.is_cut {
+            balance.cut_cells += 1;
+            for (quarter, failed) in cell.quarters(middles).iter().zip(finished.failed) {
+                if failed {
+                    balance.received += deposit_points(self.film, &quarter.corners, 0.25 * area);
                 }
             }
-            Look::Mixed => {
-                self.balance.mixed_cells += 1;
-                let received = deposit_mixed(self.film, cell, middles);
-                self.balance.received += received;
-                self.balance.mixed += received;
-            }
+            balance.unresolved_cells += u64::from(finished.failed != [false; 4]);
+            balance.slack += finished.slack;
+            let [a, b, c] = cell.corners;
+            let [d, e, f] = *middles;
+            deposit_slack(self.film, &[a, b, c, d, e, f], finished.slack);
         }
     }
+}
+
+fn node<const N: usize>(
+    follower: &mut PathFollower<N>,
+    strength: f64,
+    chart: &Chart,
+    at: DVec2,
+) -> Node<N> {
+    let path = follower.follow(chart, at, false);
+    Node {
+        at,
+        landing: match path.end {
+            End::Landed(landing) => Some(landing),
+            _ => None,
+        },
+        weight: path.throughput * path.emitted,
+        emitted: path.emitted * strength,
+        family: path.family,
+    }
+}
+
+fn look_flux<const N: usize>(look: &Look<N>) -> f64 {
+    look.weight.max_magnitude()
+}
+
+fn mean_weight<const N: usize>(piece: &Piece<N>) -> f64 {
+    let [a, b, c] = piece.corners.each_ref().map(|node| node.weight);
+    (a + b + c).max_magnitude() / 3.0
 }
 
 /// The part of a cell's flux that an affine map may put into wrong texels, for a unit of area.
 ///
 /// A bend of δ texels moves light across the texel lines that its image meets: a part of about δ,
 /// less where the image is large and most of its light is far from any line.
-fn misplaced(smooth: &Smooth, weight: f64) -> f64 {
-    let height = (smooth.high - smooth.low).min_element();
-    weight * (smooth.bend / (1.0 + 0.25 * height)).min(1.0) + smooth.weight_bend
+fn misplaced<const N: usize>(look: &Look<N>) -> f64 {
+    let height = (look.high - look.low).min_element();
+    look.weight.max_magnitude() * (look.bend / (1.0 + 0.25 * height)).min(1.0) + look.weight_bend
 }

@@ -23,17 +23,17 @@ pub fn pass<const N: usize>(
     tolerance: f64,
     film: &BeamFilm<N>,
 ) -> (Vec<Balance<N>>, TraversalCounters) {
-    let chunk = 16;
+    let chunk = 32;
     let all: Vec<(Balance<N>, TraversalCounters)> = roots
         .par_chunks(chunk)
         .map(|roots| {
-            let mut follower = PathFollower::<N>::new(scene, source, screen, signature, ShadingNormals::Flux);
-            let mut refiner = Refiner::new(&mut follower, film, tolerance);
+            let follower =
+                PathFollower::<N>::new(scene, source, screen, signature, ShadingNormals::Flux);
+            let mut refiner = Refiner::new(follower, film, tolerance);
             for root in roots {
                 refiner.refine(root);
             }
-            let balance = refiner.balance;
-            (balance, follower.counters)
+            (refiner.balance, refiner.follower().counters)
         })
         .collect();
     let mut counters = TraversalCounters::default();
@@ -57,7 +57,7 @@ pub fn sum<const N: usize>(all: &[Balance<N>]) -> (f64, Flux<N>, u64, u64) {
         e += b.emitted;
         r += b.received;
         c += b.cells;
-        m += b.mixed_cells;
+        m += b.cut_cells;
     }
     (e, r, c, m)
 }

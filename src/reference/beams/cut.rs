@@ -1,0 +1,122 @@
+//! Triangles of light space cut along the border between two families.
+//!
+//! Where a silhouette, a shadow's edge or the onset of total reflection crosses a cell, the family
+//! changes along two of its edges. Both crossings are found by bisection, and the triangle is
+//! cut along the straight line between them. What the border's curvature leaves is of second order
+//! in the cell's size, as the bend of a smooth cell is, and is extrapolated the same way.
+
+use glam::DVec2;
+
+use super::cell::{Node, triangle_area};
+
+/// A triangle of one family that lands: corner landings and weights, and its area in light space.
+#[derive(Clone, Copy, Debug)]
+pub struct Piece<const N: usize> {
+    /// The corners; those on a border have the values of the nearest path of the family.
+    pub corners: [Node<N>; 3],
+    /// In chart coordinates.
+    pub area: f64,
+}
+
+/// How often an edge is halved to find the border on it: to a thousandth of its length.
+const BISECTIONS: u32 = 10;
+
+/// The relative error of a piece's area that the bisections leave.
+pub const CUT_ERROR: f64 = 1.0 / 1024.0;
+
+/// An edge's ends on both sides of a border, close to each other.
+#[derive(Clone, Copy, Debug)]
+struct Crossing<const N: usize> {
+    /// Of the family of the edge's first end.
+    before: Node<N>,
+    /// Of the family of the edge's second end.
+    after: Node<N>,
+}
+
+/// What cutting a triangle came to.
+#[derive(Clone, Debug)]
+pub enum Cut<const N: usize> {
+    /// Pieces of one family each; those that do not land are left out.
+    Pieces(Pieces<N>),
+    /// More than two families, or one in between: not to be cut by one line.
+    Failed,
+}
+
+/// Up to three pieces.
+#[derive(Clone, Copy, Debug)]
+pub struct Pieces<const N: usize> {
+    pieces: [Option<Piece<N>>; 3],
+}
+
+impl<const N: usize> Pieces<N> {
+    /// The pieces.
+    pub fn iter(&self) -> impl Iterator<Item = &Piece<N>> {
+        self.pieces.iter().flatten()
+    }
+
+    fn of(pieces: [Option<Piece<N>>; 3]) -> Cut<N> {
+        Cut::Pieces(Self { pieces })
+    }
+}
+
+/// A triangle that lands; `None` where it does not, or has no area.
+pub fn whole<const N: usize>(corners: [Node<N>; 3]) -> Option<Piece<N>> {
+    let area = triangle_area(&corners);
+    let lands = corners.iter().all(|node| node.landing.is_some());
+    (lands && area > 0.0).then_some(Piece { corners, area })
+}
+
+/// Cuts a triangle, with `follow` for the path at chart coordinates.
+pub fn cut<const N: usize>(
+    corners: &[Node<N>; 3],
+    mut follow: impl FnMut(DVec2) -> Node<N>,
+) -> Cut<N> {
+    let [a, b, c] = corners.map(|node| node.family);
+    // The corner whose family is not that of the other two.
+    let odd = match (a == b, b == c, c == a) {
+        (true, true, _) => return Pieces::of([whole(*corners), None, None]),
+        (_, true, _) => 0,
+        (_, _, true) => 1,
+        (true, _, _) => 2,
+        (false, false, false) => return Cut::Failed,
+    };
+    let [apex, left, right] = [odd, (odd + 1) % 3, (odd + 2) % 3].map(|index| corners[index]);
+    let mut border = |end: &Node<N>| crossing(&apex, end, &mut follow);
+    let (Some(on_left), Some(on_right)) = (border(&left), border(&right)) else {
+        return Cut::Failed;
+    };
+    let near = |crossing: &Crossing<N>| on_border(crossing, &crossing.before);
+    let far = |crossing: &Crossing<N>| on_border(crossing, &crossing.after);
+    Pieces::of([
+        whole([apex, near(&on_left), near(&on_right)]),
+        whole([far(&on_left), left, right]),
+        whole([far(&on_left), right, far(&on_right)]),
+    ])
+}
+
+/// The values of a path, placed halfway between those on both sides.
+fn on_border<const N: usize>(crossing: &Crossing<N>, values: &Node<N>) -> Node<N> {
+    Node {
+        at: 0.5 * (crossing.before.at + crossing.after.at),
+        ..*values
+    }
+}
+
+fn crossing<const N: usize>(
+    from: &Node<N>,
+    to: &Node<N>,
+    follow: &mut impl FnMut(DVec2) -> Node<N>,
+) -> Option<Crossing<N>> {
+    let (mut before, mut after) = (*from, *to);
+    for _ in 0..BISECTIONS {
+        let middle = follow(0.5 * (before.at + after.at));
+        if middle.family == before.family {
+            before = middle;
+        } else if middle.family == after.family {
+            after = middle;
+        } else {
+            return None;
+        }
+    }
+    Some(Crossing { before, after })
+}
