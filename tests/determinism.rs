@@ -9,7 +9,8 @@ use nephroid::numeric::StreamKind;
 use nephroid::reference::Estimate;
 use nephroid::reference::photons::run::Setup;
 use nephroid::reference::photons::shard::Part;
-use nephroid::reference::photons::{Budget, PhotonSettings, Progress, Shard, run};
+use nephroid::reference::photons::{Budget, PhotonSettings, Shard, run};
+use nephroid::reference::Progress;
 use nephroid::scene::Scene;
 
 fn scene_path(name: &str) -> PathBuf {

@@ -6,6 +6,7 @@ use std::time::Duration;
 use clap::{Parser, Subcommand, ValueEnum};
 
 use crate::numeric::StreamKind;
+use crate::reference::beams::{self, BeamBudget, BeamSettings};
 use crate::reference::photons::{Budget, PhotonSettings, Shard};
 use crate::scene::{Scene, Sensor, SensorKind};
 use crate::transport::chain::ChainSettings;
@@ -62,19 +63,24 @@ pub struct RenderArgs {
     #[arg(long, value_name = "ID")]
     pub sensor: Option<String>,
 
-    /// How to compute
-    #[arg(long, value_enum, default_value_t = Method::Photons)]
-    pub method: Method,
+    /// How to compute [default: beams where they can follow all light, else photons]
+    #[arg(long, value_enum)]
+    pub method: Option<Method>,
 
-    /// Stop after this many photons [default: 16777216 where no other limit is given]
+    /// Stop after this many photons (of photons) [default: 16777216 where no other limit is given]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MAX_PHOTONS))]
     pub photons: Option<u64>,
+
+    /// Stop after this many rays (of beams)
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MAX_PHOTONS))]
+    pub rays: Option<u64>,
 
     /// Stop after this time, e.g. 30s, 2m
     #[arg(long, value_name = "TIME", value_parser = parse_duration)]
     pub time: Option<Duration>,
 
-    /// Stop at this relative standard error over lit texels, e.g. 1%
+    /// Stop at this error over lit texels, e.g. 1%: the standard error of photons, the likely
+    /// error of beams (root mean square over mean) [default: 0.1% of beams without any limit]
     #[arg(long, value_name = "ERROR", value_parser = parse_fraction)]
     pub error: Option<f64>,
 
@@ -186,6 +192,8 @@ pub struct GenerateArgs {
 /// How to compute.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Method {
+    /// Adaptive beams with lower and upper bounds: deterministic, for delta emitters
+    Beams,
     /// Photons binned into texels: unbiased, on any scene
     Photons,
 }
@@ -232,12 +240,57 @@ impl PhotonArgs {
 }
 
 impl RenderArgs {
-    /// What the limits mean.
+    /// The method asked for, or the best that a scene allows: beams, unless an option that only
+    /// photons have is given.
+    pub fn method(&self, scene: &Scene) -> Method {
+        let of_photons = self.photons.is_some() || self.shard.is_some();
+        self.method.unwrap_or_else(|| {
+            if !of_photons && beams::run::supports(scene).is_ok() {
+                Method::Beams
+            } else {
+                Method::Photons
+            }
+        })
+    }
+
+    /// What the flags mean to beams.
+    ///
+    /// # Errors
+    ///
+    /// For options that only photons have.
+    pub fn beams(&self) -> anyhow::Result<(BeamSettings, BeamBudget)> {
+        let chosen = [
+            ("--photons", self.photons.is_some()),
+            ("--shard", self.shard.is_some()),
+        ];
+        if let Some((name, _)) = chosen.iter().find(|(_, given)| *given) {
+            anyhow::bail!("{name} is for --method photons; beams are limited by --error, --time and --rays");
+        }
+        let chains = self.photon.settings().chains;
+        Ok((
+            BeamSettings {
+                max_depth: chains.max_depth,
+                shading_normals: chains.shading_normals,
+                max_layers: self.photon.layers as usize,
+            },
+            BeamBudget {
+                relative_error: self.error,
+                time: self.time,
+                rays: self.rays,
+            },
+        ))
+    }
+
+    /// What the limits mean to photons.
     ///
     /// # Errors
     ///
     /// Where the run could never know the error it is to stop at.
     pub fn budget(&self) -> anyhow::Result<Budget> {
+        anyhow::ensure!(
+            self.rays.is_none(),
+            "--rays is for --method beams; photons are limited by --photons, --error and --time"
+        );
         anyhow::ensure!(
             self.error.is_none() || self.photon.replicates >= 2,
             "--error needs an error bar, which takes at least 2 replicates, not --replicates {}",

@@ -7,7 +7,7 @@ use super::args::{MergeArgs, choose_sensor};
 use super::memory;
 use super::output::{self, Run};
 use super::render::{finish, load, read_shard};
-use crate::reference::photons::Progress;
+use crate::reference::Progress;
 use crate::reference::photons::run::Setup;
 
 /// Runs the command.
@@ -33,7 +33,7 @@ pub fn merge(args: &MergeArgs) -> anyhow::Result<Outcome> {
     let run = Run {
         scene: &scene,
         sensor,
-        settings: &settings,
+        method: output::Settings::Photons(&settings),
         estimate: &estimate,
         elapsed: start.elapsed(),
         warnings: Vec::new(),

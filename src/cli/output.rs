@@ -9,6 +9,7 @@ use super::summary::{Summary, Timing};
 use crate::film::picture::{self, Content, PictureSpec, Scale};
 use crate::film::{Grid, Image, exr};
 use crate::radiometry::Rgb;
+use crate::reference::beams::{BeamReport, BeamSettings};
 use crate::reference::photons::PhotonSettings;
 use crate::reference::{Estimate, Layer};
 use crate::scene::{Scene, Sensor};
@@ -19,14 +20,33 @@ pub struct Run<'a> {
     pub scene: &'a Scene,
     /// The sensor filled.
     pub sensor: &'a Sensor,
-    /// The settings used.
-    pub settings: &'a PhotonSettings,
+    /// How it was computed.
+    pub method: Settings<'a>,
     /// The result.
     pub estimate: &'a Estimate,
     /// From the start of the command.
     pub elapsed: Duration,
     /// What is to be known beside the scene's own warnings.
     pub warnings: Vec<String>,
+}
+
+/// How a result was computed.
+#[derive(Clone, Copy)]
+pub enum Settings<'a> {
+    /// By photons.
+    Photons(&'a PhotonSettings),
+    /// By beams.
+    Beams(&'a BeamSettings, &'a BeamReport),
+}
+
+impl Settings<'_> {
+    /// The method's name.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Photons(_) => "photons",
+            Self::Beams(..) => "beams",
+        }
+    }
 }
 
 /// Where the result goes: as the user says, or `out/SCENE.exr`, making that folder.
@@ -105,24 +125,34 @@ pub fn write(run: &Run, summary: &Summary, path: &Path) -> anyhow::Result<PathBu
 }
 
 /// All layers and what describes them: `E`, `LD`, `LRD`, ..., each with `.R .G .B` and
-/// `.stderr.R .stderr.G .stderr.B`, and `count.Y`.
+/// `.stderr.R .stderr.G .stderr.B`, and `count.Y`; of beams with `.lo.R` ... and `.hi.R` ... instead.
 fn image(run: &Run, summary: &Summary) -> anyhow::Result<Image> {
     let estimate = run.estimate;
     let mut image = Image::new(estimate.width, estimate.height);
     for layer in std::iter::once(&estimate.total).chain(&estimate.layers) {
         add_layer(&mut image, layer);
     }
-    image.add_scalar("count.Y", estimate.counts.iter().map(|count| *count as f64));
+    if matches!(run.method, Settings::Photons(_)) {
+        image.add_scalar("count.Y", estimate.counts.iter().map(|count| *count as f64));
+    }
     image.add_metadata("summary", serde_json::to_string(&summary.without_timing())?);
     image.add_metadata("timing", serde_json::to_string(&Timing::of(run))?);
-    image.add_metadata("settings", serde_json::to_string(run.settings)?);
     image.add_metadata("scene", run.scene.path().display().to_string());
     image.add_metadata("scene-hash", run.scene.content_hash());
     image.add_metadata("sensor", run.sensor.id.as_str());
-    image.add_metadata("method", "photons");
-    image.add_metadata("seed", run.settings.seed.to_string());
+    image.add_metadata("method", run.method.name());
+    match run.method {
+        Settings::Photons(settings) => {
+            image.add_metadata("settings", serde_json::to_string(settings)?);
+            image.add_metadata("seed", settings.seed.to_string());
+            image.add_metadata("photons", estimate.paths.to_string());
+        }
+        Settings::Beams(settings, report) => {
+            image.add_metadata("settings", serde_json::to_string(settings)?);
+            image.add_metadata("beams", serde_json::to_string(report)?);
+        }
+    }
     image.add_metadata("version", env!("CARGO_PKG_VERSION"));
-    image.add_metadata("photons", estimate.paths.to_string());
     image.add_metadata("complete", if estimate.incomplete { "no" } else { "yes" });
     image.add_metadata("warnings", serde_json::to_string(&summary.warnings)?);
     image.add_metadata("conventions", CONVENTIONS);
@@ -133,11 +163,17 @@ fn image(run: &Run, summary: &Summary) -> anyhow::Result<Image> {
 const CONVENTIONS: &str = "texel-averaged irradiance [W/m2], linear sRGB; row 0 is at v = 0, \
 column 0 at u = 0 of the receiver; E is the sum of the layers; layers are path signatures: L \
 emitter, R mirror or total internal reflection, T refraction, D receiver; stderr is one \
-standard error over independent replicates (for LD the quadrature's bound or standard error)";
+standard error over independent replicates (for LD the quadrature's bound or standard error); \
+lo and hi are lower and upper bounds";
 
 fn add_layer(image: &mut Image, layer: &Layer) {
     let triples = |values: &[Rgb]| values.iter().map(|value| value.0).collect::<Vec<_>>();
     let name = layer.name.to_string();
     image.add_rgb(&name, &triples(&layer.irradiance));
-    image.add_rgb(&format!("{name}.stderr"), &triples(&layer.standard_error));
+    if let Some(interval) = &layer.interval {
+        image.add_rgb(&format!("{name}.lo"), &triples(&interval.low));
+        image.add_rgb(&format!("{name}.hi"), &triples(&interval.high));
+    } else {
+        image.add_rgb(&format!("{name}.stderr"), &triples(&layer.standard_error));
+    }
 }

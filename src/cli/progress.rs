@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-use crate::reference::photons::Progress;
+use crate::reference::Progress;
 
 /// How often the line is drawn.
 const PERIOD: Duration = Duration::from_millis(100);
@@ -43,8 +43,8 @@ pub fn watch<T: Send>(progress: &Progress, work: impl FnOnce() -> T + Send) -> T
 }
 
 fn draw(bar: &ProgressBar, progress: &Progress, elapsed: Duration) {
-    let photons = progress.photons.load(Ordering::Relaxed);
-    let expected = progress.expected_photons.load(Ordering::Relaxed);
+    let photons = progress.paths.load(Ordering::Relaxed);
+    let expected = progress.expected_paths.load(Ordering::Relaxed);
     if expected == 0 {
         bar.set_message("setting up");
         bar.tick();

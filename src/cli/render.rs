@@ -10,17 +10,18 @@ use std::time::Instant;
 use anyhow::Context;
 
 use super::Outcome;
-use super::args::{RenderArgs, SceneArgs, choose_sensor};
+use super::args::{Method, RenderArgs, SceneArgs, choose_sensor};
 use super::memory;
-use super::output::{self, Run};
+use super::output::{self, Run, Settings};
 use super::progress;
 use super::summary::Summary;
 use crate::film::atomic;
 use crate::mitsuba;
-use crate::reference::photons::run::Setup;
+use crate::reference::beams::{self, BeamError};
 use crate::reference::photons::shard::Part;
-use crate::reference::photons::{Progress, RunError};
-use crate::scene::Scene;
+use crate::reference::photons::{self, RunError, Shard};
+use crate::reference::{Estimate, Progress};
+use crate::scene::{Scene, Sensor};
 
 /// Runs the command.
 ///
@@ -34,59 +35,119 @@ pub fn render(args: &RenderArgs) -> anyhow::Result<Outcome> {
     progress::stop_on_interrupt(&progress)?;
     let scene = load(&args.scene)?;
     let sensor = choose_sensor(&scene, args.sensor.as_deref())?;
-    let settings = args.photon.settings();
-    let budget = args.budget()?;
     memory::check_film(&scene, sensor, args.photon.layers)?;
     let extension = if args.shard.is_some() { "shard" } else { "exr" };
     let path = output::output_path(args.output.as_deref(), scene.path(), extension)?;
-    if let Some(shard) = args.shard {
-        let part = progress::watch(&progress, || {
-            Setup::new(&scene, sensor, settings, &progress)?.run_shard(&sensor.id, &budget, shard)
+    let job = Job {
+        args,
+        scene: &scene,
+        sensor,
+        path: &path,
+        progress: &progress,
+        start,
+    };
+    match (args.method(&scene), args.shard) {
+        (Method::Beams, _) => job.beams(),
+        (Method::Photons, None) => job.photons(),
+        (Method::Photons, Some(shard)) => job.shard(shard),
+    }
+}
+
+/// A run asked for, with all it needs.
+struct Job<'a> {
+    args: &'a RenderArgs,
+    scene: &'a Scene,
+    sensor: &'a Sensor,
+    path: &'a Path,
+    progress: &'a Progress,
+    start: Instant,
+}
+
+impl Job<'_> {
+    fn beams(&self) -> anyhow::Result<Outcome> {
+        let (settings, budget) = self.args.beams()?;
+        let (estimate, report, mut warnings) = progress::watch(self.progress, || {
+            let mut setup = beams::run::Setup::new(self.scene, self.sensor, settings, self.progress)?;
+            let warnings = no_caustic(setup.is_dark());
+            let (estimate, report) = setup.run(&budget)?;
+            Ok::<_, BeamError>((estimate, report, warnings))
+        })?;
+        if report.passes == 0 && warnings.is_empty() {
+            warnings.push(
+                "the run ended before the first pass did: nothing is known of the caustic, and \
+                 only direct light is in the result"
+                    .to_owned(),
+            );
+        } else if estimate.incomplete {
+            warnings.push("the error asked for was not reached".to_owned());
+        }
+        self.finish(Settings::Beams(&settings, &report), &estimate, warnings)
+    }
+
+    fn photons(&self) -> anyhow::Result<Outcome> {
+        let settings = self.args.photon.settings();
+        let budget = self.args.budget()?;
+        let (estimate, warnings) = progress::watch(self.progress, || {
+            let setup = photons::run::Setup::new(self.scene, self.sensor, settings, self.progress)?;
+            let mut warnings = no_caustic(setup.light().is_empty());
+            let mut estimate = setup.run(&budget)?;
+            if estimate.paths == 0 && !setup.light().is_empty() {
+                estimate.incomplete = true;
+                warnings.push(
+                    "the run ended before the first replicate did: nothing is known of the caustic, \
+                     and only direct light is in the result"
+                        .to_owned(),
+                );
+            }
+            Ok::<_, RunError>((estimate, warnings))
+        })?;
+        self.finish(Settings::Photons(&settings), &estimate, warnings)
+    }
+
+    fn shard(&self, shard: Shard) -> anyhow::Result<Outcome> {
+        let settings = self.args.photon.settings();
+        let budget = self.args.budget()?;
+        let part = progress::watch(self.progress, || {
+            photons::run::Setup::new(self.scene, self.sensor, settings, self.progress)?
+                .run_shard(&self.sensor.id, &budget, shard)
         })?;
         let Some(part) = part else {
             eprintln!("stopped: nothing was written, part of a shard is of no use");
             return Ok(Outcome::Incomplete);
         };
-        write_shard(&part, &path)?;
-        say!("wrote {}", path.display());
-        return Ok(Outcome::Complete);
+        write_shard(&part, self.path)?;
+        say!("wrote {}", self.path.display());
+        Ok(Outcome::Complete)
     }
-    let (estimate, warnings) = progress::watch(&progress, || {
-        let setup = Setup::new(&scene, sensor, settings, &progress)?;
-        let mut warnings = Vec::new();
-        if setup.light().is_empty() {
-            warnings.push(
-                "no light can meet a surface that mirrors or refracts: there is no caustic, only direct light"
-                    .to_owned(),
-            );
-        }
-        let mut estimate = setup.run(&budget)?;
-        if estimate.paths == 0 && !setup.light().is_empty() {
-            estimate.incomplete = true;
-            warnings.push(
-                "the run ended before the first replicate did: nothing is known of the caustic, \
-                 and only direct light is in the result"
-                    .to_owned(),
-            );
-        }
-        Ok::<_, RunError>((estimate, warnings))
-    })?;
-    let run = Run {
-        scene: &scene,
-        sensor,
-        settings: &settings,
-        estimate: &estimate,
-        elapsed: start.elapsed(),
-        warnings,
-    };
-    finish(&run, &path, args.json)?;
-    Ok(
-        if progress.stop.load(Ordering::Relaxed) || estimate.incomplete {
+
+    fn finish(
+        &self,
+        method: Settings,
+        estimate: &Estimate,
+        warnings: Vec<String>,
+    ) -> anyhow::Result<Outcome> {
+        let run = Run {
+            scene: self.scene,
+            sensor: self.sensor,
+            method,
+            estimate,
+            elapsed: self.start.elapsed(),
+            warnings,
+        };
+        finish(&run, self.path, self.args.json)?;
+        let stopped = self.progress.stop.load(Ordering::Relaxed);
+        Ok(if stopped || estimate.incomplete {
             Outcome::Incomplete
         } else {
             Outcome::Complete
-        },
-    )
+        })
+    }
+}
+
+fn no_caustic(is_dark: bool) -> Vec<String> {
+    let warning = "no light can meet a surface that mirrors or refracts and get to the sensor: there \
+                   is no caustic, only direct light";
+    is_dark.then(|| warning.to_owned()).into_iter().collect()
 }
 
 /// Reads a scene.

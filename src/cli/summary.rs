@@ -4,10 +4,12 @@ use std::fmt::{self, Write as _};
 
 use serde::Serialize;
 
-use super::output::Run;
+use super::output::{Run, Settings};
 use crate::geometry::TraversalCounters;
 use crate::radiometry::Rgb;
 use crate::reference::LayerName;
+use crate::reference::beams::BeamReport;
+use crate::reference::beams::run::SignatureReport;
 use crate::transport::ledger::Row;
 
 /// The result in numbers. Serialised, it is what `--json` prints.
@@ -24,8 +26,12 @@ pub struct Summary {
     /// Whether the run used its whole budget.
     pub complete: bool,
     /// Photons started.
-    pub photons: u64,
-    /// √(mean σ²) / mean E over lit texels of the specular layers.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub photons: Option<u64>,
+    /// What there is to know of beams.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub beams: Option<BeamReport>,
+    /// √(mean σ²) / mean E over lit texels of the specular layers; of beams the likely error.
     pub relative_error: Option<f64>,
     /// One entry a layer, the total first.
     pub layers: Vec<LayerSummary>,
@@ -54,7 +60,7 @@ pub struct LayerSummary {
     pub mean: f64,
     /// Largest texel [W/m²].
     pub max: f64,
-    /// √(mean σ²) / mean E over the layer's lit texels.
+    /// √(mean σ²) / mean E over the layer's lit texels; where there are bounds, σ is half their distance.
     pub relative_error: Option<f64>,
 }
 
@@ -78,8 +84,6 @@ pub struct Timing {
     pub seconds: f64,
     /// Threads used.
     pub threads: usize,
-    /// Photons a second.
-    pub photons_per_second: f64,
     /// Rays a second.
     pub rays_per_second: f64,
 }
@@ -91,7 +95,6 @@ impl Timing {
         Self {
             seconds,
             threads: rayon::current_num_threads(),
-            photons_per_second: run.estimate.paths as f64 / seconds,
             rays_per_second: run.estimate.counters.rays as f64 / seconds,
         }
     }
@@ -119,9 +122,13 @@ impl Summary {
             scene: run.scene.path().display().to_string(),
             sensor: run.sensor.id.clone(),
             size: [estimate.width, estimate.height],
-            method: "photons",
+            method: run.method.name(),
             complete: !estimate.incomplete,
-            photons: estimate.paths,
+            photons: matches!(run.method, Settings::Photons(_)).then_some(estimate.paths),
+            beams: match run.method {
+                Settings::Photons(_) => None,
+                Settings::Beams(_, report) => Some(report.clone()),
+            },
             relative_error: estimate.relative_error,
             layers: std::iter::once(&estimate.total)
                 .chain(&estimate.layers)
@@ -197,7 +204,7 @@ impl fmt::Display for Summary {
         writeln!(
             out,
             "  {:<wide$} {:>12} {:>12} {:>12} {:>12}",
-            "layer", "min", "mean", "max", "rel. error"
+            "layer", "min", "mean", "max", if self.beams.is_some() { "rel. bar" } else { "rel. error" }
         )?;
         for layer in &self.layers {
             writeln!(
@@ -232,19 +239,32 @@ impl fmt::Display for Summary {
         writeln!(out, "  {}", ledger_line("sum", wide, &sum))?;
         writeln!(
             out,
-            "  photons started with {}, ledger closes to {:.1e}",
+            "  set out: {}; the ledger closes to {:.1e}",
             number(self.ledger.emitted.mean()),
             self.ledger.closure_error
         )?;
-        if let Some(timing) = &self.timing {
+        writeln!(out)?;
+        match &self.beams {
+            Some(report) => self.write_beams(out, report)?,
+            None => self.write_photons(out)?,
+        }
+        for file in &self.files {
+            writeln!(out, "wrote {file}")?;
+        }
+        Ok(())
+    }
+}
+
+impl Summary {
+    fn write_photons(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let (Some(timing), Some(photons)) = (&self.timing, self.photons) {
             writeln!(
                 out,
-                "\n{} photons, {} rays in {:.2} s on {} threads: {:.2} M photons/s, {:.2} M rays/s",
-                self.photons,
+                "{photons} photons, {} rays in {:.2} s on {} threads: {:.2} M photons/s, {:.2} M rays/s",
                 self.counters.rays,
                 timing.seconds,
                 timing.threads,
-                timing.photons_per_second / 1e6,
+                photons as f64 / timing.seconds / 1e6,
                 timing.rays_per_second / 1e6
             )?;
         }
@@ -252,11 +272,35 @@ impl fmt::Display for Summary {
             out,
             "relative standard error of the specular layers' sum over lit texels: {}",
             percent(self.relative_error)
+        )
+    }
+
+    fn write_beams(&self, out: &mut fmt::Formatter<'_>, report: &BeamReport) -> fmt::Result {
+        let sum = |count: fn(&SignatureReport) -> u64| report.signatures.iter().map(count).sum::<u64>();
+        writeln!(
+            out,
+            "{} signatures, {} cells ({} cut, {} unresolved) in the last of {} passes",
+            report.signatures.len(),
+            sum(|one| one.cells),
+            sum(|one| one.cut_cells),
+            sum(|one| one.unresolved_cells),
+            report.passes
         )?;
-        for file in &self.files {
-            writeln!(out, "wrote {file}")?;
+        if let Some(timing) = &self.timing {
+            writeln!(
+                out,
+                "{} rays in {:.2} s on {} threads: {:.2} M rays/s",
+                self.counters.rays,
+                timing.seconds,
+                timing.threads,
+                timing.rays_per_second / 1e6
+            )?;
         }
-        Ok(())
+        writeln!(
+            out,
+            "likely error of the specular layers' sum over lit texels: {}",
+            percent(self.relative_error)
+        )
     }
 }
 

@@ -26,8 +26,9 @@ pub struct Estimate {
     pub paths: u64,
     /// Rays, and the work of finding what they hit.
     pub counters: TraversalCounters,
-    /// Standard error of the specular layers' sum, relative: √(mean σ²) / mean E over its lit
-    /// texels; `None` where nothing is lit or no error is known.
+    /// Standard error (of deterministic methods, the likely error) of the specular layers' sum,
+    /// relative: √(mean σ²) / mean E over its lit texels; `None` where nothing is lit or no error
+    /// is known.
     pub relative_error: Option<f64>,
     /// Whether the run was stopped before its budget was used.
     pub incomplete: bool,
@@ -40,8 +41,20 @@ pub struct Layer {
     pub name: LayerName,
     /// Texel averages [W/m²], row by row.
     pub irradiance: Vec<Rgb>,
-    /// One standard error of each [W/m²]; NaN where there is no estimate of it.
+    /// One standard error of each [W/m²]: the scatter of random methods, zero for deterministic
+    /// ones; NaN where there is no estimate of it.
     pub standard_error: Vec<Rgb>,
+    /// Lower and upper bounds of each, where the method gives any.
+    pub interval: Option<Interval>,
+}
+
+/// Bounds of irradiance, texel by texel: `low` ≤ truth ≤ `high`, as far as the method can know.
+#[derive(Clone, Debug, Default)]
+pub struct Interval {
+    /// Lower bounds [W/m²], at least 0.
+    pub low: Vec<Rgb>,
+    /// Upper bounds [W/m²].
+    pub high: Vec<Rgb>,
 }
 
 /// A kind of light.
@@ -72,6 +85,46 @@ impl Layer {
             name,
             irradiance: vec![Rgb::BLACK; texels],
             standard_error: vec![Rgb::BLACK; texels],
+            interval: None,
+        }
+    }
+
+    /// A dark layer with bounds.
+    pub fn bounded(name: LayerName, texels: usize) -> Self {
+        Self {
+            interval: Some(Interval {
+                low: vec![Rgb::BLACK; texels],
+                high: vec![Rgb::BLACK; texels],
+            }),
+            ..Self::dark(name, texels)
+        }
+    }
+
+    /// Adds another layer: bounds add up; standard errors by squares, as those of independent runs.
+    pub fn add(&mut self, other: &Self) {
+        for (sum, value) in self.irradiance.iter_mut().zip(&other.irradiance) {
+            *sum += *value;
+        }
+        for (sum, value) in self.standard_error.iter_mut().zip(&other.standard_error) {
+            *sum = Rgb(std::array::from_fn(|c| sum.0[c].hypot(value.0[c])));
+        }
+        if let (Some(sum), Some(value)) = (&mut self.interval, &other.interval) {
+            for (sum, value) in sum.low.iter_mut().zip(&value.low) {
+                *sum += *value;
+            }
+            for (sum, value) in sum.high.iter_mut().zip(&value.high) {
+                *sum += *value;
+            }
+        }
+    }
+
+    /// Says that nothing is known of the errors.
+    pub fn make_unknown(&mut self) {
+        let nothing = Rgb::grey(f64::NAN);
+        self.standard_error.fill(nothing);
+        if let Some(interval) = &mut self.interval {
+            interval.low.fill(nothing);
+            interval.high.fill(nothing);
         }
     }
 
@@ -93,8 +146,12 @@ impl Layer {
     }
 
     /// √(mean σ²) / mean E over the texels with E > 0, channels averaged; `None` where there
-    /// are none.
+    /// are none. Of a layer with bounds, σ is half their distance.
     pub fn relative_error(&self) -> Option<f64> {
+        if let Some(Interval { low, high }) = &self.interval {
+            let bars = low.iter().zip(high).map(|(low, high)| 0.5 * (*high - *low).mean());
+            return relative_error(self.irradiance.iter().map(|value| value.mean()).zip(bars));
+        }
         relative_error(
             self.irradiance
                 .iter()

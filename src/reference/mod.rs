@@ -4,9 +4,11 @@
 //! a ledger of where all the flux went. [`photons`] works on any scene; [`closed_form`] holds
 //! the few scenes that need no computer, and judges the others.
 
+pub mod beams;
 pub mod closed_form;
 mod estimate;
-pub mod beams;
 pub mod photons;
+mod progress;
 
-pub use estimate::{Estimate, Layer, LayerName};
+pub use estimate::{Estimate, Interval, Layer, LayerName};
+pub use progress::Progress;

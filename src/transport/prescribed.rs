@@ -156,6 +156,64 @@ impl<'a, const N: usize> PathFollower<'a, N> {
         dark(End::Stopped, emitted, &family)
     }
 
+    /// All paths from a place up to `max_depth` events, every branch with at least `least` of the
+    /// light; tells `found` how each ended, with its signature. Whether the source sees the place is
+    /// looked at.
+    pub fn follow_all(
+        &mut self,
+        chart: &Chart,
+        at: DVec2,
+        max_depth: u32,
+        least: f64,
+        found: &mut impl FnMut(Signature, PathEnd<N>),
+    ) {
+        let world = self.scene.world();
+        let start = chart
+            .place(world, at)
+            .and_then(|place| Some((place, self.source.arrive(place.point.position)?)));
+        let Some((place, arrival)) = start else {
+            return;
+        };
+        if !self.sees(&arrival, chart) {
+            return;
+        }
+        let emitted = emitted(&place, &arrival);
+        let family = Family::default();
+        let mut pending = vec![(
+            place.point,
+            chart.shape(),
+            arrival.ray.direction,
+            Flux::<N>::WHITE,
+            Signature::DIRECT,
+        )];
+        while let Some((point, shape, direction, throughput, signature)) = pending.pop() {
+            if signature.len() >= max_depth as usize {
+                continue;
+            }
+            let material = self.scene.material_of(shape);
+            let meeting =
+                Meeting::new(self.scene, material, &point, direction, self.shading_normals);
+            for way in [Way::Reflected, Way::Transmitted] {
+                let share = meeting.share_of(way);
+                let (Some(event), Some(branch)) = (way.event(), meeting.branch::<N>(way)) else {
+                    continue;
+                };
+                let throughput = throughput * branch.tint * share;
+                if throughput.max_magnitude() < least {
+                    continue;
+                }
+                let signature = signature.then(event);
+                let ray = point.spawn(branch.direction);
+                let path = self.land(ray, throughput, emitted, &family);
+                found(signature, path);
+                if let Some((ray, hit)) = self.next_hit(ray) {
+                    let point = world.bounce_point(&ray, &hit);
+                    pending.push((point, hit.shape, branch.direction, throughput, signature));
+                }
+            }
+        }
+    }
+
     /// The last leg.
     #[inline]
     fn land(

@@ -67,6 +67,8 @@ pub fn triangle_area<const N: usize>(corners: &[Node<N>; 3]) -> f64 {
 pub struct Look<const N: usize> {
     /// Whether all are of one family.
     pub one_family: bool,
+    /// How many families there are.
+    pub families: u32,
     /// Whether any landed.
     pub any_landed: bool,
     /// The largest distance of a middle's landing from the mean of its edge's ends \[texels\], over
@@ -92,6 +94,7 @@ impl<const N: usize> Look<N> {
         let family = corners[0].family;
         let mut look = Self {
             one_family: true,
+            families: 1,
             any_landed: false,
             bend: 0.0,
             weight_bend: 0.0,
@@ -111,6 +114,10 @@ impl<const N: usize> Look<N> {
                     *largest = largest.max(channel);
                 }
             }
+        }
+        if !look.one_family {
+            let nodes = [0, 1, 2, 3, 4, 5].map(|i| if i < 3 { corners[i].family } else { middles[i - 3].family });
+            look.families = (0..6).filter(|&i| !nodes[..i].contains(&nodes[i])).count() as u32;
         }
         for (index, middle) in middles.iter().enumerate() {
             let (a, b) = (&corners[(index + 1) % 3], &corners[(index + 2) % 3]);

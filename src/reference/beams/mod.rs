@@ -1,8 +1,27 @@
-//! Deterministic truth: adaptive beams of light.
-mod cell;
-mod cut;
-mod deposit;
+//! Adaptive beams of light: deterministic irradiance with lower and upper bounds.
+//!
+//! For delta emitters the light on a receiver is a two-dimensional integral of a piecewise smooth
+//! map, from light space to the receiver. It is not sampled but divided: [`refine`] cuts light
+//! space on the [first surfaces](crate::transport::first_surface) into triangles until the map of
+//! each is nearly affine, or its borders nearly straight ([`cut`]); [`deposit`] deals each triangle
+//! out to the texels that its image covers, at two finenesses, and extrapolates; [`bars`] turns
+//! what the finenesses differ by into bounds.
+//!
+//! One pass does so for one path signature and one tolerance; [`mod@run`] finds the signatures
+//! ([`survey`]), and repeats passes with smaller tolerances until the error asked for is
+//! reached. Nothing is kept from pass to pass, and of each pass only sums on the film: memory does
+//! not grow with the number of cells.
+
+pub mod bars;
+pub mod cell;
+pub mod cut;
+pub mod deposit;
 pub mod film;
 pub mod refine;
 pub mod run;
-mod store;
+pub mod settings;
+pub mod store;
+pub mod survey;
+
+pub use run::{BeamError, BeamReport, run};
+pub use settings::{BeamBudget, BeamSettings};

@@ -7,6 +7,7 @@ use super::cut::{self, CUT_ERROR, Cut, Piece};
 use super::deposit::{Levels, Patch, deposit_points, deposit_slack};
 use super::film::BeamFilm;
 use super::store::PathStore;
+use crate::geometry::TraversalCounters;
 use crate::transport::first_surface::{Chart, Root};
 use crate::transport::flux::Flux;
 use crate::transport::prescribed::{End, PathFollower};
@@ -38,19 +39,60 @@ pub struct Balance<const N: usize> {
     pub slack: Flux<N>,
 }
 
-/// Divides cells of one source's light, for one signature.
-pub struct Refiner<'a, 'f, const N: usize> {
-    follower: PathFollower<'a, N>,
+impl<const N: usize> Default for Balance<N> {
+    fn default() -> Self {
+        Self {
+            emitted: 0.0,
+            received: Flux::BLACK,
+            cells: 0,
+            cut_cells: 0,
+            unresolved_cells: 0,
+            slack: Flux::BLACK,
+        }
+    }
+}
+
+impl<const N: usize> std::ops::AddAssign for Balance<N> {
+    fn add_assign(&mut self, other: Self) {
+        self.emitted += other.emitted;
+        self.received += other.received;
+        self.cells += other.cells;
+        self.cut_cells += other.cut_cells;
+        self.unresolved_cells += other.unresolved_cells;
+        self.slack += other.slack;
+    }
+}
+
+/// Memory that a refiner works in; worth keeping for the next one of the same source and signature.
+pub struct Scratch<const N: usize> {
     store: PathStore<N>,
-    film: &'f BeamFilm<N>,
-    /// Strength of the source, mean of channels.
-    strength: f64,
-    /// Misplaced flux that a cell may have \[W\].
-    tolerance: f64,
     pending: Vec<Cell<N>>,
     patch: Patch<N>,
     fine: Vec<Piece<N>>,
     coarse: Vec<Piece<N>>,
+}
+
+impl<const N: usize> Default for Scratch<N> {
+    fn default() -> Self {
+        Self {
+            store: PathStore::new(),
+            pending: Vec::new(),
+            patch: Patch::new(),
+            fine: Vec::new(),
+            coarse: Vec::new(),
+        }
+    }
+}
+
+/// Divides cells of one source's light, for one signature.
+pub struct Refiner<'a, 'f, const N: usize> {
+    follower: PathFollower<'a, N>,
+    film: &'f BeamFilm<N>,
+    scratch: &'f mut Scratch<N>,
+    /// Strength of the source, mean of channels.
+    strength: f64,
+    /// Misplaced flux that a cell may have \[W\].
+    tolerance: f64,
     /// What was found so far.
     pub balance: Balance<N>,
 }
@@ -67,56 +109,50 @@ struct Finished<const N: usize> {
 
 impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
     /// A refiner without any cell.
-    pub fn new(follower: PathFollower<'a, N>, film: &'f BeamFilm<N>, tolerance: f64) -> Self {
+    pub fn new(
+        follower: PathFollower<'a, N>,
+        film: &'f BeamFilm<N>,
+        tolerance: f64,
+        scratch: &'f mut Scratch<N>,
+    ) -> Self {
         Self {
             strength: follower.source().strength().mean(),
             follower,
-            store: PathStore::new(),
             film,
+            scratch,
             tolerance,
-            pending: Vec::new(),
-            patch: Patch::new(),
-            fine: Vec::new(),
-            coarse: Vec::new(),
-            balance: Balance {
-                emitted: 0.0,
-                received: Flux::BLACK,
-                cells: 0,
-                cut_cells: 0,
-                unresolved_cells: 0,
-                slack: Flux::BLACK,
-            },
+            balance: Balance::default(),
         }
     }
 
-    /// Its follower, for the work it counted.
-    pub fn follower(&self) -> &PathFollower<'a, N> {
-        &self.follower
+    /// The work done so far.
+    pub fn counters(&self) -> TraversalCounters {
+        self.follower.counters
     }
 
     /// Divides a root until all its light is placed.
     pub fn refine(&mut self, root: &Root) {
         let chart = &root.chart;
         let corners = root.corners.map(|at| self.stored(chart, at));
-        self.pending.push(Cell { corners, level: 0 });
-        while let Some(cell) = self.pending.pop() {
+        self.scratch.pending.push(Cell { corners, level: 0 });
+        while let Some(cell) = self.scratch.pending.pop() {
             let middles = cell.middles().map(|at| self.stored(chart, at));
             let look = Look::at(&cell.corners, &middles);
             match self.finished(chart, &cell, &middles, look) {
                 Some(finished) => self.finish(&cell, &middles, &finished),
-                None => self.pending.extend(cell.quarters(&middles)),
+                None => self.scratch.pending.extend(cell.quarters(&middles)),
             }
         }
     }
 
     fn stored(&mut self, chart: &Chart, at: DVec2) -> Node<N> {
         let Self {
-            store,
             follower,
             strength,
+            scratch,
             ..
         } = self;
-        store.get(chart, at, || node(follower, *strength, chart, at))
+        scratch.store.get(chart, at, || node(follower, *strength, chart, at))
     }
 
     /// The cell ready for the film, if it need not be divided.
@@ -135,8 +171,8 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
             slack: Flux::BLACK,
             is_cut: false,
         };
-        self.fine.clear();
-        self.coarse.clear();
+        self.scratch.fine.clear();
+        self.scratch.coarse.clear();
         let most = self.tolerance * MOST_TOLERANCES;
         if !look.any_landed {
             // Dark: all the light that it could send is in question.
@@ -155,15 +191,17 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
                 return None;
             }
             for quarter in cell.quarters(middles) {
-                self.fine.extend(cut::whole(quarter.corners));
+                self.scratch.fine.extend(cut::whole(quarter.corners));
             }
-            self.coarse.extend(cut::whole(cell.corners));
+            self.scratch.coarse.extend(cut::whole(cell.corners));
             return Some(finished);
         }
         // Between nodes that landed with next to nothing and nodes that did not land at all there
         // may be light: what set out bounds it.
         let in_question = flux > self.tolerance * CUT_TOLERANCES || area * look.emitted > most;
-        if !is_last && in_question {
+        // Three families meet at a point: cells round it are divided, not cut.
+        let is_corner = look.families > 2 && flux > self.tolerance;
+        if !is_last && (in_question || is_corner) {
             return None;
         }
         self.cut(chart, cell, middles, &mut finished);
@@ -172,10 +210,10 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
         }
         // The nodes on both sides of a border do not show how the light bends: the film does.
         let levels = Levels {
-            fine: &self.fine,
-            coarse: &self.coarse,
+            fine: &self.scratch.fine,
+            coarse: &self.scratch.coarse,
         };
-        let moved = self.patch.gather(self.film.size(), &levels, look.bend)?;
+        let moved = self.scratch.patch.gather(self.film.size(), &levels, look.bend)?;
         (moved + finished.slack.max_magnitude() <= self.tolerance).then_some(finished)
     }
 
@@ -190,8 +228,7 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
         finished.is_cut = true;
         let Self {
             follower,
-            fine,
-            coarse,
+            scratch: Scratch { fine, coarse, .. },
             strength,
             ..
         } = self;
@@ -228,8 +265,10 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
             // Nothing to extrapolate from: the fine pieces stand for both.
             coarse.extend_from_slice(fine);
         }
-        let share = bent / look_flux(&finished.look);
-        finished.slack = finished.look.weight * share;
+        let largest = look_flux(&finished.look);
+        if largest > 0.0 {
+            finished.slack = finished.look.weight * (bent / largest);
+        }
     }
 
     fn finish(&mut self, cell: &Cell<N>, middles: &[Node<N>; 3], finished: &Finished<N>) {
@@ -238,14 +277,14 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
         let area = cell.area();
         balance.cells += 1;
         balance.emitted += area * middles.iter().map(|node| node.emitted).sum::<f64>() / 3.0;
-        if self.fine.is_empty() && !finished.is_cut {
+        if self.scratch.fine.is_empty() && !finished.is_cut {
             return;
         }
         let levels = Levels {
-            fine: &self.fine,
-            coarse: &self.coarse,
+            fine: &self.scratch.fine,
+            coarse: &self.scratch.coarse,
         };
-        balance.received += self.patch.deposit(self.film, &levels, look.bend);
+        balance.received += self.scratch.patch.deposit(self.film, &levels, look.bend);
         if finished.is_cut {
             balance.cut_cells += 1;
             for (quarter, failed) in cell.quarters(middles).iter().zip(finished.failed) {

@@ -58,6 +58,7 @@ impl Weighted {
             standard_error: (0..receiver.texels())
                 .map(|texel| self.variance[texel].map(f64::sqrt) * per_area(texel))
                 .collect(),
+            interval: None,
         }
     }
 }
@@ -166,6 +167,7 @@ impl Rounds {
             name: LayerName::Path(crate::transport::signature::Signature::DIRECT),
             irradiance: direct.texels.iter().map(|texel| texel.irradiance).collect(),
             standard_error: direct.texels.iter().map(|texel| texel.error).collect(),
+            interval: None,
         }];
         let names = map
             .signatures()

@@ -20,5 +20,5 @@ pub mod settings;
 pub mod shard;
 pub mod sums;
 
-pub use run::{Progress, RunError, run};
+pub use run::{RunError, run};
 pub use settings::{Budget, PhotonSettings, Shard};

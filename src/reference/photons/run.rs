@@ -1,6 +1,6 @@
 //! Spending a budget on replicates.
 
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use super::finish::{Rounds, relative_error_of};
@@ -9,43 +9,12 @@ use super::replicate::Job;
 use super::settings::{Budget, PhotonSettings, Shard};
 use super::sums::{RoundSums, SumsError};
 use crate::numeric::{FixedPoint, Stream};
-use crate::reference::Estimate;
+use crate::reference::{Estimate, Progress};
 use crate::scene::{Scene, Sensor, is_achromatic};
 use crate::transport::direct::{Direct, direct};
 use crate::transport::domain::{LightSpace, LightSpaceError};
 use crate::transport::receiver::{Receiver, ReceiverError};
 use crate::transport::signature::MAX_EVENTS;
-
-/// How far a run has come: written by the run, read by whoever shows it. Setting `stop` ends
-/// the run soon, with what there is.
-#[derive(Debug, Default)]
-pub struct Progress {
-    /// Photons finished.
-    pub photons: AtomicU64,
-    /// Photons the run now expects to start in all; 0 while unknown.
-    pub expected_photons: AtomicU64,
-    /// Bits of the relative standard error so far; NaN's while unknown.
-    relative_error: AtomicU64,
-    /// Ends the run.
-    pub stop: AtomicBool,
-}
-
-impl Progress {
-    /// The relative standard error so far.
-    pub fn relative_error(&self) -> Option<f64> {
-        let error = f64::from_bits(self.relative_error.load(Ordering::Relaxed));
-        (error > 0.0).then_some(error)
-    }
-
-    fn set_relative_error(&self, error: Option<f64>) {
-        self.relative_error
-            .store(error.unwrap_or(0.0).to_bits(), Ordering::Relaxed);
-    }
-
-    fn is_stopped(&self) -> bool {
-        self.stop.load(Ordering::Relaxed)
-    }
-}
 
 /// Why a run cannot start or came to nothing.
 #[derive(Debug, thiserror::Error)]
@@ -294,7 +263,7 @@ impl<'a> Setup<'a> {
     ) -> Result<RoundSums, RunError> {
         let stop = || self.is_over(deadline);
         let finished = |photons: u64| {
-            self.progress.photons.fetch_add(photons, Ordering::Relaxed);
+            self.progress.paths.fetch_add(photons, Ordering::Relaxed);
         };
         let mut sums = None;
         let mut shown = Instant::now();
@@ -321,7 +290,7 @@ impl<'a> Setup<'a> {
     /// Says how many photons there will be.
     pub(super) fn expect(&self, photons: u64) {
         self.progress
-            .expected_photons
+            .expected_paths
             .store(photons, Ordering::Relaxed);
     }
 

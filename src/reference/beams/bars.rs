@@ -1,0 +1,87 @@
+//! From the sums of a signature to irradiance with lower and upper bounds.
+//!
+//! What is known of a texel's error:
+//!
+//! - q = B − A, what halving all cells once changed. The answer is (4B − A)/3 = B + q/3. Where
+//!   the light is smooth, A is off by 4q/3 and the answer by much less; where a fold or a border runs
+//!   through a cell, the answer is off by a part of q. q may vanish by accident where the errors of
+//!   several cells cancel, but not in the neighbours, too: the largest |q| of 3 x 3 texels counts.
+//! - a, the flux of quarter cells within their bend of a texel line: it is a sum of positive terms,
+//!   and covers what cancels.
+//! - s, the flux of cells that no single line divides into families, and of borders' curvature.
+//!
+//! ```text
+//! bar = max(|q|)/2 + max(a)/16 + max(s)        over 3 x 3 texels
+//! ```
+//!
+//! The factors are the smallest powers of two that cover every texel of every scene with a closed
+//! form at every tolerance (`tests/beam_bars.rs`, `docs/beams.md`). They are measured, not proved:
+//! a feature that no node of any cell saw is in none of the sums.
+
+use super::film::{BeamFilm, TexelSums};
+use crate::transport::flux::Flux;
+
+/// Factor of |q|.
+const OF_DIFFERENCE: f64 = 0.5;
+/// Factor of a.
+const OF_ASTRAY: f64 = 1.0 / 16.0;
+
+/// The likely error is this part of |q|, root mean square over texels, where the bar is to be sure
+/// of each.
+const LIKELY: f64 = 1.0 / 3.0;
+/// ... and this part of s.
+const LIKELY_SLACK: f64 = 0.25;
+
+/// One signature's flux, texel by texel \[W\].
+pub struct BoundedFlux<const N: usize> {
+    /// The answer.
+    pub flux: Vec<Flux<N>>,
+    /// Truth is within this of it.
+    pub bar: Vec<Flux<N>>,
+    /// Truth is likely to be within this of it, root mean square, worst channel.
+    pub likely: Vec<f64>,
+}
+
+/// Reads a finished film.
+pub fn bounded<const N: usize>(film: &BeamFilm<N>) -> BoundedFlux<N> {
+    let [width, height] = film.size();
+    let sums: Vec<TexelSums<N>> = (0..width * height).map(|texel| film.texel(texel)).collect();
+    let near = |at: usize, end: usize| at.saturating_sub(1)..(at + 2).min(end);
+    let mut result = BoundedFlux {
+        flux: Vec::with_capacity(sums.len()),
+        bar: Vec::with_capacity(sums.len()),
+        likely: Vec::with_capacity(sums.len()),
+    };
+    for row in 0..height {
+        for column in 0..width {
+            let mut most = TexelSums::<N>::default();
+            for y in near(row, height) {
+                for one in &sums[y * width..][near(column, width)] {
+                    most = larger(&most, one);
+                }
+            }
+            let own = &sums[row * width + column];
+            result.flux.push(own.flux);
+            result.bar.push(
+                most.difference * OF_DIFFERENCE + most.astray * OF_ASTRAY + most.slack,
+            );
+            result.likely.push(
+                own.difference.max_magnitude() * LIKELY + own.slack.max_magnitude() * LIKELY_SLACK,
+            );
+        }
+    }
+    result
+}
+
+/// The larger magnitudes, channel by channel.
+fn larger<const N: usize>(a: &TexelSums<N>, b: &TexelSums<N>) -> TexelSums<N> {
+    let of = |a: &Flux<N>, b: &Flux<N>| {
+        Flux(std::array::from_fn(|c| a.0[c].abs().max(b.0[c].abs())))
+    };
+    TexelSums {
+        flux: of(&a.flux, &b.flux),
+        difference: of(&a.difference, &b.difference),
+        astray: of(&a.astray, &b.astray),
+        slack: of(&a.slack, &b.slack),
+    }
+}

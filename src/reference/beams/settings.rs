@@ -1,0 +1,50 @@
+//! What a beam run is asked to do.
+
+use std::time::Duration;
+
+use crate::transport::scatter::ShadingNormals;
+
+/// How beams are followed and counted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct BeamSettings {
+    /// Specular events after which flux is cut off.
+    pub max_depth: u32,
+    /// What interpolated normals do to flux.
+    pub shading_normals: ShadingNormals,
+    /// Path signatures with a layer of their own: the brightest.
+    pub max_layers: usize,
+}
+
+impl Default for BeamSettings {
+    /// 16 events, eight layers.
+    fn default() -> Self {
+        Self {
+            max_depth: 16,
+            shading_normals: ShadingNormals::Flux,
+            max_layers: 8,
+        }
+    }
+}
+
+/// When a run ends: at whichever limit comes first.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct BeamBudget {
+    /// The likely error over lit texels, relative.
+    pub relative_error: Option<f64>,
+    /// Time from the start of the run.
+    pub time: Option<Duration>,
+    /// Rays searched for, all passes together.
+    pub rays: Option<u64>,
+}
+
+impl BeamBudget {
+    /// What a run without any limit aims at: an error of 0.1 %.
+    pub const DEFAULT_ERROR: f64 = 1e-3;
+
+    /// The error to stop at: with a limit on time or rays alone there is none.
+    pub fn target(&self) -> Option<f64> {
+        let only_error = self.time.is_none() && self.rays.is_none();
+        self.relative_error
+            .or_else(|| only_error.then_some(Self::DEFAULT_ERROR))
+    }
+}
