@@ -13,3 +13,4 @@ pub mod ledger;
 pub mod receiver;
 pub mod scatter;
 pub mod signature;
+pub mod visibility;

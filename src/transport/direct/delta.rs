@@ -103,22 +103,105 @@ impl Leaf {
     }
 }
 
-/// What a leaf's points see.
+/// What a leaf's points see, all weighted by the surface about them.
 struct Look {
-    /// The leaf's share of its texel's irradiance.
-    irradiance: Rgb,
+    /// Irradiance times area [W].
+    flux: Rgb,
     /// The same without shadow.
     unshadowed: Rgb,
+    /// The leaf's surface [m²], as its points have it.
+    area: f64,
+    /// Irradiance without shadow: the least and the most of any point.
+    range: (Rgb, Rgb),
     passed: Passed,
+    /// How many of the points are on the surface.
+    found: usize,
+    /// Whether the points are not on one smooth surface.
+    is_ragged: bool,
+}
+
+/// The Gauss points of a leaf.
+const POINTS: usize = 4;
+
+/// Largest relative spread of irradiances over a leaf that is no one smooth surface, but of faces
+/// that all cover it.
+const ROUGH: f64 = 1e-3;
+
+impl Look {
+    /// Whether smaller leaves would find more surface, or know its irradiance better.
+    ///
+    /// A leaf without any surface counts as rough: a texel has some.
+    fn is_rough(&self) -> bool {
+        let spread = (self.range.1 - self.range.0).max_channel();
+        self.found < POINTS || self.is_ragged && spread > ROUGH * self.range.1.max_channel()
+    }
+}
+
+/// A texel's sums over its leaves.
+struct Sum {
+    flux: Rgb,
+    error: Rgb,
+    area: f64,
+    /// The part of `area` in leaves that are not on one smooth surface.
+    ragged: f64,
+    range: (Rgb, Rgb),
+}
+
+/// The range of no irradiance at all.
+const NO_RANGE: (Rgb, Rgb) = (Rgb::grey(f64::INFINITY), Rgb::grey(f64::NEG_INFINITY));
+
+/// The range that holds two others.
+fn joined(a: (Rgb, Rgb), b: (Rgb, Rgb)) -> (Rgb, Rgb) {
+    (
+        Rgb(std::array::from_fn(|c| a.0.0[c].min(b.0.0[c]))),
+        Rgb(std::array::from_fn(|c| a.1.0[c].max(b.1.0[c]))),
+    )
+}
+
+impl Sum {
+    const NOTHING: Self = Self {
+        flux: Rgb::BLACK,
+        error: Rgb::BLACK,
+        area: 0.0,
+        ragged: 0.0,
+        range: NO_RANGE,
+    };
+
+    fn add(&mut self, look: &Look) {
+        self.flux += look.flux;
+        self.area += look.area;
+        if look.is_ragged {
+            self.ragged += look.area;
+        }
+        self.range = joined(self.range, look.range);
+    }
+
+    /// The average over the surface found; `None` where none was.
+    ///
+    /// Where leaves are ragged, how much of the surface has which irradiance is uncertain, for as
+    /// much of it as they hold; all of it has one in the range seen.
+    fn average(&self) -> Option<DirectTexel> {
+        (self.area > 0.0).then(|| DirectTexel {
+            irradiance: self.flux / self.area,
+            error: if self.ragged > 0.0 {
+                let spread = self.range.1 - self.range.0;
+                (self.error + spread * self.ragged) / self.area
+            } else {
+                self.error / self.area
+            },
+        })
+    }
 }
 
 impl DirectLight<'_> {
     /// Average over a texel of a delta emitter's light, as few points see it.
     pub(super) fn glance(&mut self, texel: usize, emitter: &Emitter) -> Glance {
-        let mut result = Glance {
-            value: DirectTexel::default(),
-            passed: Passed::NOTHING_SEEN,
-        };
+        let mut passed = Passed::NOTHING_SEEN;
+        if !self.receiver.has_surface(texel) {
+            let value = DirectTexel::default();
+            return Glance { value, passed };
+        }
+        let mut sum = Sum::NOTHING;
         let (width, height) = (self.receiver.width(), self.receiver.height());
         let is_end = |i: usize, count: usize| i == 0 || i + 1 == count;
         let is_border = is_end(texel % width, width) || is_end(texel / width, height);
@@ -129,19 +212,29 @@ impl DirectLight<'_> {
                 continue;
             }
             let look = self.look(texel, &leaf, emitter);
-            result.value.irradiance += look.irradiance;
-            result.passed = result.passed.with(look.passed);
-            if is_border {
-                // No neighbours on one side: nobody else looks there.
-                result.passed = self.guarded(texel, &leaf, emitter, result.passed);
+            if look.is_rough() && leaf.level < EDGE_LEVELS {
+                pending.extend(leaf.quarters());
+                continue;
+            }
+            sum.add(&look);
+            passed = passed.with(look.passed);
+            if is_border || look.is_ragged {
+                // No neighbours on one side, perhaps: nobody else looks there.
+                passed = self.guarded(texel, &leaf, emitter, passed);
             }
         }
-        result
+        let value = sum
+            .average()
+            .unwrap_or_else(|| self.at_home(texel, emitter));
+        Glance { value, passed }
     }
 
     /// Average over a texel of a delta emitter's light, where a shadow's edge may run through it.
     pub(super) fn edge(&mut self, texel: usize, emitter: &Emitter) -> DirectTexel {
-        let mut result = DirectTexel::default();
+        if !self.receiver.has_surface(texel) {
+            return DirectTexel::default();
+        }
+        let mut sum = Sum::NOTHING;
         let mut pending = vec![Leaf::TEXEL];
         while let Some(leaf) = pending.pop() {
             if leaf.level < EDGE_LEVELS || self.is_coarse(texel, &leaf, emitter) {
@@ -155,30 +248,58 @@ impl DirectLight<'_> {
                 pending.extend(leaf.quarters());
                 continue;
             }
-            result.irradiance += look.irradiance;
+            sum.add(&look);
             if mixed {
                 // The share that passes is somewhere between the least and the most.
-                result.error += look.unshadowed * (passed.most - passed.least);
+                sum.error += look.unshadowed * (passed.most - passed.least);
             }
         }
-        result
+        sum.average()
+            .unwrap_or_else(|| self.at_home(texel, emitter))
     }
 
-    /// A leaf's share of its texel's irradiance, by 2 x 2 Gauss points.
+    /// A texel of which a mesh covers so little that no leaf's points found it: one point stands
+    /// for it, and its irradiance without shadow for the error.
+    fn at_home(&mut self, texel: usize, emitter: &Emitter) -> DirectTexel {
+        self.receiver
+            .home(self.scene, texel)
+            .map_or(DirectTexel::UNKNOWN, |point| {
+                let (error, passed) = self.arriving(&point, emitter);
+                DirectTexel {
+                    irradiance: error * passed,
+                    error,
+                }
+            })
+    }
+
+    /// A leaf's part of its texel's irradiance, by 2 x 2 Gauss points.
     fn look(&mut self, texel: usize, leaf: &Leaf, emitter: &Emitter) -> Look {
         let mut look = Look {
-            irradiance: Rgb::BLACK,
+            flux: Rgb::BLACK,
             unshadowed: Rgb::BLACK,
+            area: 0.0,
+            range: NO_RANGE,
             passed: Passed::NOTHING_SEEN,
+            found: 0,
+            is_ragged: false,
         };
         let weight = leaf.size * leaf.size / 4.0;
+        let mut first = None;
         for (i, j) in [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)] {
-            let point = self.receiver_point(texel, leaf.at(i * GAUSS, j * GAUSS));
-            let (arriving, passed) = self.arriving(&point, emitter);
-            look.unshadowed += arriving * weight;
-            look.irradiance += arriving * (passed * weight);
+            let Some(patch) = self.patch(texel, leaf.at(i * GAUSS, j * GAUSS)) else {
+                continue;
+            };
+            let (arriving, passed) = self.arriving(&patch.point, emitter);
+            let area = patch.density * weight;
+            look.area += area;
+            look.unshadowed += arriving * area;
+            look.flux += arriving * (passed * area);
+            look.range = joined(look.range, (arriving, arriving));
             look.passed = look.passed.with_share(passed);
+            look.found += 1;
+            look.is_ragged |= !first.get_or_insert(patch).continues(&patch);
         }
+        look.is_ragged |= (1..POINTS).contains(&look.found);
         look
     }
 
@@ -191,8 +312,9 @@ impl DirectLight<'_> {
                     return passed;
                 }
                 let at = self.receiver.clamped(texel, leaf.at(i, j));
-                let point = self.receiver_point(texel, at);
-                passed = passed.with_share(self.arriving(&point, emitter).1);
+                if let Some(patch) = self.patch(texel, at) {
+                    passed = passed.with_share(self.arriving(&patch.point, emitter).1);
+                }
             }
         }
         passed
@@ -213,7 +335,13 @@ impl DirectLight<'_> {
         if leaf.level >= SHADOW_LEVELS {
             return false;
         }
-        let middle = self.receiver_point(texel, leaf.at(0.0, 0.0)).position;
+        let position = |x, y| Some(self.patch(texel, leaf.at(x, y))?.point.position);
+        let corners = [(-0.5, -0.5), (0.5, -0.5), (-0.5, 0.5), (0.5, 0.5)]
+            .into_iter()
+            .filter_map(|(x, y)| position(x, y));
+        let Some(middle) = position(0.0, 0.0).or_else(|| corners.clone().next()) else {
+            return false;
+        };
         let distance = middle.distance(from);
         let size = self.receiver.texel_area(texel).sqrt() * leaf.size;
         if size > distance / 64.0 {
@@ -228,10 +356,8 @@ impl DirectLight<'_> {
         else {
             return false;
         };
-        let radius = [(-0.5, -0.5), (0.5, -0.5), (-0.5, 0.5), (0.5, 0.5)]
-            .map(|(x, y)| self.receiver_point(texel, leaf.at(x, y)).position)
+        let radius = corners
             .map(|corner| corner.distance(middle))
-            .into_iter()
             .fold(0.0, f64::max);
         // The leaf is seen within about this angle of its middle.
         let reach = 1.1 * radius / distance;
