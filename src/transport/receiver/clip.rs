@@ -57,13 +57,27 @@ impl Clipper {
         }));
         let (first, last) = range(&self.rest, 1, grid.rows);
         for row in first..=last {
-            take_below(&mut self.rest, &mut self.strip, &mut self.spare, 1, row, last);
+            take_below(
+                &mut self.rest,
+                &mut self.strip,
+                &mut self.spare,
+                1,
+                row,
+                last,
+            );
             if self.strip.is_empty() {
                 continue;
             }
             let (first, last) = range(&self.strip, 0, grid.columns);
             for column in first..=last {
-                take_below(&mut self.strip, &mut self.cell, &mut self.spare, 0, column, last);
+                take_below(
+                    &mut self.strip,
+                    &mut self.cell,
+                    &mut self.spare,
+                    0,
+                    column,
+                    last,
+                );
                 if let Some((share, centroid)) = area(&self.cell) {
                     found(Piece {
                         column,

@@ -124,7 +124,10 @@ impl Coverage {
 
     /// Amid the largest piece of surface in a texel that is hardly covered.
     pub fn home(&self, mesh: &Mesh, texel: usize) -> Option<SurfacePoint> {
-        let index = self.homes.binary_search_by_key(&texel, |home| home.0).ok()?;
+        let index = self
+            .homes
+            .binary_search_by_key(&texel, |home| home.0)
+            .ok()?;
         let home = self.homes[index].1;
         let normal = mesh.face_normal(home.face);
         Some(mesh.at_barycentric(home.face, home.barycentric, normal))

@@ -175,12 +175,13 @@ impl Receiver {
             ),
             Shape::Mesh(mesh) => {
                 let object = &scene.objects()[shape.0 as usize];
-                let texels = MeshTexels::new(mesh, film).map_err(|problem| ReceiverError::Mesh {
-                    id: sensor.id.clone(),
-                    shape: object.id.clone(),
-                    plugin: object.plugin,
-                    problem,
-                })?;
+                let texels =
+                    MeshTexels::new(mesh, film).map_err(|problem| ReceiverError::Mesh {
+                        id: sensor.id.clone(),
+                        shape: object.id.clone(),
+                        plugin: object.plugin,
+                        problem,
+                    })?;
                 TexelArea::Mesh(Box::new(texels))
             }
         };
