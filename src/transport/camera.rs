@@ -16,11 +16,15 @@
 //! L = Φ · ρ/π · cos θ |M q|³ / (d² |det M| A)
 //! ```
 //!
-//! This is Veach 1997 (*Robust Monte Carlo methods for light transport simulation*), 8.3: the BRDF
-//! times the geometric term times the pixel's importance We; and We that of Pharr, Jakob and
-//! Humphreys, *Physically Based Rendering*, 3rd edition, eq. 16.2, for one pixel instead of the film. For
-//! parallel projection along the unit vector a, areas across a take the place of solid angles:
-//! dA cos θ = |a · (M_x × M_y)| dx dy.
+//! This is the measurement contribution of Veach 1997 (*Robust Monte Carlo methods for light
+//! transport simulation*), chapter 8: the BRDF times the geometric term times the pixel's importance We;
+//! and We that of Pharr, Jakob and Humphreys, *Physically Based Rendering*, 3rd edition, 16.1.1, for one
+//! pixel instead of the film. For parallel projection along the unit vector a, areas across a take
+//! the place of solid angles: with X and Y the first columns of M,
+//!
+//! ```text
+//! dA cos θ = |a · (X × Y)| dx dy
+//! ```
 
 use glam::{DMat3, DVec2, DVec3};
 
@@ -235,8 +239,9 @@ impl Camera {
     /// The same camera, with what interpolated normals of diffuse surfaces do to light.
     ///
     /// With `Flux` a surface reflects what its true normal receives; with `Adjoint` its radiance is
-    /// that of a surface with the shading normal n_s, as in Mitsuba's images: flux from w counts
-    /// |w · n_s| / |w · n_g| times (Veach 1997, 5.3.2), and nothing where the two disagree about sides.
+    /// that of a surface with the shading normal s, as in Mitsuba's images: flux from w counts
+    /// |w · s| / |w · g| times, g the true normal (Veach 1997, 5.3), and nothing where the two
+    /// disagree about sides.
     #[must_use]
     pub fn with_shading_normals(mut self, shading_normals: ShadingNormals) -> Self {
         self.shading_normals = shading_normals;
@@ -333,8 +338,8 @@ impl Camera {
         let projection = self.project(point.position)?;
         let normal = point.geometric_normal;
         let (arriving, leaving) = (-direction.dot(normal), projection.towards.dot(normal));
-        // Not on one side, or along the surface.
-        if !(arriving * leaving > 0.0) {
+        let is_one_side = arriving * leaving > 0.0;
+        if !is_one_side {
             return None;
         }
         let reflectance = reflectance(scene, scene.material_of(shape), arriving > 0.0)?;
@@ -343,7 +348,8 @@ impl Camera {
             ShadingNormals::Adjoint => {
                 let normal = point.shading_normal;
                 let bent = (-direction.dot(normal), projection.towards.dot(normal));
-                if !(bent.0 * arriving > 0.0 && bent.1 * leaving > 0.0) {
+                let do_agree = bent.0 * arriving > 0.0 && bent.1 * leaving > 0.0;
+                if !do_agree {
                     return None;
                 }
                 leaving.abs() * (bent.0 / arriving)

@@ -123,16 +123,16 @@ struct Look {
 /// The Gauss points of a leaf.
 const POINTS: usize = 4;
 
-/// Largest relative spread of irradiances over a leaf that is no one smooth surface, but of faces
-/// that all cover it.
+/// Largest spread of irradiances over a leaf of faces that stretch or lean differently, times the
+/// leaf's share of its texel: what the leaf leaves uncertain, relative to the irradiance.
 const ROUGH: f64 = 1e-3;
 
 impl Look {
     /// Whether smaller leaves would find more surface, or know its irradiance better.
     ///
     /// A leaf without any surface counts as rough: a texel has some.
-    fn is_rough(&self) -> bool {
-        let spread = (self.range.1 - self.range.0).max_channel();
+    fn is_rough(&self, leaf: &Leaf) -> bool {
+        let spread = (self.range.1 - self.range.0).max_channel() * leaf.size * leaf.size;
         self.found < POINTS || self.is_ragged && spread > ROUGH * self.range.1.max_channel()
     }
 }
@@ -212,7 +212,7 @@ impl DirectLight<'_> {
                 continue;
             }
             let look = self.look(texel, &leaf, emitter);
-            if look.is_rough() && leaf.level < EDGE_LEVELS {
+            if look.is_rough(&leaf) && leaf.level < EDGE_LEVELS {
                 pending.extend(leaf.quarters());
                 continue;
             }

@@ -9,7 +9,8 @@ use crate::geometry::Mesh;
 /// mesh files write them (and 16 roundings of `f32`). What lies beyond belongs to border texels.
 const HAIR: f64 = 1e-6;
 
-/// How far outside a face, in barycentric weights, a point may be by rounding and still be on it.
+/// How far outside a face, in barycentric weights, a point may be by rounding and still be on it; and
+/// the height, in units of u and v, up to which a face is but a line.
 const BORDER: f64 = 1e-12;
 
 /// The grid is made coarser where its cells would refer to more than this many times as many
@@ -123,18 +124,16 @@ impl UvLookup {
             .as_uvec2()
     }
 
-    /// The cells that the box of an image reaches; none for an image without area.
+    /// The cells that the box of an image reaches; none for an image that is but a line or a point.
     fn cells(&self, image: &Image) -> impl Iterator<Item = usize> + use<> {
         let [a, b, c] = *image;
         let low = self.cell(a.min(b).min(c));
         let high = self.cell(a.max(b).max(c));
         let side = self.side as usize;
-        let rows = if double_area(image) == 0.0 {
-            1..=0
-        } else {
-            low.y..=high.y
-        };
-        rows.flat_map(move |row| {
+        let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
+        let is_line = double_area(image).abs() <= BORDER * longest;
+        let end = if is_line { low.y } else { high.y + 1 };
+        (low.y..end).flat_map(move |row| {
             (low.x..=high.x).map(move |column| row as usize * side + column as usize)
         })
     }
