@@ -268,6 +268,32 @@ fn what_a_mesh_with_gaps_receives_is_what_its_map_holds() {
 }
 
 #[test]
+fn the_way_from_a_texel_to_the_surface_leads_back_to_the_texel() {
+    for (columns, rows) in [(1, 1), (7, 5), (60, 90)] {
+        let scene = scene(
+            Shape::Mesh(cut(&square(), columns, rows)),
+            film(13, 9),
+            Vec::new(),
+        );
+        let receiver = receiver(&scene);
+        for texel in 0..receiver.texels() {
+            for (x, y) in [(0.01, 0.01), (0.5, 0.5), (0.3, 0.99), (0.99, 0.2)] {
+                let at = DVec2::new(x, y);
+                let patch = receiver.patch(&scene, texel, at).unwrap();
+                let uv = receiver.uv(texel, at);
+                assert!(patch.point.uv.abs_diff_eq(uv, ROUNDING), "{texel} {at}");
+                let expected = square().point(uv);
+                assert!(patch.point.position.abs_diff_eq(expected, ROUNDING));
+                assert_eq!(receiver.texel(&patch.point, -DVec3::Z), Some(texel));
+                assert_eq!(receiver.texel(&patch.point, DVec3::Z), None);
+                // The square's 4 m² spread evenly over 13 x 9 texels.
+                assert!((patch.density * 117.0 / 4.0 - 1.0).abs() < ROUNDING);
+            }
+        }
+    }
+}
+
+#[test]
 fn a_cropped_film_measures_its_part() {
     let whole = lit(cut(&square(), 3, 3), 12, 12);
     let crop = Crop {
