@@ -2,6 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
+use super::look::{Look, NO_RANGE, POINTS, Passed, Sum, joined};
 use super::{DirectLight, DirectTexel, GAUSS};
 use crate::geometry::SurfacePoint;
 use crate::radiometry::Rgb;
@@ -33,38 +34,6 @@ pub(super) fn is_near_edge(first: &[Glance], texel: usize, receiver: &Receiver) 
         }
     }
     seen.is_mixed()
-}
-
-/// The least and the largest share of an emitter that some points see.
-#[derive(Clone, Copy)]
-struct Passed {
-    least: f64,
-    most: f64,
-}
-
-impl Passed {
-    const NOTHING_SEEN: Self = Self {
-        least: f64::INFINITY,
-        most: f64::NEG_INFINITY,
-    };
-
-    fn with(self, other: Self) -> Self {
-        Self {
-            least: self.least.min(other.least),
-            most: self.most.max(other.most),
-        }
-    }
-
-    fn with_share(self, share: f64) -> Self {
-        self.with(Self {
-            least: share,
-            most: share,
-        })
-    }
-
-    fn is_mixed(self) -> bool {
-        self.least < self.most
-    }
 }
 
 /// A texel's irradiance from few points, and what these see of the emitter.
@@ -103,96 +72,6 @@ impl Leaf {
     }
 }
 
-/// What a leaf's points see, all weighted by the surface about them.
-struct Look {
-    /// Irradiance times area [W].
-    flux: Rgb,
-    /// The same without shadow.
-    unshadowed: Rgb,
-    /// The leaf's surface [m²], as its points have it.
-    area: f64,
-    /// Irradiance without shadow: the least and the most of any point.
-    range: (Rgb, Rgb),
-    passed: Passed,
-    /// How many of the points are on the surface.
-    found: usize,
-    /// Whether the points are not on one smooth surface.
-    is_ragged: bool,
-}
-
-/// The Gauss points of a leaf.
-const POINTS: usize = 4;
-
-/// Largest spread of irradiances over a leaf of faces that stretch or lean differently, times the
-/// leaf's share of its texel: what the leaf leaves uncertain, relative to the irradiance.
-const ROUGH: f64 = 1e-3;
-
-impl Look {
-    /// Whether smaller leaves would find more surface, or know its irradiance better.
-    ///
-    /// A leaf without any surface counts as rough: a texel has some.
-    fn is_rough(&self, leaf: &Leaf) -> bool {
-        let spread = (self.range.1 - self.range.0).max_channel() * leaf.size * leaf.size;
-        self.found < POINTS || self.is_ragged && spread > ROUGH * self.range.1.max_channel()
-    }
-}
-
-/// A texel's sums over its leaves.
-struct Sum {
-    flux: Rgb,
-    error: Rgb,
-    area: f64,
-    /// The part of `area` in leaves that are not on one smooth surface.
-    ragged: f64,
-    range: (Rgb, Rgb),
-}
-
-/// The range of no irradiance at all.
-const NO_RANGE: (Rgb, Rgb) = (Rgb::grey(f64::INFINITY), Rgb::grey(f64::NEG_INFINITY));
-
-/// The range that holds two others.
-fn joined(a: (Rgb, Rgb), b: (Rgb, Rgb)) -> (Rgb, Rgb) {
-    (
-        Rgb(std::array::from_fn(|c| a.0.0[c].min(b.0.0[c]))),
-        Rgb(std::array::from_fn(|c| a.1.0[c].max(b.1.0[c]))),
-    )
-}
-
-impl Sum {
-    const NOTHING: Self = Self {
-        flux: Rgb::BLACK,
-        error: Rgb::BLACK,
-        area: 0.0,
-        ragged: 0.0,
-        range: NO_RANGE,
-    };
-
-    fn add(&mut self, look: &Look) {
-        self.flux += look.flux;
-        self.area += look.area;
-        if look.is_ragged {
-            self.ragged += look.area;
-        }
-        self.range = joined(self.range, look.range);
-    }
-
-    /// The average over the surface found; `None` where none was.
-    ///
-    /// Where leaves are ragged, how much of the surface has which irradiance is uncertain, for as
-    /// much of it as they hold; all of it has one in the range seen.
-    fn average(&self) -> Option<DirectTexel> {
-        (self.area > 0.0).then(|| DirectTexel {
-            irradiance: self.flux / self.area,
-            error: if self.ragged > 0.0 {
-                let spread = self.range.1 - self.range.0;
-                (self.error + spread * self.ragged) / self.area
-            } else {
-                self.error / self.area
-            },
-        })
-    }
-}
-
 impl DirectLight<'_> {
     /// Average over a texel of a delta emitter's light, as few points see it.
     pub(super) fn glance(&mut self, texel: usize, emitter: &Emitter) -> Glance {
@@ -212,7 +91,7 @@ impl DirectLight<'_> {
                 continue;
             }
             let look = self.look(texel, &leaf, emitter);
-            if look.is_rough(&leaf) && leaf.level < EDGE_LEVELS {
+            if look.is_rough(leaf.size) && leaf.level < EDGE_LEVELS {
                 pending.extend(leaf.quarters());
                 continue;
             }

@@ -17,6 +17,7 @@
 
 mod area;
 mod delta;
+mod look;
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;

@@ -26,13 +26,18 @@
 //! dA cos θ = |a · (X × Y)| dx dy
 //! ```
 
+mod diffuse;
+mod error;
+
 use glam::{DMat3, DVec2, DVec3};
 
 use super::scatter::ShadingNormals;
 use super::visibility::transmittance;
 use crate::geometry::{Ray, SurfacePoint, Transform, TraversalCounters};
 use crate::radiometry::Rgb;
-use crate::scene::{Film, Material, ReconstructionFilter, Scene, Sensor, SensorKind};
+use crate::scene::{Film, ReconstructionFilter, Scene, Sensor, SensorKind};
+use diffuse::{has_unknown_reflectance, reflectance};
+pub use error::CameraError;
 
 /// A camera: a film on which points of the scene are seen.
 ///
@@ -68,55 +73,6 @@ enum Lens {
         axis: DVec3,
         /// World area across the axis, by area of camera space's xy plane.
         magnification: f64,
-    },
-}
-
-/// Why a sensor cannot be used as a camera.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum CameraError {
-    /// It measures a shape, or has a lens of some size.
-    #[error(
-        "sensor \"{id}\" is a {plugin}: a camera that light can be connected to must be perspective \
-         or orthographic"
-    )]
-    Kind {
-        /// The sensor.
-        id: String,
-        /// Mitsuba's name of its kind.
-        plugin: &'static str,
-    },
-    /// Pixels would overlap.
-    #[error(
-        "sensor \"{id}\" has a film with a {filter} filter: pixels here are plain averages; add \
-         <rfilter type=\"box\"/> to the film"
-    )]
-    Filter {
-        /// The sensor.
-        id: String,
-        /// Mitsuba's name of the filter.
-        filter: &'static str,
-    },
-    /// A surface's brightness is not known.
-    #[error(
-        "sensor \"{id}\" may see shape \"{shape}\", whose diffuse reflectance is a texture or a \
-         spectrum from a file: these are not modelled; give an rgb or a float"
-    )]
-    Reflectance {
-        /// The sensor.
-        id: String,
-        /// The shape.
-        shape: String,
-    },
-    /// Its numbers overflow.
-    #[error(
-        "sensor \"{id}\": its to_world, field of view and film size give pixels of size {size:e}; \
-         allowed are sizes from 1e-70 to 1e70"
-    )]
-    Size {
-        /// The sensor.
-        id: String,
-        /// The side of a pixel, in camera space or on the plane z = 1.
-        size: f64,
     },
 }
 
@@ -390,45 +346,5 @@ impl Camera {
                 reach: depth,
             },
         }
-    }
-}
-
-/// The share of light that a surface reflects diffusely on a side; `None` where it is not diffuse.
-fn reflectance<'a>(scene: &'a Scene, mut material: &'a Material, front: bool) -> Option<Rgb> {
-    let mut share = 1.0;
-    // On the front of a one-sided material, or on any side of a two-sided one.
-    let mut is_lit = front;
-    loop {
-        match material {
-            Material::Diffuse { reflectance } => {
-                return is_lit.then_some((*reflectance)? * share);
-            }
-            Material::Mask { opacity, nested } => {
-                share *= opacity;
-                material = scene.material(*nested);
-            }
-            Material::TwoSided {
-                front: of_front,
-                back,
-            } => {
-                material = scene.material(if front { *of_front } else { *back });
-                is_lit = true;
-            }
-            Material::Dielectric { .. }
-            | Material::ThinDielectric { .. }
-            | Material::Conductor { .. }
-            | Material::Null => return None,
-        }
-    }
-}
-
-/// Whether a diffuse surface, perhaps in a wrapper, has a reflectance that is not modelled.
-fn has_unknown_reflectance(scene: &Scene, material: &Material) -> bool {
-    let of = |id| has_unknown_reflectance(scene, scene.material(id));
-    match *material {
-        Material::Diffuse { reflectance } => reflectance.is_none(),
-        Material::Mask { nested, .. } => of(nested),
-        Material::TwoSided { front, back } => of(front) || of(back),
-        _ => false,
     }
 }
