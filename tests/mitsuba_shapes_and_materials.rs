@@ -128,13 +128,13 @@ fn a_shape_without_bsdf_is_half_white() {
     assert_eq!(
         material("").unwrap(),
         Material::Diffuse {
-            reflectance: Rgb::grey(0.5)
+            reflectance: Some(Rgb::grey(0.5))
         }
     );
     assert_eq!(
         material("<bsdf type=\"diffuse\"/>").unwrap(),
         Material::Diffuse {
-            reflectance: Rgb::grey(0.5)
+            reflectance: Some(Rgb::grey(0.5))
         }
     );
 }
@@ -258,7 +258,7 @@ fn a_textured_reflectance_is_ignored_with_its_reason_and_a_missing_image_is_a_wa
     assert_eq!(parts.ignored[0].what, "texture \"bitmap\"");
     assert_eq!(
         parts.ignored[0].why,
-        "no irradiance computed here depends on a diffuse reflectance"
+        "no irradiance depends on a diffuse reflectance, and cameras here take constant colours only"
     );
     assert_eq!(
         (parts.ignored[0].at.line, parts.ignored[0].at.column),

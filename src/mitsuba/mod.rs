@@ -6,7 +6,7 @@
 //!
 //! The aim is that a file means the same light here as in Mitsuba 3.9 (`rgb` variants), or fails
 //! with an error that names the place, the plugin and the parameter. What makes no difference to an
-//! irradiance (integrators, samplers, reflectances of diffuse surfaces) is reported as
+//! irradiance (integrators, samplers, textures of diffuse surfaces) is reported as
 //! [`Ignored`](crate::scene::Ignored).
 //!
 //! Files older than version 2.0 are upgraded as Mitsuba 3 does. Beyond that, these are read where

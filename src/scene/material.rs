@@ -11,8 +11,9 @@ pub struct MaterialId(pub u32);
 pub enum Material {
     /// Lambertian on the front, black on the back; ends every specular chain.
     Diffuse {
-        /// Albedo, per channel in 0..=1. No irradiance computed here depends on it.
-        reflectance: Rgb,
+        /// Albedo, per channel in 0..=1; `None` where the file gives a texture or a spectrum from a
+        /// file, which are not modelled. No irradiance depends on it; what a camera sees does.
+        reflectance: Option<Rgb>,
     },
     /// A smooth interface between two transparent media.
     Dielectric {

@@ -118,6 +118,20 @@ pub enum ReconstructionFilter {
     },
 }
 
+impl ReconstructionFilter {
+    /// The name of Mitsuba's plugin.
+    pub fn plugin(&self) -> &'static str {
+        match self {
+            Self::Box => "box",
+            Self::Tent { .. } => "tent",
+            Self::Gaussian { .. } => "gaussian",
+            Self::Mitchell { .. } => "mitchell",
+            Self::CatmullRom => "catmullrom",
+            Self::Lanczos { .. } => "lanczos",
+        }
+    }
+}
+
 impl Sensor {
     /// The name of Mitsuba's plugin.
     pub fn plugin(&self) -> &'static str {

@@ -120,7 +120,9 @@ fn material_problem(material: &Material) -> Option<String> {
             .then(|| format!("{name} is {:?}; numbers in 0..=1 are allowed", value.0))
     };
     match *material {
-        Material::Diffuse { reflectance } => factor("reflectance", reflectance),
+        Material::Diffuse { reflectance } => {
+            reflectance.and_then(|reflectance| factor("reflectance", reflectance))
+        }
         Material::Dielectric {
             interior_ior,
             exterior_ior,

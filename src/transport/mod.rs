@@ -2,9 +2,11 @@
 //!
 //! A [`domain`] says where light can leave an emitter and meet specular geometry; a
 //! [`chain`] follows one ray of it through reflections and refractions; a [`receiver`]
-//! says which texel the end of a chain falls in; [`direct`] measures the light that met
+//! says which texel the end of a chain falls in, and a [`camera`] where on its film that is seen;
+//! [`visibility`] says whether; [`direct`] measures the light that met
 //! nothing specular. Every reference and every approximation is built from these.
 
+pub mod camera;
 pub mod chain;
 pub mod direct;
 pub mod domain;
@@ -16,3 +18,4 @@ pub mod receiver;
 pub mod scatter;
 pub mod screen;
 pub mod signature;
+pub mod visibility;

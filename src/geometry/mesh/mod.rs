@@ -172,6 +172,11 @@ impl Mesh {
         &self.triangles
     }
 
+    /// The texture coordinates, one a position; `None` where the mesh has none.
+    pub fn uvs(&self) -> Option<&[DVec2]> {
+        (!self.uvs.is_empty()).then_some(&*self.uvs)
+    }
+
     /// Whether shading normals are interpolated between vertices.
     pub fn has_vertex_normals(&self) -> bool {
         !self.normals.is_empty()
@@ -179,12 +184,16 @@ impl Mesh {
 
     /// The sum of the faces' areas in square scene units.
     pub fn area(&self) -> f64 {
-        (0..self.triangles.len())
-            .map(|face| {
-                let [a, b, c] = self.corners(face as u32);
-                0.5 * (b - a).cross(c - a).length()
-            })
+        (0..self.triangles.len() as u32)
+            .map(|face| self.face_area(face))
             .sum()
+    }
+
+    /// The area of a face in square scene units.
+    #[inline]
+    pub fn face_area(&self, face: u32) -> f64 {
+        let [a, b, c] = self.corners(face);
+        0.5 * (b - a).cross(c - a).length()
     }
 
     /// Memory held, bytes.
@@ -224,9 +233,17 @@ impl Mesh {
     /// normals point to the other side; `flip_normals` turns both round.
     #[inline]
     pub(super) fn surface_point(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
-        let triangle = self.triangles[hit.face as usize];
+        self.at_barycentric(hit.face, hit.barycentric, -ray.direction)
+    }
+
+    /// The surface at barycentric weights (of the second and third vertex) of a face.
+    ///
+    /// `fallback` is the unit normal of a face that has neither area nor vertex normals.
+    #[inline]
+    pub fn at_barycentric(&self, face: u32, barycentric: DVec2, fallback: DVec3) -> SurfacePoint {
+        let triangle = self.triangles[face as usize];
         let [a, b, c] = triangle.map(|vertex| self.positions[vertex as usize]);
-        let (b1, b2) = (hit.barycentric.x, hit.barycentric.y);
+        let (b1, b2) = (barycentric.x, barycentric.y);
         let b0 = 1.0 - b1 - b2;
         let (ab, ac) = (b - a, c - a);
         let interpolated = if self.normals.is_empty() {
@@ -241,7 +258,7 @@ impl Mesh {
             cross / twice_area
         } else {
             // A face of zero area, kept so that the mesh stays closed, has no normal of its own.
-            interpolated.unwrap_or(-ray.direction)
+            interpolated.unwrap_or(fallback)
         };
         let shading = interpolated.unwrap_or(normal);
         let sign = if self.flip_normals { -1.0 } else { 1.0 };
@@ -257,7 +274,7 @@ impl Mesh {
             geometric_normal: normal * sign,
             shading_normal: shading * sign,
             uv: if self.uvs.is_empty() {
-                hit.barycentric
+                barycentric
             } else {
                 let [ta, tb, tc] = triangle.map(|vertex| self.uvs[vertex as usize]);
                 ta * b0 + tb * b1 + tc * b2

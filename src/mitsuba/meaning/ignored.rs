@@ -31,7 +31,7 @@ impl IgnoredList {
         self.add(
             tree,
             index,
-            "no irradiance computed here depends on a diffuse reflectance",
+            "no irradiance depends on a diffuse reflectance, and cameras here take constant colours only",
         );
     }
 }

@@ -48,7 +48,7 @@ impl Materials {
             return id;
         }
         let id = self.add(Material::Diffuse {
-            reflectance: Rgb::grey(DEFAULT_REFLECTANCE),
+            reflectance: Some(Rgb::grey(DEFAULT_REFLECTANCE)),
         });
         self.default = Some(id);
         id
@@ -102,7 +102,7 @@ impl Materials {
         Ok(id)
     }
 
-    /// No irradiance computed here depends on the reflectance, so a texture is checked and let be.
+    /// A texture is checked and let be: no irradiance depends on it, and cameras refuse it.
     fn diffuse(
         &mut self,
         tree: &Tree,
@@ -110,22 +110,21 @@ impl Materials {
         files: &Files,
         ignored: &mut IgnoredList,
     ) -> Result<Material, LoadError> {
-        let grey = Rgb::grey(DEFAULT_REFLECTANCE);
         let reflectance = match plugin.find("reflectance").map(|found| found.value) {
             Some(Value::Object(texture)) if textures::is_texture(tree, *texture) => {
                 self.warnings
                     .extend(textures::check(tree, *texture, files)?);
                 ignored.add_texture(tree, *texture);
-                grey
+                None
             }
-            Some(Value::Spectrum(crate::mitsuba::syntax::Spectrum::File(_))) => grey,
-            _ => spectra::read_or(
+            Some(Value::Spectrum(crate::mitsuba::syntax::Spectrum::File(_))) => None,
+            _ => Some(spectra::read_or(
                 tree,
                 plugin,
                 "reflectance",
                 Role::Fraction,
                 DEFAULT_REFLECTANCE,
-            )?,
+            )?),
         };
         Ok(Material::Diffuse { reflectance })
     }

@@ -1,4 +1,4 @@
-//! `<texture>` as the reflectance of a diffuse surface: checked, and then of no use.
+//! `<texture>` as the reflectance of a diffuse surface: checked, but not modelled.
 
 use super::plugin::Plugin;
 use super::spectra::{self, Role};
@@ -31,7 +31,7 @@ pub fn check(
                 warning = Some(Warning {
                     at: Some(plugin.source()),
                     message: format!(
-                        "there is no image {}; no result depends on it",
+                        "there is no image {}; no irradiance depends on it",
                         path.display()
                     ),
                 });

@@ -299,7 +299,7 @@ impl<'a> Setup<'a> {
             let flux: f64 = layers.iter().map(|layer| layer.flux[texel].mean()).sum();
             // The errors of different signatures know nothing of each other.
             let variance: f64 = layers.iter().map(|layer| layer.likely[texel].powi(2)).sum();
-            if flux > 0.0 {
+            if flux > 0.0 && area > 0.0 {
                 lit += 1;
                 sum += flux / area;
                 squares += variance / (area * area);
@@ -469,7 +469,11 @@ impl<'a> Setup<'a> {
     /// Irradiance and bounds of a signature.
     fn layer(&self, layer: &PassLayer) -> Layer {
         let texels = self.receiver.texels();
-        let per_area = |texel: usize| 1.0 / self.receiver.texel_area(texel);
+        // A texel without any surface gets no light.
+        let per_area = |texel: usize| match self.receiver.texel_area(texel) {
+            0.0 => 0.0,
+            area => 1.0 / area,
+        };
         let mut result = Layer::bounded(LayerName::Path(layer.signature), texels);
         let interval = result.interval.get_or_insert_default();
         for texel in 0..texels {

@@ -49,7 +49,14 @@ impl Weighted {
     }
 
     fn layer(&self, name: LayerName, weight: f64, receiver: &Receiver) -> Layer {
-        let per_area = |texel: usize| 1.0 / (weight * receiver.texel_area(texel));
+        // A texel without surface receives nothing; its irradiance is called zero.
+        let per_area = |texel: usize| {
+            if receiver.has_surface(texel) {
+                1.0 / (weight * receiver.texel_area(texel))
+            } else {
+                0.0
+            }
+        };
         Layer {
             name,
             irradiance: (0..receiver.texels())

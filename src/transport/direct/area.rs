@@ -5,6 +5,7 @@ use glam::{DVec2, DVec3};
 use super::{DirectLight, DirectTexel, GAUSS};
 use crate::geometry::SurfacePoint;
 use crate::numeric::Stream;
+use crate::radiometry::Rgb;
 use crate::scene::Emitter;
 use crate::transport::domain::surface::{Area, LightSurface, Part, surface_point};
 
@@ -46,22 +47,34 @@ impl DirectLight<'_> {
                 error: *radiance * error,
             };
         }
+        if !self.receiver.has_surface(texel) {
+            return DirectTexel::default();
+        }
+        let texel_area = self.receiver.texel_area(texel);
         let mut sum = 0.0;
         let mut sum_squares = 0.0;
         let mut unshadowed = 0.0;
+        let mut is_found = false;
         for replicate in 0..REPLICATES {
             let stream = stream.split(u64::from(replicate));
             let mut mean = 0.0;
             for sample in 0..SAMPLES {
                 let [u, v, s, t] = stream.point4(u64::from(sample));
-                let point = self.receiver_point(texel, DVec2::new(u, v));
-                let (arriving, passed) = self.area_sample(&point, light, DVec2::new(s, t));
+                let Some(patch) = self.patch(texel, DVec2::new(u, v)) else {
+                    continue;
+                };
+                is_found = true;
+                let (arriving, passed) = self.area_sample(&patch.point, light, DVec2::new(s, t));
+                let arriving = arriving * (patch.density / texel_area);
                 mean += arriving * passed;
                 unshadowed += arriving;
             }
             mean /= f64::from(SAMPLES);
             sum += mean;
             sum_squares += mean * mean;
+        }
+        if !is_found {
+            return self.area_at_home(texel, *radiance, light, stream);
         }
         let n = f64::from(REPLICATES);
         let variance = ((sum_squares - sum * sum / n) / (n - 1.0)).max(0.0);
@@ -80,16 +93,50 @@ impl DirectLight<'_> {
         }
     }
 
+    /// The same where a mesh covers so little of a texel that no sample found it: one point stands
+    /// for the texel, and its irradiance without shadow for the error.
+    fn area_at_home(
+        &mut self,
+        texel: usize,
+        radiance: Rgb,
+        light: &LightSurface,
+        stream: &Stream,
+    ) -> DirectTexel {
+        let Some(point) = self.receiver.home(self.scene, texel) else {
+            return DirectTexel::UNKNOWN;
+        };
+        let samples = REPLICATES * SAMPLES;
+        let (mut seen, mut unshadowed) = (0.0, 0.0);
+        for sample in 0..samples {
+            let [s, t, ..] = stream.point4(u64::from(sample));
+            let (arriving, passed) = self.area_sample(&point, light, DVec2::new(s, t));
+            seen += arriving * passed;
+            unshadowed += arriving;
+        }
+        DirectTexel {
+            irradiance: radiance * (seen / f64::from(samples)),
+            error: radiance * (unshadowed / f64::from(samples)),
+        }
+    }
+
     /// ∫ cos θ cos θ′ / r² dA over all of a light made of parallelograms, at the middle of a
-    /// texel, and a bound on its error; `None` where any part may be hidden, or the error is more
-    /// than `SMOOTH_ERROR`.
+    /// texel, and a bound on its error; `None` where any part may be hidden, the receiver is no one
+    /// surface, or the error is more than `SMOOTH_ERROR`.
     ///
     /// Each part is integrated with 2 x 2 Gauss points, at the texel's middle and, for what the
     /// middle leaves out, at its corners: the mean of the corners less the middle is three times
     /// the midpoint rule's error. The difference to one point a part bounds that of the parts.
     fn unshadowed(&mut self, texel: usize, light: &LightSurface) -> Option<(f64, f64)> {
-        let middle = self.receiver_point(texel, DVec2::splat(0.5));
-        let corners = CORNERS.map(|(u, v)| self.receiver_point(texel, DVec2::new(u, v)));
+        let middle = self.patch(texel, DVec2::splat(0.5))?;
+        let mut corners = [middle.point; 4];
+        for (corner, (u, v)) in corners.iter_mut().zip(CORNERS) {
+            let patch = self.patch(texel, DVec2::new(u, v))?;
+            if !patch.continues(&middle) {
+                return None;
+            }
+            *corner = patch.point;
+        }
+        let middle = middle.point;
         let whole = light.rectangle()?;
         let (mut coarse, mut fine, mut at_corners) = (0.0, 0.0, 0.0);
         for part in light.parts() {

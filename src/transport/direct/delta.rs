@@ -2,6 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
+use super::look::{Look, NO_RANGE, POINTS, Passed, Sum, joined};
 use super::{DirectLight, DirectTexel, GAUSS};
 use crate::geometry::SurfacePoint;
 use crate::radiometry::Rgb;
@@ -33,38 +34,6 @@ pub(super) fn is_near_edge(first: &[Glance], texel: usize, receiver: &Receiver) 
         }
     }
     seen.is_mixed()
-}
-
-/// The least and the largest share of an emitter that some points see.
-#[derive(Clone, Copy)]
-struct Passed {
-    least: f64,
-    most: f64,
-}
-
-impl Passed {
-    const NOTHING_SEEN: Self = Self {
-        least: f64::INFINITY,
-        most: f64::NEG_INFINITY,
-    };
-
-    fn with(self, other: Self) -> Self {
-        Self {
-            least: self.least.min(other.least),
-            most: self.most.max(other.most),
-        }
-    }
-
-    fn with_share(self, share: f64) -> Self {
-        self.with(Self {
-            least: share,
-            most: share,
-        })
-    }
-
-    fn is_mixed(self) -> bool {
-        self.least < self.most
-    }
 }
 
 /// A texel's irradiance from few points, and what these see of the emitter.
@@ -103,22 +72,15 @@ impl Leaf {
     }
 }
 
-/// What a leaf's points see.
-struct Look {
-    /// The leaf's share of its texel's irradiance.
-    irradiance: Rgb,
-    /// The same without shadow.
-    unshadowed: Rgb,
-    passed: Passed,
-}
-
 impl DirectLight<'_> {
     /// Average over a texel of a delta emitter's light, as few points see it.
     pub(super) fn glance(&mut self, texel: usize, emitter: &Emitter) -> Glance {
-        let mut result = Glance {
-            value: DirectTexel::default(),
-            passed: Passed::NOTHING_SEEN,
-        };
+        let mut passed = Passed::NOTHING_SEEN;
+        if !self.receiver.has_surface(texel) {
+            let value = DirectTexel::default();
+            return Glance { value, passed };
+        }
+        let mut sum = Sum::NOTHING;
         let (width, height) = (self.receiver.width(), self.receiver.height());
         let is_end = |i: usize, count: usize| i == 0 || i + 1 == count;
         let is_border = is_end(texel % width, width) || is_end(texel / width, height);
@@ -129,19 +91,29 @@ impl DirectLight<'_> {
                 continue;
             }
             let look = self.look(texel, &leaf, emitter);
-            result.value.irradiance += look.irradiance;
-            result.passed = result.passed.with(look.passed);
-            if is_border {
-                // No neighbours on one side: nobody else looks there.
-                result.passed = self.guarded(texel, &leaf, emitter, result.passed);
+            if look.is_rough(leaf.size) && leaf.level < EDGE_LEVELS {
+                pending.extend(leaf.quarters());
+                continue;
+            }
+            sum.add(&look);
+            passed = passed.with(look.passed);
+            if is_border || look.is_ragged {
+                // No neighbours on one side, perhaps: nobody else looks there.
+                passed = self.guarded(texel, &leaf, emitter, passed);
             }
         }
-        result
+        let value = sum
+            .average()
+            .unwrap_or_else(|| self.at_home(texel, emitter));
+        Glance { value, passed }
     }
 
     /// Average over a texel of a delta emitter's light, where a shadow's edge may run through it.
     pub(super) fn edge(&mut self, texel: usize, emitter: &Emitter) -> DirectTexel {
-        let mut result = DirectTexel::default();
+        if !self.receiver.has_surface(texel) {
+            return DirectTexel::default();
+        }
+        let mut sum = Sum::NOTHING;
         let mut pending = vec![Leaf::TEXEL];
         while let Some(leaf) = pending.pop() {
             if leaf.level < EDGE_LEVELS || self.is_coarse(texel, &leaf, emitter) {
@@ -155,30 +127,58 @@ impl DirectLight<'_> {
                 pending.extend(leaf.quarters());
                 continue;
             }
-            result.irradiance += look.irradiance;
+            sum.add(&look);
             if mixed {
                 // The share that passes is somewhere between the least and the most.
-                result.error += look.unshadowed * (passed.most - passed.least);
+                sum.error += look.unshadowed * (passed.most - passed.least);
             }
         }
-        result
+        sum.average()
+            .unwrap_or_else(|| self.at_home(texel, emitter))
     }
 
-    /// A leaf's share of its texel's irradiance, by 2 x 2 Gauss points.
+    /// A texel of which a mesh covers so little that no leaf's points found it: one point stands
+    /// for it, and its irradiance without shadow for the error.
+    fn at_home(&mut self, texel: usize, emitter: &Emitter) -> DirectTexel {
+        self.receiver
+            .home(self.scene, texel)
+            .map_or(DirectTexel::UNKNOWN, |point| {
+                let (error, passed) = self.arriving(&point, emitter);
+                DirectTexel {
+                    irradiance: error * passed,
+                    error,
+                }
+            })
+    }
+
+    /// A leaf's part of its texel's irradiance, by 2 x 2 Gauss points.
     fn look(&mut self, texel: usize, leaf: &Leaf, emitter: &Emitter) -> Look {
         let mut look = Look {
-            irradiance: Rgb::BLACK,
+            flux: Rgb::BLACK,
             unshadowed: Rgb::BLACK,
+            area: 0.0,
+            range: NO_RANGE,
             passed: Passed::NOTHING_SEEN,
+            found: 0,
+            is_ragged: false,
         };
         let weight = leaf.size * leaf.size / 4.0;
+        let mut first = None;
         for (i, j) in [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)] {
-            let point = self.receiver_point(texel, leaf.at(i * GAUSS, j * GAUSS));
-            let (arriving, passed) = self.arriving(&point, emitter);
-            look.unshadowed += arriving * weight;
-            look.irradiance += arriving * (passed * weight);
+            let Some(patch) = self.patch(texel, leaf.at(i * GAUSS, j * GAUSS)) else {
+                continue;
+            };
+            let (arriving, passed) = self.arriving(&patch.point, emitter);
+            let area = patch.density * weight;
+            look.area += area;
+            look.unshadowed += arriving * area;
+            look.flux += arriving * (passed * area);
+            look.range = joined(look.range, (arriving, arriving));
             look.passed = look.passed.with_share(passed);
+            look.found += 1;
+            look.is_ragged |= !first.get_or_insert(patch).continues(&patch);
         }
+        look.is_ragged |= (1..POINTS).contains(&look.found);
         look
     }
 
@@ -191,8 +191,9 @@ impl DirectLight<'_> {
                     return passed;
                 }
                 let at = self.receiver.clamped(texel, leaf.at(i, j));
-                let point = self.receiver_point(texel, at);
-                passed = passed.with_share(self.arriving(&point, emitter).1);
+                if let Some(patch) = self.patch(texel, at) {
+                    passed = passed.with_share(self.arriving(&patch.point, emitter).1);
+                }
             }
         }
         passed
@@ -213,7 +214,13 @@ impl DirectLight<'_> {
         if leaf.level >= SHADOW_LEVELS {
             return false;
         }
-        let middle = self.receiver_point(texel, leaf.at(0.0, 0.0)).position;
+        let position = |x, y| Some(self.patch(texel, leaf.at(x, y))?.point.position);
+        let corners = [(-0.5, -0.5), (0.5, -0.5), (-0.5, 0.5), (0.5, 0.5)]
+            .into_iter()
+            .filter_map(|(x, y)| position(x, y));
+        let Some(middle) = position(0.0, 0.0).or_else(|| corners.clone().next()) else {
+            return false;
+        };
         let distance = middle.distance(from);
         let size = self.receiver.texel_area(texel).sqrt() * leaf.size;
         if size > distance / 64.0 {
@@ -228,10 +235,8 @@ impl DirectLight<'_> {
         else {
             return false;
         };
-        let radius = [(-0.5, -0.5), (0.5, -0.5), (-0.5, 0.5), (0.5, 0.5)]
-            .map(|(x, y)| self.receiver_point(texel, leaf.at(x, y)).position)
+        let radius = corners
             .map(|corner| corner.distance(middle))
-            .into_iter()
             .fold(0.0, f64::max);
         // The leaf is seen within about this angle of its middle.
         let reach = 1.1 * radius / distance;

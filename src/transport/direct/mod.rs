@@ -8,21 +8,27 @@
 //! still mixed there is booked as error. Area lights are integrated over texel and emitter
 //! together by randomised quasi-Monte Carlo.
 //!
+//! Averages are by surface area. Where a mesh covers a texel in part, or faces that stretch or lean
+//! differently meet in it, the parts where they do are cut into smaller ones, too (`EDGE_LEVELS`
+//! deep), and what remains uncertain is booked as error.
+//!
 //! A shadow (or a gap in one) narrower than about half a texel can be missed, and beside an edge one
 //! narrower than 1/16 of a texel.
 
 mod area;
 mod delta;
+mod look;
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::domain::surface::LightSurface;
-use super::receiver::Receiver;
-use crate::geometry::{Ray, SurfacePoint, TraversalCounters};
+use super::receiver::{Patch, Receiver};
+use super::visibility::transmittance;
+use crate::geometry::{SurfacePoint, TraversalCounters};
 use crate::numeric::{Stream, StreamKind};
 use crate::radiometry::Rgb;
-use crate::scene::{Emitter, Material, Scene};
+use crate::scene::{Emitter, Scene};
 
 /// Half the distance of two Gauss points on an interval of length 1: 1 / (2 √3).
 const GAUSS: f64 = 0.288_675_134_594_812_9;
@@ -34,6 +40,14 @@ pub struct DirectTexel {
     pub irradiance: Rgb,
     /// For delta emitters a bound, for area lights the standard error [W/m²].
     pub error: Rgb,
+}
+
+impl DirectTexel {
+    /// Nothing is known of it: no irradiance, with an error bar of NaN.
+    const UNKNOWN: Self = Self {
+        irradiance: Rgb::BLACK,
+        error: Rgb::grey(f64::NAN),
+    };
 }
 
 /// Direct irradiance of every texel, and the work it took.
@@ -96,12 +110,8 @@ pub fn direct(
 impl Direct {
     /// What is known before anything was measured: nothing, with an error bar of NaN.
     pub fn unknown(texels: usize) -> Self {
-        let texel = DirectTexel {
-            irradiance: Rgb::BLACK,
-            error: Rgb::grey(f64::NAN),
-        };
         Self {
-            texels: vec![texel; texels],
+            texels: vec![DirectTexel::UNKNOWN; texels],
             counters: TraversalCounters::default(),
         }
     }
@@ -148,53 +158,13 @@ struct DirectLight<'a> {
 }
 
 impl DirectLight<'_> {
-    fn receiver_point(&self, texel: usize, at: DVec2) -> SurfacePoint {
-        self.receiver.point(self.scene, texel, at)
+    /// The receiver at fractions `at` across a texel; `None` where it has no surface there.
+    fn patch(&self, texel: usize, at: DVec2) -> Option<Patch> {
+        self.receiver.patch(self.scene, texel, at)
     }
 
     /// The share of light that reaches `point` along `-towards` past null surfaces and masks.
     fn transmittance(&mut self, point: &SurfacePoint, towards: DVec3, distance: f64) -> f64 {
-        let scene = self.scene;
-        let ray = point.spawn(towards);
-        let mut meets_mask = false;
-        let blocked = scene.world().any_hit(
-            &ray,
-            distance,
-            |hit| match scene.material_of(hit.shape) {
-                Material::Null => false,
-                Material::Mask { opacity, .. } => {
-                    meets_mask = true;
-                    *opacity == 1.0
-                }
-                _ => true,
-            },
-            &mut self.counters,
-        );
-        match (blocked, meets_mask) {
-            (true, _) => 0.0,
-            (false, false) => 1.0,
-            (false, true) => self.masked_transmittance(ray, distance),
-        }
-    }
-
-    /// The share of light that passes masks, met one after the other: `any_hit` reports a round
-    /// shape once even where a ray crosses it twice.
-    fn masked_transmittance(&mut self, mut ray: Ray, mut distance: f64) -> f64 {
-        let scene = self.scene;
-        let mut passed = 1.0;
-        while passed > 0.0 {
-            let hit = scene
-                .world()
-                .closest_hit(&ray, distance, &mut self.counters);
-            let Some(hit) = hit else { break };
-            passed *= match scene.material_of(hit.shape) {
-                Material::Null => 1.0,
-                Material::Mask { opacity, .. } => 1.0 - opacity,
-                _ => 0.0,
-            };
-            distance -= hit.distance;
-            ray = scene.world().bounce_point(&ray, &hit).spawn(ray.direction);
-        }
-        passed
+        transmittance(self.scene, point, towards, distance, &mut self.counters)
     }
 }

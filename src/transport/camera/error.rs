@@ -1,0 +1,50 @@
+//! Why a sensor cannot be used as a camera.
+
+/// Why a sensor cannot be used as a camera.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum CameraError {
+    /// It measures a shape, or has a lens of some size.
+    #[error(
+        "sensor \"{id}\" is a {plugin}: a camera that light can be connected to must be perspective \
+         or orthographic"
+    )]
+    Kind {
+        /// The sensor.
+        id: String,
+        /// Mitsuba's name of its kind.
+        plugin: &'static str,
+    },
+    /// Pixels would overlap.
+    #[error(
+        "sensor \"{id}\" has a film with a {filter} filter: pixels here are plain averages; add \
+         <rfilter type=\"box\"/> to the film"
+    )]
+    Filter {
+        /// The sensor.
+        id: String,
+        /// Mitsuba's name of the filter.
+        filter: &'static str,
+    },
+    /// A surface's brightness is not known.
+    #[error(
+        "sensor \"{id}\" may see shape \"{shape}\", whose diffuse reflectance is a texture or a \
+         spectrum from a file: these are not modelled; give an rgb or a float"
+    )]
+    Reflectance {
+        /// The sensor.
+        id: String,
+        /// The shape.
+        shape: String,
+    },
+    /// Its numbers overflow.
+    #[error(
+        "sensor \"{id}\": its to_world, field of view and film size give pixels of size {size:e}; \
+         allowed are sizes from 1e-70 to 1e70"
+    )]
+    Size {
+        /// The sensor.
+        id: String,
+        /// The side of a pixel, in camera space or on the plane z = 1.
+        size: f64,
+    },
+}

@@ -1,0 +1,350 @@
+//! Cameras: which point of the film light that arrives at a surface is seen at, and how brightly.
+//!
+//! A pixel of a box-filtered film holds the average radiance over the pixel, L = 1/A ∫ L(x) dx. Seen
+//! from the surface the same is an integral over the pixel's footprint. With camera space
+//! coordinates q = (x, y, 1) of a film point on the plane z = 1, M the linear part of the
+//! camera's map to the world, and d the distance, the footprint's area is
+//!
+//! ```text
+//! dA cos θ / d² = dω = |det M| / |M q|³ dx dy
+//! ```
+//!
+//! (for a rigid M: dx dy cos³ of the angle to the axis). Flux Φ that arrives at a point of a Lambertian
+//! surface leaves it with radiance ρ/π Φ/dA, so a pixel of area A on the plane z = 1 gains
+//!
+//! ```text
+//! L = Φ · ρ/π · cos θ |M q|³ / (d² |det M| A)
+//! ```
+//!
+//! This is the measurement contribution of Veach 1997 (*Robust Monte Carlo methods for light
+//! transport simulation*), chapter 8: the BRDF times the geometric term times the pixel's importance We;
+//! and We that of Pharr, Jakob and Humphreys, *Physically Based Rendering*, 3rd edition, 16.1.1, for one
+//! pixel instead of the film. For parallel projection along the unit vector a, areas across a take
+//! the place of solid angles: with X and Y the first columns of M,
+//!
+//! ```text
+//! dA cos θ = |a · (X × Y)| dx dy
+//! ```
+
+mod diffuse;
+mod error;
+
+use glam::{DMat3, DVec2, DVec3};
+
+use super::scatter::ShadingNormals;
+use super::visibility::transmittance;
+use crate::geometry::{Ray, SurfacePoint, Transform, TraversalCounters};
+use crate::radiometry::Rgb;
+use crate::scene::{Film, ReconstructionFilter, Scene, Sensor, SensorKind};
+use diffuse::{has_unknown_reflectance, reflectance};
+pub use error::CameraError;
+
+/// A camera: a film on which points of the scene are seen.
+///
+/// The film's coordinates are in pixels of its crop: x to the right, y down, the top left corner of the
+/// crop at (0, 0). Mitsuba's conventions (checked against 3.9.1, see `tests/camera.rs`): camera space
+/// has +x to the *left* of the image, +y up, and looks along +z; a principal point's offset moves the
+/// image left and up.
+#[derive(Clone, Debug)]
+pub struct Camera {
+    film: Film,
+    to_world: Transform,
+    lens: Lens,
+    near_clip: f64,
+    far_clip: f64,
+    /// The film point, in pixels of the crop, on the camera's axis.
+    center: DVec2,
+    /// Pixels a unit of camera space (on the plane z = 1, for a pinhole); the same along x and y.
+    pixels: f64,
+    shading_normals: ShadingNormals,
+}
+
+/// How space is projected.
+#[derive(Clone, Copy, Debug)]
+enum Lens {
+    Pinhole {
+        /// World space.
+        position: DVec3,
+        /// |det M|.
+        determinant: f64,
+    },
+    Parallel {
+        /// The unit vector along which the camera looks, world space.
+        axis: DVec3,
+        /// World area across the axis, by area of camera space's xy plane.
+        magnification: f64,
+    },
+}
+
+/// How a camera sees a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Projection {
+    /// In pixels of the cropped film, continuous; may lie outside of it.
+    pub at: DVec2,
+    /// From the point to the camera, a unit vector.
+    pub towards: DVec3,
+    /// From the point to the near plane, along `towards`.
+    pub distance: f64,
+    /// Radiance [W/m²/sr] averaged over a pixel, by radiance times surface area times cosine
+    /// [W/sr] there: the pixel's importance times the geometric term [1/m²].
+    pub importance: f64,
+}
+
+/// What a camera makes of flux that arrives at a point it sees.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Connection {
+    /// In pixels of the cropped film, continuous; may lie outside of it.
+    pub at: DVec2,
+    /// Radiance of the pixel [W/m²/sr] by flux arriving at the point \[W\].
+    pub radiance_per_flux: Rgb,
+    /// From the point to the near plane (what lies between was found clear).
+    pub distance: f64,
+}
+
+/// A camera's view through a point of its film.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PixelRay {
+    /// From the near plane on.
+    pub ray: Ray,
+    /// The distance to the far plane: what lies beyond is not seen.
+    pub reach: f64,
+}
+
+impl Camera {
+    /// The camera that a sensor describes, with shading normals that keep [`ShadingNormals::Flux`].
+    ///
+    /// # Errors
+    ///
+    /// For an irradiance meter or a thin lens, a filter other than the box, or where a diffuse surface
+    /// of the scene has a reflectance that is not a constant colour.
+    pub fn new(scene: &Scene, sensor: &Sensor) -> Result<Self, CameraError> {
+        let id = || sensor.id.clone();
+        let film = &sensor.film;
+        let (to_world, near_clip, far_clip, half_width, offset) = match &sensor.kind {
+            SensorKind::Perspective(camera) => (
+                camera.to_world,
+                camera.near_clip,
+                camera.far_clip,
+                (0.5 * camera.horizontal_fov).tan(),
+                camera.principal_point_offset,
+            ),
+            SensorKind::Orthographic {
+                to_world,
+                near_clip,
+                far_clip,
+            } => (*to_world, *near_clip, *far_clip, 1.0, DVec2::ZERO),
+            SensorKind::IrradianceMeter { .. } | SensorKind::ThinLens { .. } => {
+                return Err(CameraError::Kind {
+                    id: id(),
+                    plugin: sensor.plugin(),
+                });
+            }
+        };
+        if film.filter != ReconstructionFilter::Box {
+            return Err(CameraError::Filter {
+                id: id(),
+                filter: film.filter.plugin(),
+            });
+        }
+        let is_unknown = |object: &&crate::scene::Object| {
+            has_unknown_reflectance(scene, scene.material(object.material))
+        };
+        if let Some(object) = scene.objects().iter().find(is_unknown) {
+            return Err(CameraError::Reflectance {
+                id: id(),
+                shape: object.id.clone(),
+            });
+        }
+        let linear = DMat3::from_mat4(to_world.matrix());
+        let lens = if matches!(sensor.kind, SensorKind::Perspective(_)) {
+            Lens::Pinhole {
+                position: to_world.point(DVec3::ZERO),
+                determinant: linear.determinant().abs(),
+            }
+        } else {
+            let axis = linear.z_axis.normalize();
+            Lens::Parallel {
+                axis,
+                magnification: linear.x_axis.cross(linear.y_axis).dot(axis).abs(),
+            }
+        };
+        let full = DVec2::new(f64::from(film.width), f64::from(film.height));
+        let crop = DVec2::new(f64::from(film.crop.offset_x), f64::from(film.crop.offset_y));
+        let camera = Self {
+            film: film.clone(),
+            to_world,
+            lens,
+            near_clip,
+            far_clip,
+            center: (0.5 - offset) * full - crop,
+            pixels: 0.5 * full.x / half_width,
+            shading_normals: ShadingNormals::Flux,
+        };
+        let scale = match lens {
+            Lens::Pinhole { determinant, .. } => determinant.cbrt(),
+            Lens::Parallel { magnification, .. } => magnification.sqrt(),
+        };
+        for size in [1.0 / camera.pixels, scale / camera.pixels] {
+            if !(1e-70..=1e70).contains(&size) || !camera.center.is_finite() {
+                return Err(CameraError::Size { id: id(), size });
+            }
+        }
+        Ok(camera)
+    }
+
+    /// The same camera, with what interpolated normals of diffuse surfaces do to light.
+    ///
+    /// With `Flux` a surface reflects what its true normal receives; with `Adjoint` its radiance is
+    /// that of a surface with the shading normal s, as in Mitsuba's images: flux from w counts
+    /// |w · s| / |w · g| times, g the true normal (Veach 1997, 5.3), and nothing where the two
+    /// disagree about sides.
+    #[must_use]
+    pub fn with_shading_normals(mut self, shading_normals: ShadingNormals) -> Self {
+        self.shading_normals = shading_normals;
+        self
+    }
+
+    /// Pixels a row, of the crop.
+    pub fn width(&self) -> usize {
+        self.film.crop.width as usize
+    }
+
+    /// Rows of pixels, of the crop.
+    pub fn height(&self) -> usize {
+        self.film.crop.height as usize
+    }
+
+    /// The pixel at film coordinates, row by row from the top; `None` outside the crop.
+    #[inline]
+    pub fn pixel(&self, at: DVec2) -> Option<usize> {
+        let (width, height) = (self.width(), self.height());
+        let is_inside = at.x >= 0.0 && at.y >= 0.0 && at.x < width as f64 && at.y < height as f64;
+        is_inside.then(|| at.y as usize * width + at.x as usize)
+    }
+
+    /// Where a point is seen, whatever lies between; `None` before the near plane and beyond the far one.
+    #[inline]
+    pub fn project(&self, position: DVec3) -> Option<Projection> {
+        let local = self.to_world.inverse().point(position);
+        let pixel_area = 1.0 / (self.pixels * self.pixels);
+        let (on_film, towards, depth, distance, importance) = match self.lens {
+            Lens::Pinhole {
+                position: pinhole,
+                determinant,
+            } => {
+                if local.z <= 0.0 {
+                    return None;
+                }
+                let offset = pinhole - position;
+                let whole = offset.length();
+                // |M q| is the distance that belongs to one unit of camera space's z.
+                let stretch = whole / local.z;
+                (
+                    local.truncate() / local.z,
+                    offset / whole,
+                    local.z - self.near_clip,
+                    whole - self.near_clip * stretch,
+                    stretch * stretch * stretch / (whole * whole * determinant * pixel_area),
+                )
+            }
+            Lens::Parallel {
+                axis,
+                magnification,
+            } => {
+                let stretch = self.to_world.vector(DVec3::Z).length();
+                let distance = (local.z - self.near_clip) * stretch;
+                // As in Mitsuba: rays are far_clip − near_clip long in the *world*, however
+                // camera space is scaled.
+                (
+                    local.truncate(),
+                    -axis,
+                    distance,
+                    distance,
+                    1.0 / (magnification * pixel_area),
+                )
+            }
+        };
+        let at = self.center - on_film * self.pixels;
+        let is_seen = depth > 0.0 && depth <= self.far_clip - self.near_clip;
+        (is_seen && at.is_finite() && importance.is_finite()).then_some(Projection {
+            at,
+            towards,
+            distance,
+            importance,
+        })
+    }
+
+    /// What a pixel gains from flux that arrives at `point` of shape `shape`, travelling along the unit
+    /// vector `direction`.
+    ///
+    /// `None` where nothing is seen of it: the surface is not diffuse (or a mask over it is
+    /// open), light and camera are on different sides or on one that is black, the point is out of the clip
+    /// planes, or something hides it. Film coordinates outside the crop are no reason: a
+    /// beam's image may reach in.
+    ///
+    /// Mirrors and glass between point and camera hide it, too: what is seen by way of them is another path.
+    pub fn connect(
+        &self,
+        scene: &Scene,
+        shape: u32,
+        point: &SurfacePoint,
+        direction: DVec3,
+        counters: &mut TraversalCounters,
+    ) -> Option<Connection> {
+        let projection = self.project(point.position)?;
+        let normal = point.geometric_normal;
+        let (arriving, leaving) = (-direction.dot(normal), projection.towards.dot(normal));
+        let is_one_side = arriving * leaving > 0.0;
+        if !is_one_side {
+            return None;
+        }
+        let reflectance = reflectance(scene, scene.material_of(shape), arriving > 0.0)?;
+        let cosine = match self.shading_normals {
+            ShadingNormals::Flux => leaving.abs(),
+            ShadingNormals::Adjoint => {
+                let normal = point.shading_normal;
+                let bent = (-direction.dot(normal), projection.towards.dot(normal));
+                let do_agree = bent.0 * arriving > 0.0 && bent.1 * leaving > 0.0;
+                if !do_agree {
+                    return None;
+                }
+                leaving.abs() * (bent.0 / arriving)
+            }
+        };
+        let passed = transmittance(
+            scene,
+            point,
+            projection.towards,
+            projection.distance,
+            counters,
+        );
+        let factor = cosine * projection.importance * passed * std::f64::consts::FRAC_1_PI;
+        (factor > 0.0 && !reflectance.is_black()).then(|| Connection {
+            at: projection.at,
+            radiance_per_flux: reflectance * factor,
+            distance: projection.distance,
+        })
+    }
+
+    /// The view through film coordinates `at` (pixels of the crop; may lie outside of it).
+    ///
+    /// The inverse of [`project`](Self::project). Its radiance needs no weight: a pixel's is the average over it.
+    pub fn pixel_ray(&self, at: DVec2) -> PixelRay {
+        let on_film = (self.center - at) / self.pixels;
+        let depth = self.far_clip - self.near_clip;
+        match self.lens {
+            Lens::Pinhole { position, .. } => {
+                let along = self.to_world.vector(on_film.extend(1.0));
+                let stretch = along.length();
+                PixelRay {
+                    ray: Ray::new(position + along * self.near_clip, along / stretch),
+                    reach: depth * stretch,
+                }
+            }
+            Lens::Parallel { axis, .. } => PixelRay {
+                ray: Ray::new(self.to_world.point(on_film.extend(self.near_clip)), axis),
+                reach: depth,
+            },
+        }
+    }
+}

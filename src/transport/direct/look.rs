@@ -1,0 +1,126 @@
+//! What points of a texel see of a delta emitter, and how it sums up.
+
+use super::DirectTexel;
+use crate::radiometry::Rgb;
+
+/// The least and the largest share of an emitter that some points see.
+#[derive(Clone, Copy)]
+pub(super) struct Passed {
+    pub(super) least: f64,
+    pub(super) most: f64,
+}
+
+impl Passed {
+    pub(super) const NOTHING_SEEN: Self = Self {
+        least: f64::INFINITY,
+        most: f64::NEG_INFINITY,
+    };
+
+    pub(super) fn with(self, other: Self) -> Self {
+        Self {
+            least: self.least.min(other.least),
+            most: self.most.max(other.most),
+        }
+    }
+
+    pub(super) fn with_share(self, share: f64) -> Self {
+        self.with(Self {
+            least: share,
+            most: share,
+        })
+    }
+
+    pub(super) fn is_mixed(self) -> bool {
+        self.least < self.most
+    }
+}
+
+/// What a leaf's points see, all weighted by the surface about them.
+pub(super) struct Look {
+    /// Irradiance times area [W].
+    pub(super) flux: Rgb,
+    /// The same without shadow.
+    pub(super) unshadowed: Rgb,
+    /// The leaf's surface [m²], as its points have it.
+    pub(super) area: f64,
+    /// Irradiance without shadow: the least and the most of any point.
+    pub(super) range: (Rgb, Rgb),
+    pub(super) passed: Passed,
+    /// How many of the points are on the surface.
+    pub(super) found: usize,
+    /// Whether the points are not on one smooth surface.
+    pub(super) is_ragged: bool,
+}
+
+/// The Gauss points of a leaf.
+pub(super) const POINTS: usize = 4;
+
+/// Largest spread of irradiances over a leaf of faces that stretch or lean differently, times the
+/// leaf's share of its texel: what the leaf leaves uncertain, relative to the irradiance.
+const ROUGH: f64 = 1e-3;
+
+impl Look {
+    /// Whether leaves smaller than this one, `size` of a texel wide, would find more surface, or know its irradiance better.
+    ///
+    /// A leaf without any surface counts as rough: a texel has some.
+    pub(super) fn is_rough(&self, size: f64) -> bool {
+        let spread = (self.range.1 - self.range.0).max_channel() * size * size;
+        self.found < POINTS || self.is_ragged && spread > ROUGH * self.range.1.max_channel()
+    }
+}
+
+/// A texel's sums over its leaves.
+pub(super) struct Sum {
+    pub(super) flux: Rgb,
+    pub(super) error: Rgb,
+    pub(super) area: f64,
+    /// The part of `area` in leaves that are not on one smooth surface.
+    pub(super) ragged: f64,
+    pub(super) range: (Rgb, Rgb),
+}
+
+/// The range of no irradiance at all.
+pub(super) const NO_RANGE: (Rgb, Rgb) = (Rgb::grey(f64::INFINITY), Rgb::grey(f64::NEG_INFINITY));
+
+/// The range that holds two others.
+pub(super) fn joined(a: (Rgb, Rgb), b: (Rgb, Rgb)) -> (Rgb, Rgb) {
+    (
+        Rgb(std::array::from_fn(|c| a.0.0[c].min(b.0.0[c]))),
+        Rgb(std::array::from_fn(|c| a.1.0[c].max(b.1.0[c]))),
+    )
+}
+
+impl Sum {
+    pub(super) const NOTHING: Self = Self {
+        flux: Rgb::BLACK,
+        error: Rgb::BLACK,
+        area: 0.0,
+        ragged: 0.0,
+        range: NO_RANGE,
+    };
+
+    pub(super) fn add(&mut self, look: &Look) {
+        self.flux += look.flux;
+        self.area += look.area;
+        if look.is_ragged {
+            self.ragged += look.area;
+        }
+        self.range = joined(self.range, look.range);
+    }
+
+    /// The average over the surface found; `None` where none was.
+    ///
+    /// Where leaves are ragged, how much of the surface has which irradiance is uncertain, for as
+    /// much of it as they hold; all of it has one in the range seen.
+    pub(super) fn average(&self) -> Option<DirectTexel> {
+        (self.area > 0.0).then(|| DirectTexel {
+            irradiance: self.flux / self.area,
+            error: if self.ragged > 0.0 {
+                let spread = self.range.1 - self.range.0;
+                (self.error + spread * self.ragged) / self.area
+            } else {
+                self.error / self.area
+            },
+        })
+    }
+}

@@ -1,0 +1,65 @@
+//! What lies between two points.
+
+use glam::DVec3;
+
+use crate::geometry::{Ray, SurfacePoint, TraversalCounters};
+use crate::scene::{Material, Scene};
+
+/// The share (0..=1) of light that passes between `point` and what lies `distance` away along
+/// the unit vector `towards`: null surfaces let all of it through, masks one minus their opacity,
+/// all else nothing.
+///
+/// Both ends are exclusive: the surface of `point` itself does not count, nor does one at
+/// `distance`. Refraction is no straight passage: glass blocks.
+pub fn transmittance(
+    scene: &Scene,
+    point: &SurfacePoint,
+    towards: DVec3,
+    distance: f64,
+    counters: &mut TraversalCounters,
+) -> f64 {
+    let ray = point.spawn(towards);
+    let mut meets_mask = false;
+    let blocked = scene.world().any_hit(
+        &ray,
+        distance,
+        |hit| match scene.material_of(hit.shape) {
+            Material::Null => false,
+            Material::Mask { opacity, .. } => {
+                meets_mask = true;
+                *opacity == 1.0
+            }
+            _ => true,
+        },
+        counters,
+    );
+    match (blocked, meets_mask) {
+        (true, _) => 0.0,
+        (false, false) => 1.0,
+        (false, true) => masked_transmittance(scene, ray, distance, counters),
+    }
+}
+
+/// The share of light that passes masks, met one after the other: `any_hit` reports a round
+/// shape once even where a ray crosses it twice.
+fn masked_transmittance(
+    scene: &Scene,
+    mut ray: Ray,
+    mut distance: f64,
+    counters: &mut TraversalCounters,
+) -> f64 {
+    let mut passed = 1.0;
+    while passed > 0.0 {
+        let Some(hit) = scene.world().closest_hit(&ray, distance, counters) else {
+            break;
+        };
+        passed *= match scene.material_of(hit.shape) {
+            Material::Null => 1.0,
+            Material::Mask { opacity, .. } => 1.0 - opacity,
+            _ => 0.0,
+        };
+        distance -= hit.distance;
+        ray = scene.world().bounce_point(&ray, &hit).spawn(ray.direction);
+    }
+    passed
+}
