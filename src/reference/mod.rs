@@ -7,5 +7,6 @@
 pub mod closed_form;
 mod estimate;
 pub mod photons;
+pub mod probe;
 
 pub use estimate::{Estimate, Layer, LayerName};

@@ -3,9 +3,10 @@
 //! A [`domain`] says where light can leave an emitter and meet specular geometry; a
 //! [`chain`] follows one ray of it through reflections and refractions; a [`receiver`]
 //! says which texel the end of a chain falls in; [`direct`] measures the light that met
-//! nothing specular. Every reference and every approximation is built from these.
+//! nothing specular; [`differentials`] follow the light right beside a ray. Every reference and every approximation is built from these.
 
 pub mod chain;
+pub mod differentials;
 pub mod direct;
 pub mod domain;
 pub mod flux;

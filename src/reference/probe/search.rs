@@ -1,0 +1,296 @@
+//! Dividing light space until every chain is away from the target, or meets it once at most.
+
+use std::collections::BTreeMap;
+
+use glam::{DMat2, DVec2};
+use rayon::prelude::*;
+
+use super::map::{LightMap, Place, Tracer};
+use super::newton::{Outcome, Root, solve};
+use super::target::Image;
+use crate::geometry::TraversalCounters;
+use crate::transport::differentials::{Interaction, signature};
+use crate::transport::domain::chart::Patch;
+use crate::transport::signature::Signature;
+
+/// A patch is divided at most so often: 2⁻²⁴ of a cell. Two roots this near each other are as near to a fold as the
+/// square of that, which is below the rounding of places on the receiver.
+const MAX_LEVEL: u32 = 24;
+
+/// Up to here a patch whose nodes do not all see the same chains is divided where *any* of them may hide
+/// the target: an unseen chain may be between them. Beyond, only where a chain that is seen may.
+const MIXED_LEVELS: u32 = 5;
+
+/// What is found.
+#[derive(Default)]
+pub(super) struct Found {
+    pub roots: Vec<Root>,
+    pub unresolved: u64,
+    pub out_of_rays: bool,
+    pub patches: u64,
+    pub counters: TraversalCounters,
+}
+
+/// A patch of light space to be looked at.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Piece {
+    chart: usize,
+    patch: Patch,
+    level: u32,
+}
+
+/// What one chain makes of a piece's light.
+pub(super) struct Sheet {
+    pub chain: Vec<Interaction>,
+    /// At the nodes, in the piece's coordinates (−1..=1).
+    nodes: [Option<Image>; NODES],
+    /// Whether the scene as it is lets the chain's light through at every node.
+    is_visible: bool,
+}
+
+/// 3 x 3.
+const NODES: usize = 9;
+const CENTER: usize = 4;
+
+/// In the piece's coordinates, row by row.
+fn node(index: usize) -> DVec2 {
+    DVec2::new((index % 3) as f64 - 1.0, (index / 3) as f64 - 1.0)
+}
+
+impl Piece {
+    /// Half its size, in chart coordinates.
+    pub fn half(&self) -> DVec2 {
+        0.5 * (self.patch.to - self.patch.from)
+    }
+
+    /// The place at −1..=1 across it, or a little beyond.
+    pub fn place(&self, at: DVec2) -> Place {
+        Place {
+            chart: self.chart,
+            at: 0.5 * (self.patch.from + self.patch.to) + self.half() * at,
+        }
+    }
+
+    /// An image whose derivatives are by the piece's own coordinates.
+    pub fn scaled(&self, image: &Image) -> Image {
+        Image {
+            offset: image.offset,
+            jacobian: image.jacobian * DMat2::from_diagonal(self.half()),
+        }
+    }
+}
+
+/// What looking at a piece tells.
+#[derive(Default)]
+struct Look {
+    roots: Vec<Root>,
+    /// Something in it is unclear.
+    divide: bool,
+    counters: TraversalCounters,
+}
+
+/// Looks for all roots, level by level: the pieces of a level are independent of each other.
+pub(super) fn search(map: &LightMap) -> Found {
+    let mut found = Found::default();
+    let mut pieces: Vec<Piece> = map
+        .light
+        .cells()
+        .iter()
+        .map(|cell| Piece {
+            chart: cell.chart(),
+            patch: *cell.patch(),
+            level: 0,
+        })
+        .collect();
+    for _ in 0..map.settings.first_level {
+        pieces = pieces.iter().flat_map(Piece::quarters).collect();
+    }
+    while !pieces.is_empty() {
+        // An indexed parallel map: the order does not depend on the number of threads.
+        let looks: Vec<Look> = pieces.par_iter().map(|piece| look(map, piece)).collect();
+        found.patches += pieces.len() as u64;
+        let mut unclear = Vec::new();
+        for (piece, look) in pieces.iter().zip(looks) {
+            found.counters += look.counters;
+            found.roots.extend(look.roots);
+            if look.divide {
+                unclear.push(*piece);
+            }
+        }
+        found.out_of_rays = !unclear.is_empty() && found.counters.rays >= map.settings.max_rays;
+        if found.out_of_rays {
+            found.unresolved += unclear.len() as u64;
+            break;
+        }
+        pieces.clear();
+        for piece in &unclear {
+            if piece.level < MAX_LEVEL {
+                pieces.extend(piece.quarters());
+            } else {
+                found.unresolved += 1;
+            }
+        }
+    }
+    found
+}
+
+impl Piece {
+    fn quarters(&self) -> [Self; 4] {
+        self.patch.quarters().map(|patch| Self {
+            chart: self.chart,
+            patch,
+            level: self.level + 1,
+        })
+    }
+}
+
+fn look(map: &LightMap, piece: &Piece) -> Look {
+    let mut tracer = map.tracer();
+    let mut look = Look::default();
+    let sheets = sheets(&mut tracer, piece);
+    look.divide = piece.level < MIXED_LEVELS && may_hide_a_chain(&sheets);
+    for sheet in &sheets {
+        let Some(start) = sheet.regular_start() else {
+            look.divide |= sheet.may_hold_target(piece.level);
+            continue;
+        };
+        if start.length() > FARTHEST_START {
+            continue;
+        }
+        let inside = start.clamp(DVec2::NEG_ONE, DVec2::ONE);
+        match solve(&mut tracer, piece, sheet, inside) {
+            Outcome::Root(root) => look.roots.push(root),
+            Outcome::Elsewhere => {}
+            Outcome::Stuck => look.divide = true,
+        }
+    }
+    look.counters = tracer.counters();
+    look
+}
+
+/// Traces the nodes of a piece. A chain that is seen at some of them only is followed at the others whatever is in the way.
+fn sheets(tracer: &mut Tracer, piece: &Piece) -> Vec<Sheet> {
+    let mut seen: BTreeMap<Vec<Interaction>, [Option<Image>; NODES]> = BTreeMap::new();
+    for index in 0..NODES {
+        tracer.images(piece.place(node(index)), |chain, image, _| {
+            // Direct light needs no search.
+            if signature(chain).is_empty() {
+                return;
+            }
+            let image = Some(piece.scaled(&image));
+            if let Some(nodes) = seen.get_mut(chain) {
+                nodes[index] = image;
+            } else {
+                let mut nodes = [None; NODES];
+                nodes[index] = image;
+                seen.insert(chain.to_vec(), nodes);
+            }
+        });
+    }
+    seen.into_iter()
+        .map(|(chain, mut nodes)| {
+            let is_visible = nodes.iter().all(Option::is_some);
+            for (index, image) in nodes.iter_mut().enumerate() {
+                if image.is_none() {
+                    *image = tracer
+                        .image_along(piece.place(node(index)), &chain)
+                        .map(|image| piece.scaled(&image));
+                }
+            }
+            Sheet {
+                chain,
+                nodes,
+                is_visible,
+            }
+        })
+        .collect()
+}
+
+/// How much J may vary over a piece: ‖J(center)⁻¹ J(node) − 1‖ (Frobenius) at all nodes.
+///
+/// If it held everywhere and were below 1, the sheet would meet a point once at most (for x ≠ y in a convex set,
+/// J(center)⁻¹ (f(x) − f(y)) differs from x − y by less than |x − y|). Half of that leaves the rest for what the sheet does between nodes.
+const MOST_VARIATION: f64 = 0.5;
+
+/// |J(center)⁻¹ f(center)| of a sheet that meets the target inside the piece is at most (1 + 1/2) √2, by the same token.
+const FARTHEST_START: f64 = 2.2;
+
+impl Sheet {
+    /// Newton's first step from the center, where J varies so little that there is one root at most.
+    fn regular_start(&self) -> Option<DVec2> {
+        let center = self.nodes[CENTER]?;
+        let inverse = center.jacobian.inverse();
+        for image in &self.nodes {
+            let variation = inverse * (*image)?.jacobian - DMat2::IDENTITY;
+            let squares = variation.x_axis.length_squared() + variation.y_axis.length_squared();
+            // Also false for NaN, of a singular J.
+            if !(squares <= MOST_VARIATION * MOST_VARIATION) {
+                return None;
+            }
+        }
+        Some(-(inverse * center.offset))
+    }
+
+    /// Whether the image of the piece may hold the target: around each node, the linear image of its
+    /// surroundings, with a margin of what the nodes' linear maps get wrong at each other.
+    ///
+    /// A piece's nodes stand 1 apart, so where all see the chain each speaks for half of that; the margin, an error at
+    /// up to the whole piece's size, is four times and more what half a step makes. Where some do not see the chain, every
+    /// other speaks for all of the piece. Sheets of meshes may jump (at creases), which no margin would
+    /// ever allow for: past [`MIXED_LEVELS`] it is at most the linear image's own size.
+    fn may_hold_target(&self, level: u32) -> bool {
+        let seen = || {
+            let nodes = self.nodes.iter().enumerate();
+            nodes.filter_map(|(index, image)| image.map(|image| (node(index), image)))
+        };
+        let is_whole = self.nodes.iter().all(Option::is_some);
+        let reach = if is_whole { 0.75 } else { 2.0 };
+        let extent =
+            |image: &Image| (image.jacobian.x_axis.abs() + image.jacobian.y_axis.abs()) * reach;
+        let largest = seen()
+            .map(|(_, image)| extent(&image).max_element())
+            .fold(0.0, f64::max);
+        let mut error: f64 = 0.0;
+        for (from, image) in seen() {
+            for (to, other) in seen() {
+                let predicted = image.offset + image.jacobian * (to - from);
+                error = error.max((other.offset - predicted).abs().max_element());
+            }
+        }
+        let is_alone = seen().count() == 1;
+        let margin = if is_alone {
+            largest
+        } else if level < MIXED_LEVELS {
+            error
+        } else {
+            error.min(largest)
+        };
+        seen().any(|(_, image)| {
+            let room = extent(&image) + margin;
+            image.offset.abs().cmple(room).all()
+        })
+    }
+}
+
+/// Whether chains of one signature break within the piece and the target lies among (or half as far beside) their images.
+fn may_hide_a_chain(sheets: &[Sheet]) -> bool {
+    let mut hulls: BTreeMap<Signature, (DVec2, DVec2, bool)> = BTreeMap::new();
+    for sheet in sheets {
+        let nothing = (
+            DVec2::splat(f64::INFINITY),
+            DVec2::splat(f64::NEG_INFINITY),
+            false,
+        );
+        let hull = hulls.entry(signature(&sheet.chain)).or_insert(nothing);
+        for image in sheet.nodes.iter().flatten() {
+            let extent = image.jacobian.x_axis.abs() + image.jacobian.y_axis.abs();
+            hull.0 = hull.0.min(image.offset - extent);
+            hull.1 = hull.1.max(image.offset + extent);
+        }
+        hull.2 |= !sheet.is_visible;
+    }
+    hulls.values().any(|(low, high, breaks)| {
+        let room = 0.25 * (*high - *low);
+        *breaks && (*low - room).cmple(DVec2::ZERO).all() && (*high + room).cmpge(DVec2::ZERO).all()
+    })
+}
