@@ -8,9 +8,13 @@ use super::Outcome;
 use super::args::{ProbeArgs, choose_sensor};
 use super::render::load;
 use crate::geometry::{Shape, TraversalCounters};
+use crate::radiometry::Rgb;
 use crate::reference::probe::{ProbeSettings, Probed, SpecularPath, Vertex, probe as find_paths};
 use crate::scene::{Emitter, Scene, Warning};
 use crate::transport::scatter::Way;
+
+/// The table sums up paths that carry less than this part of all light.
+const FAINT: f64 = 1e-6;
 
 /// What `--json` prints.
 #[derive(Serialize)]
@@ -159,7 +163,11 @@ impl Report<'_> {
             "fold [m]",
             "off [m]"
         );
-        for path in &self.paths {
+        let (bright, faint): (Vec<_>, Vec<_>) = self
+            .paths
+            .iter()
+            .partition(|path| mean(path.irradiance) >= FAINT * mean(self.irradiance));
+        for path in bright {
             say!(
                 "  {:<10} {:>13} {:>13.6e} {:>7} {:>11} {:>9.1e}  {}",
                 path.signature,
@@ -170,6 +178,14 @@ impl Report<'_> {
                     .map_or("·".to_owned(), |distance| format!("{distance:.3e}")),
                 path.residual,
                 path.met()
+            );
+        }
+        if !faint.is_empty() {
+            let sum = faint.iter().map(|path| mean(path.irradiance)).sum::<f64>();
+            say!(
+                "  {:<10} {sum:>13.6}  {} paths below {FAINT:e} of the sum, which --json lists",
+                "fainter",
+                faint.len()
             );
         }
         say!("  {:<10} {:>13}", "sum", shown(self.irradiance));
@@ -223,6 +239,10 @@ impl PathLine<'_> {
         });
         words.collect::<Vec<_>>().join(", ")
     }
+}
+
+fn mean(irradiance: [f64; 3]) -> f64 {
+    Rgb(irradiance).mean()
 }
 
 /// One number where all channels are the same, else three.

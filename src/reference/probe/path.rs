@@ -116,10 +116,10 @@ pub(super) fn light_path(
         origin: emission.ray.origin,
         direction: emission.ray.direction,
         vertices: Vec::new(),
-        throughput: landing.throughput,
+        throughput: landing.beam.throughput,
         jacobian: area.abs() / emission.measure,
         folded: (area > 0.0) == is_right_handed,
-        irradiance: chart.strength() * landing.throughput * per_area,
+        irradiance: chart.strength() * landing.beam.throughput * per_area,
         fold_distance: None,
         residual: 0.0,
     }

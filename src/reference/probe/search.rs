@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use glam::{DMat2, DVec2};
+use glam::{DMat2, DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::map::{LightMap, Place, Tracer};
@@ -19,7 +19,7 @@ const MAX_LEVEL: u32 = 24;
 
 /// Up to here a patch whose nodes do not all see the same chains is divided where *any* of them may hide
 /// the target: an unseen chain may be between them. Beyond, only where a chain that is seen may.
-const MIXED_LEVELS: u32 = 5;
+const MIXED_LEVELS: u32 = 3;
 
 /// What is found.
 #[derive(Default)]
@@ -73,9 +73,12 @@ impl Piece {
 
     /// An image whose derivatives are by the piece's own coordinates.
     pub fn scaled(&self, image: &Image) -> Image {
+        let half = self.half();
+        let [x, y] = image.miss_derivatives;
         Image {
-            offset: image.offset,
-            jacobian: image.jacobian * DMat2::from_diagonal(self.half()),
+            jacobian: image.jacobian * DMat2::from_diagonal(half),
+            miss_derivatives: [x * half.x, y * half.y],
+            ..*image
         }
     }
 }
@@ -108,6 +111,14 @@ pub(super) fn search(map: &LightMap) -> Found {
     while !pieces.is_empty() {
         // An indexed parallel map: the order does not depend on the number of threads.
         let looks: Vec<Look> = pieces.par_iter().map(|piece| look(map, piece)).collect();
+        if std::env::var_os("DBG").is_some() {
+            eprintln!(
+                "{} {} roots {}",
+                pieces[0].level,
+                pieces.len(),
+                found.roots.len()
+            );
+        }
         found.patches += pieces.len() as u64;
         let mut unclear = Vec::new();
         for (piece, look) in pieces.iter().zip(looks) {
@@ -231,66 +242,89 @@ impl Sheet {
         Some(-(inverse * center.offset))
     }
 
-    /// Whether the image of the piece may hold the target: around each node, the linear image of its
-    /// surroundings, with a margin of what the nodes' linear maps get wrong at each other.
+    /// Whether light of the piece may meet the target: around each node, a linear map says by how much it misses, with a margin
+    /// of what the nodes' linear maps get wrong at each other.
     ///
-    /// A piece's nodes stand 1 apart, so where all see the chain each speaks for half of that; the margin, an error at
-    /// up to the whole piece's size, is four times and more what half a step makes. Where some do not see the chain, every
-    /// other speaks for all of the piece. Sheets of meshes may jump (at creases), which no margin would
-    /// ever allow for: past [`MIXED_LEVELS`] it is at most the linear image's own size.
+    /// A piece's nodes stand 1 apart, so where all see the chain each speaks for half of that; the margin is what they get
+    /// wrong at their neighbours, four times what a quadratic map makes of half that step. Where some do not see the
+    /// chain, the nearest that do speak for them. Sheets of meshes may jump (at creases), which no margin would
+    /// ever allow for: past [`MIXED_LEVELS`] it is at most the linear map's own reach.
     fn may_hold_target(&self, level: u32) -> bool {
-        let seen = || {
-            let nodes = self.nodes.iter().enumerate();
-            nodes.filter_map(|(index, image)| image.map(|image| (node(index), image)))
+        let seen: Vec<(DVec2, f64, Image)> = self
+            .nodes
+            .iter()
+            .enumerate()
+            .filter_map(|(index, image)| Some((node(index), self.reach(index), (*image)?)))
+            .collect();
+        let extent = |reach: f64, image: &Image| {
+            let [x, y] = image.miss_derivatives;
+            (x.abs() + y.abs()) * reach
         };
-        let is_whole = self.nodes.iter().all(Option::is_some);
-        let reach = if is_whole { 0.75 } else { 2.0 };
-        let extent =
-            |image: &Image| (image.jacobian.x_axis.abs() + image.jacobian.y_axis.abs()) * reach;
-        let largest = seen()
-            .map(|(_, image)| extent(&image).max_element())
+        let largest = seen
+            .iter()
+            .map(|(_, reach, image)| extent(*reach, image).max_element())
             .fold(0.0, f64::max);
+        let neighbourhood = if seen.len() == NODES { 1.0 } else { 2.0 };
         let mut error: f64 = 0.0;
-        for (from, image) in seen() {
-            for (to, other) in seen() {
-                let predicted = image.offset + image.jacobian * (to - from);
-                error = error.max((other.offset - predicted).abs().max_element());
+        for (from, _, image) in &seen {
+            for (to, _, other) in &seen {
+                let step = *to - *from;
+                if step.abs().max_element() <= neighbourhood {
+                    let [x, y] = image.miss_derivatives;
+                    let predicted = image.miss + x * step.x + y * step.y;
+                    error = error.max((other.miss - predicted).abs().max_element());
+                }
             }
         }
-        let is_alone = seen().count() == 1;
-        let margin = if is_alone {
+        let margin = if seen.len() == 1 {
             largest
         } else if level < MIXED_LEVELS {
             error
         } else {
             error.min(largest)
         };
-        seen().any(|(_, image)| {
-            let room = extent(&image) + margin;
-            image.offset.abs().cmple(room).all()
+        seen.iter().any(|(_, reach, image)| {
+            let room = extent(*reach, image) + margin;
+            image.miss.abs().cmple(room).all()
         })
+    }
+
+    /// How far (in the piece's coordinates) a node speaks for the piece: to the farthest of 5 x 5 points that no other node
+    /// which sees the chain is nearer to, and half their spacing more.
+    fn reach(&self, index: usize) -> f64 {
+        const SPACING: f64 = 0.5;
+        let distance = |index: usize, point: DVec2| (point - node(index)).abs().max_element();
+        let mut reach: f64 = 0.0;
+        for i in 0..25 {
+            let point = DVec2::new((i % 5) as f64, (i / 5) as f64) * SPACING - 1.0;
+            let own = distance(index, point);
+            let is_nearest = (0..NODES)
+                .filter(|other| self.nodes[*other].is_some())
+                .all(|other| distance(other, point) >= own);
+            if is_nearest {
+                reach = reach.max(own);
+            }
+        }
+        reach + 0.5 * SPACING
     }
 }
 
-/// Whether chains of one signature break within the piece and the target lies among (or half as far beside) their images.
+/// Whether chains of one signature break within the piece, and the target lies among (or half as far beside) where they miss it.
 fn may_hide_a_chain(sheets: &[Sheet]) -> bool {
-    let mut hulls: BTreeMap<Signature, (DVec2, DVec2, bool)> = BTreeMap::new();
+    let mut hulls: BTreeMap<Signature, (DVec3, DVec3, bool)> = BTreeMap::new();
     for sheet in sheets {
-        let nothing = (
-            DVec2::splat(f64::INFINITY),
-            DVec2::splat(f64::NEG_INFINITY),
-            false,
-        );
+        let nothing = (DVec3::INFINITY, DVec3::NEG_INFINITY, false);
         let hull = hulls.entry(signature(&sheet.chain)).or_insert(nothing);
         for image in sheet.nodes.iter().flatten() {
-            let extent = image.jacobian.x_axis.abs() + image.jacobian.y_axis.abs();
-            hull.0 = hull.0.min(image.offset - extent);
-            hull.1 = hull.1.max(image.offset + extent);
+            let [x, y] = image.miss_derivatives;
+            let extent = x.abs() + y.abs();
+            hull.0 = hull.0.min(image.miss - extent);
+            hull.1 = hull.1.max(image.miss + extent);
         }
         hull.2 |= !sheet.is_visible;
     }
     hulls.values().any(|(low, high, breaks)| {
         let room = 0.25 * (*high - *low);
-        *breaks && (*low - room).cmple(DVec2::ZERO).all() && (*high + room).cmpge(DVec2::ZERO).all()
+        *breaks && (*low - room).cmple(DVec3::ZERO).all() && (*high + room).cmpge(DVec3::ZERO).all()
     })
 }

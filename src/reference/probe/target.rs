@@ -4,7 +4,7 @@ use glam::{DMat2, DVec2, DVec3};
 
 use crate::geometry::SurfacePoint;
 use crate::scene::Scene;
-use crate::transport::differentials::Landing;
+use crate::transport::differentials::{Landing, ThinBeam};
 use crate::transport::receiver::Receiver;
 
 /// The point that light is looked for at.
@@ -22,6 +22,11 @@ pub(super) struct Image {
     pub offset: DVec2,
     /// Columns: the derivatives of `offset` by the two coordinates.
     pub jacobian: DMat2,
+    /// From the target to the nearest point of the line that the ray lies on (m). It is zero where `offset` is, and
+    /// stays tame where that runs away: for light that almost passes along the receiver.
+    pub miss: DVec3,
+    /// The derivatives of `miss`.
+    pub miss_derivatives: [DVec3; 2],
 }
 
 impl Target {
@@ -60,9 +65,20 @@ impl Target {
             .dot(self.point.geometric_normal);
         let project = |v: DVec3| DVec2::new(self.axes[0].dot(v), self.axes[1].dot(v));
         let [x, y] = landing.derivatives.map(project);
+        let ThinBeam {
+            ray, derivatives, ..
+        } = landing.beam;
+        // Q = S − (S·D) D with S from the target to the ray's start.
+        let start = ray.origin - self.point.position;
+        let along = start.dot(ray.direction);
         let image = Image {
             offset: project(landing.point.position - self.point.position),
             jacobian: DMat2::from_cols(x, y),
+            miss: start - ray.direction * along,
+            miss_derivatives: derivatives.map(|by| {
+                let change = by.position.dot(ray.direction) + start.dot(by.direction);
+                by.position - ray.direction * change - by.direction * along
+            }),
         };
         let finite = image.offset.is_finite() && image.jacobian.is_finite();
         (facing > 0.0 && finite).then_some(image)

@@ -45,14 +45,12 @@ pub struct Interaction {
 /// A beam on the receiver.
 #[derive(Clone, Copy, Debug)]
 pub struct Landing {
-    /// Where; its `uv` is unspecified.
+    /// The beam, as it left the last surface.
+    pub beam: ThinBeam,
+    /// Where it arrives; the `uv` is unspecified.
     pub point: SurfacePoint,
-    /// The unit direction of travel.
-    pub direction: DVec3,
     /// The derivatives of the point by the light's two coordinates; they lie in the surface.
     pub derivatives: [DVec3; 2],
-    /// The share of the emitted flux that arrives.
-    pub throughput: Rgb,
 }
 
 /// The signature of a chain of interactions.
@@ -76,12 +74,11 @@ impl ThinBeam {
     /// The beam where it meets a surface.
     fn landing(&self, hit: &Hit, point: SurfacePoint) -> Landing {
         Landing {
+            beam: *self,
             point,
-            direction: self.ray.direction,
             derivatives: self
                 .at_surface(hit, &point)
                 .map(|derivative| derivative.position),
-            throughput: self.throughput,
         }
     }
 
