@@ -91,10 +91,11 @@ fn a_probe_of_facets_finds_the_polygons_that_cover_the_point() {
             paths += covering(0.0).count();
             assert!(
                 (sum(&found) - expected).abs() <= 1e-10 * expected,
-                "{name} at {at}: {} for {expected}, {} paths for {} polygons",
+                "{name} at {at}: {} for {expected}, {} paths, unresolved {}, polygons {:?}",
                 sum(&found),
                 found.len(),
-                covering(0.0).count()
+                probed.unresolved,
+                covering(0.0).collect::<Vec<_>>()
             );
         }
         assert!(paths > 30, "{name}: only {paths} paths were looked for");
@@ -104,7 +105,7 @@ fn a_probe_of_facets_finds_the_polygons_that_cover_the_point() {
 /// One wave along x, folded on the floor.
 const WAVE: SineWave = SineWave {
     depth: 0.8,
-    amplitude: 0.04,
+    amplitude: 0.06,
     wave_number: 12.0,
     phase: 0.4,
     ior: 1.33,
@@ -193,14 +194,14 @@ fn a_probe_of_water_with_one_wave_finds_every_preimage() {
             |half: f64| smooth.texel_irradiance(&Texel::new(at.x - half, 0.0, at.x + half, 1.0));
         if (mean(0.01) / mean(0.001) - 1.0).abs() < 0.01 {
             // A strip's turning normal is a chord of the sine's: dx'/dx is off by depth (1 − 1/n) A k² · k h / 2, with h = 2.1 / 96
-            // and a bend of at most A k² = 5.8, so by 1.14 · 0.13 = 0.15 at most where it is steepest.
+            // and a bend of at most A k² = 8.6, so by 1.7 · 0.13 = 0.23 at most where it is steepest.
             let expected = mean(0.001);
             let least = exact
                 .iter()
                 .map(|[slope, _]| *slope)
                 .fold(f64::INFINITY, f64::min);
             assert!(
-                (sum(&paths) / expected - 1.0).abs() < 0.15 / least,
+                (sum(&paths) / expected - 1.0).abs() < 0.23 / least,
                 "{at}: {} on the mesh, {expected} under the wave",
                 sum(&paths)
             );

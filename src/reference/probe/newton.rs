@@ -24,9 +24,9 @@ const MOST_HALVINGS: u32 = 24;
 
 /// The last step must be smaller than this part of the patch's half size.
 ///
-/// Convergence is quadratic, so a smaller step is only taken where the next would be at the limit of
-/// rounding: the patch itself is at least 2⁻³⁰ of the chart, and 2⁻³⁰ · 2⁻²⁰ is still above the 2⁻⁵² of coordinates.
-const SMALL_STEP: f64 = 1.0 / (1 << 20) as f64;
+/// Convergence is quadratic, so the step after it would be the square of that. The smallest patches are 2⁻³⁶ of the chart
+/// (cells are about 2⁻⁶ of it), and 2⁻³⁶ · 2⁻¹⁴ is still above the 2⁻⁵² of coordinates.
+const SMALL_STEP: f64 = 1.0 / (1 << 14) as f64;
 
 /// Roots this far outside their patch (in half sizes) still count: a neighbour may leave it to this one,
 /// by rounding or by a sheet that is not quite linear. Who is found twice is counted once.

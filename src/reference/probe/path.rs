@@ -15,7 +15,7 @@ const SAME: f64 = 1.0 / 16.0;
 
 /// A ray traced through the scene as it is must be as near to the target as a step of this part of the
 /// root's patch brings it, or it met something else than the chain (a facet beside the one that was extended).
-const VERIFIED: f64 = 1.0 / (1 << 16) as f64;
+const VERIFIED: f64 = 1.0 / (1 << 12) as f64;
 
 /// The step of the differences for the gradient of det J, as a part of the patch in which J varies by
 /// half at most: their error is about its square, 1e-8, and rounding adds 1e-15 / 1e-4.

@@ -13,9 +13,10 @@ use crate::transport::differentials::{Interaction, signature};
 use crate::transport::domain::chart::Patch;
 use crate::transport::signature::Signature;
 
-/// A patch is divided at most so often: 2⁻²⁴ of a cell. Two roots this near each other are as near to a fold as the
-/// square of that, which is below the rounding of places on the receiver.
-const MAX_LEVEL: u32 = 24;
+/// A patch is divided at most so often: 2⁻³⁰ of a cell, where some 2¹⁶ places of a coordinate are left to a patch. Two roots this
+/// near each other are as near to a fold as the square of that, far below the rounding of places on the receiver; only
+/// light that grazes a surface, whose map has a square root's slope there, is divided so finely in earnest.
+const MAX_LEVEL: u32 = 30;
 
 /// Up to here a patch whose nodes do not all see the same chains is divided where *any* of them may hide
 /// the target: an unseen chain may be between them. Beyond, only where a chain that is seen may.
@@ -111,14 +112,6 @@ pub(super) fn search(map: &LightMap) -> Found {
     while !pieces.is_empty() {
         // An indexed parallel map: the order does not depend on the number of threads.
         let looks: Vec<Look> = pieces.par_iter().map(|piece| look(map, piece)).collect();
-        if std::env::var_os("DBG").is_some() {
-            eprintln!(
-                "{} {} roots {}",
-                pieces[0].level,
-                pieces.len(),
-                found.roots.len()
-            );
-        }
         found.patches += pieces.len() as u64;
         let mut unclear = Vec::new();
         for (piece, look) in pieces.iter().zip(looks) {
