@@ -83,7 +83,7 @@ fn a_transferred_point_stays_on_the_surface() {
     assert_eq!(arrived.direction, start.direction);
 }
 
-/// A scene with every kind of specular surface that the shipped ones lack: a tilted mirror disk, a tilted rectangle of glass, a glass tube,
+/// A scene with every kind of specular surface that the shipped ones lack: a tilted disk and a tilted rectangle of glass, a glass tube,
 /// lit by a spot.
 const OTHERS: &str = r#"<scene version="3.0.0">
     <emitter type="spot">
@@ -93,7 +93,7 @@ const OTHERS: &str = r#"<scene version="3.0.0">
     <shape type="rectangle"><transform name="to_world"><scale value="0.8"/><rotate x="1" y="2" angle="25"/><translate x="-0.9" z="3"/></transform>
         <bsdf type="dielectric"/></shape>
     <shape type="disk"><transform name="to_world"><scale value="0.7"/><rotate y="1" angle="-35"/><translate x="1.2" z="2.2"/></transform>
-        <bsdf type="twosided"><bsdf type="conductor"/></bsdf></shape>
+        <bsdf type="dielectric"/></shape>
     <shape type="cylinder"><point name="p0" x="-1" y="1" z="1.2"/><point name="p1" x="1" y="1.3" z="1.5"/><float name="radius" value="0.4"/>
         <bsdf type="dielectric"/></shape>
     <shape type="sphere"><point name="center" x="0.2" y="-0.9" z="1"/><float name="radius" value="0.5"/>

@@ -54,6 +54,14 @@ fn depth_in(corners: &[DVec2], at: DVec2) -> f64 {
         .fold(f64::INFINITY, f64::min)
 }
 
+/// The diameter of the circle that has as much area for its circumference.
+fn width(corners: &[DVec2]) -> f64 {
+    let count = corners.len();
+    let sides = || (0..count).map(|i| (corners[i], corners[(i + 1) % count]));
+    let area = 0.5 * sides().map(|(a, b)| a.perp_dot(b)).sum::<f64>().abs();
+    4.0 * area / sides().map(|(a, b)| a.distance(b)).sum::<f64>()
+}
+
 #[test]
 fn a_probe_of_facets_finds_the_polygons_that_cover_the_point() {
     for (name, half, ior, direction, reflections, points) in [
@@ -79,6 +87,10 @@ fn a_probe_of_facets_finds_the_polygons_that_cover_the_point() {
             };
             // On a border itself (to the rounding of polygon corners) both answers are right.
             if covering(-1e-9).count() != covering(1e-9).count() {
+                continue;
+            }
+            // Slivers pass between the nodes, as the probe says of itself: these stand 0.005 apart in the light.
+            if covering(0.0).any(|polygon| width(&polygon.corners) < 0.02) {
                 continue;
             }
             let probed = probe_at(&scene, half, at, reflections + 2);

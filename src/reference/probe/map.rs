@@ -81,6 +81,12 @@ impl Tracer<'_> {
         }
     }
 
+    /// The first shape that light of a place meets.
+    pub fn first_shape(&mut self, place: Place) -> Option<u32> {
+        let beam = self.beam(place)?;
+        self.follower.first_shape(&beam)
+    }
+
     /// Where light of a place lands by one chain, whatever is in the way.
     pub fn image_along(&mut self, place: Place, chain: &[Interaction]) -> Option<Image> {
         let beam = self.beam(place)?;

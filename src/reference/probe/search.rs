@@ -22,6 +22,10 @@ const MAX_LEVEL: u32 = 30;
 /// the target: an unseen chain may be between them. Beyond, only where a chain that is seen may.
 const MIXED_LEVELS: u32 = 3;
 
+/// Up to here a patch on the outline of a shape, as the emitter sees it, is divided in any case: light that grazes a
+/// shape goes where no other does, from a narrow band along the outline that may pass between all nodes.
+const OUTLINE_LEVELS: u32 = 4;
+
 /// What is found.
 #[derive(Default)]
 pub(super) struct Found {
@@ -152,7 +156,8 @@ fn look(map: &LightMap, piece: &Piece) -> Look {
     let mut tracer = map.tracer();
     let mut look = Look::default();
     let sheets = sheets(&mut tracer, piece);
-    look.divide = piece.level < MIXED_LEVELS && may_hide_a_chain(&sheets);
+    look.divide = piece.level < MIXED_LEVELS && may_hide_a_chain(&sheets)
+        || piece.level < OUTLINE_LEVELS && is_on_an_outline(&mut tracer, piece);
     for sheet in &sheets {
         let Some(start) = sheet.regular_start() else {
             look.divide |= sheet.may_hold_target(piece.level);
@@ -170,6 +175,12 @@ fn look(map: &LightMap, piece: &Piece) -> Look {
     }
     look.counters = tracer.counters();
     look
+}
+
+/// Whether the nodes' rays do not all meet the same shape first.
+fn is_on_an_outline(tracer: &mut Tracer, piece: &Piece) -> bool {
+    let first = tracer.first_shape(piece.place(node(0)));
+    (1..NODES).any(|index| tracer.first_shape(piece.place(node(index))) != first)
 }
 
 /// Traces the nodes of a piece. A chain that is seen at some of them only is followed at the others whatever is in the way.

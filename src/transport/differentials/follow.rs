@@ -136,6 +136,11 @@ impl<'a> Follower<'a> {
         None
     }
 
+    /// The first shape that a beam meets.
+    pub fn first_shape(&mut self, beam: &ThinBeam) -> Option<u32> {
+        self.next_surface(beam).map(|(hit, _)| hit.shape)
+    }
+
     fn next_surface(&mut self, beam: &ThinBeam) -> Option<(Hit, SurfacePoint)> {
         let world = self.scene.world();
         let hit = world.closest_hit(&beam.ray, f64::INFINITY, &mut self.counters)?;
