@@ -83,7 +83,9 @@ fn verified(
     let (met, landing) = tracer.retrace(root.place, &root.chain)?;
     let image = map.target.image(&landing)?;
     let step = image.jacobian.inverse() * image.offset / root.half;
-    if !(step.abs().max_element() < VERIFIED) {
+    // False for NaN.
+    let is_there = step.abs().max_element() < VERIFIED;
+    if !is_there {
         return None;
     }
     let mut path = light_path(map, root.place, emission, &landing, image.jacobian);
@@ -170,9 +172,9 @@ fn fold_distance(tracer: &mut Tracer, root: &Root, jacobian: DMat2) -> Option<f6
     distance.is_finite().then_some(distance)
 }
 
-/// Metres across which a ray's direction or start is told apart from another's at a distance: used by direct light, whose
-/// landing is exact but for rounding.
+/// Whether a ray that was aimed from one point at another landed there: by `offset`, but for rounding.
 pub(super) fn is_at_target(offset: DVec2, from: DVec3, to: DVec3) -> bool {
-    // A dozen operations on coordinates and a distance, each an ulp off; 1e-12 is some thousand ulps, and nothing else lands so near.
+    // A dozen operations on coordinates and a distance, each an ulp off, at slopes of up to a hundred: 1e-12 is some
+    // thousand ulps. What stands in the way is farther off, or there is no telling it from the receiver.
     offset.length() <= 1e-12 * (from.distance(to) + from.length() + to.length())
 }

@@ -238,8 +238,9 @@ impl Sheet {
         for image in &self.nodes {
             let variation = inverse * (*image)?.jacobian - DMat2::IDENTITY;
             let squares = variation.x_axis.length_squared() + variation.y_axis.length_squared();
-            // Also false for NaN, of a singular J.
-            if !(squares <= MOST_VARIATION * MOST_VARIATION) {
+            // False for NaN, of a singular J.
+            let is_steady = squares <= MOST_VARIATION * MOST_VARIATION;
+            if !is_steady {
                 return None;
             }
         }
