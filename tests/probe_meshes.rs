@@ -114,7 +114,7 @@ fn a_probe_of_facets_finds_the_polygons_that_cover_the_point() {
             let found: Vec<_> = probed
                 .paths
                 .iter()
-                .filter(|p| p.signature.len() > 0)
+                .filter(|p| !p.signature.is_empty())
                 .collect();
             let expected: f64 = covering(0.0).map(|polygon| polygon.irradiance).sum();
             paths += covering(0.0).count();
