@@ -18,12 +18,13 @@
 //! The cells of [light space](crate::transport::domain) are looked at on 3 x 3 nodes: `search` traces the full Fresnel tree
 //! with [derivatives](crate::transport::differentials) at each, and divides a patch until each chain in it
 //! is either away from the point, by a margin from its second differences, or so nearly linear that it meets the point once at
-//! most. There `newton` finds the root; `verify` traces it through the scene as it is.
+//! most. There `newton` finds the root; `path` traces it through the scene as it is.
 //!
 //! # What it does not promise
 //!
 //! A feature that none of the nodes' rays meets is not known: nodes stand about 1/100 of the specular geometry's width apart at first
-//! ([`ProbeSettings::first_level`] halves that at each step). Margins come from samples; they are no interval proof. Patches that
+//! ([`ProbeSettings::first_level`] halves that at each step, and outlines seen from the emitter are divided four times in any case). So small
+//! facets and far occluders' outlines can be missed: of a diamond's polygons of light those narrower than some 0.005 of its width. Margins come from samples; they are no interval proof. Patches that
 //! stay unclear to the last level, as they must where the point lies *on* a fold or a focus, are counted in
 //! [`Probed::unresolved`].
 
