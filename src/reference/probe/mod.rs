@@ -24,7 +24,7 @@
 //!
 //! A feature that none of the nodes' rays meets is not known: nodes stand about 1/100 of the specular geometry's width apart at first
 //! ([`ProbeSettings::first_level`] halves that at each step, and outlines seen from the emitter are divided four times in any case). So small
-//! facets and far occluders' outlines can be missed: of a diamond's polygons of light those narrower than some 0.005 of its width. Margins come from samples; they are no interval proof. Patches that
+//! facets and far occluders' outlines can be missed: tests hold it to a diamond's polygons of light down to 1/30 of its width; one of 1/150 was missed. Margins come from samples; they are no interval proof. Patches that
 //! stay unclear to the last level, as they must where the point lies *on* a fold or a focus, are counted in
 //! [`Probed::unresolved`].
 
