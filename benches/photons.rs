@@ -11,8 +11,8 @@ use nephroid::generate::{GenerateOptions, generate};
 use nephroid::mitsuba;
 use nephroid::numeric::StreamKind;
 use nephroid::reference::Estimate;
-use nephroid::reference::photons::{Budget, PhotonSettings, run};
 use nephroid::reference::Progress;
+use nephroid::reference::photons::{Budget, PhotonSettings, run};
 use nephroid::scene::Scene;
 use nephroid::transport::chain::ChainSettings;
 

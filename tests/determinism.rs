@@ -7,10 +7,10 @@ use nephroid::film::{Image, exr};
 use nephroid::mitsuba;
 use nephroid::numeric::StreamKind;
 use nephroid::reference::Estimate;
+use nephroid::reference::Progress;
 use nephroid::reference::photons::run::Setup;
 use nephroid::reference::photons::shard::Part;
 use nephroid::reference::photons::{Budget, PhotonSettings, Shard, run};
-use nephroid::reference::Progress;
 use nephroid::scene::Scene;
 
 fn scene_path(name: &str) -> PathBuf {

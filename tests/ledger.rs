@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use nephroid::mitsuba;
 use nephroid::numeric::StreamKind;
 use nephroid::radiometry::Rgb;
+use nephroid::reference::Progress;
 use nephroid::reference::photons::run::Setup;
 use nephroid::reference::photons::{Budget, PhotonSettings};
-use nephroid::reference::Progress;
 use nephroid::transport::chain::ChainSettings;
 use nephroid::transport::scatter::ShadingNormals;
 

@@ -9,8 +9,9 @@ use nephroid::geometry::{Mesh, MeshParts, Rectangle, Shape, Transform};
 use nephroid::mitsuba;
 use nephroid::radiometry::Rgb;
 use nephroid::reference::Estimate;
+use nephroid::reference::Progress;
 use nephroid::reference::photons::run::Setup;
-use nephroid::reference::photons::{Budget, PhotonSettings, Progress};
+use nephroid::reference::photons::{Budget, PhotonSettings};
 use nephroid::scene::{
     Crop, Emitter, Film, Material, MaterialId, Object, ReconstructionFilter, Scene, SceneParts,
     Sensor, SensorKind, ShapeId, SourcePosition,

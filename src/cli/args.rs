@@ -4,10 +4,12 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::{Parser, Subcommand, ValueEnum};
+use glam::DVec2;
 
 use crate::numeric::StreamKind;
 use crate::reference::beams::{self, BeamBudget, BeamSettings};
 use crate::reference::photons::{Budget, PhotonSettings, Shard};
+use crate::reference::probe::ProbeSettings;
 use crate::scene::{Scene, Sensor, SensorKind};
 use crate::transport::chain::ChainSettings;
 use crate::transport::scatter::ShadingNormals;
@@ -28,6 +30,8 @@ pub enum Command {
     Render(RenderArgs),
     /// Show what a scene holds, what it requires modelled and why, and what is odd about it
     Inspect(InspectArgs),
+    /// Find every specular path from the scene's lights to one point of a sensor
+    Probe(ProbeArgs),
     /// Put the shards of a run together, to the same bits as the run in one piece
     Merge(MergeArgs),
     /// Write the shipped scenes, their meshes at any fineness
@@ -145,6 +149,38 @@ pub struct InspectArgs {
     pub json: bool,
 }
 
+/// `nephroid probe`.
+#[derive(Debug, clap::Args)]
+pub struct ProbeArgs {
+    /// The scene
+    #[command(flatten)]
+    pub scene: SceneArgs,
+
+    /// The point, by the surface parameters of the sensor's shape, each in 0..=1
+    #[arg(long, value_name = "U,V", value_parser = parse_uv, allow_hyphen_values = true)]
+    pub at: DVec2,
+
+    /// The sensor whose shape holds the point [default: the first irradiancemeter]
+    #[arg(long, value_name = "ID")]
+    pub sensor: Option<String>,
+
+    /// Specular events after which light is cut off
+    #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u32).range(0..=31))]
+    pub max_depth: u32,
+
+    /// What interpolated normals do to flux
+    #[arg(long, value_enum, default_value_t = ShadingNormalsArg::Flux)]
+    pub shading_normals: ShadingNormalsArg,
+
+    /// Look for small features: divide all of light N times more before the search; 4 times the work each
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=6))]
+    pub refine: u32,
+
+    /// Print as JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
 /// `nephroid merge`.
 #[derive(Debug, clap::Args)]
 pub struct MergeArgs {
@@ -216,6 +252,27 @@ pub enum ShadingNormalsArg {
     Adjoint,
 }
 
+impl From<ShadingNormalsArg> for ShadingNormals {
+    fn from(typed: ShadingNormalsArg) -> Self {
+        match typed {
+            ShadingNormalsArg::Flux => Self::Flux,
+            ShadingNormalsArg::Adjoint => Self::Adjoint,
+        }
+    }
+}
+
+impl ProbeArgs {
+    /// What the flags mean.
+    pub fn settings(&self) -> ProbeSettings {
+        ProbeSettings {
+            max_depth: self.max_depth,
+            shading_normals: self.shading_normals.into(),
+            first_level: self.refine,
+            ..ProbeSettings::default()
+        }
+    }
+}
+
 impl PhotonArgs {
     /// What the flags mean.
     pub fn settings(&self) -> PhotonSettings {
@@ -229,10 +286,7 @@ impl PhotonArgs {
             chains: ChainSettings {
                 max_depth: self.max_depth,
                 split_depth: self.split_depth,
-                shading_normals: match self.shading_normals {
-                    ShadingNormalsArg::Flux => ShadingNormals::Flux,
-                    ShadingNormalsArg::Adjoint => ShadingNormals::Adjoint,
-                },
+                shading_normals: self.shading_normals.into(),
             },
             max_layers: self.layers as usize,
         }
@@ -264,7 +318,9 @@ impl RenderArgs {
             ("--shard", self.shard.is_some()),
         ];
         if let Some((name, _)) = chosen.iter().find(|(_, given)| *given) {
-            anyhow::bail!("{name} is for --method photons; beams are limited by --error, --time and --rays");
+            anyhow::bail!(
+                "{name} is for --method photons; beams are limited by --error, --time and --rays"
+            );
         }
         let chains = self.photon.settings().chains;
         Ok((
@@ -344,6 +400,21 @@ fn parse_define(text: &str) -> Result<(String, String), String> {
         Some((name, value)) if !name.is_empty() => Ok((name.to_owned(), value.to_owned())),
         _ => Err("give NAME=VALUE, as in -D samples=16".to_owned()),
     }
+}
+
+/// Two finite numbers; whether they are on the receiver is for the probe to say.
+fn parse_uv(text: &str) -> Result<DVec2, String> {
+    let number = |text: &str| {
+        text.trim()
+            .parse()
+            .ok()
+            .filter(|value: &f64| value.is_finite())
+    };
+    text.split_once(',')
+        .and_then(|(u, v)| Some(DVec2::new(number(u)?, number(v)?)))
+        .ok_or_else(|| {
+            "give two numbers in 0..=1 with a comma between them, as in 0.5,0.25".to_owned()
+        })
 }
 
 fn parse_duration(text: &str) -> Result<Duration, String> {

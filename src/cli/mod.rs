@@ -18,6 +18,7 @@ pub mod inspect;
 pub mod memory;
 pub mod merge;
 pub mod output;
+pub mod probe;
 pub mod progress;
 pub mod render;
 pub mod summary;
@@ -43,6 +44,7 @@ pub fn main() -> ExitCode {
     let outcome = match &args.command {
         Command::Render(args) => render::render(args),
         Command::Inspect(args) => inspect::inspect(args),
+        Command::Probe(args) => probe::probe(args),
         Command::Merge(args) => merge::merge(args),
         Command::Generate(args) => generate::generate(args),
     };

@@ -67,7 +67,8 @@ impl Job<'_> {
     fn beams(&self) -> anyhow::Result<Outcome> {
         let (settings, budget) = self.args.beams()?;
         let (estimate, report, mut warnings) = progress::watch(self.progress, || {
-            let mut setup = beams::run::Setup::new(self.scene, self.sensor, settings, self.progress)?;
+            let mut setup =
+                beams::run::Setup::new(self.scene, self.sensor, settings, self.progress)?;
             let warnings = no_caustic(setup.is_dark());
             let (estimate, report) = setup.run(&budget)?;
             Ok::<_, BeamError>((estimate, report, warnings))
@@ -107,10 +108,11 @@ impl Job<'_> {
     fn shard(&self, shard: Shard) -> anyhow::Result<Outcome> {
         let settings = self.args.photon.settings();
         let budget = self.args.budget()?;
-        let part = progress::watch(self.progress, || {
-            photons::run::Setup::new(self.scene, self.sensor, settings, self.progress)?
-                .run_shard(&self.sensor.id, &budget, shard)
-        })?;
+        let part =
+            progress::watch(self.progress, || {
+                photons::run::Setup::new(self.scene, self.sensor, settings, self.progress)?
+                    .run_shard(&self.sensor.id, &budget, shard)
+            })?;
         let Some(part) = part else {
             eprintln!("stopped: nothing was written, part of a shard is of no use");
             return Ok(Outcome::Incomplete);

@@ -204,7 +204,15 @@ impl fmt::Display for Summary {
         writeln!(
             out,
             "  {:<wide$} {:>12} {:>12} {:>12} {:>12}",
-            "layer", "min", "mean", "max", if self.beams.is_some() { "rel. bar" } else { "rel. error" }
+            "layer",
+            "min",
+            "mean",
+            "max",
+            if self.beams.is_some() {
+                "rel. bar"
+            } else {
+                "rel. error"
+            }
         )?;
         for layer in &self.layers {
             writeln!(
@@ -276,7 +284,8 @@ impl Summary {
     }
 
     fn write_beams(&self, out: &mut fmt::Formatter<'_>, report: &BeamReport) -> fmt::Result {
-        let sum = |count: fn(&SignatureReport) -> u64| report.signatures.iter().map(count).sum::<u64>();
+        let sum =
+            |count: fn(&SignatureReport) -> u64| report.signatures.iter().map(count).sum::<u64>();
         writeln!(
             out,
             "{} signatures, {} cells ({} cut, {} unresolved) in the last of {} passes",

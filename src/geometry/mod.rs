@@ -2,6 +2,7 @@
 
 mod accel;
 mod bounds;
+mod local;
 mod mesh;
 mod mesh_tree;
 mod nearest;
@@ -14,6 +15,7 @@ mod triangle;
 mod world;
 
 pub use bounds::Bounds;
+pub use local::Element;
 pub use mesh::{Finding, Mesh, MeshDiagnostics, MeshError, MeshParts};
 pub use ray::Ray;
 pub use shape::{Cylinder, Disk, Rectangle, Shape, ShapeError, Sphere};

@@ -139,6 +139,18 @@ impl World {
         }
     }
 
+    /// The nearest hit on one shape, whatever is in the way.
+    pub(super) fn hit_on(
+        &self,
+        shape: u32,
+        ray: &Ray,
+        counters: &mut TraversalCounters,
+    ) -> Option<Hit> {
+        let mut nearest = Nearest::before(f64::INFINITY);
+        self.search_shape(shape, ray, &mut nearest, counters);
+        nearest.hit()
+    }
+
     /// The first hit on a shape that is not a mesh.
     #[inline]
     fn analytic_hit(&self, shape: u32, ray: &Ray) -> Option<Hit> {

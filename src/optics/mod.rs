@@ -2,8 +2,10 @@
 
 mod conductor;
 mod dielectric;
+mod differential;
 mod direction;
 
 pub use conductor::conductor_reflectance;
 pub use dielectric::{dielectric_reflectance, thin_slab_reflectance};
+pub use differential::RayDerivative;
 pub use direction::{reflect, refract};

@@ -149,7 +149,10 @@ impl Layer {
     /// are none. Of a layer with bounds, σ is half their distance.
     pub fn relative_error(&self) -> Option<f64> {
         if let Some(Interval { low, high }) = &self.interval {
-            let bars = low.iter().zip(high).map(|(low, high)| 0.5 * (*high - *low).mean());
+            let bars = low
+                .iter()
+                .zip(high)
+                .map(|(low, high)| 0.5 * (*high - *low).mean());
             return relative_error(self.irradiance.iter().map(|value| value.mean()).zip(bars));
         }
         relative_error(

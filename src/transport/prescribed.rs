@@ -191,8 +191,13 @@ impl<'a, const N: usize> PathFollower<'a, N> {
                 continue;
             }
             let material = self.scene.material_of(shape);
-            let meeting =
-                Meeting::new(self.scene, material, &point, direction, self.shading_normals);
+            let meeting = Meeting::new(
+                self.scene,
+                material,
+                &point,
+                direction,
+                self.shading_normals,
+            );
             for way in [Way::Reflected, Way::Transmitted] {
                 let share = meeting.share_of(way);
                 let (Some(event), Some(branch)) = (way.event(), meeting.branch::<N>(way)) else {
@@ -216,15 +221,11 @@ impl<'a, const N: usize> PathFollower<'a, N> {
 
     /// The last leg.
     #[inline]
-    fn land(
-        &mut self,
-        ray: Ray,
-        throughput: Flux<N>,
-        emitted: f64,
-        family: &Family,
-    ) -> PathEnd<N> {
+    fn land(&mut self, ray: Ray, throughput: Flux<N>, emitted: f64, family: &Family) -> PathEnd<N> {
         let (end, factor, mark) = match self.next_hit(ray) {
-            Some((ray, hit)) => self.screen.end(self.scene, &ray, Some(&hit), &mut self.counters),
+            Some((ray, hit)) => self
+                .screen
+                .end(self.scene, &ray, Some(&hit), &mut self.counters),
             None => self.screen.end(self.scene, &ray, None, &mut self.counters),
         };
         let throughput = match end {
@@ -245,7 +246,11 @@ impl<'a, const N: usize> PathFollower<'a, N> {
         let world = self.scene.world();
         for _ in 0..MAX_PASSES {
             let hit = world.closest_hit(&ray, f64::INFINITY, &mut self.counters)?;
-            if !self.scene.material_of(hit.shape).is_passed(self.scene.materials()) {
+            if !self
+                .scene
+                .material_of(hit.shape)
+                .is_passed(self.scene.materials())
+            {
                 return Some((ray, hit));
             }
             ray = world.bounce_point(&ray, &hit).spawn(ray.direction);
@@ -266,7 +271,8 @@ impl<'a, const N: usize> PathFollower<'a, N> {
             near,
             |hit| {
                 !(scene.material_of(hit.shape).is_passed(scene.materials())
-                    || hit.shape == own && (convex || hit.face == face_of(chart) && is_mesh(scene, own)))
+                    || hit.shape == own
+                        && (convex || hit.face == face_of(chart) && is_mesh(scene, own)))
             },
             &mut self.counters,
         )
@@ -337,4 +343,3 @@ impl Family {
         self.0
     }
 }
-

@@ -23,7 +23,7 @@ pub enum ShadingNormals {
 }
 
 /// The ways light can go on from a surface.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Way {
     /// As if nothing were there; no event.
     Passed,
@@ -55,6 +55,25 @@ pub struct Branch<const N: usize> {
     pub direction: DVec3,
     /// The factor that filters and metals put on its flux.
     pub tint: Flux<N>,
+}
+
+/// What one of the ways does to a ray's direction, with the unit normal on the side light arrives from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Bending {
+    /// Nothing: it passes, or crosses a thin pane or matched media.
+    Straight,
+    /// A mirror reflection.
+    Reflection {
+        /// The shading normal.
+        normal: DVec3,
+    },
+    /// Snell's law.
+    Refraction {
+        /// The shading normal.
+        normal: DVec3,
+        /// `n_transmitted / n_incident`.
+        eta: f64,
+    },
 }
 
 /// A ray at a surface: how its light is shared out, before anyone asks where it goes.
@@ -273,6 +292,22 @@ impl<'a> Meeting<'a> {
                 }),
                 _ => None,
             },
+        }
+    }
+
+    /// What a way with a share above zero does to the direction: for those who follow the light beside
+    /// the ray, too.
+    pub fn bending(&self, way: Way) -> Bending {
+        let normal = self.normal;
+        match (way, self.material) {
+            (Way::Reflected, _) => Bending::Reflection { normal },
+            (Way::Transmitted, Material::Dielectric { .. }) if self.eta != 1.0 => {
+                Bending::Refraction {
+                    normal,
+                    eta: self.eta,
+                }
+            }
+            _ => Bending::Straight,
         }
     }
 

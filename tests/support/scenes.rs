@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 
 use nephroid::mitsuba;
 use nephroid::numeric::StreamKind;
+use nephroid::reference::Progress;
 use nephroid::reference::photons::run::Setup;
 use nephroid::reference::photons::{Budget, PhotonSettings};
-use nephroid::reference::Progress;
 use nephroid::reference::{Estimate, LayerName};
 use nephroid::scene::{Crop, Scene, SensorKind};
 

@@ -2,6 +2,7 @@
 
 mod diagnostics;
 mod hash;
+mod local;
 mod normals;
 mod weld;
 

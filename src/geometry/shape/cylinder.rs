@@ -94,6 +94,13 @@ impl Cylinder {
         }
     }
 
+    /// How the unit normal changes as a point of the surface moves by `along`: the part across the
+    /// axis, by ±1/r.
+    #[inline]
+    pub(in crate::geometry) fn normal_derivative(&self, along: DVec3) -> DVec3 {
+        (along - self.axis * along.dot(self.axis)) * self.signed_curvature
+    }
+
     /// The area 2πrl.
     pub fn area(&self) -> f64 {
         2.0 * std::f64::consts::PI * self.radius * self.length

@@ -142,7 +142,11 @@ fn turn_fraction(y: f64, x: f64) -> f64 {
 /// Where a ray meets a plane: (distance, hit − `center`), unless it runs along the plane or the
 /// plane lies behind.
 #[inline]
-fn meet_plane(ray: &Ray, center: DVec3, normal: DVec3) -> Option<(f64, DVec3)> {
+pub(in crate::geometry) fn meet_plane(
+    ray: &Ray,
+    center: DVec3,
+    normal: DVec3,
+) -> Option<(f64, DVec3)> {
     let from_center = ray.origin - center;
     let height = normal.dot(from_center);
     let approach = normal.dot(ray.direction);

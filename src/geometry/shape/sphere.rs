@@ -97,6 +97,12 @@ impl Sphere {
         }
     }
 
+    /// How the unit normal changes as a point of the surface moves by `along`: ±along / r.
+    #[inline]
+    pub(in crate::geometry) fn normal_derivative(&self, along: DVec3) -> DVec3 {
+        along * self.signed_curvature
+    }
+
     /// The area 4πr².
     pub fn area(&self) -> f64 {
         4.0 * std::f64::consts::PI * self.radius_squared

@@ -62,9 +62,9 @@ pub fn bounded<const N: usize>(film: &BeamFilm<N>) -> BoundedFlux<N> {
             }
             let own = &sums[row * width + column];
             result.flux.push(own.flux);
-            result.bar.push(
-                most.difference * OF_DIFFERENCE + most.astray * OF_ASTRAY + most.slack,
-            );
+            result
+                .bar
+                .push(most.difference * OF_DIFFERENCE + most.astray * OF_ASTRAY + most.slack);
             result.likely.push(
                 own.difference.max_magnitude() * LIKELY + own.slack.max_magnitude() * LIKELY_SLACK,
             );
@@ -75,9 +75,8 @@ pub fn bounded<const N: usize>(film: &BeamFilm<N>) -> BoundedFlux<N> {
 
 /// The larger magnitudes, channel by channel.
 fn larger<const N: usize>(a: &TexelSums<N>, b: &TexelSums<N>) -> TexelSums<N> {
-    let of = |a: &Flux<N>, b: &Flux<N>| {
-        Flux(std::array::from_fn(|c| a.0[c].abs().max(b.0[c].abs())))
-    };
+    let of =
+        |a: &Flux<N>, b: &Flux<N>| Flux(std::array::from_fn(|c| a.0[c].abs().max(b.0[c].abs())));
     TexelSums {
         flux: of(&a.flux, &b.flux),
         difference: of(&a.difference, &b.difference),

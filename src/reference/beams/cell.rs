@@ -116,7 +116,13 @@ impl<const N: usize> Look<N> {
             }
         }
         if !look.one_family {
-            let nodes = [0, 1, 2, 3, 4, 5].map(|i| if i < 3 { corners[i].family } else { middles[i - 3].family });
+            let nodes = [0, 1, 2, 3, 4, 5].map(|i| {
+                if i < 3 {
+                    corners[i].family
+                } else {
+                    middles[i - 3].family
+                }
+            });
             look.families = (0..6).filter(|&i| !nodes[..i].contains(&nodes[i])).count() as u32;
         }
         for (index, middle) in middles.iter().enumerate() {
@@ -127,9 +133,7 @@ impl<const N: usize> Look<N> {
             {
                 look.bend = look.bend.max((m - 0.5 * (p + q)).length());
                 let mean = (a.weight + b.weight) * 0.5;
-                look.weight_bend = look
-                    .weight_bend
-                    .max((middle.weight - mean).max_magnitude());
+                look.weight_bend = look.weight_bend.max((middle.weight - mean).max_magnitude());
             }
         }
         look

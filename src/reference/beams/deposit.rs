@@ -74,7 +74,10 @@ fn flux_of<const N: usize>(piece: &Piece<N>, part: &Part) -> Flux<N> {
 #[inline]
 fn image_of<const N: usize>(piece: &Piece<N>) -> [DVec2; 3] {
     // Pieces are made of landed nodes only.
-    piece.corners.each_ref().map(|node| node.landing.unwrap_or(DVec2::NAN))
+    piece
+        .corners
+        .each_ref()
+        .map(|node| node.landing.unwrap_or(DVec2::NAN))
 }
 
 impl<const N: usize> Levels<'_, N> {
@@ -185,7 +188,11 @@ fn part_near_lines(image: &[DVec2; 3], bend: f64) -> f64 {
 }
 
 /// Puts a triangle of no single family on the film: each landed corner's third, as a point.
-pub fn deposit_points<const N: usize>(film: &BeamFilm<N>, corners: &[Node<N>; 3], area: f64) -> Flux<N> {
+pub fn deposit_points<const N: usize>(
+    film: &BeamFilm<N>,
+    corners: &[Node<N>; 3],
+    area: f64,
+) -> Flux<N> {
     let size = film.size();
     let end = DVec2::new(size[0] as f64, size[1] as f64);
     let mut received = Flux::BLACK;
@@ -222,7 +229,11 @@ pub fn deposit_slack<const N: usize>(film: &BeamFilm<N>, nodes: &[Node<N>; 6], f
         }
         let mut low = DVec2::INFINITY;
         let mut high = DVec2::NEG_INFINITY;
-        for at in nodes.iter().filter(|one| one.family == node.family).filter_map(|one| one.landing) {
+        for at in nodes
+            .iter()
+            .filter(|one| one.family == node.family)
+            .filter_map(|one| one.landing)
+        {
             low = low.min(at);
             high = high.max(at);
         }

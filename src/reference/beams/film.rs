@@ -74,12 +74,7 @@ impl<const N: usize> BeamFilm<N> {
     #[inline]
     pub fn add(&self, [column, row]: [usize; 2], addend: &TexelSums<N>) {
         let first = (row * self.size[0] + column) * KINDS * N;
-        let kinds = [
-            addend.flux,
-            addend.difference,
-            addend.astray,
-            addend.slack,
-        ];
+        let kinds = [addend.flux, addend.difference, addend.astray, addend.slack];
         for (kind, values) in kinds.iter().enumerate() {
             for (channel, value) in values.0.iter().enumerate() {
                 if *value != 0.0 {

@@ -152,7 +152,9 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
             scratch,
             ..
         } = self;
-        scratch.store.get(chart, at, || node(follower, *strength, chart, at))
+        scratch
+            .store
+            .get(chart, at, || node(follower, *strength, chart, at))
     }
 
     /// The cell ready for the film, if it need not be divided.
@@ -213,7 +215,10 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
             fine: &self.scratch.fine,
             coarse: &self.scratch.coarse,
         };
-        let moved = self.scratch.patch.gather(self.film.size(), &levels, look.bend)?;
+        let moved = self
+            .scratch
+            .patch
+            .gather(self.film.size(), &levels, look.bend)?;
         (moved + finished.slack.max_magnitude() <= self.tolerance).then_some(finished)
     }
 
@@ -253,7 +258,8 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
             if let Cut::Pieces(pieces) = cut::cut(&cell.corners, &mut follow) {
                 coarse.extend(pieces.iter());
                 let coarse_flux = flux(&mut coarse.iter());
-                bent = (fine_flux - coarse_flux).abs() + CUT_ERROR * look_flux(&finished.look) * area;
+                bent =
+                    (fine_flux - coarse_flux).abs() + CUT_ERROR * look_flux(&finished.look) * area;
             } else {
                 // No coarse answer to compare with: half of the cell may be on the wrong side.
                 bent *= 0.5;

@@ -216,7 +216,10 @@ impl<'a> Setup<'a> {
             .take_while(|(_, flux)| *flux >= least)
             .count()
             .min(MOST_SIGNATURES);
-        self.not_followed = self.signatures[followed..].iter().map(|(_, flux)| flux).sum();
+        self.not_followed = self.signatures[followed..]
+            .iter()
+            .map(|(_, flux)| flux)
+            .sum();
         self.signatures.truncate(followed);
 
         let mut counters = direct.counters;
@@ -262,8 +265,9 @@ impl<'a> Setup<'a> {
             (Some(target), Some(error)) => error > target,
             _ => false,
         };
-        let incomplete =
-            stopped || unmet && budget.time.is_none() && budget.rays.is_none() || best.is_none() && !self.is_dark();
+        let incomplete = stopped
+            || unmet && budget.time.is_none() && budget.rays.is_none()
+            || best.is_none() && !self.is_dark();
         let estimate = self.estimate(best, &direct, counters, incomplete, &mut report);
         Ok((estimate, report))
     }
@@ -279,10 +283,9 @@ impl<'a> Setup<'a> {
         let mut layers = Vec::with_capacity(self.signatures.len());
         let tasks: usize = self.sources.iter().map(|(_, roots)| roots.len()).sum();
         self.progress.paths.store(0, Ordering::Relaxed);
-        self.progress.expected_paths.store(
-            (tasks * self.signatures.len()) as u64,
-            Ordering::Relaxed,
-        );
+        self.progress
+            .expected_paths
+            .store((tasks * self.signatures.len()) as u64, Ordering::Relaxed);
         for (signature, _) in &self.signatures {
             let layer = if is_achromatic(self.scene) {
                 self.signature::<1>(*signature, tolerance, stop, counters)?
@@ -323,7 +326,8 @@ impl<'a> Setup<'a> {
     ) -> Result<Option<PassLayer>, BeamError> {
         let screen = Screen::Receiver(&self.receiver);
         // Slack may count the same flux in several texels, and the survey is coarse.
-        let scale = FixedPoint::for_total(64.0 * self.flux).map_err(|_| BeamError::NotRepresentable)?;
+        let scale =
+            FixedPoint::for_total(64.0 * self.flux).map_err(|_| BeamError::NotRepresentable)?;
         let film = BeamFilm::<N>::new(screen.size(), scale);
         let idle: Mutex<Vec<Scratch<N>>> = Mutex::new(Vec::new());
         let mut total = Balance::<N>::default();
@@ -421,7 +425,10 @@ impl<'a> Setup<'a> {
                         ..Row::default()
                     },
                 );
-                ledger.emitted.0 = ledger.emitted.0.map(|emitted| emitted.max(layer.report.emitted));
+                ledger.emitted.0 = ledger
+                    .emitted
+                    .0
+                    .map(|emitted| emitted.max(layer.report.emitted));
                 let named = rank < self.settings.max_layers;
                 let filled = self.layer(&layer);
                 if named {

@@ -26,12 +26,7 @@ impl<const N: usize> PathStore<N> {
 
     /// The path at coordinates of a chart, followed only where it is not held.
     #[inline]
-    pub fn get(
-        &mut self,
-        chart: &Chart,
-        at: DVec2,
-        follow: impl FnOnce() -> Node<N>,
-    ) -> Node<N> {
+    pub fn get(&mut self, chart: &Chart, at: DVec2, follow: impl FnOnce() -> Node<N>) -> Node<N> {
         let surface = surface_of(chart);
         let entry = &mut self.entries[slot(surface, at)];
         match entry {

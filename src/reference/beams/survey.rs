@@ -55,7 +55,14 @@ pub fn survey(
                 );
                 let mut found = Vec::new();
                 for place in 0..a_root {
-                    look_at(&mut follower, root, index + place, a_root, max_depth, &mut found);
+                    look_at(
+                        &mut follower,
+                        root,
+                        index + place,
+                        a_root,
+                        max_depth,
+                        &mut found,
+                    );
                 }
                 found
             })

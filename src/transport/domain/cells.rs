@@ -25,6 +25,11 @@ pub struct Cell {
 }
 
 impl Cell {
+    /// Its chart, as an index into [`LightSpace::charts`].
+    pub fn chart(&self) -> usize {
+        self.chart as usize
+    }
+
     /// Its part of the chart.
     pub fn patch(&self) -> &Patch {
         &self.patch
@@ -35,6 +40,8 @@ impl Cell {
 #[derive(Debug)]
 pub struct LightSpace {
     charts: Vec<Chart>,
+    /// By chart: the emitter, as an index into the scene's.
+    emitters: Vec<u32>,
     cells: Vec<Cell>,
     /// Sum of the shares of all cells before each; one longer than `cells`, from 0 to 1.
     cumulative: Vec<f64>,
@@ -68,9 +75,11 @@ impl LightSpace {
     pub fn new(scene: &Scene) -> Result<Self, LightSpaceError> {
         let targets = Targets::new(scene);
         let mut charts = Vec::new();
-        for emitter in scene.emitters() {
+        let mut emitters = Vec::new();
+        for (index, emitter) in scene.emitters().iter().enumerate() {
             if !emitter.strength().is_black() {
                 add_charts(scene, emitter, &mut charts)?;
+                emitters.resize(charts.len(), index as u32);
             }
         }
         let mut cells: Vec<Cell> = (0..charts.len() as u32)
@@ -109,6 +118,7 @@ impl LightSpace {
         }
         Ok(Self {
             charts,
+            emitters,
             cells,
             cumulative,
             flux_bound,
@@ -120,6 +130,11 @@ impl LightSpace {
     /// The charts over all emitters.
     pub fn charts(&self) -> &[Chart] {
         &self.charts
+    }
+
+    /// The emitter that a chart covers (a part of), as an index into the scene's emitters.
+    pub fn emitter_of(&self, chart: usize) -> usize {
+        self.emitters[chart] as usize
     }
 
     /// The patch that all of a chart's cells were divided from.

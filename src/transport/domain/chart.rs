@@ -349,7 +349,7 @@ fn face_direction(axes: &[DVec3; 3], place: DVec2) -> DVec3 {
 /// The unit vector through a point of a cube-map face, and solid angle per unit of face area
 /// there: (1 + x² + y²)^(−3/2).
 #[inline]
-fn face_sample(axes: &[DVec3; 3], place: DVec2) -> (DVec3, f64) {
+pub(super) fn face_sample(axes: &[DVec3; 3], place: DVec2) -> (DVec3, f64) {
     let inverse_length = 1.0 / (1.0 + place.length_squared()).sqrt();
     let direction = (axes[0] * place.x + axes[1] * place.y + axes[2]) * inverse_length;
     (direction, inverse_length * inverse_length * inverse_length)

@@ -8,7 +8,9 @@
 
 mod cells;
 pub mod chart;
+mod derivative;
 pub mod probe;
 pub mod surface;
 
 pub use cells::{Cell, LightSpace, LightSpaceError};
+pub use derivative::DeltaEmission;

@@ -66,7 +66,12 @@ pub fn roots(scene: &Scene, source: &Source) -> Vec<Root> {
 }
 
 /// A rectangle of coordinates, cut into triangles.
-fn add_grid(roots: &mut Vec<Root>, chart: Chart, [from, to]: [DVec2; 2], [columns, rows]: [u32; 2]) {
+fn add_grid(
+    roots: &mut Vec<Root>,
+    chart: Chart,
+    [from, to]: [DVec2; 2],
+    [columns, rows]: [u32; 2],
+) {
     let step = (to - from) / DVec2::new(f64::from(columns), f64::from(rows));
     let at = |column: u32, row: u32| {
         let place = |index: u32, count: u32, from: f64, to: f64, step: f64| {
@@ -166,4 +171,3 @@ fn is_outside_closed(scene: &Scene, shape: u32, mesh: &Mesh, source: &Source) ->
         ray = point.spawn(ray.direction);
     }
 }
-

@@ -250,11 +250,7 @@ impl Receiver {
     /// Surface parameters in texels from the cropped film's corner.
     #[inline]
     pub fn film_place(&self, uv: DVec2) -> DVec2 {
-        uv * self.full
-            - DVec2::new(
-                f64::from(self.crop.offset_x),
-                f64::from(self.crop.offset_y),
-            )
+        uv * self.full - DVec2::new(f64::from(self.crop.offset_x), f64::from(self.crop.offset_y))
     }
 
     /// Whether any surface lies in a texel.

@@ -1,0 +1,119 @@
+//! The map from light to the receiver point's surroundings.
+
+use glam::DVec2;
+
+use super::ProbeSettings;
+use super::target::{Image, Target};
+use crate::geometry::TraversalCounters;
+use crate::scene::Scene;
+use crate::transport::differentials::{Follower, Interaction, Landing, ThinBeam};
+use crate::transport::domain::{DeltaEmission, LightSpace};
+
+/// A place in light space: a chart, and coordinates on it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Place {
+    pub chart: usize,
+    pub at: DVec2,
+}
+
+/// What everything here looks at.
+pub(super) struct LightMap<'a> {
+    pub scene: &'a Scene,
+    pub light: &'a LightSpace,
+    pub target: &'a Target,
+    pub settings: &'a ProbeSettings,
+}
+
+/// The map on one thread.
+pub(super) struct Tracer<'a> {
+    map: &'a LightMap<'a>,
+    follower: Follower<'a>,
+}
+
+impl<'a> LightMap<'a> {
+    pub fn new(
+        scene: &'a Scene,
+        light: &'a LightSpace,
+        target: &'a Target,
+        settings: &'a ProbeSettings,
+    ) -> Self {
+        Self {
+            scene,
+            light,
+            target,
+            settings,
+        }
+    }
+
+    /// The ray that starts at a place. All emitters have been checked to be without size.
+    pub fn emission(&self, place: Place) -> Option<DeltaEmission> {
+        self.light.charts()[place.chart].delta_emission(place.at)
+    }
+
+    pub fn tracer(&'a self) -> Tracer<'a> {
+        self.tracer_to(self.settings.max_depth)
+    }
+
+    /// A tracer of fewer events.
+    pub fn tracer_to(&'a self, max_depth: u32) -> Tracer<'a> {
+        Tracer {
+            map: self,
+            follower: Follower::new(
+                self.scene,
+                self.target.shape(),
+                max_depth,
+                self.settings.shading_normals,
+            ),
+        }
+    }
+}
+
+impl Tracer<'_> {
+    /// Where light of a place lands, by chain; all of the Fresnel tree.
+    pub fn images(&mut self, place: Place, mut found: impl FnMut(&[Interaction], Image, &Landing)) {
+        let target = self.map.target;
+        if let Some(beam) = self.beam(place) {
+            self.follower.every_path(&beam, &mut |chain, landing| {
+                if let Some(image) = target.image(landing) {
+                    found(chain, image, landing);
+                }
+            });
+        }
+    }
+
+    /// The first shape that light of a place meets.
+    pub fn first_shape(&mut self, place: Place) -> Option<u32> {
+        let beam = self.beam(place)?;
+        self.follower.first_shape(&beam)
+    }
+
+    /// Where light of a place lands by one chain, whatever is in the way.
+    pub fn image_along(&mut self, place: Place, chain: &[Interaction]) -> Option<Image> {
+        let beam = self.beam(place)?;
+        let landing = self.follower.along(&beam, chain)?;
+        self.map.target.image(&landing)
+    }
+
+    /// The path of a place's light by one chain through the scene as it is.
+    pub fn retrace(
+        &mut self,
+        place: Place,
+        chain: &[Interaction],
+    ) -> Option<(
+        Vec<(crate::geometry::Hit, crate::geometry::SurfacePoint)>,
+        Landing,
+    )> {
+        let beam = self.beam(place)?;
+        self.follower.retrace(&beam, chain)
+    }
+
+    pub fn counters(&self) -> TraversalCounters {
+        self.follower.counters
+    }
+
+    fn beam(&self, place: Place) -> Option<ThinBeam> {
+        let emission = self.map.emission(place)?;
+        // Outside a spot's cone there is no light to follow.
+        (emission.falloff > 0.0).then(|| ThinBeam::new(&emission))
+    }
+}

@@ -1,0 +1,168 @@
+//! Beams on their way through a scene.
+
+use super::{Interaction, Landing, ThinBeam};
+use crate::geometry::{Hit, SurfacePoint, TraversalCounters};
+use crate::scene::{Material, Scene};
+use crate::transport::scatter::{Meeting, ShadingNormals, Way};
+
+/// Follows thin beams through one scene to the front of one shape.
+#[derive(Clone, Debug)]
+pub struct Follower<'a> {
+    scene: &'a Scene,
+    receiver: u32,
+    max_depth: u32,
+    shading_normals: ShadingNormals,
+    /// Work done so far.
+    pub counters: TraversalCounters,
+}
+
+/// Surfaces a path may meet beside its specular events (null, masks): a ray meets each once, so
+/// only a pathological scene gets here.
+const MAX_PASSES: usize = 256;
+
+impl<'a> Follower<'a> {
+    /// A follower of light to the front of shape `receiver`, through at most `max_depth` specular events.
+    pub fn new(
+        scene: &'a Scene,
+        receiver: u32,
+        max_depth: u32,
+        shading_normals: ShadingNormals,
+    ) -> Self {
+        Self {
+            scene,
+            receiver,
+            max_depth,
+            shading_normals,
+            counters: TraversalCounters::default(),
+        }
+    }
+
+    /// Follows every branch of a beam; `land` hears of each time one meets the front of the receiver, and after
+    /// which interactions.
+    pub fn every_path(&mut self, beam: &ThinBeam, land: &mut impl FnMut(&[Interaction], &Landing)) {
+        let mut chain = Vec::new();
+        self.walk(*beam, &mut chain, 0, 0, land);
+    }
+
+    fn walk(
+        &mut self,
+        mut beam: ThinBeam,
+        chain: &mut Vec<Interaction>,
+        events: u32,
+        mut passes: usize,
+        land: &mut impl FnMut(&[Interaction], &Landing),
+    ) {
+        while let Some((hit, point)) = self.next_surface(&beam) {
+            if self.is_received(&beam, &hit, &point) {
+                land(chain, &beam.landing(&hit, point));
+            }
+            let scene = self.scene;
+            let meeting = self.meeting(&beam, &hit, &point);
+            let transparent = self.is_nothing(&hit);
+            let mut onward = None;
+            for way in Way::ALL {
+                let is_event = way.event().is_some();
+                if is_event && events >= self.max_depth || passes >= MAX_PASSES {
+                    continue;
+                }
+                let Some(next) = beam.leaving(scene.world(), &hit, &point, &meeting, way) else {
+                    continue;
+                };
+                if transparent {
+                    onward = Some(next);
+                } else {
+                    chain.push(Interaction {
+                        element: scene.world().element(&hit),
+                        way,
+                    });
+                    let passed = passes + usize::from(!is_event);
+                    self.walk(next, chain, events + u32::from(is_event), passed, land);
+                    chain.pop();
+                }
+            }
+            let Some(next) = onward else { return };
+            beam = next;
+            passes += 1;
+        }
+    }
+
+    /// Follows a beam along `chain` and on to the receiver, whatever is in the way: flat surfaces are
+    /// extended beyond their borders, the receiver too. `None` where the chain breaks: a shape is missed, light is
+    /// reflected totally, or arrives at the receiver's back.
+    pub fn along(&mut self, beam: &ThinBeam, chain: &[Interaction]) -> Option<Landing> {
+        let world = self.scene.world();
+        let mut beam = *beam;
+        for interaction in chain {
+            let (hit, point) =
+                world.meet_element(&beam.ray, interaction.element, &mut self.counters)?;
+            let meeting = self.meeting(&beam, &hit, &point);
+            beam = beam.leaving(world, &hit, &point, &meeting, interaction.way)?;
+        }
+        let receiver = crate::geometry::Element {
+            shape: self.receiver,
+            face: None,
+        };
+        let (hit, point) = world.meet_element(&beam.ray, receiver, &mut self.counters)?;
+        self.is_received(&beam, &hit, &point)
+            .then(|| beam.landing(&hit, point))
+    }
+
+    /// Follows a beam through the scene as it is, on the ways of `chain`; `None` unless it meets the
+    /// chain's shapes one after the other and then the receiver. Which face of a mesh it meets is free: the surfaces met are returned.
+    pub fn retrace(
+        &mut self,
+        beam: &ThinBeam,
+        chain: &[Interaction],
+    ) -> Option<(Vec<(Hit, SurfacePoint)>, Landing)> {
+        let mut beam = *beam;
+        let mut met = Vec::with_capacity(chain.len());
+        for _ in 0..=chain.len() + MAX_PASSES {
+            let (hit, point) = self.next_surface(&beam)?;
+            let world = self.scene.world();
+            let meeting = self.meeting(&beam, &hit, &point);
+            let way = match chain.get(met.len()) {
+                None if self.is_received(&beam, &hit, &point) => {
+                    return Some((met, beam.landing(&hit, point)));
+                }
+                _ if self.is_nothing(&hit) => Way::Passed,
+                Some(interaction) if interaction.element.shape == hit.shape => {
+                    met.push((hit, point));
+                    interaction.way
+                }
+                _ => return None,
+            };
+            beam = beam.leaving(world, &hit, &point, &meeting, way)?;
+        }
+        None
+    }
+
+    /// The first shape that a beam meets.
+    pub fn first_shape(&mut self, beam: &ThinBeam) -> Option<u32> {
+        self.next_surface(beam).map(|(hit, _)| hit.shape)
+    }
+
+    fn next_surface(&mut self, beam: &ThinBeam) -> Option<(Hit, SurfacePoint)> {
+        let world = self.scene.world();
+        let hit = world.closest_hit(&beam.ray, f64::INFINITY, &mut self.counters)?;
+        Some((hit, world.bounce_point(&beam.ray, &hit)))
+    }
+
+    fn meeting<'b>(&self, beam: &ThinBeam, hit: &Hit, point: &'b SurfacePoint) -> Meeting<'b>
+    where
+        'a: 'b,
+    {
+        let material = self.scene.material_of(hit.shape);
+        let direction = beam.ray.direction;
+        Meeting::new(self.scene, material, point, direction, self.shading_normals)
+    }
+
+    /// Whether a beam meets the receiver from its front.
+    fn is_received(&self, beam: &ThinBeam, hit: &Hit, point: &SurfacePoint) -> bool {
+        hit.shape == self.receiver && beam.ray.direction.dot(point.geometric_normal) < 0.0
+    }
+
+    /// Whether there is nothing: no path takes note of it.
+    fn is_nothing(&self, hit: &Hit) -> bool {
+        matches!(self.scene.material_of(hit.shape), Material::Null)
+    }
+}

@@ -1,0 +1,133 @@
+//! Thin beams: a ray of a delta emitter together with the light right beside it.
+//!
+//! A [`ThinBeam`] is a ray, its exact derivatives by the two coordinates of the light
+//! (see [`RayDerivative`]), and the share of the emitted flux it still carries. Where it ends, the derivatives of the point
+//! are the columns of the Jacobian from light to receiver: its determinant is the area that light of one unit
+//! of light-space measure spreads over, and the columns themselves span the parallelogram (the "footprint") it lights.
+//!
+//! A [`Follower`] follows beams in three ways: along every branch of the Fresnel tree ([`Follower::every_path`]), along a
+//! given chain as the scene has it ([`Follower::retrace`]), and along a given chain whatever is in the way, flat
+//! surfaces extended ([`Follower::along`]): a smooth map, for root finders.
+
+mod follow;
+
+use glam::DVec3;
+
+use super::domain::DeltaEmission;
+use super::scatter::{Bending, Meeting, Way};
+use super::signature::Signature;
+use crate::geometry::{Element, Hit, Ray, SurfacePoint, World};
+use crate::optics::RayDerivative;
+use crate::radiometry::Rgb;
+
+pub use follow::Follower;
+
+/// A ray and the light right beside it.
+#[derive(Clone, Copy, Debug)]
+pub struct ThinBeam {
+    /// The ray.
+    pub ray: Ray,
+    /// Its derivatives by the two coordinates of the light.
+    pub derivatives: [RayDerivative; 2],
+    /// The share of the emitted flux that it carries: Fresnel's shares and all tints so far.
+    pub throughput: Rgb,
+}
+
+/// What happens at one surface of a path.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Interaction {
+    /// Where.
+    pub element: Element,
+    /// How light goes on.
+    pub way: Way,
+}
+
+/// A beam on the receiver.
+#[derive(Clone, Copy, Debug)]
+pub struct Landing {
+    /// The beam, as it left the last surface.
+    pub beam: ThinBeam,
+    /// Where it arrives; the `uv` is unspecified.
+    pub point: SurfacePoint,
+    /// The derivatives of the point by the light's two coordinates; they lie in the surface.
+    pub derivatives: [DVec3; 2],
+}
+
+/// The signature of a chain of interactions.
+pub fn signature(chain: &[Interaction]) -> Signature {
+    chain
+        .iter()
+        .filter_map(|interaction| interaction.way.event())
+        .fold(Signature::DIRECT, Signature::then)
+}
+
+impl ThinBeam {
+    /// The beam of an emission: all of its flux.
+    pub fn new(emission: &DeltaEmission) -> Self {
+        Self {
+            ray: emission.ray,
+            derivatives: emission.derivatives,
+            throughput: Rgb::WHITE,
+        }
+    }
+
+    /// The beam where it meets a surface.
+    fn landing(&self, hit: &Hit, point: SurfacePoint) -> Landing {
+        Landing {
+            beam: *self,
+            point,
+            derivatives: self
+                .at_surface(hit, &point)
+                .map(|derivative| derivative.position),
+        }
+    }
+
+    fn at_surface(&self, hit: &Hit, point: &SurfacePoint) -> [RayDerivative; 2] {
+        self.derivatives.map(|derivative| {
+            derivative.transferred(self.ray.direction, hit.distance, point.geometric_normal)
+        })
+    }
+
+    /// The beam after a surface, on one of the ways on; `None` where light does not go there.
+    fn leaving(
+        &self,
+        world: &World,
+        hit: &Hit,
+        point: &SurfacePoint,
+        meeting: &Meeting,
+        way: Way,
+    ) -> Option<Self> {
+        let share = meeting.share_of(way);
+        if share <= 0.0 {
+            return None;
+        }
+        let branch = meeting.branch::<3>(way)?;
+        let throughput = self.throughput * branch.tint.rgb() * share;
+        if throughput.is_black() {
+            return None;
+        }
+        let bending = meeting.bending(way);
+        let direction = self.ray.direction;
+        let [first, second] = self.at_surface(hit, point).map(|arriving| {
+            // The meeting's normal is the shading normal or its opposite.
+            let turn = |normal: DVec3| {
+                let change = world.normal_derivative(hit, arriving.position);
+                change * normal.dot(point.shading_normal).signum()
+            };
+            match bending {
+                Bending::Straight => Some(arriving),
+                Bending::Reflection { normal } => {
+                    Some(arriving.reflected(direction, normal, turn(normal)))
+                }
+                Bending::Refraction { normal, eta } => {
+                    arriving.refracted(direction, normal, turn(normal), eta)
+                }
+            }
+        });
+        Some(Self {
+            ray: point.spawn(branch.direction),
+            derivatives: [first?, second?],
+            throughput,
+        })
+    }
+}
