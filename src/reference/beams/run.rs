@@ -127,9 +127,19 @@ pub struct Setup<'a> {
 /// A finished pass.
 struct Pass {
     layers: Vec<PassLayer>,
+    /// The likely error, relative.
     relative_error: Option<f64>,
     relative_tolerance: f64,
+    /// All signatures together, mean of channels, by texel [W/m²].
+    irradiance: Vec<f64>,
 }
+
+/// How far the error of a pass may turn out to be from what its own differences say, seen from the
+/// next pass: errors have been seen from a quarter to one and a half of it.
+const CALIBRATION: std::ops::RangeInclusive<f64> = 0.25..=1.5;
+
+/// The next pass, too, is a little off.
+const CALIBRATION_MARGIN: f64 = 1.5;
 
 struct PassLayer {
     signature: Signature,
@@ -225,6 +235,8 @@ impl<'a> Setup<'a> {
         let mut counters = direct.counters;
         let mut report = BeamReport::default();
         let mut best: Option<Pass> = None;
+        let mut said_before: Option<f64> = None;
+        let mut calibration = 1.0;
         // From experience, errors follow tolerances like their power 2/3.
         let mut tolerance = 6e-3 * (8.0 * target.unwrap_or(1e-2)).min(0.1).powf(1.5);
         while !self.signatures.is_empty() {
@@ -234,6 +246,16 @@ impl<'a> Setup<'a> {
                 break;
             };
             report.passes += 1;
+            let mut pass = pass;
+            let own_error = pass.relative_error;
+            if let (Some(before), Some(said)) = (&best, said_before) {
+                // What the pass before was really off by, against what it said, tells what this
+                // one's word is worth.
+                calibration = (CALIBRATION_MARGIN * distance(before, &pass) / said)
+                    .clamp(*CALIBRATION.start(), *CALIBRATION.end());
+            }
+            said_before = own_error;
+            pass.relative_error = own_error.map(|error| error * calibration);
             let error = pass.relative_error;
             self.progress.set_relative_error(error);
             best = Some(pass);
@@ -297,12 +319,14 @@ impl<'a> Setup<'a> {
         }
         let texels = self.receiver.texels();
         let (mut lit, mut sum, mut squares) = (0_u64, 0.0, 0.0);
+        let mut irradiance = vec![0.0; texels];
         for texel in 0..texels {
             let area = self.receiver.texel_area(texel);
             let flux: f64 = layers.iter().map(|layer| layer.flux[texel].mean()).sum();
             // The errors of different signatures know nothing of each other.
             let variance: f64 = layers.iter().map(|layer| layer.likely[texel].powi(2)).sum();
             if flux > 0.0 && area > 0.0 {
+                irradiance[texel] = flux / area;
                 lit += 1;
                 sum += flux / area;
                 squares += variance / (area * area);
@@ -313,6 +337,7 @@ impl<'a> Setup<'a> {
             layers,
             relative_error,
             relative_tolerance,
+            irradiance,
         }))
     }
 
@@ -493,6 +518,20 @@ impl<'a> Setup<'a> {
         }
         result
     }
+}
+
+/// Root mean square difference of two passes over lit texels, relative to their mean.
+fn distance(before: &Pass, after: &Pass) -> f64 {
+    let (mut lit, mut sum, mut squares) = (0_u64, 0.0, 0.0);
+    for (a, b) in before.irradiance.iter().zip(&after.irradiance) {
+        if *a > 0.0 || *b > 0.0 {
+            lit += 1;
+            sum += b;
+            squares += (a - b) * (a - b);
+        }
+    }
+    let lit = lit.max(1) as f64;
+    (squares / lit).sqrt() / (sum / lit)
 }
 
 /// `LD`, whose error is a bound for delta emitters.
