@@ -2,6 +2,7 @@
 
 mod accel;
 mod bounds;
+mod hull;
 mod mesh;
 mod mesh_tree;
 mod nearest;
@@ -14,7 +15,8 @@ mod triangle;
 mod world;
 
 pub use bounds::Bounds;
-pub use mesh::{Finding, Mesh, MeshDiagnostics, MeshError, MeshParts};
+pub use hull::{Hull, bulge, longest, range};
+pub use mesh::{Finding, Mesh, MeshBorder, MeshDiagnostics, MeshError, MeshParts};
 pub use ray::Ray;
 pub use shape::{Cylinder, Disk, Rectangle, Shape, ShapeError, Sphere};
 pub use surface::{Hit, SurfacePoint};

@@ -76,10 +76,44 @@ impl<'a, const N: usize> PathFollower<'a, N> {
         }
     }
 
+    /// The scene.
+    pub fn scene(&self) -> &'a Scene {
+        self.scene
+    }
+
+    /// Where the light comes from.
+    pub fn source(&self) -> &'a Source {
+        self.source
+    }
+
+    /// What it falls on.
+    pub fn screen(&self) -> &'a Screen<'a> {
+        self.screen
+    }
+
+    /// How many events a path has until its last leg.
+    pub fn events(&self) -> usize {
+        self.events.len()
+    }
+
     /// The path that meets the chart's surface at `at`. `in_sight` says that nothing is between
     /// the source and the surface, where that is known.
     #[inline]
     pub fn follow(&mut self, chart: &Chart, at: DVec2, in_sight: bool) -> PathEnd<N> {
+        self.follow_legs(chart, at, in_sight, |_, _| {})
+    }
+
+    /// As [`Self::follow`]; tells `leg` of each straight part of the path as it is found: the ray
+    /// along it, and what it met. The first one ends at the chart's surface, whether that is seen
+    /// or not; later ones start past any surface that changes nothing.
+    #[inline]
+    pub fn follow_legs(
+        &mut self,
+        chart: &Chart,
+        at: DVec2,
+        in_sight: bool,
+        mut leg: impl FnMut(&Ray, Option<&Hit>),
+    ) -> PathEnd<N> {
         let world = self.scene.world();
         let mut family = Family::default();
         let dark = |end: End, emitted: f64, family: &Family| PathEnd {
@@ -100,6 +134,13 @@ impl<'a, const N: usize> PathFollower<'a, N> {
         let emitted = arrival.density * facing.abs() * place.area;
         family.pass(self.scene, chart.shape(), face_of(chart), facing > 0.0);
         let mut throughput = Flux::WHITE;
+        let first = Hit {
+            distance: arrival.distance,
+            shape: chart.shape(),
+            face: face_of(chart),
+            barycentric: at,
+        };
+        leg(&arrival.ray, Some(&first));
         if !in_sight && !self.sees(&arrival, chart) {
             return dark(End::Hidden, emitted, &family);
         }
@@ -126,11 +167,13 @@ impl<'a, const N: usize> PathFollower<'a, N> {
             direction = branch.direction;
             let ray = point.spawn(direction);
             if index + 1 == self.events.len() {
-                return self.land(ray, throughput, emitted, &family);
+                return self.land(ray, throughput, emitted, &family, leg);
             }
             let Some((ray, hit)) = self.next_hit(ray) else {
+                leg(&ray, None);
                 return dark(End::Escaped, emitted, &family);
             };
+            leg(&ray, Some(&hit));
             point = world.bounce_point(&ray, &hit);
             let front = direction.dot(point.geometric_normal) < 0.0;
             family.pass(self.scene, hit.shape, hit.face, front);
@@ -147,10 +190,17 @@ impl<'a, const N: usize> PathFollower<'a, N> {
         throughput: Flux<N>,
         emitted: f64,
         family: &Family,
+        mut leg: impl FnMut(&Ray, Option<&Hit>),
     ) -> PathEnd<N> {
         let (end, factor, mark) = match self.next_hit(ray) {
-            Some((ray, hit)) => self.screen.end(self.scene, &ray, Some(&hit), &mut self.counters),
-            None => self.screen.end(self.scene, &ray, None, &mut self.counters),
+            Some((ray, hit)) => {
+                leg(&ray, Some(&hit));
+                self.screen.end(self.scene, &ray, Some(&hit), &mut self.counters)
+            }
+            None => {
+                leg(&ray, None);
+                self.screen.end(self.scene, &ray, None, &mut self.counters)
+            }
         };
         let weight = match end {
             End::Landed(_) => throughput * Flux::of(self.source.strength() * factor) * emitted,
@@ -166,7 +216,7 @@ impl<'a, const N: usize> PathFollower<'a, N> {
 
     /// The next surface that is not passed as if nothing were there.
     #[inline]
-    fn next_hit(&mut self, mut ray: Ray) -> Option<(Ray, Hit)> {
+    pub(super) fn next_hit(&mut self, mut ray: Ray) -> Option<(Ray, Hit)> {
         let world = self.scene.world();
         for _ in 0..MAX_PASSES {
             let hit = world.closest_hit(&ray, f64::INFINITY, &mut self.counters)?;
