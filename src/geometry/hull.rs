@@ -16,9 +16,13 @@ const MARGIN: f64 = 2.0;
 /// The two corners at the ends of the edge opposite to each corner.
 const ENDS: [[usize; 2]; 3] = [[1, 2], [2, 0], [0, 1]];
 
-/// How far a point of the bundle may be from the triangle of its corners [scene units].
+/// How far a point of the bundle may be from the triangle of its corners [scene units]; infinite
+/// where the points are not.
 #[inline]
 pub fn bulge(points: &[DVec3; 6]) -> f64 {
+    if !points.iter().sum::<DVec3>().is_finite() {
+        return f64::INFINITY;
+    }
     let mut largest = 0.0_f64;
     for (i, [j, k]) in ENDS.into_iter().enumerate() {
         let mean = 0.5 * (points[j] + points[k]);
@@ -27,9 +31,13 @@ pub fn bulge(points: &[DVec3; 6]) -> f64 {
     MARGIN * largest.sqrt()
 }
 
-/// The least and the largest value that a function has in the bundle, as its six values show.
+/// The least and the largest value that a function has in the bundle, as its six values show;
+/// anything where one of them is not finite.
 #[inline]
 pub fn range(values: &[f64; 6]) -> [f64; 2] {
+    if !values.iter().sum::<f64>().is_finite() {
+        return [f64::NEG_INFINITY, f64::INFINITY];
+    }
     let mut largest = 0.0_f64;
     for (i, [j, k]) in ENDS.into_iter().enumerate() {
         largest = largest.max((values[i + 3] - 0.5 * (values[j] + values[k])).abs());
@@ -412,11 +420,18 @@ mod tests {
 
     #[test]
     fn what_is_not_a_number_may_overlap_anything() {
-        let mut start = [DVec3::ZERO; 6];
-        start[1].y = f64::NAN;
-        let hull = Hull::new(&start, &[DVec3::ONE; 6]);
-        let ball = DVec3::splat(0.5);
-        assert!(hull.may_overlap_ball(ball, 0.1));
-        assert!(hull.may_overlap_box(&Bounds::from_points([ball])));
+        for index in 0..6 {
+            let mut start = [DVec3::ZERO; 6];
+            start[index].y = f64::NAN;
+            let hull = Hull::new(&start, &[DVec3::ONE; 6]);
+            let far = DVec3::splat(10.0);
+            assert!(hull.may_overlap_ball(far, 0.1));
+            assert!(hull.may_overlap_box(&Bounds::from_points([far])));
+            assert!(hull.may_overlap_points(&[far], &[DVec3::X]));
+            assert!(hull.may_overlap_disk(far, [DVec3::X, DVec3::Y]));
+            let mut values = [0.0; 6];
+            values[index] = f64::NAN;
+            assert_eq!(range(&values), [f64::NEG_INFINITY, f64::INFINITY]);
+        }
     }
 }
