@@ -228,7 +228,11 @@ const LAMP: &str = r#"<emitter type="point"><point name="position" x="0.2" y="-0
 
 fn scene(folder: &Path, content: &str) -> Scene {
     let path = folder.join("scene.xml");
-    std::fs::write(&path, format!(r#"<scene version="3.0.0">{content}</scene>"#)).unwrap();
+    std::fs::write(
+        &path,
+        format!(r#"<scene version="3.0.0">{content}</scene>"#),
+    )
+    .unwrap();
     mitsuba::load(&path, &[]).unwrap()
 }
 
@@ -317,9 +321,17 @@ fn on_every_bundled_scene_clear_cells_are_of_one_family() {
 #[test]
 fn a_mesh_that_can_shade_itself_is_not_taken_for_a_ball() {
     let folder = tempfile::tempdir().unwrap();
-    let file = std::fs::File::create(folder.path().join("bumpy.ply")).unwrap();
-    write_ply(&bumpy_ball(0.3, 24), "", &mut std::io::BufWriter::new(file)).unwrap();
-    for material in ["dielectric", "conductor"] {
+    // Smooth by its normals; and flat, where each face is a surface of its own.
+    for (normals, material) in [
+        (true, "dielectric"),
+        (true, "conductor"),
+        (false, "dielectric"),
+    ] {
+        let mut mesh = bumpy_ball(0.3, 24);
+        mesh.normals = mesh.normals.filter(|_| normals);
+        let mut file = Vec::new();
+        write_ply(&mesh, "", &mut file).unwrap();
+        std::fs::write(folder.path().join("bumpy.ply"), file).unwrap();
         let content = format!(
             r#"{LAMP}{FLOOR}<shape type="ply"><string name="filename" value="bumpy.ply"/>
             <transform name="to_world"><translate z="0.45"/></transform>
@@ -328,7 +340,8 @@ fn a_mesh_that_can_shade_itself_is_not_taken_for_a_ball() {
             strip(0.05, 0.1)
         );
         let scene = scene(folder.path(), &content);
-        let found = try_cells("bumpy ball", &scene, &TREE, 2500);
+        let name = format!("bumpy ball, {material}, normals: {normals}");
+        let found = try_cells(&name, &scene, &TREE, 2500);
         assert!(found.clear > 500 && found.by_nodes_wrong > 5, "{found:?}");
     }
 }

@@ -67,7 +67,7 @@ pub struct Hull {
     start: Cap,
     end: Cap,
     bounds: Bounds,
-    /// Along the bundle, across its two ends, and across its three sides.
+    /// Across its three sides, which tell the most apart; along it, and across its two ends.
     axes: [Axis; 6],
 }
 
@@ -92,9 +92,18 @@ impl Cap {
         let [a, b, c, ..] = *points;
         // The points themselves come out of sums of a few rounded terms of this size.
         let size = a.abs().max(b.abs()).max(c.abs()).max_element();
-        Self {
-            corners: [a, b, c],
-            radius: bulge(points) + 64.0 * f64::EPSILON * size,
+        let radius = bulge(points) + 64.0 * f64::EPSILON * size;
+        if radius.is_finite() {
+            Self {
+                corners: [a, b, c],
+                radius,
+            }
+        } else {
+            // It may be anywhere.
+            Self {
+                corners: [DVec3::ZERO; 3],
+                radius: f64::INFINITY,
+            }
         }
     }
 
@@ -165,7 +174,15 @@ impl Hull {
             start,
             end,
             bounds: start.bounds().union(end.bounds()),
-            axes: [along, start.normal(), end.normal(), side(0), side(1), side(2)].map(axis),
+            axes: [
+                side(0),
+                side(1),
+                side(2),
+                along,
+                start.normal(),
+                end.normal(),
+            ]
+            .map(axis),
         }
     }
 
@@ -219,7 +236,8 @@ impl Hull {
 
     /// Whether a solid ball may overlap it.
     pub fn may_overlap_ball(&self, center: DVec3, radius: f64) -> bool {
-        let apart = |low: f64, high: f64, middle: f64| middle - radius > high || middle + radius < low;
+        let apart =
+            |low: f64, high: f64, middle: f64| middle - radius > high || middle + radius < low;
         let Bounds { min, max } = self.bounds;
         if (0..3).any(|axis| apart(min[axis], max[axis], center[axis]))
             || self
@@ -307,12 +325,12 @@ mod tests {
     }
 
     fn nodes(&(corners, bends): &Quadratic) -> [DVec3; 6] {
-        std::array::from_fn(|i| match i {
-            0..3 => corners[i],
-            _ => {
-                let [j, k] = ENDS[i - 3];
-                0.5 * (corners[j] + corners[k]) + bends[i - 3]
+        std::array::from_fn(|i| {
+            if i < 3 {
+                return corners[i];
             }
+            let [j, k] = ENDS[i - 3];
+            0.5 * (corners[j] + corners[k]) + bends[i - 3]
         })
     }
 
@@ -326,7 +344,11 @@ mod tests {
     }
 
     fn weights([x, y]: [f64; 2]) -> [f64; 3] {
-        let (x, y) = if x + y > 1.0 { (1.0 - x, 1.0 - y) } else { (x, y) };
+        let (x, y) = if x + y > 1.0 {
+            (1.0 - x, 1.0 - y)
+        } else {
+            (x, y)
+        };
         [1.0 - x - y, x, y]
     }
 

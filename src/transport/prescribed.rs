@@ -192,16 +192,13 @@ impl<'a, const N: usize> PathFollower<'a, N> {
         family: &Family,
         mut leg: impl FnMut(&Ray, Option<&Hit>),
     ) -> PathEnd<N> {
-        let (end, factor, mark) = match self.next_hit(ray) {
-            Some((ray, hit)) => {
-                leg(&ray, Some(&hit));
-                self.screen.end(self.scene, &ray, Some(&hit), &mut self.counters)
-            }
-            None => {
-                leg(&ray, None);
-                self.screen.end(self.scene, &ray, None, &mut self.counters)
-            }
+        let (ray, hit) = match self.next_hit(ray) {
+            Some((ray, hit)) => (ray, Some(hit)),
+            None => (ray, None),
         };
+        leg(&ray, hit.as_ref());
+        let counters = &mut self.counters;
+        let (end, factor, mark) = self.screen.end(self.scene, &ray, hit.as_ref(), counters);
         let weight = match end {
             End::Landed(_) => throughput * Flux::of(self.source.strength() * factor) * emitted,
             _ => Flux::BLACK,
@@ -220,7 +217,11 @@ impl<'a, const N: usize> PathFollower<'a, N> {
         let world = self.scene.world();
         for _ in 0..MAX_PASSES {
             let hit = world.closest_hit(&ray, f64::INFINITY, &mut self.counters)?;
-            if !self.scene.material_of(hit.shape).is_passed(self.scene.materials()) {
+            if !self
+                .scene
+                .material_of(hit.shape)
+                .is_passed(self.scene.materials())
+            {
                 return Some((ray, hit));
             }
             ray = world.bounce_point(&ray, &hit).spawn(ray.direction);
@@ -241,7 +242,8 @@ impl<'a, const N: usize> PathFollower<'a, N> {
             near,
             |hit| {
                 !(scene.material_of(hit.shape).is_passed(scene.materials())
-                    || hit.shape == own && (convex || hit.face == face_of(chart) && is_mesh(scene, own)))
+                    || hit.shape == own
+                        && (convex || hit.face == face_of(chart) && is_mesh(scene, own)))
             },
             &mut self.counters,
         )
@@ -306,4 +308,3 @@ impl Family {
         self.0
     }
 }
-

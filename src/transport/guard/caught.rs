@@ -55,10 +55,12 @@ fn rectangle_catches(leg: &Leg, rectangle: &Rectangle) -> bool {
     let [u, v] = rectangle.edges();
     let places = parameters(leg, rectangle.center(), [0.5 * u, 0.5 * v]);
     is_one_sided(leg, rectangle.normal())
-        && [places.map(|at| at.x), places.map(|at| at.y)].iter().all(|values| {
-            let [low, high] = range(values);
-            -1.0 <= low && high <= 1.0
-        })
+        && [places.map(|at| at.x), places.map(|at| at.y)]
+            .iter()
+            .all(|values| {
+                let [low, high] = range(values);
+                -1.0 <= low && high <= 1.0
+            })
 }
 
 fn disk_catches(leg: &Leg, disk: &Disk) -> bool {

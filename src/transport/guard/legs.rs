@@ -106,7 +106,8 @@ pub(super) fn record<const N: usize>(
         let points = |index: usize| paths.each_ref().map(|stops| stops[index].at);
         let faces = |index: usize| paths.each_ref().map(|stops| stops[index].face);
         let is_last = index > follower.events();
-        let is_dark = is_last && !matches!(met, Met::Plane(_)) && !matches!(first.end, End::Landed(_));
+        let is_dark =
+            is_last && !matches!(met, Met::Plane(_)) && !matches!(first.end, End::Landed(_));
         let Screen::Receiver(receiver) = follower.screen();
         legs.push(Leg {
             start: points(from),
@@ -118,7 +119,12 @@ pub(super) fn record<const N: usize>(
             dark_over: is_dark.then(|| receiver.shape()),
         });
     }
-    let is_finite = |leg: &Leg| leg.start.iter().chain(&leg.end).all(|point| point.is_finite());
+    let is_finite = |leg: &Leg| {
+        leg.start
+            .iter()
+            .chain(&leg.end)
+            .all(|point| point.is_finite())
+    };
     let one_family = complete
         && legs.len() + 1 == shared
         && legs.iter().all(is_finite)
@@ -170,7 +176,8 @@ fn follow<const N: usize>(
         End::Landed(_) => {
             let Screen::Receiver(receiver) = follower.screen();
             let shape = receiver.shape();
-            if let Shape::Rectangle(rectangle) = &follower.scene().world().shapes()[shape as usize] {
+            if let Shape::Rectangle(rectangle) = &follower.scene().world().shapes()[shape as usize]
+            {
                 let distance = match hit {
                     Some(hit) if hit.shape == shape => hit.distance,
                     _ => rectangle.meet_beyond(&ray)?.0,

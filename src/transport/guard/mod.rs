@@ -75,9 +75,7 @@ impl<'a> Guard<'a> {
             surfaces: surfaces
                 .map(|(index, shape)| Surface {
                     bounds: shape.bounds(),
-                    passed: scene
-                        .material_of(index as u32)
-                        .is_passed(scene.materials()),
+                    passed: scene.material_of(index as u32).is_passed(scene.materials()),
                     border: match shape {
                         Shape::Mesh(mesh) => Some(mesh.border()),
                         _ => None,
@@ -104,9 +102,8 @@ impl<'a> Guard<'a> {
         }
         let record = record(follower, chart, nodes, already.is_in_sight());
         if record.hidden {
-            let hidden = record.one_family
-                && record.legs.len() == 1
-                && self.is_hidden(&record.legs[0]);
+            let hidden =
+                record.one_family && record.legs.len() == 1 && self.is_hidden(&record.legs[0]);
             return Clearance {
                 legs: already.legs,
                 all: hidden,

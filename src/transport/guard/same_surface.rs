@@ -29,7 +29,12 @@ impl Guard<'_> {
     fn mesh_is_met_once(&self, leg: &Leg, hull: &Hull, shape: u32, mesh: &Mesh) -> bool {
         let along = leg.along();
         let sign = |face: u32| facing(&along, mesh.corners(face));
-        let alone = |faces: &[u32; 6]| faces.iter().all(|face| *face == faces[0]).then_some(faces[0]);
+        let alone = |faces: &[u32; 6]| {
+            faces
+                .iter()
+                .all(|face| *face == faces[0])
+                .then_some(faces[0])
+        };
         let start = leg.starts_on(shape).then(|| Allowed {
             facing: sign(leg.from_faces[0]),
             // A flat face's edges are not in the way of light that leaves it.
@@ -123,8 +128,9 @@ impl Crossings {
             let squared = tube.radius() * tube.radius() - feet[i].length_squared();
             (squared / along[i].length_squared()).sqrt()
         });
-        let height =
-            |side: f64| std::array::from_fn(|i| heights[i] + climbs[i] * (nearest[i] + side * half_chord[i]));
+        let height = |side: f64| {
+            std::array::from_fn(|i| heights[i] + climbs[i] * (nearest[i] + side * half_chord[i]))
+        };
         Self {
             start,
             end,
@@ -168,12 +174,20 @@ fn tube_is_met_once(leg: &Leg, tube: &Cylinder, starts: bool, ends: bool) -> boo
         // Outward for good; or inward, and then to the other side, or out by an open end, or not
         // so far.
         return low > 0.0
-            || high < 0.0 && (ends || is_off(&lines.leaves, tube) || is_within(&lines.end, tube.radius()));
+            || high < 0.0
+                && (ends || is_off(&lines.leaves, tube) || is_within(&lines.end, tube.radius()));
     }
     // Onto the side that faces the light, or through an open end, or from inside.
     let facing: [f64; 6] = product(&lines.end);
-    let size = tube.radius() * lines.along.iter().map(|along| along.length()).fold(0.0, f64::max);
-    facing.iter().all(|facing| *facing <= 64.0 * f64::EPSILON * size)
+    let size = tube.radius()
+        * lines
+            .along
+            .iter()
+            .map(|along| along.length())
+            .fold(0.0, f64::max);
+    facing
+        .iter()
+        .all(|facing| *facing <= 64.0 * f64::EPSILON * size)
         || is_off(&lines.enters, tube)
         || is_within(&lines.start, tube.radius())
 }
