@@ -335,7 +335,8 @@ fn a_mesh_that_can_shade_itself_is_not_taken_for_a_ball() {
         let content = format!(
             r#"{LAMP}{FLOOR}<shape type="ply"><string name="filename" value="bumpy.ply"/>
             <transform name="to_world"><translate z="0.45"/></transform>
-            <bsdf type="{material}"/></shape>{}{}"#,
+            <boolean name="face_normals" value="{}"/><bsdf type="{material}"/></shape>{}{}"#,
+            !normals,
             balls(6, 9),
             strip(0.05, 0.1)
         );
