@@ -84,16 +84,17 @@ struct Way {
     family: u64,
 }
 
-/// Whether anything is in front of a place on the first surface, by more than rounding: a surface
-/// that is grazed at the angle a is met again within about 1e-16 / a of the place, relative to the ray's length, and a cell's
-/// nodes are seldom nearer to grazing than 1e-9.
+/// Whether anything is in front of a place on the first surface, by more than rounding: a place that
+/// is off by δ is met δ / cos i too soon, and where a surface of radius r is grazed, by the half
+/// chord √(2 r δ) on either side at most. A surface point and a ray's start are each off by up to 32 u
+/// of their coordinates (`position_error`), u = ε/2.
 fn is_hidden(scene: &Scene, ray: &Ray, hit: &Hit) -> bool {
-    scene.world().any_hit(
-        ray,
-        hit.distance * (1.0 - 1e-7),
-        |_| true,
-        &mut TraversalCounters::default(),
-    )
+    let normal = scene.world().surface_point(ray, hit).geometric_normal;
+    let off = 32.0 * f64::EPSILON * (ray.origin.length() + hit.distance);
+    let chord = (8.0 * scene.world().bounds().radius() * off).sqrt();
+    let near = hit.distance - (off / normal.dot(ray.direction).abs()).min(chord);
+    let mut counters = TraversalCounters::default();
+    scene.world().any_hit(ray, near, |_| true, &mut counters)
 }
 
 fn way(scene: &Scene, follower: &mut PathFollower<1>, chart: &Chart, at: DVec2) -> Way {
