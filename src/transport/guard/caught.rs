@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::Guard;
 use super::legs::{Leg, Met};
 use super::same_surface::tube_catches;
-use crate::geometry::{Disk, Mesh, Rectangle, Shape, Sphere, bulge, longest, range};
+use crate::geometry::{Disk, Mesh, Rectangle, Shape, Sphere, longest, range};
 
 impl Guard<'_> {
     /// Whether all light of a leg falls on the thing at its end, if nothing is in the way.
@@ -106,6 +106,5 @@ pub(super) fn across(vectors: &[DVec3; 6], axis: DVec3) -> ([DVec3; 6], [f64; 6]
 
 /// Whether all points of a bundle are nearer to an axis than `radius`.
 pub(super) fn is_within(across: &[DVec3; 6], radius: f64) -> bool {
-    // Beyond what `longest` says, nothing: a bend that takes them out is in the bulge.
-    longest(across) < radius && bulge(across) < radius
+    longest(across) < radius
 }
