@@ -120,6 +120,16 @@ impl MeshTree {
             overlaps(&Bounds::from_points(self.corners[position]))
         })
     }
+
+    pub(super) fn any_face(
+        &self,
+        overlaps: &mut impl FnMut(&Bounds) -> bool,
+        test: &mut impl FnMut(u32, &[DVec3; 3]) -> bool,
+    ) -> bool {
+        self.tree.any_box(overlaps, |position, _| {
+            test(self.faces[position], &self.corners[position])
+        })
+    }
 }
 
 /// Tests the faces of the leaves visited, exactly.

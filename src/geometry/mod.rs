@@ -2,6 +2,7 @@
 
 mod accel;
 mod bounds;
+mod hull;
 mod local;
 mod mesh;
 mod mesh_tree;
@@ -15,8 +16,9 @@ mod triangle;
 mod world;
 
 pub use bounds::Bounds;
+pub use hull::{Hull, bulge, longest, range};
 pub use local::Element;
-pub use mesh::{Finding, Mesh, MeshDiagnostics, MeshError, MeshParts};
+pub use mesh::{Finding, Mesh, MeshBorder, MeshDiagnostics, MeshError, MeshParts};
 pub use ray::Ray;
 pub use shape::{Cylinder, Disk, Rectangle, Shape, ShapeError, Sphere};
 pub use surface::{Hit, SurfacePoint};

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 
 use super::{
     Bounds, Hit, Ray, Shape, SurfacePoint,
@@ -254,7 +254,7 @@ impl World {
             barycentric,
         };
         // The ray matters to faces without area only.
-        let ray = Ray::new(glam::DVec3::ZERO, glam::DVec3::Z);
+        let ray = Ray::new(DVec3::ZERO, DVec3::Z);
         Some(mesh.surface_point(&ray, &hit))
     }
 
@@ -276,6 +276,22 @@ impl World {
                     (shape, _) => overlaps(&shape.bounds()),
                 }
             })
+    }
+}
+
+impl World {
+    /// Whether `test(face, corners)` holds for any face of a mesh that may be in boxes for which
+    /// `overlaps` is true, which must be monotone as in [`Self::any_primitive_box`]; false where
+    /// the shape is no mesh. Of faces at the same place only one is asked about.
+    pub fn any_face(
+        &self,
+        shape: u32,
+        mut overlaps: impl FnMut(&Bounds) -> bool,
+        mut test: impl FnMut(u32, &[DVec3; 3]) -> bool,
+    ) -> bool {
+        self.trees[shape as usize]
+            .as_ref()
+            .is_some_and(|tree| tree.any_face(&mut overlaps, &mut test))
     }
 }
 

@@ -15,6 +15,7 @@ pub mod direct;
 pub mod domain;
 pub mod first_surface;
 pub mod flux;
+pub mod guard;
 pub mod ledger;
 pub mod prescribed;
 pub mod receiver;

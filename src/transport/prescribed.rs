@@ -77,6 +77,11 @@ impl<'a, const N: usize> PathFollower<'a, N> {
         }
     }
 
+    /// The scene.
+    pub fn scene(&self) -> &'a Scene {
+        self.scene
+    }
+
     /// The source whose light it follows.
     pub fn source(&self) -> &'a Source {
         self.source
@@ -93,10 +98,34 @@ impl<'a, const N: usize> PathFollower<'a, N> {
         }
     }
 
+    /// What it falls on.
+    pub fn screen(&self) -> &'a Screen<'a> {
+        self.screen
+    }
+
+    /// How many events a path has until its last leg.
+    pub fn events(&self) -> usize {
+        self.events.len()
+    }
+
     /// The path that meets the chart's surface at `at`. `in_sight` says that nothing is between
     /// the source and the surface, where that is known.
     #[inline]
     pub fn follow(&mut self, chart: &Chart, at: DVec2, in_sight: bool) -> PathEnd<N> {
+        self.follow_legs(chart, at, in_sight, |_, _| {})
+    }
+
+    /// As [`Self::follow`]; tells `leg` of each straight part of the path as it is found: the ray
+    /// along it, and what it met. The first one ends at the chart's surface, whether that is seen
+    /// or not; later ones start past any surface that changes nothing.
+    #[inline]
+    pub fn follow_legs(
+        &mut self,
+        chart: &Chart,
+        at: DVec2,
+        in_sight: bool,
+        mut leg: impl FnMut(&Ray, Option<&Hit>),
+    ) -> PathEnd<N> {
         let world = self.scene.world();
         let mut family = Family::default();
         let dark = |end: End, emitted: f64, family: &Family| PathEnd {
@@ -117,6 +146,13 @@ impl<'a, const N: usize> PathFollower<'a, N> {
         let emitted = emitted(&place, &arrival);
         family.pass(self.scene, chart.shape(), face_of(chart), facing > 0.0);
         let mut throughput = Flux::WHITE;
+        let first = Hit {
+            distance: arrival.distance,
+            shape: chart.shape(),
+            face: face_of(chart),
+            barycentric: at,
+        };
+        leg(&arrival.ray, Some(&first));
         if !in_sight && !self.sees(&arrival, chart) {
             return dark(End::Hidden, emitted, &family);
         }
@@ -143,11 +179,13 @@ impl<'a, const N: usize> PathFollower<'a, N> {
             direction = branch.direction;
             let ray = point.spawn(direction);
             if index + 1 == self.events.len() {
-                return self.land(ray, throughput, emitted, &family);
+                return self.land(ray, throughput, emitted, &family, leg);
             }
             let Some((ray, hit)) = self.next_hit(ray) else {
+                leg(&ray, None);
                 return dark(End::Escaped, emitted, &family);
             };
+            leg(&ray, Some(&hit));
             point = world.bounce_point(&ray, &hit);
             let front = direction.dot(point.geometric_normal) < 0.0;
             family.pass(self.scene, hit.shape, hit.face, front);
@@ -209,7 +247,7 @@ impl<'a, const N: usize> PathFollower<'a, N> {
                 }
                 let signature = signature.then(event);
                 let ray = point.spawn(branch.direction);
-                let path = self.land(ray, throughput, emitted, &family);
+                let path = self.land(ray, throughput, emitted, &family, |_, _| ());
                 found(signature, path);
                 if let Some((ray, hit)) = self.next_hit(ray) {
                     let point = world.bounce_point(&ray, &hit);
@@ -221,13 +259,21 @@ impl<'a, const N: usize> PathFollower<'a, N> {
 
     /// The last leg.
     #[inline]
-    fn land(&mut self, ray: Ray, throughput: Flux<N>, emitted: f64, family: &Family) -> PathEnd<N> {
-        let (end, factor, mark) = match self.next_hit(ray) {
-            Some((ray, hit)) => self
-                .screen
-                .end(self.scene, &ray, Some(&hit), &mut self.counters),
-            None => self.screen.end(self.scene, &ray, None, &mut self.counters),
+    fn land(
+        &mut self,
+        ray: Ray,
+        throughput: Flux<N>,
+        emitted: f64,
+        family: &Family,
+        mut leg: impl FnMut(&Ray, Option<&Hit>),
+    ) -> PathEnd<N> {
+        let (ray, hit) = match self.next_hit(ray) {
+            Some((ray, hit)) => (ray, Some(hit)),
+            None => (ray, None),
         };
+        leg(&ray, hit.as_ref());
+        let counters = &mut self.counters;
+        let (end, factor, mark) = self.screen.end(self.scene, &ray, hit.as_ref(), counters);
         let throughput = match end {
             End::Landed(_) => throughput * Flux::of(self.source.strength() * factor),
             _ => Flux::BLACK,
@@ -242,7 +288,7 @@ impl<'a, const N: usize> PathFollower<'a, N> {
 
     /// The next surface that is not passed as if nothing were there.
     #[inline]
-    fn next_hit(&mut self, mut ray: Ray) -> Option<(Ray, Hit)> {
+    pub(super) fn next_hit(&mut self, mut ray: Ray) -> Option<(Ray, Hit)> {
         let world = self.scene.world();
         for _ in 0..MAX_PASSES {
             let hit = world.closest_hit(&ray, f64::INFINITY, &mut self.counters)?;
@@ -262,9 +308,10 @@ impl<'a, const N: usize> PathFollower<'a, N> {
     fn sees(&mut self, arrival: &Arrival, chart: &Chart) -> bool {
         let scene = self.scene;
         let own = chart.shape();
-        // The surface itself is met again within rounding, at a grazing angle within its square
-        // root; a surface really in front of itself is farther off than that.
         let near = arrival.distance * (1.0 - 1e-9);
+        // The surface itself is met again within rounding, at a grazing angle within its square
+        // root. Light that a tube lets in that near to grazing is its square.
+        let own_near = near - 1e-6 * scene.world().shapes()[own as usize].bounds().radius();
         let convex = matches!(chart, Chart::Cap { .. });
         !scene.world().any_hit(
             &arrival.ray,
@@ -272,7 +319,9 @@ impl<'a, const N: usize> PathFollower<'a, N> {
             |hit| {
                 !(scene.material_of(hit.shape).is_passed(scene.materials())
                     || hit.shape == own
-                        && (convex || hit.face == face_of(chart) && is_mesh(scene, own)))
+                        && (convex
+                            || hit.distance > own_near
+                            || hit.face == face_of(chart) && is_mesh(scene, own)))
             },
             &mut self.counters,
         )

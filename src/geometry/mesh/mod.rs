@@ -1,5 +1,6 @@
 //! Triangle meshes.
 
+mod border;
 mod diagnostics;
 mod hash;
 mod local;
@@ -13,6 +14,7 @@ use super::{
     rounding::{UNIT_ROUNDOFF, gamma},
 };
 
+pub use border::MeshBorder;
 pub use diagnostics::{Finding, MeshDiagnostics};
 
 /// What a mesh file or generator gives; world space.
@@ -220,6 +222,11 @@ impl Mesh {
     #[inline]
     pub fn corners(&self, face: u32) -> [DVec3; 3] {
         self.triangles[face as usize].map(|vertex| self.positions[vertex as usize])
+    }
+
+    /// The edges at which the surface ends.
+    pub fn border(&self) -> MeshBorder {
+        MeshBorder::new(self)
     }
 
     /// For each face the lowest-numbered face with the same three positions, unless that is the

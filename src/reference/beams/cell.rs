@@ -3,6 +3,7 @@
 use glam::DVec2;
 
 use crate::transport::flux::Flux;
+use crate::transport::guard::Clearance;
 
 /// A path of light, by where it met the first surface.
 #[derive(Clone, Copy, Debug)]
@@ -26,6 +27,8 @@ pub struct Cell<const N: usize> {
     pub corners: [Node<N>; 3],
     /// How often its root was divided.
     pub level: u32,
+    /// Which legs of its light are known to have nothing in their way.
+    pub clearance: Clearance,
 }
 
 impl<const N: usize> Cell<N> {
@@ -51,6 +54,7 @@ impl<const N: usize> Cell<N> {
         [[a, ab, ca], [ab, b, bc], [ca, bc, c], [bc, ca, ab]].map(|corners| Self {
             corners,
             level: self.level + 1,
+            clearance: self.clearance,
         })
     }
 }

@@ -10,6 +10,7 @@ use super::store::PathStore;
 use crate::geometry::TraversalCounters;
 use crate::transport::first_surface::{Chart, Root};
 use crate::transport::flux::Flux;
+use crate::transport::guard::{Clearance, Guard};
 use crate::transport::prescribed::{End, PathFollower};
 
 /// No cell is divided more often: a quarter of a billionth of a root's side.
@@ -18,6 +19,15 @@ const MAX_LEVEL: u32 = 32;
 /// A cell may hold this many tolerances of flux, however smooth it looks: six nodes say only so
 /// much. At an error of 0.1 % this asks for some thousands of cells at least.
 const MOST_TOLERANCES: f64 = 4096.0;
+
+/// A cell with more tolerances of flux than this is taken for one family only if nothing can be in
+/// the way of any of its legs, as its [guard](crate::transport::guard) knows; a smaller one hides no
+/// more than a part of this.
+const UNGUARDED_TOLERANCES: f64 = 128.0;
+
+/// Cells without any landed node, ended in different ways, are divided down to this many
+/// tolerances of what set out.
+const DARK_TOLERANCES: f64 = 4096.0;
 
 /// A cell of more than one family is cut once it holds no more than this many tolerances.
 const CUT_TOLERANCES: f64 = 256.0;
@@ -89,12 +99,25 @@ pub struct Refiner<'a, 'f, const N: usize> {
     follower: PathFollower<'a, N>,
     film: &'f BeamFilm<N>,
     scratch: &'f mut Scratch<N>,
+    guard: &'f Guard<'a>,
     /// Strength of the source, mean of channels.
     strength: f64,
+    /// What a dark place could send, of all that sets out towards it.
+    peak: f64,
     /// Misplaced flux that a cell may have \[W\].
     tolerance: f64,
     /// What was found so far.
     pub balance: Balance<N>,
+}
+
+/// How finely cells are divided.
+#[derive(Clone, Copy, Debug)]
+pub struct Limits {
+    /// Misplaced flux that a cell may have \[W\].
+    pub tolerance: f64,
+    /// The most that a path of the signature delivers of what sets out, as a survey saw it: what
+    /// may be hidden between dark nodes is at most twice that.
+    pub peak: f64,
 }
 
 /// A cell ready for the film.
@@ -112,15 +135,18 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
     pub fn new(
         follower: PathFollower<'a, N>,
         film: &'f BeamFilm<N>,
-        tolerance: f64,
+        guard: &'f Guard<'a>,
+        Limits { tolerance, peak }: Limits,
         scratch: &'f mut Scratch<N>,
     ) -> Self {
         Self {
             strength: follower.source().strength().mean(),
             follower,
             film,
+            guard,
             scratch,
             tolerance,
+            peak,
             balance: Balance::default(),
         }
     }
@@ -133,19 +159,61 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
     /// Divides a root until all its light is placed.
     pub fn refine(&mut self, root: &Root) {
         let chart = &root.chart;
-        let corners = root.corners.map(|at| self.stored(chart, at));
-        self.scratch.pending.push(Cell { corners, level: 0 });
-        while let Some(cell) = self.scratch.pending.pop() {
-            let middles = cell.middles().map(|at| self.stored(chart, at));
+        let corners = root.corners.map(|at| self.stored(chart, at, false));
+        self.scratch.pending.push(Cell {
+            corners,
+            level: 0,
+            clearance: Clearance::default(),
+        });
+        while let Some(mut cell) = self.scratch.pending.pop() {
+            let in_sight = cell.clearance.is_in_sight();
+            let middles = cell.middles().map(|at| self.stored(chart, at, in_sight));
             let look = Look::at(&cell.corners, &middles);
-            match self.finished(chart, &cell, &middles, look) {
-                Some(finished) => self.finish(&cell, &middles, &finished),
-                None => self.scratch.pending.extend(cell.quarters(&middles)),
+            if self.is_ready(chart, &mut cell, &middles, &look)
+                && let Some(finished) = self.finished(chart, &cell, &middles, look)
+            {
+                self.finish(&cell, &middles, &finished);
+            } else {
+                self.scratch.pending.extend(cell.quarters(&middles));
             }
         }
     }
 
-    fn stored(&mut self, chart: &Chart, at: DVec2) -> Node<N> {
+    /// Whether a cell may be taken for what its nodes say.
+    fn is_ready(
+        &mut self,
+        chart: &Chart,
+        cell: &mut Cell<N>,
+        middles: &[Node<N>; 3],
+        look: &Look<N>,
+    ) -> bool {
+        let area = cell.area();
+        let set_out = area * look.emitted * (2.0 * self.peak).min(1.0);
+        let flux = if look.one_family {
+            f64::max(area * look.weight.max_magnitude(), if look.any_landed { 0.0 } else { set_out })
+        } else {
+            set_out
+        };
+        if cell.level >= MAX_LEVEL || flux <= self.tolerance * UNGUARDED_TOLERANCES {
+            return true;
+        }
+        if !look.one_family || look.any_landed && flux > self.tolerance * MOST_TOLERANCES {
+            return false;
+        }
+        if !cell.clearance.all {
+            let [a, b, c] = cell.corners.each_ref().map(|node| node.at);
+            let [d, e, f] = middles.each_ref().map(|node| node.at);
+            cell.clearance = self.guard.clear(
+                &mut self.follower,
+                chart,
+                &[a, b, c, d, e, f],
+                cell.clearance,
+            );
+        }
+        cell.clearance.all
+    }
+
+    fn stored(&mut self, chart: &Chart, at: DVec2, in_sight: bool) -> Node<N> {
         let Self {
             follower,
             strength,
@@ -154,7 +222,7 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
         } = self;
         scratch
             .store
-            .get(chart, at, || node(follower, *strength, chart, at))
+            .get(chart, at, || node(follower, *strength, chart, at, in_sight))
     }
 
     /// The cell ready for the film, if it need not be divided.
@@ -175,19 +243,14 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
         };
         self.scratch.fine.clear();
         self.scratch.coarse.clear();
-        let most = self.tolerance * MOST_TOLERANCES;
         if !look.any_landed {
-            // Dark: all the light that it could send is in question.
-            let is_small = area * look.emitted <= if look.one_family { 16.0 * most } else { most };
-            return (is_last || is_small).then_some(finished);
+            return (is_last || look.one_family || area * look.emitted <= self.tolerance * DARK_TOLERANCES)
+                .then_some(finished);
         }
         if look.is_off(self.film.size()) {
             return Some(finished);
         }
         let flux = area * look.weight.max_magnitude();
-        if !is_last && flux > most {
-            return None;
-        }
         if look.one_family {
             if !is_last && area * misplaced(&look) > self.tolerance {
                 return None;
@@ -198,9 +261,7 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
             self.scratch.coarse.extend(cut::whole(cell.corners));
             return Some(finished);
         }
-        // Between nodes that landed with next to nothing and nodes that did not land at all there
-        // may be light: what set out bounds it.
-        let in_question = flux > self.tolerance * CUT_TOLERANCES || area * look.emitted > most;
+        let in_question = flux > self.tolerance * CUT_TOLERANCES;
         // Three families meet at a point: cells round it are divided, not cut.
         let is_corner = look.families > 2 && flux > self.tolerance;
         if !is_last && (in_question || is_corner) {
@@ -238,7 +299,8 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
             ..
         } = self;
         let area = cell.area();
-        let mut follow = |at| node(follower, *strength, chart, at);
+        let in_sight = cell.clearance.is_in_sight();
+        let mut follow = |at| node(follower, *strength, chart, at, in_sight);
         let mut unresolved = 0.0;
         for (quarter, failed) in cell.quarters(middles).iter().zip(&mut finished.failed) {
             match cut::cut(&quarter.corners, &mut follow) {
@@ -312,8 +374,9 @@ fn node<const N: usize>(
     strength: f64,
     chart: &Chart,
     at: DVec2,
+    in_sight: bool,
 ) -> Node<N> {
-    let path = follower.follow(chart, at, false);
+    let path = follower.follow(chart, at, in_sight);
     Node {
         at,
         landing: match path.end {

@@ -9,9 +9,9 @@ use rayon::prelude::*;
 
 use super::bars::{BoundedFlux, bounded};
 use super::film::BeamFilm;
-use super::refine::{Balance, Refiner, Scratch};
+use super::refine::{Balance, Limits, Refiner, Scratch};
 use super::settings::{BeamBudget, BeamSettings};
-use super::survey::survey;
+use super::survey::{Found, survey};
 use crate::geometry::TraversalCounters;
 use crate::numeric::FixedPoint;
 use crate::radiometry::Rgb;
@@ -20,6 +20,7 @@ use crate::scene::{Emitter, Scene, Sensor, is_achromatic};
 use crate::transport::direct::{Direct, direct};
 use crate::transport::first_surface::{Root, Source, roots};
 use crate::transport::flux::Flux;
+use crate::transport::guard::Guard;
 use crate::transport::ledger::{Ledger, Row};
 use crate::transport::prescribed::PathFollower;
 use crate::transport::receiver::{Receiver, ReceiverError};
@@ -116,8 +117,9 @@ pub struct Setup<'a> {
     settings: BeamSettings,
     receiver: Receiver,
     sources: Vec<(Source, Vec<Root>)>,
-    /// The brightest first, with about the flux each brings \[W\].
-    signatures: Vec<(Signature, f64)>,
+    /// The brightest first.
+    signatures: Vec<(Signature, Found)>,
+    guard: Guard<'a>,
     /// About the flux on the receiver's surface \[W\].
     flux: f64,
     not_followed: f64,
@@ -185,15 +187,16 @@ impl<'a> Setup<'a> {
             settings.max_depth,
             settings.shading_normals,
         );
-        let flux: f64 = found.flux.values().sum();
-        let mut signatures: Vec<(Signature, f64)> = found.flux.into_iter().collect();
-        signatures.sort_by(|(a, x), (b, y)| y.total_cmp(x).then(a.cmp(b)));
+        let flux: f64 = found.signatures.values().map(|one| one.flux).sum();
+        let mut signatures: Vec<(Signature, Found)> = found.signatures.into_iter().collect();
+        signatures.sort_by(|(a, x), (b, y)| y.flux.total_cmp(&x.flux).then(a.cmp(b)));
         Ok(Self {
             scene,
             settings,
             receiver,
             sources,
             signatures,
+            guard: Guard::new(scene),
             flux,
             not_followed: 0.0,
             progress,
@@ -203,6 +206,12 @@ impl<'a> Setup<'a> {
     /// Whether no light can meet a specular surface and get to the sensor.
     pub fn is_dark(&self) -> bool {
         self.signatures.is_empty()
+    }
+
+    /// Follows one signature only: for tests and measurements of it.
+    pub fn only(&mut self, signature: Signature) {
+        self.signatures.retain(|(one, _)| *one == signature);
+        self.flux = self.signatures.iter().map(|(_, found)| found.flux).sum();
     }
 
     /// Spends the budget and delivers the estimate.
@@ -223,12 +232,12 @@ impl<'a> Setup<'a> {
         let followed = self
             .signatures
             .iter()
-            .take_while(|(_, flux)| *flux >= least)
+            .take_while(|(_, found)| found.flux >= least)
             .count()
             .min(MOST_SIGNATURES);
         self.not_followed = self.signatures[followed..]
             .iter()
-            .map(|(_, flux)| flux)
+            .map(|(_, found)| found.flux)
             .sum();
         self.signatures.truncate(followed);
 
@@ -308,11 +317,15 @@ impl<'a> Setup<'a> {
         self.progress
             .expected_paths
             .store((tasks * self.signatures.len()) as u64, Ordering::Relaxed);
-        for (signature, _) in &self.signatures {
+        for (signature, found) in &self.signatures {
+            let limits = Limits {
+                tolerance,
+                peak: found.peak,
+            };
             let layer = if is_achromatic(self.scene) {
-                self.signature::<1>(*signature, tolerance, stop, counters)?
+                self.signature::<1>(*signature, limits, stop, counters)?
             } else {
-                self.signature::<3>(*signature, tolerance, stop, counters)?
+                self.signature::<3>(*signature, limits, stop, counters)?
             };
             let Some(layer) = layer else { return Ok(None) };
             layers.push(layer);
@@ -345,7 +358,7 @@ impl<'a> Setup<'a> {
     fn signature<const N: usize>(
         &self,
         signature: Signature,
-        tolerance: f64,
+        limits: Limits,
         stop: &(dyn Fn() -> bool + Sync),
         counters: &mut TraversalCounters,
     ) -> Result<Option<PassLayer>, BeamError> {
@@ -372,7 +385,7 @@ impl<'a> Setup<'a> {
                         signature,
                         self.settings.shading_normals,
                     );
-                    let mut refiner = Refiner::new(follower, &film, tolerance, &mut scratch);
+                    let mut refiner = Refiner::new(follower, &film, &self.guard, limits, &mut scratch);
                     for root in roots {
                         refiner.refine(root);
                     }

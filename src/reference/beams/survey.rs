@@ -18,11 +18,20 @@ const PLACES: usize = 1 << 14;
 /// Flux below this part of what set out is not followed any further.
 const LEAST_THROUGHPUT: f64 = 1e-9;
 
+/// What a survey saw of one signature.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Found {
+    /// About how much flux it brings \[W\], mean of channels.
+    pub flux: f64,
+    /// The most that a path delivers of what sets out.
+    pub peak: f64,
+}
+
 /// What a survey saw.
 #[derive(Clone, Debug, Default)]
 pub struct Survey {
-    /// About how much flux each signature brings to the sensor's surface \[W\], mean of channels.
-    pub flux: BTreeMap<Signature, f64>,
+    /// What each signature brings to the sensor's surface.
+    pub signatures: BTreeMap<Signature, Found>,
     /// About how much set out towards first surfaces \[W\], mean of channels.
     pub emitted: f64,
 }
@@ -41,7 +50,7 @@ pub fn survey(
     let stride = (roots / PLACES).max(1);
     let mut all = Survey::default();
     for (source, roots) in sources {
-        let found: Vec<Vec<(Signature, f64, f64)>> = roots
+        let found: Vec<Vec<Sight>> = roots
             .par_iter()
             .step_by(stride)
             .enumerate()
@@ -69,16 +78,27 @@ pub fn survey(
             .collect();
         let strength = source.strength().mean();
         // Sums of few values in a fixed order: the same on any threads.
-        for (signature, arrived, set_out) in found.into_iter().flatten() {
+        for sight in found.into_iter().flatten() {
             let scale = stride as f64;
-            if signature.is_empty() {
-                all.emitted += set_out * strength * scale;
-            } else {
-                *all.flux.entry(signature).or_default() += arrived * scale;
+            all.emitted += sight.set_out * strength * scale;
+            if let Some((signature, arrived)) = sight.landed {
+                let one = all.signatures.entry(signature).or_default();
+                one.flux += arrived * scale;
+                one.peak = one.peak.max(sight.throughput / strength);
             }
         }
     }
     all
+}
+
+/// What one place showed: light that set out, or a path that landed.
+struct Sight {
+    /// Per unit of the source's strength.
+    set_out: f64,
+    /// Signature and flux \[W\].
+    landed: Option<(Signature, f64)>,
+    /// Times the source's strength.
+    throughput: f64,
 }
 
 /// Adds the signatures of one place.
@@ -88,7 +108,7 @@ fn look_at(
     index: usize,
     count: usize,
     max_depth: u32,
-    found: &mut Vec<(Signature, f64, f64)>,
+    found: &mut Vec<Sight>,
 ) {
     let [a, b, c] = root.corners;
     let area = 0.5 * (b - a).perp_dot(c - a).abs() / count as f64;
@@ -102,7 +122,11 @@ fn look_at(
     }
     let at = a + (b - a) * at.x + (c - a) * at.y;
     let set_out = follower.emitted(&root.chart, at) * area;
-    found.push((Signature::DIRECT, 0.0, set_out));
+    found.push(Sight {
+        set_out,
+        landed: None,
+        throughput: 0.0,
+    });
     follower.follow_all(
         &root.chart,
         at,
@@ -110,8 +134,12 @@ fn look_at(
         LEAST_THROUGHPUT,
         &mut |signature, path| {
             if matches!(path.end, End::Landed(_)) {
-                let arrived = path.throughput.rgb().mean() * path.emitted * area;
-                found.push((signature, arrived, 0.0));
+                let throughput = path.throughput.rgb().mean();
+                found.push(Sight {
+                    set_out: 0.0,
+                    landed: Some((signature, throughput * path.emitted * area)),
+                    throughput,
+                });
             }
         },
     );

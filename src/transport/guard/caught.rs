@@ -1,0 +1,110 @@
+//! Whether the thing at a leg's end catches all of it: its border is where no light falls.
+
+use glam::DVec3;
+
+use super::Guard;
+use super::legs::{Leg, Met};
+use super::same_surface::tube_catches;
+use crate::geometry::{Disk, Mesh, Rectangle, Shape, Sphere, longest, range};
+
+impl Guard<'_> {
+    /// Whether all light of a leg falls on the thing at its end, if nothing is in the way.
+    ///
+    /// A smooth mesh catches what comes towards it where there is neither a border nor a
+    /// silhouette in the leg's hull: that is looked at with the mesh's faces.
+    pub(super) fn is_caught(&self, leg: &Leg) -> bool {
+        let shapes = self.scene.world().shapes();
+        match leg.to {
+            Met::Source | Met::Nothing => true,
+            Met::Plane(shape) => match &shapes[shape as usize] {
+                Shape::Rectangle(rectangle) => is_one_sided(leg, rectangle.normal()),
+                _ => false,
+            },
+            Met::Surface(shape) => match &shapes[shape as usize] {
+                Shape::Sphere(ball) => leg.starts_on(shape) || ball_catches(leg, ball),
+                Shape::Rectangle(rectangle) => rectangle_catches(leg, rectangle),
+                Shape::Disk(disk) => disk_catches(leg, disk),
+                Shape::Cylinder(tube) => tube_catches(leg, tube, leg.starts_on(shape)),
+                Shape::Mesh(mesh) => mesh.has_vertex_normals() || face_catches(leg, mesh),
+            },
+        }
+    }
+}
+
+/// Whether all light goes through planes of this normal the same way.
+fn is_one_sided(leg: &Leg, normal: DVec3) -> bool {
+    let [low, high] = range(&leg.along().map(|along| along.dot(normal)));
+    low > 0.0 || high < 0.0
+}
+
+/// From inside, a ball catches everything; from outside, what passes its centre nearer than r.
+fn ball_catches(leg: &Leg, ball: &Sphere) -> bool {
+    let from_center = leg.start.map(|start| start - ball.center());
+    if longest(&from_center) < ball.radius() {
+        return true;
+    }
+    let along = leg.along();
+    let feet = std::array::from_fn(|i| {
+        let direction = along[i].normalize_or_zero();
+        from_center[i] - direction * from_center[i].dot(direction)
+    });
+    longest(&feet) < ball.radius()
+}
+
+fn rectangle_catches(leg: &Leg, rectangle: &Rectangle) -> bool {
+    let [u, v] = rectangle.edges();
+    let places = parameters(leg, rectangle.center(), [0.5 * u, 0.5 * v]);
+    is_one_sided(leg, rectangle.normal())
+        && [places.map(|at| at.x), places.map(|at| at.y)]
+            .iter()
+            .all(|values| {
+                let [low, high] = range(values);
+                -1.0 <= low && high <= 1.0
+            })
+}
+
+fn disk_catches(leg: &Leg, disk: &Disk) -> bool {
+    is_one_sided(leg, disk.normal())
+        && longest(&parameters(leg, disk.center(), disk.half_axes())) <= 1.0
+}
+
+/// A flat face is a surface of its own: all light must fall on the same one.
+fn face_catches(leg: &Leg, mesh: &Mesh) -> bool {
+    let face = leg.to_faces[0];
+    if leg.to_faces.iter().any(|other| *other != face) {
+        return false;
+    }
+    let [a, b, c] = mesh.corners(face);
+    let places = parameters(leg, a, [b - a, c - a]);
+    let least = |values: [f64; 6]| range(&values)[0];
+    is_one_sided(leg, (b - a).cross(c - a))
+        && least(places.map(|at| at.x)) >= 0.0
+        && least(places.map(|at| at.y)) >= 0.0
+        && least(places.map(|at| 1.0 - at.x - at.y)) >= 0.0
+}
+
+/// The ends' coordinates along `u` and `v` from `origin`.
+fn parameters(leg: &Leg, origin: DVec3, [u, v]: [DVec3; 2]) -> [DVec3; 6] {
+    let cross = u.cross(v);
+    let scale = cross.length_squared();
+    leg.end.map(|end| {
+        let offset = end - origin;
+        let x = offset.cross(v).dot(cross) / scale;
+        let y = u.cross(offset).dot(cross) / scale;
+        DVec3::new(x, y, 0.0)
+    })
+}
+
+/// The part of vectors across an axis, and the heights along it.
+pub(super) fn across(vectors: &[DVec3; 6], axis: DVec3) -> ([DVec3; 6], [f64; 6]) {
+    let heights = vectors.map(|vector| vector.dot(axis));
+    (
+        std::array::from_fn(|i| vectors[i] - axis * heights[i]),
+        heights,
+    )
+}
+
+/// Whether all points of a bundle are nearer to an axis than `radius`.
+pub(super) fn is_within(across: &[DVec3; 6], radius: f64) -> bool {
+    longest(across) < radius
+}

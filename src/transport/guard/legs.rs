@@ -1,0 +1,212 @@
+//! The straight parts of a cell's six paths, side by side.
+
+use glam::{DVec2, DVec3};
+
+use crate::geometry::{Bounds, Hit, Ray, Shape};
+use crate::scene::Scene;
+use crate::transport::first_surface::Chart;
+use crate::transport::prescribed::{End, PathEnd, PathFollower};
+use crate::transport::screen::Screen;
+
+/// What is at an end of a leg.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Met {
+    /// The light source.
+    Source,
+    /// A shape.
+    Surface(u32),
+    /// The plane of this shape, the receiver: the rectangle or what is beyond its border.
+    Plane(u32),
+    /// Nothing any more.
+    Nothing,
+}
+
+/// A leg of six paths that start and end on the same things.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Leg {
+    pub(super) start: [DVec3; 6],
+    pub(super) end: [DVec3; 6],
+    pub(super) from: Met,
+    pub(super) to: Met,
+    /// The faces of meshes that they start and end on; 0 elsewhere.
+    pub(super) from_faces: [u32; 6],
+    pub(super) to_faces: [u32; 6],
+    /// Of a last leg without light for the receiver: the receiver.
+    pub(super) dark_over: Option<u32>,
+}
+
+impl Leg {
+    pub(super) fn starts_on(&self, shape: u32) -> bool {
+        self.from == Met::Surface(shape)
+    }
+
+    pub(super) fn ends_on(&self, shape: u32) -> bool {
+        matches!(self.to, Met::Surface(on) | Met::Plane(on) if on == shape)
+    }
+
+    /// From its starts to its ends.
+    pub(super) fn along(&self) -> [DVec3; 6] {
+        std::array::from_fn(|i| self.end[i] - self.start[i])
+    }
+}
+
+/// Six paths.
+pub(super) struct Record {
+    /// As far as all six met the same things.
+    pub(super) legs: Vec<Leg>,
+    /// All six ended the same way by way of the same surfaces.
+    pub(super) one_family: bool,
+    /// None of the six has its first surface in sight: the only leg ends at what hides it.
+    pub(super) hidden: bool,
+}
+
+/// One end of one leg of one path.
+#[derive(Clone, Copy)]
+struct Stop {
+    at: DVec3,
+    met: Met,
+    face: u32,
+}
+
+/// Follows six paths.
+pub(super) fn record<const N: usize>(
+    follower: &mut PathFollower<'_, N>,
+    chart: &Chart,
+    nodes: &[DVec2; 6],
+    in_sight: bool,
+) -> Record {
+    let mut paths: [Vec<Stop>; 6] = Default::default();
+    let mut ends = [None; 6];
+    for (node, (stops, end)) in nodes.iter().zip(paths.iter_mut().zip(&mut ends)) {
+        *end = follow(follower, chart, *node, in_sight, stops);
+    }
+    let [Some(first), ..] = ends else {
+        return Record {
+            legs: Vec::new(),
+            one_family: false,
+            hidden: false,
+        };
+    };
+    let is_hidden = |end: &Option<PathEnd<N>>| end.is_some_and(|end| end.end == End::Hidden);
+    let hidden = ends.iter().all(is_hidden);
+    let mut legs = Vec::with_capacity(paths[0].len());
+    // Where some see the surface and some do not, there is no leg that all six share.
+    let shared = if !hidden && ends.iter().any(is_hidden) {
+        0
+    } else {
+        paths.iter().map(Vec::len).min().unwrap_or(0)
+    };
+    let complete = paths.iter().all(|stops| stops.len() == shared);
+    for index in 1..shared {
+        let [from, to] = [index - 1, index];
+        let met = paths[0][to].met;
+        if paths.iter().any(|stops| stops[to].met != met) {
+            break;
+        }
+        let points = |index: usize| paths.each_ref().map(|stops| stops[index].at);
+        let faces = |index: usize| paths.each_ref().map(|stops| stops[index].face);
+        let is_last = index > follower.events();
+        let is_dark =
+            is_last && !matches!(met, Met::Plane(_)) && !matches!(first.end, End::Landed(_));
+        let Screen::Receiver(receiver) = follower.screen();
+        legs.push(Leg {
+            start: points(from),
+            end: points(to),
+            from: paths[0][from].met,
+            to: met,
+            from_faces: faces(from),
+            to_faces: faces(to),
+            dark_over: is_dark.then(|| receiver.shape()),
+        });
+    }
+    let is_finite = |leg: &Leg| {
+        leg.start
+            .iter()
+            .chain(&leg.end)
+            .all(|point| point.is_finite())
+    };
+    let one_family = complete
+        && legs.len() + 1 == shared
+        && legs.iter().all(is_finite)
+        && ends
+            .iter()
+            .all(|end| end.is_some_and(|end| end.family == first.family));
+    legs.truncate(legs.iter().take_while(|leg| is_finite(leg)).count());
+    Record {
+        legs,
+        one_family,
+        hidden,
+    }
+}
+
+/// Follows one path and says where its legs start and end; `None` where it has no legs.
+fn follow<const N: usize>(
+    follower: &mut PathFollower<'_, N>,
+    chart: &Chart,
+    at: DVec2,
+    in_sight: bool,
+    stops: &mut Vec<Stop>,
+) -> Option<PathEnd<N>> {
+    let mut last: Option<(Ray, Option<Hit>)> = None;
+    let path = follower.follow_legs(chart, at, in_sight, |ray, hit| {
+        if stops.is_empty() {
+            stops.push(Stop {
+                at: ray.origin,
+                met: Met::Source,
+                face: 0,
+            });
+        }
+        stops.push(match hit {
+            Some(hit) => surface(ray, hit),
+            None => Stop {
+                at: ray.origin,
+                met: Met::Nothing,
+                face: 0,
+            },
+        });
+        last = Some((*ray, hit.copied()));
+    });
+    let (ray, hit) = last?;
+    let end = stops.last_mut()?;
+    match path.end {
+        End::Hidden => {
+            let (ray, blocker) = follower.next_hit(ray)?;
+            *end = surface(&ray, &blocker);
+        }
+        End::Landed(_) => {
+            let Screen::Receiver(receiver) = follower.screen();
+            let shape = receiver.shape();
+            if let Shape::Rectangle(rectangle) = &follower.scene().world().shapes()[shape as usize]
+            {
+                let distance = match hit {
+                    Some(hit) if hit.shape == shape => hit.distance,
+                    _ => rectangle.meet_beyond(&ray)?.0,
+                };
+                *end = Stop {
+                    at: ray.at(distance),
+                    met: Met::Plane(shape),
+                    face: 0,
+                };
+            }
+        }
+        End::Escaped => end.at = ray.at(way_out(follower.scene(), &ray)),
+        End::Stopped => {}
+    }
+    Some(path)
+}
+
+fn surface(ray: &Ray, hit: &Hit) -> Stop {
+    Stop {
+        at: ray.at(hit.distance),
+        met: Met::Surface(hit.shape),
+        face: hit.face,
+    }
+}
+
+/// A distance at which a ray, and its neighbours with it, has left the box round everything.
+fn way_out(scene: &Scene, ray: &Ray) -> f64 {
+    let bounds: Bounds = scene.world().bounds();
+    // Twice what the ray itself may need: where a fan of rays is so wide that its middle falls
+    // short of the box, its bulge covers the rest.
+    2.0 * ((ray.origin - bounds.center()).length() + bounds.radius())
+}

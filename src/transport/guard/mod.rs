@@ -1,0 +1,178 @@
+//! Whether all light of a cell goes the way that its six nodes went.
+//!
+//! A cell of light space is followed at its corners and the middles of its edges. Between them
+//! there may be what none of the six saw: a thin thing in the way, or the edge of what they fell
+//! on. So each leg of the path sweeps a [`Hull`], and is **clear** where
+//!
+//! - no other surface may overlap the hull,
+//! - the surface that the leg starts on does not meet it again before its end, and
+//! - the surface at its end catches all of it, up to the border that the nodes did not see.
+//!
+//! Where all legs are clear, all light of the cell meets the same surfaces in the same order.
+//! Tests err on one side: a leg that is said to be clear is clear, as far as the six nodes show how
+//! the cell's paths bend (see [`bulge`](crate::geometry::bulge)).
+//!
+//! A leg that is clear is so for every part of the cell: the part's hull lies in the cell's, up
+//! to what both say of the bend. A [`Clearance`] is therefore inherited, and a cell pays for each
+//! leg once in its line.
+//!
+//! What this does not see: changes of the light within a surface (the onset of total reflection,
+//! where families differ) and meshes that cut through each other inside the hull.
+
+mod caught;
+mod legs;
+mod obstacles;
+mod same_surface;
+
+use glam::DVec2;
+
+use self::legs::{Leg, Met, record};
+use super::first_surface::Chart;
+use super::prescribed::PathFollower;
+use crate::geometry::{Bounds, Hull, MeshBorder, Shape, range};
+use crate::scene::Scene;
+
+/// What is known of a cell's legs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Clearance {
+    /// A bit a leg, the one from the source first: clear. Parts of the cell inherit it.
+    pub legs: u32,
+    /// Every leg is clear and all six nodes are of one family: so are all paths of the cell.
+    pub all: bool,
+}
+
+impl Clearance {
+    /// Whether nothing is between the source and the first surface, all over the cell: then
+    /// no node of it need look.
+    #[inline]
+    pub fn is_in_sight(&self) -> bool {
+        self.legs & 1 != 0
+    }
+}
+
+/// Tells whether cells of a scene's light may be taken as one family. One serves all sources,
+/// signatures and threads.
+pub struct Guard<'a> {
+    scene: &'a Scene,
+    surfaces: Vec<Surface>,
+}
+
+/// What is known of a shape beforehand.
+struct Surface {
+    bounds: Bounds,
+    /// Light goes on as if it were not there.
+    passed: bool,
+    /// Of a mesh.
+    border: Option<MeshBorder>,
+}
+
+impl<'a> Guard<'a> {
+    /// Looks through the scene's meshes once, for borders that light can slip past.
+    pub fn new(scene: &'a Scene) -> Self {
+        let surfaces = scene.world().shapes().iter().enumerate();
+        Self {
+            scene,
+            surfaces: surfaces
+                .map(|(index, shape)| Surface {
+                    bounds: shape.bounds(),
+                    passed: scene.material_of(index as u32).is_passed(scene.materials()),
+                    border: match shape {
+                        Shape::Mesh(mesh) => Some(mesh.border()),
+                        _ => None,
+                    },
+                })
+                .collect(),
+        }
+    }
+
+    /// Which legs of a cell are clear, by six paths of the follower's signature: those from the
+    /// cell's corners, then from the middles of the edges opposite to them, in the chart's
+    /// coordinates. Legs that are `already` known to be clear are not looked at again.
+    ///
+    /// Of a cell whose first surface is hidden all over, no leg is clear, but `all` is true.
+    pub fn clear<const N: usize>(
+        &self,
+        follower: &mut PathFollower<'a, N>,
+        chart: &Chart,
+        nodes: &[DVec2; 6],
+        already: Clearance,
+    ) -> Clearance {
+        if already.all {
+            return already;
+        }
+        let record = record(follower, chart, nodes, already.is_in_sight());
+        if record.hidden {
+            let hidden =
+                record.one_family && record.legs.len() == 1 && self.is_hidden(&record.legs[0]);
+            return Clearance {
+                legs: already.legs,
+                all: hidden,
+            };
+        }
+        let mut found = already;
+        for (index, leg) in record.legs.iter().enumerate() {
+            let bit = 1 << index;
+            if found.legs & bit == 0 && self.is_clear(leg, index == 0) {
+                found.legs |= bit;
+            }
+        }
+        let wanted = u32::MAX >> (32 - record.legs.len().clamp(1, 32));
+        found.all = record.one_family && found.legs & wanted == wanted;
+        found
+    }
+
+    /// Whether a blocker keeps all light of the first leg from its surface: whatever else is in
+    /// the way can only help.
+    fn is_hidden(&self, leg: &Leg) -> bool {
+        let Met::Surface(shape) = leg.to else {
+            return false;
+        };
+        let hull = Hull::new(&leg.start, &leg.end);
+        self.is_caught(leg) && self.meets_own_surface_once(leg, &hull, shape)
+    }
+
+    fn is_clear(&self, leg: &Leg, is_first: bool) -> bool {
+        // The first leg is drawn from its end: it need not be caught.
+        if !is_first && !self.is_caught(leg) || !self.misses_the_extension(leg) {
+            return false;
+        }
+        let hull = Hull::new(&leg.start, &leg.end);
+        self.surfaces.iter().enumerate().all(|(index, surface)| {
+            let shape = index as u32;
+            if surface.passed || apart(&surface.bounds, hull.bounds()) {
+                true
+            } else if leg.starts_on(shape) || leg.ends_on(shape) {
+                self.meets_own_surface_once(leg, &hull, shape)
+            } else {
+                !self.may_be_in_the_way(&hull, shape)
+            }
+        })
+    }
+
+    /// Whether no light of a leg lands beyond the receiver's border, where no node did.
+    fn misses_the_extension(&self, leg: &Leg) -> bool {
+        let Some(receiver) = leg.dark_over else {
+            return true;
+        };
+        let Shape::Rectangle(rectangle) = &self.scene.world().shapes()[receiver as usize] else {
+            return true;
+        };
+        if leg.starts_on(receiver) {
+            return true;
+        }
+        let (center, normal) = (rectangle.center(), rectangle.normal());
+        let [low, high] = range(&leg.start.map(|point| normal.dot(point - center)));
+        if high <= 0.0 {
+            return true; // from behind, light meets nothing but the rectangle itself
+        }
+        let keeps_above = match leg.to {
+            Met::Nothing => range(&leg.along().map(|along| normal.dot(along)))[0] >= 0.0,
+            _ => range(&leg.end.map(|point| normal.dot(point - center)))[0] > 0.0,
+        };
+        low > 0.0 && keeps_above
+    }
+}
+
+fn apart(a: &Bounds, b: &Bounds) -> bool {
+    a.min.cmpgt(b.max).any() || b.min.cmpgt(a.max).any()
+}
