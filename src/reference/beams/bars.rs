@@ -11,24 +11,24 @@
 //! - s, the flux of cells that no single line divides into families, and of borders' curvature.
 //!
 //! ```text
-//! bar = max(|q|)/2 + max(a)/16 + max(s)        over 3 x 3 texels
+//! bar = ¾ max|q| + max(a)/32 + max(s)        over 3 x 3 texels
 //! ```
 //!
-//! The factors are the smallest powers of two that cover every texel of every scene with a closed
-//! form at every tolerance (`tests/beam_bars.rs`, `docs/beams.md`). They are measured, not proved:
+//! The factors cover every texel of the scenes with a closed form at tolerances from coarse to fine
+//! (`tests/beam_bars.rs`, `docs/beams.md`). They are measured, not proved:
 //! a feature that no node of any cell saw is in none of the sums.
 
 use super::film::{BeamFilm, TexelSums};
 use crate::transport::flux::Flux;
 
 /// Factor of |q|.
-const OF_DIFFERENCE: f64 = 0.5;
+const OF_DIFFERENCE: f64 = 0.75;
 /// Factor of a.
-const OF_ASTRAY: f64 = 1.0 / 16.0;
+const OF_ASTRAY: f64 = 1.0 / 32.0;
 
 /// The likely error is this part of |q|, root mean square over texels, where the bar is to be sure
 /// of each.
-const LIKELY: f64 = 1.0 / 3.0;
+const LIKELY: f64 = 0.5;
 /// ... and this part of s.
 const LIKELY_SLACK: f64 = 0.25;
 

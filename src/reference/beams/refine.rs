@@ -23,7 +23,14 @@ const MOST_TOLERANCES: f64 = 4096.0;
 /// A cell with more tolerances of flux than this is taken for one family only if nothing can be in
 /// the way of any of its legs, as its [guard](crate::transport::guard) knows; a smaller one hides no
 /// more than a part of this.
-const UNGUARDED_TOLERANCES: f64 = 128.0;
+const UNGUARDED_TOLERANCES: f64 = 8.0;
+
+/// ... of a mesh, where every face is a root and has been looked at six times.
+const UNGUARDED_FACE_TOLERANCES: f64 = 512.0;
+
+/// A border may have a corner inside a cell, that neither fineness shows: this part of a cut cell
+/// always counts as slack.
+const CORNER: f64 = 1.0 / 64.0;
 
 /// Cells without any landed node, ended in different ways, are divided down to this many
 /// tolerances of what set out.
@@ -190,11 +197,18 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
         let area = cell.area();
         let set_out = area * look.emitted * (2.0 * self.peak).min(1.0);
         let flux = if look.one_family {
-            f64::max(area * look.weight.max_magnitude(), if look.any_landed { 0.0 } else { set_out })
+            f64::max(
+                area * look.weight.max_magnitude(),
+                if look.any_landed { 0.0 } else { set_out },
+            )
         } else {
             set_out
         };
-        if cell.level >= MAX_LEVEL || flux <= self.tolerance * UNGUARDED_TOLERANCES {
+        let unguarded = match chart {
+            Chart::Face { .. } => UNGUARDED_FACE_TOLERANCES,
+            _ => UNGUARDED_TOLERANCES,
+        };
+        if cell.level >= MAX_LEVEL || flux <= self.tolerance * unguarded {
             return true;
         }
         if !look.one_family || look.any_landed && flux > self.tolerance * MOST_TOLERANCES {
@@ -244,7 +258,9 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
         self.scratch.fine.clear();
         self.scratch.coarse.clear();
         if !look.any_landed {
-            return (is_last || look.one_family || area * look.emitted <= self.tolerance * DARK_TOLERANCES)
+            return (is_last
+                || look.one_family
+                || area * look.emitted <= self.tolerance * DARK_TOLERANCES)
                 .then_some(finished);
         }
         if look.is_off(self.film.size()) {
@@ -361,10 +377,22 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
                 }
             }
             balance.unresolved_cells += u64::from(finished.failed != [false; 4]);
-            balance.slack += finished.slack;
+            // What moved from texel to texel says more than what came and went.
+            let moved = self
+                .scratch
+                .patch
+                .gather(self.film.size(), &levels, look.bend);
+            let largest = look_flux(look);
+            let moved = if largest > 0.0 {
+                moved.unwrap_or(0.0) / largest
+            } else {
+                0.0
+            };
+            let slack = finished.slack * 2.0 + look.weight * (moved + CORNER * area);
+            balance.slack += slack;
             let [a, b, c] = cell.corners;
             let [d, e, f] = *middles;
-            deposit_slack(self.film, &[a, b, c, d, e, f], finished.slack);
+            deposit_slack(self.film, &[a, b, c, d, e, f], slack);
         }
     }
 }

@@ -137,8 +137,12 @@ struct Pass {
 }
 
 /// How far the error of a pass may turn out to be from what its own differences say, seen from the
-/// next pass: errors have been seen from a quarter to one and a half of it.
-const CALIBRATION: std::ops::RangeInclusive<f64> = 0.25..=1.5;
+/// next pass: errors have been seen from a sixth of it to all.
+const CALIBRATION: std::ops::RangeInclusive<f64> = 0.17..=1.0;
+
+/// Passes are compared where their tolerances are at least this far apart: misplaced flux falls
+/// like the fourth power of a cell's size, so that every cell has been divided once more.
+const CALIBRATION_STEP: f64 = 64.0;
 
 /// The next pass, too, is a little off.
 const CALIBRATION_MARGIN: f64 = 1.5;
@@ -243,11 +247,11 @@ impl<'a> Setup<'a> {
 
         let mut counters = direct.counters;
         let mut report = BeamReport::default();
-        let mut best: Option<Pass> = None;
+        let mut best: Option<(Pass, f64)> = None;
         let mut said_before: Option<f64> = None;
         let mut calibration = 1.0;
         // From experience, errors follow tolerances like their power 2/3.
-        let mut tolerance = 6e-3 * (8.0 * target.unwrap_or(1e-2)).min(0.1).powf(1.5);
+        let mut tolerance = 6e-3 * (16.0 * target.unwrap_or(1e-2)).min(0.1).powf(1.5);
         while !self.signatures.is_empty() {
             let began = Instant::now();
             let rays_before = counters.rays;
@@ -257,7 +261,9 @@ impl<'a> Setup<'a> {
             report.passes += 1;
             let mut pass = pass;
             let own_error = pass.relative_error;
-            if let (Some(before), Some(said)) = (&best, said_before) {
+            if let (Some((before, coarse)), Some(said)) = (&best, said_before)
+                && coarse >= &(CALIBRATION_STEP * tolerance)
+            {
                 // What the pass before was really off by, against what it said, tells what this
                 // one's word is worth.
                 calibration = (CALIBRATION_MARGIN * distance(before, &pass) / said)
@@ -267,7 +273,7 @@ impl<'a> Setup<'a> {
             pass.relative_error = own_error.map(|error| error * calibration);
             let error = pass.relative_error;
             self.progress.set_relative_error(error);
-            best = Some(pass);
+            best = Some((pass, tolerance));
             let Some(error) = error.filter(|error| *error > 0.0) else {
                 break;
             };
@@ -292,14 +298,23 @@ impl<'a> Setup<'a> {
             tolerance = next;
         }
         let stopped = self.progress.is_stopped();
-        let unmet = match (target, best.as_ref().and_then(|pass| pass.relative_error)) {
+        let unmet = match (
+            target,
+            best.as_ref().and_then(|(pass, _)| pass.relative_error),
+        ) {
             (Some(target), Some(error)) => error > target,
             _ => false,
         };
         let incomplete = stopped
             || unmet && budget.time.is_none() && budget.rays.is_none()
             || best.is_none() && !self.is_dark();
-        let estimate = self.estimate(best, &direct, counters, incomplete, &mut report);
+        let estimate = self.estimate(
+            best.map(|(pass, _)| pass),
+            &direct,
+            counters,
+            incomplete,
+            &mut report,
+        );
         Ok((estimate, report))
     }
 
@@ -385,7 +400,8 @@ impl<'a> Setup<'a> {
                         signature,
                         self.settings.shading_normals,
                     );
-                    let mut refiner = Refiner::new(follower, &film, &self.guard, limits, &mut scratch);
+                    let mut refiner =
+                        Refiner::new(follower, &film, &self.guard, limits, &mut scratch);
                     for root in roots {
                         refiner.refine(root);
                     }

@@ -13,10 +13,10 @@ use crate::transport::screen::Screen;
 use crate::transport::signature::Signature;
 
 /// About how many places of the first surfaces are looked at.
-const PLACES: usize = 1 << 14;
+const PLACES: usize = 1 << 12;
 
 /// Flux below this part of what set out is not followed any further.
-const LEAST_THROUGHPUT: f64 = 1e-9;
+const LEAST_THROUGHPUT: f64 = 1e-7;
 
 /// What a survey saw of one signature.
 #[derive(Clone, Copy, Debug, Default)]
