@@ -8,6 +8,7 @@
 pub mod chain;
 pub mod direct;
 pub mod domain;
+pub mod facets;
 pub mod first_surface;
 pub mod flux;
 pub mod ledger;

@@ -62,7 +62,7 @@ impl<const N: usize> Patch<N> {
 
 /// Flux of a triangle's part: its weight is linear between the corners.
 #[inline]
-fn flux_of<const N: usize>(area: f64, weights: [Flux<N>; 3], part: &Part) -> Flux<N> {
+pub(super) fn flux_of<const N: usize>(area: f64, weights: [Flux<N>; 3], part: &Part) -> Flux<N> {
     let [a, b, c] = weights;
     (a * part.share + (b - a) * part.moment.x + (c - a) * part.moment.y) * area
 }

@@ -171,7 +171,7 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
 ///
 /// A bend of δ texels moves light across the texel lines that its image meets: a part of about δ,
 /// less where the image is large and most of its light is far from any line.
-fn misplaced(smooth: &Smooth, weight: f64) -> f64 {
+pub(super) fn misplaced(smooth: &Smooth, weight: f64) -> f64 {
     let height = (smooth.high - smooth.low).min_element();
     weight * (smooth.bend / (1.0 + 0.25 * height)).min(1.0) + smooth.weight_bend
 }

@@ -2,10 +2,13 @@
 
 use rayon::prelude::*;
 
+use super::facets::{FacetRefiner, part_roots};
 use super::film::BeamFilm;
 use super::refine::{Balance, Refiner};
 use crate::geometry::TraversalCounters;
 use crate::scene::Scene;
+use crate::transport::facets::path::FacetPaths;
+use crate::transport::facets::table::Facets;
 use crate::transport::first_surface::{Root, Source, roots};
 use crate::transport::flux::Flux;
 use crate::transport::prescribed::PathFollower;
@@ -23,6 +26,22 @@ pub fn pass<const N: usize>(
     tolerance: f64,
     film: &BeamFilm<N>,
 ) -> (Vec<Balance<N>>, TraversalCounters) {
+    let facets = Facets::new(scene);
+    let (flat, roots) = part_roots(&facets, roots);
+    let paths = FacetPaths::new(scene, source, &facets, signature, ShadingNormals::Flux);
+    let flat: Vec<(Balance<N>, TraversalCounters)> = flat
+        .par_chunks(64)
+        .flat_map_iter(|flat| {
+            let mut follower = PathFollower::<N>::new(scene, source, screen, signature, ShadingNormals::Flux);
+            let mut generic = Refiner::new(&mut follower, film, tolerance);
+            let mut refiner = FacetRefiner::new(&paths, screen, film, tolerance);
+            for facet in flat {
+                refiner.refine(*facet, &mut generic);
+            }
+            let balance = generic.balance;
+            [(refiner.balance, refiner.counters), (balance, follower.counters)]
+        })
+        .collect();
     let chunk = 16;
     let all: Vec<(Balance<N>, TraversalCounters)> = roots
         .par_chunks(chunk)
@@ -36,6 +55,7 @@ pub fn pass<const N: usize>(
             (balance, follower.counters)
         })
         .collect();
+    let all = [flat, all].concat();
     let mut counters = TraversalCounters::default();
     for one in &all {
         counters += one.1;
