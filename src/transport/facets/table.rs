@@ -73,13 +73,16 @@ impl Facet {
         DVec2::new(self.duals[0].dot(offset), self.duals[1].dot(offset))
     }
 
-    /// Where a ray meets the plane, within the facet or beyond; `None` behind the ray's start and
-    /// for a ray along the plane.
+    /// Where a ray's line meets the plane, within the facet or beyond; `None` along the plane.
+    ///
+    /// Light that leaves a facet at its edge meets the next one at a distance of zero, give or take
+    /// its rounding: so the distance may be negative.
     #[inline]
     pub fn meet(&self, ray: &Ray) -> Option<SurfacePoint> {
         let distance = self.normal.dot(self.origin - ray.origin) / self.normal.dot(ray.direction);
-        // False for NaN.
-        (distance > 0.0 && distance.is_finite()).then(|| self.surface(ray.at(distance)))
+        distance
+            .is_finite()
+            .then(|| self.surface(ray.at(distance)))
     }
 
     #[inline]
