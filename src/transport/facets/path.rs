@@ -183,11 +183,13 @@ impl<'a> FacetPaths<'a> {
     ) -> Ray {
         match events.checked_sub(1) {
             None => light.ray,
-            Some(last) => self
-                .facets
-                .get(chain[last])
-                .surface(light.ray.origin)
-                .spawn(light.ray.direction),
+            Some(last) => {
+                let facet = self.facets.get(chain[last]);
+                // Put back onto the facet: the bound on its position's error is for such points.
+                facet
+                    .point(facet.coordinates(light.ray.origin))
+                    .spawn(light.ray.direction)
+            }
         }
     }
 }

@@ -86,7 +86,7 @@ impl Facet {
     }
 
     #[inline]
-    pub(super) fn surface(&self, position: DVec3) -> SurfacePoint {
+    fn surface(&self, position: DVec3) -> SurfacePoint {
         SurfacePoint {
             position,
             position_error: self.position_error,

@@ -3,7 +3,32 @@
 use glam::DVec2;
 
 use super::area_and_middle;
+use crate::geometry::Ray;
 use crate::transport::facets::path::{FacetLight, FacetPaths};
+
+/// What light meets on a leg.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Sight {
+    /// A facet.
+    Facet(u32),
+    /// The sensor, after its last event.
+    Sensor,
+    /// Something that ends it without an edge that is known here, or nothing.
+    End,
+    /// A surface that is not flat and sends light on.
+    Curved,
+}
+
+/// Light that was looked along.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sample {
+    /// Its leg.
+    pub(super) ray: Ray,
+    /// What it meets.
+    pub(super) sight: Sight,
+    /// How far that is.
+    pub(super) distance: f64,
+}
 
 /// A convex polygon of light that has gone by one chain of facets so far.
 #[derive(Clone, Debug)]
@@ -14,6 +39,8 @@ pub(super) struct Polygon<const N: usize> {
     pub(super) chain: Vec<u32>,
     /// Events that it has had.
     pub(super) events: usize,
+    /// Light in it that was looked along on this leg.
+    pub(super) samples: Vec<Sample>,
     /// Coordinate area that cuts along bent lines may have put on the wrong side.
     pub(super) astray: f64,
     /// How often it was halved or cut without leaving its leg.
@@ -68,6 +95,7 @@ impl<const N: usize> Polygon<N> {
             corners,
             chain: self.chain.clone(),
             events: self.events,
+            samples: Vec::new(),
             astray: self.astray,
             cuts: self.cuts + 1,
         }

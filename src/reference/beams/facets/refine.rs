@@ -4,7 +4,7 @@ use glam::DVec2;
 
 use super::chart_of;
 use super::land::{Landing, land};
-use super::polygon::{Cut, Polygon};
+use super::polygon::{Cut, Polygon, Sample, Sight};
 use crate::geometry::{Shape, TraversalCounters};
 use crate::reference::beams::deposit::Patch;
 use crate::reference::beams::film::BeamFilm;
@@ -14,19 +14,6 @@ use crate::transport::first_surface::{Root, Source};
 use crate::transport::flux::Flux;
 use crate::transport::prescribed::{End, next_hit};
 use crate::transport::screen::Screen;
-
-/// What light meets on a leg.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Sight {
-    /// A facet.
-    Facet(u32),
-    /// The sensor, after its last event.
-    Sensor,
-    /// Something that ends it without an edge that is known here, or nothing.
-    End,
-    /// A surface that is not flat and sends light on.
-    Curved,
-}
 
 /// A corner is looked along from this part of its way to the middle: just inside.
 const INWARD: f64 = 1.0 / 64.0;
@@ -98,6 +85,7 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
             corners,
             chain,
             events: 0,
+            samples: Vec::new(),
             astray: 0.0,
             cuts: 0,
         });
@@ -107,7 +95,7 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
     }
 
     /// The next leg of a polygon, or its end.
-    fn follow(&mut self, polygon: Polygon<N>, generic: &mut Refiner<'_, '_, N>) {
+    fn follow(&mut self, mut polygon: Polygon<N>, generic: &mut Refiner<'_, '_, N>) {
         let (area, middle) = polygon.area_and_middle();
         if polygon.corners.len() < 3 || area <= NOTHING {
             return;
@@ -117,16 +105,40 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
             return;
         }
         if !polygon.corners[0].is_on_its_way() {
-            self.finish_dark(&polygon, area);
+            self.book(&polygon, area);
             return;
         }
-        let light = self.paths.follow(&polygon.chain, polygon.events, middle);
-        match self.look(&polygon, &light) {
-            Sight::Curved => self.give_back(&polygon, generic),
-            Sight::Facet(facet) if !self.is_entry(&polygon, facet) => {
-                self.cut_out(polygon, area, facet, generic);
+        let is_new = polygon.cuts == 0;
+        let is_by_middle = polygon.samples.is_empty();
+        if is_by_middle {
+            self.look(&mut polygon, middle);
+        }
+        let is_clipped = |sample: &Sample| matches!(sample.sight, Sight::Facet(_));
+        // A facet's edges say where its light ends; of anything else only more rays do.
+        if is_new || is_by_middle && !polygon.samples.iter().all(is_clipped) {
+            for index in 0..polygon.corners.len() {
+                let corner = polygon.corners[index].at;
+                self.look(&mut polygon, corner + (middle - corner) * INWARD);
             }
-            sight => self.check_corners(polygon, area, middle, sight, generic),
+        }
+        let sight = polygon.samples[0].sight;
+        // What is nearest hides what is behind it.
+        let nearest = polygon
+            .samples
+            .iter()
+            .filter_map(|sample| match sample.sight {
+                Sight::Facet(facet) if !self.is_entry(&polygon, facet) => {
+                    Some((sample.distance, facet))
+                }
+                _ => None,
+            })
+            .min_by(|a, b| a.0.total_cmp(&b.0));
+        if let Some((_, facet)) = nearest {
+            self.cut_out(polygon, facet, is_by_middle, generic);
+        } else if polygon.samples.iter().all(|sample| sample.sight == sight) {
+            self.go_on(polygon, area, sight, generic);
+        } else {
+            self.settle(polygon, area, sight, generic);
         }
     }
 
@@ -135,8 +147,19 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
         polygon.events == 0 && polygon.chain[0] == facet
     }
 
-    /// What light meets next.
-    fn look(&mut self, polygon: &Polygon<N>, light: &FacetLight<N>) -> Sight {
+    /// Looks along the light at coordinates `at`.
+    fn look(&mut self, polygon: &mut Polygon<N>, at: DVec2) {
+        let light: FacetLight<N> = self.paths.follow(&polygon.chain, polygon.events, at);
+        let (sight, distance) = self.sight(polygon, &light);
+        polygon.samples.push(Sample {
+            ray: light.ray,
+            sight,
+            distance,
+        });
+    }
+
+    /// What light meets next, and how far off.
+    fn sight(&mut self, polygon: &Polygon<N>, light: &FacetLight<N>) -> (Sight, f64) {
         let scene = self.paths.scene();
         let ray = self
             .paths
@@ -147,36 +170,32 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
             let ray = found.as_ref().map_or(ray, |(ray, _)| *ray);
             let (end, ..) = self.screen.end(scene, &ray, hit, &mut self.counters);
             if matches!(end, End::Landed(_)) {
-                return Sight::Sensor;
+                return (Sight::Sensor, f64::INFINITY);
             }
         }
         let Some(hit) = hit else {
-            return Sight::End;
+            return (Sight::End, f64::INFINITY);
         };
-        if let Some(facet) = self.paths.facets().of(hit.shape, hit.face) {
-            Sight::Facet(facet)
-        } else if polygon.events > 0
-            && polygon.events < self.paths.events()
-            && scene
-                .material_of(hit.shape)
-                .is_specular(scene.materials())
-        {
-            Sight::Curved
-        } else {
-            Sight::End
-        }
+        let is_between = polygon.events > 0 && polygon.events < self.paths.events();
+        let material = scene.material_of(hit.shape);
+        let sight = match self.paths.facets().of(hit.shape, hit.face) {
+            Some(facet) => Sight::Facet(facet),
+            None if is_between && material.is_specular(scene.materials()) => Sight::Curved,
+            None => Sight::End,
+        };
+        (sight, hit.distance)
     }
 
     /// Cuts out what meets a facet; the rest waits.
     fn cut_out(
         &mut self,
         mut polygon: Polygon<N>,
-        area: f64,
         facet: u32,
+        is_by_middle: bool,
         generic: &mut Refiner<'_, '_, N>,
     ) {
         let facets = self.paths.facets();
-        let waiting = self.pending.len();
+        let area = polygon.area_and_middle().0;
         polygon.cuts += 1;
         let weight = self.strength * polygon.largest_weight();
         let direction = polygon.corners[0].ray.direction;
@@ -187,9 +206,15 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
             match polygon.cut(&values, self.paths) {
                 Cut::Above => {}
                 Cut::Below => {
-                    // A ray through the middle met the facet, but the middle is on its edge.
-                    self.pending.truncate(waiting);
-                    self.part(polygon, area, generic);
+                    let area = polygon.area_and_middle().0;
+                    if is_by_middle {
+                        // A ray through it met the facet: a sliver on the facet's edge.
+                        self.settle(polygon, area, Sight::Facet(facet), generic);
+                    } else {
+                        // The light that met the facet is on the other side of a bent cut.
+                        polygon.samples.clear();
+                        self.pending.push(polygon);
+                    }
                     return;
                 }
                 Cut::Through(parts) => {
@@ -197,11 +222,19 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
                         edge.side(&light.ray)
                     }) * area;
                     if astray * weight > self.tolerance {
-                        self.pending.truncate(waiting);
+                        let area = polygon.area_and_middle().0;
                         self.part(polygon, area, generic);
                         return;
                     }
                     let mut rest = polygon.with(parts.below);
+                    let is_below = |sample: &Sample| edge.side(&sample.ray) < 0.0;
+                    let samples = polygon.samples.iter().copied();
+                    rest.samples = samples
+                        .filter(|sample| {
+                            is_below(sample) && sample.sight != Sight::Facet(facet)
+                        })
+                        .collect();
+                    polygon.samples.retain(|sample| !is_below(sample));
                     rest.astray += astray;
                     self.pending.push(rest);
                     polygon.corners = parts.above;
@@ -209,8 +242,8 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
                 }
             }
         }
-        let (area, middle) = polygon.area_and_middle();
-        self.check_corners(polygon, area, middle, Sight::Facet(facet), generic);
+        let area = polygon.area_and_middle().0;
+        self.go_on(polygon, area, Sight::Facet(facet), generic);
     }
 
     /// The part of a polygon that a straight cut puts on the wrong side of the bent line where
@@ -236,33 +269,34 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
         side(&light).abs() / range
     }
 
-    /// Looks along the corners, too; then on with what the middle saw.
-    fn check_corners(
+    /// Of light that does not all meet the same: halves it where that is worth while, or else takes
+    /// it for what its middle is, and all of it for astray.
+    fn settle(
         &mut self,
-        polygon: Polygon<N>,
+        mut polygon: Polygon<N>,
         area: f64,
-        middle: DVec2,
         sight: Sight,
         generic: &mut Refiner<'_, '_, N>,
     ) {
-        for corner in &polygon.corners {
-            let at = corner.at + (middle - corner.at) * INWARD;
-            let light = self.paths.follow(&polygon.chain, polygon.events, at);
-            let seen = self.look(&polygon, &light);
-            if seen == sight {
-                continue;
+        let goes_on = match sight {
+            Sight::Facet(facet) => {
+                polygon.events < self.paths.events()
+                    && (polygon.events > 0 || self.is_entry(&polygon, facet))
             }
-            match seen {
-                Sight::Facet(facet)
-                    if !self.is_entry(&polygon, facet) && polygon.cuts < MAX_CUTS =>
-                {
-                    self.cut_out(polygon, area, facet, generic);
-                }
-                _ => self.part(polygon, area, generic),
-            }
-            return;
+            Sight::Sensor => true,
+            Sight::End | Sight::Curved => false,
+        };
+        if goes_on && !self.is_worth_halving(&polygon, area) {
+            polygon.astray = area;
+            self.go_on(polygon, area, sight, generic);
+        } else {
+            self.part(polygon, area, generic);
         }
-        self.go_on(polygon, area, sight, generic);
+    }
+
+    fn is_worth_halving(&self, polygon: &Polygon<N>, area: f64) -> bool {
+        area * self.strength * polygon.largest_weight() > self.tolerance
+            && polygon.cuts <= MAX_CUTS
     }
 
     /// To the next leg, or to the end.
@@ -280,7 +314,7 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
                     polygon.chain.push(facet);
                 } else if !self.is_entry(&polygon, facet) {
                     // Something else is met first: that light has a root of its own.
-                    self.finish_dark(&polygon, area);
+                    self.book(&polygon, area);
                     return;
                 }
                 for corner in &mut polygon.corners {
@@ -288,9 +322,10 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
                 }
                 polygon.events += 1;
                 polygon.cuts = 0;
+                polygon.samples.clear();
                 self.pending.push(polygon);
             }
-            Sight::Facet(_) | Sight::End => self.finish_dark(&polygon, area),
+            Sight::Facet(_) | Sight::End => self.book(&polygon, area),
             Sight::Sensor => {
                 let landing = land(
                     self.paths,
@@ -313,10 +348,6 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
         }
     }
 
-    fn finish_dark(&mut self, polygon: &Polygon<N>, area: f64) {
-        self.book(polygon, area);
-    }
-
     /// What set out towards a finished polygon.
     fn book(&mut self, polygon: &Polygon<N>, area: f64) {
         let emitted: f64 = polygon.corners.iter().map(|corner| corner.emitted).sum();
@@ -326,9 +357,7 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
 
     /// Halves it where that is worth while.
     fn part(&mut self, polygon: Polygon<N>, area: f64, generic: &mut Refiner<'_, '_, N>) {
-        let flux = area * self.strength * polygon.largest_weight();
-        if flux > self.tolerance
-            && polygon.cuts <= MAX_CUTS
+        if self.is_worth_halving(&polygon, area)
             && let Some(halves) = polygon.halves(self.paths)
         {
             self.pending.extend(halves);
