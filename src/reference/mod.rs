@@ -4,9 +4,9 @@
 //! a ledger of where all the flux went. [`photons`] works on any scene; [`closed_form`] holds
 //! the few scenes that need no computer, and judges the others.
 
+pub mod beams;
 pub mod closed_form;
 mod estimate;
-pub mod beams;
 pub mod photons;
 
 pub use estimate::{Estimate, Layer, LayerName};

@@ -172,7 +172,10 @@ fn convex_loop(mesh: &Mesh, border: &[Side], plane: &Plane) -> Option<Vec<DVec3>
     let turns: Vec<f64> = (0..corners.len())
         .map(|index| {
             let count = corners.len();
-            let (before, after) = (corners[(index + count - 1) % count], corners[(index + 1) % count]);
+            let (before, after) = (
+                corners[(index + count - 1) % count],
+                corners[(index + 1) % count],
+            );
             let (arriving, leaving) = (corners[index] - before, after - corners[index]);
             let turn = arriving.cross(leaving).dot(winding);
             // A deviation of `flatness` from a straight line is none.

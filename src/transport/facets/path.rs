@@ -92,12 +92,7 @@ impl<'a> FacetPaths<'a> {
     /// The light that falls onto the first facet at `at`, on the leg after `events` events on the
     /// facets of `chain`, which are at least as many (and at least one).
     #[inline]
-    pub fn follow<const N: usize>(
-        &self,
-        chain: &[u32],
-        events: usize,
-        at: DVec2,
-    ) -> FacetLight<N> {
+    pub fn follow<const N: usize>(&self, chain: &[u32], events: usize, at: DVec2) -> FacetLight<N> {
         let mut light = self.arrive(chain[0], at);
         for event in 0..events {
             light = self.onward(&light, chain[event], event);

@@ -47,7 +47,10 @@ impl Facet {
             face,
             origin,
             axes,
-            duals: [axes[1].cross(across) / squared, across.cross(axes[0]) / squared],
+            duals: [
+                axes[1].cross(across) / squared,
+                across.cross(axes[0]) / squared,
+            ],
             normal,
             position_error,
             outline,
@@ -80,9 +83,7 @@ impl Facet {
     #[inline]
     pub fn meet(&self, ray: &Ray) -> Option<SurfacePoint> {
         let distance = self.normal.dot(self.origin - ray.origin) / self.normal.dot(ray.direction);
-        distance
-            .is_finite()
-            .then(|| self.surface(ray.at(distance)))
+        distance.is_finite().then(|| self.surface(ray.at(distance)))
     }
 
     #[inline]

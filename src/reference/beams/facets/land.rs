@@ -106,9 +106,7 @@ fn node<const N: usize>(
         at: light.at,
         path: PathEnd {
             end,
-            weight: light.throughput
-                * Flux::of(paths.source().strength() * factor)
-                * light.emitted,
+            weight: light.throughput * Flux::of(paths.source().strength() * factor) * light.emitted,
             emitted: light.emitted,
             family: light.state,
         },
@@ -161,7 +159,7 @@ fn spread_astray<const N: usize>(film: &BeamFilm<N>, corners: &[Node<N>], area: 
             film.add(
                 [at.x as usize, at.y as usize],
                 &TexelSums {
-                    slack: corner.path.weight * area,
+                    slack: corner.path.weight * (area / corners.len() as f64),
                     ..TexelSums::default()
                 },
             );

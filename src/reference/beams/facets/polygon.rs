@@ -86,7 +86,9 @@ impl<const N: usize> Polygon<N> {
     /// Whether all corners went the same way.
     pub(super) fn is_one_family(&self) -> bool {
         let first = self.corners.first().map(|corner| corner.state);
-        self.corners.iter().all(|corner| Some(corner.state) == first)
+        self.corners
+            .iter()
+            .all(|corner| Some(corner.state) == first)
     }
 
     /// The same chain and leg with other corners.

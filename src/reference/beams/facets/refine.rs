@@ -1,5 +1,7 @@
 //! Polygons of light, leg by leg.
 
+use std::collections::HashSet;
+
 use glam::DVec2;
 
 use super::chart_of;
@@ -34,6 +36,8 @@ pub struct FacetRefiner<'a, 'f, const N: usize> {
     /// Flux of light whose weight is one \[W\].
     strength: f64,
     pending: Vec<Polygon<N>>,
+    /// Corners of the facet's light from which nothing is in the way of the last leg.
+    clear: HashSet<[u64; 2]>,
     patch: Patch<N>,
     /// What was found so far, without what was given back.
     pub balance: Balance<N>,
@@ -57,6 +61,7 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
             tolerance,
             strength: strength.0.iter().fold(0.0_f64, |all, &one| all.max(one)),
             pending: Vec::new(),
+            clear: HashSet::new(),
             patch: Patch::new(),
             balance: Balance {
                 emitted: 0.0,
@@ -89,6 +94,7 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
             astray: 0.0,
             cuts: 0,
         });
+        self.clear.clear();
         while let Some(polygon) = self.pending.pop() {
             self.follow(polygon, generic);
         }
@@ -115,10 +121,19 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
         }
         let is_clipped = |sample: &Sample| matches!(sample.sight, Sight::Facet(_));
         // A facet's edges say where its light ends; of anything else only more rays do.
+        let is_last = polygon.events == self.paths.events();
         if is_new || is_by_middle && !polygon.samples.iter().all(is_clipped) {
             for index in 0..polygon.corners.len() {
                 let corner = polygon.corners[index].at;
-                self.look(&mut polygon, corner + (middle - corner) * INWARD);
+                // Pieces on both sides of a cut end at the same places: one ray speaks for all.
+                let key = corner.to_array().map(f64::to_bits);
+                if !(is_last && is_new && self.clear.contains(&key)) {
+                    self.look(&mut polygon, corner + (middle - corner) * INWARD);
+                    let seen = polygon.samples.last().map(|sample| sample.sight);
+                    if is_last && seen == Some(Sight::Sensor) {
+                        self.clear.insert(key);
+                    }
+                }
             }
         }
         let sight = polygon.samples[0].sight;
@@ -161,9 +176,7 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
     /// What light meets next, and how far off.
     fn sight(&mut self, polygon: &Polygon<N>, light: &FacetLight<N>) -> (Sight, f64) {
         let scene = self.paths.scene();
-        let ray = self
-            .paths
-            .search_ray(light, &polygon.chain, polygon.events);
+        let ray = self.paths.search_ray(light, &polygon.chain, polygon.events);
         let found = next_hit(scene, ray, &mut self.counters);
         let hit = found.as_ref().map(|(_, hit)| hit);
         if polygon.events == self.paths.events() {
@@ -195,7 +208,6 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
         generic: &mut Refiner<'_, '_, N>,
     ) {
         let facets = self.paths.facets();
-        let area = polygon.area_and_middle().0;
         polygon.cuts += 1;
         let weight = self.strength * polygon.largest_weight();
         let direction = polygon.corners[0].ray.direction;
@@ -218,11 +230,11 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
                     return;
                 }
                 Cut::Through(parts) => {
+                    let area = polygon.area_and_middle().0;
                     let astray = self.bow(&polygon, &parts.line, &values, |light| {
                         edge.side(&light.ray)
                     }) * area;
                     if astray * weight > self.tolerance {
-                        let area = polygon.area_and_middle().0;
                         self.part(polygon, area, generic);
                         return;
                     }
@@ -230,15 +242,18 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
                     let is_below = |sample: &Sample| edge.side(&sample.ray) < 0.0;
                     let samples = polygon.samples.iter().copied();
                     rest.samples = samples
-                        .filter(|sample| {
-                            is_below(sample) && sample.sight != Sight::Facet(facet)
-                        })
+                        .filter(|sample| is_below(sample) && sample.sight != Sight::Facet(facet))
                         .collect();
                     polygon.samples.retain(|sample| !is_below(sample));
-                    rest.astray += astray;
-                    self.pending.push(rest);
+                    // What earlier cuts put astray is on either side of this one.
+                    let earlier = polygon.astray;
                     polygon.corners = parts.above;
-                    polygon.astray += astray;
+                    let area = rest.area_and_middle().0;
+                    let kept = polygon.area_and_middle().0;
+                    let share = kept / (kept + area);
+                    rest.astray = (earlier * (1.0 - share) + astray).min(area);
+                    polygon.astray = (earlier * share + astray).min(kept);
+                    self.pending.push(rest);
                 }
             }
         }
@@ -295,8 +310,7 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
     }
 
     fn is_worth_halving(&self, polygon: &Polygon<N>, area: f64) -> bool {
-        area * self.strength * polygon.largest_weight() > self.tolerance
-            && polygon.cuts <= MAX_CUTS
+        area * self.strength * polygon.largest_weight() > self.tolerance && polygon.cuts <= MAX_CUTS
     }
 
     /// To the next leg, or to the end.
