@@ -27,6 +27,9 @@ struct Side {
     face: u32,
 }
 
+/// The group of a face that has none.
+const UNGROUPED: u32 = u32::MAX;
+
 /// Groups a mesh's faces.
 pub(super) fn outlines(mesh: &Mesh) -> Outlines {
     let welded = mesh.welded_vertices();
@@ -59,7 +62,6 @@ pub(super) fn outlines(mesh: &Mesh) -> Outlines {
         .positions()
         .iter()
         .fold(0.0_f64, |reach, p| reach.max(p.abs().max_element()));
-    const UNGROUPED: u32 = u32::MAX;
     let mut of_face = vec![UNGROUPED; faces as usize];
     let mut groups: Vec<Group> = Vec::new();
     for (area, seed) in order {

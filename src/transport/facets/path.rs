@@ -94,8 +94,8 @@ impl<'a> FacetPaths<'a> {
     #[inline]
     pub fn follow<const N: usize>(&self, chain: &[u32], events: usize, at: DVec2) -> FacetLight<N> {
         let mut light = self.arrive(chain[0], at);
-        for event in 0..events {
-            light = self.onward(&light, chain[event], event);
+        for (event, &facet) in chain.iter().enumerate().take(events) {
+            light = self.onward(&light, facet, event);
         }
         light
     }

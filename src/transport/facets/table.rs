@@ -108,7 +108,7 @@ impl Facet {
 /// All facets of a scene.
 #[derive(Clone, Debug)]
 pub struct Facets {
-    facets: Vec<Facet>,
+    all: Vec<Facet>,
     corners: Vec<DVec3>,
     /// The facet of each face; empty for shapes that have none.
     of_face: Vec<Vec<u32>>,
@@ -122,7 +122,7 @@ impl Facets {
     /// and all rectangles.
     pub fn new(scene: &Scene) -> Self {
         let mut all = Self {
-            facets: Vec::new(),
+            all: Vec::new(),
             corners: Vec::new(),
             of_face: Vec::new(),
         };
@@ -158,8 +158,8 @@ impl Facets {
 
     fn add(&mut self, facet: Option<Facet>) -> Option<u32> {
         let facet = facet?;
-        self.facets.push(facet);
-        Some(self.facets.len() as u32 - 1)
+        self.all.push(facet);
+        Some(self.all.len() as u32 - 1)
     }
 
     fn add_corners(&mut self, corners: &[DVec3]) -> Range<usize> {
@@ -211,17 +211,17 @@ impl Facets {
     /// For a number that [`Facets::of`] did not give.
     #[inline]
     pub fn get(&self, facet: u32) -> &Facet {
-        &self.facets[facet as usize]
+        &self.all[facet as usize]
     }
 
     /// How many there are.
     pub fn len(&self) -> usize {
-        self.facets.len()
+        self.all.len()
     }
 
     /// Whether there are none.
     pub fn is_empty(&self) -> bool {
-        self.facets.is_empty()
+        self.all.is_empty()
     }
 
     /// The corners of a facet, counter-clockwise about the cross product of its axes.

@@ -31,7 +31,7 @@ pub(super) enum Landing<const N: usize> {
 /// Puts a polygon on the film, whose last leg nothing is in the way of.
 pub(super) fn land<const N: usize>(
     paths: &FacetPaths,
-    screen: &Screen,
+    screen: Screen,
     film: &BeamFilm<N>,
     patch: &mut Patch<N>,
     polygon: &Polygon<N>,
@@ -97,7 +97,7 @@ pub(super) fn land<const N: usize>(
 #[inline]
 fn node<const N: usize>(
     paths: &FacetPaths,
-    screen: &Screen,
+    screen: Screen,
     light: &FacetLight<N>,
 ) -> Option<Node<N>> {
     let mut counters = TraversalCounters::default();

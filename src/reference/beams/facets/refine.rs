@@ -107,11 +107,16 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
             return;
         }
         if !polygon.is_one_family() || polygon.cuts > MAX_CUTS {
-            self.part(polygon, area, generic);
+            self.part(&polygon, area, generic);
             return;
         }
         if !polygon.corners[0].is_on_its_way() {
-            self.book(&polygon, area);
+            let light: FacetLight<N> = self.paths.follow(&polygon.chain, polygon.events, middle);
+            if light.is_on_its_way() {
+                self.part(&polygon, area, generic);
+            } else {
+                self.book(&polygon, area);
+            }
             return;
         }
         let is_new = polygon.cuts == 0;
@@ -142,7 +147,7 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
             .samples
             .iter()
             .filter_map(|sample| match sample.sight {
-                Sight::Facet(facet) if !self.is_entry(&polygon, facet) => {
+                Sight::Facet(facet) if !Self::is_entry(&polygon, facet) => {
                     Some((sample.distance, facet))
                 }
                 _ => None,
@@ -158,7 +163,7 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
     }
 
     /// Whether the facet is the one that the polygon starts on, seen from the source.
-    fn is_entry(&self, polygon: &Polygon<N>, facet: u32) -> bool {
+    fn is_entry(polygon: &Polygon<N>, facet: u32) -> bool {
         polygon.events == 0 && polygon.chain[0] == facet
     }
 
@@ -235,7 +240,7 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
                         edge.side(&light.ray)
                     }) * area;
                     if astray * weight > self.tolerance {
-                        self.part(polygon, area, generic);
+                        self.part(&polygon, area, generic);
                         return;
                     }
                     let mut rest = polygon.with(parts.below);
@@ -296,7 +301,7 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
         let goes_on = match sight {
             Sight::Facet(facet) => {
                 polygon.events < self.paths.events()
-                    && (polygon.events > 0 || self.is_entry(&polygon, facet))
+                    && (polygon.events > 0 || Self::is_entry(&polygon, facet))
             }
             Sight::Sensor => true,
             Sight::End | Sight::Curved => false,
@@ -305,7 +310,7 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
             polygon.astray = area;
             self.go_on(polygon, area, sight, generic);
         } else {
-            self.part(polygon, area, generic);
+            self.part(&polygon, area, generic);
         }
     }
 
@@ -326,7 +331,7 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
             Sight::Facet(facet) if event < self.paths.events() => {
                 if event > 0 {
                     polygon.chain.push(facet);
-                } else if !self.is_entry(&polygon, facet) {
+                } else if !Self::is_entry(&polygon, facet) {
                     // Something else is met first: that light has a root of its own.
                     self.book(&polygon, area);
                     return;
@@ -343,7 +348,7 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
             Sight::Sensor => {
                 let landing = land(
                     self.paths,
-                    self.screen,
+                    *self.screen,
                     self.film,
                     &mut self.patch,
                     &polygon,
@@ -354,7 +359,7 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
                         self.balance.received += received;
                         self.book(&polygon, area);
                     }
-                    Landing::TooBent => self.part(polygon, area, generic),
+                    Landing::TooBent => self.part(&polygon, area, generic),
                     Landing::NotForced => self.give_back(&polygon, generic),
                 }
             }
@@ -370,13 +375,13 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
     }
 
     /// Halves it where that is worth while.
-    fn part(&mut self, polygon: Polygon<N>, area: f64, generic: &mut Refiner<'_, '_, N>) {
-        if self.is_worth_halving(&polygon, area)
+    fn part(&mut self, polygon: &Polygon<N>, area: f64, generic: &mut Refiner<'_, '_, N>) {
+        if self.is_worth_halving(polygon, area)
             && let Some(halves) = polygon.halves(self.paths)
         {
             self.pending.extend(halves);
         } else {
-            self.give_back(&polygon, generic);
+            self.give_back(polygon, generic);
         }
     }
 
