@@ -2,11 +2,11 @@
 //!
 //! On flat faces every (entry facet, next facet, ...) chain is a family of light of its own, and cells that
 //! are divided blindly drown in the families' borders. But these borders are known: light changes
-//! families where it passes an edge of a facet. So a [`polygon`] of the light that meets a facet
-//! first is followed leg by leg ([`refine`]): a ray through its middle finds a facet, the facet's
+//! families where it passes an edge of a facet. So a polygon of the light that meets a facet
+//! first is followed leg by leg (`refine.rs`): a ray through its middle finds a facet, the facet's
 //! edges cut out the part of the polygon that goes there, and what is left over is asked again.
 //! Each cut parts a polygon in two, so that nothing is lost or counted twice. What has made all
-//! its events [lands](land) as a fan of triangles.
+//! its events lands (`land.rs`) as a fan of triangles.
 //!
 //! Parallel light goes along a chain of flat facets by an affine map: then all of this is exact.
 //! Light from a point does not: the lines where polygons are cut are bent a little, and so are the
