@@ -13,6 +13,7 @@ pub mod chain;
 pub mod differentials;
 pub mod direct;
 pub mod domain;
+pub mod facets;
 pub mod first_surface;
 pub mod flux;
 pub mod guard;

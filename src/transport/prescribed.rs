@@ -5,14 +5,14 @@
 //! remembers *which* surfaces took part: two neighbouring paths are of one smooth family only
 //! where these are the same.
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 
 use super::first_surface::{Arrival, Chart, Place, Source};
 use super::flux::Flux;
-use super::scatter::{Meeting, ShadingNormals, Way};
+use super::scatter::{Branch, Meeting, ShadingNormals, Way};
 use super::screen::Screen;
 use super::signature::{Event, Signature};
-use crate::geometry::{Hit, Ray, Shape, TraversalCounters};
+use crate::geometry::{Hit, Ray, Shape, SurfacePoint, TraversalCounters};
 use crate::scene::Scene;
 
 /// How a prescribed path ended.
@@ -158,20 +158,15 @@ impl<'a, const N: usize> PathFollower<'a, N> {
         }
         let mut shape = chart.shape();
         for index in 0..self.events.len() {
-            let way = match self.events[index] {
-                Event::Reflection => Way::Reflected,
-                Event::Transmission => Way::Transmitted,
-            };
-            let meeting = Meeting::new(
+            let left = leave(
                 self.scene,
-                self.scene.material_of(shape),
+                shape,
                 &point,
                 direction,
+                self.events[index],
                 self.shading_normals,
             );
-            let share = meeting.share_of(way);
-            let branch = (share > 0.0).then(|| meeting.branch(way)).flatten();
-            let Some(branch) = branch else {
+            let Some((share, branch)) = left else {
                 return dark(End::Stopped, emitted, &family);
             };
             family.event(share);
@@ -286,22 +281,9 @@ impl<'a, const N: usize> PathFollower<'a, N> {
         }
     }
 
-    /// The next surface that is not passed as if nothing were there.
     #[inline]
-    pub(super) fn next_hit(&mut self, mut ray: Ray) -> Option<(Ray, Hit)> {
-        let world = self.scene.world();
-        for _ in 0..MAX_PASSES {
-            let hit = world.closest_hit(&ray, f64::INFINITY, &mut self.counters)?;
-            if !self
-                .scene
-                .material_of(hit.shape)
-                .is_passed(self.scene.materials())
-            {
-                return Some((ray, hit));
-            }
-            ray = world.bounce_point(&ray, &hit).spawn(ray.direction);
-        }
-        None
+    pub(super) fn next_hit(&mut self, ray: Ray) -> Option<(Ray, Hit)> {
+        next_hit(self.scene, ray, &mut self.counters)
     }
 
     /// Whether nothing but passed surfaces is between the source and a place of the chart.
@@ -332,6 +314,48 @@ impl<'a, const N: usize> PathFollower<'a, N> {
 fn emitted(place: &Place, arrival: &Arrival) -> f64 {
     let facing = arrival.ray.direction.dot(place.point.geometric_normal);
     arrival.density * facing.abs() * place.area
+}
+
+/// The next surface that is not passed as if nothing were there, and the ray from the last that was.
+#[inline]
+pub fn next_hit(
+    scene: &Scene,
+    mut ray: Ray,
+    counters: &mut TraversalCounters,
+) -> Option<(Ray, Hit)> {
+    let world = scene.world();
+    for _ in 0..MAX_PASSES {
+        let hit = world.closest_hit(&ray, f64::INFINITY, counters)?;
+        if !scene.material_of(hit.shape).is_passed(scene.materials()) {
+            return Some((ray, hit));
+        }
+        ray = world.bounce_point(&ray, &hit).spawn(ray.direction);
+    }
+    None
+}
+
+/// Light that travels along `direction` at a point of `shape`, after `event`: the share (0..=1) of
+/// its flux that goes on, and where; `None` where no light goes on that way.
+#[inline]
+pub(super) fn leave<const N: usize>(
+    scene: &Scene,
+    shape: u32,
+    point: &SurfacePoint,
+    direction: DVec3,
+    event: Event,
+    shading_normals: ShadingNormals,
+) -> Option<(f64, Branch<N>)> {
+    let way = match event {
+        Event::Reflection => Way::Reflected,
+        Event::Transmission => Way::Transmitted,
+    };
+    let material = scene.material_of(shape);
+    let meeting = Meeting::new(scene, material, point, direction, shading_normals);
+    let share = meeting.share_of(way);
+    (share > 0.0)
+        .then(|| meeting.branch(way))
+        .flatten()
+        .map(|branch| (share, branch))
 }
 
 fn face_of(chart: &Chart) -> u32 {

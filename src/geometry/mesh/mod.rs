@@ -229,6 +229,19 @@ impl Mesh {
         MeshBorder::new(self)
     }
 
+    /// For each vertex the first one at exactly the same position.
+    pub fn welded_vertices(&self) -> Vec<u32> {
+        weld::representatives(&self.positions)
+    }
+
+    /// A bound on the absolute error, per axis, of the position of any hit on a face.
+    pub fn position_error(&self, face: u32) -> DVec3 {
+        let [a, b, c] = self.corners(face);
+        let reach = (b - a).abs().max((c - a).abs()).element_sum();
+        let farthest = a.abs().max(b.abs()).max(c.abs());
+        UNIT_ROUNDOFF * (farthest + 16.0 * reach)
+    }
+
     /// For each face the lowest-numbered face with the same three positions, unless that is the
     /// face itself; faces with two equal positions are left out. Both are of no use to a search.
     pub(super) fn distinct_faces(&self) -> Vec<u32> {

@@ -26,6 +26,10 @@ const OF_DIFFERENCE: f64 = 0.75;
 /// Factor of a.
 const OF_ASTRAY: f64 = 1.0 / 32.0;
 
+/// Where light is known exactly but for rounding, that is all there is: a deposit is a dozen
+/// operations on a path of a dozen more, with condition numbers of a hundred.
+const ROUNDING: f64 = 1e-11;
+
 /// The likely error is this part of |q|, root mean square over texels, where the bar is to be sure
 /// of each.
 const LIKELY: f64 = 0.5;
@@ -64,7 +68,10 @@ pub fn bounded<const N: usize>(film: &BeamFilm<N>) -> BoundedFlux<N> {
             result.flux.push(own.flux);
             result
                 .bar
-                .push(most.difference * OF_DIFFERENCE + most.astray * OF_ASTRAY + most.slack);
+                .push(most.difference * OF_DIFFERENCE
+                    + most.astray * OF_ASTRAY
+                    + most.slack
+                    + most.flux * ROUNDING);
             result.likely.push(
                 own.difference.max_magnitude() * LIKELY + own.slack.max_magnitude() * LIKELY_SLACK,
             );

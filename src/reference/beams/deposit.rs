@@ -66,13 +66,13 @@ pub struct Levels<'a, const N: usize> {
 
 /// Flux of a triangle's part: its weight is linear between the corners.
 #[inline]
-fn flux_of<const N: usize>(piece: &Piece<N>, part: &Part) -> Flux<N> {
+pub(super) fn flux_of<const N: usize>(piece: &Piece<N>, part: &Part) -> Flux<N> {
     let [a, b, c] = piece.corners.each_ref().map(|node| node.weight);
     (a * part.share + (b - a) * part.moment.x + (c - a) * part.moment.y) * piece.area
 }
 
 #[inline]
-fn image_of<const N: usize>(piece: &Piece<N>) -> [DVec2; 3] {
+pub(super) fn image_of<const N: usize>(piece: &Piece<N>) -> [DVec2; 3] {
     // Pieces are made of landed nodes only.
     piece
         .corners

@@ -7,6 +7,9 @@
 //! out to the texels that its image covers, at two finenesses, and extrapolates; [`bars`] turns
 //! what the finenesses differ by into bounds.
 //!
+//! Light by way of flat facets only has its own way of division ([`facets`]): there the borders are
+//! known.
+//!
 //! One pass does so for one path signature and one tolerance; [`mod@run`] finds the signatures
 //! ([`survey`]), and repeats passes with smaller tolerances until the error asked for is
 //! reached. Nothing is kept from pass to pass, and of each pass only sums on the film: memory does
@@ -16,6 +19,7 @@ pub mod bars;
 pub mod cell;
 pub mod cut;
 pub mod deposit;
+pub mod facets;
 pub mod film;
 pub mod refine;
 pub mod run;

@@ -430,7 +430,7 @@ fn mean_weight<const N: usize>(piece: &Piece<N>) -> f64 {
 ///
 /// A bend of δ texels moves light across the texel lines that its image meets: a part of about δ,
 /// less where the image is large and most of its light is far from any line.
-fn misplaced<const N: usize>(look: &Look<N>) -> f64 {
+pub(super) fn misplaced<const N: usize>(look: &Look<N>) -> f64 {
     let height = (look.high - look.low).min_element();
     look.weight.max_magnitude() * (look.bend / (1.0 + 0.25 * height)).min(1.0) + look.weight_bend
 }

@@ -8,6 +8,7 @@ use std::time::Instant;
 use rayon::prelude::*;
 
 use super::bars::{BoundedFlux, bounded};
+use super::facets::{FacetRefiner, part_roots};
 use super::film::BeamFilm;
 use super::refine::{Balance, Limits, Refiner, Scratch};
 use super::settings::{BeamBudget, BeamSettings};
@@ -18,6 +19,8 @@ use crate::radiometry::Rgb;
 use crate::reference::{Estimate, Layer, LayerName, Progress};
 use crate::scene::{Emitter, Scene, Sensor, is_achromatic};
 use crate::transport::direct::{Direct, direct};
+use crate::transport::facets::path::FacetPaths;
+use crate::transport::facets::table::Facets;
 use crate::transport::first_surface::{Root, Source, roots};
 use crate::transport::flux::Flux;
 use crate::transport::guard::Guard;
@@ -108,6 +111,9 @@ const LEAST_SHARE: f64 = 1e-3;
 /// At most this many signatures are followed.
 const MOST_SIGNATURES: usize = 256;
 
+/// What was found in some cells, and the work that took.
+type Done<const N: usize> = (Balance<N>, TraversalCounters);
+
 /// Roots of one task.
 const TASK_ROOTS: usize = 16;
 
@@ -116,7 +122,8 @@ pub struct Setup<'a> {
     scene: &'a Scene,
     settings: BeamSettings,
     receiver: Receiver,
-    sources: Vec<(Source, Vec<Root>)>,
+    sources: Vec<Lit>,
+    facets: Facets,
     /// The brightest first.
     signatures: Vec<(Signature, Found)>,
     guard: Guard<'a>,
@@ -124,6 +131,15 @@ pub struct Setup<'a> {
     flux: f64,
     not_followed: f64,
     progress: &'a Progress,
+}
+
+/// A source, and what its light meets first.
+struct Lit {
+    source: Source,
+    /// Flat facets, by their numbers.
+    facets: Vec<u32>,
+    /// All other surfaces.
+    roots: Vec<Root>,
 }
 
 /// A finished pass.
@@ -191,6 +207,18 @@ impl<'a> Setup<'a> {
             settings.max_depth,
             settings.shading_normals,
         );
+        let facets = Facets::new(scene);
+        let sources = sources
+            .into_iter()
+            .map(|(source, roots)| {
+                let (flat, roots) = part_roots(&facets, &roots);
+                Lit {
+                    source,
+                    facets: flat,
+                    roots,
+                }
+            })
+            .collect();
         let flux: f64 = found.signatures.values().map(|one| one.flux).sum();
         let mut signatures: Vec<(Signature, Found)> = found.signatures.into_iter().collect();
         signatures.sort_by(|(a, x), (b, y)| y.flux.total_cmp(&x.flux).then(a.cmp(b)));
@@ -199,6 +227,7 @@ impl<'a> Setup<'a> {
             settings,
             receiver,
             sources,
+            facets,
             signatures,
             guard: Guard::new(scene),
             flux,
@@ -327,7 +356,11 @@ impl<'a> Setup<'a> {
     ) -> Result<Option<Pass>, BeamError> {
         let tolerance = relative_tolerance * self.flux;
         let mut layers = Vec::with_capacity(self.signatures.len());
-        let tasks: usize = self.sources.iter().map(|(_, roots)| roots.len()).sum();
+        let tasks: usize = self
+            .sources
+            .iter()
+            .map(|lit| lit.roots.len() + lit.facets.len())
+            .sum();
         self.progress.paths.store(0, Ordering::Relaxed);
         self.progress
             .expected_paths
@@ -384,37 +417,58 @@ impl<'a> Setup<'a> {
         let film = BeamFilm::<N>::new(screen.size(), scale);
         let idle: Mutex<Vec<Scratch<N>>> = Mutex::new(Vec::new());
         let mut total = Balance::<N>::default();
-        for (source, roots) in &self.sources {
-            let done: Vec<Option<(Balance<N>, TraversalCounters)>> = roots
-                .par_chunks(TASK_ROOTS)
-                .map(|roots| {
-                    if stop() {
-                        return None;
-                    }
-                    let held = idle.lock().ok().and_then(|mut idle| idle.pop());
-                    let mut scratch = held.unwrap_or_default();
-                    let follower = PathFollower::new(
-                        self.scene,
-                        source,
-                        &screen,
-                        signature,
-                        self.settings.shading_normals,
-                    );
-                    let mut refiner =
-                        Refiner::new(follower, &film, &self.guard, limits, &mut scratch);
+        for lit in &self.sources {
+            let paths = FacetPaths::new(
+                self.scene,
+                &lit.source,
+                &self.facets,
+                signature,
+                self.settings.shading_normals,
+            );
+            let refined = |count: usize, work: &dyn Fn(&mut Refiner<'_, '_, N>) -> Done<N>| {
+                if stop() {
+                    return None;
+                }
+                let held = idle.lock().ok().and_then(|mut idle| idle.pop());
+                let mut scratch = held.unwrap_or_default();
+                let follower = PathFollower::new(
+                    self.scene,
+                    &lit.source,
+                    &screen,
+                    signature,
+                    self.settings.shading_normals,
+                );
+                let mut refiner = Refiner::new(follower, &film, &self.guard, limits, &mut scratch);
+                let (mut balance, mut work) = work(&mut refiner);
+                balance += refiner.balance;
+                work += refiner.counters();
+                self.progress
+                    .paths
+                    .fetch_add(count as u64, Ordering::Relaxed);
+                if let Ok(mut idle) = idle.lock() {
+                    idle.push(scratch);
+                }
+                Some((balance, work))
+            };
+            let by_cells = lit.roots.par_chunks(TASK_ROOTS).map(|roots| {
+                refined(roots.len(), &|refiner| {
                     for root in roots {
                         refiner.refine(root);
                     }
-                    let result = (refiner.balance, refiner.counters());
-                    self.progress
-                        .paths
-                        .fetch_add(roots.len() as u64, Ordering::Relaxed);
-                    if let Ok(mut idle) = idle.lock() {
-                        idle.push(scratch);
-                    }
-                    Some(result)
+                    Done::default()
                 })
-                .collect();
+            });
+            let by_facets = lit.facets.par_chunks(TASK_ROOTS).map(|facets| {
+                refined(facets.len(), &|refiner| {
+                    let mut polygons =
+                        FacetRefiner::new(&paths, &screen, &film, limits.tolerance);
+                    for facet in facets {
+                        polygons.refine(*facet, refiner);
+                    }
+                    (polygons.balance, polygons.counters)
+                })
+            });
+            let done: Vec<Option<Done<N>>> = by_cells.chain(by_facets).collect();
             // In the order of the roots: floats are summed the same on any threads.
             for one in done {
                 let Some((balance, work)) = one else {

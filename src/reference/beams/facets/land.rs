@@ -1,0 +1,175 @@
+//! From a polygon of light that has made all its events to texels.
+
+use glam::DVec2;
+
+use super::polygon::Polygon;
+use crate::film::coverage::deal;
+use crate::geometry::TraversalCounters;
+use crate::reference::beams::cell::{Cell, Look, Node};
+use crate::reference::beams::cut::{Piece, whole};
+use crate::reference::beams::deposit::{Levels, Patch, flux_of, image_of};
+use crate::reference::beams::film::{BeamFilm, TexelSums};
+use crate::reference::beams::refine::misplaced;
+use crate::transport::facets::path::{FacetLight, FacetPaths};
+use crate::transport::first_surface::Source;
+use crate::transport::flux::Flux;
+use crate::transport::guard::Clearance;
+use crate::transport::prescribed::End;
+use crate::transport::screen::Screen;
+
+/// What became of a polygon at the sensor.
+pub(super) enum Landing<const N: usize> {
+    /// It is on the film, or beside it.
+    Done {
+        /// On the film \[W\].
+        received: Flux<N>,
+    },
+    /// Its image is not flat enough.
+    TooBent,
+    /// The sensor's place for light is not known before a search.
+    NotForced,
+}
+
+/// Puts a polygon on the film, whose last leg nothing is in the way of.
+pub(super) fn land<const N: usize>(
+    paths: &FacetPaths,
+    screen: Screen,
+    film: &BeamFilm<N>,
+    patch: &mut Patch<N>,
+    polygon: &Polygon<N>,
+    tolerance: f64,
+) -> Landing<N> {
+    let place = |light: &FacetLight<N>| node(paths, screen, light);
+    let Some(corners) = polygon
+        .corners
+        .iter()
+        .map(place)
+        .collect::<Option<Vec<Node<N>>>>()
+    else {
+        return Landing::NotForced;
+    };
+    if is_beside(&corners, film.size()) {
+        return Landing::Done {
+            received: Flux::BLACK,
+        };
+    }
+    let fan = (1..corners.len() - 1).map(|index| Cell {
+        corners: [corners[0], corners[index], corners[index + 1]],
+        level: 0,
+        clearance: Clearance::default(),
+    });
+    if matches!(paths.source(), Source::Parallel { .. }) {
+        let received = fan.fold(Flux::BLACK, |sum, cell| sum + land_flat(film, &cell));
+        return Landing::Done { received };
+    }
+    let middle = |at: DVec2| place(&paths.follow(&polygon.chain, polygon.events, at));
+    let mut cells: Vec<(Cell<N>, [Node<N>; 3], Look<N>)> = Vec::with_capacity(corners.len() - 2);
+    for cell in fan {
+        let [bc, ca, ab] = cell.middles();
+        // The side that it shares with the triangle before.
+        let shared = cells.last().map(|(_, middles, _)| middles[1]);
+        let (Some(bc), Some(ca), Some(ab)) =
+            (middle(bc), middle(ca), shared.or_else(|| middle(ab)))
+        else {
+            return Landing::NotForced;
+        };
+        let middles = [bc, ca, ab];
+        let look = Look::at(&cell.corners, &middles);
+        if !look.one_family || cell.area() * misplaced(&look) > tolerance {
+            return Landing::TooBent;
+        }
+        cells.push((cell, middles, look));
+    }
+    let mut received = Flux::BLACK;
+    for (cell, middles, look) in &cells {
+        let fine: Vec<Piece<N>> = cell
+            .quarters(middles)
+            .into_iter()
+            .filter_map(|quarter| whole(quarter.corners))
+            .collect();
+        let coarse = whole(cell.corners);
+        let levels = Levels {
+            fine: &fine,
+            coarse: coarse.as_slice(),
+        };
+        received += patch.deposit(film, &levels, look.bend);
+    }
+    if polygon.astray > 0.0 {
+        spread_astray(film, &corners, polygon.astray);
+    }
+    Landing::Done { received }
+}
+
+/// Light on its last leg, where it falls.
+#[inline]
+fn node<const N: usize>(
+    paths: &FacetPaths,
+    screen: Screen,
+    light: &FacetLight<N>,
+) -> Option<Node<N>> {
+    let mut counters = TraversalCounters::default();
+    let (end, factor, _) = screen.end(paths.scene(), &light.ray, None, &mut counters);
+    let End::Landed(landing) = end else {
+        return None;
+    };
+    let strength = paths.source().strength();
+    Some(Node {
+        at: light.at,
+        landing: Some(landing),
+        weight: light.throughput * Flux::of(strength * factor) * light.emitted,
+        emitted: light.emitted * strength.mean(),
+        family: light.state,
+    })
+}
+
+/// Whether all of an image is off the film, with as much again to spare for its bend.
+fn is_beside<const N: usize>(corners: &[Node<N>], size: [usize; 2]) -> bool {
+    let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+    for at in corners.iter().filter_map(|node| node.landing) {
+        low = low.min(at);
+        high = high.max(at);
+    }
+    let margin = high - low;
+    let end = DVec2::new(size[0] as f64, size[1] as f64);
+    (high + margin).cmplt(DVec2::ZERO).any() || (low - margin).cmpgt(end).any()
+}
+
+/// A triangle whose map is affine, as it is.
+fn land_flat<const N: usize>(film: &BeamFilm<N>, cell: &Cell<N>) -> Flux<N> {
+    let Some(piece) = whole(cell.corners) else {
+        return Flux::BLACK;
+    };
+    let mut received = Flux::BLACK;
+    deal(image_of(&piece), film.size(), |texel, part| {
+        let flux = flux_of(&piece, &part);
+        received += flux;
+        film.add(
+            texel,
+            &TexelSums {
+                flux,
+                ..TexelSums::default()
+            },
+        );
+    });
+    received
+}
+
+/// Light near a bent cut may belong to the polygon on the other side: at the borders' texels.
+fn spread_astray<const N: usize>(film: &BeamFilm<N>, corners: &[Node<N>], area: f64) {
+    let [columns, rows] = film.size();
+    for corner in corners {
+        if let Some(at) = corner.landing
+            && at.cmpge(DVec2::ZERO).all()
+            && at.x < columns as f64
+            && at.y < rows as f64
+        {
+            film.add(
+                [at.x as usize, at.y as usize],
+                &TexelSums {
+                    slack: corner.weight * (area / corners.len() as f64),
+                    ..TexelSums::default()
+                },
+            );
+        }
+    }
+}

@@ -1,0 +1,192 @@
+//! Convex polygons of light, and how they are cut.
+
+use glam::DVec2;
+
+use super::area_and_middle;
+use crate::geometry::Ray;
+use crate::transport::facets::path::{FacetLight, FacetPaths};
+
+/// What light meets on a leg.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Sight {
+    /// A facet.
+    Facet(u32),
+    /// The sensor, after its last event.
+    Sensor,
+    /// Something that ends it without an edge that is known here, or nothing.
+    End,
+    /// A surface that is not flat and sends light on.
+    Curved,
+}
+
+/// Light that was looked along.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sample {
+    /// Its leg.
+    pub(super) ray: Ray,
+    /// What it meets.
+    pub(super) sight: Sight,
+    /// How far that is.
+    pub(super) distance: f64,
+}
+
+/// A convex polygon of light that has gone by one chain of facets so far.
+#[derive(Clone, Debug)]
+pub(super) struct Polygon<const N: usize> {
+    /// The light of its corners on the leg that comes next.
+    pub(super) corners: Vec<FacetLight<N>>,
+    /// The facets that it met, the first one from the start on.
+    pub(super) chain: Vec<u32>,
+    /// Events that it has had.
+    pub(super) events: usize,
+    /// Light in it that was looked along on this leg.
+    pub(super) samples: Vec<Sample>,
+    /// Coordinate area that cuts along bent lines may have put on the wrong side.
+    pub(super) astray: f64,
+    /// How often it was halved or cut without leaving its leg.
+    pub(super) cuts: u32,
+}
+
+/// Two parts of a polygon.
+pub(super) struct Parts<const N: usize> {
+    pub(super) above: Vec<FacetLight<N>>,
+    pub(super) below: Vec<FacetLight<N>>,
+    /// The ends of the line between.
+    pub(super) line: [DVec2; 2],
+}
+
+/// How a line meets a polygon.
+pub(super) enum Cut<const N: usize> {
+    /// All of it is above.
+    Above,
+    /// All of it is below.
+    Below,
+    /// It is in two parts.
+    Through(Parts<N>),
+}
+
+/// Values that are smaller, as a fraction of the largest, are zero: they are differences of products
+/// whose rounding is as large.
+const SMALLEST: f64 = 1e-13;
+
+impl<const N: usize> Polygon<N> {
+    /// The area in coordinates of the first facet, and the middle.
+    pub(super) fn area_and_middle(&self) -> (f64, DVec2) {
+        area_and_middle(self.corners.iter().map(|corner| corner.at))
+    }
+
+    /// The largest flux \[W\] of a corner for a unit of coordinate area, in units of the source's
+    /// strength.
+    pub(super) fn largest_weight(&self) -> f64 {
+        self.corners.iter().fold(0.0, |largest, corner| {
+            largest.max(corner.emitted * corner.throughput.max_magnitude())
+        })
+    }
+
+    /// Whether all corners went the same way.
+    pub(super) fn is_one_family(&self) -> bool {
+        let first = self.corners.first().map(|corner| corner.state);
+        self.corners
+            .iter()
+            .all(|corner| Some(corner.state) == first)
+    }
+
+    /// The same chain and leg with other corners.
+    pub(super) fn with(&self, corners: Vec<FacetLight<N>>) -> Self {
+        Self {
+            corners,
+            chain: self.chain.clone(),
+            events: self.events,
+            samples: Vec::new(),
+            astray: self.astray,
+            cuts: self.cuts + 1,
+        }
+    }
+
+    /// Cuts it where a function is zero that is linear along its edges, given its values at the corners.
+    pub(super) fn cut(&self, values: &[f64], paths: &FacetPaths) -> Cut<N> {
+        let largest = values.iter().fold(0.0_f64, |l, value| l.max(value.abs()));
+        let snap = |value: f64| {
+            if value.abs() <= SMALLEST * largest {
+                0.0
+            } else {
+                value
+            }
+        };
+        if values.iter().all(|&value| snap(value) >= 0.0) {
+            return Cut::Above;
+        }
+        if values.iter().all(|&value| snap(value) <= 0.0) {
+            return Cut::Below;
+        }
+        let mut parts = Parts {
+            above: Vec::with_capacity(self.corners.len() + 1),
+            below: Vec::with_capacity(self.corners.len() + 1),
+            line: [DVec2::ZERO; 2],
+        };
+        let mut crossings = 0;
+        let mut cross = |at: DVec2| {
+            if crossings < 2 {
+                parts.line[crossings] = at;
+            }
+            crossings += 1;
+        };
+        let count = self.corners.len();
+        for index in 0..count {
+            let next = (index + 1) % count;
+            let (corner, other) = (&self.corners[index], &self.corners[next]);
+            let (is, will) = (snap(values[index]), snap(values[next]));
+            if is >= 0.0 {
+                parts.above.push(*corner);
+            }
+            if is <= 0.0 {
+                parts.below.push(*corner);
+            }
+            if is == 0.0 {
+                cross(corner.at);
+            }
+            if is * will < 0.0 {
+                let t = is / (is - will);
+                let at = corner.at + (other.at - corner.at) * t;
+                let between = paths.follow(&self.chain, self.events, at);
+                parts.above.push(between);
+                parts.below.push(between);
+                cross(at);
+            }
+        }
+        Cut::Through(parts)
+    }
+
+    /// Its halves, across its longest diagonal or edge.
+    pub(super) fn halves(&self, paths: &FacetPaths) -> Option<[Self; 2]> {
+        let (_, middle) = self.area_and_middle();
+        // Lengths as on the surface: coordinates may be stretched.
+        let facet = paths.facets().get(self.chain[0]);
+        let place = |at: DVec2| facet.point(at).position;
+        let mut longest = (0.0, DVec2::ZERO);
+        for (index, a) in self.corners.iter().enumerate() {
+            for b in &self.corners[index + 1..] {
+                let length = place(a.at).distance_squared(place(b.at));
+                if length > longest.0 {
+                    longest = (length, b.at - a.at);
+                }
+            }
+        }
+        let values: Vec<f64> = self
+            .corners
+            .iter()
+            .map(|corner| (corner.at - middle).dot(longest.1))
+            .collect();
+        match self.cut(&values, paths) {
+            Cut::Through(parts) => {
+                let halve = |corners| {
+                    let mut half = self.with(corners);
+                    half.astray *= 0.5;
+                    half
+                };
+                Some([halve(parts.above), halve(parts.below)])
+            }
+            Cut::Above | Cut::Below => None,
+        }
+    }
+}

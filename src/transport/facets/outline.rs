@@ -1,0 +1,195 @@
+//! Coplanar neighbours of a mesh, taken together where they make a convex polygon.
+
+use glam::DVec3;
+
+use crate::geometry::Mesh;
+
+/// Faces of one plane.
+pub(super) struct Group {
+    /// The largest of them.
+    pub(super) face: u32,
+    /// Of their union, in the winding's order.
+    pub(super) corners: Vec<DVec3>,
+}
+
+/// A mesh's faces in groups.
+pub(super) struct Outlines {
+    pub(super) groups: Vec<Group>,
+    /// The group of each face; beyond the last for a face without area.
+    pub(super) of_face: Vec<u32>,
+}
+
+/// A side of a face, by the vertices at its ends.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Side {
+    from: u32,
+    to: u32,
+    face: u32,
+}
+
+/// The group of a face that has none.
+const UNGROUPED: u32 = u32::MAX;
+
+/// Groups a mesh's faces.
+pub(super) fn outlines(mesh: &Mesh) -> Outlines {
+    let welded = mesh.welded_vertices();
+    let sides = |face: u32| {
+        let [a, b, c] = mesh.triangles()[face as usize].map(|vertex| welded[vertex as usize]);
+        [(a, b), (b, c), (c, a)].map(|(from, to)| Side { from, to, face })
+    };
+    let faces = mesh.triangle_count() as u32;
+    let mut all: Vec<Side> = (0..faces).flat_map(sides).collect();
+    all.sort_unstable();
+    // The face on the other side of a side, where there is exactly one.
+    let across = |side: &Side| {
+        let start = all.partition_point(|other| (other.from, other.to) < (side.to, side.from));
+        let is_twin = |other: &&Side| (other.from, other.to) == (side.to, side.from);
+        match (all.get(start), all.get(start + 1)) {
+            (Some(twin), next) if is_twin(&twin) && !next.as_ref().is_some_and(is_twin) => {
+                Some(twin.face)
+            }
+            _ => None,
+        }
+    };
+    let area = |face: u32| {
+        let [a, b, c] = mesh.corners(face);
+        (b - a).cross(c - a).length_squared()
+    };
+    let mut order: Vec<(f64, u32)> = (0..faces).map(|face| (area(face), face)).collect();
+    // The largest first: it knows its plane best.
+    order.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+    let reach = mesh
+        .positions()
+        .iter()
+        .fold(0.0_f64, |reach, p| reach.max(p.abs().max_element()));
+    let mut of_face = vec![UNGROUPED; faces as usize];
+    let mut groups: Vec<Group> = Vec::new();
+    for (area, seed) in order {
+        if area == 0.0 || of_face[seed as usize] != UNGROUPED {
+            continue;
+        }
+        let plane = Plane::of(mesh, seed, reach);
+        let number = groups.len() as u32;
+        let mut members = vec![seed];
+        of_face[seed as usize] = number;
+        let mut next = 0;
+        while let Some(&face) = members.get(next) {
+            next += 1;
+            for side in sides(face) {
+                if let Some(other) = across(&side)
+                    && of_face[other as usize] == UNGROUPED
+                    && plane.holds(mesh, other)
+                {
+                    of_face[other as usize] = number;
+                    members.push(other);
+                }
+            }
+        }
+        let own = |face: u32| mesh.corners(face).to_vec();
+        let corners = if members.len() == 1 {
+            own(seed)
+        } else {
+            let inner = |side: &Side| across(side).is_some_and(|o| of_face[o as usize] == number);
+            let border: Vec<Side> = members
+                .iter()
+                .flat_map(|&face| sides(face))
+                .filter(|side| !inner(side))
+                .collect();
+            let outline = convex_loop(mesh, &border, &plane);
+            if outline.is_none() {
+                for &face in &members[1..] {
+                    of_face[face as usize] = UNGROUPED;
+                }
+            }
+            outline.unwrap_or_else(|| own(seed))
+        };
+        groups.push(Group {
+            face: seed,
+            corners,
+        });
+    }
+    Outlines { groups, of_face }
+}
+
+/// A face's plane and how far off a point may be that lies in it.
+struct Plane {
+    origin: DVec3,
+    normal: DVec3,
+    flatness: f64,
+}
+
+impl Plane {
+    /// Coordinates up to `reach` that were meant to be in a plane were rounded when they were made
+    /// and transformed: by a few u = 2⁻⁵³ each, and the height over the plane sums up three
+    /// products. 32 u of the largest covers that. Vertices of a file in single precision are off
+    /// by more: their faces have planes of their own, and stay apart.
+    fn of(mesh: &Mesh, face: u32, reach: f64) -> Self {
+        Self {
+            origin: mesh.corners(face)[0],
+            normal: mesh.face_normal(face),
+            flatness: 32.0 * 0.5 * f64::EPSILON * reach,
+        }
+    }
+
+    fn holds(&self, mesh: &Mesh, face: u32) -> bool {
+        mesh.face_normal(face).dot(self.normal) > 0.0
+            && mesh
+                .corners(face)
+                .iter()
+                .all(|&corner| (corner - self.origin).dot(self.normal).abs() <= self.flatness)
+    }
+}
+
+/// The corners of a border that is one convex loop; those on straight lines are left out.
+fn convex_loop(mesh: &Mesh, border: &[Side], plane: &Plane) -> Option<Vec<DVec3>> {
+    let first = border.first()?;
+    let mut corners = Vec::with_capacity(border.len());
+    let mut at = first.from;
+    loop {
+        corners.push(mesh.positions()[at as usize]);
+        let mut onward = border.iter().filter(|side| side.from == at);
+        let (next, other) = (onward.next()?.to, onward.next());
+        if other.is_some() {
+            return None;
+        }
+        at = next;
+        if at == first.from {
+            break;
+        }
+        if corners.len() > border.len() {
+            return None;
+        }
+    }
+    if corners.len() != border.len() {
+        return None;
+    }
+    // The sign of turns: `face_normal` may be turned round.
+    let triangle = mesh.corners(first.face);
+    let winding = (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]);
+    let winding = if winding.dot(plane.normal) < 0.0 {
+        -plane.normal
+    } else {
+        plane.normal
+    };
+    let turns: Vec<f64> = (0..corners.len())
+        .map(|index| {
+            let count = corners.len();
+            let (before, after) = (
+                corners[(index + count - 1) % count],
+                corners[(index + 1) % count],
+            );
+            let (arriving, leaving) = (corners[index] - before, after - corners[index]);
+            let turn = arriving.cross(leaving).dot(winding);
+            // A deviation of `flatness` from a straight line is none.
+            let straight = plane.flatness * (arriving.length() + leaving.length());
+            if turn.abs() <= straight { 0.0 } else { turn }
+        })
+        .collect();
+    turns.iter().all(|&turn| turn >= 0.0).then(|| {
+        corners
+            .into_iter()
+            .zip(turns)
+            .filter_map(|(corner, turn)| (turn > 0.0).then_some(corner))
+            .collect()
+    })
+}

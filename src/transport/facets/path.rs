@@ -1,0 +1,190 @@
+//! Light along a chain of facets that is given.
+
+use glam::DVec2;
+
+use super::table::{Facet, Facets};
+use crate::geometry::Ray;
+use crate::scene::Scene;
+use crate::transport::first_surface::Source;
+use crate::transport::flux::Flux;
+use crate::transport::prescribed::leave;
+use crate::transport::scatter::ShadingNormals;
+use crate::transport::signature::{Event, Signature};
+
+/// Light on one leg of its path.
+#[derive(Clone, Copy, Debug)]
+pub struct FacetLight<const N: usize> {
+    /// Its coordinates on the first facet.
+    pub at: DVec2,
+    /// The leg: from the emitter to the first facet, or from the facet it left last.
+    pub ray: Ray,
+    /// The fraction of its flux that is left.
+    pub throughput: Flux<N>,
+    /// The flux \[W\] that set out for a unit of coordinate area, in units of the source's strength.
+    pub emitted: f64,
+    /// What happened at each event: equal numbers for light of one smooth family. The least bit
+    /// says whether it is still on its way.
+    pub state: u64,
+}
+
+impl<const N: usize> FacetLight<N> {
+    /// Whether it did not end before this leg.
+    #[inline]
+    pub fn is_on_its_way(&self) -> bool {
+        self.state & 1 == 1
+    }
+
+    fn stop(mut self) -> Self {
+        self.state &= !1;
+        self.throughput = Flux::BLACK;
+        self
+    }
+}
+
+/// Follows light of one source and one signature along chains of facets.
+#[derive(Debug)]
+pub struct FacetPaths<'a> {
+    scene: &'a Scene,
+    source: &'a Source,
+    facets: &'a Facets,
+    events: Vec<Event>,
+    shading_normals: ShadingNormals,
+}
+
+impl<'a> FacetPaths<'a> {
+    /// For one signature.
+    pub fn new(
+        scene: &'a Scene,
+        source: &'a Source,
+        facets: &'a Facets,
+        signature: Signature,
+        shading_normals: ShadingNormals,
+    ) -> Self {
+        Self {
+            scene,
+            source,
+            facets,
+            events: signature.events().collect(),
+            shading_normals,
+        }
+    }
+
+    /// How many events there are.
+    pub fn events(&self) -> usize {
+        self.events.len()
+    }
+
+    /// The light's source.
+    pub fn source(&self) -> &'a Source {
+        self.source
+    }
+
+    /// The facets.
+    pub fn facets(&self) -> &'a Facets {
+        self.facets
+    }
+
+    /// The scene.
+    pub fn scene(&self) -> &'a Scene {
+        self.scene
+    }
+
+    /// The light that falls onto the first facet at `at`, on the leg after `events` events on the
+    /// facets of `chain`, which are at least as many (and at least one).
+    #[inline]
+    pub fn follow<const N: usize>(&self, chain: &[u32], events: usize, at: DVec2) -> FacetLight<N> {
+        let mut light = self.arrive(chain[0], at);
+        for (event, &facet) in chain.iter().enumerate().take(events) {
+            light = self.onward(&light, facet, event);
+        }
+        light
+    }
+
+    /// The light that falls onto the first facet at `at`, before it does.
+    #[inline]
+    fn arrive<const N: usize>(&self, facet: u32, at: DVec2) -> FacetLight<N> {
+        let facet = self.facets.get(facet);
+        let point = facet.point(at);
+        let arrival = self.source.arrive(point.position);
+        let mut light = FacetLight {
+            at,
+            ray: Ray {
+                origin: point.position,
+                direction: -point.geometric_normal,
+            },
+            throughput: Flux::WHITE,
+            emitted: 0.0,
+            state: 1,
+        };
+        let Some(arrival) = arrival else {
+            return light.stop();
+        };
+        light.ray = arrival.ray;
+        let facing = arrival.ray.direction.dot(point.geometric_normal).abs();
+        light.emitted = arrival.density * facing * facet.unit_area();
+        light
+    }
+
+    /// The same light after its next event, number `event` from 0, on a facet that its leg meets.
+    #[inline]
+    pub fn onward<const N: usize>(
+        &self,
+        light: &FacetLight<N>,
+        facet: u32,
+        event: usize,
+    ) -> FacetLight<N> {
+        if !light.is_on_its_way() {
+            return *light;
+        }
+        let facet: &Facet = self.facets.get(facet);
+        let met = if event == 0 {
+            Some(facet.point(light.at))
+        } else {
+            facet.meet(&light.ray)
+        };
+        let Some(point) = met else {
+            return light.stop();
+        };
+        let Some((share, branch)) = leave(
+            self.scene,
+            facet.shape,
+            &point,
+            light.ray.direction,
+            self.events[event],
+            self.shading_normals,
+        ) else {
+            return light.stop();
+        };
+        FacetLight {
+            at: light.at,
+            ray: Ray {
+                origin: point.position,
+                direction: branch.direction,
+            },
+            throughput: light.throughput * branch.tint * share,
+            emitted: light.emitted,
+            // All of the light, or a part: there is a kink between.
+            state: (light.state >> 1) << 2 | u64::from(share == 1.0) << 1 | 1,
+        }
+    }
+
+    /// The light's leg as a ray to search with: it starts off the facet that it leaves.
+    #[inline]
+    pub fn search_ray<const N: usize>(
+        &self,
+        light: &FacetLight<N>,
+        chain: &[u32],
+        events: usize,
+    ) -> Ray {
+        match events.checked_sub(1) {
+            None => light.ray,
+            Some(last) => {
+                let facet = self.facets.get(chain[last]);
+                // Put back onto the facet: the bound on its position's error is for such points.
+                facet
+                    .point(facet.coordinates(light.ray.origin))
+                    .spawn(light.ray.direction)
+            }
+        }
+    }
+}

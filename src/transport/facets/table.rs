@@ -1,0 +1,266 @@
+//! The facets of a scene.
+
+use std::ops::Range;
+
+use glam::{DVec2, DVec3};
+
+use super::outline::{Outlines, outlines};
+use crate::geometry::{Mesh, Ray, Shape, SurfacePoint};
+use crate::scene::Scene;
+
+/// A convex polygon in one plane.
+#[derive(Clone, Debug)]
+pub struct Facet {
+    /// The shape that it is (a part) of.
+    pub shape: u32,
+    /// The mesh's face whose barycentric coordinates are the facet's; 0 for a rectangle.
+    pub face: u32,
+    /// Where both coordinates are zero.
+    origin: DVec3,
+    /// A unit of each coordinate.
+    axes: [DVec3; 2],
+    /// Each coordinate is its dual's product with the offset from the origin.
+    duals: [DVec3; 2],
+    /// Unit, on the side that the shape shines to.
+    normal: DVec3,
+    /// Of a point's position on it, per axis.
+    position_error: DVec3,
+    /// In [`Facets::corners`], counter-clockwise about `axes[0] x axes[1]`.
+    outline: Range<usize>,
+}
+
+impl Facet {
+    fn new(
+        shape: u32,
+        face: u32,
+        origin: DVec3,
+        axes: [DVec3; 2],
+        normal: DVec3,
+        position_error: DVec3,
+        outline: Range<usize>,
+    ) -> Option<Self> {
+        let across = axes[0].cross(axes[1]);
+        let squared = across.length_squared();
+        // False for NaN, too.
+        (squared > 0.0).then(|| Self {
+            shape,
+            face,
+            origin,
+            axes,
+            duals: [
+                axes[1].cross(across) / squared,
+                across.cross(axes[0]) / squared,
+            ],
+            normal,
+            position_error,
+            outline,
+        })
+    }
+
+    /// Area \[m²\] for a unit of coordinate area.
+    #[inline]
+    pub fn unit_area(&self) -> f64 {
+        self.axes[0].cross(self.axes[1]).length()
+    }
+
+    /// The plane at coordinates `at`, within the facet or beyond.
+    #[inline]
+    pub fn point(&self, at: DVec2) -> SurfacePoint {
+        self.surface(self.origin + (self.axes[0] * at.x + self.axes[1] * at.y))
+    }
+
+    /// The coordinates of a point of the plane.
+    #[inline]
+    pub fn coordinates(&self, point: DVec3) -> DVec2 {
+        let offset = point - self.origin;
+        DVec2::new(self.duals[0].dot(offset), self.duals[1].dot(offset))
+    }
+
+    /// Where a ray's line meets the plane, within the facet or beyond; `None` along the plane.
+    ///
+    /// Light that leaves a facet at its edge meets the next one at a distance of zero, give or take
+    /// its rounding: so the distance may be negative.
+    #[inline]
+    pub fn meet(&self, ray: &Ray) -> Option<SurfacePoint> {
+        let distance = self.normal.dot(self.origin - ray.origin) / self.normal.dot(ray.direction);
+        distance.is_finite().then(|| self.surface(ray.at(distance)))
+    }
+
+    #[inline]
+    fn surface(&self, position: DVec3) -> SurfacePoint {
+        SurfacePoint {
+            position,
+            position_error: self.position_error,
+            geometric_normal: self.normal,
+            shading_normal: self.normal,
+            uv: DVec2::ZERO,
+        }
+    }
+
+    /// Whether light along `direction` comes from the side about which the outline turns
+    /// counter-clockwise.
+    #[inline]
+    fn is_from_front(&self, direction: DVec3) -> bool {
+        self.axes[0].cross(self.axes[1]).dot(direction) < 0.0
+    }
+}
+
+/// All facets of a scene.
+#[derive(Clone, Debug)]
+pub struct Facets {
+    all: Vec<Facet>,
+    corners: Vec<DVec3>,
+    /// The facet of each face; empty for shapes that have none.
+    of_face: Vec<Vec<u32>>,
+}
+
+/// A face without area.
+pub(super) const NO_FACET: u32 = u32::MAX;
+
+impl Facets {
+    /// Gathers the faces of all meshes without interpolated normals, coplanar neighbours together,
+    /// and all rectangles.
+    pub fn new(scene: &Scene) -> Self {
+        let mut all = Self {
+            all: Vec::new(),
+            corners: Vec::new(),
+            of_face: Vec::new(),
+        };
+        for (index, shape) in scene.world().shapes().iter().enumerate() {
+            let index = index as u32;
+            let of_face = match shape {
+                _ if scene.material_of(index).is_passed(scene.materials()) => Vec::new(),
+                Shape::Mesh(mesh) if !mesh.has_vertex_normals() => all.add_mesh(index, mesh),
+                Shape::Rectangle(rectangle) => {
+                    let corner = |x, y| rectangle.at_uv(DVec2::new(x, y));
+                    let first = corner(0.0, 0.0);
+                    let outline = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]
+                        .map(|(x, y)| corner(x, y).position);
+                    let outline = all.add_corners(&outline);
+                    let (axes, normal) = (rectangle.edges(), rectangle.normal());
+                    all.add(Facet::new(
+                        index,
+                        0,
+                        first.position,
+                        axes,
+                        normal,
+                        first.position_error,
+                        outline,
+                    ))
+                    .map_or_else(Vec::new, |facet| vec![facet])
+                }
+                _ => Vec::new(),
+            };
+            all.of_face.push(of_face);
+        }
+        all
+    }
+
+    fn add(&mut self, facet: Option<Facet>) -> Option<u32> {
+        let facet = facet?;
+        self.all.push(facet);
+        Some(self.all.len() as u32 - 1)
+    }
+
+    fn add_corners(&mut self, corners: &[DVec3]) -> Range<usize> {
+        let start = self.corners.len();
+        self.corners.extend_from_slice(corners);
+        start..self.corners.len()
+    }
+
+    fn add_mesh(&mut self, shape: u32, mesh: &Mesh) -> Vec<u32> {
+        let Outlines { groups, of_face } = outlines(mesh);
+        let numbers: Vec<u32> = groups
+            .into_iter()
+            .map(|group| {
+                let outline = self.add_corners(&group.corners);
+                let [a, b, c] = mesh.corners(group.face);
+                // As of any hit on the face, which is the largest of its facet.
+                let position_error = mesh.position_error(group.face);
+                let normal = mesh.face_normal(group.face);
+                let axes = [b - a, c - a];
+                self.add(Facet::new(
+                    shape,
+                    group.face,
+                    a,
+                    axes,
+                    normal,
+                    position_error,
+                    outline,
+                ))
+                .unwrap_or(NO_FACET)
+            })
+            .collect();
+        of_face
+            .into_iter()
+            .map(|group| numbers.get(group as usize).copied().unwrap_or(NO_FACET))
+            .collect()
+    }
+
+    /// The facet of a shape's face; `None` for shapes that are not flat.
+    #[inline]
+    pub fn of(&self, shape: u32, face: u32) -> Option<u32> {
+        let facet = *self.of_face.get(shape as usize)?.get(face as usize)?;
+        (facet != NO_FACET).then_some(facet)
+    }
+
+    /// A facet by its number.
+    ///
+    /// # Panics
+    ///
+    /// For a number that [`Facets::of`] did not give.
+    #[inline]
+    pub fn get(&self, facet: u32) -> &Facet {
+        &self.all[facet as usize]
+    }
+
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        self.all.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.all.is_empty()
+    }
+
+    /// The corners of a facet, counter-clockwise about the cross product of its axes.
+    #[inline]
+    pub fn outline(&self, facet: &Facet) -> &[DVec3] {
+        &self.corners[facet.outline.clone()]
+    }
+
+    /// The lines of a facet's edges, for light that arrives along `direction`.
+    #[inline]
+    pub fn edges(&self, facet: &Facet, direction: DVec3) -> impl Iterator<Item = Edge> + '_ {
+        let corners = self.outline(facet);
+        let is_from_front = facet.is_from_front(direction);
+        (0..corners.len()).map(move |index| {
+            let [a, b] = [corners[index], corners[(index + 1) % corners.len()]];
+            if is_from_front {
+                Edge { from: b, to: a }
+            } else {
+                Edge { from: a, to: b }
+            }
+        })
+    }
+}
+
+/// A line in space that parts the rays which pass it on one side from those on the other.
+#[derive(Clone, Copy, Debug)]
+pub struct Edge {
+    from: DVec3,
+    to: DVec3,
+}
+
+impl Edge {
+    /// Six times the signed volume of the edge and a unit of the ray: positive where the ray passes
+    /// on the side of the facet.
+    ///
+    /// For rays of one direction it is an affine function of where they start.
+    #[inline]
+    pub fn side(&self, ray: &Ray) -> f64 {
+        let (from, to) = (self.from - ray.origin, self.to - ray.origin);
+        ray.direction.dot(from.cross(to))
+    }
+}
