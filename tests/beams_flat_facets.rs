@@ -7,15 +7,15 @@ use glam::DVec3;
 use nephroid::generate::{BrilliantCut, equilateral_prism, round_brilliant};
 use nephroid::geometry::{Mesh, MeshParts, Shape};
 use nephroid::mitsuba;
-use nephroid::numeric::FixedPoint;
-use nephroid::reference::beams::film::BeamFilm;
-use nephroid::reference::beams::run;
+use nephroid::reference::beams::run::Setup;
+use nephroid::reference::beams::{BeamBudget, BeamSettings};
 use nephroid::reference::closed_form::{FlatFacets, ParallelLight, Path, TexelGrid};
+use nephroid::reference::{LayerName, Progress};
 use nephroid::scene::{Crop, Scene, SensorKind};
 use nephroid::transport::facets::table::Facets;
 use nephroid::transport::first_surface::Source;
 use nephroid::transport::receiver::Receiver;
-use nephroid::transport::screen::Screen;
+use nephroid::transport::signature::Signature;
 
 const SIDE: u32 = 128;
 
@@ -116,28 +116,26 @@ fn compare(solid: &Solid, path: Path, deepest: u32) -> (f64, f64, f64) {
         .map(path, &TexelGrid::square(solid.half_width, SIDE as usize));
     let texel_area = receiver.texel_area(0);
     let total = truth.iter().sum::<f64>() * texel_area;
-    let film = BeamFilm::<1>::new(
-        [SIDE as usize; 2],
-        FixedPoint::for_total(64.0 * total).unwrap(),
-    );
-    run::pass(
-        scene,
-        &source,
-        &run::roots_of(scene, &source),
-        &Screen::Receiver(&receiver),
-        path.signature().parse().unwrap(),
-        1e-3 * total,
-        &film,
-    );
-    assert!(!film.overflowed());
-    let (mut worst, mut slack) = (0.0_f64, 0.0);
-    for (texel, truth) in truth.iter().enumerate() {
-        let sums = film.texel(texel);
-        worst = worst.max((sums.flux.0[0] / texel_area - truth).abs());
-        slack += sums.slack.0[0];
-    }
     let lit = truth.iter().filter(|&&value| value > 0.0).count().max(1);
-    (worst, total / texel_area / lit as f64, slack)
+    let mean = total / texel_area / lit as f64;
+    let progress = Progress::default();
+    let mut setup = Setup::new(scene, sensor, BeamSettings::default(), &progress).unwrap();
+    let signature: Signature = path.signature().parse().unwrap();
+    setup.only(signature);
+    let (estimate, report) = setup.run(&BeamBudget::default()).unwrap();
+    let layer = estimate
+        .layers
+        .iter()
+        .find(|layer| layer.name == LayerName::Path(signature));
+    let worst = truth
+        .iter()
+        .enumerate()
+        .fold(0.0_f64, |worst, (texel, truth)| {
+            let found = layer.map_or(0.0, |layer| layer.irradiance[texel].0[0]);
+            worst.max((found - truth).abs())
+        });
+    let slack = report.signatures.iter().map(|one| one.slack.mean()).sum();
+    (worst, mean, slack)
 }
 
 #[test]

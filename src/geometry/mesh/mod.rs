@@ -39,7 +39,7 @@ pub struct MeshParts {
 pub struct Mesh {
     positions: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
-    /// Unit vectors; empty where faces are flat.
+    /// Unit vectors; empty where faces are flat, normals given or not.
     normals: Vec<DVec3>,
     /// Empty where the file has none.
     uvs: Vec<DVec2>,
@@ -133,7 +133,15 @@ impl Mesh {
         } = parts;
         let normals = match normals {
             _ if face_normals => Vec::new(),
-            Some(normals) => normals.into_iter().map(DVec3::normalize_or_zero).collect(),
+            Some(normals) => {
+                let normals: Vec<DVec3> =
+                    normals.into_iter().map(DVec3::normalize_or_zero).collect();
+                if normals::are_those_of_faces(&positions, &triangles, &normals) {
+                    Vec::new()
+                } else {
+                    normals
+                }
+            }
             None => normals::angle_weighted(&positions, &triangles),
         };
         // An interpolated point is off by at most 3u of the sum of its vertices' coordinates'

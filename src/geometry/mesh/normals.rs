@@ -33,3 +33,22 @@ pub(super) fn angle_weighted(positions: &[DVec3], triangles: &[[u32; 3]]) -> Vec
 fn angle_between(a: DVec3, b: DVec3) -> f64 {
     a.cross(b).length().atan2(a.dot(b))
 }
+
+/// Whether all vertices' normals are those of the faces that they belong to, to rounding: a mesh in
+/// flat faces with vertices of its own for each, as Mitsuba's `cube`.
+pub(super) fn are_those_of_faces(
+    positions: &[DVec3],
+    triangles: &[[u32; 3]],
+    normals: &[DVec3],
+) -> bool {
+    /// A normal through an affine map and a cross product of edges are off by some ten units in the last
+    /// place each; normals from a file in single precision are farther apart and stay.
+    const ROUNDING: f64 = 1e-13;
+    triangles.iter().all(|triangle| {
+        let [a, b, c] = triangle.map(|vertex| positions[vertex as usize]);
+        let face = (b - a).cross(c - a).normalize_or_zero();
+        triangle
+            .iter()
+            .all(|&vertex| normals[vertex as usize].distance(face) <= ROUNDING)
+    })
+}

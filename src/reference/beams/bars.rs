@@ -66,12 +66,12 @@ pub fn bounded<const N: usize>(film: &BeamFilm<N>) -> BoundedFlux<N> {
             }
             let own = &sums[row * width + column];
             result.flux.push(own.flux);
-            result
-                .bar
-                .push(most.difference * OF_DIFFERENCE
+            result.bar.push(
+                most.difference * OF_DIFFERENCE
                     + most.astray * OF_ASTRAY
                     + most.slack
-                    + most.flux * ROUNDING);
+                    + most.flux * ROUNDING,
+            );
             result.likely.push(
                 own.difference.max_magnitude() * LIKELY + own.slack.max_magnitude() * LIKELY_SLACK,
             );

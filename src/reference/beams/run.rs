@@ -460,8 +460,7 @@ impl<'a> Setup<'a> {
             });
             let by_facets = lit.facets.par_chunks(TASK_ROOTS).map(|facets| {
                 refined(facets.len(), &|refiner| {
-                    let mut polygons =
-                        FacetRefiner::new(&paths, &screen, &film, limits.tolerance);
+                    let mut polygons = FacetRefiner::new(&paths, &screen, &film, limits.tolerance);
                     for facet in facets {
                         polygons.refine(*facet, refiner);
                     }

@@ -362,7 +362,8 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
     /// What set out towards a finished polygon.
     fn book(&mut self, polygon: &Polygon<N>, area: f64) {
         let emitted: f64 = polygon.corners.iter().map(|corner| corner.emitted).sum();
-        self.balance.emitted += area * emitted * self.paths.source().strength().mean() / polygon.corners.len() as f64;
+        self.balance.emitted +=
+            area * emitted * self.paths.source().strength().mean() / polygon.corners.len() as f64;
         self.balance.cells += 1;
     }
 
