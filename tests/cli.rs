@@ -289,6 +289,8 @@ fn budgets_of_time_and_error_end_a_run() {
             &scene("glass-ball.xml"),
             limit[0],
             limit[1],
+            "--method",
+            "photons",
             "-D",
             "size=32",
             "--json",

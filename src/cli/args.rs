@@ -108,25 +108,25 @@ pub struct RenderArgs {
 /// Settings of a photon run.
 #[derive(Debug, clap::Args)]
 pub struct PhotonArgs {
-    /// Seed of all random choices
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    pub seed: u64,
+    /// Seed of all random choices (of photons) [default: 0]
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u64>,
 
-    /// How sample points are laid out
-    #[arg(long, value_enum, default_value_t = Samples::Sobol)]
-    pub samples: Samples,
+    /// How sample points are laid out (of photons) [default: sobol]
+    #[arg(long, value_enum)]
+    pub samples: Option<Samples>,
 
-    /// Independent randomisations; their scatter is the error bar
-    #[arg(long, value_name = "N", default_value_t = 32, value_parser = clap::value_parser!(u32).range(1..=255))]
-    pub replicates: u32,
+    /// Independent randomisations (of photons); their scatter is the error bar [default: 32]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=255))]
+    pub replicates: Option<u32>,
 
     /// Specular events after which flux is cut off
     #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u32).range(0..=31))]
     pub max_depth: u32,
 
-    /// Specular events up to which light follows every branch; later it follows one at random
-    #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u32).range(0..=31))]
-    pub split_depth: u32,
+    /// Specular events up to which photons follow every branch, later one at random [default: 2]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=31))]
+    pub split_depth: Option<u32>,
 
     /// What interpolated normals do to flux
     #[arg(long, value_enum, default_value_t = ShadingNormalsArg::Flux)]
@@ -276,16 +276,18 @@ impl ProbeArgs {
 impl PhotonArgs {
     /// What the flags mean.
     pub fn settings(&self) -> PhotonSettings {
+        let default = PhotonSettings::default();
         PhotonSettings {
             stream: match self.samples {
-                Samples::Sobol => StreamKind::Sobol,
-                Samples::Random => StreamKind::Random,
+                None => default.stream,
+                Some(Samples::Sobol) => StreamKind::Sobol,
+                Some(Samples::Random) => StreamKind::Random,
             },
-            seed: self.seed,
-            replicates: self.replicates,
+            seed: self.seed.unwrap_or(default.seed),
+            replicates: self.replicates.unwrap_or(default.replicates),
             chains: ChainSettings {
                 max_depth: self.max_depth,
-                split_depth: self.split_depth,
+                split_depth: self.split_depth.unwrap_or(default.chains.split_depth),
                 shading_normals: self.shading_normals.into(),
             },
             max_layers: self.layers as usize,
@@ -297,7 +299,7 @@ impl RenderArgs {
     /// The method asked for, or the best that a scene allows: beams, unless an option that only
     /// photons have is given.
     pub fn method(&self, scene: &Scene) -> Method {
-        let of_photons = self.photons.is_some() || self.shard.is_some();
+        let of_photons = self.of_photons().is_some();
         self.method.unwrap_or_else(|| {
             if !of_photons && beams::run::supports(scene).is_ok() {
                 Method::Beams
@@ -307,17 +309,34 @@ impl RenderArgs {
         })
     }
 
+    /// An option given that only photons have.
+    fn of_photons(&self) -> Option<&'static str> {
+        let PhotonArgs {
+            seed,
+            samples,
+            replicates,
+            split_depth,
+            ..
+        } = &self.photon;
+        [
+            ("--photons", self.photons.is_some()),
+            ("--shard", self.shard.is_some()),
+            ("--seed", seed.is_some()),
+            ("--samples", samples.is_some()),
+            ("--replicates", replicates.is_some()),
+            ("--split-depth", split_depth.is_some()),
+        ]
+        .into_iter()
+        .find_map(|(name, given)| given.then_some(name))
+    }
+
     /// What the flags mean to beams.
     ///
     /// # Errors
     ///
     /// For options that only photons have.
     pub fn beams(&self) -> anyhow::Result<(BeamSettings, BeamBudget)> {
-        let chosen = [
-            ("--photons", self.photons.is_some()),
-            ("--shard", self.shard.is_some()),
-        ];
-        if let Some((name, _)) = chosen.iter().find(|(_, given)| *given) {
+        if let Some(name) = self.of_photons() {
             anyhow::bail!(
                 "{name} is for --method photons; beams are limited by --error, --time and --rays"
             );
@@ -348,9 +367,9 @@ impl RenderArgs {
             "--rays is for --method beams; photons are limited by --photons, --error and --time"
         );
         anyhow::ensure!(
-            self.error.is_none() || self.photon.replicates >= 2,
+            self.error.is_none() || self.photon.settings().replicates >= 2,
             "--error needs an error bar, which takes at least 2 replicates, not --replicates {}",
-            self.photon.replicates
+            self.photon.settings().replicates
         );
         Ok(Budget {
             photons: self.photons,
