@@ -10,8 +10,13 @@ use super::scenes::meter;
 
 /// A beam run to a relative error, a layer for each signature.
 pub fn beams(scene: &Scene, error: f64) -> (Estimate, BeamReport) {
+    beams_to(DEPTH, scene, error)
+}
+
+/// A beam run that follows `depth` events.
+pub fn beams_to(depth: u32, scene: &Scene, error: f64) -> (Estimate, BeamReport) {
     let settings = BeamSettings {
-        max_depth: DEPTH,
+        max_depth: depth,
         max_layers: 256,
         ..BeamSettings::default()
     };

@@ -4,6 +4,7 @@
 
 pub mod beams;
 pub mod comparison;
+pub mod contest;
 pub mod oracles;
 pub mod scenes;
 pub mod student;

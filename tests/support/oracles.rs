@@ -14,13 +14,10 @@ use nephroid::transport::signature::Signature;
 
 use super::scenes::{bundled, bundled_file, loaded};
 
-/// Specular events followed, by beams and by closed forms alike.
+/// Specular events followed in tests, by beams and by closed forms alike.
 pub const DEPTH: u32 = 8;
 
-/// Inside a body, with two refractions beside them.
-const REFLECTIONS: u32 = DEPTH - 2;
-
-/// Scenes with a closed form for every texel, all to [`DEPTH`] events.
+/// Scenes with a closed form for every texel, all to as many events as wanted, 2 or more.
 pub const NAMES: [&str; 8] = [
     "glass-ball",
     "coffee-cup",
@@ -91,21 +88,26 @@ impl Known {
     }
 }
 
-/// The scene of a name, at `side` x `side` texels.
+/// The scene of a name, at `side` x `side` texels, known to [`DEPTH`] events.
 pub fn oracle(name: &'static str, side: usize) -> Oracle {
+    oracle_to(DEPTH, name, side)
+}
+
+/// The scene of a name, known to `depth` events.
+pub fn oracle_to(depth: u32, name: &'static str, side: usize) -> Oracle {
     let (scene, layers) = match name {
-        "pane" => pane(side),
+        "pane" => pane(depth, side),
         "sine-water" => sine_water(side),
-        "prism" => facets(bundled(name, side), side, 0.25, DVec3::NEG_Z, 1.5),
+        "prism" => facets(depth, bundled(name, side), side, 0.25, DVec3::NEG_Z, 1.5),
         "cube" => {
             let sun = DVec3::new(0.5, 0.2, -1.0);
-            facets(bundled(name, side), side, 2.0, sun, 1.5)
+            facets(depth, bundled(name, side), side, 2.0, sun, 1.5)
         }
         "diamond" => {
             let sun = DVec3::new(0.3, 0.1, -1.0);
-            facets(exact_diamond(side), side, 1.2, sun, 2.418)
+            facets(depth, exact_diamond(side), side, 1.2, sun, 2.418)
         }
-        _ => round(name, side),
+        _ => round(depth, name, side),
     };
     Oracle {
         name,
@@ -121,7 +123,7 @@ pub fn oracle(name: &'static str, side: usize) -> Oracle {
 /// hundred texels: 1e-10 of a texel's value, 1e-9 of the mean with the brightest texel ten times the mean and more. A texel
 /// of a cup is integrated to 1e-8 of the unshaded irradiance on each of its windows, of which
 /// at most a handful hold a kink that keeps the estimate from being far better than asked.
-fn round(name: &'static str, side: usize) -> (Scene, Vec<Known>) {
+fn round(depth: u32, name: &'static str, side: usize) -> (Scene, Vec<Known>) {
     let known = Bundled::all(0)
         .into_iter()
         .find(|bundled| bundled.scene == name)
@@ -134,10 +136,10 @@ fn round(name: &'static str, side: usize) -> (Scene, Vec<Known>) {
             .collect()
     };
     let paths: Vec<Path> = match name {
-        "coffee-cup" => cup(DEPTH),
+        "coffee-cup" => cup(depth),
         // What meets the ring, 0.6 as high as the lamp, has come down within c/(1 − 0.6) = 2.5 chords.
-        "mirror-ring" => cup(2),
-        _ => body(),
+        "mirror-ring" => cup(depth.min(2)),
+        _ => body(depth),
     };
     let maps: Vec<(Path, Vec<f64>)> = paths
         .into_iter()
@@ -162,10 +164,10 @@ fn round(name: &'static str, side: usize) -> (Scene, Vec<Known>) {
 }
 
 /// All paths of a convex body in the open.
-fn body() -> Vec<Path> {
+fn body(depth: u32) -> Vec<Path> {
     [Path::Direct, Path::Reflected(1)]
         .into_iter()
-        .chain((0..=REFLECTIONS).map(Path::Through))
+        .chain((0..=depth - 2).map(Path::Through))
         .collect()
 }
 
@@ -175,6 +177,7 @@ fn body() -> Vec<Path> {
 /// Each polygon's share of a texel is a difference of areas of the size of the polygon: 1e-15 of it, that is
 /// 1e-11 of a texel for the largest; hundreds of polygons at most add up.
 fn facets(
+    depth: u32,
     scene: Scene,
     side: usize,
     half_width: f64,
@@ -198,9 +201,9 @@ fn facets(
         direction: direction.normalize(),
         irradiance: 1000.0,
     };
-    let solid = FlatFacets::new(&parts, ior, light, REFLECTIONS).unwrap();
+    let solid = FlatFacets::new(&parts, ior, light, depth - 2).unwrap();
     let grid = TexelGrid::square(half_width, side);
-    let layers = body()
+    let layers = body(depth)
         .into_iter()
         .map(|path| {
             let accuracy = 1e-9 * light.irradiance;
@@ -269,7 +272,7 @@ const PANE: &str = r#"<scene version="3.0.0">
 /// Light on the floor has crossed the pane at less than 20°; each reflection inside moves it by
 /// 2 d tan t < 5 cm, so that even the sixth leaves the borders of the pane (2 m) out of play. Direct
 /// light there is none.
-fn pane(side: usize) -> (Scene, Vec<Known>) {
+fn pane(depth: u32, side: usize) -> (Scene, Vec<Known>) {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("pane.xml");
     fs::write(&file, PANE).unwrap();
@@ -279,7 +282,7 @@ fn pane(side: usize) -> (Scene, Vec<Known>) {
         ior: 1.5,
     };
     let grid = TexelGrid::square(0.5, side);
-    let layers = (0..=REFLECTIONS)
+    let layers = (0..=depth - 2)
         .step_by(2)
         .map(|reflections| {
             let path = Path::Through(reflections);
