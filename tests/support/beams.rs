@@ -15,16 +15,21 @@ pub fn beams(scene: &Scene, error: f64) -> (Estimate, BeamReport) {
 
 /// A beam run that follows `depth` events.
 pub fn beams_to(depth: u32, scene: &Scene, error: f64) -> (Estimate, BeamReport) {
+    let budget = BeamBudget {
+        relative_error: Some(error),
+        ..BeamBudget::default()
+    };
+    beams_within(depth, scene, &budget)
+}
+
+/// A beam run that follows `depth` events, a layer for each signature.
+pub fn beams_within(depth: u32, scene: &Scene, budget: &BeamBudget) -> (Estimate, BeamReport) {
     let settings = BeamSettings {
         max_depth: depth,
         max_layers: 256,
         ..BeamSettings::default()
     };
-    let budget = BeamBudget {
-        relative_error: Some(error),
-        ..BeamBudget::default()
-    };
-    run(scene, meter(scene), settings, &budget, &Progress::default()).unwrap()
+    run(scene, meter(scene), settings, budget, &Progress::default()).unwrap()
 }
 
 /// How a layer's bounds hold.

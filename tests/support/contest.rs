@@ -1,15 +1,16 @@
 //! Beams and photons on the same scene: error against rays and seconds.
 
 use std::fs;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use nephroid::generate::{bumpy_ball, write_ply};
 use nephroid::numeric::StreamKind;
+use nephroid::reference::beams::BeamBudget;
 use nephroid::reference::{Estimate, LayerName};
 use nephroid::scene::Scene;
 use nephroid::transport::chain::ChainSettings;
 
-use super::beams::beams_to;
+use super::beams::{beams_to, beams_within};
 use super::oracles::oracle_to;
 use super::scenes::{Photons, bundled, bundled_file, loaded};
 
@@ -23,7 +24,7 @@ pub struct Contest {
     pub depth: u32,
     /// True irradiance [W/m²] by texel, first channel.
     pub truth: Vec<f64>,
-    /// Whether the truth is a finer beam run, of this error, and no closed form.
+    /// Where the truth is a finer beam run and no closed form: that run's likely error.
     pub finer_run: Option<f64>,
 }
 
@@ -57,20 +58,25 @@ impl Contest {
         }
     }
 
-    /// A scene whose truth is a beam run to `error`.
+    /// A scene whose truth is a beam run to `error`, or of a minute.
     pub fn finer(depth: u32, name: &'static str, side: usize, error: f64) -> Self {
         let scene = match name {
             "smooth mesh" => bumpy(side, true),
             "flat mesh" => bumpy(side, false),
             _ => bundled(name, side),
         };
-        let truth = caustic(&beams_to(depth, &scene, error).0);
+        let budget = BeamBudget {
+            relative_error: Some(error),
+            time: Some(Duration::from_secs(60)),
+            ..BeamBudget::default()
+        };
+        let (finer, _) = beams_within(depth, &scene, &budget);
         Self {
             name,
             scene,
             depth,
-            truth,
-            finer_run: Some(error),
+            truth: caustic(&finer),
+            finer_run: finer.relative_error,
         }
     }
 
