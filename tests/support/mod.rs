@@ -2,7 +2,10 @@
 //! statistics that say whether an estimate and a closed form agree.
 #![allow(dead_code, reason = "every test file uses its own part of this")]
 
+pub mod beams;
 pub mod comparison;
+pub mod contest;
+pub mod oracles;
 pub mod scenes;
 pub mod student;
 

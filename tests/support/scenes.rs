@@ -46,7 +46,8 @@ pub fn sensor_area(scene: &Scene) -> f64 {
     scene.world().shapes()[shape.0 as usize].area()
 }
 
-fn meter(scene: &Scene) -> &nephroid::scene::Sensor {
+/// The scene's first irradiance meter.
+pub fn meter(scene: &Scene) -> &nephroid::scene::Sensor {
     scene
         .sensors()
         .iter()

@@ -1,0 +1,162 @@
+//! Beam runs, and how their bounds hold against what is known.
+
+use nephroid::radiometry::Rgb;
+use nephroid::reference::beams::{BeamBudget, BeamReport, BeamSettings, run};
+use nephroid::reference::{Estimate, Layer, LayerName, Progress};
+use nephroid::scene::Scene;
+
+use super::oracles::{DEPTH, Known, Oracle};
+use super::scenes::meter;
+
+/// A beam run to a relative error, a layer for each signature.
+pub fn beams(scene: &Scene, error: f64) -> (Estimate, BeamReport) {
+    beams_to(DEPTH, scene, error)
+}
+
+/// A beam run that follows `depth` events.
+pub fn beams_to(depth: u32, scene: &Scene, error: f64) -> (Estimate, BeamReport) {
+    let budget = BeamBudget {
+        relative_error: Some(error),
+        ..BeamBudget::default()
+    };
+    beams_within(depth, scene, &budget)
+}
+
+/// A beam run that follows `depth` events, a layer for each signature.
+pub fn beams_within(depth: u32, scene: &Scene, budget: &BeamBudget) -> (Estimate, BeamReport) {
+    let settings = BeamSettings {
+        max_depth: depth,
+        max_layers: 256,
+        ..BeamSettings::default()
+    };
+    run(scene, meter(scene), settings, budget, &Progress::default()).unwrap()
+}
+
+/// How a layer's bounds hold.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Held {
+    /// Texels that are sure to have light.
+    pub lit: usize,
+    /// Texels whose truth is out of bounds.
+    pub missed: usize,
+    /// The largest distance of the truth from its bounds, relative to the mean of the lit texels.
+    pub worst: f64,
+    /// Where: the texel.
+    pub at: usize,
+    /// The median over lit texels whose error shows of bar / |true error|: how much too wide bars are.
+    pub tightness: f64,
+    /// √(mean squared true error) / mean truth over the lit texels.
+    pub rmse: f64,
+}
+
+/// A layer's first channel beside what is known of it; lit is where there is truth.
+pub fn held(layer: &Layer, low: &[f64], high: &[f64]) -> Held {
+    let bounds = layer.interval.as_ref().unwrap();
+    let truth = |texel: usize| 0.5 * (low[texel] + high[texel]);
+    let lit: Vec<usize> = (0..low.len()).filter(|&texel| low[texel] > 0.0).collect();
+    let mean = lit.iter().map(|&texel| truth(texel)).sum::<f64>() / lit.len().max(1) as f64;
+    let mut held = Held {
+        lit: lit.len(),
+        ..Held::default()
+    };
+    for texel in 0..low.len() {
+        let beyond =
+            (bounds.low[texel].0[0] - high[texel]).max(low[texel] - bounds.high[texel].0[0]);
+        if !(beyond <= 0.0) {
+            held.missed += 1;
+            let beyond = beyond / mean;
+            if !(beyond <= held.worst) {
+                (held.worst, held.at) = (beyond, texel);
+            }
+        }
+    }
+    let mut ratios = Vec::with_capacity(lit.len());
+    let mut squares = 0.0;
+    for &texel in &lit {
+        let value = layer.irradiance[texel].0[0];
+        // What is not known of the truth is no error.
+        let off = (value - high[texel]).max(low[texel] - value).max(0.0);
+        squares += off * off;
+        if off > 0.0 {
+            ratios.push((bounds.high[texel].0[0] - value) / off);
+        }
+    }
+    ratios.sort_by(f64::total_cmp);
+    held.tightness = ratios.get(ratios.len() / 2).copied().unwrap_or(f64::NAN);
+    held.rmse = (squares / lit.len().max(1) as f64).sqrt() / mean;
+    held
+}
+
+/// The sum of some layers.
+fn sum<'a>(known: impl Iterator<Item = &'a Known>, texels: usize) -> (Vec<f64>, Vec<f64>) {
+    let mut sums = (vec![0.0; texels], vec![0.0; texels]);
+    for one in known {
+        for texel in 0..texels {
+            sums.0[texel] += one.low[texel];
+            sums.1[texel] += one.high[texel];
+        }
+    }
+    sums
+}
+
+/// What holds of a whole run: each layer by name, then `E`, the sum of all layers, and the
+/// caustic, the sum of the specular ones.
+pub struct Verdict {
+    /// By layer.
+    pub layers: Vec<(String, Held)>,
+    /// The sum of all layers.
+    pub total: Held,
+    /// The sum of the specular layers.
+    pub caustic: Held,
+}
+
+/// What a run's bounds say, as what is known.
+pub fn known_by(estimate: &Estimate) -> Vec<Known> {
+    let known = |layer: &Layer| {
+        let LayerName::Path(signature) = layer.name else {
+            return None;
+        };
+        let bounds = layer.interval.as_ref()?;
+        let first = |values: &[Rgb]| values.iter().map(|value| value.0[0]).collect();
+        Some(Known {
+            signature,
+            low: first(&bounds.low),
+            high: first(&bounds.high),
+        })
+    };
+    estimate.layers.iter().filter_map(known).collect()
+}
+
+/// Compares every layer of a run with what is known.
+pub fn verdict(oracle: &Oracle, estimate: &Estimate) -> Verdict {
+    let texels = estimate.total.irradiance.len();
+    let dark = vec![0.0; texels];
+    let mut layers = Vec::new();
+    let mut followed: Vec<&Known> = Vec::new();
+    let mut caustic = Layer::bounded(LayerName::Other, texels);
+    for layer in &estimate.layers {
+        let LayerName::Path(signature) = layer.name else {
+            panic!("{}: every signature has a layer", oracle.name);
+        };
+        if !signature.is_empty() {
+            caustic.add(layer);
+        }
+        let known = oracle.layers.iter().find(|one| one.signature == signature);
+        followed.extend(known);
+        let (low, high) = known.map_or((&dark, &dark), |one| (&one.low, &one.high));
+        layers.push((signature.to_string(), held(layer, low, high)));
+    }
+    let (low, high) = sum(followed.iter().copied(), texels);
+    let total = held(&estimate.total, &low, &high);
+    // The error is that of all light, of paths not followed, too; the bounds are those of the followed.
+    let specular = |one: &&Known| !one.signature.is_empty();
+    let (low, high) = sum(followed.iter().copied().filter(specular), texels);
+    let mut of_followed = held(&caustic, &low, &high);
+    let (low, high) = sum(oracle.layers.iter().filter(specular), texels);
+    of_followed.rmse = held(&caustic, &low, &high).rmse;
+    Verdict {
+        layers,
+        total,
+        caustic: of_followed,
+    }
+}

@@ -1,0 +1,158 @@
+//! Beams and photons on the same scene: error against rays and seconds.
+
+use std::fs;
+use std::time::{Duration, Instant};
+
+use nephroid::generate::{bumpy_ball, write_ply};
+use nephroid::numeric::StreamKind;
+use nephroid::reference::beams::BeamBudget;
+use nephroid::reference::{Estimate, LayerName};
+use nephroid::scene::Scene;
+use nephroid::transport::chain::ChainSettings;
+
+use super::beams::{beams_to, beams_within};
+use super::oracles::oracle_to;
+use super::scenes::{Photons, bundled, bundled_file, loaded};
+
+/// A scene, and its caustic: the sum of all specular layers.
+pub struct Contest {
+    /// What it is called.
+    pub name: &'static str,
+    /// The scene.
+    pub scene: Scene,
+    /// Specular events followed.
+    pub depth: u32,
+    /// True irradiance [W/m²] by texel, first channel.
+    pub truth: Vec<f64>,
+    /// Where the truth is a finer beam run and no closed form: that run's likely error.
+    pub finer_run: Option<f64>,
+}
+
+/// One run's cost and error.
+#[derive(Clone, Copy, Debug)]
+pub struct Trial {
+    /// Wall clock.
+    pub seconds: f64,
+    /// Rays searched for.
+    pub rays: u64,
+    /// √(mean squared error) / mean truth over lit texels.
+    pub rmse: f64,
+}
+
+impl Contest {
+    /// A scene whose every texel has a closed form.
+    pub fn known(depth: u32, name: &'static str, side: usize) -> Self {
+        let oracle = oracle_to(depth, name, side);
+        let mut truth = vec![0.0; side * side];
+        for layer in oracle.layers.iter().filter(|one| !one.signature.is_empty()) {
+            for (texel, sum) in truth.iter_mut().enumerate() {
+                *sum += layer.truth(texel);
+            }
+        }
+        Self {
+            name,
+            scene: oracle.scene,
+            depth,
+            truth,
+            finer_run: None,
+        }
+    }
+
+    /// A scene whose truth is a beam run to `error`, or of a minute.
+    pub fn finer(depth: u32, name: &'static str, side: usize, error: f64) -> Self {
+        let scene = match name {
+            "smooth mesh" => bumpy(side, true),
+            "flat mesh" => bumpy(side, false),
+            _ => bundled(name, side),
+        };
+        let budget = BeamBudget {
+            relative_error: Some(error),
+            time: Some(Duration::from_secs(60)),
+            ..BeamBudget::default()
+        };
+        let (finer, _) = beams_within(depth, &scene, &budget);
+        Self {
+            name,
+            scene,
+            depth,
+            truth: caustic(&finer),
+            finer_run: finer.relative_error,
+        }
+    }
+
+    /// √(mean squared error) / mean truth over the lit texels.
+    pub fn rmse(&self, estimate: &Estimate) -> f64 {
+        // 1e-6 of the brightest is the closed forms' uncertainty, no light.
+        let brightest = self.truth.iter().copied().fold(0.0, f64::max);
+        let (mut lit, mut sum, mut squares) = (0.0, 0.0, 0.0);
+        for (value, truth) in caustic(estimate).iter().zip(&self.truth) {
+            if *truth > 1e-6 * brightest {
+                lit += 1.0;
+                sum += truth;
+                squares += (value - truth).powi(2);
+            }
+        }
+        (squares / lit).sqrt() / (sum / lit)
+    }
+
+    /// A beam run.
+    pub fn beams(&self, error: f64) -> Trial {
+        let start = Instant::now();
+        let (estimate, _) = beams_to(self.depth, &self.scene, error);
+        self.trial(&estimate, start)
+    }
+
+    /// A photon run.
+    pub fn photons(&self, stream: StreamKind, count: u64) -> Trial {
+        let mut photons = Photons::new(count).stream(stream);
+        photons.settings.chains = ChainSettings {
+            max_depth: self.depth,
+            ..ChainSettings::default()
+        };
+        let start = Instant::now();
+        let estimate = photons.estimate(&self.scene);
+        self.trial(&estimate, start)
+    }
+
+    fn trial(&self, estimate: &Estimate, start: Instant) -> Trial {
+        Trial {
+            seconds: start.elapsed().as_secs_f64(),
+            rays: estimate.counters.rays,
+            rmse: self.rmse(estimate),
+        }
+    }
+}
+
+/// All specular layers' sum, first channel.
+pub fn caustic(estimate: &Estimate) -> Vec<f64> {
+    let mut sums = vec![0.0; estimate.width * estimate.height];
+    for layer in &estimate.layers {
+        if !matches!(layer.name, LayerName::Path(signature) if signature.is_empty()) {
+            for (sum, value) in sums.iter_mut().zip(&layer.irradiance) {
+                *sum += value.0[0];
+            }
+        }
+    }
+    sums
+}
+
+/// The scene `glass-ball-mesh` with 81,920 triangles of a bumpy ball.
+fn bumpy(side: usize, smooth: bool) -> Scene {
+    let mut mesh = bumpy_ball(1.0, 64);
+    let xml = fs::read_to_string(bundled_file("glass-ball-mesh")).unwrap();
+    let xml = if smooth {
+        xml
+    } else {
+        mesh.normals = None;
+        let file = r#"<string name="filename" value="glass-ball-mesh.ply"/>"#;
+        let flat = r#"<boolean name="face_normals" value="true"/>"#;
+        xml.replace(file, &format!("{file}{flat}"))
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let mut bytes = Vec::new();
+    write_ply(&mesh, "a bumpy ball", &mut bytes).unwrap();
+    fs::write(folder.path().join("glass-ball-mesh.ply"), bytes).unwrap();
+    let file = folder.path().join("bumpy.xml");
+    fs::write(&file, xml).unwrap();
+    loaded(&file, side)
+}
