@@ -146,6 +146,7 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
         Limits { tolerance, peak }: Limits,
         scratch: &'f mut Scratch<N>,
     ) -> Self {
+        scratch.store.forget();
         Self {
             strength: follower.source().strength().mean(),
             follower,

@@ -476,10 +476,6 @@ impl<'a> Setup<'a> {
                 total += balance;
                 *counters += work;
             }
-            // Another source's coordinates may be the same and mean something else.
-            if let Ok(mut idle) = idle.lock() {
-                idle.clear();
-            }
         }
         if film.overflowed() {
             return Err(BeamError::NotRepresentable);

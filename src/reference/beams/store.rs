@@ -10,7 +10,17 @@ use crate::transport::first_surface::Chart;
 /// What it holds is what following the path again would give, to the bit; so what it forgets costs
 /// time only, and results do not depend on what it happens to hold.
 pub struct PathStore<const N: usize> {
-    entries: Vec<Option<(u64, Node<N>)>>,
+    entries: Vec<Option<Entry<N>>>,
+    /// Entries of earlier generations are forgotten.
+    generation: u32,
+}
+
+/// A path held.
+#[derive(Clone, Copy)]
+struct Entry<const N: usize> {
+    generation: u32,
+    surface: u64,
+    node: Node<N>,
 }
 
 /// Entries: some hundred kilobytes, so that they stay in a core's second cache.
@@ -21,6 +31,16 @@ impl<const N: usize> PathStore<N> {
     pub fn new() -> Self {
         Self {
             entries: vec![None; ENTRIES],
+            generation: 0,
+        }
+    }
+
+    /// Forgets all paths: what a task finds here, and so the work it counts, must not depend on
+    /// the tasks before it on the same thread.
+    pub fn forget(&mut self) {
+        self.generation = self.generation.wrapping_add(1);
+        if self.generation == 0 {
+            self.entries.fill(None);
         }
     }
 
@@ -28,12 +48,23 @@ impl<const N: usize> PathStore<N> {
     #[inline]
     pub fn get(&mut self, chart: &Chart, at: DVec2, follow: impl FnOnce() -> Node<N>) -> Node<N> {
         let surface = surface_of(chart);
-        let entry = &mut self.entries[slot(surface, at)];
-        match entry {
-            Some((held, node)) if *held == surface && node.at == at => *node,
+        let generation = self.generation;
+        let place = &mut self.entries[slot(surface, at)];
+        match place {
+            Some(held)
+                if held.generation == generation
+                    && held.surface == surface
+                    && held.node.at == at =>
+            {
+                held.node
+            }
             _ => {
                 let node = follow();
-                *entry = Some((surface, node));
+                *place = Some(Entry {
+                    generation,
+                    surface,
+                    node,
+                });
                 node
             }
         }
