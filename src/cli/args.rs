@@ -67,7 +67,8 @@ pub struct RenderArgs {
     #[arg(long, value_name = "ID")]
     pub sensor: Option<String>,
 
-    /// How to compute [default: beams where they can follow all light, else photons]
+    /// How to compute [default: beams where they can follow all light and none is from an area
+    /// light, and for cameras; else photons]
     #[arg(long, value_enum)]
     pub method: Option<Method>,
 
@@ -228,7 +229,7 @@ pub struct GenerateArgs {
 /// How to compute.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Method {
-    /// Adaptive beams with lower and upper bounds: deterministic, for delta emitters
+    /// Adaptive beams with lower and upper bounds: deterministic, but for places on area lights
     Beams,
     /// Photons binned into texels: unbiased, on any scene
     Photons,
@@ -294,12 +295,15 @@ impl PhotonArgs {
 }
 
 impl RenderArgs {
-    /// The method asked for, or the best that a scene allows: beams, unless an option that only
-    /// photons have is given.
-    pub fn method(&self, scene: &Scene) -> Method {
+    /// The method asked for, or the best that a scene allows: beams, unless light has to be drawn
+    /// by lot or an option that only photons have is given.
+    pub fn method(&self, scene: &Scene, sensor: &Sensor) -> Method {
         let of_photons = self.photons.is_some() || self.shard.is_some();
         self.method.unwrap_or_else(|| {
-            if !of_photons && beams::run::supports(scene).is_ok() {
+            let beams_can = beams::run::supports(scene).is_ok();
+            // Photons do not fill cameras.
+            let is_deterministic = beams::run::is_deterministic(scene) || is_camera(sensor);
+            if !of_photons && beams_can && is_deterministic {
                 Method::Beams
             } else {
                 Method::Photons
@@ -328,6 +332,8 @@ impl RenderArgs {
                 max_depth: chains.max_depth,
                 shading_normals: chains.shading_normals,
                 max_layers: self.photon.layers as usize,
+                replicates: self.photon.replicates,
+                seed: self.photon.seed,
             },
             BeamBudget {
                 relative_error: self.error,
@@ -358,6 +364,10 @@ impl RenderArgs {
             relative_error: self.error,
         })
     }
+}
+
+fn is_camera(sensor: &Sensor) -> bool {
+    !matches!(sensor.kind, SensorKind::IrradianceMeter { .. })
 }
 
 /// The sensor with this id, or the first irradiance meter.
