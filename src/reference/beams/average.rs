@@ -13,9 +13,11 @@ pub struct Average {
     deviations: Vec<Rgb>,
     /// Mean of the replicates' bars: what cells misplace, and no scatter.
     bar: Vec<Rgb>,
-    /// Mean of the replicates' likely errors, worst channel. What they have in common does not
-    /// average out.
-    likely: Vec<f64>,
+    /// Sum of squares of the replicates' likely errors, worst channel: their cells belong to
+    /// places that know nothing of each other.
+    variance: Vec<f64>,
+    /// The squared likely error of what was not drawn by lot.
+    fixed_variance: Vec<f64>,
 }
 
 /// One replicate's film sums \[W\].
@@ -70,7 +72,8 @@ impl Average {
             mean: vec![Rgb::BLACK; texels],
             deviations: vec![Rgb::BLACK; texels],
             bar: vec![Rgb::BLACK; texels],
-            likely: vec![0.0; texels],
+            variance: vec![0.0; texels],
+            fixed_variance: vec![0.0; texels],
         }
     }
 
@@ -84,7 +87,7 @@ impl Average {
             self.deviations[texel] += deviation * (sums.flux[texel] - self.mean[texel]);
             let wider = sums.bar[texel] - self.bar[texel];
             self.bar[texel] += wider * share;
-            self.likely[texel] += (sums.variance[texel].sqrt() - self.likely[texel]) * share;
+            self.variance[texel] += sums.variance[texel];
         }
     }
 
@@ -93,7 +96,7 @@ impl Average {
         for texel in 0..self.mean.len() {
             self.mean[texel] += sums.flux[texel];
             self.bar[texel] += sums.bar[texel];
-            self.likely[texel] = self.likely[texel].hypot(sums.variance[texel].sqrt());
+            self.fixed_variance[texel] += sums.variance[texel];
         }
     }
 
@@ -114,7 +117,8 @@ impl Average {
 
     /// How far it is likely to be.
     pub fn likely(&self, texel: usize) -> f64 {
-        self.likely[texel]
+        let count = f64::from(self.count.max(1));
+        (self.variance[texel] / (count * count) + self.fixed_variance[texel]).sqrt()
     }
 
     /// The standard error of the mean: the scatter of the replicates; none below two, where

@@ -323,12 +323,7 @@ impl<'a> Setup<'a> {
         // From experience, errors follow tolerances like their power 2/3.
         let tolerance = 6e-3 * (8.0 * target.unwrap_or(1e-2)).min(0.1).powf(1.5);
         Fineness {
-            // The errors of many places on a lamp average out.
-            tolerance: if self.lamps.is_empty() {
-                tolerance
-            } else {
-                16.0 * tolerance
-            },
+            tolerance,
             points: 1,
         }
     }
