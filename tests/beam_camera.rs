@@ -119,7 +119,8 @@ impl Map {
     fn interpolated(&self, at: DVec2) -> Option<(f64, f64)> {
         let from = (at - 0.5).floor();
         let part = at - 0.5 - from;
-        let inside = from.cmpge(DVec2::ONE).all() && from.cmple(DVec2::splat(TEXELS as f64 - 3.0)).all();
+        let inside =
+            from.cmpge(DVec2::ONE).all() && from.cmple(DVec2::splat(TEXELS as f64 - 3.0)).all();
         let (x, y) = inside.then_some((from.x as usize, from.y as usize))?;
         let (mut value, mut error) = (0.0, 0.0);
         let mut bend: f64 = 0.0;
@@ -191,7 +192,10 @@ fn a_cameras_image_is_the_floors_irradiance_times_albedo_by_pi() {
     }
     // Not all were too rough to say anything.
     assert!(compared > 500, "{compared} pixels compared");
-    println!("{compared} pixels within a mean tolerance of {:.2e}", tolerances / sum);
+    println!(
+        "{compared} pixels within a mean tolerance of {:.2e}",
+        tolerances / sum
+    );
     assert!(tolerances < 0.03 * sum, "{:e}", tolerances / sum);
 }
 
@@ -201,7 +205,9 @@ struct Vec2(f64, f64);
 
 impl std::iter::Sum<(f64, f64)> for Vec2 {
     fn sum<I: Iterator<Item = (f64, f64)>>(values: I) -> Self {
-        values.fold(Self(0.0, 0.0), |sum, value| Self(sum.0 + value.0, sum.1 + value.1))
+        values.fold(Self(0.0, 0.0), |sum, value| {
+            Self(sum.0 + value.0, sum.1 + value.1)
+        })
     }
 }
 

@@ -7,9 +7,9 @@ use serde::Serialize;
 use super::output::{Run, Settings};
 use crate::geometry::TraversalCounters;
 use crate::radiometry::Rgb;
-use crate::reference::{LayerName, Quantity};
 use crate::reference::beams::BeamReport;
 use crate::reference::beams::pass::SignatureReport;
+use crate::reference::{LayerName, Quantity};
 use crate::transport::ledger::Row;
 
 /// The result in numbers. Serialised, it is what `--json` prints.
@@ -203,12 +203,7 @@ impl fmt::Display for Summary {
         let names = self.layers.iter().map(|layer| layer.name.len());
         let rows = self.ledger.rows.iter().map(|(name, _)| name.len());
         let wide = names.chain(rows).fold("after".len(), usize::max) + 2;
-        writeln!(
-            out,
-            "\n{} [{}]",
-            self.quantity.name(),
-            self.quantity.unit()
-        )?;
+        writeln!(out, "\n{} [{}]", self.quantity.name(), self.quantity.unit())?;
         writeln!(
             out,
             "  {:<wide$} {:>12} {:>12} {:>12} {:>12}",

@@ -45,7 +45,11 @@ impl Sums {
         Self {
             flux: rgb(&bounded.flux),
             bar: rgb(&bounded.bar),
-            variance: bounded.likely.iter().map(|likely| likely * likely).collect(),
+            variance: bounded
+                .likely
+                .iter()
+                .map(|likely| likely * likely)
+                .collect(),
         }
     }
 
@@ -128,6 +132,7 @@ impl Average {
             return Rgb::BLACK;
         }
         let count = f64::from(self.count);
-        (self.deviations[texel] * (1.0 / (count * (count - 1.0)))).map(|variance| variance.max(0.0).sqrt())
+        (self.deviations[texel] * (1.0 / (count * (count - 1.0))))
+            .map(|variance| variance.max(0.0).sqrt())
     }
 }

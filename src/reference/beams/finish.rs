@@ -154,10 +154,7 @@ fn ledger_of(pass: &Pass) -> Ledger {
                 ..Row::default()
             },
         );
-        ledger.emitted.0 = ledger
-            .emitted
-            .0
-            .map(|emitted| emitted.max(report.emitted));
+        ledger.emitted.0 = ledger.emitted.0.map(|emitted| emitted.max(report.emitted));
     }
     let received: Rgb = rows.values().map(|row| row.received).sum();
     ledger.rows = rows;

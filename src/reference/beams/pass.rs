@@ -181,7 +181,10 @@ impl Passes<'_> {
             return Err(BeamError::NotRepresentable);
         }
         let bounded = bounded(&film);
-        let on_film = bounded.flux.iter().fold(Flux::BLACK, |sum, flux| sum + *flux);
+        let on_film = bounded
+            .flux
+            .iter()
+            .fold(Flux::BLACK, |sum, flux| sum + *flux);
         let emitted = total.emitted.max(f64::MIN_POSITIVE);
         let report = SignatureReport {
             name: signature.to_string(),
