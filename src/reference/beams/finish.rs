@@ -52,7 +52,9 @@ impl Outcome<'_> {
                 // Signatures share the places on the lamps: their errors are not independent.
                 total = self.layer(LayerName::Total, &pass.total);
             } else {
-                layers.iter().for_each(|layer| total.add(layer));
+                for layer in &layers {
+                    total.add(layer);
+                }
             }
             paths = pass.reports.iter().map(|(_, one)| one.cells).sum();
             if self.target.quantity() == Quantity::Irradiance {

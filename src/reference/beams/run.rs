@@ -265,7 +265,7 @@ impl<'a> Setup<'a> {
             .map(|direct| direct.counters)
             .unwrap_or_default();
         let mut best: Option<Pass> = None;
-        let mut fineness = self.first_fineness(target);
+        let mut fineness = first_fineness(target);
         while !followed.is_empty() {
             let began = Instant::now();
             let rays_before = counters.rays;
@@ -316,16 +316,6 @@ impl<'a> Setup<'a> {
             incomplete,
         };
         Ok((outcome.estimate(), report))
-    }
-
-    /// What to begin with.
-    fn first_fineness(&self, target: Option<f64>) -> Fineness {
-        // From experience, errors follow tolerances like their power 2/3.
-        let tolerance = 6e-3 * (8.0 * target.unwrap_or(1e-2)).min(0.1).powf(1.5);
-        Fineness {
-            tolerance,
-            points: 1,
-        }
     }
 
     /// What to do next, to get the errors down to `target`, or without one further down; `None` where
@@ -498,6 +488,15 @@ impl<'a> Setup<'a> {
                 random_error: errors.random,
             });
         }
+    }
+}
+
+/// What to begin with.
+fn first_fineness(target: Option<f64>) -> Fineness {
+    Fineness {
+        // From experience, errors follow tolerances like their power 2/3.
+        tolerance: 6e-3 * (8.0 * target.unwrap_or(1e-2)).min(0.1).powf(1.5),
+        points: 1,
     }
 }
 

@@ -17,11 +17,11 @@ use crate::transport::screen::Screen;
 #[derive(Debug)]
 pub enum Target {
     /// Texels on a surface.
-    Receiver(Receiver),
+    Receiver(Box<Receiver>),
     /// Pixels.
     Camera {
         /// The camera.
-        camera: Camera,
+        camera: Box<Camera>,
         /// The étendue of a typical pixel [m² sr].
         etendue: f64,
     },
@@ -39,10 +39,11 @@ impl Target {
         shading_normals: ShadingNormals,
     ) -> Result<Self, BeamError> {
         if matches!(sensor.kind, SensorKind::IrradianceMeter { .. }) {
-            return Ok(Self::Receiver(Receiver::new(scene, sensor)?));
+            return Ok(Self::Receiver(Box::new(Receiver::new(scene, sensor)?)));
         }
         let camera = Camera::new(scene, sensor)?.with_shading_normals(shading_normals);
         let etendue = typical_etendue(scene, &camera);
+        let camera = Box::new(camera);
         Ok(Self::Camera { camera, etendue })
     }
 

@@ -159,8 +159,7 @@ impl Source {
             Self::Surface { ref place, .. } => {
                 let offset = point - place.position;
                 let facing = offset.dot(place.geometric_normal);
-                // False for NaN.
-                if !(facing > 0.0) {
+                if facing.is_nan() || facing <= 0.0 {
                     return None;
                 }
                 let distance = offset.length();
