@@ -267,6 +267,8 @@ fn a_failed_run_leaves_the_old_result_alone() {
     let bad = nephroid(&[
         "render",
         &scene("glass-ball.xml"),
+        "--method",
+        "photons",
         "--sensor",
         "camera",
         "-o",

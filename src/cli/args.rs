@@ -67,7 +67,8 @@ pub struct RenderArgs {
     #[arg(long, value_name = "ID")]
     pub sensor: Option<String>,
 
-    /// How to compute [default: beams where they can follow all light, else photons]
+    /// How to compute [default: beams where they can follow all light and none is from an area
+    /// light, and for cameras; else photons]
     #[arg(long, value_enum)]
     pub method: Option<Method>,
 
@@ -108,7 +109,7 @@ pub struct RenderArgs {
 /// Settings of a photon run.
 #[derive(Debug, clap::Args)]
 pub struct PhotonArgs {
-    /// Seed of all random choices (of photons) [default: 0]
+    /// Seed of all random choices (of photons, and of places on area lights) [default: 0]
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
 
@@ -116,7 +117,8 @@ pub struct PhotonArgs {
     #[arg(long, value_enum)]
     pub samples: Option<Samples>,
 
-    /// Independent randomisations (of photons); their scatter is the error bar [default: 32]
+    /// Independent randomisations; their scatter is the error bar [default: 32 of photons, 16 of
+    /// beams from area lights]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=255))]
     pub replicates: Option<u32>,
 
@@ -228,7 +230,7 @@ pub struct GenerateArgs {
 /// How to compute.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Method {
-    /// Adaptive beams with lower and upper bounds: deterministic, for delta emitters
+    /// Adaptive beams with lower and upper bounds: deterministic, but for places on area lights
     Beams,
     /// Photons binned into texels: unbiased, on any scene
     Photons,
@@ -296,12 +298,15 @@ impl PhotonArgs {
 }
 
 impl RenderArgs {
-    /// The method asked for, or the best that a scene allows: beams, unless an option that only
-    /// photons have is given.
-    pub fn method(&self, scene: &Scene) -> Method {
+    /// The method asked for, or the best that a scene allows: beams, unless light has to be drawn
+    /// by lot or an option that only photons have is given.
+    pub fn method(&self, scene: &Scene, sensor: &Sensor) -> Method {
         let of_photons = self.of_photons().is_some();
         self.method.unwrap_or_else(|| {
-            if !of_photons && beams::run::supports(scene).is_ok() {
+            let beams_can = beams::run::supports(scene).is_ok();
+            // Photons do not fill cameras.
+            let is_deterministic = beams::run::is_deterministic(scene) || is_camera(sensor);
+            if !of_photons && beams_can && is_deterministic {
                 Method::Beams
             } else {
                 Method::Photons
@@ -321,10 +326,10 @@ impl RenderArgs {
         [
             ("--photons", self.photons.is_some()),
             ("--shard", self.shard.is_some()),
-            ("--seed", seed.is_some()),
             ("--samples", samples.is_some()),
-            ("--replicates", replicates.is_some()),
             ("--split-depth", split_depth.is_some()),
+            ("--seed", seed.is_some()),
+            ("--replicates", replicates.is_some()),
         ]
         .into_iter()
         .find_map(|(name, given)| given.then_some(name))
@@ -336,17 +341,22 @@ impl RenderArgs {
     ///
     /// For options that only photons have.
     pub fn beams(&self) -> anyhow::Result<(BeamSettings, BeamBudget)> {
-        if let Some(name) = self.of_photons() {
+        // The others are for area lights, too.
+        let shared = ["--seed", "--replicates"];
+        if let Some(name) = self.of_photons().filter(|name| !shared.contains(name)) {
             anyhow::bail!(
                 "{name} is for --method photons; beams are limited by --error, --time and --rays"
             );
         }
         let chains = self.photon.settings().chains;
+        let default = BeamSettings::default();
         Ok((
             BeamSettings {
                 max_depth: chains.max_depth,
                 shading_normals: chains.shading_normals,
                 max_layers: self.photon.layers as usize,
+                replicates: self.photon.replicates.unwrap_or(default.replicates),
+                seed: self.photon.seed.unwrap_or(default.seed),
             },
             BeamBudget {
                 relative_error: self.error,
@@ -377,6 +387,10 @@ impl RenderArgs {
             relative_error: self.error,
         })
     }
+}
+
+fn is_camera(sensor: &Sensor) -> bool {
+    !matches!(sensor.kind, SensorKind::IrradianceMeter { .. })
 }
 
 /// The sensor with this id, or the first irradiance meter.

@@ -11,7 +11,7 @@ use crate::film::{Grid, Image, exr};
 use crate::radiometry::Rgb;
 use crate::reference::beams::{BeamReport, BeamSettings};
 use crate::reference::photons::PhotonSettings;
-use crate::reference::{Estimate, Layer};
+use crate::reference::{Estimate, Layer, Quantity};
 use crate::scene::{Scene, Sensor};
 
 /// Everything a result is described by.
@@ -101,19 +101,20 @@ pub fn write(run: &Run, summary: &Summary, path: &Path) -> anyhow::Result<PathBu
     )
     .context("the estimate does not fill its grid")?;
     let title = format!(
-        "{} · {} · irradiance",
+        "{} · {} · {}",
         run.scene
             .path()
             .file_stem()
             .unwrap_or_default()
             .to_string_lossy(),
-        run.sensor.id
+        run.sensor.id,
+        run.estimate.quantity.name()
     );
     picture::write(
         &picture,
         &PictureSpec {
             title: &title,
-            unit: "W/m²",
+            unit: run.estimate.quantity.unit(),
             content: Content::FalseColour {
                 values: &values,
                 scale: Scale::Logarithmic,
@@ -130,7 +131,7 @@ fn image(run: &Run, summary: &Summary) -> anyhow::Result<Image> {
     let estimate = run.estimate;
     let mut image = Image::new(estimate.width, estimate.height);
     for layer in std::iter::once(&estimate.total).chain(&estimate.layers) {
-        add_layer(&mut image, layer);
+        add_layer(&mut image, layer, estimate.quantity);
     }
     if matches!(run.method, Settings::Photons(_)) {
         image.add_scalar("count.Y", estimate.counts.iter().map(|count| *count as f64));
@@ -155,25 +156,44 @@ fn image(run: &Run, summary: &Summary) -> anyhow::Result<Image> {
     image.add_metadata("version", env!("CARGO_PKG_VERSION"));
     image.add_metadata("complete", if estimate.incomplete { "no" } else { "yes" });
     image.add_metadata("warnings", serde_json::to_string(&summary.warnings)?);
-    image.add_metadata("conventions", CONVENTIONS);
+    image.add_metadata("quantity", estimate.quantity.name());
+    image.add_metadata("unit", estimate.quantity.unit());
+    image.add_metadata("conventions", conventions(estimate.quantity));
     Ok(image)
 }
 
 /// What the numbers mean, for whoever finds the file alone.
-const CONVENTIONS: &str = "texel-averaged irradiance [W/m2], linear sRGB; row 0 is at v = 0, \
-column 0 at u = 0 of the receiver; E is the sum of the layers; layers are path signatures: L \
-emitter, R mirror or total internal reflection, T refraction, D receiver; stderr is one \
-standard error over independent replicates (for LD the quadrature's bound or standard error); \
-lo and hi are lower and upper bounds";
+fn conventions(quantity: Quantity) -> String {
+    let measured = match quantity {
+        Quantity::Irradiance => {
+            "texel-averaged irradiance [W/m2], linear sRGB; row 0 is at v = 0, column 0 at u = 0 of the \
+             receiver; E is the sum of the layers"
+        }
+        Quantity::Radiance => {
+            "pixel-averaged radiance [W/m2/sr] of diffuse surfaces that the camera sees, linear sRGB, by light \
+             that mirrors and glass brought there (direct light, LD, is not measured); row 0 is the top; \
+             L is the sum of the layers"
+        }
+    };
+    format!(
+        "{measured}; layers are path signatures: L emitter, R mirror or total internal reflection, T \
+         refraction, D diffuse surface; stderr is one standard error over independent replicates (for LD the \
+         quadrature's bound or standard error); lo and hi are lower and upper bounds (where there is \
+         stderr, too: with the confidence that the attribute beams says)"
+    )
+}
 
-fn add_layer(image: &mut Image, layer: &Layer) {
+fn add_layer(image: &mut Image, layer: &Layer, quantity: Quantity) {
     let triples = |values: &[Rgb]| values.iter().map(|value| value.0).collect::<Vec<_>>();
-    let name = layer.name.to_string();
+    let name = layer.name.of(quantity);
     image.add_rgb(&name, &triples(&layer.irradiance));
     if let Some(interval) = &layer.interval {
         image.add_rgb(&format!("{name}.lo"), &triples(&interval.low));
         image.add_rgb(&format!("{name}.hi"), &triples(&interval.high));
-    } else {
+    }
+    // Deterministic methods have bounds alone; of beams from area lights there are both.
+    let is_random = layer.standard_error.iter().any(|error| !error.is_black());
+    if layer.interval.is_none() || is_random {
         image.add_rgb(&format!("{name}.stderr"), &triples(&layer.standard_error));
     }
 }

@@ -20,7 +20,7 @@ use crate::mitsuba;
 use crate::reference::beams::{self, BeamError};
 use crate::reference::photons::shard::Part;
 use crate::reference::photons::{self, RunError, Shard};
-use crate::reference::{Estimate, Progress};
+use crate::reference::{Estimate, Progress, Quantity};
 use crate::scene::{Scene, Sensor};
 
 /// Runs the command.
@@ -46,7 +46,7 @@ pub fn render(args: &RenderArgs) -> anyhow::Result<Outcome> {
         progress: &progress,
         start,
     };
-    match (args.method(&scene), args.shard) {
+    match (args.method(&scene, sensor), args.shard) {
         (Method::Beams, _) => job.beams(),
         (Method::Photons, None) => job.photons(),
         (Method::Photons, Some(shard)) => job.shard(shard),
@@ -81,6 +81,13 @@ impl Job<'_> {
             );
         } else if estimate.incomplete {
             warnings.push("the error asked for was not reached".to_owned());
+        }
+        if estimate.quantity == Quantity::Radiance {
+            warnings.push(
+                "beams on a camera measure light by way of mirrors and glass only: direct light (LD) \
+                 is not in the image"
+                    .to_owned(),
+            );
         }
         self.finish(Settings::Beams(&settings, &report), &estimate, warnings)
     }

@@ -7,9 +7,9 @@ use serde::Serialize;
 use super::output::{Run, Settings};
 use crate::geometry::TraversalCounters;
 use crate::radiometry::Rgb;
-use crate::reference::LayerName;
 use crate::reference::beams::BeamReport;
-use crate::reference::beams::run::SignatureReport;
+use crate::reference::beams::pass::SignatureReport;
+use crate::reference::{LayerName, Quantity};
 use crate::transport::ledger::Row;
 
 /// The result in numbers. Serialised, it is what `--json` prints.
@@ -19,6 +19,8 @@ pub struct Summary {
     pub scene: String,
     /// The sensor's id.
     pub sensor: String,
+    /// What is measured.
+    pub quantity: Quantity,
     /// Texels a row and rows.
     pub size: [usize; 2],
     /// How it was computed.
@@ -121,6 +123,7 @@ impl Summary {
         Self {
             scene: run.scene.path().display().to_string(),
             sensor: run.sensor.id.clone(),
+            quantity: estimate.quantity,
             size: [estimate.width, estimate.height],
             method: run.method.name(),
             complete: !estimate.incomplete,
@@ -135,7 +138,7 @@ impl Summary {
                 .map(|layer| {
                     let range = layer.range();
                     LayerSummary {
-                        name: layer.name.to_string(),
+                        name: layer.name.of(estimate.quantity),
                         min: range.min,
                         mean: range.mean,
                         max: range.max,
@@ -200,7 +203,7 @@ impl fmt::Display for Summary {
         let names = self.layers.iter().map(|layer| layer.name.len());
         let rows = self.ledger.rows.iter().map(|(name, _)| name.len());
         let wide = names.chain(rows).fold("after".len(), usize::max) + 2;
-        writeln!(out, "\nirradiance [W/m²]")?;
+        writeln!(out, "\n{} [{}]", self.quantity.name(), self.quantity.unit())?;
         writeln!(
             out,
             "  {:<wide$} {:>12} {:>12} {:>12} {:>12}",
@@ -225,6 +228,23 @@ impl fmt::Display for Summary {
                 percent(layer.relative_error)
             )?;
         }
+        if self.quantity == Quantity::Irradiance {
+            self.write_ledger(out, wide)?;
+        }
+        writeln!(out)?;
+        match &self.beams {
+            Some(report) => self.write_beams(out, report)?,
+            None => self.write_photons(out)?,
+        }
+        for file in &self.files {
+            writeln!(out, "wrote {file}")?;
+        }
+        Ok(())
+    }
+}
+
+impl Summary {
+    fn write_ledger(&self, out: &mut fmt::Formatter<'_>, wide: usize) -> fmt::Result {
         writeln!(out, "\nflux of the traced light [W], mean of channels")?;
         writeln!(
             out,
@@ -250,20 +270,9 @@ impl fmt::Display for Summary {
             "  set out: {}; the ledger closes to {:.1e}",
             number(self.ledger.emitted.mean()),
             self.ledger.closure_error
-        )?;
-        writeln!(out)?;
-        match &self.beams {
-            Some(report) => self.write_beams(out, report)?,
-            None => self.write_photons(out)?,
-        }
-        for file in &self.files {
-            writeln!(out, "wrote {file}")?;
-        }
-        Ok(())
+        )
     }
-}
 
-impl Summary {
     fn write_photons(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         if let (Some(timing), Some(photons)) = (&self.timing, self.photons) {
             writeln!(
@@ -309,7 +318,20 @@ impl Summary {
             out,
             "likely error of the specular layers' sum over lit texels: {}",
             percent(self.relative_error)
-        )
+        )?;
+        if let Some(lamps) = &report.lamps {
+            writeln!(
+                out,
+                "  by cells {}, by {} places on each area light in {} replicates {}; bars hold with {} % \
+                 confidence",
+                percent(Some(lamps.deterministic_error)),
+                lamps.points,
+                lamps.replicates,
+                percent(Some(lamps.random_error)),
+                100.0 * lamps.confidence
+            )?;
+        }
+        Ok(())
     }
 }
 

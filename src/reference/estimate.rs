@@ -7,20 +7,59 @@ use crate::radiometry::Rgb;
 use crate::transport::ledger::Ledger;
 use crate::transport::signature::Signature;
 
-/// An irradiance map with its error bar, layer by layer.
+/// What a sensor measures.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Quantity {
+    /// Flux that arrives, by area: irradiance E [W/m²] on a surface.
+    #[default]
+    Irradiance,
+    /// Radiance L [W/m²/sr] towards a camera.
+    Radiance,
+}
+
+impl Quantity {
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Irradiance => "irradiance",
+            Self::Radiance => "radiance",
+        }
+    }
+
+    /// Its unit.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::Irradiance => "W/m²",
+            Self::Radiance => "W/m²/sr",
+        }
+    }
+
+    /// Its letter, which is the name of a file's layer of all light.
+    pub fn symbol(self) -> &'static str {
+        match self {
+            Self::Irradiance => "E",
+            Self::Radiance => "L",
+        }
+    }
+}
+
+/// A map of irradiance or radiance with its error bar, layer by layer.
 #[derive(Clone, Debug)]
 pub struct Estimate {
+    /// What is measured.
+    pub quantity: Quantity,
     /// Texels a row.
     pub width: usize,
-    /// Rows; row 0 is at v = 0.
+    /// Rows; row 0 is at v = 0 of a receiver, and the top of a camera's image.
     pub height: usize,
-    /// All light from specular chains and the direct light: the sum of the layers.
+    /// The sum of the layers: all light from specular chains and, on a receiver, the direct light.
     pub total: Layer,
-    /// `LD` first, then one layer a signature, then what is left.
+    /// `LD` first (on a receiver), then one layer a signature, then what is left.
     pub layers: Vec<Layer>,
     /// Contributions a texel, all specular layers together.
     pub counts: Vec<u64>,
-    /// Where all traced flux went.
+    /// Where all traced flux went; empty for a camera, which sees a part of the light only.
     pub ledger: Ledger,
     /// How many light paths were started.
     pub paths: u64,
@@ -34,38 +73,48 @@ pub struct Estimate {
     pub incomplete: bool,
 }
 
-/// Irradiance of one kind of light.
+/// Irradiance (to a camera: radiance) of one kind of light.
 #[derive(Clone, Debug)]
 pub struct Layer {
     /// Which kind.
     pub name: LayerName,
-    /// Texel averages [W/m²], row by row.
+    /// Texel averages in the estimate's unit, row by row.
     pub irradiance: Vec<Rgb>,
-    /// One standard error of each [W/m²]: the scatter of random methods, zero for deterministic
+    /// One standard error of each: the scatter of random methods, zero for deterministic
     /// ones; NaN where there is no estimate of it.
     pub standard_error: Vec<Rgb>,
     /// Lower and upper bounds of each, where the method gives any.
     pub interval: Option<Interval>,
 }
 
-/// Bounds of irradiance, texel by texel: `low` ≤ truth ≤ `high`, as far as the method can know.
+/// Bounds of a layer, texel by texel: `low` ≤ truth ≤ `high`, as far as the method can know.
 #[derive(Clone, Debug, Default)]
 pub struct Interval {
-    /// Lower bounds [W/m²], at least 0.
+    /// Lower bounds, at least 0.
     pub low: Vec<Rgb>,
-    /// Upper bounds [W/m²].
+    /// Upper bounds.
     pub high: Vec<Rgb>,
 }
 
 /// A kind of light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LayerName {
-    /// The sum of all layers: `E`.
+    /// The sum of all layers: `E` (in files of a camera `L`).
     Total,
     /// One path signature: `LD`, `LRD`, `LTTD`, ...
     Path(Signature),
     /// All signatures that have no layer of their own: `other`.
     Other,
+}
+
+impl LayerName {
+    /// The layer's name where `quantity` was measured.
+    pub fn of(self, quantity: Quantity) -> String {
+        match self {
+            Self::Total => quantity.symbol().to_owned(),
+            name => name.to_string(),
+        }
+    }
 }
 
 impl fmt::Display for LayerName {
@@ -128,7 +177,7 @@ impl Layer {
         }
     }
 
-    /// Smallest, mean and largest irradiance over all texels [W/m²], channels averaged.
+    /// Smallest, mean and largest value over all texels, channels averaged.
     pub fn range(&self) -> Range {
         let mut range = Range {
             min: f64::INFINITY,

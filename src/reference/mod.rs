@@ -12,5 +12,5 @@ pub mod photons;
 pub mod probe;
 mod progress;
 
-pub use estimate::{Estimate, Interval, Layer, LayerName};
+pub use estimate::{Estimate, Interval, Layer, LayerName, Quantity};
 pub use progress::Progress;

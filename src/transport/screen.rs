@@ -1,5 +1,8 @@
 //! What the last leg of a light path falls on: film coordinates for the end of a prescribed path.
 
+use glam::DVec2;
+
+use super::camera::Camera;
 use super::prescribed::End;
 use super::receiver::Receiver;
 use crate::geometry::{Hit, Ray, Shape, TraversalCounters};
@@ -11,6 +14,14 @@ use crate::scene::Scene;
 pub enum Screen<'a> {
     /// An irradiance meter: flux counts as it is.
     Receiver(&'a Receiver),
+    /// A camera that looks at diffuse surfaces.
+    Camera {
+        /// The camera.
+        camera: &'a Camera,
+        /// The étendue [m² sr] that flux counts by: radiance [W/m²/sr] of a pixel times it is what
+        /// the film sums up. With that of a typical pixel, film sums are about flux \[W\], as a receiver's.
+        etendue: f64,
+    },
 }
 
 impl Screen<'_> {
@@ -18,43 +29,104 @@ impl Screen<'_> {
     pub fn size(&self) -> [usize; 2] {
         match self {
             Self::Receiver(receiver) => [receiver.width(), receiver.height()],
+            Self::Camera { camera, .. } => [camera.width(), camera.height()],
         }
     }
 
     /// How a path ends whose last leg is `ray`, which met `hit` or nothing at all: where, the
     /// factor from its flux to what the film sums up, and a mark of the surface it ended on.
-    ///
-    /// The plane of a rectangle goes on beyond its border where nothing else is in the way: then
-    /// the border needs no attention, the film's edge cuts what lands there.
     #[inline]
     pub fn end(
         &self,
         scene: &Scene,
         ray: &Ray,
         hit: Option<&Hit>,
-        _counters: &mut TraversalCounters,
+        counters: &mut TraversalCounters,
     ) -> (End, Rgb, u64) {
-        let Self::Receiver(receiver) = self;
-        let shape = &scene.world().shapes()[receiver.shape() as usize];
-        if let Some(hit) = hit
-            && hit.shape == receiver.shape()
-        {
-            let point = scene.world().surface_point(ray, hit);
-            return match receiver.place(&point, ray.direction) {
-                Some(at) => (End::Landed(at), Rgb::WHITE, 0),
-                None => (End::Stopped, Rgb::BLACK, 0),
-            };
-        }
-        if let Shape::Rectangle(rectangle) = shape
-            && rectangle.normal().dot(ray.direction) < 0.0
-            && let Some((distance, uv)) = rectangle.meet_beyond(ray)
-            && hit.is_none_or(|hit| hit.distance > distance)
-        {
-            return (End::Landed(receiver.film_place(uv)), Rgb::WHITE, 0);
-        }
-        match hit {
-            Some(_) => (End::Stopped, Rgb::BLACK, 1),
-            None => (End::Escaped, Rgb::BLACK, 0),
+        match self {
+            Self::Receiver(receiver) => on_receiver(receiver, scene, ray, hit),
+            Self::Camera { camera, etendue } => {
+                let Some(hit) = hit else {
+                    return (End::Escaped, Rgb::BLACK, 0);
+                };
+                match on_camera(camera, scene, ray, hit, counters) {
+                    Some((at, factor)) => (
+                        End::Landed(at),
+                        factor * *etendue,
+                        seen_surface(scene, ray, hit),
+                    ),
+                    None => (End::Stopped, Rgb::BLACK, 0),
+                }
+            }
         }
     }
+}
+
+/// The plane of a rectangle goes on beyond its border where nothing else is in the way: then
+/// the border needs no attention, the film's edge cuts what lands there.
+#[inline]
+fn on_receiver(
+    receiver: &Receiver,
+    scene: &Scene,
+    ray: &Ray,
+    hit: Option<&Hit>,
+) -> (End, Rgb, u64) {
+    let shape = &scene.world().shapes()[receiver.shape() as usize];
+    if let Some(hit) = hit
+        && hit.shape == receiver.shape()
+    {
+        let point = scene.world().surface_point(ray, hit);
+        return match receiver.place(&point, ray.direction) {
+            Some(at) => (End::Landed(at), Rgb::WHITE, 0),
+            None => (End::Stopped, Rgb::BLACK, 0),
+        };
+    }
+    if let Shape::Rectangle(rectangle) = shape
+        && rectangle.normal().dot(ray.direction) < 0.0
+        && let Some((distance, uv)) = rectangle.meet_beyond(ray)
+        && hit.is_none_or(|hit| hit.distance > distance)
+    {
+        return (End::Landed(receiver.film_place(uv)), Rgb::WHITE, 0);
+    }
+    match hit {
+        Some(_) => (End::Stopped, Rgb::BLACK, 1),
+        None => (End::Escaped, Rgb::BLACK, 0),
+    }
+}
+
+/// Where a camera sees the point that was hit, and the pixel's radiance by flux arriving there.
+///
+/// `None` where it does not see it, nor would on a film three times as wide and high: towards the
+/// plane through the pinhole film coordinates and factors grow without limit, and beams that go there
+/// are dark.
+#[inline]
+fn on_camera(
+    camera: &Camera,
+    scene: &Scene,
+    ray: &Ray,
+    hit: &Hit,
+    counters: &mut TraversalCounters,
+) -> Option<(DVec2, Rgb)> {
+    let point = scene.world().surface_point(ray, hit);
+    let film = DVec2::new(camera.width() as f64, camera.height() as f64);
+    let at = camera.project(point.position)?.at;
+    let is_near = at.cmpge(-film).all() && at.cmple(2.0 * film).all();
+    let seen = is_near
+        .then(|| camera.connect(scene, hit.shape, &point, ray.direction, counters))
+        .flatten()?;
+    Some((seen.at, seen.radiance_per_flux))
+}
+
+/// A number for the smooth surface that was hit: its brightness to the camera jumps between flat
+/// faces, and so does its reflectance between its two sides.
+#[inline]
+fn seen_surface(scene: &Scene, ray: &Ray, hit: &Hit) -> u64 {
+    let facet = match &scene.world().shapes()[hit.shape as usize] {
+        Shape::Mesh(mesh) if !mesh.has_vertex_normals() => u64::from(hit.face) + 1,
+        _ => 0,
+    };
+    let point = scene.world().surface_point(ray, hit);
+    let front = ray.direction.dot(point.geometric_normal) < 0.0;
+    // Clear of the bits that say how a path ended.
+    (u64::from(hit.shape) + 1) << 38 | facet << 4 | u64::from(front) << 3
 }

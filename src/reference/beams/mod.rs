@@ -1,7 +1,8 @@
 //! Adaptive beams of light: deterministic irradiance with lower and upper bounds.
 //!
-//! For delta emitters the light on a receiver is a two-dimensional integral of a piecewise smooth
-//! map, from light space to the receiver. It is not sampled but divided: [`refine`] cuts light
+//! For delta emitters the light on a sensor is a two-dimensional integral of a piecewise smooth
+//! map, from light space to the receiver, or by way of the surfaces it sees to a camera's film
+//! ([`target`]). It is not sampled but divided: [`refine`] cuts light
 //! space on the [first surfaces](crate::transport::first_surface) into triangles until the map of
 //! each is nearly affine, or its borders nearly straight ([`cut`]); [`deposit`] deals each triangle
 //! out to the texels that its image covers, at two finenesses, and extrapolates; [`bars`] turns
@@ -10,22 +11,28 @@
 //! Light by way of flat facets only has its own way of division ([`facets`]): there the borders are
 //! known.
 //!
-//! One pass does so for one path signature and one tolerance; [`mod@run`] finds the signatures
+//! One [`pass`] does so for one path signature and one tolerance; [`mod@run`] finds the signatures
 //! ([`survey`]), and repeats passes with smaller tolerances until the error asked for is
-//! reached. Nothing is kept from pass to pass, and of each pass only sums on the film: memory does
-//! not grow with the number of cells.
+//! reached. Area lights ([`lamps`]) are many such sources, drawn by lot: [`average`]. Nothing is
+//! kept from pass to pass, and of each pass only sums on the film: memory does not grow with the
+//! number of cells.
 
+pub mod average;
 pub mod bars;
 pub mod cell;
 pub mod cut;
 pub mod deposit;
 pub mod facets;
 pub mod film;
+mod finish;
+pub mod lamps;
+pub mod pass;
 pub mod refine;
 pub mod run;
 pub mod settings;
 pub mod store;
 pub mod survey;
+pub mod target;
 
 pub use run::{BeamError, BeamReport, run};
 pub use settings::{BeamBudget, BeamSettings};

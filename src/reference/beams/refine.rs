@@ -12,6 +12,7 @@ use crate::transport::first_surface::{Chart, Root};
 use crate::transport::flux::Flux;
 use crate::transport::guard::{Clearance, Guard};
 use crate::transport::prescribed::{End, PathFollower};
+use crate::transport::screen::Screen;
 
 /// No cell is divided more often: a quarter of a billionth of a root's side.
 const MAX_LEVEL: u32 = 32;
@@ -205,8 +206,11 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
         } else {
             set_out
         };
+        // The guard knows no way from a surface to a camera.
+        let is_camera = matches!(self.follower.screen(), Screen::Camera { .. });
         let unguarded = match chart {
             Chart::Face { .. } => UNGUARDED_FACE_TOLERANCES,
+            _ if is_camera => UNGUARDED_FACE_TOLERANCES,
             _ => UNGUARDED_TOLERANCES,
         };
         if cell.level >= MAX_LEVEL || flux <= self.tolerance * unguarded {
@@ -214,6 +218,9 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
         }
         if !look.one_family || look.any_landed && flux > self.tolerance * MOST_TOLERANCES {
             return false;
+        }
+        if is_camera {
+            return true;
         }
         if !cell.clearance.all {
             let [a, b, c] = cell.corners.each_ref().map(|node| node.at);

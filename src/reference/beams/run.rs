@@ -1,33 +1,26 @@
 //! Passes with smaller and smaller tolerances, until the budget is used.
 
-use std::collections::BTreeMap;
-use std::sync::Mutex;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
-use rayon::prelude::*;
-
-use super::bars::{BoundedFlux, bounded};
-use super::facets::{FacetRefiner, part_roots};
-use super::film::BeamFilm;
-use super::refine::{Balance, Limits, Refiner, Scratch};
+use super::average::{Average, Sums};
+use super::finish;
+use super::lamps::Lamps;
+use super::pass::{Light, PassLayer, Passes, SignatureReport};
+use super::refine::Limits;
 use super::settings::{BeamBudget, BeamSettings};
 use super::survey::{Found, survey};
+use super::target::Target;
 use crate::geometry::TraversalCounters;
-use crate::numeric::FixedPoint;
-use crate::radiometry::Rgb;
-use crate::reference::{Estimate, Layer, LayerName, Progress};
-use crate::scene::{Emitter, Scene, Sensor, is_achromatic};
+use crate::reference::{Estimate, Progress};
+use crate::scene::{Emitter, Scene, Sensor};
+use crate::transport::camera::CameraError;
 use crate::transport::direct::{Direct, direct};
-use crate::transport::facets::path::FacetPaths;
+use crate::transport::domain::surface::{LightSurface, MAX_TRIANGLES};
 use crate::transport::facets::table::Facets;
-use crate::transport::first_surface::{Root, Source, roots};
-use crate::transport::flux::Flux;
+use crate::transport::first_surface::{Source, roots};
 use crate::transport::guard::Guard;
-use crate::transport::ledger::{Ledger, Row};
-use crate::transport::prescribed::PathFollower;
-use crate::transport::receiver::{Receiver, ReceiverError};
-use crate::transport::screen::Screen;
+use crate::transport::receiver::ReceiverError;
 use crate::transport::signature::{MAX_EVENTS, Signature};
 
 /// Why beams cannot be used.
@@ -36,16 +29,19 @@ pub enum BeamError {
     /// The sensor cannot receive.
     #[error(transparent)]
     Receiver(#[from] ReceiverError),
-    /// An emitter whose light arrives from more than one direction.
+    /// The sensor cannot be connected to.
+    #[error(transparent)]
+    Camera(#[from] CameraError),
+    /// An area light whose surface light cannot start from.
     #[error(
-        "beams need light from a point or from infinity; emitter {index} ({plugin}) shines from a \
-         surface: use photons"
+        "emitter {index} shines from shape \"{id}\": light can start from rectangles, discs, balls \
+         that shine outward, and meshes of up to {MAX_TRIANGLES} triangles"
     )]
-    AreaLight {
+    LampShape {
         /// Which, in the file's order, from 0.
         index: usize,
-        /// Mitsuba's name of its kind.
-        plugin: &'static str,
+        /// The shape's id.
+        id: String,
     },
     /// A surface that light both passes and meets.
     #[error(
@@ -81,28 +77,27 @@ pub struct BeamReport {
     pub relative_tolerance: f64,
     /// Flux \[W\] of signatures too dim to be followed, by the survey; in no layer and no bar.
     pub not_followed: f64,
+    /// What there is to know of area lights, where the scene has any.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lamps: Option<LampReport>,
 }
 
-/// One signature's cells in the last pass.
-#[derive(Clone, Debug, serde::Serialize)]
-pub struct SignatureReport {
-    /// Its name.
-    pub name: String,
-    /// Cells finished.
-    pub cells: u64,
-    /// ... crossed by a border between families.
-    pub cut_cells: u64,
-    /// ... with a part that no line divides.
-    pub unresolved_cells: u64,
-    /// Flux on the film \[W\].
-    pub received: Rgb,
-    /// Flux that borders may have misplaced \[W\].
-    pub slack: Rgb,
-    /// Light that set out \[W\], mean of channels, as this signature's cells sum it up: the same for all
-    /// but for quadrature.
-    pub emitted: f64,
-    /// |received on the film − sum over its texels| / emitted: deposits lose nothing.
-    pub balance_error: f64,
+/// How area lights were sampled in the last pass.
+#[derive(Clone, Copy, Debug, Default, serde::Serialize)]
+pub struct LampReport {
+    /// Places on each light, in each replicate.
+    pub points: u64,
+    /// Independent randomisations.
+    pub replicates: u32,
+    /// The two-sided confidence with which bounds hold, as far as they are random.
+    pub confidence: f64,
+    /// Standard errors by which bounds were widened for it: Student's t with replicates − 1 degrees of
+    /// freedom.
+    pub standard_errors: f64,
+    /// The part of the relative error that the division into cells is likely to have.
+    pub deterministic_error: f64,
+    /// The part that choosing places by lot has: one standard error.
+    pub random_error: f64,
 }
 
 /// Signatures below this part of the error asked for, of all flux, are not followed.
@@ -111,48 +106,7 @@ const LEAST_SHARE: f64 = 1e-3;
 /// At most this many signatures are followed.
 const MOST_SIGNATURES: usize = 256;
 
-/// What was found in some cells, and the work that took.
-type Done<const N: usize> = (Balance<N>, TraversalCounters);
-
-/// Roots of one task.
-const TASK_ROOTS: usize = 16;
-
-/// A run, set up.
-pub struct Setup<'a> {
-    scene: &'a Scene,
-    settings: BeamSettings,
-    receiver: Receiver,
-    sources: Vec<Lit>,
-    facets: Facets,
-    /// The brightest first.
-    signatures: Vec<(Signature, Found)>,
-    guard: Guard<'a>,
-    /// About the flux on the receiver's surface \[W\].
-    flux: f64,
-    not_followed: f64,
-    progress: &'a Progress,
-}
-
-/// A source, and what its light meets first.
-struct Lit {
-    source: Source,
-    /// Flat facets, by their numbers.
-    facets: Vec<u32>,
-    /// All other surfaces.
-    roots: Vec<Root>,
-}
-
-/// A finished pass.
-struct Pass {
-    layers: Vec<PassLayer>,
-    /// The likely error, relative.
-    relative_error: Option<f64>,
-    relative_tolerance: f64,
-    /// All signatures together, mean of channels, by texel [W/m²].
-    irradiance: Vec<f64>,
-}
-
-/// How far the error of a pass may turn out to be from what its own differences say, seen from the
+/// How much of what its own differences say the error of a pass may turn out to be, seen from the
 /// next pass: errors have been seen from a sixth of it to all.
 const CALIBRATION: std::ops::RangeInclusive<f64> = 0.17..=1.0;
 
@@ -163,12 +117,63 @@ const CALIBRATION_STEP: f64 = 64.0;
 /// The next pass, too, is a little off.
 const CALIBRATION_MARGIN: f64 = 1.5;
 
-struct PassLayer {
-    signature: Signature,
-    flux: Vec<Rgb>,
-    bar: Vec<Rgb>,
-    likely: Vec<f64>,
-    report: SignatureReport,
+/// A lamp is not divided into more places, in each replicate.
+const MOST_POINTS: u64 = 1 << 24;
+
+/// How the random error falls with the number n of places is between n^-½ (of independent ones)
+/// and n^-1½ (of nets and smooth integrands); folds and shadows that sweep over texels leave about
+/// n^-¾, as of nets and functions with jumps.
+const POINTS_ORDER: f64 = 0.75;
+
+/// A run, set up.
+pub struct Setup<'a> {
+    scene: &'a Scene,
+    settings: BeamSettings,
+    target: Target,
+    /// Delta emitters, which are followed once.
+    fixed: Vec<Light>,
+    lamps: Lamps,
+    guard: Guard<'a>,
+    facets: Facets,
+    /// The brightest first.
+    signatures: Vec<(Signature, Found)>,
+    /// About the flux on and beside the film \[W\].
+    flux: f64,
+    progress: &'a Progress,
+}
+
+/// A finished pass.
+pub(super) struct Pass {
+    /// One entry a signature with a layer of its own, brightest first, then one of all others, if any.
+    pub layers: Vec<(Option<Signature>, Average)>,
+    /// Their sum.
+    pub total: Average,
+    /// One entry a signature followed.
+    pub reports: Vec<(Signature, SignatureReport)>,
+    errors: Option<Errors>,
+    fineness: Fineness,
+}
+
+/// How finely light is divided.
+#[derive(Clone, Copy)]
+struct Fineness {
+    /// Misplaced flux that a cell may have, relative to all flux.
+    tolerance: f64,
+    /// Places a lamp, in each replicate.
+    points: u64,
+}
+
+/// Relative errors over lit texels, root mean square.
+#[derive(Clone, Copy)]
+struct Errors {
+    deterministic: f64,
+    random: f64,
+}
+
+impl Errors {
+    fn both(self) -> f64 {
+        self.deterministic.hypot(self.random)
+    }
 }
 
 impl<'a> Setup<'a> {
@@ -184,54 +189,55 @@ impl<'a> Setup<'a> {
         progress: &'a Progress,
     ) -> Result<Self, BeamError> {
         supports(scene)?;
+        let setting = |name, value: u32, allowed: String| BeamError::Setting {
+            name,
+            value: value.to_string(),
+            allowed,
+        };
         if settings.max_depth as usize > MAX_EVENTS {
-            return Err(BeamError::Setting {
-                name: "the depth",
-                value: settings.max_depth.to_string(),
-                allowed: format!("0 to {MAX_EVENTS} specular events"),
-            });
+            let allowed = format!("0 to {MAX_EVENTS} specular events");
+            return Err(setting("the depth", settings.max_depth, allowed));
         }
-        let receiver = Receiver::new(scene, sensor)?;
-        let sources: Vec<(Source, Vec<Root>)> = Source::all(scene)
+        let lamps = Lamps::new(scene, settings.seed)?;
+        if !lamps.is_empty() && !(2..=1 << 16).contains(&settings.replicates) {
+            let allowed = "2 to 65536, whose scatter is an area light's error,".to_owned();
+            let name = "the number of replicates";
+            return Err(setting(name, settings.replicates, allowed));
+        }
+        let target = Target::new(scene, sensor, settings.shading_normals)?;
+        let fixed: Vec<Light> = Source::all(scene)
             .into_iter()
             .map(|source| {
-                let roots = roots(scene, &source);
-                (source, roots)
+                let roots = Some(roots(scene, &source));
+                Light { source, roots }
             })
             .collect();
-        let screen = Screen::Receiver(&receiver);
+        // A place of each replicate stands for the lamps.
+        let mut lights = fixed.clone();
+        for replicate in 0..settings.replicates {
+            let more = lamps.lights(replicate, 1).into_iter();
+            lights.extend(more.map(|light| light.dimmed(f64::from(settings.replicates))));
+        }
         let found = survey(
             scene,
-            &sources,
-            &screen,
+            &lights,
+            &target.screen(),
             settings.max_depth,
             settings.shading_normals,
         );
-        let facets = Facets::new(scene);
-        let sources = sources
-            .into_iter()
-            .map(|(source, roots)| {
-                let (flat, roots) = part_roots(&facets, &roots);
-                Lit {
-                    source,
-                    facets: flat,
-                    roots,
-                }
-            })
-            .collect();
         let flux: f64 = found.signatures.values().map(|one| one.flux).sum();
         let mut signatures: Vec<(Signature, Found)> = found.signatures.into_iter().collect();
         signatures.sort_by(|(a, x), (b, y)| y.flux.total_cmp(&x.flux).then(a.cmp(b)));
         Ok(Self {
             scene,
             settings,
-            receiver,
-            sources,
-            facets,
-            signatures,
+            target,
+            fixed,
+            lamps,
             guard: Guard::new(scene),
+            facets: Facets::new(scene),
+            signatures,
             flux,
-            not_followed: 0.0,
             progress,
         })
     }
@@ -258,8 +264,13 @@ impl<'a> Setup<'a> {
         let stop = || {
             self.progress.is_stopped() || deadline.is_some_and(|deadline| Instant::now() > deadline)
         };
-        let direct = direct(self.scene, &self.receiver, 0, &stop)
-            .unwrap_or_else(|| Direct::unknown(self.receiver.texels()));
+        let direct = match &self.target {
+            Target::Receiver(receiver) => Some(
+                direct(self.scene, receiver, self.settings.seed, &stop)
+                    .unwrap_or_else(|| Direct::unknown(receiver.texels())),
+            ),
+            Target::Camera { .. } => None,
+        };
         let target = budget.target();
         let least = LEAST_SHARE * target.unwrap_or(1e-5) * self.flux;
         let followed = self
@@ -268,52 +279,50 @@ impl<'a> Setup<'a> {
             .take_while(|(_, found)| found.flux >= least)
             .count()
             .min(MOST_SIGNATURES);
-        self.not_followed = self.signatures[followed..]
-            .iter()
-            .map(|(_, found)| found.flux)
-            .sum();
-        self.signatures.truncate(followed);
-
-        let mut counters = direct.counters;
-        let mut report = BeamReport::default();
-        let mut best: Option<(Pass, f64)> = None;
-        let mut said_before: Option<f64> = None;
-        let mut calibration = 1.0;
-        // From experience, errors follow tolerances like their power 2/3.
-        let mut tolerance = 6e-3 * (16.0 * target.unwrap_or(1e-2)).min(0.1).powf(1.5);
-        while !self.signatures.is_empty() {
+        let (followed, dim) = self.signatures.split_at(followed);
+        let mut report = BeamReport {
+            not_followed: dim.iter().map(|(_, found)| found.flux).sum(),
+            ..BeamReport::default()
+        };
+        let mut counters = direct
+            .as_ref()
+            .map(|direct| direct.counters)
+            .unwrap_or_default();
+        let mut best: Option<Pass> = None;
+        let (mut said_before, mut calibration) = (0.0, 1.0);
+        let mut fineness = first_fineness(target);
+        while !followed.is_empty() {
             let began = Instant::now();
             let rays_before = counters.rays;
-            let Some(pass) = self.pass(tolerance, &stop, &mut counters)? else {
+            let Some(mut pass) = self.pass(followed, fineness, &stop, &mut counters)? else {
                 break;
             };
             report.passes += 1;
-            let mut pass = pass;
-            let own_error = pass.relative_error;
-            if let (Some((before, coarse)), Some(said)) = (&best, said_before)
-                && coarse >= &(CALIBRATION_STEP * tolerance)
+            let said = pass.errors.map_or(0.0, |errors| errors.deterministic);
+            if let Some(before) = &best
+                && self.lamps.is_empty()
+                && before.fineness.tolerance >= CALIBRATION_STEP * fineness.tolerance
+                && said_before > 0.0
             {
                 // What the pass before was really off by, against what it said, tells what this
                 // one's word is worth.
-                calibration = (CALIBRATION_MARGIN * distance(before, &pass) / said)
+                calibration = (CALIBRATION_MARGIN * self.distance(before, &pass) / said_before)
                     .clamp(*CALIBRATION.start(), *CALIBRATION.end());
             }
-            said_before = own_error;
-            pass.relative_error = own_error.map(|error| error * calibration);
-            let error = pass.relative_error;
-            self.progress.set_relative_error(error);
-            best = Some((pass, tolerance));
-            let Some(error) = error.filter(|error| *error > 0.0) else {
-                break;
-            };
-            let next = match target {
-                Some(target) if error <= target => break,
-                // A little more than needed, so that one step is enough; never too large a step.
-                Some(target) => tolerance * (0.8 * target / error).powf(1.5).clamp(1e-3, 0.5),
-                None => tolerance / 8.0,
-            };
+            said_before = said;
+            if let Some(errors) = &mut pass.errors {
+                errors.deterministic *= calibration;
+            }
+            let errors = pass.errors;
+            self.progress.set_relative_error(errors.map(Errors::both));
+            best = Some(pass);
+            let next = errors
+                .filter(|errors| errors.both() > 0.0)
+                .and_then(|errors| self.next_fineness(fineness, errors, target));
+            let Some(next) = next else { break };
             // Cells, and with them the work, grow like the tolerance's power -1/2 or faster.
-            let growth = (tolerance / next).powf(0.55);
+            let growth = (fineness.tolerance / next.tolerance).powf(0.55)
+                * (next.points as f64 / fineness.points as f64);
             let too_long = deadline.is_some_and(|deadline| {
                 Instant::now() + began.elapsed().mul_f64(growth) > deadline
             });
@@ -321,308 +330,235 @@ impl<'a> Setup<'a> {
             let too_much = budget
                 .rays
                 .is_some_and(|most| counters.rays as f64 + rays > most as f64);
-            if too_long || too_much || next < 1e-14 {
+            if too_long || too_much {
                 break;
             }
-            tolerance = next;
+            fineness = next;
         }
         let stopped = self.progress.is_stopped();
-        let unmet = match (
-            target,
-            best.as_ref().and_then(|(pass, _)| pass.relative_error),
-        ) {
-            (Some(target), Some(error)) => error > target,
+        let reached = best.as_ref().and_then(|pass| pass.errors);
+        let unmet = match (target, reached) {
+            (Some(target), Some(errors)) => errors.both() > target,
             _ => false,
         };
         let incomplete = stopped
             || unmet && budget.time.is_none() && budget.rays.is_none()
             || best.is_none() && !self.is_dark();
-        let estimate = self.estimate(
-            best.map(|(pass, _)| pass),
-            &direct,
+        self.describe(best.as_ref(), &mut report);
+        let outcome = finish::Outcome {
+            target: &self.target,
+            pass: best,
+            is_dark: self.is_dark(),
+            direct: direct.as_ref(),
+            relative_error: reached.map(Errors::both),
+            lamps: report.lamps,
             counters,
             incomplete,
-            &mut report,
-        );
-        Ok((estimate, report))
+        };
+        Ok((outcome.estimate(), report))
     }
 
-    /// All signatures at one tolerance; `None` where it was stopped.
+    /// What to do next, to get the errors down to `target`, or without one further down; `None` where
+    /// they are, or nothing is to be gained.
+    fn next_fineness(
+        &self,
+        done: Fineness,
+        errors: Errors,
+        target: Option<f64>,
+    ) -> Option<Fineness> {
+        if target.is_some_and(|target| errors.both() <= target) {
+            return None;
+        }
+        let Fineness { tolerance, points } = done;
+        let next = match target {
+            // A little more than needed, so that one step is enough; never too large a step.
+            Some(target) if self.lamps.is_empty() => Fineness {
+                tolerance: tolerance * (0.8 * target / errors.both()).powf(1.5).clamp(1e-3, 0.5),
+                points,
+            },
+            // Half of the squared error to each part. Where the cells are finer than needed, coarser
+            // ones will do for more places.
+            Some(target) => {
+                let share = 0.8 * target * std::f64::consts::FRAC_1_SQRT_2;
+                let factor = (share / errors.deterministic).powf(1.5);
+                let doublings = (errors.random / share).log2() / POINTS_ORDER;
+                Fineness {
+                    tolerance: tolerance * factor.clamp(0.02, 4.0),
+                    points: points << doublings.ceil().clamp(0.0, 3.0) as u32,
+                }
+            }
+            None if errors.random > errors.deterministic => Fineness {
+                tolerance,
+                points: 2 * points,
+            },
+            None => Fineness {
+                tolerance: tolerance / 8.0,
+                points,
+            },
+        };
+        (next.tolerance >= 1e-14 && next.points <= MOST_POINTS).then_some(next)
+    }
+
+    /// All signatures at one fineness; `None` where it was stopped.
     fn pass(
         &self,
-        relative_tolerance: f64,
+        signatures: &[(Signature, Found)],
+        fineness: Fineness,
         stop: &(dyn Fn() -> bool + Sync),
         counters: &mut TraversalCounters,
     ) -> Result<Option<Pass>, BeamError> {
-        let tolerance = relative_tolerance * self.flux;
-        let mut layers = Vec::with_capacity(self.signatures.len());
-        let tasks: usize = self
-            .sources
-            .iter()
-            .map(|lit| lit.roots.len() + lit.facets.len())
-            .sum();
+        let passes = Passes {
+            scene: self.scene,
+            target: &self.target,
+            guard: &self.guard,
+            facets: &self.facets,
+            shading_normals: self.settings.shading_normals,
+            flux: self.flux,
+            stop,
+            progress: self.progress,
+        };
+        let replicates = if self.lamps.is_empty() {
+            0
+        } else {
+            self.settings.replicates
+        };
+        let roots_of =
+            |lights: &[Light]| -> usize { lights.iter().map(|l| l.roots(self.scene).len()).sum() };
+        let tasks = roots_of(&self.fixed)
+            + roots_of(&self.lamps.lights(0, 1)) * fineness.points as usize * replicates as usize;
         self.progress.paths.store(0, Ordering::Relaxed);
         self.progress
             .expected_paths
-            .store((tasks * self.signatures.len()) as u64, Ordering::Relaxed);
-        for (signature, found) in &self.signatures {
-            let limits = Limits {
-                tolerance,
-                peak: found.peak,
-            };
-            let layer = if is_achromatic(self.scene) {
-                self.signature::<1>(*signature, limits, stop, counters)?
-            } else {
-                self.signature::<3>(*signature, limits, stop, counters)?
-            };
-            let Some(layer) = layer else { return Ok(None) };
-            layers.push(layer);
-        }
-        let texels = self.receiver.texels();
-        let (mut lit, mut sum, mut squares) = (0_u64, 0.0, 0.0);
-        let mut irradiance = vec![0.0; texels];
-        for texel in 0..texels {
-            let area = self.receiver.texel_area(texel);
-            let flux: f64 = layers.iter().map(|layer| layer.flux[texel].mean()).sum();
-            // The errors of different signatures know nothing of each other.
-            let variance: f64 = layers.iter().map(|layer| layer.likely[texel].powi(2)).sum();
-            if flux > 0.0 && area > 0.0 {
-                irradiance[texel] = flux / area;
-                lit += 1;
-                sum += flux / area;
-                squares += variance / (area * area);
-            }
-        }
-        let relative_error = (lit > 0).then(|| (squares / lit as f64).sqrt() / (sum / lit as f64));
-        Ok(Some(Pass {
-            layers,
-            relative_error,
-            relative_tolerance,
-            irradiance,
-        }))
-    }
+            .store((tasks * signatures.len()) as u64, Ordering::Relaxed);
 
-    /// One signature at one tolerance.
-    fn signature<const N: usize>(
-        &self,
-        signature: Signature,
-        limits: Limits,
-        stop: &(dyn Fn() -> bool + Sync),
-        counters: &mut TraversalCounters,
-    ) -> Result<Option<PassLayer>, BeamError> {
-        let screen = Screen::Receiver(&self.receiver);
-        // Slack may count the same flux in several texels, and the survey is coarse.
-        let scale =
-            FixedPoint::for_total(64.0 * self.flux).map_err(|_| BeamError::NotRepresentable)?;
-        let film = BeamFilm::<N>::new(screen.size(), scale);
-        let idle: Mutex<Vec<Scratch<N>>> = Mutex::new(Vec::new());
-        let mut total = Balance::<N>::default();
-        for lit in &self.sources {
-            let paths = FacetPaths::new(
-                self.scene,
-                &lit.source,
-                &self.facets,
-                signature,
-                self.settings.shading_normals,
-            );
-            let refined = |count: usize, work: &dyn Fn(&mut Refiner<'_, '_, N>) -> Done<N>| {
-                if stop() {
-                    return None;
-                }
-                let held = idle.lock().ok().and_then(|mut idle| idle.pop());
-                let mut scratch = held.unwrap_or_default();
-                let follower = PathFollower::new(
-                    self.scene,
-                    &lit.source,
-                    &screen,
-                    signature,
-                    self.settings.shading_normals,
-                );
-                let mut refiner = Refiner::new(follower, &film, &self.guard, limits, &mut scratch);
-                let (mut balance, mut work) = work(&mut refiner);
-                balance += refiner.balance;
-                work += refiner.counters();
-                self.progress
-                    .paths
-                    .fetch_add(count as u64, Ordering::Relaxed);
-                if let Ok(mut idle) = idle.lock() {
-                    idle.push(scratch);
-                }
-                Some((balance, work))
+        let texels = self.target.texels();
+        let named = self.settings.max_layers.min(signatures.len());
+        let mut layers: Vec<(Option<Signature>, Average)> = signatures[..named]
+            .iter()
+            .map(|(signature, _)| (Some(*signature), Average::new(texels)))
+            .collect();
+        if named < signatures.len() {
+            layers.push((None, Average::new(texels)));
+        }
+        let mut total = Average::new(texels);
+        let mut reports: Vec<Option<SignatureReport>> = vec![None; signatures.len()];
+        // Each replicate's lamps, then what is not drawn by lot.
+        for replicate in (0..replicates).map(Some).chain([None]) {
+            let lights = match replicate {
+                Some(replicate) => &self.lamps.lights(replicate, fineness.points),
+                None => &self.fixed,
             };
-            let by_cells = lit.roots.par_chunks(TASK_ROOTS).map(|roots| {
-                refined(roots.len(), &|refiner| {
-                    for root in roots {
-                        refiner.refine(root);
-                    }
-                    Done::default()
-                })
-            });
-            let by_facets = lit.facets.par_chunks(TASK_ROOTS).map(|facets| {
-                refined(facets.len(), &|refiner| {
-                    let mut polygons = FacetRefiner::new(&paths, &screen, &film, limits.tolerance);
-                    for facet in facets {
-                        polygons.refine(*facet, refiner);
-                    }
-                    (polygons.balance, polygons.counters)
-                })
-            });
-            let done: Vec<Option<Done<N>>> = by_cells.chain(by_facets).collect();
-            // In the order of the roots: floats are summed the same on any threads.
-            for one in done {
-                let Some((balance, work)) = one else {
+            if lights.is_empty() {
+                continue;
+            }
+            let weight = replicate.map_or(1.0, |_| 1.0 / f64::from(replicates));
+            let add = |average: &mut Average, sums: &Sums| match replicate {
+                Some(_) => average.add(sums),
+                None => average.add_fixed(sums),
+            };
+            let mut all = Sums::dark(texels);
+            let mut others = Sums::dark(if named < signatures.len() { texels } else { 0 });
+            for (rank, (signature, found)) in signatures.iter().enumerate() {
+                let limits = Limits {
+                    tolerance: fineness.tolerance * self.flux,
+                    peak: found.peak,
+                };
+                let layer = passes.signature(lights, *signature, limits, counters)?;
+                let Some(PassLayer { sums, report }) = layer else {
                     return Ok(None);
                 };
-                total += balance;
-                *counters += work;
+                all.add(&sums);
+                if rank < named {
+                    add(&mut layers[rank].1, &sums);
+                } else {
+                    others.add(&sums);
+                }
+                let report = report.weighted(weight);
+                match &mut reports[rank] {
+                    Some(sum) => sum.add(&report),
+                    none => *none = Some(report),
+                }
+            }
+            add(&mut total, &all);
+            if named < signatures.len() {
+                add(&mut layers[named].1, &others);
             }
         }
-        if film.overflowed() {
-            return Err(BeamError::NotRepresentable);
-        }
-        let BoundedFlux { flux, bar, likely } = bounded(&film);
-        let on_film = flux.iter().fold(Flux::BLACK, |sum, flux| sum + *flux);
-        let emitted = total.emitted.max(f64::MIN_POSITIVE);
-        let report = SignatureReport {
-            name: signature.to_string(),
-            cells: total.cells,
-            cut_cells: total.cut_cells,
-            unresolved_cells: total.unresolved_cells,
-            received: total.received.rgb(),
-            slack: total.slack.rgb(),
-            emitted: total.emitted,
-            balance_error: (on_film - total.received).max_magnitude() / emitted,
-        };
-        Ok(Some(PassLayer {
-            signature,
-            flux: flux.into_iter().map(Flux::rgb).collect(),
-            bar: bar.into_iter().map(Flux::rgb).collect(),
-            likely,
-            report,
+        let errors = self.errors(&total);
+        let names = signatures.iter().map(|(signature, _)| *signature);
+        Ok(Some(Pass {
+            layers,
+            total,
+            reports: names
+                .zip(reports)
+                .filter_map(|(name, report)| Some((name, report?)))
+                .collect(),
+            errors,
+            fineness,
         }))
     }
 
-    fn estimate(
-        &self,
-        pass: Option<Pass>,
-        direct: &Direct,
-        counters: TraversalCounters,
-        incomplete: bool,
-        report: &mut BeamReport,
-    ) -> Estimate {
-        let texels = self.receiver.texels();
-        let unknown = pass.is_none() && !self.is_dark();
-        let relative_error = pass.as_ref().and_then(|pass| pass.relative_error);
-        let mut layers = vec![direct_layer(direct)];
-        let mut other = Layer::bounded(LayerName::Other, texels);
-        let mut ledger = Ledger::default();
-        let mut rows = BTreeMap::new();
-        if let Some(pass) = pass {
-            report.relative_tolerance = pass.relative_tolerance;
-            let mut has_other = false;
-            for (rank, layer) in pass.layers.into_iter().enumerate() {
-                rows.insert(
-                    layer.signature,
-                    Row {
-                        received: layer.report.received,
-                        ..Row::default()
-                    },
-                );
-                ledger.emitted.0 = ledger
-                    .emitted
-                    .0
-                    .map(|emitted| emitted.max(layer.report.emitted));
-                let named = rank < self.settings.max_layers;
-                let filled = self.layer(&layer);
-                if named {
-                    layers.push(filled);
-                } else {
-                    other.add(&filled);
-                    has_other = true;
-                }
-                report.signatures.push(layer.report);
+    /// Root mean square over lit texels, relative to their mean.
+    fn errors(&self, total: &Average) -> Option<Errors> {
+        let (mut lit, mut sum, mut likely, mut random) = (0_u64, 0.0, 0.0, 0.0);
+        for texel in 0..total.texels() {
+            let (flux, measure) = (total.mean(texel).mean(), self.target.measure(texel));
+            if flux > 0.0 && measure > 0.0 {
+                lit += 1;
+                sum += flux / measure;
+                likely += (total.likely(texel) / measure).powi(2);
+                random += (total.standard_error(texel).mean() / measure).powi(2);
             }
-            layers[1..].sort_by_key(|layer| match layer.name {
-                LayerName::Path(signature) => signature.code(),
-                _ => u32::MAX,
+        }
+        let lit = (lit > 0).then_some(lit as f64)?;
+        let mean = sum / lit;
+        Some(Errors {
+            deterministic: (likely / lit).sqrt() / mean,
+            random: (random / lit).sqrt() / mean,
+        })
+    }
+
+    /// Root mean square difference of two passes over lit texels, relative to their mean.
+    fn distance(&self, before: &Pass, after: &Pass) -> f64 {
+        let (mut lit, mut sum, mut squares) = (0_u64, 0.0, 0.0);
+        for texel in 0..after.total.texels() {
+            let measure = self.target.measure(texel);
+            let [a, b] = [before, after].map(|pass| pass.total.mean(texel).mean());
+            if (a > 0.0 || b > 0.0) && measure > 0.0 {
+                lit += 1;
+                sum += b / measure;
+                squares += ((a - b) / measure).powi(2);
+            }
+        }
+        let lit = lit.max(1) as f64;
+        (squares / lit).sqrt() / (sum / lit)
+    }
+
+    /// What the last pass was like.
+    fn describe(&self, pass: Option<&Pass>, report: &mut BeamReport) {
+        let Some(pass) = pass else { return };
+        report.relative_tolerance = pass.fineness.tolerance;
+        report.signatures = pass.reports.iter().map(|(_, one)| one.clone()).collect();
+        if let (false, Some(errors)) = (self.lamps.is_empty(), pass.errors) {
+            report.lamps = Some(LampReport {
+                points: pass.fineness.points,
+                replicates: self.settings.replicates,
+                confidence: finish::CONFIDENCE,
+                standard_errors: finish::standard_errors(self.settings.replicates),
+                deterministic_error: errors.deterministic,
+                random_error: errors.random,
             });
-            if has_other {
-                layers.push(other);
-            }
         }
-        report.not_followed = self.not_followed;
-        let received: Rgb = rows.values().map(|row| row.received).sum();
-        ledger.rows = rows;
-        // By difference: the cells of each signature see their own light only.
-        ledger.other.escaped = ledger.emitted - received;
-        let mut total = Layer::bounded(LayerName::Total, texels);
-        for layer in &layers {
-            total.add(layer);
-        }
-        if unknown {
-            total.make_unknown();
-        }
-        Estimate {
-            width: self.receiver.width(),
-            height: self.receiver.height(),
-            total,
-            layers,
-            counts: vec![0; texels],
-            ledger,
-            paths: report.signatures.iter().map(|one| one.cells).sum(),
-            counters,
-            relative_error,
-            incomplete,
-        }
-    }
-
-    /// Irradiance and bounds of a signature.
-    fn layer(&self, layer: &PassLayer) -> Layer {
-        let texels = self.receiver.texels();
-        // A texel without any surface gets no light.
-        let per_area = |texel: usize| match self.receiver.texel_area(texel) {
-            0.0 => 0.0,
-            area => 1.0 / area,
-        };
-        let mut result = Layer::bounded(LayerName::Path(layer.signature), texels);
-        let interval = result.interval.get_or_insert_default();
-        for texel in 0..texels {
-            let value = layer.flux[texel] * per_area(texel);
-            let bar = layer.bar[texel] * per_area(texel);
-            result.irradiance[texel] = value;
-            // No light is less than none.
-            interval.low[texel] = (value - bar).map(|low| low.max(0.0));
-            interval.high[texel] = (value + bar).map(|high| high.max(0.0));
-        }
-        result
     }
 }
 
-/// Root mean square difference of two passes over lit texels, relative to their mean.
-fn distance(before: &Pass, after: &Pass) -> f64 {
-    let (mut lit, mut sum, mut squares) = (0_u64, 0.0, 0.0);
-    for (a, b) in before.irradiance.iter().zip(&after.irradiance) {
-        if *a > 0.0 || *b > 0.0 {
-            lit += 1;
-            sum += b;
-            squares += (a - b) * (a - b);
-        }
+/// What to begin with.
+fn first_fineness(target: Option<f64>) -> Fineness {
+    Fineness {
+        // From experience, errors follow tolerances like their power 2/3.
+        tolerance: 6e-3 * (16.0 * target.unwrap_or(1e-2)).min(0.1).powf(1.5),
+        points: 1,
     }
-    let lit = lit.max(1) as f64;
-    (squares / lit).sqrt() / (sum / lit)
-}
-
-/// `LD`, whose error is a bound for delta emitters.
-fn direct_layer(direct: &Direct) -> Layer {
-    let texels = direct.texels.len();
-    let mut layer = Layer::bounded(LayerName::Path(Signature::DIRECT), texels);
-    let interval = layer.interval.get_or_insert_default();
-    for (texel, known) in direct.texels.iter().enumerate() {
-        layer.irradiance[texel] = known.irradiance;
-        interval.low[texel] = (known.irradiance - known.error).map(|low| low.max(0.0));
-        interval.high[texel] = known.irradiance + known.error;
-    }
-    layer
 }
 
 /// Whether beams can follow all light of a scene.
@@ -632,10 +568,13 @@ fn direct_layer(direct: &Direct) -> Layer {
 /// Names what they cannot follow.
 pub fn supports(scene: &Scene) -> Result<(), BeamError> {
     for (index, emitter) in scene.emitters().iter().enumerate() {
-        if matches!(emitter, Emitter::Area { .. }) && !emitter.strength().is_black() {
-            return Err(BeamError::AreaLight {
+        if let Emitter::Area { shape, .. } = emitter
+            && !emitter.strength().is_black()
+            && LightSurface::new(&scene.world().shapes()[shape.0 as usize]).is_none()
+        {
+            return Err(BeamError::LampShape {
                 index,
-                plugin: emitter.plugin(),
+                id: scene.objects()[shape.0 as usize].id.clone(),
             });
         }
     }
@@ -650,6 +589,15 @@ pub fn supports(scene: &Scene) -> Result<(), BeamError> {
         }
     }
     Ok(())
+}
+
+/// Whether beams need no lot for any light of a scene: none shines from a surface. Where they do,
+/// photons may be sooner at the same error.
+pub fn is_deterministic(scene: &Scene) -> bool {
+    scene
+        .emitters()
+        .iter()
+        .all(|emitter| !matches!(emitter, Emitter::Area { .. }) || emitter.strength().is_black())
 }
 
 /// Measures what falls on a sensor.

@@ -13,15 +13,22 @@ pub struct BeamSettings {
     pub shading_normals: ShadingNormals,
     /// Path signatures with a layer of their own: the brightest.
     pub max_layers: usize,
+    /// Of scenes with area lights: independent randomisations; their scatter is the random part of the
+    /// error. At least 2.
+    pub replicates: u32,
+    /// Of scenes with area lights: seed of all random choices.
+    pub seed: u64,
 }
 
 impl Default for BeamSettings {
-    /// 16 events, eight layers.
+    /// 16 events, eight layers; 16 replicates of seed 0.
     fn default() -> Self {
         Self {
             max_depth: 16,
             shading_normals: ShadingNormals::Flux,
             max_layers: 8,
+            replicates: 16,
+            seed: 0,
         }
     }
 }

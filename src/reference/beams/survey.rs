@@ -5,8 +5,10 @@ use std::collections::BTreeMap;
 use glam::DVec2;
 use rayon::prelude::*;
 
+use super::pass::Light;
 use crate::scene::Scene;
-use crate::transport::first_surface::{Root, Source};
+use crate::transport::first_surface::Root;
+
 use crate::transport::prescribed::{End, PathFollower};
 use crate::transport::scatter::ShadingNormals;
 use crate::transport::screen::Screen;
@@ -39,17 +41,19 @@ pub struct Survey {
 /// Follows all branches of some thousand paths spread over all first surfaces.
 pub fn survey(
     scene: &Scene,
-    sources: &[(Source, Vec<Root>)],
+    lights: &[Light],
     screen: &Screen,
     max_depth: u32,
     shading_normals: ShadingNormals,
 ) -> Survey {
-    let roots: usize = sources.iter().map(|(_, roots)| roots.len()).sum();
-    let a_root = PLACES.div_ceil(roots.max(1)).min(PLACES);
-    // Where there are many roots, every so many-th will do.
-    let stride = (roots / PLACES).max(1);
+    let places = PLACES.div_ceil(lights.len().max(1));
     let mut all = Survey::default();
-    for (source, roots) in sources {
+    for light in lights {
+        let source = &light.source;
+        let roots = light.roots(scene);
+        let a_root = places.div_ceil(roots.len().max(1));
+        // Where there are many roots, every so many-th will do.
+        let stride = (roots.len() / places).max(1);
         let found: Vec<Vec<Sight>> = roots
             .par_iter()
             .step_by(stride)

@@ -16,7 +16,7 @@ use crate::film::Accumulator;
 use crate::geometry::TraversalCounters;
 use crate::radiometry::Rgb;
 use crate::reference::estimate::relative_error;
-use crate::reference::{Estimate, Layer, LayerName};
+use crate::reference::{Estimate, Layer, LayerName, Quantity};
 use crate::transport::direct::Direct;
 use crate::transport::ledger::{Ledger, Row};
 use crate::transport::receiver::Receiver;
@@ -207,6 +207,7 @@ impl Rounds {
         let mut counters = self.counters;
         counters += direct.counters;
         Estimate {
+            quantity: Quantity::Irradiance,
             width: receiver.width(),
             height: receiver.height(),
             total,

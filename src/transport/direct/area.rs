@@ -10,7 +10,7 @@ use crate::scene::Emitter;
 use crate::transport::domain::surface::{Area, LightSurface, Part, surface_point};
 
 /// Replicates of the quadrature over an area light; their scatter is the error.
-const REPLICATES: u32 = 16;
+pub const REPLICATES: u32 = 16;
 
 /// Samples of a texel and an area light, in each replicate.
 const SAMPLES: u32 = 8;

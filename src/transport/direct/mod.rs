@@ -19,6 +19,8 @@ mod area;
 mod delta;
 mod look;
 
+pub use area::REPLICATES as AREA_REPLICATES;
+
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 

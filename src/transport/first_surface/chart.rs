@@ -49,9 +49,10 @@ impl Chart {
     pub(super) fn cap(shape: u32, ball: &Sphere, source: &Source) -> Option<Self> {
         let to_source = source.towards(ball.center());
         let length = to_source.length();
-        let radius_over_distance = match source {
-            Source::Point { .. } => ball.radius() / length,
-            Source::Parallel { .. } => 0.0,
+        let radius_over_distance = if source.is_parallel() {
+            0.0
+        } else {
+            ball.radius() / length
         };
         // False for NaN: the source is in the centre.
         if radius_over_distance < 1.0 {

@@ -113,9 +113,10 @@ fn lit_ranges(cylinder: &Cylinder, source: &Source) -> Vec<[f64; 2]> {
         (cylinder.at_uv(DVec2::new(u, 0.5)).position - axial) / cylinder.radius()
     };
     let (x, y): (DVec3, DVec3) = (radial(0.0), radial(0.25));
-    let radius_over_distance = match source {
-        Source::Point { .. } => cylinder.radius() / across.length(),
-        Source::Parallel { .. } => 0.0,
+    let radius_over_distance = if source.is_parallel() {
+        0.0
+    } else {
+        cylinder.radius() / across.length()
     };
     // False for NaN, too: light from a point of the axis.
     if !(radius_over_distance < 1.0) || across.length_squared() == 0.0 {
@@ -153,8 +154,12 @@ fn is_outside_closed(scene: &Scene, shape: u32, mesh: &Mesh, source: &Source) ->
         return false;
     }
     let mut counters = TraversalCounters::default();
-    let [a, b, c] = mesh.corners(0);
-    let Some(arrival) = source.arrive((a + b + c) / 3.0) else {
+    // Any face in front of a surface that shines will do.
+    let arrival = (0..mesh.triangle_count() as u32).find_map(|face| {
+        let [a, b, c] = mesh.corners(face);
+        source.arrive((a + b + c) / 3.0)
+    });
+    let Some(arrival) = arrival else {
         return false;
     };
     // The parity of crossings between the source and infinity: the first hit decides.

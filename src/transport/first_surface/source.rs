@@ -1,13 +1,13 @@
-//! Delta emitters: at each point at most one ray.
+//! Sources of light of which each point gets at most one ray.
 
 use glam::DVec3;
 
-use crate::geometry::{Bounds, Ray};
+use crate::geometry::{Bounds, Ray, SurfacePoint};
 use crate::radiometry::Rgb;
 use crate::scene::{Emitter, Scene};
 use crate::transport::domain::chart::Falloff;
 
-/// An emitter whose light arrives at a point along one ray only.
+/// A delta emitter, or one place of an area light: its light arrives at a point along one ray only.
 #[derive(Clone, Copy, Debug)]
 pub enum Source {
     /// Light from one point.
@@ -30,6 +30,14 @@ pub enum Source {
         /// Light starts this far before the plane across it through the middle, ahead of all geometry.
         ahead: f64,
     },
+    /// Light from one place of a surface: an area light is many of these.
+    Surface {
+        /// The place, with its normal on the side that shines.
+        place: SurfacePoint,
+        /// Radiant intensity along the normal [W/sr]: the part of the surface that the place
+        /// stands for \[m²\] times its radiance. It falls off with the cosine to the normal.
+        intensity: Rgb,
+    },
 }
 
 /// The ray of a source to a point.
@@ -40,7 +48,8 @@ pub struct Arrival {
     /// The distance of the point along it.
     pub distance: f64,
     /// Irradiance across the ray at the point, in units of the source's
-    /// [strength](Source::strength): falloff / distance² of a point, 1 of parallel light.
+    /// [strength](Source::strength): falloff / distance² of a point, 1 of parallel light, cos θ /
+    /// distance² of a place on a surface.
     pub density: f64,
 }
 
@@ -94,15 +103,28 @@ impl Source {
             .collect()
     }
 
-    /// Radiant intensity [W/sr] of a point, irradiance across the light [W/m²] of parallel light.
+    /// Radiant intensity [W/sr] of a point (of a surface, along its normal), irradiance across the
+    /// light [W/m²] of parallel light.
     pub fn strength(&self) -> Rgb {
         match *self {
-            Self::Point { intensity, .. } => intensity,
+            Self::Point { intensity, .. } | Self::Surface { intensity, .. } => intensity,
             Self::Parallel { irradiance, .. } => irradiance,
         }
     }
 
-    /// The ray that arrives at a point; `None` at the emitter itself.
+    /// The same source, its strength divided by `divisor`.
+    #[must_use]
+    pub fn dimmed(mut self, divisor: f64) -> Self {
+        match &mut self {
+            Self::Point { intensity, .. } | Self::Surface { intensity, .. } => {
+                *intensity = *intensity / divisor;
+            }
+            Self::Parallel { irradiance, .. } => *irradiance = *irradiance / divisor,
+        }
+        self
+    }
+
+    /// The ray that arrives at a point; `None` at the emitter itself and behind a surface that shines.
     #[inline]
     pub fn arrive(&self, point: DVec3) -> Option<Arrival> {
         match *self {
@@ -134,7 +156,27 @@ impl Source {
                     density: 1.0,
                 })
             }
+            Self::Surface { ref place, .. } => {
+                let offset = point - place.position;
+                let facing = offset.dot(place.geometric_normal);
+                if facing.is_nan() || facing <= 0.0 {
+                    return None;
+                }
+                let distance = offset.length();
+                let direction = offset / distance;
+                Some(Arrival {
+                    // Off the surface, which must not hide its own light.
+                    ray: place.spawn(direction),
+                    distance,
+                    density: facing / (distance * distance * distance),
+                })
+            }
         }
+    }
+
+    /// Whether light is parallel, from infinitely far away.
+    pub fn is_parallel(&self) -> bool {
+        matches!(self, Self::Parallel { .. })
     }
 
     /// A vector from `point` towards the emitter, of any length.
@@ -142,6 +184,7 @@ impl Source {
     pub fn towards(&self, point: DVec3) -> DVec3 {
         match *self {
             Self::Point { origin, .. } => origin - point,
+            Self::Surface { ref place, .. } => place.position - point,
             Self::Parallel { direction, .. } => -direction,
         }
     }

@@ -108,7 +108,10 @@ pub(super) fn record<const N: usize>(
         let is_last = index > follower.events();
         let is_dark =
             is_last && !matches!(met, Met::Plane(_)) && !matches!(first.end, End::Landed(_));
-        let Screen::Receiver(receiver) = follower.screen();
+        let receiver = match follower.screen() {
+            Screen::Receiver(receiver) => Some(receiver.shape()),
+            Screen::Camera { .. } => None,
+        };
         legs.push(Leg {
             start: points(from),
             end: points(to),
@@ -116,7 +119,7 @@ pub(super) fn record<const N: usize>(
             to: met,
             from_faces: faces(from),
             to_faces: faces(to),
-            dark_over: is_dark.then(|| receiver.shape()),
+            dark_over: receiver.filter(|_| is_dark),
         });
     }
     let is_finite = |leg: &Leg| {
@@ -174,8 +177,11 @@ fn follow<const N: usize>(
             *end = surface(&ray, &blocker);
         }
         End::Landed(_) => {
-            let Screen::Receiver(receiver) = follower.screen();
-            let shape = receiver.shape();
+            let shape = match follower.screen() {
+                Screen::Receiver(receiver) => receiver.shape(),
+                // Light landed on the surface that it met.
+                Screen::Camera { .. } => return Some(path),
+            };
             if let Shape::Rectangle(rectangle) = &follower.scene().world().shapes()[shape as usize]
             {
                 let distance = match hit {

@@ -1,0 +1,166 @@
+//! From sums on the film to an estimate.
+
+use std::collections::BTreeMap;
+
+use super::average::Average;
+use super::run::{LampReport, Pass};
+use super::target::Target;
+use crate::geometry::TraversalCounters;
+use crate::numeric::distributions::critical_value;
+use crate::radiometry::Rgb;
+use crate::reference::{Estimate, Layer, LayerName, Quantity};
+use crate::transport::direct::{AREA_REPLICATES, Direct};
+use crate::transport::ledger::{Ledger, Row};
+use crate::transport::signature::Signature;
+
+/// The two-sided confidence of bounds, as far as they are random.
+pub(super) const CONFIDENCE: f64 = 0.999;
+
+/// How many standard errors bounds are away, for [`CONFIDENCE`].
+pub(super) fn standard_errors(replicates: u32) -> f64 {
+    critical_value(CONFIDENCE, f64::from(replicates) - 1.0)
+}
+
+/// What a run came to.
+pub(super) struct Outcome<'a> {
+    pub target: &'a Target,
+    /// The last pass, if any was finished.
+    pub pass: Option<Pass>,
+    /// Whether there is no specular light to be measured.
+    pub is_dark: bool,
+    /// Of a receiver.
+    pub direct: Option<&'a Direct>,
+    pub relative_error: Option<f64>,
+    /// Of a scene with area lights.
+    pub lamps: Option<LampReport>,
+    pub counters: TraversalCounters,
+    pub incomplete: bool,
+}
+
+impl Outcome<'_> {
+    pub fn estimate(self) -> Estimate {
+        let texels = self.target.texels();
+        let [width, height] = self.target.size();
+        let unknown = self.pass.is_none() && !self.is_dark;
+        let direct = self.direct.map(|direct| self.direct_layer(direct));
+        let mut total = Layer::bounded(LayerName::Total, texels);
+        let mut layers = Vec::new();
+        let (mut ledger, mut paths) = (Ledger::default(), 0);
+        if let Some(pass) = &self.pass {
+            layers = self.layers(pass);
+            if self.lamps.is_some() {
+                // Signatures share the places on the lamps: their errors are not independent.
+                total = self.layer(LayerName::Total, &pass.total);
+            } else {
+                for layer in &layers {
+                    total.add(layer);
+                }
+            }
+            paths = pass.reports.iter().map(|(_, one)| one.cells).sum();
+            if self.target.quantity() == Quantity::Irradiance {
+                ledger = ledger_of(pass);
+            }
+        }
+        if let Some(direct) = direct {
+            total.add(&direct);
+            layers.insert(0, direct);
+        }
+        if unknown {
+            total.make_unknown();
+        }
+        Estimate {
+            quantity: self.target.quantity(),
+            width,
+            height,
+            total,
+            layers,
+            counts: vec![0; texels],
+            ledger,
+            paths,
+            counters: self.counters,
+            relative_error: self.relative_error,
+            incomplete: self.incomplete,
+        }
+    }
+
+    /// By signature, the others last.
+    fn layers(&self, pass: &Pass) -> Vec<Layer> {
+        let mut order: Vec<&(Option<Signature>, Average)> = pass.layers.iter().collect();
+        order.sort_by_key(|(signature, _)| signature.map_or(u32::MAX, Signature::code));
+        order
+            .into_iter()
+            .map(|(signature, average)| {
+                let name = signature.map_or(LayerName::Other, LayerName::Path);
+                self.layer(name, average)
+            })
+            .collect()
+    }
+
+    /// Values, standard errors and bounds of a kind of light.
+    fn layer(&self, name: LayerName, average: &Average) -> Layer {
+        let mut result = Layer::bounded(name, average.texels());
+        let widths = self.lamps.map_or(0.0, |lamps| lamps.standard_errors);
+        let interval = result.interval.get_or_insert_default();
+        for texel in 0..average.texels() {
+            // A texel without any surface gets no light.
+            let scale = match self.target.measure(texel) {
+                0.0 => 0.0,
+                measure => 1.0 / measure,
+            };
+            let value = average.mean(texel) * scale;
+            let error = average.standard_error(texel) * scale;
+            let bar = average.bar(texel) * scale + error * widths;
+            result.irradiance[texel] = value;
+            result.standard_error[texel] = error;
+            // No light is less than none.
+            interval.low[texel] = (value - bar).map(|low| low.max(0.0));
+            interval.high[texel] = (value + bar).map(|high| high.max(0.0));
+        }
+        result
+    }
+
+    /// `LD`, whose error is a bound for delta emitters, and a standard error of area lights.
+    fn direct_layer(&self, direct: &Direct) -> Layer {
+        let name = LayerName::Path(Signature::DIRECT);
+        let mut layer = Layer::bounded(name, direct.texels.len());
+        let is_random = self.lamps.is_some();
+        let widths = if is_random {
+            standard_errors(AREA_REPLICATES)
+        } else {
+            1.0
+        };
+        let interval = layer.interval.get_or_insert_default();
+        for (texel, known) in direct.texels.iter().enumerate() {
+            let bar = known.error * widths;
+            layer.irradiance[texel] = known.irradiance;
+            if is_random {
+                layer.standard_error[texel] = known.error;
+            }
+            interval.low[texel] = (known.irradiance - bar).map(|low| low.max(0.0));
+            interval.high[texel] = known.irradiance + bar;
+        }
+        layer
+    }
+}
+
+/// Where the flux went that met a specular surface first.
+fn ledger_of(pass: &Pass) -> Ledger {
+    let mut ledger = Ledger::default();
+    let mut rows = BTreeMap::new();
+    for (signature, report) in &pass.reports {
+        let received = report.received;
+        rows.insert(
+            *signature,
+            Row {
+                received,
+                ..Row::default()
+            },
+        );
+        ledger.emitted.0 = ledger.emitted.0.map(|emitted| emitted.max(report.emitted));
+    }
+    let received: Rgb = rows.values().map(|row| row.received).sum();
+    ledger.rows = rows;
+    // By difference: the cells of each signature see their own light only.
+    ledger.other.escaped = ledger.emitted - received;
+    ledger
+}

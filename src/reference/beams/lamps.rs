@@ -1,0 +1,85 @@
+//! Area lights as many sources, each of one place on the light.
+//!
+//! With x uniform over the light's surface of area A, a caustic is the mean of those of sources at
+//! x that shine with radiant intensity L A cos θ: one replicate's is over n places that follow a
+//! scrambled Sobol' sequence. Replicates are scrambled independently; their scatter is the error of
+//! their mean (Owen 1997, *Scrambled net variance for integrals of smooth functions*).
+
+use super::pass::Light;
+use super::run::BeamError;
+use crate::numeric::{Stream, StreamKind};
+use crate::radiometry::Rgb;
+use crate::scene::{Emitter, Scene};
+use crate::transport::domain::surface::LightSurface;
+use crate::transport::first_surface::Source;
+
+/// The area lights of a scene that shine at all.
+#[derive(Clone, Debug, Default)]
+pub struct Lamps {
+    lamps: Vec<Lamp>,
+}
+
+#[derive(Clone, Debug)]
+struct Lamp {
+    surface: LightSurface,
+    radiance: Rgb,
+    stream: Stream,
+}
+
+impl Lamps {
+    /// The lamps of a scene, with streams of `seed`.
+    ///
+    /// # Errors
+    ///
+    /// Where a lamp's shape is none that light can start from.
+    pub fn new(scene: &Scene, seed: u64) -> Result<Self, BeamError> {
+        // "BEAM": apart from the streams of other uses of the same seed.
+        let stream = Stream::new(StreamKind::Sobol, seed).split(0x4245_414d);
+        let mut lamps = Vec::new();
+        for (index, emitter) in scene.emitters().iter().enumerate() {
+            let Emitter::Area { shape, radiance } = emitter else {
+                continue;
+            };
+            if radiance.is_black() {
+                continue;
+            }
+            let surface = LightSurface::new(&scene.world().shapes()[shape.0 as usize]).ok_or(
+                BeamError::LampShape {
+                    index,
+                    id: scene.objects()[shape.0 as usize].id.clone(),
+                },
+            )?;
+            lamps.push(Lamp {
+                surface,
+                radiance: *radiance,
+                stream: stream.split(index as u64),
+            });
+        }
+        Ok(Self { lamps })
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.lamps.is_empty()
+    }
+
+    /// The sources of a replicate: `points` a lamp, each with its part of the lamp's light.
+    ///
+    /// Those for twice as many points begin with the same places.
+    pub fn lights(&self, replicate: u32, points: u64) -> Vec<Light> {
+        let mut lights = Vec::new();
+        for lamp in &self.lamps {
+            let stream = lamp.stream.split(u64::from(replicate));
+            let intensity = lamp.radiance * (lamp.surface.area() / points as f64);
+            lights.extend((0..points).filter_map(|point| {
+                let place = lamp.surface.sample(stream.point2(point).into())?;
+                let source = Source::Surface { place, intensity };
+                Some(Light {
+                    source,
+                    roots: None,
+                })
+            }));
+        }
+        lights
+    }
+}

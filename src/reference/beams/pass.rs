@@ -1,0 +1,280 @@
+//! One path signature's light of some sources, at one tolerance.
+
+use std::borrow::Cow;
+use std::sync::Mutex;
+use std::sync::atomic::Ordering;
+
+use rayon::prelude::*;
+
+use super::average::Sums;
+use super::bars::bounded;
+use super::facets::{FacetRefiner, part_roots};
+use super::film::BeamFilm;
+use super::refine::{Balance, Limits, Refiner, Scratch};
+use super::run::BeamError;
+use super::target::Target;
+use crate::geometry::TraversalCounters;
+use crate::numeric::FixedPoint;
+use crate::radiometry::Rgb;
+use crate::reference::Progress;
+use crate::scene::{Scene, is_achromatic};
+use crate::transport::facets::path::FacetPaths;
+use crate::transport::facets::table::Facets;
+use crate::transport::first_surface::{Root, Source, roots};
+use crate::transport::flux::Flux;
+use crate::transport::guard::Guard;
+use crate::transport::prescribed::PathFollower;
+use crate::transport::scatter::ShadingNormals;
+use crate::transport::signature::Signature;
+
+/// Roots of one task.
+const TASK_ROOTS: usize = 16;
+
+/// ... where there are at least as many sources as this, which make tasks enough.
+const MANY_SOURCES: usize = 16;
+/// See [`MANY_SOURCES`].
+const LARGE_TASK_ROOTS: usize = 512;
+
+/// A source and the light space over its first surfaces.
+#[derive(Clone, Debug)]
+pub struct Light {
+    /// Where the light comes from.
+    pub source: Source,
+    /// Where it may go; of a source that is one of thousands, found when needed.
+    pub roots: Option<Vec<Root>>,
+}
+
+impl Light {
+    /// The light space.
+    pub fn roots(&self, scene: &Scene) -> Cow<'_, [Root]> {
+        self.roots.as_ref().map_or_else(
+            || Cow::Owned(roots(scene, &self.source)),
+            |roots| Cow::Borrowed(&**roots),
+        )
+    }
+
+    /// The same with its light divided by `divisor`.
+    #[must_use]
+    pub fn dimmed(mut self, divisor: f64) -> Self {
+        self.source = self.source.dimmed(divisor);
+        self
+    }
+}
+
+/// What is the same for all passes of a run.
+pub struct Passes<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// The sensor.
+    pub target: &'a Target,
+    /// What may be in the way of light.
+    pub guard: &'a Guard<'a>,
+    /// Flat faces.
+    pub facets: &'a Facets,
+    /// What interpolated normals do to flux.
+    pub shading_normals: ShadingNormals,
+    /// About the flux on the film in all \[W\].
+    pub flux: f64,
+    /// Ends a pass.
+    pub stop: &'a (dyn Fn() -> bool + Sync),
+    /// Told of finished roots.
+    pub progress: &'a Progress,
+}
+
+/// What a pass found.
+pub struct PassLayer {
+    /// What is on the film.
+    pub sums: Sums,
+    /// Sums over all cells.
+    pub report: SignatureReport,
+}
+
+/// One signature's cells in the last pass.
+#[derive(Clone, Debug, serde::Serialize)]
+pub struct SignatureReport {
+    /// Its name.
+    pub name: String,
+    /// Cells finished.
+    pub cells: u64,
+    /// ... crossed by a border between families.
+    pub cut_cells: u64,
+    /// ... with a part that no line divides.
+    pub unresolved_cells: u64,
+    /// Flux on the film \[W\]; of a camera, what its radiance is with the étendue of a typical pixel.
+    pub received: Rgb,
+    /// Flux that borders may have misplaced \[W\], in the same unit.
+    pub slack: Rgb,
+    /// Light that set out \[W\], mean of channels, as this signature's cells sum it up: the same for all
+    /// but for quadrature.
+    pub emitted: f64,
+    /// |received on the film − sum over its texels| / emitted: deposits lose nothing.
+    pub balance_error: f64,
+}
+
+impl SignatureReport {
+    /// The same with its light times `weight`.
+    #[must_use]
+    pub fn weighted(mut self, weight: f64) -> Self {
+        self.received *= weight;
+        self.slack *= weight;
+        self.emitted *= weight;
+        self
+    }
+
+    /// Adds the cells of other light of the same signature.
+    pub fn add(&mut self, other: &Self) {
+        self.cells += other.cells;
+        self.cut_cells += other.cut_cells;
+        self.unresolved_cells += other.unresolved_cells;
+        self.received += other.received;
+        self.slack += other.slack;
+        self.emitted += other.emitted;
+        self.balance_error = self.balance_error.max(other.balance_error);
+    }
+}
+
+/// What some roots came to, and the work that took.
+type Work<const N: usize> = (Balance<N>, TraversalCounters);
+
+/// The work of some roots; `None` where it was stopped.
+type Done<const N: usize> = Option<Work<N>>;
+
+impl Passes<'_> {
+    /// One signature at one tolerance; `None` where it was stopped.
+    ///
+    /// # Errors
+    ///
+    /// Where a texel's flux is not representable.
+    pub fn signature(
+        &self,
+        lights: &[Light],
+        signature: Signature,
+        limits: Limits,
+        counters: &mut TraversalCounters,
+    ) -> Result<Option<PassLayer>, BeamError> {
+        if is_achromatic(self.scene) {
+            self.in_channels::<1>(lights, signature, limits, counters)
+        } else {
+            self.in_channels::<3>(lights, signature, limits, counters)
+        }
+    }
+
+    fn in_channels<const N: usize>(
+        &self,
+        lights: &[Light],
+        signature: Signature,
+        limits: Limits,
+        counters: &mut TraversalCounters,
+    ) -> Result<Option<PassLayer>, BeamError> {
+        // Slack may count the same flux in several texels, and the survey is coarse.
+        let scale =
+            FixedPoint::for_total(64.0 * self.flux).map_err(|_| BeamError::NotRepresentable)?;
+        let film = BeamFilm::<N>::new(self.target.size(), scale);
+        let task = if lights.len() < MANY_SOURCES {
+            TASK_ROOTS
+        } else {
+            LARGE_TASK_ROOTS
+        };
+        let done: Vec<Vec<Done<N>>> = lights
+            .par_iter()
+            .map(|light| self.light(light, signature, limits, task, &film))
+            .collect();
+        let mut total = Balance::<N>::default();
+        // In the order of the roots: floats are summed the same on any threads.
+        for one in done.into_iter().flatten() {
+            let Some((balance, work)) = one else {
+                return Ok(None);
+            };
+            total += balance;
+            *counters += work;
+        }
+        if film.overflowed() {
+            return Err(BeamError::NotRepresentable);
+        }
+        let bounded = bounded(&film);
+        let on_film = bounded
+            .flux
+            .iter()
+            .fold(Flux::BLACK, |sum, flux| sum + *flux);
+        let emitted = total.emitted.max(f64::MIN_POSITIVE);
+        let report = SignatureReport {
+            name: signature.to_string(),
+            cells: total.cells,
+            cut_cells: total.cut_cells,
+            unresolved_cells: total.unresolved_cells,
+            received: total.received.rgb(),
+            slack: total.slack.rgb(),
+            emitted: total.emitted,
+            balance_error: (on_film - total.received).max_magnitude() / emitted,
+        };
+        Ok(Some(PassLayer {
+            sums: Sums::of(&bounded),
+            report,
+        }))
+    }
+
+    /// One source's light, in tasks of some roots.
+    fn light<const N: usize>(
+        &self,
+        light: &Light,
+        signature: Signature,
+        limits: Limits,
+        task: usize,
+        film: &BeamFilm<N>,
+    ) -> Vec<Done<N>> {
+        // Memory to work in, handed from task to task.
+        let idle: Mutex<Vec<Scratch<N>>> = Mutex::new(Vec::new());
+        let screen = self.target.screen();
+        let paths = FacetPaths::new(
+            self.scene,
+            &light.source,
+            self.facets,
+            signature,
+            self.shading_normals,
+        );
+        let refined = |count: usize, work: &dyn Fn(&mut Refiner<'_, '_, N>) -> Work<N>| {
+            if (self.stop)() {
+                return None;
+            }
+            let held = idle.lock().ok().and_then(|mut idle| idle.pop());
+            let mut scratch = held.unwrap_or_default();
+            let follower = PathFollower::new(
+                self.scene,
+                &light.source,
+                &screen,
+                signature,
+                self.shading_normals,
+            );
+            let mut refiner = Refiner::new(follower, film, self.guard, limits, &mut scratch);
+            let (mut balance, mut counters) = work(&mut refiner);
+            balance += refiner.balance;
+            counters += refiner.counters();
+            self.progress
+                .paths
+                .fetch_add(count as u64, Ordering::Relaxed);
+            if let Ok(mut idle) = idle.lock() {
+                idle.push(scratch);
+            }
+            Some((balance, counters))
+        };
+        let (flat, roots) = part_roots(self.facets, &light.roots(self.scene));
+        let by_cells = roots.par_chunks(task).map(|roots| {
+            refined(roots.len(), &|refiner| {
+                for root in roots {
+                    refiner.refine(root);
+                }
+                Work::default()
+            })
+        });
+        let by_facets = flat.par_chunks(task).map(|facets| {
+            refined(facets.len(), &|refiner| {
+                let mut polygons = FacetRefiner::new(&paths, &screen, film, limits.tolerance);
+                for facet in facets {
+                    polygons.refine(*facet, refiner);
+                }
+                (polygons.balance, polygons.counters)
+            })
+        });
+        by_cells.chain(by_facets).collect()
+    }
+}

@@ -1,0 +1,309 @@
+//! Beams on a camera: the image is the receiver's map seen through the camera, and that of photons.
+
+use std::sync::OnceLock;
+
+use glam::DVec2;
+
+use nephroid::geometry::TraversalCounters;
+use nephroid::mitsuba;
+use nephroid::numeric::{Stream, StreamKind};
+use nephroid::reference::beams::{self, BeamBudget, BeamSettings};
+use nephroid::reference::{Estimate, Progress, Quantity};
+use nephroid::scene::{Crop, Scene, Sensor};
+use nephroid::transport::camera::Camera;
+use nephroid::transport::first_surface::{Source, roots};
+use nephroid::transport::prescribed::{End, PathFollower};
+use nephroid::transport::scatter::ShadingNormals;
+use nephroid::transport::screen::Screen;
+use nephroid::transport::signature::Signature;
+
+mod support;
+
+const WIDTH: usize = 80;
+const HEIGHT: usize = 60;
+const TEXELS: usize = 512;
+/// Half the side of the floor.
+const FLOOR: f64 = 2.0;
+const ALBEDO: f64 = 0.8;
+
+/// glass-ball with a small camera and a fine floor.
+fn scene() -> &'static Scene {
+    static SCENE: OnceLock<Scene> = OnceLock::new();
+    SCENE.get_or_init(|| {
+        let mut parts = mitsuba::load_parts(&support::bundled_file("glass-ball"), &[]).unwrap();
+        for sensor in &mut parts.sensors {
+            let [width, height] = match sensor.id.as_str() {
+                "camera" => [WIDTH as u32, HEIGHT as u32],
+                _ => [TEXELS as u32; 2],
+            };
+            (sensor.film.width, sensor.film.height) = (width, height);
+            sensor.film.crop = Crop {
+                offset_x: 0,
+                offset_y: 0,
+                width,
+                height,
+            };
+        }
+        Scene::new(parts).unwrap()
+    })
+}
+
+fn sensor(id: &str) -> &'static Sensor {
+    scene().sensors().iter().find(|one| one.id == id).unwrap()
+}
+
+/// The scene by beams.
+fn by_beams(id: &str) -> Estimate {
+    let budget = BeamBudget {
+        relative_error: Some(1e-3),
+        ..BeamBudget::default()
+    };
+    let settings = BeamSettings {
+        max_layers: 64,
+        ..BeamSettings::default()
+    };
+    let (estimate, report) =
+        beams::run(scene(), sensor(id), settings, &budget, &Progress::default()).unwrap();
+    for one in report.signatures.iter().filter(|_| id == "camera") {
+        // Some hundred thousand roundings of numbers up to 1, of either sign.
+        assert!(one.balance_error < 1e-12, "{one:?}");
+    }
+    estimate
+}
+
+fn camera_image() -> &'static Estimate {
+    static IMAGE: OnceLock<Estimate> = OnceLock::new();
+    IMAGE.get_or_init(|| by_beams("camera"))
+}
+
+/// Light from specular chains: value and half the distance of its bounds, texel by texel.
+struct Map {
+    width: usize,
+    value: Vec<f64>,
+    bar: Vec<f64>,
+}
+
+impl Map {
+    fn of(estimate: &Estimate) -> Self {
+        let texels = estimate.width * estimate.height;
+        let mut map = Self {
+            width: estimate.width,
+            value: vec![0.0; texels],
+            bar: vec![0.0; texels],
+        };
+        for layer in &estimate.layers {
+            if layer.name.to_string() == "LD" {
+                continue;
+            }
+            let interval = layer.interval.as_ref().unwrap();
+            for texel in 0..texels {
+                let value = layer.irradiance[texel].mean();
+                let (low, high) = (interval.low[texel].mean(), interval.high[texel].mean());
+                map.value[texel] += value;
+                // Bounds below zero were cut off.
+                map.bar[texel] += (high - value).max(value - low).abs();
+            }
+        }
+        map
+    }
+
+    fn at(&self, column: usize, row: usize) -> f64 {
+        self.value[row * self.width + column]
+    }
+
+    /// Irradiance at a point in texels, bilinear between texels' centres, and how far that may be
+    /// from the truth; `None` at the border.
+    ///
+    /// With E'' constant over some texels of side h, the interpolation is off by at most h²/8 (|E_uu| + |E_vv|),
+    /// a texel's average from its centre's value by h²/24 (E_uu + E_vv); h² E'' is a second difference.
+    fn interpolated(&self, at: DVec2) -> Option<(f64, f64)> {
+        let from = (at - 0.5).floor();
+        let part = at - 0.5 - from;
+        let inside =
+            from.cmpge(DVec2::ONE).all() && from.cmple(DVec2::splat(TEXELS as f64 - 3.0)).all();
+        let (x, y) = inside.then_some((from.x as usize, from.y as usize))?;
+        let (mut value, mut error) = (0.0, 0.0);
+        let mut bend: f64 = 0.0;
+        for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
+            let (x, y) = (x + dx, y + dy);
+            let weight = (if dx == 1 { part.x } else { 1.0 - part.x })
+                * (if dy == 1 { part.y } else { 1.0 - part.y });
+            value += weight * self.at(x, y);
+            error += weight * self.bar[y * self.width + x];
+            let middle = 2.0 * self.at(x, y);
+            bend = bend.max(
+                (self.at(x - 1, y) + self.at(x + 1, y) - middle).abs()
+                    + (self.at(x, y - 1) + self.at(x, y + 1) - middle).abs(),
+            );
+        }
+        Some((value, error + bend / 6.0))
+    }
+}
+
+/// The place on the floor's film that a camera sees, if it sees the floor.
+fn floor_seen(camera: &Camera, at: DVec2) -> Option<DVec2> {
+    let view = camera.pixel_ray(at);
+    let world = scene().world();
+    let hit = world.closest_hit(&view.ray, view.reach, &mut TraversalCounters::default())?;
+    let point = world.surface_point(&view.ray, &hit);
+    let is_floor = scene().objects()[hit.shape as usize].id == "floor-surface";
+    is_floor.then(|| (point.position.truncate() / FLOOR * 0.5 + 0.5) * TEXELS as f64)
+}
+
+#[test]
+fn a_cameras_image_is_the_floors_irradiance_times_albedo_by_pi() {
+    let image = camera_image();
+    assert_eq!(image.quantity, Quantity::Radiance);
+    let (image, floor) = (Map::of(image), Map::of(&by_beams("floor")));
+    let camera = Camera::new(scene(), sensor("camera")).unwrap();
+    // A pixel's average by midpoints: off by a part (1/24)²/24 of its second difference.
+    const POINTS: usize = 24;
+    let (mut compared, mut sum, mut tolerances) = (0, 0.0, 0.0);
+    for pixel in 0..WIDTH * HEIGHT {
+        let corner = DVec2::new((pixel % WIDTH) as f64, (pixel / WIDTH) as f64);
+        let average: Option<(f64, f64)> = (0..POINTS * POINTS)
+            .map(|index| {
+                let place = DVec2::new((index % POINTS) as f64, (index / POINTS) as f64);
+                let at = floor_seen(&camera, corner + (place + 0.5) / POINTS as f64)?;
+                // Where the map bends more, it is not smooth, and the estimate of the error means nothing.
+                let (value, error) = floor.interpolated(at)?;
+                (value > 0.0 && error < 0.05 * value).then_some((value, error))
+            })
+            .sum::<Option<Vec2>>()
+            .map(|Vec2(value, error)| {
+                let count = (POINTS * POINTS) as f64;
+                (value / count, error / count)
+            });
+        let Some((value, error)) = average else {
+            continue;
+        };
+        let factor = ALBEDO / std::f64::consts::PI;
+        let difference = (image.value[pixel] - factor * value).abs();
+        let tolerance = factor * error + image.bar[pixel];
+        assert!(
+            difference <= tolerance,
+            "pixel {corner}: {} by beams, {} seen, allowed {tolerance}",
+            image.value[pixel],
+            factor * value
+        );
+        compared += 1;
+        sum += factor * value;
+        tolerances += tolerance;
+    }
+    // Not all were too rough to say anything.
+    assert!(compared > 500, "{compared} pixels compared");
+    println!(
+        "{compared} pixels within a mean tolerance of {:.2e}",
+        tolerances / sum
+    );
+    assert!(tolerances < 0.03 * sum, "{:e}", tolerances / sum);
+}
+
+/// Sums of pairs.
+#[derive(Clone, Copy)]
+struct Vec2(f64, f64);
+
+impl std::iter::Sum<(f64, f64)> for Vec2 {
+    fn sum<I: Iterator<Item = (f64, f64)>>(values: I) -> Self {
+        values.fold(Self(0.0, 0.0), |sum, value| {
+            Self(sum.0 + value.0, sum.1 + value.1)
+        })
+    }
+}
+
+#[test]
+fn a_cameras_image_is_that_of_photons_connected_to_it() {
+    // Bins of 8 x 6 pixels: with enough photons each for a normal sum.
+    const BIN: [usize; 2] = [8, 6];
+    const BINS: usize = (WIDTH / BIN[0]) * (HEIGHT / BIN[1]);
+    const PHOTONS: u64 = 3000;
+    let bin = |x: usize, y: usize| y / BIN[1] * (WIDTH / BIN[0]) + x / BIN[0];
+    let image = Map::of(camera_image());
+    let mut beams = [(0.0, 0.0); BINS];
+    for pixel in 0..WIDTH * HEIGHT {
+        let sum = &mut beams[bin(pixel % WIDTH, pixel / WIDTH)];
+        sum.0 += image.value[pixel];
+        sum.1 += image.bar[pixel];
+    }
+    let camera = Camera::new(scene(), sensor("camera")).unwrap();
+    let screen = Screen::Camera {
+        camera: &camera,
+        etendue: 1.0,
+    };
+    let source = Source::all(scene())[0];
+    let mut follower = PathFollower::<1>::new(
+        scene(),
+        &source,
+        &screen,
+        Signature::DIRECT,
+        ShadingNormals::Flux,
+    );
+    let stream = Stream::new(StreamKind::Random, 5);
+    let mut sums = [(0.0, 0.0); BINS];
+    for (index, root) in roots(scene(), &source).iter().enumerate() {
+        // Each root is a stratum; the photons in it are independent.
+        let stream = stream.split(index as u64);
+        let [a, b, c] = root.corners;
+        let area = 0.5 * (b - a).perp_dot(c - a).abs();
+        let mut stratum = [(0.0, 0.0); BINS];
+        for photon in 0..PHOTONS {
+            let mut place: DVec2 = stream.point2(photon).into();
+            if place.x + place.y > 1.0 {
+                place = DVec2::ONE - place;
+            }
+            let at = a + (b - a) * place.x + (c - a) * place.y;
+            let mut found = Vec::new();
+            follower.follow_all(&root.chart, at, 16, 1e-9, &mut |_, path| {
+                if let End::Landed(at) = path.end
+                    && camera.pixel(at).is_some()
+                {
+                    let radiance = path.throughput.0[0] * path.emitted * area;
+                    found.push((bin(at.x as usize, at.y as usize), radiance));
+                }
+            });
+            // All of a photon's branches into a bin are one sample.
+            found.sort_by_key(|(bin, _)| *bin);
+            for branches in found.chunk_by(|a, b| a.0 == b.0) {
+                let radiance: f64 = branches.iter().map(|(_, radiance)| radiance).sum();
+                let sum = &mut stratum[branches[0].0];
+                sum.0 += radiance;
+                sum.1 += radiance * radiance;
+            }
+        }
+        let count = PHOTONS as f64;
+        for (sum, (value, square)) in sums.iter_mut().zip(stratum) {
+            sum.0 += value / count;
+            sum.1 += (square - value * value / count) / (count * (count - 1.0));
+        }
+    }
+    let mut compared = 0;
+    let (mut all, mut variance, mut by_beams, mut bar) = (0.0, 0.0, 0.0, 0.0);
+    for (index, ((beams, of_bar), (photons, squared_error))) in beams.iter().zip(sums).enumerate() {
+        all += photons;
+        variance += squared_error;
+        by_beams += beams;
+        bar += of_bar;
+        let error = squared_error.sqrt();
+        // Rarer light is no normal sum.
+        if photons == 0.0 || error > 0.03 * photons {
+            continue;
+        }
+        compared += 1;
+        // Of a hundred normal numbers the largest is beyond 5 with a chance of 6e-5.
+        assert!(
+            (beams - photons).abs() <= 5.0 * error + of_bar,
+            "bin {index}: {beams} by beams, {photons} ± {error} by photons"
+        );
+    }
+    assert!(compared >= 40, "{compared} bins compared");
+    // Nothing is lost on the whole, not in dim or rough pixels either.
+    assert!(
+        (by_beams - all).abs() <= 5.0 * variance.sqrt() + bar,
+        "{by_beams} ± {bar} by beams, {all} ± {} by photons",
+        variance.sqrt()
+    );
+    println!(
+        "{compared} bins; in all {by_beams} ± {bar:.1e} by beams, {all} ± {:.1e} by photons",
+        variance.sqrt()
+    );
+}
