@@ -72,8 +72,7 @@ fn assert_bounds_hold_against(oracle: &Oracle, side: usize, errors: &[f64]) {
             }
         }
         let rmse = verdict.caustic.rmse;
-        // NaN is a fault.
-        if !(rmse <= error) {
+        if rmse > error || rmse.is_nan() {
             faults.push(format!(
                 "{name}, asked for {error}: the true error is {rmse:.1e}"
             ));

@@ -167,11 +167,12 @@ const COMPARISONS: usize = 400_000;
 /// error bars say: each z-score is below Student's quantile (Bonferroni's bound on Šidák's), and where there are
 /// enough texels, their mean and variance are Student's. A z-score is taken from the nearer end of the beams' bounds,
 /// and where a scene has 300 texels to judge, from the beams' answer itself, whose error is
-/// far below the photons'.
-fn assert_photons_agree(name: &str, error: f64) {
+/// far below the photons'. Where light is spread over all 64 x 64 texels, it takes 2²¹ photons for 30 in each and
+/// every replicate.
+fn assert_photons_agree(name: &str, error: f64, count: u64) {
     let scene = bundled(name, 64);
     let (estimate, report) = beams(&scene, error);
-    let mut photons = Photons::new(1 << 20);
+    let mut photons = Photons::new(count);
     photons.settings.max_layers = 64;
     photons.settings.chains = ChainSettings {
         max_depth: DEPTH,
@@ -227,42 +228,42 @@ fn assert_photons_agree(name: &str, error: f64) {
 
 #[test]
 fn photons_agree_with_beams_on_the_glass_ball() {
-    assert_photons_agree("glass-ball", 1e-3);
+    assert_photons_agree("glass-ball", 1e-3, 1 << 20);
 }
 
 #[test]
 fn photons_agree_with_beams_on_the_ball_of_triangles() {
-    assert_photons_agree("glass-ball-mesh", 1e-3);
+    assert_photons_agree("glass-ball-mesh", 1e-3, 1 << 20);
 }
 
 #[test]
 fn photons_agree_with_beams_in_the_coffee_cup() {
-    assert_photons_agree("coffee-cup", 1e-3);
+    assert_photons_agree("coffee-cup", 1e-3, 1 << 20);
 }
 
 #[test]
 fn photons_agree_with_beams_in_the_mirror_ring() {
-    assert_photons_agree("mirror-ring", 1e-3);
+    assert_photons_agree("mirror-ring", 1e-3, 1 << 20);
 }
 
 #[test]
 fn photons_agree_with_beams_below_ripples() {
-    assert_photons_agree("water", 1e-3);
+    assert_photons_agree("water", 1e-3, 1 << 21);
 }
 
 #[test]
 fn photons_agree_with_beams_below_the_prism() {
-    assert_photons_agree("prism", 1e-3);
+    assert_photons_agree("prism", 1e-3, 1 << 20);
 }
 
 #[test]
 fn photons_agree_with_beams_behind_the_lens() {
-    assert_photons_agree("lens", 1e-3);
+    assert_photons_agree("lens", 1e-3, 1 << 20);
 }
 
 #[test]
 fn photons_agree_with_beams_above_the_dish() {
-    assert_photons_agree("parabolic-mirror", 1e-3);
+    assert_photons_agree("parabolic-mirror", 1e-3, 1 << 21);
 }
 
 // ---- root finding as a witness ------------------------------------------------------------------
@@ -527,11 +528,11 @@ fn rays_are_as_many_on_any_threads() {
 #[test]
 #[ignore = "fault: corners of LTTD are missed, 16 % of a texel and more"]
 fn photons_agree_with_beams_below_the_cube() {
-    assert_photons_agree("cube", 1e-3);
+    assert_photons_agree("cube", 1e-3, 1 << 20);
 }
 
 #[test]
 #[ignore = "fault: polygons of LTRRRTD and longer paths are missed"]
 fn photons_agree_with_beams_below_the_diamond() {
-    assert_photons_agree("diamond", 1e-2);
+    assert_photons_agree("diamond", 1e-2, 1 << 20);
 }

@@ -60,14 +60,15 @@ pub fn held(layer: &Layer, low: &[f64], high: &[f64]) -> Held {
         ..Held::default()
     };
     for texel in 0..low.len() {
-        let beyond =
-            (bounds.low[texel].0[0] - high[texel]).max(low[texel] - bounds.high[texel].0[0]);
-        if !(beyond <= 0.0) {
-            held.missed += 1;
-            let beyond = beyond / mean;
-            if !(beyond <= held.worst) {
-                (held.worst, held.at) = (beyond, texel);
-            }
+        let (bound_low, bound_high) = (bounds.low[texel].0[0], bounds.high[texel].0[0]);
+        // False for NaN.
+        if bound_low <= high[texel] && low[texel] <= bound_high {
+            continue;
+        }
+        held.missed += 1;
+        let beyond = (bound_low - high[texel]).max(low[texel] - bound_high) / mean;
+        if beyond > held.worst || beyond.is_nan() {
+            (held.worst, held.at) = (beyond, texel);
         }
     }
     let mut ratios = Vec::with_capacity(lit.len());
