@@ -26,6 +26,12 @@ const MOST_TOLERANCES: f64 = 4096.0;
 /// more than a part of this.
 const UNGUARDED_TOLERANCES: f64 = 8.0;
 
+/// ... and with no more than this part of its signature's flux, ...
+const LARGE_PART: f64 = 1.0 / 32.0;
+
+/// ... unless the signature is so faint that this would take too many cells.
+const LEAST_UNGUARDED: f64 = 1.0 / 4096.0;
+
 /// ... of a mesh, where every face is a root and has been looked at six times.
 const UNGUARDED_FACE_TOLERANCES: f64 = 512.0;
 
@@ -112,6 +118,8 @@ pub struct Refiner<'a, 'f, const N: usize> {
     strength: f64,
     /// What a dark place could send, of all that sets out towards it.
     peak: f64,
+    /// Flux \[W\] up to which a cell need not be guarded.
+    unguarded: f64,
     /// Misplaced flux that a cell may have \[W\].
     tolerance: f64,
     /// What was found so far.
@@ -123,9 +131,20 @@ pub struct Refiner<'a, 'f, const N: usize> {
 pub struct Limits {
     /// Misplaced flux that a cell may have \[W\].
     pub tolerance: f64,
+    /// About what the signature brings in all \[W\]: a cell that may hide a good part of it is no
+    /// small one, whatever the tolerance.
+    pub flux: f64,
     /// The most that a path of the signature delivers of what sets out, as a survey saw it: what
     /// may be hidden between dark nodes is at most twice that.
     pub peak: f64,
+}
+
+impl Limits {
+    /// Flux \[W\] up to which a cell need not be guarded.
+    fn unguarded(&self) -> f64 {
+        let most = self.tolerance * UNGUARDED_TOLERANCES;
+        (self.flux * LARGE_PART).clamp(most * LEAST_UNGUARDED, most)
+    }
 }
 
 /// A cell ready for the film.
@@ -144,7 +163,7 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
         follower: PathFollower<'a, N>,
         film: &'f BeamFilm<N>,
         guard: &'f Guard<'a>,
-        Limits { tolerance, peak }: Limits,
+        limits: Limits,
         scratch: &'f mut Scratch<N>,
     ) -> Self {
         scratch.store.forget();
@@ -154,8 +173,9 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
             film,
             guard,
             scratch,
-            tolerance,
-            peak,
+            tolerance: limits.tolerance,
+            peak: limits.peak,
+            unguarded: limits.unguarded(),
             balance: Balance::default(),
         }
     }
@@ -209,11 +229,11 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
         // The guard knows no way from a surface to a camera.
         let is_camera = matches!(self.follower.screen(), Screen::Camera { .. });
         let unguarded = match chart {
-            Chart::Face { .. } => UNGUARDED_FACE_TOLERANCES,
-            _ if is_camera => UNGUARDED_FACE_TOLERANCES,
-            _ => UNGUARDED_TOLERANCES,
+            Chart::Face { .. } => self.tolerance * UNGUARDED_FACE_TOLERANCES,
+            _ if is_camera => self.tolerance * UNGUARDED_FACE_TOLERANCES,
+            _ => self.unguarded,
         };
-        if cell.level >= MAX_LEVEL || flux <= self.tolerance * unguarded {
+        if cell.level >= MAX_LEVEL || flux <= unguarded {
             return true;
         }
         if !look.one_family || look.any_landed && flux > self.tolerance * MOST_TOLERANCES {

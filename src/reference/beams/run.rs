@@ -461,6 +461,7 @@ impl<'a> Setup<'a> {
             for (rank, (signature, found)) in signatures.iter().enumerate() {
                 let limits = Limits {
                     tolerance: fineness.tolerance * self.flux,
+                    flux: found.flux,
                     peak: found.peak,
                 };
                 let layer = passes.signature(lights, *signature, limits, counters)?;
