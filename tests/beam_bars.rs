@@ -119,34 +119,27 @@ fn bounds_hold_at_512_texels_down_to_an_error_of_a_hundredth_of_a_percent() {
     }
 }
 
-// ---- Known faults: each of these fails today. Take the mark away with the fault. --------------------
-
 #[test]
-#[ignore = "fault: 9 texels of LRD out of bounds at 10 %"]
 fn bounds_hold_in_the_mirror_ring() {
     assert_bounds_hold("mirror-ring", 128, &ERRORS);
 }
 
 #[test]
-#[ignore = "fault: slivers of LRRRD and longer paths are missed, at 0.1 % by 2.5 of the mean"]
 fn bounds_hold_in_the_coffee_cup() {
     assert_bounds_hold("coffee-cup", 128, &ERRORS);
 }
 
 #[test]
-#[ignore = "fault: part of LTRRRTD and LTRRRRTD is missed"]
 fn bounds_hold_below_the_prism() {
     assert_bounds_hold("prism", 128, &ERRORS);
 }
 
 #[test]
-#[ignore = "fault: corners of LTRTD and LTRRTD are missed at every error"]
 fn bounds_hold_below_the_cube() {
     assert_bounds_hold("cube", 128, &ERRORS);
 }
 
 #[test]
-#[ignore = "fault: whole polygons of LTRRTD and longer paths are missed; 0.1 % takes 40 s"]
 fn bounds_hold_below_the_diamond() {
     assert_bounds_hold("diamond", 128, &ERRORS);
 }

@@ -507,11 +507,8 @@ fn a_smaller_error_is_a_smaller_error() {
     assert!(errors[0] > errors[1] && errors[1] > errors[2], "{errors:?}");
 }
 
-// ---- Known faults: each of these fails today. Take the mark away with the fault. --------------------
-
 /// The summary in the file tells how many rays there were, and `--rays` stops by their number.
 #[test]
-#[ignore = "fault: how many paths a task finds in its store depends on the task before it on the same thread"]
 fn rays_are_as_many_on_any_threads() {
     let scene = bundled("glass-ball", 48);
     let rays = |threads: usize| {
@@ -526,13 +523,11 @@ fn rays_are_as_many_on_any_threads() {
 }
 
 #[test]
-#[ignore = "fault: corners of LTTD are missed, 16 % of a texel and more"]
 fn photons_agree_with_beams_below_the_cube() {
     assert_photons_agree("cube", 1e-3, 1 << 20);
 }
 
 #[test]
-#[ignore = "fault: polygons of LTRRRTD and longer paths are missed"]
 fn photons_agree_with_beams_below_the_diamond() {
     assert_photons_agree("diamond", 1e-2, 1 << 20);
 }

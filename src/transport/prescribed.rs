@@ -174,7 +174,7 @@ impl<'a, const N: usize> PathFollower<'a, N> {
             direction = branch.direction;
             let ray = point.spawn(direction);
             if index + 1 == self.events.len() {
-                return self.land(ray, throughput, emitted, &family, leg);
+                return self.land(ray, throughput, emitted, family, leg);
             }
             let Some((ray, hit)) = self.next_hit(ray) else {
                 leg(&ray, None);
@@ -242,7 +242,7 @@ impl<'a, const N: usize> PathFollower<'a, N> {
                 }
                 let signature = signature.then(event);
                 let ray = point.spawn(branch.direction);
-                let path = self.land(ray, throughput, emitted, &family, |_, _| ());
+                let path = self.land(ray, throughput, emitted, family, |_, _| ());
                 found(signature, path);
                 if let Some((ray, hit)) = self.next_hit(ray) {
                     let point = world.bounce_point(&ray, &hit);
@@ -259,7 +259,7 @@ impl<'a, const N: usize> PathFollower<'a, N> {
         ray: Ray,
         throughput: Flux<N>,
         emitted: f64,
-        family: &Family,
+        family: Family,
         mut leg: impl FnMut(&Ray, Option<&Hit>),
     ) -> PathEnd<N> {
         let (ray, hit) = match self.next_hit(ray) {

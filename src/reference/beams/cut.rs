@@ -33,15 +33,6 @@ struct Crossing<const N: usize> {
     after: Node<N>,
 }
 
-/// What cutting a triangle came to.
-#[derive(Clone, Debug)]
-pub enum Cut<const N: usize> {
-    /// Pieces of one family each; those that do not land are left out.
-    Pieces(Pieces<N>),
-    /// More than two families, or one in between: not to be cut by one line.
-    Failed,
-}
-
 /// Up to three pieces.
 #[derive(Clone, Copy, Debug)]
 pub struct Pieces<const N: usize> {
@@ -53,10 +44,6 @@ impl<const N: usize> Pieces<N> {
     pub fn iter(&self) -> impl Iterator<Item = &Piece<N>> {
         self.pieces.iter().flatten()
     }
-
-    fn of(pieces: [Option<Piece<N>>; 3]) -> Cut<N> {
-        Cut::Pieces(Self { pieces })
-    }
 }
 
 /// A triangle that lands; `None` where it does not, or has no area.
@@ -66,32 +53,35 @@ pub fn whole<const N: usize>(corners: [Node<N>; 3]) -> Option<Piece<N>> {
     (lands && area > 0.0).then_some(Piece { corners, area })
 }
 
-/// Cuts a triangle, with `follow` for the path at chart coordinates.
+/// Cuts a triangle into pieces of one family each, with `follow` for the path at chart coordinates;
+/// `None` where there are more than two families, or one in between: not to be cut by one line.
 pub fn cut<const N: usize>(
     corners: &[Node<N>; 3],
     mut follow: impl FnMut(DVec2) -> Node<N>,
-) -> Cut<N> {
+) -> Option<Pieces<N>> {
     let [a, b, c] = corners.map(|node| node.family);
     // The corner whose family is not that of the other two.
     let odd = match (a == b, b == c, c == a) {
-        (true, true, _) => return Pieces::of([whole(*corners), None, None]),
+        (true, true, _) => {
+            let pieces = [whole(*corners), None, None];
+            return Some(Pieces { pieces });
+        }
         (_, true, _) => 0,
         (_, _, true) => 1,
         (true, _, _) => 2,
-        (false, false, false) => return Cut::Failed,
+        (false, false, false) => return None,
     };
     let [apex, left, right] = [odd, (odd + 1) % 3, (odd + 2) % 3].map(|index| corners[index]);
     let mut border = |end: &Node<N>| crossing(&apex, end, &mut follow);
-    let (Some(on_left), Some(on_right)) = (border(&left), border(&right)) else {
-        return Cut::Failed;
-    };
+    let (on_left, on_right) = (border(&left)?, border(&right)?);
     let near = |crossing: &Crossing<N>| on_border(crossing, &crossing.before);
     let far = |crossing: &Crossing<N>| on_border(crossing, &crossing.after);
-    Pieces::of([
+    let pieces = [
         whole([apex, near(&on_left), near(&on_right)]),
         whole([far(&on_left), left, right]),
         whole([far(&on_left), right, far(&on_right)]),
-    ])
+    ];
+    Some(Pieces { pieces })
 }
 
 /// The values of a path, placed halfway between those on both sides.

@@ -19,16 +19,18 @@ pub struct Patch<const N: usize> {
 /// A patch has at most this many texels a side; larger images go to the film directly.
 const PATCH: usize = 24;
 
-impl<const N: usize> Patch<N> {
+impl<const N: usize> Default for Patch<N> {
     /// An empty patch.
-    pub fn new() -> Self {
+    fn default() -> Self {
         Self {
             origin: [0; 2],
             size: [0; 2],
             sums: vec![TexelSums::default(); PATCH * PATCH],
         }
     }
+}
 
+impl<const N: usize> Patch<N> {
     /// Covers the texels of a box; `false` where they are too many.
     fn cover(&mut self, low: DVec2, high: DVec2, film: [usize; 2]) -> bool {
         for axis in 0..2 {

@@ -3,7 +3,7 @@
 use glam::DVec2;
 
 use super::cell::{Cell, Look, Node};
-use super::cut::{self, CUT_ERROR, Cut, Piece};
+use super::cut::{self, CUT_ERROR, Piece};
 use super::deposit::{Levels, Patch, deposit_points, deposit_slack};
 use super::film::BeamFilm;
 use super::store::PathStore;
@@ -99,9 +99,9 @@ pub struct Scratch<const N: usize> {
 impl<const N: usize> Default for Scratch<N> {
     fn default() -> Self {
         Self {
-            store: PathStore::new(),
+            store: PathStore::default(),
             pending: Vec::new(),
-            patch: Patch::new(),
+            patch: Patch::default(),
             fine: Vec::new(),
             coarse: Vec::new(),
         }
@@ -120,6 +120,8 @@ pub struct Refiner<'a, 'f, const N: usize> {
     peak: f64,
     /// Flux \[W\] up to which a cell need not be guarded.
     unguarded: f64,
+    /// ... on a mesh.
+    unguarded_face: f64,
     /// Misplaced flux that a cell may have \[W\].
     tolerance: f64,
     /// What was found so far.
@@ -141,8 +143,8 @@ pub struct Limits {
 
 impl Limits {
     /// Flux \[W\] up to which a cell need not be guarded.
-    fn unguarded(&self) -> f64 {
-        let most = self.tolerance * UNGUARDED_TOLERANCES;
+    fn unguarded(&self, tolerances: f64) -> f64 {
+        let most = self.tolerance * tolerances;
         (self.flux * LARGE_PART).clamp(most * LEAST_UNGUARDED, most)
     }
 }
@@ -175,7 +177,8 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
             scratch,
             tolerance: limits.tolerance,
             peak: limits.peak,
-            unguarded: limits.unguarded(),
+            unguarded: limits.unguarded(UNGUARDED_TOLERANCES),
+            unguarded_face: limits.unguarded(UNGUARDED_FACE_TOLERANCES),
             balance: Balance::default(),
         }
     }
@@ -229,8 +232,8 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
         // The guard knows no way from a surface to a camera.
         let is_camera = matches!(self.follower.screen(), Screen::Camera { .. });
         let unguarded = match chart {
-            Chart::Face { .. } => self.tolerance * UNGUARDED_FACE_TOLERANCES,
-            _ if is_camera => self.tolerance * UNGUARDED_FACE_TOLERANCES,
+            Chart::Face { .. } => self.unguarded_face,
+            _ if is_camera => self.unguarded_face,
             _ => self.unguarded,
         };
         if cell.level >= MAX_LEVEL || flux <= unguarded {
@@ -347,12 +350,11 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
         let mut follow = |at| node(follower, *strength, chart, at, in_sight);
         let mut unresolved = 0.0;
         for (quarter, failed) in cell.quarters(middles).iter().zip(&mut finished.failed) {
-            match cut::cut(&quarter.corners, &mut follow) {
-                Cut::Pieces(pieces) => fine.extend(pieces.iter()),
-                Cut::Failed => {
-                    *failed = true;
-                    unresolved += 0.25 * area;
-                }
+            if let Some(pieces) = cut::cut(&quarter.corners, &mut follow) {
+                fine.extend(pieces.iter());
+            } else {
+                *failed = true;
+                unresolved += 0.25 * area;
             }
         }
         let flux = |pieces: &mut dyn Iterator<Item = &Piece<N>>| -> f64 {
@@ -361,7 +363,7 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
         let fine_flux = flux(&mut fine.iter());
         let mut bent = look_flux(&finished.look) * area;
         if unresolved == 0.0 {
-            if let Cut::Pieces(pieces) = cut::cut(&cell.corners, &mut follow) {
+            if let Some(pieces) = cut::cut(&cell.corners, &mut follow) {
                 coarse.extend(pieces.iter());
                 let coarse_flux = flux(&mut coarse.iter());
                 bent =

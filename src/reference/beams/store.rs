@@ -26,15 +26,17 @@ struct Entry<const N: usize> {
 /// Entries: some hundred kilobytes, so that they stay in a core's second cache.
 const ENTRIES: usize = 1 << 12;
 
-impl<const N: usize> PathStore<N> {
+impl<const N: usize> Default for PathStore<N> {
     /// An empty store, for one source and one signature.
-    pub fn new() -> Self {
+    fn default() -> Self {
         Self {
             entries: vec![None; ENTRIES],
             generation: 0,
         }
     }
+}
 
+impl<const N: usize> PathStore<N> {
     /// Forgets all paths: what a task finds here, and so the work it counts, must not depend on
     /// the tasks before it on the same thread.
     pub fn forget(&mut self) {

@@ -40,7 +40,7 @@ pub enum Chart {
 pub struct Place {
     /// On the surface.
     pub point: SurfacePoint,
-    /// Surface area for a unit of chart area there [m²].
+    /// Surface area for a unit of chart area there \[m²\].
     pub area: f64,
 }
 

@@ -118,8 +118,8 @@ fn lit_ranges(cylinder: &Cylinder, source: &Source) -> Vec<[f64; 2]> {
     } else {
         cylinder.radius() / across.length()
     };
-    // False for NaN, too: light from a point of the axis.
-    if !(radius_over_distance < 1.0) || across.length_squared() == 0.0 {
+    // NaN: parallel light along the axis, or light from a point of it.
+    if radius_over_distance >= 1.0 || across.length_squared() == 0.0 {
         return vec![[0.0, 1.0]];
     }
     let azimuth = across.dot(y).atan2(across.dot(x)) / TAU;

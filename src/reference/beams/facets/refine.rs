@@ -61,7 +61,7 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
             strength: strength.0.iter().fold(0.0_f64, |all, &one| all.max(one)),
             pending: Vec::new(),
             clear: HashSet::new(),
-            patch: Patch::new(),
+            patch: Patch::default(),
             balance: Balance::default(),
             counters: TraversalCounters::default(),
         }
