@@ -28,7 +28,7 @@ const SIDE: usize = 128;
 const CONTEST_DEPTH: u32 = 4;
 
 /// No run is begun after one that took longer.
-const LONGEST: Duration = Duration::from_secs(6);
+const LONGEST: Duration = Duration::from_secs(3);
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/beams");
