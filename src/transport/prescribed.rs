@@ -7,6 +7,7 @@
 
 use glam::{DVec2, DVec3};
 
+use super::chain::MAX_PASSES;
 use super::first_surface::{Arrival, Chart, Place, Source};
 use super::flux::Flux;
 use super::scatter::{Branch, Meeting, ShadingNormals, Way};
@@ -54,10 +55,6 @@ pub struct PathFollower<'a, const N: usize> {
     pub counters: TraversalCounters,
 }
 
-/// Surfaces that change nothing that a path may pass on one leg, as in
-/// [`chain`](super::chain).
-const MAX_PASSES: u32 = 4096;
-
 impl<'a, const N: usize> PathFollower<'a, N> {
     /// A follower of one signature.
     pub fn new(
@@ -87,15 +84,11 @@ impl<'a, const N: usize> PathFollower<'a, N> {
         self.source
     }
 
-    /// The light that sets out to a place of a chart, as [`PathEnd::emitted`].
+    /// A place of a chart, and the light that arrives there.
     #[inline]
-    pub fn emitted(&self, chart: &Chart, at: DVec2) -> f64 {
-        let place = chart.place(self.scene.world(), at);
-        let arrival = place.and_then(|place| self.source.arrive(place.point.position));
-        match (place, arrival) {
-            (Some(place), Some(arrival)) => emitted(&place, &arrival),
-            _ => 0.0,
-        }
+    fn start(&self, chart: &Chart, at: DVec2) -> Option<(Place, Arrival)> {
+        let place = chart.place(self.scene.world(), at)?;
+        Some((place, self.source.arrive(place.point.position)?))
     }
 
     /// What it falls on.
@@ -134,10 +127,7 @@ impl<'a, const N: usize> PathFollower<'a, N> {
             emitted,
             family: family.with(end_mark(end)),
         };
-        let Some((place, arrival)) = chart
-            .place(world, at)
-            .and_then(|place| Some((place, self.source.arrive(place.point.position)?)))
-        else {
+        let Some((place, arrival)) = self.start(chart, at) else {
             return dark(End::Hidden, 0.0, &family);
         };
         let mut point = place.point;
@@ -201,10 +191,7 @@ impl<'a, const N: usize> PathFollower<'a, N> {
         found: &mut impl FnMut(Signature, PathEnd<N>),
     ) {
         let world = self.scene.world();
-        let start = chart
-            .place(world, at)
-            .and_then(|place| Some((place, self.source.arrive(place.point.position)?)));
-        let Some((place, arrival)) = start else {
+        let Some((place, arrival)) = self.start(chart, at) else {
             return;
         };
         if !self.sees(&arrival, chart) {

@@ -156,6 +156,9 @@ struct Finished<const N: usize> {
     failed: [bool; 4],
     /// Flux that may be misplaced by the borders' curvature or what could not be cut.
     slack: Flux<N>,
+    /// Of a cut cell, the flux that halving it moved from texel to texel \[W\], where it is small enough
+    /// to tell.
+    moved: Option<f64>,
     is_cut: bool,
 }
 
@@ -284,6 +287,7 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
             look,
             failed: [false; 4],
             slack: Flux::BLACK,
+            moved: None,
             is_cut: false,
         };
         self.scratch.fine.clear();
@@ -315,19 +319,20 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
             return None;
         }
         self.cut(chart, cell, middles, &mut finished);
-        if is_last || flux <= self.tolerance {
-            return Some(finished);
-        }
         // The nodes on both sides of a border do not show how the light bends: the film does.
         let levels = Levels {
             fine: &self.scratch.fine,
             coarse: &self.scratch.coarse,
         };
-        let moved = self
+        finished.moved = self
             .scratch
             .patch
-            .gather(self.film.size(), &levels, look.bend)?;
-        (moved + finished.slack.max_magnitude() <= self.tolerance).then_some(finished)
+            .gather(self.film.size(), &levels, look.bend);
+        if is_last || flux <= self.tolerance {
+            return Some(finished);
+        }
+        let misplaced = finished.moved? + finished.slack.max_magnitude();
+        (misplaced <= self.tolerance).then_some(finished)
     }
 
     /// Cuts a cell that holds more than one family, at both finenesses.
@@ -408,13 +413,9 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
             }
             balance.unresolved_cells += u64::from(finished.failed != [false; 4]);
             // What moved from texel to texel says more than what came and went.
-            let moved = self
-                .scratch
-                .patch
-                .gather(self.film.size(), &levels, look.bend);
             let largest = look_flux(look);
             let moved = if largest > 0.0 {
-                moved.unwrap_or(0.0) / largest
+                finished.moved.unwrap_or(0.0) / largest
             } else {
                 0.0
             };

@@ -34,8 +34,6 @@ pub struct Found {
 pub struct Survey {
     /// What each signature brings to the sensor's surface.
     pub signatures: BTreeMap<Signature, Found>,
-    /// About how much set out towards first surfaces \[W\], mean of channels.
-    pub emitted: f64,
 }
 
 /// Follows all branches of some thousand paths spread over all first surfaces.
@@ -84,23 +82,19 @@ pub fn survey(
         // Sums of few values in a fixed order: the same on any threads.
         for sight in found.into_iter().flatten() {
             let scale = stride as f64;
-            all.emitted += sight.set_out * strength * scale;
-            if let Some((signature, arrived)) = sight.landed {
-                let one = all.signatures.entry(signature).or_default();
-                one.flux += arrived * scale;
-                one.peak = one.peak.max(sight.throughput / strength);
-            }
+            let one = all.signatures.entry(sight.signature).or_default();
+            one.flux += sight.flux * scale;
+            one.peak = one.peak.max(sight.throughput / strength);
         }
     }
     all
 }
 
-/// What one place showed: light that set out, or a path that landed.
+/// A path that landed.
 struct Sight {
-    /// Per unit of the source's strength.
-    set_out: f64,
-    /// Signature and flux \[W\].
-    landed: Option<(Signature, f64)>,
+    signature: Signature,
+    /// What it brings for its part of the root \[W\].
+    flux: f64,
     /// Times the source's strength.
     throughput: f64,
 }
@@ -125,12 +119,6 @@ fn look_at(
         at = DVec2::ONE - at;
     }
     let at = a + (b - a) * at.x + (c - a) * at.y;
-    let set_out = follower.emitted(&root.chart, at) * area;
-    found.push(Sight {
-        set_out,
-        landed: None,
-        throughput: 0.0,
-    });
     follower.follow_all(
         &root.chart,
         at,
@@ -140,8 +128,8 @@ fn look_at(
             if matches!(path.end, End::Landed(_)) {
                 let throughput = path.throughput.rgb().mean();
                 found.push(Sight {
-                    set_out: 0.0,
-                    landed: Some((signature, throughput * path.emitted * area)),
+                    signature,
+                    flux: throughput * path.emitted * area,
                     throughput,
                 });
             }

@@ -262,17 +262,12 @@ impl DirectLight<'_> {
             Emitter::Spot {
                 to_world,
                 intensity,
-                cutoff_angle,
-                beam_width,
+                ..
             } => from_point(
                 point,
                 to_world.point(DVec3::ZERO),
                 *intensity,
-                Falloff::Spot {
-                    axis: to_world.vector(DVec3::Z).normalize(),
-                    cutoff_angle: *cutoff_angle,
-                    beam_width: *beam_width,
-                },
+                Falloff::of(emitter),
             ),
             Emitter::Area { .. } => return (Rgb::BLACK, 0.0),
         };

@@ -273,16 +273,11 @@ fn add_charts(
         Emitter::Spot {
             to_world,
             intensity,
-            cutoff_angle,
-            beam_width,
+            ..
         } => {
             let axis = to_world.vector(DVec3::Z).normalize();
             let (x, y) = axis.any_orthonormal_pair();
-            let falloff = Falloff::Spot {
-                axis,
-                cutoff_angle: *cutoff_angle,
-                beam_width: *beam_width,
-            };
+            let falloff = Falloff::of(emitter);
             let origin = to_world.point(DVec3::ZERO);
             let faces = cube_faces(&DMat3::from_cols(x, y, axis)).map(|axes| Chart::Face {
                 origin,

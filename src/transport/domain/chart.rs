@@ -8,6 +8,7 @@ use super::probe::Probe;
 use super::surface::{Area, surface_point};
 use crate::geometry::{Bounds, Ray};
 use crate::radiometry::Rgb;
+use crate::scene::Emitter;
 
 /// A rectangle of chart coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -71,6 +72,23 @@ pub enum Falloff {
 }
 
 impl Falloff {
+    /// That of an emitter: of all but spots, none.
+    pub fn of(emitter: &Emitter) -> Self {
+        match emitter {
+            Emitter::Spot {
+                to_world,
+                cutoff_angle,
+                beam_width,
+                ..
+            } => Self::Spot {
+                axis: to_world.vector(DVec3::Z).normalize(),
+                cutoff_angle: *cutoff_angle,
+                beam_width: *beam_width,
+            },
+            _ => Self::None,
+        }
+    }
+
     /// The factor on the intensity in a direction; for a spot linear in the angle to the axis
     /// between `beam_width` and `cutoff_angle`.
     #[inline]

@@ -68,16 +68,11 @@ impl Source {
             Emitter::Spot {
                 to_world,
                 intensity,
-                cutoff_angle,
-                beam_width,
+                ..
             } => Some(Self::Point {
                 origin: to_world.point(DVec3::ZERO),
                 intensity: *intensity,
-                falloff: Falloff::Spot {
-                    axis: to_world.vector(DVec3::Z).normalize(),
-                    cutoff_angle: *cutoff_angle,
-                    beam_width: *beam_width,
-                },
+                falloff: Falloff::of(emitter),
             }),
             Emitter::Directional {
                 direction,
