@@ -60,7 +60,7 @@ impl Patch {
 pub enum Falloff {
     /// Not at all.
     None,
-    /// A cone about the chart's frame axis: see [`Emitter::Spot`](crate::scene::Emitter::Spot).
+    /// A cone about the chart's frame axis: see [`Emitter::Spot`].
     Spot {
         /// The cone's axis, a unit vector.
         axis: DVec3,
