@@ -122,8 +122,13 @@ fn way(scene: &Scene, follower: &mut PathFollower<1>, chart: &Chart, at: DVec2) 
             met.pop();
             "landed"
         }
-        End::Escaped => "escaped",
         End::Hidden => "hidden",
+        // After the last event, what light meets instead of the receiver makes no difference.
+        _ if met.len() > follower.events() => {
+            met.pop();
+            "lost"
+        }
+        End::Escaped => "escaped",
         End::Stopped => "stopped",
     };
     Way {

@@ -264,7 +264,7 @@ impl<'a, const N: usize> PathFollower<'a, N> {
             end,
             throughput,
             emitted,
-            family: family.with(end_mark(end) ^ mark),
+            family: family.with(last_end_mark(end) ^ mark),
         }
     }
 
@@ -362,6 +362,15 @@ fn end_mark(end: End) -> u64 {
         End::Escaped => 2,
         End::Hidden => 3,
         End::Stopped => 4,
+    }
+}
+
+/// After the last event all light that does not get to the sensor is one family: whatever it meets
+/// instead, it is lost.
+fn last_end_mark(end: End) -> u64 {
+    match end {
+        End::Landed(_) => 1,
+        _ => 5,
     }
 }
 

@@ -89,7 +89,7 @@ fn on_receiver(
         return (End::Landed(receiver.film_place(uv)), Rgb::WHITE, 0);
     }
     match hit {
-        Some(_) => (End::Stopped, Rgb::BLACK, 1),
+        Some(_) => (End::Stopped, Rgb::BLACK, 0),
         None => (End::Escaped, Rgb::BLACK, 0),
     }
 }

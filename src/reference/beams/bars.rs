@@ -18,7 +18,7 @@
 //! (`tests/beam_bars.rs`, `docs/beams.md`). They are measured, not proved:
 //! a feature that no node of any cell saw is in none of the sums.
 
-use super::film::{BeamFilm, TexelSums};
+use super::film::{BeamFilm, Texel, TexelSums};
 use crate::transport::flux::Flux;
 
 /// Factor of |q|.
@@ -33,7 +33,7 @@ const ROUNDING: f64 = 1e-11;
 /// The likely error is this part of |q|, root mean square over texels, where the bar is to be sure
 /// of each.
 const LIKELY: f64 = 0.5;
-/// ... and this part of s.
+/// ... and this part of s, spread over the texels that it may be on.
 const LIKELY_SLACK: f64 = 0.25;
 
 /// One signature's flux, texel by texel \[W\].
@@ -49,45 +49,48 @@ pub struct BoundedFlux<const N: usize> {
 /// Reads a finished film.
 pub fn bounded<const N: usize>(film: &BeamFilm<N>) -> BoundedFlux<N> {
     let [width, height] = film.size();
-    let sums: Vec<TexelSums<N>> = (0..width * height).map(|texel| film.texel(texel)).collect();
+    let texels = film.texels();
     let near = |at: usize, end: usize| at.saturating_sub(1)..(at + 2).min(end);
     let mut result = BoundedFlux {
-        flux: Vec::with_capacity(sums.len()),
-        bar: Vec::with_capacity(sums.len()),
-        likely: Vec::with_capacity(sums.len()),
+        flux: Vec::with_capacity(texels.len()),
+        bar: Vec::with_capacity(texels.len()),
+        likely: Vec::with_capacity(texels.len()),
     };
     for row in 0..height {
         for column in 0..width {
-            let mut most = TexelSums::<N>::default();
+            let mut most = Texel::<N>::default();
             for y in near(row, height) {
-                for one in &sums[y * width..][near(column, width)] {
+                for one in &texels[y * width..][near(column, width)] {
                     most = larger(&most, one);
                 }
             }
-            let own = &sums[row * width + column];
-            result.flux.push(own.flux);
+            let own = &texels[row * width + column];
+            result.flux.push(own.sums.flux);
             result.bar.push(
-                most.difference * OF_DIFFERENCE
-                    + most.astray * OF_ASTRAY
+                most.sums.difference * OF_DIFFERENCE
+                    + most.sums.astray * OF_ASTRAY
                     + most.slack
-                    + most.flux * ROUNDING,
+                    + most.sums.flux * ROUNDING,
             );
-            result.likely.push(
-                own.difference.max_magnitude() * LIKELY + own.slack.max_magnitude() * LIKELY_SLACK,
-            );
+            result
+                .likely
+                .push(own.sums.difference.max_magnitude() * LIKELY + own.spread * LIKELY_SLACK);
         }
     }
     result
 }
 
 /// The larger magnitudes, channel by channel.
-fn larger<const N: usize>(a: &TexelSums<N>, b: &TexelSums<N>) -> TexelSums<N> {
+fn larger<const N: usize>(a: &Texel<N>, b: &Texel<N>) -> Texel<N> {
     let of =
         |a: &Flux<N>, b: &Flux<N>| Flux(std::array::from_fn(|c| a.0[c].abs().max(b.0[c].abs())));
-    TexelSums {
-        flux: of(&a.flux, &b.flux),
-        difference: of(&a.difference, &b.difference),
-        astray: of(&a.astray, &b.astray),
+    Texel {
+        sums: TexelSums {
+            flux: of(&a.sums.flux, &b.sums.flux),
+            difference: of(&a.sums.difference, &b.sums.difference),
+            astray: of(&a.sums.astray, &b.sums.astray),
+        },
         slack: of(&a.slack, &b.slack),
+        spread: a.spread.max(b.spread),
     }
 }

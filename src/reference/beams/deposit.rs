@@ -106,7 +106,6 @@ impl<const N: usize> Levels<'_, N> {
                     flux: flux * (4.0 / 3.0),
                     difference: flux,
                     astray,
-                    slack: Flux::BLACK,
                 };
                 add(texel, &sums);
             });
@@ -215,19 +214,24 @@ pub fn deposit_points<const N: usize>(
     received
 }
 
-/// Says that `flux` may be, or not be, in any texel near the landings of `nodes`: for each family
-/// the box round them, and as far again on all sides.
+/// Says that `flux` may be, or not be, in any texel of the [boxes](slack_boxes) of `nodes`.
 pub fn deposit_slack<const N: usize>(film: &BeamFilm<N>, nodes: &[Node<N>; 6], flux: Flux<N>) {
-    let sums = TexelSums {
-        slack: flux,
-        ..TexelSums::default()
-    };
-    let size = film.size();
-    let last = DVec2::new(size[0] as f64, size[1] as f64) - 1.0;
-    for (index, node) in nodes.iter().enumerate() {
+    for [first, last] in slack_boxes(film.size(), nodes) {
+        film.add_slack(first, last, flux);
+    }
+}
+
+/// The first and last texel of the boxes on the film where light of a cell may be that its nodes do
+/// not show: for each family the box round them, and as far again on all sides.
+pub fn slack_boxes<const N: usize>(
+    size: [usize; 2],
+    nodes: &[Node<N>; 6],
+) -> impl Iterator<Item = [[usize; 2]; 2]> {
+    let end = DVec2::new(size[0] as f64, size[1] as f64) - 1.0;
+    nodes.iter().enumerate().filter_map(move |(index, node)| {
         let is_new = nodes[..index].iter().all(|one| one.family != node.family);
         if node.landing.is_none() || !is_new {
-            continue;
+            return None;
         }
         let mut low = DVec2::INFINITY;
         let mut high = DVec2::NEG_INFINITY;
@@ -241,15 +245,14 @@ pub fn deposit_slack<const N: usize>(film: &BeamFilm<N>, nodes: &[Node<N>; 6], f
         }
         let margin = high - low;
         let low = (low - margin).floor().max(DVec2::ZERO);
-        let high = (high + margin).floor().min(last);
-        let (mut row, columns) = (low.y, (low.x, high.x));
-        while row <= high.y {
-            let mut column = columns.0;
-            while column <= columns.1 {
-                film.add([column as usize, row as usize], &sums);
-                column += 1.0;
-            }
-            row += 1.0;
-        }
-    }
+        let high = (high + margin).floor().min(end);
+        let texel = |at: DVec2| [at.x as usize, at.y as usize];
+        low.cmple(high).all().then(|| [texel(low), texel(high)])
+    })
+}
+
+/// How many texels a box has, first and last column and row included.
+pub fn texels_of(first: [usize; 2], last: [usize; 2]) -> f64 {
+    let [columns, rows] = [0, 1].map(|axis| (last[axis] + 1 - first[axis]) as f64);
+    columns * rows
 }

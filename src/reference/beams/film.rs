@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, AtomicI64, Ordering};
 use crate::numeric::FixedPoint;
 use crate::transport::flux::Flux;
 
-/// Sums of one path signature, texel by texel \[W\].
+/// What a cell adds to a texel \[W\].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TexelSums<const N: usize> {
     /// The extrapolated flux (4B − A)/3.
@@ -14,8 +14,6 @@ pub struct TexelSums<const N: usize> {
     pub difference: Flux<N>,
     /// Flux near a texel line, that the bend of its cell may have put on the wrong side.
     pub astray: Flux<N>,
-    /// Flux of cells that are no single smooth family: it may be here, or not.
-    pub slack: Flux<N>,
 }
 
 impl<const N: usize> Default for TexelSums<N> {
@@ -24,7 +22,6 @@ impl<const N: usize> Default for TexelSums<N> {
             flux: Flux::BLACK,
             difference: Flux::BLACK,
             astray: Flux::BLACK,
-            slack: Flux::BLACK,
         }
     }
 }
@@ -35,33 +32,51 @@ impl<const N: usize> std::ops::AddAssign for TexelSums<N> {
         self.flux += other.flux;
         self.difference += other.difference;
         self.astray += other.astray;
-        self.slack += other.slack;
     }
 }
 
-/// Kinds of sums a texel has.
-const KINDS: usize = 4;
+/// What all cells of one path signature left on a texel \[W\].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Texel<const N: usize> {
+    /// What is here.
+    pub sums: TexelSums<N>,
+    /// Flux of cells that are no single smooth family: it may be here, or not.
+    pub slack: Flux<N>,
+    /// The same seen with all other texels that it may be on, the worst channel: flux that may be on any
+    /// one of n texels counts as its part 1/√n on each, so that the sum of squares over texels is that of one.
+    pub spread: f64,
+}
+
+impl<const N: usize> Default for Texel<N> {
+    fn default() -> Self {
+        Self {
+            sums: TexelSums::default(),
+            slack: Flux::BLACK,
+            spread: 0.0,
+        }
+    }
+}
+
+/// Kinds of sums in [`TexelSums`].
+const KINDS: usize = 3;
 
 /// The sums of all texels. Each addition is rounded once, to a multiple of a fixed quantum, and
 /// is exact then: integers commute, so the same cells give the same bits on any threads.
 pub struct BeamFilm<const N: usize> {
     size: [usize; 2],
-    scale: FixedPoint,
-    sums: Vec<AtomicI64>,
-    overflowed: AtomicBool,
+    sums: ExactSums,
+    /// Of slack and its spread, the differences to the texels before, along both axes: a
+    /// box of any size is four additions.
+    slack_steps: ExactSums,
 }
 
 impl<const N: usize> BeamFilm<N> {
     /// A dark film of `size` columns and rows, for a flux of `scale` in all.
     pub fn new(size: [usize; 2], scale: FixedPoint) -> Self {
-        let length = size[0] * size[1] * KINDS * N;
         Self {
             size,
-            scale,
-            sums: std::iter::repeat_with(|| AtomicI64::new(0))
-                .take(length)
-                .collect(),
-            overflowed: AtomicBool::new(false),
+            sums: ExactSums::new(size[0] * size[1] * KINDS * N, scale),
+            slack_steps: ExactSums::new((size[0] + 1) * (size[1] + 1) * (N + 1), scale),
         }
     }
 
@@ -74,48 +89,117 @@ impl<const N: usize> BeamFilm<N> {
     #[inline]
     pub fn add(&self, [column, row]: [usize; 2], addend: &TexelSums<N>) {
         let first = (row * self.size[0] + column) * KINDS * N;
-        let kinds = [addend.flux, addend.difference, addend.astray, addend.slack];
+        let kinds = [addend.flux, addend.difference, addend.astray];
         for (kind, values) in kinds.iter().enumerate() {
-            for (channel, value) in values.0.iter().enumerate() {
-                if *value != 0.0 {
-                    self.add_one(first + kind * N + channel, *value);
-                }
-            }
+            self.sums.add(first + kind * N, &values.0);
         }
     }
 
-    #[inline]
-    fn add_one(&self, index: usize, value: f64) {
-        match self.scale.quantise(value) {
-            Some(quanta) => {
-                let before = self.sums[index].fetch_add(quanta, Ordering::Relaxed);
-                if before.checked_add(quanta).is_none() {
-                    self.overflowed.store(true, Ordering::Relaxed);
-                }
-            }
-            None => self.overflowed.store(true, Ordering::Relaxed),
+    /// Adds slack to each texel of a box, first and last column and row included.
+    pub fn add_slack(&self, first: [usize; 2], last: [usize; 2], slack: Flux<N>) {
+        let texels = (last[0] + 1 - first[0]) * (last[1] + 1 - first[1]);
+        let spread = slack.max_magnitude() / (texels as f64).sqrt();
+        for (row, column, sign) in [
+            (first[1], first[0], 1.0),
+            (first[1], last[0] + 1, -1.0),
+            (last[1] + 1, first[0], -1.0),
+            (last[1] + 1, last[0] + 1, 1.0),
+        ] {
+            let at = (row * (self.size[0] + 1) + column) * (N + 1);
+            self.slack_steps.add(at, &(slack * sign).0);
+            self.slack_steps.add(at + N, &[spread * sign]);
         }
     }
 
     /// Whether any deposit or sum was not representable: then nothing here is worth anything.
     pub fn overflowed(&self) -> bool {
+        self.sums.overflowed() || self.slack_steps.overflowed()
+    }
+
+    /// All texels, row by row.
+    pub fn texels(&self) -> Vec<Texel<N>> {
+        let [width, height] = self.size;
+        let mut texels = Vec::with_capacity(width * height);
+        // Of the slack in the row above, by column; the last entry of each is the spread.
+        let mut above = vec![[0_i64; 4]; width];
+        for row in 0..height {
+            let mut before = [0_i64; 4];
+            for (column, above) in above.iter_mut().enumerate() {
+                let at = (row * (width + 1) + column) * (N + 1);
+                for kind in 0..=N {
+                    // Sums of integers are exact, whatever the terms between wrap round to.
+                    before[kind] = before[kind].wrapping_add(self.slack_steps.quanta(at + kind));
+                    above[kind] = above[kind].wrapping_add(before[kind]);
+                }
+                let first = (row * width + column) * KINDS * N;
+                let kind = |kind: usize| {
+                    Flux(std::array::from_fn(|channel| {
+                        let index = first + kind * N + channel;
+                        self.sums.value(self.sums.quanta(index))
+                    }))
+                };
+                let slack = |kind: usize| self.slack_steps.value(above[kind]);
+                texels.push(Texel {
+                    sums: TexelSums {
+                        flux: kind(0),
+                        difference: kind(1),
+                        astray: kind(2),
+                    },
+                    slack: Flux(std::array::from_fn(slack)),
+                    spread: slack(N),
+                });
+            }
+        }
+        texels
+    }
+}
+
+/// Sums that threads add to in any order.
+struct ExactSums {
+    scale: FixedPoint,
+    sums: Vec<AtomicI64>,
+    overflowed: AtomicBool,
+}
+
+impl ExactSums {
+    fn new(length: usize, scale: FixedPoint) -> Self {
+        Self {
+            scale,
+            sums: std::iter::repeat_with(|| AtomicI64::new(0))
+                .take(length)
+                .collect(),
+            overflowed: AtomicBool::new(false),
+        }
+    }
+
+    /// Adds to the sums from `first` on.
+    #[inline]
+    fn add(&self, first: usize, addends: &[f64]) {
+        for (sum, addend) in self.sums[first..].iter().zip(addends) {
+            if *addend == 0.0 {
+                continue;
+            }
+            let fits = self.scale.quantise(*addend).is_some_and(|quanta| {
+                let before = sum.fetch_add(quanta, Ordering::Relaxed);
+                before.checked_add(quanta).is_some()
+            });
+            if !fits {
+                self.overflowed.store(true, Ordering::Relaxed);
+            }
+        }
+    }
+
+    fn overflowed(&self) -> bool {
         self.overflowed.load(Ordering::Relaxed)
     }
 
-    /// The sums of a texel, counted row by row.
-    pub fn texel(&self, texel: usize) -> TexelSums<N> {
-        let kind = |kind: usize| {
-            Flux(std::array::from_fn(|channel| {
-                let index = (texel * KINDS + kind) * N + channel;
-                self.scale
-                    .value_i64(self.sums[index].load(Ordering::Relaxed))
-            }))
-        };
-        TexelSums {
-            flux: kind(0),
-            difference: kind(1),
-            astray: kind(2),
-            slack: kind(3),
-        }
+    #[inline]
+    fn quanta(&self, index: usize) -> i64 {
+        self.sums[index].load(Ordering::Relaxed)
+    }
+
+    #[inline]
+    fn value(&self, quanta: i64) -> f64 {
+        self.scale.value_i64(quanta)
     }
 }

@@ -4,7 +4,7 @@ use glam::DVec2;
 
 use super::cell::{Cell, Look, Node};
 use super::cut::{self, CUT_ERROR, Piece};
-use super::deposit::{Levels, Patch, deposit_points, deposit_slack};
+use super::deposit::{Levels, Patch, deposit_points, deposit_slack, slack_boxes, texels_of};
 use super::film::BeamFilm;
 use super::store::PathStore;
 use crate::geometry::TraversalCounters;
@@ -90,6 +90,8 @@ impl<const N: usize> std::ops::AddAssign for Balance<N> {
 /// Memory that a refiner works in; worth keeping for the next one of the same source and signature.
 pub struct Scratch<const N: usize> {
     store: PathStore<N>,
+    /// Paths beside borders: the halves of an edge are searched, the edge, and then the neighbour's.
+    borders: PathStore<N>,
     pending: Vec<Cell<N>>,
     patch: Patch<N>,
     fine: Vec<Piece<N>>,
@@ -100,6 +102,7 @@ impl<const N: usize> Default for Scratch<N> {
     fn default() -> Self {
         Self {
             store: PathStore::default(),
+            borders: PathStore::default(),
             pending: Vec::new(),
             patch: Patch::default(),
             fine: Vec::new(),
@@ -154,11 +157,8 @@ struct Finished<const N: usize> {
     look: Look<N>,
     /// Quarters that could not be cut.
     failed: [bool; 4],
-    /// Flux that may be misplaced by the borders' curvature or what could not be cut.
+    /// Flux \[W\] that may be anywhere near the nodes' landings.
     slack: Flux<N>,
-    /// Of a cut cell, the flux that halving it moved from texel to texel \[W\], where it is small enough
-    /// to tell.
-    moved: Option<f64>,
     is_cut: bool,
 }
 
@@ -172,6 +172,7 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
         scratch: &'f mut Scratch<N>,
     ) -> Self {
         scratch.store.forget();
+        scratch.borders.forget();
         Self {
             strength: follower.source().strength().mean(),
             follower,
@@ -287,7 +288,6 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
             look,
             failed: [false; 4],
             slack: Flux::BLACK,
-            moved: None,
             is_cut: false,
         };
         self.scratch.fine.clear();
@@ -324,15 +324,20 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
             fine: &self.scratch.fine,
             coarse: &self.scratch.coarse,
         };
-        finished.moved = self
+        let moved = self
             .scratch
             .patch
             .gather(self.film.size(), &levels, look.bend);
-        if is_last || flux <= self.tolerance {
-            return Some(finished);
-        }
-        let misplaced = finished.moved? + finished.slack.max_magnitude();
-        (misplaced <= self.tolerance).then_some(finished)
+        // What came and went across the border, what halving the cell moved from texel to texel (of
+        // a cell too large to tell: all of it), and what may be hidden at a corner of the border.
+        let moved = moved.map_or(1.0, |moved| if flux > 0.0 { moved / flux } else { 0.0 });
+        finished.slack = finished.slack * 2.0 + look.weight * (area * (moved + CORNER));
+        // It may be on any texel of its boxes: bounds widen on all of them.
+        let nodes = nodes(cell, middles);
+        let boxes = slack_boxes(self.film.size(), &nodes);
+        let texels: f64 = boxes.map(|[first, last]| texels_of(first, last)).sum();
+        let widened = finished.slack.max_magnitude() * texels.sqrt();
+        (is_last || widened <= self.tolerance).then_some(finished)
     }
 
     /// Cuts a cell that holds more than one family, at both finenesses.
@@ -346,13 +351,20 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
         finished.is_cut = true;
         let Self {
             follower,
-            scratch: Scratch { fine, coarse, .. },
+            scratch:
+                Scratch {
+                    fine,
+                    coarse,
+                    borders,
+                    ..
+                },
             strength,
             ..
         } = self;
         let area = cell.area();
         let in_sight = cell.clearance.is_in_sight();
-        let mut follow = |at| node(follower, *strength, chart, at, in_sight);
+        let mut follow =
+            |at| borders.get(chart, at, || node(follower, *strength, chart, at, in_sight));
         let mut unresolved = 0.0;
         for (quarter, failed) in cell.quarters(middles).iter().zip(&mut finished.failed) {
             if let Some(pieces) = cut::cut(&quarter.corners, &mut follow) {
@@ -412,20 +424,16 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
                 }
             }
             balance.unresolved_cells += u64::from(finished.failed != [false; 4]);
-            // What moved from texel to texel says more than what came and went.
-            let largest = look_flux(look);
-            let moved = if largest > 0.0 {
-                finished.moved.unwrap_or(0.0) / largest
-            } else {
-                0.0
-            };
-            let slack = finished.slack * 2.0 + look.weight * (moved + CORNER * area);
-            balance.slack += slack;
-            let [a, b, c] = cell.corners;
-            let [d, e, f] = *middles;
-            deposit_slack(self.film, &[a, b, c, d, e, f], slack);
+            balance.slack += finished.slack;
+            deposit_slack(self.film, &nodes(cell, middles), finished.slack);
         }
     }
+}
+
+fn nodes<const N: usize>(cell: &Cell<N>, middles: &[Node<N>; 3]) -> [Node<N>; 6] {
+    let [a, b, c] = cell.corners;
+    let [d, e, f] = *middles;
+    [a, b, c, d, e, f]
 }
 
 fn node<const N: usize>(

@@ -99,15 +99,20 @@ pub(super) fn record<const N: usize>(
     let complete = paths.iter().all(|stops| stops.len() == shared);
     for index in 1..shared {
         let [from, to] = [index - 1, index];
+        let is_last = index > follower.events();
+        let is_dark = is_last
+            && ends
+                .iter()
+                .all(|end| end.is_some_and(|end| !matches!(end.end, End::Landed(_))));
+        if is_dark {
+            look_through(follower.scene(), &mut paths, to);
+        }
         let met = paths[0][to].met;
         if paths.iter().any(|stops| stops[to].met != met) {
             break;
         }
         let points = |index: usize| paths.each_ref().map(|stops| stops[index].at);
         let faces = |index: usize| paths.each_ref().map(|stops| stops[index].face);
-        let is_last = index > follower.events();
-        let is_dark =
-            is_last && !matches!(met, Met::Plane(_)) && !matches!(first.end, End::Landed(_));
         let receiver = match follower.screen() {
             Screen::Receiver(receiver) => Some(receiver.shape()),
             Screen::Camera { .. } => None,
@@ -139,6 +144,24 @@ pub(super) fn record<const N: usize>(
         legs,
         one_family,
         hidden,
+    }
+}
+
+/// Where some of six last legs without light for the sensor end on other things than the rest, all
+/// are drawn on until they are out of the scene: then nothing that they met need catch them.
+fn look_through(scene: &Scene, paths: &mut [Vec<Stop>; 6], last: usize) {
+    let met = paths[0][last].met;
+    if paths.iter().all(|stops| stops[last].met == met) {
+        return;
+    }
+    for stops in paths {
+        let start = stops[last - 1].at;
+        let along = (stops[last].at - start).normalize_or_zero();
+        stops[last] = Stop {
+            at: start + along * way_out(scene, start),
+            met: Met::Nothing,
+            face: 0,
+        };
     }
 }
 
@@ -195,7 +218,7 @@ fn follow<const N: usize>(
                 };
             }
         }
-        End::Escaped => end.at = ray.at(way_out(follower.scene(), &ray)),
+        End::Escaped => end.at = ray.at(way_out(follower.scene(), ray.origin)),
         End::Stopped => {}
     }
     Some(path)
@@ -209,10 +232,10 @@ fn surface(ray: &Ray, hit: &Hit) -> Stop {
     }
 }
 
-/// A distance at which a ray, and its neighbours with it, has left the box round everything.
-fn way_out(scene: &Scene, ray: &Ray) -> f64 {
+/// A distance at which a ray from `origin`, and its neighbours with it, has left the box round everything.
+fn way_out(scene: &Scene, origin: DVec3) -> f64 {
     let bounds: Bounds = scene.world().bounds();
     // Twice what the ray itself may need: where a fan of rays is so wide that its middle falls
     // short of the box, its bulge covers the rest.
-    2.0 * ((ray.origin - bounds.center()).length() + bounds.radius())
+    2.0 * ((origin - bounds.center()).length() + bounds.radius())
 }

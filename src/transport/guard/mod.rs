@@ -139,7 +139,9 @@ impl<'a> Guard<'a> {
         let hull = Hull::new(&leg.start, &leg.end);
         self.surfaces.iter().enumerate().all(|(index, surface)| {
             let shape = index as u32;
-            if surface.passed || apart(&surface.bounds, hull.bounds()) {
+            // After the last event, what is in the way of light that gets nowhere changes nothing.
+            let is_harmless = leg.dark_over.is_some_and(|receiver| receiver != shape);
+            if surface.passed || is_harmless || apart(&surface.bounds, hull.bounds()) {
                 true
             } else if leg.starts_on(shape) || leg.ends_on(shape) {
                 self.meets_own_surface_once(leg, &hull, shape)

@@ -163,13 +163,9 @@ fn spread_astray<const N: usize>(film: &BeamFilm<N>, corners: &[Node<N>], area: 
             && at.x < columns as f64
             && at.y < rows as f64
         {
-            film.add(
-                [at.x as usize, at.y as usize],
-                &TexelSums {
-                    slack: corner.weight * (area / corners.len() as f64),
-                    ..TexelSums::default()
-                },
-            );
+            let texel = [at.x as usize, at.y as usize];
+            let slack = corner.weight * (area / corners.len() as f64);
+            film.add_slack(texel, texel, slack);
         }
     }
 }
