@@ -134,6 +134,10 @@ impl<'a, const N: usize> PathFollower<'a, N> {
         let mut direction = arrival.ray.direction;
         let facing = -direction.dot(point.geometric_normal);
         let emitted = emitted(&place, &arrival);
+        family.mix(u64::from(arrival.zone));
+        if arrival.density == 0.0 {
+            return dark(End::Hidden, emitted, &family);
+        }
         family.pass(self.scene, chart.shape(), face_of(chart), facing > 0.0);
         let mut throughput = Flux::WHITE;
         let first = Hit {

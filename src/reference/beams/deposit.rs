@@ -31,8 +31,11 @@ impl<const N: usize> Default for Patch<N> {
 }
 
 impl<const N: usize> Patch<N> {
-    /// Covers the texels of a box; `false` where they are too many.
+    /// Covers the texels of a box; `false` where they are too many, or the box is empty.
     fn cover(&mut self, low: DVec2, high: DVec2, film: [usize; 2]) -> bool {
+        if !low.cmple(high).all() {
+            return false;
+        }
         for axis in 0..2 {
             let last = film[axis] as f64 - 1.0;
             let from = low[axis].floor().clamp(0.0, last) as usize;

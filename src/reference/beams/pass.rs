@@ -10,6 +10,7 @@ use super::average::Sums;
 use super::bars::bounded;
 use super::facets::{FacetRefiner, part_roots};
 use super::film::BeamFilm;
+use super::limit::Limit;
 use super::refine::{Balance, Limits, Refiner, Scratch};
 use super::run::BeamError;
 use super::target::Target;
@@ -20,7 +21,7 @@ use crate::reference::Progress;
 use crate::scene::{Scene, is_achromatic};
 use crate::transport::facets::path::FacetPaths;
 use crate::transport::facets::table::Facets;
-use crate::transport::first_surface::{Root, Source, roots};
+use crate::transport::first_surface::{Cone, Root, Source, roots};
 use crate::transport::flux::Flux;
 use crate::transport::guard::Guard;
 use crate::transport::prescribed::PathFollower;
@@ -76,7 +77,7 @@ pub struct Passes<'a> {
     /// About the flux on the film in all \[W\].
     pub flux: f64,
     /// Ends a pass.
-    pub stop: &'a (dyn Fn() -> bool + Sync),
+    pub limit: &'a Limit<'a>,
     /// Told of finished roots.
     pub progress: &'a Progress,
 }
@@ -233,7 +234,7 @@ impl Passes<'_> {
             self.shading_normals,
         );
         let refined = |count: usize, work: &dyn Fn(&mut Refiner<'_, '_, N>) -> Work<N>| {
-            if (self.stop)() {
+            if self.limit.is_reached() {
                 return None;
             }
             let held = idle.lock().ok().and_then(|mut idle| idle.pop());
@@ -245,10 +246,15 @@ impl Passes<'_> {
                 signature,
                 self.shading_normals,
             );
-            let mut refiner = Refiner::new(follower, film, self.guard, limits, &mut scratch);
+            let mut refiner =
+                Refiner::new(follower, film, self.guard, self.limit, limits, &mut scratch);
             let (mut balance, mut counters) = work(&mut refiner);
+            if refiner.was_stopped() {
+                return None;
+            }
             balance += refiner.balance;
             counters += refiner.counters();
+            self.limit.spend(counters.rays - refiner.spent());
             self.progress
                 .paths
                 .fetch_add(count as u64, Ordering::Relaxed);
@@ -257,7 +263,12 @@ impl Passes<'_> {
             }
             Some((balance, counters))
         };
-        let (flat, roots) = part_roots(self.facets, &light.roots(self.scene));
+        let roots = light.roots(self.scene);
+        let (flat, roots) = match Cone::of(&light.source) {
+            // Its roots are parts of facets only, and the cone's border is none of the facets' edges.
+            Some(_) => (Vec::new(), roots.into_owned()),
+            None => part_roots(self.facets, &roots),
+        };
         let by_cells = roots.par_chunks(task).map(|roots| {
             refined(roots.len(), &|refiner| {
                 for root in roots {

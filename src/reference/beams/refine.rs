@@ -6,13 +6,13 @@ use super::cell::{Cell, Look, Node};
 use super::cut::{self, CUT_ERROR, Piece};
 use super::deposit::{Levels, Patch, deposit_points, deposit_slack, slack_boxes, texels_of};
 use super::film::BeamFilm;
+use super::limit::Limit;
 use super::store::PathStore;
 use crate::geometry::TraversalCounters;
-use crate::transport::first_surface::{Chart, Root};
+use crate::transport::first_surface::{Chart, Cone, Root};
 use crate::transport::flux::Flux;
 use crate::transport::guard::{Clearance, Guard};
 use crate::transport::prescribed::{End, PathFollower};
-use crate::transport::screen::Screen;
 
 /// No cell is divided more often: a quarter of a billionth of a root's side.
 const MAX_LEVEL: u32 = 32;
@@ -32,9 +32,6 @@ const LARGE_PART: f64 = 1.0 / 32.0;
 /// ... unless the signature is so faint that this would take too many cells.
 const LEAST_UNGUARDED: f64 = 1.0 / 4096.0;
 
-/// ... of a mesh, where every face is a root and has been looked at six times.
-const UNGUARDED_FACE_TOLERANCES: f64 = 512.0;
-
 /// A border may have a corner inside a cell, that neither fineness shows: this part of a cut cell
 /// always counts as slack.
 const CORNER: f64 = 1.0 / 64.0;
@@ -45,6 +42,13 @@ const DARK_TOLERANCES: f64 = 4096.0;
 
 /// A cell of more than one family is cut once it holds no more than this many tolerances.
 const CUT_TOLERANCES: f64 = 256.0;
+
+/// A cell without light at the border of a spot's cone is divided down to this part of the cone's
+/// opening: what of the cone reaches in between its nodes is less than a millionth of the cone.
+const LEAST_IN_CONE: f64 = 1.0 / 256.0;
+
+/// Cells between two looks at the limit: some milliseconds' work.
+const PATIENCE: u32 = 256;
 
 /// Where the light of the cells went.
 #[derive(Clone, Copy, Debug)]
@@ -117,14 +121,20 @@ pub struct Refiner<'a, 'f, const N: usize> {
     film: &'f BeamFilm<N>,
     scratch: &'f mut Scratch<N>,
     guard: &'f Guard<'a>,
+    limit: &'f Limit<'f>,
+    /// Cells until the limit is asked again.
+    patience: u32,
+    /// Rays that the limit knows of.
+    spent: u64,
+    stopped: bool,
     /// Strength of the source, mean of channels.
     strength: f64,
+    /// Of a spot.
+    cone: Option<Cone>,
     /// What a dark place could send, of all that sets out towards it.
     peak: f64,
     /// Flux \[W\] up to which a cell need not be guarded.
     unguarded: f64,
-    /// ... on a mesh.
-    unguarded_face: f64,
     /// Misplaced flux that a cell may have \[W\].
     tolerance: f64,
     /// What was found so far.
@@ -146,8 +156,8 @@ pub struct Limits {
 
 impl Limits {
     /// Flux \[W\] up to which a cell need not be guarded.
-    fn unguarded(&self, tolerances: f64) -> f64 {
-        let most = self.tolerance * tolerances;
+    fn unguarded(&self) -> f64 {
+        let most = self.tolerance * UNGUARDED_TOLERANCES;
         (self.flux * LARGE_PART).clamp(most * LEAST_UNGUARDED, most)
     }
 }
@@ -168,6 +178,7 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
         follower: PathFollower<'a, N>,
         film: &'f BeamFilm<N>,
         guard: &'f Guard<'a>,
+        limit: &'f Limit<'f>,
         limits: Limits,
         scratch: &'f mut Scratch<N>,
     ) -> Self {
@@ -175,14 +186,18 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
         scratch.borders.forget();
         Self {
             strength: follower.source().strength().mean(),
+            cone: Cone::of(follower.source()),
             follower,
             film,
             guard,
+            limit,
+            patience: PATIENCE,
+            spent: 0,
+            stopped: false,
             scratch,
             tolerance: limits.tolerance,
             peak: limits.peak,
-            unguarded: limits.unguarded(UNGUARDED_TOLERANCES),
-            unguarded_face: limits.unguarded(UNGUARDED_FACE_TOLERANCES),
+            unguarded: limits.unguarded(),
             balance: Balance::default(),
         }
     }
@@ -192,16 +207,42 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
         self.follower.counters
     }
 
+    /// Whether work ended before it was done: then nothing here is worth anything.
+    pub fn was_stopped(&self) -> bool {
+        self.stopped
+    }
+
+    /// Rays that the limit has been told of.
+    pub fn spent(&self) -> u64 {
+        self.spent
+    }
+
+    /// Asks the limit now and then whether to go on.
+    fn may_go_on(&mut self) -> bool {
+        self.patience -= 1;
+        if self.patience == 0 {
+            self.patience = PATIENCE;
+            let rays = self.follower.counters.rays;
+            self.limit.spend(rays - self.spent);
+            self.spent = rays;
+            self.stopped |= self.limit.is_reached();
+        }
+        !self.stopped
+    }
+
     /// Divides a root until all its light is placed.
     pub fn refine(&mut self, root: &Root) {
         let chart = &root.chart;
         let corners = root.corners.map(|at| self.stored(chart, at, false));
+        self.scratch.pending.clear();
         self.scratch.pending.push(Cell {
             corners,
             level: 0,
             clearance: Clearance::default(),
         });
-        while let Some(mut cell) = self.scratch.pending.pop() {
+        while self.may_go_on()
+            && let Some(mut cell) = self.scratch.pending.pop()
+        {
             let in_sight = cell.clearance.is_in_sight();
             let middles = cell.middles().map(|at| self.stored(chart, at, in_sight));
             let look = Look::at(&cell.corners, &middles);
@@ -223,6 +264,9 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
         middles: &[Node<N>; 3],
         look: &Look<N>,
     ) -> bool {
+        if look.emitted == 0.0 {
+            return cell.level >= MAX_LEVEL || !self.may_hide_light(chart, cell);
+        }
         let area = cell.area();
         let set_out = area * look.emitted * (2.0 * self.peak).min(1.0);
         let flux = if look.one_family {
@@ -233,21 +277,11 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
         } else {
             set_out
         };
-        // The guard knows no way from a surface to a camera.
-        let is_camera = matches!(self.follower.screen(), Screen::Camera { .. });
-        let unguarded = match chart {
-            Chart::Face { .. } => self.unguarded_face,
-            _ if is_camera => self.unguarded_face,
-            _ => self.unguarded,
-        };
-        if cell.level >= MAX_LEVEL || flux <= unguarded {
+        if cell.level >= MAX_LEVEL || flux <= self.unguarded {
             return true;
         }
         if !look.one_family || look.any_landed && flux > self.tolerance * MOST_TOLERANCES {
             return false;
-        }
-        if is_camera {
-            return true;
         }
         if !cell.clearance.all {
             let [a, b, c] = cell.corners.each_ref().map(|node| node.at);
@@ -260,6 +294,15 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
             );
         }
         cell.clearance.all
+    }
+
+    /// Whether a spot may shine on a part of a cell, none of whose nodes is lit.
+    fn may_hide_light(&self, chart: &Chart, cell: &Cell<N>) -> bool {
+        self.cone.is_some_and(|cone| {
+            let corners = cell.corners.map(|node| node.at);
+            let overlap = cone.overlap(self.follower.scene().world(), chart, corners);
+            overlap.is_possible && overlap.relative_size > LEAST_IN_CONE
+        })
     }
 
     fn stored(&mut self, chart: &Chart, at: DVec2, in_sight: bool) -> Node<N> {

@@ -1,13 +1,14 @@
 //! Passes with smaller and smaller tolerances, until the budget is used.
 
 use std::sync::atomic::Ordering;
-use std::time::Instant;
 
 use super::average::{Average, Sums};
 use super::finish;
 use super::lamps::Lamps;
+use super::limit::Limit;
 use super::pass::{Light, PassLayer, Passes, SignatureReport};
 use super::refine::Limits;
+use super::schedule::{Errors, Fineness};
 use super::settings::{BeamBudget, BeamSettings};
 use super::survey::{Found, survey};
 use super::target::Target;
@@ -107,8 +108,9 @@ const LEAST_SHARE: f64 = 1e-3;
 const MOST_SIGNATURES: usize = 256;
 
 /// How much of what its own differences say the error of a pass may turn out to be, seen from the
-/// next pass: errors have been seen from a sixth of it to all.
-const CALIBRATION: std::ops::RangeInclusive<f64> = 0.17..=1.0;
+/// next pass: errors have been seen from a sixth of it to all, and may be more where a pass overlooked
+/// what the next one found.
+const CALIBRATION: std::ops::RangeInclusive<f64> = 0.17..=16.0;
 
 /// Passes are compared where their tolerances are at least this far apart: misplaced flux falls
 /// like the fourth power of a cell's size, so that every cell has been divided once more.
@@ -116,14 +118,6 @@ const CALIBRATION_STEP: f64 = 64.0;
 
 /// The next pass, too, is a little off.
 const CALIBRATION_MARGIN: f64 = 1.5;
-
-/// A lamp is not divided into more places, in each replicate.
-const MOST_POINTS: u64 = 1 << 24;
-
-/// How the random error falls with the number n of places is between n^-½ (of independent ones)
-/// and n^-1½ (of nets and smooth integrands); folds and shadows that sweep over texels leave about
-/// n^-¾, as of nets and functions with jumps.
-const POINTS_ORDER: f64 = 0.75;
 
 /// A run, set up.
 pub struct Setup<'a> {
@@ -152,28 +146,6 @@ pub(super) struct Pass {
     pub reports: Vec<(Signature, SignatureReport)>,
     errors: Option<Errors>,
     fineness: Fineness,
-}
-
-/// How finely light is divided.
-#[derive(Clone, Copy)]
-struct Fineness {
-    /// Misplaced flux that a cell may have, relative to all flux.
-    tolerance: f64,
-    /// Places a lamp, in each replicate.
-    points: u64,
-}
-
-/// Relative errors over lit texels, root mean square.
-#[derive(Clone, Copy)]
-struct Errors {
-    deterministic: f64,
-    random: f64,
-}
-
-impl Errors {
-    fn both(self) -> f64 {
-        self.deterministic.hypot(self.random)
-    }
 }
 
 impl<'a> Setup<'a> {
@@ -259,15 +231,13 @@ impl<'a> Setup<'a> {
     ///
     /// Where a texel's flux is not representable.
     pub fn run(&mut self, budget: &BeamBudget) -> Result<(Estimate, BeamReport), BeamError> {
-        let start = Instant::now();
-        let deadline = budget.time.map(|time| start + time);
-        let stop = || {
-            self.progress.is_stopped() || deadline.is_some_and(|deadline| Instant::now() > deadline)
-        };
+        let limit = Limit::new(budget, self.progress);
         let direct = match &self.target {
             Target::Receiver(receiver) => Some(
-                direct(self.scene, receiver, self.settings.seed, &stop)
-                    .unwrap_or_else(|| Direct::unknown(receiver.texels())),
+                direct(self.scene, receiver, self.settings.seed, &|| {
+                    limit.is_reached()
+                })
+                .unwrap_or_else(|| Direct::unknown(receiver.texels())),
             ),
             Target::Camera { .. } => None,
         };
@@ -288,15 +258,17 @@ impl<'a> Setup<'a> {
             .as_ref()
             .map(|direct| direct.counters)
             .unwrap_or_default();
+        limit.spend(counters.rays);
+        let limited = budget.time.is_some() || budget.rays.is_some();
         let mut best: Option<Pass> = None;
         let (mut said_before, mut calibration) = (0.0, 1.0);
-        let mut fineness = first_fineness(target);
+        let mut fineness = Fineness::first(target, limited);
         while !followed.is_empty() {
-            let began = Instant::now();
-            let rays_before = counters.rays;
-            let Some(mut pass) = self.pass(followed, fineness, &stop, &mut counters)? else {
+            let before_pass = (limit.elapsed(), limit.rays());
+            let Some((mut pass, work)) = self.pass(followed, fineness, &limit)? else {
                 break;
             };
+            counters += work;
             report.passes += 1;
             let said = pass.errors.map_or(0.0, |errors| errors.deterministic);
             if let Some(before) = &best
@@ -314,25 +286,20 @@ impl<'a> Setup<'a> {
                 errors.deterministic *= calibration;
             }
             let errors = pass.errors;
+            eprintln!(
+                "DBG tol {:.2e} said {said:.2e} calibration {calibration:.3} error {:?}",
+                fineness.tolerance, errors
+            );
             self.progress.set_relative_error(errors.map(Errors::both));
             best = Some(pass);
+            let affordable = limit.affordable(
+                limit.elapsed() - before_pass.0,
+                limit.rays() - before_pass.1,
+            );
             let next = errors
-                .filter(|errors| errors.both() > 0.0)
-                .and_then(|errors| self.next_fineness(fineness, errors, target));
+                .and_then(|errors| fineness.next(errors, target, !self.lamps.is_empty()))
+                .and_then(|next| fineness.towards(next, affordable));
             let Some(next) = next else { break };
-            // Cells, and with them the work, grow like the tolerance's power -1/2 or faster.
-            let growth = (fineness.tolerance / next.tolerance).powf(0.55)
-                * (next.points as f64 / fineness.points as f64);
-            let too_long = deadline.is_some_and(|deadline| {
-                Instant::now() + began.elapsed().mul_f64(growth) > deadline
-            });
-            let rays = (counters.rays - rays_before) as f64 * growth;
-            let too_much = budget
-                .rays
-                .is_some_and(|most| counters.rays as f64 + rays > most as f64);
-            if too_long || too_much {
-                break;
-            }
             fineness = next;
         }
         let stopped = self.progress.is_stopped();
@@ -341,9 +308,7 @@ impl<'a> Setup<'a> {
             (Some(target), Some(errors)) => errors.both() > target,
             _ => false,
         };
-        let incomplete = stopped
-            || unmet && budget.time.is_none() && budget.rays.is_none()
-            || best.is_none() && !self.is_dark();
+        let incomplete = stopped || unmet && !limited || best.is_none() && !self.is_dark();
         self.describe(best.as_ref(), &mut report);
         let outcome = finish::Outcome {
             target: &self.target,
@@ -358,55 +323,14 @@ impl<'a> Setup<'a> {
         Ok((outcome.estimate(), report))
     }
 
-    /// What to do next, to get the errors down to `target`, or without one further down; `None` where
-    /// they are, or nothing is to be gained.
-    fn next_fineness(
-        &self,
-        done: Fineness,
-        errors: Errors,
-        target: Option<f64>,
-    ) -> Option<Fineness> {
-        if target.is_some_and(|target| errors.both() <= target) {
-            return None;
-        }
-        let Fineness { tolerance, points } = done;
-        let next = match target {
-            // A little more than needed, so that one step is enough; never too large a step.
-            Some(target) if self.lamps.is_empty() => Fineness {
-                tolerance: tolerance * (0.8 * target / errors.both()).powf(1.5).clamp(1e-3, 0.5),
-                points,
-            },
-            // Half of the squared error to each part. Where the cells are finer than needed, coarser
-            // ones will do for more places.
-            Some(target) => {
-                let share = 0.8 * target * std::f64::consts::FRAC_1_SQRT_2;
-                let factor = (share / errors.deterministic).powf(1.5);
-                let doublings = (errors.random / share).log2() / POINTS_ORDER;
-                Fineness {
-                    tolerance: tolerance * factor.clamp(0.02, 4.0),
-                    points: points << doublings.ceil().clamp(0.0, 3.0) as u32,
-                }
-            }
-            None if errors.random > errors.deterministic => Fineness {
-                tolerance,
-                points: 2 * points,
-            },
-            None => Fineness {
-                tolerance: tolerance / 8.0,
-                points,
-            },
-        };
-        (next.tolerance >= 1e-14 && next.points <= MOST_POINTS).then_some(next)
-    }
-
     /// All signatures at one fineness; `None` where it was stopped.
     fn pass(
         &self,
         signatures: &[(Signature, Found)],
         fineness: Fineness,
-        stop: &(dyn Fn() -> bool + Sync),
-        counters: &mut TraversalCounters,
-    ) -> Result<Option<Pass>, BeamError> {
+        limit: &Limit,
+    ) -> Result<Option<(Pass, TraversalCounters)>, BeamError> {
+        let mut counters = TraversalCounters::default();
         let passes = Passes {
             scene: self.scene,
             target: &self.target,
@@ -414,7 +338,7 @@ impl<'a> Setup<'a> {
             facets: &self.facets,
             shading_normals: self.settings.shading_normals,
             flux: self.flux,
-            stop,
+            limit,
             progress: self.progress,
         };
         let replicates = if self.lamps.is_empty() {
@@ -464,7 +388,7 @@ impl<'a> Setup<'a> {
                     flux: found.flux,
                     peak: found.peak,
                 };
-                let layer = passes.signature(lights, *signature, limits, counters)?;
+                let layer = passes.signature(lights, *signature, limits, &mut counters)?;
                 let Some(PassLayer { sums, report }) = layer else {
                     return Ok(None);
                 };
@@ -487,7 +411,7 @@ impl<'a> Setup<'a> {
         }
         let errors = self.errors(&total);
         let names = signatures.iter().map(|(signature, _)| *signature);
-        Ok(Some(Pass {
+        let pass = Pass {
             layers,
             total,
             reports: names
@@ -496,7 +420,8 @@ impl<'a> Setup<'a> {
                 .collect(),
             errors,
             fineness,
-        }))
+        };
+        Ok(Some((pass, counters)))
     }
 
     /// Root mean square over lit texels, relative to their mean.
@@ -550,15 +475,6 @@ impl<'a> Setup<'a> {
                 random_error: errors.random,
             });
         }
-    }
-}
-
-/// What to begin with.
-fn first_fineness(target: Option<f64>) -> Fineness {
-    Fineness {
-        // From experience, errors follow tolerances like their power 2/3.
-        tolerance: 6e-3 * (16.0 * target.unwrap_or(1e-2)).min(0.1).powf(1.5),
-        points: 1,
     }
 }
 

@@ -78,6 +78,16 @@ impl Chart {
         }
     }
 
+    /// Whether coordinates mean the same in another chart of the same source.
+    pub fn is_that_of(&self, other: &Self) -> bool {
+        let face = |chart: &Self| match chart {
+            Self::Face { face, .. } => Some(*face),
+            _ => None,
+        };
+        let kind = |chart: &Self| matches!(chart, Self::Parameters { .. });
+        self.shape() == other.shape() && face(self) == face(other) && kind(self) == kind(other)
+    }
+
     /// The surface at coordinates `at`; `None` only for a world that the chart was not made for.
     #[inline]
     pub fn place(&self, world: &World, at: DVec2) -> Option<Place> {

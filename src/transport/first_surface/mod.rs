@@ -6,9 +6,11 @@
 //! and on a mesh the borders of its faces, where normals have a kink, are lines of the coordinates.
 
 mod chart;
+mod cone;
 mod roots;
 mod source;
 
 pub use chart::{Chart, Place};
+pub use cone::{Cone, ConeOverlap};
 pub use roots::{Root, roots};
 pub use source::{Arrival, Source};

@@ -5,6 +5,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 use glam::{DVec2, DVec3};
 
 use super::chart::Chart;
+use super::cone::Cone;
 use super::source::Source;
 use crate::geometry::{Cylinder, Mesh, Ray, Shape, TraversalCounters};
 use crate::scene::Scene;
@@ -29,6 +30,9 @@ const CAP_END: f64 = FRAC_PI_2 * (1.0 - 1e-9);
 
 /// Analytic parameters are divided into this many strips each way.
 const PARAMETER_STRIPS: u32 = 16;
+
+/// The largest root of a spot's light, by the cone's opening.
+const LARGEST_IN_CONE: f64 = 0.25;
 
 /// All light of `source` that may meet a specular surface before anything else: where
 /// something is in its way, that is still to be found out.
@@ -62,7 +66,32 @@ pub fn roots(scene: &Scene, source: &Source) -> Vec<Root> {
             Shape::Mesh(mesh) => add_faces(&mut roots, scene, index, mesh, source),
         }
     }
-    roots
+    match Cone::of(source) {
+        Some(cone) => in_cone(scene, &cone, roots),
+        None => roots,
+    }
+}
+
+/// What of the roots a cone may reach, in parts no larger than a quarter of it: so that no cone
+/// passes between the nodes of any.
+fn in_cone(scene: &Scene, cone: &Cone, mut pending: Vec<Root>) -> Vec<Root> {
+    let mut reached = Vec::new();
+    pending.reverse();
+    while let Some(Root { chart, corners }) = pending.pop() {
+        let overlap = cone.overlap(scene.world(), &chart, corners);
+        if !overlap.is_possible {
+            continue;
+        }
+        if overlap.relative_size <= LARGEST_IN_CONE {
+            reached.push(Root { chart, corners });
+            continue;
+        }
+        let [a, b, c] = corners;
+        let [bc, ca, ab] = [0.5 * (b + c), 0.5 * (c + a), 0.5 * (a + b)];
+        let parts = [[a, ab, ca], [ab, b, bc], [ca, bc, c], [bc, ca, ab]];
+        pending.extend(parts.map(|corners| Root { chart, corners }));
+    }
+    reached
 }
 
 /// A rectangle of coordinates, cut into triangles.

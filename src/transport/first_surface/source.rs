@@ -51,6 +51,9 @@ pub struct Arrival {
     /// [strength](Source::strength): falloff / distance² of a point, 1 of parallel light, cos θ /
     /// distance² of a place on a surface.
     pub density: f64,
+    /// The part of a spot's light that the ray is in; 0 of other sources. Between them density has a
+    /// kink, or a jump.
+    pub zone: u8,
 }
 
 impl Source {
@@ -132,10 +135,15 @@ impl Source {
                     return None;
                 }
                 let direction = offset / distance;
+                let factor = falloff.factor(direction);
                 Some(Arrival {
                     ray: Ray::new(origin, direction),
                     distance,
-                    density: falloff.factor(direction) / (distance * distance),
+                    density: factor / (distance * distance),
+                    zone: match falloff {
+                        Falloff::None => 0,
+                        Falloff::Spot { .. } => u8::from(factor > 0.0) + u8::from(factor == 1.0),
+                    },
                 })
             }
             Self::Parallel {
@@ -149,6 +157,7 @@ impl Source {
                     ray: Ray::new(point - direction * distance, direction),
                     distance,
                     density: 1.0,
+                    zone: 0,
                 })
             }
             Self::Surface { ref place, .. } => {
@@ -164,6 +173,7 @@ impl Source {
                     ray: place.spawn(direction),
                     distance,
                     density: facing / (distance * distance * distance),
+                    zone: 0,
                 })
             }
         }

@@ -1,0 +1,104 @@
+//! What ends a pass before it is done.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+use super::settings::BeamBudget;
+use crate::reference::Progress;
+
+/// Time, rays, or a wish from outside. All threads ask now and then, in the middle of their work.
+///
+/// Whether rays end a pass does not depend on threads: a pass needs as many as it needs, and more
+/// than there are will be noticed at the latest when it is done.
+pub struct Limit<'a> {
+    progress: &'a Progress,
+    start: Instant,
+    /// `None`: without end, or too far away to be told.
+    deadline: Option<Instant>,
+    most_rays: Option<u64>,
+    rays: AtomicU64,
+}
+
+impl<'a> Limit<'a> {
+    /// Starts the clock.
+    pub fn new(budget: &BeamBudget, progress: &'a Progress) -> Self {
+        let start = Instant::now();
+        Self {
+            progress,
+            start,
+            deadline: budget.time.and_then(|time| start.checked_add(time)),
+            most_rays: budget.rays,
+            rays: AtomicU64::new(0),
+        }
+    }
+
+    /// Whether to stop.
+    pub fn is_reached(&self) -> bool {
+        self.progress.is_stopped()
+            || self
+                .deadline
+                .is_some_and(|deadline| Instant::now() > deadline)
+            || self.most_rays.is_some_and(|most| self.rays() > most)
+    }
+
+    /// Books work.
+    pub fn spend(&self, rays: u64) {
+        self.rays.fetch_add(rays, Ordering::Relaxed);
+    }
+
+    /// Rays searched for so far.
+    pub fn rays(&self) -> u64 {
+        self.rays.load(Ordering::Relaxed)
+    }
+
+    /// Since the start.
+    pub fn elapsed(&self) -> Duration {
+        self.start.elapsed()
+    }
+
+    /// How many times as much as a piece of work that took `time` and `rays` can still be done.
+    pub fn affordable(&self, time: Duration, rays: u64) -> f64 {
+        let in_time = self.deadline.map_or(f64::INFINITY, |deadline| {
+            let left = deadline.saturating_duration_since(Instant::now());
+            left.as_secs_f64() / time.as_secs_f64()
+        });
+        let in_rays = self.most_rays.map_or(f64::INFINITY, |most| {
+            most.saturating_sub(self.rays()) as f64 / rays as f64
+        });
+        // 0 / 0, where there was no work: as much as you like.
+        f64::min(in_time, in_rays)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_limit_beyond_the_end_of_time_is_none() {
+        let progress = Progress::default();
+        let budget = BeamBudget {
+            time: Some(Duration::MAX),
+            ..BeamBudget::default()
+        };
+        let limit = Limit::new(&budget, &progress);
+        assert!(!limit.is_reached());
+        assert_eq!(limit.affordable(Duration::from_secs(1), 1), f64::INFINITY);
+    }
+
+    #[test]
+    fn rays_are_a_limit() {
+        let progress = Progress::default();
+        let budget = BeamBudget {
+            rays: Some(100),
+            ..BeamBudget::default()
+        };
+        let limit = Limit::new(&budget, &progress);
+        limit.spend(20);
+        assert_eq!(limit.affordable(Duration::ZERO, 20), 4.0);
+        limit.spend(80);
+        assert!(!limit.is_reached());
+        limit.spend(1);
+        assert!(limit.is_reached());
+    }
+}

@@ -1,0 +1,184 @@
+//! Which path signatures bring light to the sensor.
+
+mod places;
+
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+
+use super::pass::Light;
+use crate::scene::Scene;
+use crate::transport::prescribed::{End, PathFollower};
+use crate::transport::scatter::ShadingNormals;
+use crate::transport::screen::Screen;
+use crate::transport::signature::Signature;
+use places::{Place, places_on};
+
+/// About how many places of the first surfaces are looked at.
+const PLACES: usize = 1 << 12;
+
+/// ... and on each shape, all lights together: a small thing beside a large mesh has its own.
+const LEAST_PLACES: usize = 1 << 7;
+
+/// How often the way between two places is halved.
+const LEVELS_BETWEEN: u32 = 10;
+
+/// Flux below this part of what set out is not followed any further.
+const LEAST_THROUGHPUT: f64 = 1e-7;
+
+/// What a survey saw of one signature.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Found {
+    /// About how much flux it brings \[W\], mean of channels.
+    pub flux: f64,
+    /// The most that a path delivers of what sets out.
+    pub peak: f64,
+}
+
+/// What a survey saw.
+#[derive(Clone, Debug, Default)]
+pub struct Survey {
+    /// What each signature brings to the sensor's surface.
+    pub signatures: BTreeMap<Signature, Found>,
+}
+
+/// Follows all branches of some thousand paths spread over all first surfaces, and of some more
+/// between neighbours of them that saw different things.
+pub fn survey(
+    scene: &Scene,
+    lights: &[Light],
+    screen: &Screen,
+    max_depth: u32,
+    shading_normals: ShadingNormals,
+) -> Survey {
+    let places = PLACES.div_ceil(lights.len().max(1));
+    let mut all = Survey::default();
+    for light in lights {
+        let source = &light.source;
+        let look = |place: &Place| {
+            let mut follower =
+                PathFollower::<3>::new(scene, source, screen, Signature::DIRECT, shading_normals);
+            look_at(&mut follower, place, max_depth)
+        };
+        let roots = light.roots(scene);
+        let shapes = roots.chunk_by(|a, b| a.chart.shape() == b.chart.shape());
+        let a_shape = places.div_ceil(shapes.clone().count().max(1));
+        let a_shape = a_shape.max(LEAST_PLACES / lights.len()).max(1);
+        let seen: Vec<Seen> = shapes
+            .flat_map(|roots| places_on(scene, source, roots, a_shape))
+            .collect::<Vec<_>>()
+            .into_par_iter()
+            .map(|place| Seen::new(place, &look))
+            .collect();
+        let between = look_between(&seen, places, &look);
+        let strength = source.strength().mean();
+        // Sums of few values in a fixed order: the same on any threads.
+        for sight in seen.iter().chain(&between).flat_map(|seen| &seen.sights) {
+            let one = all.signatures.entry(sight.signature).or_default();
+            one.flux += sight.flux;
+            one.peak = one.peak.max(sight.throughput / strength);
+        }
+    }
+    all
+}
+
+/// A path that landed.
+struct Sight {
+    signature: Signature,
+    /// What it brings for its part of the root \[W\].
+    flux: f64,
+    /// Times the source's strength.
+    throughput: f64,
+}
+
+/// A place, and all paths from there that landed, in the order of their signatures.
+struct Seen {
+    place: Place,
+    sights: Vec<Sight>,
+}
+
+impl Seen {
+    fn new(place: Place, look: impl Fn(&Place) -> Vec<Sight>) -> Self {
+        let mut sights = look(&place);
+        sights.sort_by_key(|sight| sight.signature);
+        Self { place, sights }
+    }
+
+    /// Whether another place sent light to the sensor by the same events.
+    fn agrees(&self, other: &Self) -> bool {
+        let signatures = |seen: &Self| -> Vec<Signature> {
+            seen.sights.iter().map(|sight| sight.signature).collect()
+        };
+        signatures(self) == signatures(other)
+    }
+}
+
+/// Paths by a signature may set out from a sliver of light space only, between others: where two
+/// neighbouring places saw different things, a third is looked at between them, and so on, to some
+/// thousandths of their distance; `most` in all.
+fn look_between(
+    seen: &[Seen],
+    most: usize,
+    look: impl Fn(&Place) -> Vec<Sight> + Sync,
+) -> Vec<Seen> {
+    let mut found: Vec<Seen> = Vec::new();
+    // Indices into both, one after the other.
+    fn at<'a>(index: usize, seen: &'a [Seen], found: &'a [Seen]) -> &'a Seen {
+        seen.get(index)
+            .unwrap_or_else(|| &found[index - seen.len()])
+    }
+    let mut pairs: Vec<[usize; 2]> = (1..seen.len()).map(|index| [index - 1, index]).collect();
+    for _ in 0..LEVELS_BETWEEN {
+        pairs.retain(|[a, b]| {
+            let (a, b) = (at(*a, seen, &found), at(*b, seen, &found));
+            a.place.chart.is_that_of(&b.place.chart) && !a.agrees(b)
+        });
+        let left = most.saturating_sub(found.len());
+        if pairs.is_empty() || left == 0 {
+            break;
+        }
+        // Where there are too many, every so many-th will do.
+        let stride = pairs.len().div_ceil(left);
+        let pairs_now: Vec<[usize; 2]> = pairs.iter().copied().step_by(stride).collect();
+        let middles: Vec<Seen> = pairs_now
+            .par_iter()
+            .map(|[a, b]| {
+                Seen::new(
+                    at(*a, seen, &found)
+                        .place
+                        .halfway(&at(*b, seen, &found).place),
+                    &look,
+                )
+            })
+            .collect();
+        pairs.clear();
+        for ([a, b], middle) in pairs_now.into_iter().zip(middles) {
+            let index = seen.len() + found.len();
+            found.push(middle);
+            pairs.extend([[a, index], [index, b]]);
+        }
+    }
+    found
+}
+
+/// The paths from one place that land.
+fn look_at(follower: &mut PathFollower<3>, place: &Place, max_depth: u32) -> Vec<Sight> {
+    let mut found = Vec::new();
+    follower.follow_all(
+        &place.chart,
+        place.at,
+        max_depth,
+        LEAST_THROUGHPUT,
+        &mut |signature, path| {
+            if matches!(path.end, End::Landed(_)) {
+                let throughput = path.throughput.rgb().mean();
+                found.push(Sight {
+                    signature,
+                    flux: throughput * path.emitted * place.area,
+                    throughput,
+                });
+            }
+        },
+    );
+    found
+}

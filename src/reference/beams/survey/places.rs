@@ -1,0 +1,97 @@
+//! Where a survey looks.
+
+use glam::DVec2;
+
+use crate::scene::Scene;
+use crate::transport::first_surface::{Chart, Root, Source};
+
+/// A place of a first surface.
+#[derive(Clone, Copy)]
+pub(super) struct Place {
+    /// Whose coordinates.
+    pub chart: Chart,
+    /// In them.
+    pub at: DVec2,
+    /// The chart area that it stands for.
+    pub area: f64,
+}
+
+impl Place {
+    /// Between two places of one chart. It stands for half of what the smaller one does.
+    pub fn halfway(&self, other: &Self) -> Self {
+        Self {
+            chart: self.chart,
+            at: 0.5 * (self.at + other.at),
+            area: 0.5 * self.area.min(other.area),
+        }
+    }
+}
+
+/// `count` places on a shape, spread over its roots by how much light falls on them and by their
+/// area: so that the bright ones are not passed over, however many others there are.
+pub(super) fn places_on(
+    scene: &Scene,
+    source: &Source,
+    roots: &[Root],
+    count: usize,
+) -> Vec<Place> {
+    let lit: Vec<f64> = roots
+        .iter()
+        .map(|root| {
+            let [a, b, c] = root.corners;
+            let emitted = |at: DVec2| {
+                let place = root.chart.place(scene.world(), at)?;
+                let arrival = source.arrive(place.point.position)?;
+                let facing = arrival.ray.direction.dot(place.point.geometric_normal);
+                Some(arrival.density * facing.abs() * place.area)
+            };
+            let most = [a, b, c, (a + b + c) / 3.0]
+                .map(|at| emitted(at).unwrap_or(0.0))
+                .into_iter()
+                .fold(0.0, f64::max);
+            most * area_of(root)
+        })
+        .collect();
+    let areas: Vec<f64> = roots.iter().map(area_of).collect();
+    // Half by light, half by area: most light of many reflections set out at a grazing angle.
+    let by = |values: &[f64]| 0.5 / values.iter().sum::<f64>().max(f64::MIN_POSITIVE);
+    let (by_light, by_area) = (by(&lit), by(&areas));
+    let shares = lit
+        .iter()
+        .zip(&areas)
+        .map(|(lit, area)| lit * by_light + area * by_area);
+    let total: f64 = shares.clone().sum();
+    let mut places = Vec::with_capacity(count);
+    let mut passed = 0.0;
+    for (root, share) in roots.iter().zip(shares) {
+        passed += share;
+        // One place for each part 1/count of the light.
+        while places.len() < count && (places.len() as f64 + 0.5) * total <= passed * count as f64 {
+            let area = area_of(root) * total / (share * count as f64);
+            places.push(Place {
+                chart: root.chart,
+                at: inside(root, places.len()),
+                area,
+            });
+        }
+    }
+    places
+}
+
+fn area_of(root: &Root) -> f64 {
+    let [a, b, c] = root.corners;
+    0.5 * (b - a).perp_dot(c - a).abs()
+}
+
+/// Points of Roberts' R2 sequence, folded into the triangle.
+fn inside(root: &Root, index: usize) -> DVec2 {
+    let [a, b, c] = root.corners;
+    let mut at = DVec2::new(
+        (0.5 + 0.754_877_666_246_692_8 * index as f64).fract(),
+        (0.5 + 0.569_840_290_998_053_3 * index as f64).fract(),
+    );
+    if at.x + at.y > 1.0 {
+        at = DVec2::ONE - at;
+    }
+    a + (b - a) * at.x + (c - a) * at.y
+}
