@@ -34,7 +34,7 @@ const ROUNDING: f64 = 1e-11;
 /// of each.
 const LIKELY: f64 = 0.5;
 /// ... and this part of s, spread over the texels that it may be on.
-const LIKELY_SLACK: f64 = 1.0;
+const LIKELY_SLACK: f64 = 0.25;
 
 /// One signature's flux, texel by texel \[W\].
 pub struct BoundedFlux<const N: usize> {

@@ -110,3 +110,28 @@ fn crossing<const N: usize>(
     }
     Some(Crossing { before, after })
 }
+
+/// Whether a path that lands is found next to the border of the first node's family, on the way to
+/// a node of another.
+pub fn lands_between<const N: usize>(
+    from: &Node<N>,
+    to: &Node<N>,
+    mut follow: impl FnMut(DVec2) -> Node<N>,
+) -> bool {
+    let (mut before, mut after) = (from.at, *to);
+    if after.family == from.family {
+        return false;
+    }
+    for _ in 0..BISECTIONS {
+        let middle = follow(0.5 * (before + after.at));
+        if middle.landing.is_some() {
+            return true;
+        }
+        if middle.family == from.family {
+            before = middle.at;
+        } else {
+            after = middle;
+        }
+    }
+    false
+}

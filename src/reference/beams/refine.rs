@@ -36,9 +36,8 @@ const LEAST_UNGUARDED: f64 = 1.0 / 4096.0;
 /// always counts as slack.
 const CORNER: f64 = 1.0 / 64.0;
 
-/// Cells without any landed node, ended in different ways, are divided down to this many
-/// tolerances of what set out.
-const DARK_TOLERANCES: f64 = 4096.0;
+/// A cell that hides a sliver of light is divided down to this part of what need not be guarded.
+const LEAST_SLIVER: f64 = 1.0 / 64.0;
 
 /// A cell of more than one family is cut once it holds no more than this many tolerances.
 const CUT_TOLERANCES: f64 = 256.0;
@@ -336,10 +335,12 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
         self.scratch.fine.clear();
         self.scratch.coarse.clear();
         if !look.any_landed {
-            return (is_last
+            let set_out = area * look.emitted * (2.0 * self.peak).min(1.0);
+            let is_dark = is_last
                 || look.one_family
-                || area * look.emitted <= self.tolerance * DARK_TOLERANCES)
-                .then_some(finished);
+                || set_out <= self.unguarded * LEAST_SLIVER
+                || !self.may_hide_sliver(chart, cell, middles);
+            return is_dark.then_some(finished);
         }
         if look.is_off(self.film.size()) {
             return Some(finished);
@@ -381,6 +382,26 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
         let texels: f64 = boxes.map(|[first, last]| texels_of(first, last)).sum();
         let widened = finished.slack.max_magnitude() * texels.sqrt();
         (is_last || widened <= self.tolerance).then_some(finished)
+    }
+
+    /// Whether light that lands is found on the way between two nodes of different families of a
+    /// cell, none of whose nodes landed: light of one more reflection than on this side of a border and of one less
+    /// than on the other may be a sliver between.
+    fn may_hide_sliver(&mut self, chart: &Chart, cell: &Cell<N>, middles: &[Node<N>; 3]) -> bool {
+        let Self {
+            follower,
+            scratch: Scratch { borders, .. },
+            strength,
+            ..
+        } = self;
+        let in_sight = cell.clearance.is_in_sight();
+        let mut follow =
+            |at| borders.get(chart, at, || node(follower, *strength, chart, at, in_sight));
+        let [a, b, c] = &cell.corners;
+        let [bc, ca, ab] = middles;
+        [[a, ab], [ab, b], [b, bc], [bc, c], [c, ca], [ca, a]]
+            .iter()
+            .any(|[from, to]| cut::lands_between(from, to, &mut follow))
     }
 
     /// Cuts a cell that holds more than one family, at both finenesses.
