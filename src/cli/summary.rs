@@ -1,6 +1,6 @@
 //! What a finished run has to say, for people and for programs.
 
-use std::fmt::{self, Write as _};
+use std::fmt;
 
 use serde::Serialize;
 
@@ -9,7 +9,7 @@ use crate::geometry::TraversalCounters;
 use crate::radiometry::Rgb;
 use crate::reference::beams::BeamReport;
 use crate::reference::beams::pass::SignatureReport;
-use crate::reference::{LayerName, Quantity};
+use crate::reference::{Estimate, LayerName, Quantity};
 use crate::transport::ledger::Row;
 
 /// The result in numbers. Serialised, it is what `--json` prints.
@@ -37,8 +37,9 @@ pub struct Summary {
     pub relative_error: Option<f64>,
     /// One entry a layer, the total first.
     pub layers: Vec<LayerSummary>,
-    /// Where the traced flux went \[W\].
-    pub ledger: LedgerSummary,
+    /// Where the traced flux went \[W\]; of a receiver, where any was traced.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ledger: Option<LedgerSummary>,
     /// Rays, and the work of finding what they hit.
     pub counters: TraversalCounters,
     /// What is odd about the scene or the run.
@@ -51,7 +52,7 @@ pub struct Summary {
     pub files: Vec<String>,
 }
 
-/// One layer in numbers.
+/// One layer in numbers; NaN (in JSON `null`) where nothing is known.
 #[derive(Clone, Debug, Serialize)]
 pub struct LayerSummary {
     /// `E`, `LD`, `LTTD`, ...
@@ -69,14 +70,77 @@ pub struct LayerSummary {
 /// The ledger in numbers \[W\].
 #[derive(Clone, Debug, Serialize)]
 pub struct LedgerSummary {
-    /// What photons started with.
+    /// What photons started with; of beams what met a specular surface first, mean of channels.
     pub emitted: Rgb,
-    /// What adjoint shading normals added.
-    pub shading_gain: Rgb,
+    /// What adjoint shading normals added; not known of beams.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shading_gain: Option<Rgb>,
     /// By signature of the events before the end.
-    pub rows: Vec<(String, Row)>,
-    /// |emitted + gain − Σ rows| / emitted.
-    pub closure_error: f64,
+    pub rows: Vec<(String, RowSummary)>,
+    /// Of beams: what is not received, by difference, mean of channels.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub elsewhere: Option<f64>,
+    /// |emitted + gain − Σ rows| / emitted; of beams there is none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub closure_error: Option<f64>,
+}
+
+/// How flux ended \[W\].
+#[derive(Clone, Copy, Debug, Serialize)]
+#[serde(untagged)]
+pub enum RowSummary {
+    /// In all ways.
+    Fates(Row),
+    /// On the sensor: no more is known of beams.
+    Received {
+        /// Flux in texels.
+        received: Rgb,
+    },
+}
+
+impl LedgerSummary {
+    fn of(estimate: &Estimate) -> Option<Self> {
+        if estimate.quantity != Quantity::Irradiance || estimate.paths == 0 {
+            return None;
+        }
+        let ledger = &estimate.ledger;
+        let summary_of = |row: &Row| match ledger.elsewhere {
+            None => RowSummary::Fates(*row),
+            Some(_) => RowSummary::Received {
+                received: row.received,
+            },
+        };
+        let named = ledger.rows.iter();
+        let mut rows: Vec<(String, RowSummary)> = named
+            .map(|(signature, row)| (signature.to_string(), summary_of(row)))
+            .collect();
+        rows.push((LayerName::Other.to_string(), summary_of(&ledger.other)));
+        Some(Self {
+            emitted: ledger.emitted,
+            shading_gain: ledger.elsewhere.is_none().then_some(ledger.shading_gain),
+            rows,
+            elsewhere: ledger.elsewhere,
+            closure_error: ledger.closure_error(),
+        })
+    }
+}
+
+impl RowSummary {
+    /// The columns of a table, means of channels.
+    fn columns(&self) -> Vec<f64> {
+        match self {
+            Self::Fates(row) => [
+                row.received,
+                row.direct,
+                row.escaped,
+                row.absorbed,
+                row.cut_off,
+            ]
+            .map(Rgb::mean)
+            .to_vec(),
+            Self::Received { received } => vec![received.mean()],
+        }
+    }
 }
 
 /// What a run took.
@@ -106,13 +170,6 @@ impl Summary {
     /// The summary of a run.
     pub fn of(run: &Run) -> Self {
         let estimate = run.estimate;
-        let ledger = &estimate.ledger;
-        let mut rows: Vec<(String, Row)> = ledger
-            .rows
-            .iter()
-            .map(|(signature, row)| (signature.to_string(), *row))
-            .collect();
-        rows.push((LayerName::Other.to_string(), ledger.other));
         let mut warnings: Vec<String> = run
             .scene
             .warnings()
@@ -146,12 +203,7 @@ impl Summary {
                     }
                 })
                 .collect(),
-            ledger: LedgerSummary {
-                emitted: ledger.emitted,
-                shading_gain: ledger.shading_gain,
-                rows,
-                closure_error: ledger.closure_error(),
-            },
+            ledger: LedgerSummary::of(estimate),
             counters: estimate.counters,
             warnings,
             timing: Some(Timing::of(run)),
@@ -171,8 +223,10 @@ impl Summary {
 }
 
 /// Six digits are enough for a table; zero is a dot, so that the eye finds what is there.
-fn number(value: f64) -> String {
-    if value == 0.0 {
+pub(super) fn number(value: f64) -> String {
+    if value.is_nan() {
+        "unknown".to_owned()
+    } else if value == 0.0 {
         "·".to_owned()
     } else if (1e-3..1e6).contains(&value.abs()) {
         let digits = (5 - value.abs().log10().floor() as i32).clamp(0, 6) as usize;
@@ -201,8 +255,9 @@ impl fmt::Display for Summary {
             if self.complete { "" } else { " · INCOMPLETE" }
         )?;
         let names = self.layers.iter().map(|layer| layer.name.len());
-        let rows = self.ledger.rows.iter().map(|(name, _)| name.len());
-        let wide = names.chain(rows).fold("after".len(), usize::max) + 2;
+        let rows = self.ledger.iter().flat_map(|ledger| &ledger.rows);
+        let names = names.chain(rows.map(|(name, _)| name.len()));
+        let wide = names.fold("after".len(), usize::max) + 2;
         writeln!(out, "\n{} [{}]", self.quantity.name(), self.quantity.unit())?;
         writeln!(
             out,
@@ -225,11 +280,15 @@ impl fmt::Display for Summary {
                 number(layer.min),
                 number(layer.mean),
                 number(layer.max),
-                percent(layer.relative_error)
+                if layer.mean.is_nan() {
+                    number(layer.mean)
+                } else {
+                    percent(layer.relative_error)
+                }
             )?;
         }
-        if self.quantity == Quantity::Irradiance {
-            self.write_ledger(out, wide)?;
+        if let Some(ledger) = &self.ledger {
+            ledger.write(out, wide)?;
         }
         writeln!(out)?;
         match &self.beams {
@@ -244,35 +303,6 @@ impl fmt::Display for Summary {
 }
 
 impl Summary {
-    fn write_ledger(&self, out: &mut fmt::Formatter<'_>, wide: usize) -> fmt::Result {
-        writeln!(out, "\nflux of the traced light [W], mean of channels")?;
-        writeln!(
-            out,
-            "  {:<wide$} {:>12} {:>12} {:>12} {:>12} {:>12}",
-            "after", "received", "direct", "escaped", "absorbed", "cut off"
-        )?;
-        let mut sum = Row::default();
-        for (name, row) in &self.ledger.rows {
-            sum = Row::from_fates([
-                sum.received + row.received,
-                sum.direct + row.direct,
-                sum.escaped + row.escaped,
-                sum.absorbed + row.absorbed,
-                sum.cut_off + row.cut_off,
-            ]);
-            if !row.total().is_black() {
-                writeln!(out, "  {}", ledger_line(name, wide, row))?;
-            }
-        }
-        writeln!(out, "  {}", ledger_line("sum", wide, &sum))?;
-        writeln!(
-            out,
-            "  set out: {}; the ledger closes to {:.1e}",
-            number(self.ledger.emitted.mean()),
-            self.ledger.closure_error
-        )
-    }
-
     fn write_photons(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         if let (Some(timing), Some(photons)) = (&self.timing, self.photons) {
             writeln!(
@@ -314,6 +344,13 @@ impl Summary {
                 timing.rays_per_second / 1e6
             )?;
         }
+        let balance = report.signatures.iter().map(|one| one.balance_error);
+        if let Some(worst) = balance.reduce(f64::max) {
+            writeln!(
+                out,
+                "largest balance error of a signature (what its cells booked against the film): {worst:.1e}"
+            )?;
+        }
         writeln!(
             out,
             "likely error of the specular layers' sum over lit texels: {}",
@@ -335,17 +372,50 @@ impl Summary {
     }
 }
 
-fn ledger_line(name: &str, wide: usize, row: &Row) -> String {
-    let mut line = format!("{name:<wide$}");
-    for flux in [
-        row.received,
-        row.direct,
-        row.escaped,
-        row.absorbed,
-        row.cut_off,
-    ] {
-        // Writing to a string cannot fail.
-        let _ = write!(line, " {:>12}", number(flux.mean()));
+impl LedgerSummary {
+    fn write(&self, out: &mut fmt::Formatter<'_>, wide: usize) -> fmt::Result {
+        writeln!(out, "\nflux of the traced light [W], mean of channels")?;
+        let fates = ["received", "direct", "escaped", "absorbed", "cut off"];
+        let known = match self.elsewhere {
+            None => &fates[..],
+            Some(_) => &fates[..1],
+        };
+        write!(out, "  {:<wide$}", "after")?;
+        for fate in known {
+            write!(out, " {fate:>12}")?;
+        }
+        writeln!(out)?;
+        let mut sum = vec![0.0; known.len()];
+        for (name, row) in &self.rows {
+            let columns = row.columns();
+            for (sum, flux) in sum.iter_mut().zip(&columns) {
+                *sum += flux;
+            }
+            if columns.iter().any(|flux| *flux != 0.0) {
+                write_line(out, name, wide, &columns)?;
+            }
+        }
+        write_line(out, "sum", wide, &sum)?;
+        if let Some(elsewhere) = self.elsewhere {
+            writeln!(out, "  elsewhere (by difference): {}", number(elsewhere))?;
+        }
+        write!(out, "  set out: {}", number(self.emitted.mean()))?;
+        if let Some(error) = self.closure_error {
+            write!(out, "; the ledger closes to {error:.1e}")?;
+        }
+        writeln!(out)
     }
-    line
+}
+
+fn write_line(
+    out: &mut fmt::Formatter<'_>,
+    name: &str,
+    wide: usize,
+    columns: &[f64],
+) -> fmt::Result {
+    write!(out, "  {name:<wide$}")?;
+    for flux in columns {
+        write!(out, " {:>12}", number(*flux))?;
+    }
+    writeln!(out)
 }

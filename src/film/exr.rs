@@ -27,7 +27,7 @@ const MAX_EXPANSION: u64 = 1 << 17;
 #[derive(Debug, thiserror::Error)]
 pub enum ExrWriteError {
     /// Channels that do not make an image.
-    #[error("cannot write {}: {source}", path.display())]
+    #[error("cannot write {}", path.display())]
     Image {
         /// The file that was to be.
         path: PathBuf,

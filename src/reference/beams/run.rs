@@ -1,6 +1,5 @@
 //! Passes with smaller and smaller tolerances, until the budget is used.
 
-use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 use super::average::{Average, Sums};
@@ -260,7 +259,8 @@ impl<'a> Setup<'a> {
     /// Where a texel's flux is not representable.
     pub fn run(&mut self, budget: &BeamBudget) -> Result<(Estimate, BeamReport), BeamError> {
         let start = Instant::now();
-        let deadline = budget.time.map(|time| start + time);
+        // A time beyond what the clock can tell is no limit.
+        let deadline = budget.time.and_then(|time| start.checked_add(time));
         let stop = || {
             self.progress.is_stopped() || deadline.is_some_and(|deadline| Instant::now() > deadline)
         };
@@ -324,7 +324,8 @@ impl<'a> Setup<'a> {
             let growth = (fineness.tolerance / next.tolerance).powf(0.55)
                 * (next.points as f64 / fineness.points as f64);
             let too_long = deadline.is_some_and(|deadline| {
-                Instant::now() + began.elapsed().mul_f64(growth) > deadline
+                let left = deadline.saturating_duration_since(Instant::now());
+                began.elapsed().as_secs_f64() * growth > left.as_secs_f64()
             });
             let rays = (counters.rays - rays_before) as f64 * growth;
             let too_much = budget
@@ -426,10 +427,7 @@ impl<'a> Setup<'a> {
             |lights: &[Light]| -> usize { lights.iter().map(|l| l.roots(self.scene).len()).sum() };
         let tasks = roots_of(&self.fixed)
             + roots_of(&self.lamps.lights(0, 1)) * fineness.points as usize * replicates as usize;
-        self.progress.paths.store(0, Ordering::Relaxed);
-        self.progress
-            .expected_paths
-            .store((tasks * signatures.len()) as u64, Ordering::Relaxed);
+        self.progress.begin_pass((tasks * signatures.len()) as u64);
 
         let texels = self.target.texels();
         let named = self.settings.max_layers.min(signatures.len());
