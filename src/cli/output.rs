@@ -6,7 +6,7 @@ use std::time::Duration;
 use anyhow::Context;
 
 use super::summary::{Summary, Timing};
-use crate::film::picture::{self, Content, PictureSpec, Scale};
+use crate::film::picture::{self, Content, PictureError, PictureSpec, Scale};
 use crate::film::{Grid, Image, Rounding, atomic, exr};
 use crate::radiometry::Rgb;
 use crate::reference::beams::{BeamReport, BeamSettings};
@@ -93,12 +93,12 @@ fn check_writable(path: &Path) -> anyhow::Result<()> {
 }
 
 /// Writes the EXR at `path` and the picture beside it, each whole or not at all. Returns the
-/// picture's path. Texels of which nothing is known are NaN in the one and magenta in the other.
+/// paths of what was written: no picture of a film that is too large for one. Texels of which nothing is known are NaN in the one and magenta in the other.
 ///
 /// # Errors
 ///
 /// Where a file cannot be written.
-pub fn write(run: &Run, summary: &Summary, path: &Path) -> anyhow::Result<PathBuf> {
+pub fn write(run: &Run, summary: &Summary, path: &Path) -> anyhow::Result<Vec<PathBuf>> {
     exr::write(path, &image(run, summary)?)?;
     let picture = path.with_extension(PICTURE);
     let values = Grid::from_vec(
@@ -128,7 +128,7 @@ pub fn write(run: &Run, summary: &Summary, path: &Path) -> anyhow::Result<PathBu
         run.sensor.id,
         run.estimate.quantity.name()
     );
-    picture::write(
+    let drawn = picture::write(
         &picture,
         &PictureSpec {
             title: &title,
@@ -139,8 +139,12 @@ pub fn write(run: &Run, summary: &Summary, path: &Path) -> anyhow::Result<PathBu
             },
             range: None,
         },
-    )?;
-    Ok(picture)
+    );
+    match drawn {
+        Ok(()) => Ok(vec![path.to_owned(), picture]),
+        Err(PictureError::Size { .. }) => Ok(vec![path.to_owned()]),
+        Err(error) => Err(error.into()),
+    }
 }
 
 /// All layers and what describes them: `E`, `LD`, `LRD`, ..., each with `.R .G .B` and

@@ -192,8 +192,11 @@ pub(super) fn load(args: &SceneArgs) -> anyhow::Result<Scene> {
 /// Where a file cannot be written.
 pub(super) fn finish(run: &Run, path: &Path, json: bool) -> anyhow::Result<()> {
     let mut summary = Summary::of(run);
-    let picture = output::write(run, &summary, path)?;
-    summary.files = vec![path.display().to_string(), picture.display().to_string()];
+    let files = output::write(run, &summary, path)?;
+    summary.files = files
+        .iter()
+        .map(|file| file.display().to_string())
+        .collect();
     if json {
         say!("{}", serde_json::to_string_pretty(&summary)?);
     } else {

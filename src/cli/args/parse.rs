@@ -48,6 +48,10 @@ pub fn parse_duration(text: &str) -> Result<Duration, String> {
 }
 
 /// A positive number, or a percentage.
+///
+/// # Errors
+///
+/// For anything else.
 pub fn parse_fraction(text: &str) -> Result<f64, String> {
     let (number, factor) = match text.strip_suffix('%') {
         Some(number) => (number, 0.01),

@@ -36,7 +36,7 @@ pub struct ProbeArgs {
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=6))]
     pub refine: u32,
 
-    /// Stop after this many rays [default: 16777216]
+    /// Stop after this many rays [default: 33554432]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MAX_COUNT))]
     pub rays: Option<u64>,
 
