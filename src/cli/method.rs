@@ -42,7 +42,7 @@ pub fn choose(args: &RenderArgs, scene: &Scene, sensor: &Sensor) -> anyhow::Resu
             _ => String::new(),
         };
         anyhow::bail!(
-            "sensor \"{}\" is a {}: photons fill sensors of plugin irradiancemeter only; cameras are \
+            "sensor \"{}\" ({}): photons fill sensors of plugin irradiancemeter only; cameras are \
              filled by --method beams{why}",
             sensor.id,
             sensor.plugin()

@@ -15,6 +15,7 @@ macro_rules! say {
 pub mod args;
 pub mod generate;
 pub mod inspect;
+pub mod ledger;
 pub mod memory;
 pub mod merge;
 pub mod method;

@@ -4,13 +4,15 @@ use std::fmt;
 
 use serde::Serialize;
 
+use super::ledger::LedgerSummary;
 use super::output::{Run, Settings};
 use crate::geometry::TraversalCounters;
-use crate::radiometry::Rgb;
+use crate::reference::Quantity;
 use crate::reference::beams::BeamReport;
 use crate::reference::beams::pass::SignatureReport;
-use crate::reference::{Estimate, LayerName, Quantity};
-use crate::transport::ledger::Row;
+
+/// The layer of direct light.
+const LD: &str = "LD";
 
 /// The result in numbers. Serialised, it is what `--json` prints.
 #[derive(Clone, Debug, Serialize)]
@@ -65,82 +67,6 @@ pub struct LayerSummary {
     pub max: f64,
     /// √(mean σ²) / mean E over the layer's lit texels; where there are bounds, σ is half their distance.
     pub relative_error: Option<f64>,
-}
-
-/// The ledger in numbers \[W\].
-#[derive(Clone, Debug, Serialize)]
-pub struct LedgerSummary {
-    /// What photons started with; of beams what met a specular surface first, mean of channels.
-    pub emitted: Rgb,
-    /// What adjoint shading normals added; not known of beams.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub shading_gain: Option<Rgb>,
-    /// By signature of the events before the end.
-    pub rows: Vec<(String, RowSummary)>,
-    /// Of beams: what is not received, by difference, mean of channels.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub elsewhere: Option<f64>,
-    /// |emitted + gain − Σ rows| / emitted; of beams there is none.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub closure_error: Option<f64>,
-}
-
-/// How flux ended \[W\].
-#[derive(Clone, Copy, Debug, Serialize)]
-#[serde(untagged)]
-pub enum RowSummary {
-    /// In all ways.
-    Fates(Row),
-    /// On the sensor: no more is known of beams.
-    Received {
-        /// Flux in texels.
-        received: Rgb,
-    },
-}
-
-impl LedgerSummary {
-    fn of(estimate: &Estimate) -> Option<Self> {
-        if estimate.quantity != Quantity::Irradiance || estimate.paths == 0 {
-            return None;
-        }
-        let ledger = &estimate.ledger;
-        let summary_of = |row: &Row| match ledger.elsewhere {
-            None => RowSummary::Fates(*row),
-            Some(_) => RowSummary::Received {
-                received: row.received,
-            },
-        };
-        let named = ledger.rows.iter();
-        let mut rows: Vec<(String, RowSummary)> = named
-            .map(|(signature, row)| (signature.to_string(), summary_of(row)))
-            .collect();
-        rows.push((LayerName::Other.to_string(), summary_of(&ledger.other)));
-        Some(Self {
-            emitted: ledger.emitted,
-            shading_gain: ledger.elsewhere.is_none().then_some(ledger.shading_gain),
-            rows,
-            elsewhere: ledger.elsewhere,
-            closure_error: ledger.closure_error(),
-        })
-    }
-}
-
-impl RowSummary {
-    /// The columns of a table, means of channels.
-    fn columns(&self) -> Vec<f64> {
-        match self {
-            Self::Fates(row) => [
-                row.received,
-                row.direct,
-                row.escaped,
-                row.absorbed,
-                row.cut_off,
-            ]
-            .map(Rgb::mean)
-            .to_vec(),
-            Self::Received { received } => vec![received.mean()],
-        }
-    }
 }
 
 /// What a run took.
@@ -236,8 +162,17 @@ pub(super) fn number(value: f64) -> String {
     }
 }
 
-fn percent(error: Option<f64>) -> String {
-    error.map_or_else(|| "·".to_owned(), |error| format!("{:.3} %", 100.0 * error))
+fn percent(error: f64) -> String {
+    format!("{:.3} %", 100.0 * error)
+}
+
+/// A relative error: a dot where there is no light, and so no error.
+fn relative(error: Option<f64>, is_dark: bool) -> String {
+    match error {
+        Some(error) => percent(error),
+        None if is_dark => number(0.0),
+        None => number(f64::NAN),
+    }
 }
 
 impl fmt::Display for Summary {
@@ -280,11 +215,7 @@ impl fmt::Display for Summary {
                 number(layer.min),
                 number(layer.mean),
                 number(layer.max),
-                if layer.mean.is_nan() {
-                    number(layer.mean)
-                } else {
-                    percent(layer.relative_error)
-                }
+                relative(layer.relative_error, layer.max == 0.0)
             )?;
         }
         if let Some(ledger) = &self.ledger {
@@ -318,22 +249,23 @@ impl Summary {
         writeln!(
             out,
             "relative standard error of the specular layers' sum over lit texels: {}",
-            percent(self.relative_error)
+            self.relative_error()
         )
     }
 
+    /// Of the specular layers' sum.
+    fn relative_error(&self) -> String {
+        let mut specular = self.layers.iter().skip(1).filter(|layer| layer.name != LD);
+        let is_dark = self.complete && specular.all(|layer| layer.max == 0.0);
+        relative(self.relative_error, is_dark)
+    }
+
     fn write_beams(&self, out: &mut fmt::Formatter<'_>, report: &BeamReport) -> fmt::Result {
-        let sum =
-            |count: fn(&SignatureReport) -> u64| report.signatures.iter().map(count).sum::<u64>();
-        writeln!(
-            out,
-            "{} signatures, {} cells ({} cut, {} unresolved) in the last of {} passes",
-            report.signatures.len(),
-            sum(|one| one.cells),
-            sum(|one| one.cut_cells),
-            sum(|one| one.unresolved_cells),
-            report.passes
-        )?;
+        if report.passes == 0 {
+            writeln!(out, "no pass was finished")?;
+        } else {
+            write_cells(out, report)?;
+        }
         if let Some(timing) = &self.timing {
             writeln!(
                 out,
@@ -354,17 +286,17 @@ impl Summary {
         writeln!(
             out,
             "likely error of the specular layers' sum over lit texels: {}",
-            percent(self.relative_error)
+            self.relative_error()
         )?;
         if let Some(lamps) = &report.lamps {
             writeln!(
                 out,
                 "  by cells {}, by {} places on each area light in {} replicates {}; bars hold with {} % \
                  confidence",
-                percent(Some(lamps.deterministic_error)),
+                percent(lamps.deterministic_error),
                 lamps.points,
                 lamps.replicates,
-                percent(Some(lamps.random_error)),
+                percent(lamps.random_error),
                 100.0 * lamps.confidence
             )?;
         }
@@ -372,50 +304,15 @@ impl Summary {
     }
 }
 
-impl LedgerSummary {
-    fn write(&self, out: &mut fmt::Formatter<'_>, wide: usize) -> fmt::Result {
-        writeln!(out, "\nflux of the traced light [W], mean of channels")?;
-        let fates = ["received", "direct", "escaped", "absorbed", "cut off"];
-        let known = match self.elsewhere {
-            None => &fates[..],
-            Some(_) => &fates[..1],
-        };
-        write!(out, "  {:<wide$}", "after")?;
-        for fate in known {
-            write!(out, " {fate:>12}")?;
-        }
-        writeln!(out)?;
-        let mut sum = vec![0.0; known.len()];
-        for (name, row) in &self.rows {
-            let columns = row.columns();
-            for (sum, flux) in sum.iter_mut().zip(&columns) {
-                *sum += flux;
-            }
-            if columns.iter().any(|flux| *flux != 0.0) {
-                write_line(out, name, wide, &columns)?;
-            }
-        }
-        write_line(out, "sum", wide, &sum)?;
-        if let Some(elsewhere) = self.elsewhere {
-            writeln!(out, "  elsewhere (by difference): {}", number(elsewhere))?;
-        }
-        write!(out, "  set out: {}", number(self.emitted.mean()))?;
-        if let Some(error) = self.closure_error {
-            write!(out, "; the ledger closes to {error:.1e}")?;
-        }
-        writeln!(out)
-    }
-}
-
-fn write_line(
-    out: &mut fmt::Formatter<'_>,
-    name: &str,
-    wide: usize,
-    columns: &[f64],
-) -> fmt::Result {
-    write!(out, "  {name:<wide$}")?;
-    for flux in columns {
-        write!(out, " {:>12}", number(*flux))?;
-    }
-    writeln!(out)
+fn write_cells(out: &mut fmt::Formatter<'_>, report: &BeamReport) -> fmt::Result {
+    let sum = |count: fn(&SignatureReport) -> u64| report.signatures.iter().map(count).sum::<u64>();
+    writeln!(
+        out,
+        "{} signatures, {} cells ({} cut, {} unresolved) in the last of {} passes",
+        report.signatures.len(),
+        sum(|one| one.cells),
+        sum(|one| one.cut_cells),
+        sum(|one| one.unresolved_cells),
+        report.passes
+    )
 }
