@@ -23,12 +23,12 @@ pub enum WriteError {
         path: PathBuf,
     },
     /// The system said no.
-    #[error("cannot write {}", path.display())]
+    #[error("cannot write {}: {cause}", path.display())]
     Io {
         /// The file that was to be.
         path: PathBuf,
-        /// What the system said.
-        source: io::Error,
+        /// What the system said. Not a `source`: who prints those, too, would say it twice.
+        cause: io::Error,
     },
 }
 
@@ -41,9 +41,9 @@ pub enum WriteError {
 pub fn check(path: &Path) -> Result<(), WriteError> {
     let (folder, name) = place(path)?;
     let found = temporary(folder, name).and_then(tempfile::NamedTempFile::close);
-    found.map_err(|source| WriteError::Io {
+    found.map_err(|cause| WriteError::Io {
         path: path.to_owned(),
-        source,
+        cause,
     })
 }
 
@@ -61,9 +61,9 @@ pub fn write(
     fill: impl FnOnce(&mut BufWriter<&File>) -> io::Result<()>,
 ) -> Result<(), WriteError> {
     let (folder, name) = place(path)?;
-    write_in(folder, name, path, fill).map_err(|source| WriteError::Io {
+    write_in(folder, name, path, fill).map_err(|cause| WriteError::Io {
         path: path.to_owned(),
-        source,
+        cause,
     })
 }
 
