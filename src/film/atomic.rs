@@ -32,7 +32,7 @@ pub enum WriteError {
     },
 }
 
-/// Finds out whether [`write`] could write a file of this path, by beginning to: for runs that take
+/// Finds out whether [`write()`] could write a file of this path, by beginning to: for runs that take
 /// an hour, and would have nowhere to leave their result. Nothing stays, and what stood at the path still does.
 ///
 /// # Errors
