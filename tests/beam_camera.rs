@@ -307,3 +307,21 @@ fn a_cameras_image_is_that_of_photons_connected_to_it() {
         variance.sqrt()
     );
 }
+
+#[test]
+fn radiance_lies_within_its_bounds() {
+    let image = camera_image();
+    for layer in std::iter::once(&image.total).chain(&image.layers) {
+        let bounds = layer.interval.as_ref().unwrap();
+        for (pixel, value) in layer.irradiance.iter().enumerate() {
+            for channel in 0..3 {
+                let (low, high) = (bounds.low[pixel].0[channel], bounds.high[pixel].0[channel]);
+                assert!(
+                    0.0 <= low && (low..=high).contains(&value.0[channel]),
+                    "{} pixel {pixel}: {value:?} outside {low}..{high}",
+                    layer.name
+                );
+            }
+        }
+    }
+}

@@ -14,12 +14,14 @@ use glam::DVec2;
 use nephroid::film::exr;
 use nephroid::mitsuba;
 use nephroid::optics::conductor_reflectance;
+use nephroid::reference::beams::pass::SignatureReport;
 use nephroid::reference::beams::run::{Setup, supports};
 use nephroid::reference::beams::{BeamBudget, BeamReport, BeamSettings};
 use nephroid::reference::closed_form::ParabolicMirror;
 use nephroid::reference::{Estimate, LayerName, Progress};
 use nephroid::scene::Scene;
 use nephroid::transport::chain::ChainSettings;
+use nephroid::transport::receiver::Receiver;
 use support::beams::{beams, held, known_by};
 use support::oracles::DEPTH;
 use support::scenes::meter;
@@ -60,6 +62,49 @@ fn the_films_sum_is_what_the_cells_booked_in_every_signature() {
             );
         }
     }
+}
+
+/// The extrapolated sums of dark texels may be below zero; the values are not, and lie in their bounds, layer by layer
+/// and all together. The ledger has their sums: a thousand additions of flux that is a part of the whole.
+#[test]
+fn values_lie_within_their_bounds_and_the_ledger_has_their_sums() {
+    let mut lifted = 0;
+    for name in SCENES {
+        let scene = bundled(name, 64);
+        let receiver = Receiver::new(&scene, meter(&scene)).unwrap();
+        let (estimate, report) = beams(&scene, 0.1);
+        for layer in std::iter::once(&estimate.total).chain(&estimate.layers) {
+            let bounds = layer.interval.as_ref().unwrap();
+            for (texel, value) in layer.irradiance.iter().enumerate() {
+                let (low, high) = (bounds.low[texel], bounds.high[texel]);
+                for channel in 0..3 {
+                    let inside = low.0[channel]..=high.0[channel];
+                    assert!(
+                        low.0[channel] >= 0.0 && inside.contains(&value.0[channel]),
+                        "{name} {} texel {texel}: {value:?} outside {inside:?}",
+                        layer.name
+                    );
+                }
+            }
+            let LayerName::Path(signature) = layer.name else {
+                continue;
+            };
+            let texels = layer.irradiance.iter().enumerate();
+            let sum: f64 = texels
+                .map(|(texel, value)| value.mean() * receiver.texel_area(texel))
+                .sum();
+            if let Some(row) = estimate.ledger.rows.get(&signature) {
+                let said = row.received.mean();
+                assert!((sum - said).abs() <= 1e-12 * said, "{name} {}", layer.name);
+                let own = |one: &&SignatureReport| one.name == layer.name.to_string();
+                let booked = report.signatures.iter().find(own).unwrap();
+                lifted += u32::from(said > booked.received.mean() * (1.0 + 1e-9));
+            }
+        }
+        assert_eq!(estimate.ledger.closure_error(), None);
+    }
+    // Else there was nothing to test.
+    assert!(lifted > 0, "no texel of any scene was below zero");
 }
 
 /// The lamp stands at a distance D = 2.6 of a ball of radius 1: its solid angle is 2π (1 − cos asin(1/D)).
@@ -436,7 +481,8 @@ fn assert_nothing_is_known((estimate, report): &(Estimate, BeamReport)) {
     assert_eq!(estimate.relative_error, None);
     let bounds = estimate.total.interval.as_ref().unwrap();
     let all = bounds.low.iter().chain(&bounds.high);
-    assert!(all.flat_map(|value| value.0).all(f64::is_nan));
+    let mut all = all.chain(&estimate.total.irradiance);
+    assert!(all.all(|value| value.0.iter().all(|channel| channel.is_nan())));
 }
 
 #[test]

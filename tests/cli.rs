@@ -6,6 +6,8 @@ use std::process::Output;
 use assert_cmd::Command;
 use nephroid::film::exr;
 
+mod support;
+
 fn nephroid(arguments: &[&str]) -> Output {
     Command::cargo_bin("nephroid")
         .unwrap()
@@ -209,7 +211,13 @@ fn what_is_wrong_is_said_with_its_place_and_exits_with_2() {
                 "--photons",
                 "1",
             ],
-            vec!["perspective", "irradiancemeter"],
+            vec![
+                "\"camera\"",
+                "perspective",
+                "irradiancemeter",
+                "cameras are filled by --method beams",
+                "--photons is for photons",
+            ],
         ),
         (vec!["render", &glass_ball, "-o", "x.png"], vec![".exr"]),
         (
@@ -336,6 +344,240 @@ fn a_run_without_a_finished_replicate_does_not_pass_darkness_off_as_a_result() {
     );
     let image = exr::read(&path).unwrap();
     assert_eq!(image.metadata("complete"), Some("no"));
+}
+
+/// Texels of which nothing is known are NaN in the file, null in JSON, "unknown" in the table and magenta in the
+/// picture, whichever method was to measure them; and nothing is called known.
+#[test]
+fn what_is_not_known_is_not_shown_as_zero() {
+    let folder = Folder::new();
+    let path = folder.path("unknown.exr");
+    for method in ["beams", "photons"] {
+        let run = |more: &[&str]| {
+            let glass_ball = scene("glass-ball.xml");
+            let common = ["render", &glass_ball, "-D", "size=16", "--time", "0s"];
+            let output = ["-o", path.to_str().unwrap(), "--method", method];
+            let output = nephroid(&[&common[..], &output, more].concat());
+            assert_eq!(output.status.code(), Some(1), "{}", text(&output.stderr));
+            text(&output.stdout)
+        };
+        let table = run(&[]);
+        for layer in ["E", "LD"] {
+            let line = table
+                .lines()
+                .find(|line| line.split_whitespace().next() == Some(layer));
+            let words = line.unwrap().split_whitespace();
+            let unknown = words.filter(|word| *word == "unknown").count();
+            assert_eq!(unknown, 4, "{layer} in {table}");
+        }
+        assert!(table.contains("before direct light (LD) was measured"));
+        assert!(!table.contains("only direct light"), "{table}");
+        assert!(!table.contains("set out"), "no flux was traced: {table}");
+        let summary: serde_json::Value = serde_json::from_str(&run(&["--json"])).unwrap();
+        for layer in 0..2 {
+            let layer = &summary["layers"][layer];
+            assert!(layer["mean"].is_null() && layer["max"].is_null(), "{layer}");
+        }
+        assert!(summary["ledger"].is_null());
+        let image = exr::read(&path).unwrap();
+        assert!(image.channel("E.R").is_some() && image.channel("LD.R").is_some());
+        assert_eq!(image.channel("E.stderr.R").is_some(), method == "photons");
+        assert_eq!(image.channel("E.lo.R").is_some(), method == "beams");
+        for channel in &image.channels {
+            // Photons do count: no photon was there.
+            let is_known = channel.samples.iter().any(|sample| !sample.is_nan());
+            assert!(!is_known || channel.name == "count.Y", "{}", channel.name);
+        }
+        let picture = image::open(path.with_extension("png")).unwrap().to_rgb8();
+        let magenta = picture.pixels().filter(|pixel| pixel.0 == [255, 0, 255]);
+        // 16 texels a side are enlarged to 256 pixels at least.
+        assert!(magenta.count() >= 256 * 256, "{method}");
+    }
+}
+
+/// The run is deterministic, so that the file's numbers are those of this process, rounded.
+#[test]
+fn bounds_in_the_file_are_bounds_of_the_numbers_they_were_rounded_from() {
+    let folder = Folder::new();
+    let path = folder.path("bounds.exr");
+    let output = nephroid(&[
+        "render",
+        &scene("glass-ball.xml"),
+        "-D",
+        "size=48",
+        "--error",
+        "1%",
+        "--layers",
+        "256",
+        "-o",
+        path.to_str().unwrap(),
+    ]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let image = exr::read(&path).unwrap();
+    let scene = support::bundled("glass-ball", 48);
+    let (estimate, _) = support::beams::beams_to(16, &scene, 0.01);
+    let layers = || std::iter::once(&estimate.total).chain(&estimate.layers);
+    let mut rounded = 0;
+    for layer in layers() {
+        let samples = |end: &str| {
+            let name = format!("{}{end}.G", layer.name);
+            image.channel(&name).unwrap().samples.clone()
+        };
+        let (value, low, high) = (samples(""), samples(".lo"), samples(".hi"));
+        let bounds = layer.interval.as_ref().unwrap();
+        for texel in 0..48 * 48 {
+            let [exact_low, exact_high] =
+                [&bounds.low, &bounds.high].map(|bound| bound[texel].0[1]);
+            assert_eq!(value[texel], layer.irradiance[texel].0[1] as f32);
+            assert!(f64::from(low[texel]) <= exact_low, "{} {texel}", layer.name);
+            assert!(
+                f64::from(high[texel]) >= exact_high,
+                "{} {texel}",
+                layer.name
+            );
+            assert!(low[texel] <= value[texel] && value[texel] <= high[texel]);
+            // Half of all would be inside if they were rounded to the nearest.
+            rounded += u32::from(f64::from(exact_low as f32) > exact_low);
+            rounded += u32::from(f64::from(exact_high as f32) < exact_high);
+        }
+    }
+    assert!(rounded > 1000, "{rounded}");
+}
+
+#[test]
+fn a_summary_of_beams_says_what_is_known_by_difference_and_claims_no_closure() {
+    let folder = Folder::new();
+    let path = folder.path("cup.exr");
+    let arguments = |more: &'static str| {
+        vec![
+            "render".to_owned(),
+            scene("coffee-cup.xml"),
+            "-D".to_owned(),
+            "size=32".to_owned(),
+            "--error".to_owned(),
+            "5%".to_owned(),
+            "-o".to_owned(),
+            path.display().to_string(),
+            more.to_owned(),
+        ]
+    };
+    let run = |more: &'static str| {
+        let arguments = arguments(more);
+        let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+        text(&nephroid(&arguments).stdout)
+    };
+    let table = run("--layers=8");
+    for expected in [
+        "elsewhere (by difference)",
+        "largest balance error",
+        "set out",
+    ] {
+        assert!(table.contains(expected), "{expected} in {table}");
+    }
+    // The cup is of metal: what it absorbs has not escaped.
+    for claim in ["closes", "escaped", "absorbed"] {
+        assert!(!table.contains(claim), "{claim} in {table}");
+    }
+    let summary: serde_json::Value = serde_json::from_str(&run("--json")).unwrap();
+    let ledger = &summary["ledger"];
+    assert!(ledger["closure_error"].is_null());
+    let mean = |value: &serde_json::Value| {
+        let channels = value.as_array().unwrap().iter();
+        channels
+            .map(|channel| channel.as_f64().unwrap())
+            .sum::<f64>()
+            / 3.0
+    };
+    let rows = ledger["rows"].as_array().unwrap();
+    let received: f64 = rows.iter().map(|row| mean(&row[1]["received"])).sum();
+    let rest = mean(&ledger["emitted"]) - received;
+    let elsewhere = ledger["elsewhere"].as_f64().unwrap();
+    // A dozen additions of numbers no larger than what set out.
+    assert!((elsewhere - rest).abs() <= 16.0 * f64::EPSILON * mean(&ledger["emitted"]));
+    for row in rows {
+        assert!(row[1]["escaped"].is_null(), "{row}");
+    }
+}
+
+#[test]
+fn an_output_that_cannot_be_written_is_refused_before_the_run_with_its_cause_once() {
+    let folder = Folder::new();
+    let glass_ball = scene("glass-ball.xml");
+    std::fs::create_dir(folder.path("folder.exr")).unwrap();
+    std::fs::create_dir(folder.path("taken.png")).unwrap();
+    let mut outputs = vec![folder.path("folder.exr"), folder.path("taken.exr")];
+    if cfg!(target_os = "linux") {
+        outputs.push(PathBuf::from("/proc/a.exr"));
+    }
+    for output in outputs {
+        // A year's photons: the test would not end if the run began.
+        let arguments = ["render", &glass_ball, "--photons", "281474976710656", "-o"];
+        let output = output.to_str().unwrap();
+        let done = nephroid(&[&arguments[..], &[output]].concat());
+        let message = text(&done.stderr);
+        assert_eq!(done.status.code(), Some(2), "{message}");
+        assert!(message.contains("cannot write"), "{message}");
+        let parts: Vec<&str> = message.trim().split(": ").collect();
+        for part in &parts {
+            let times = parts.iter().filter(|other| *other == part).count();
+            assert_eq!(times, 1, "{message}");
+        }
+    }
+    assert_eq!(std::fs::read_dir(folder.0.path()).unwrap().count(), 2);
+}
+
+#[test]
+fn an_option_that_changes_the_method_or_has_no_effect_is_noticed() {
+    let folder = Folder::new();
+    let path = folder.path("seed.exr");
+    let note = |name: &str, more: &[&str]| {
+        let scene = scene(name);
+        let common = ["render", &scene, "-D", "size=8", "--error", "90%", "-o"];
+        let output = nephroid(&[&common[..], &[path.to_str().unwrap()], more].concat());
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        (text(&output.stdout), text(&output.stderr))
+    };
+    let (summary, notice) = note("glass-ball.xml", &["--seed", "3"]);
+    assert!(summary.contains("· photons"), "{summary}");
+    assert!(
+        notice.starts_with("note: --seed") && notice.contains("beams"),
+        "{notice}"
+    );
+    for option in ["--seed", "--replicates"] {
+        let (_, notice) = note("glass-ball.xml", &["--method", "beams", option, "3"]);
+        assert!(
+            notice.contains(option) && notice.contains("no effect"),
+            "{notice}"
+        );
+    }
+    // Where it does what one would think, there is nothing to say.
+    for more in [&["--seed", "3", "--method", "photons"][..], &[]] {
+        assert_eq!(note("glass-ball.xml", more).1, "");
+    }
+    assert_eq!(note("cornell-glass.xml", &["--seed", "3"]).1, "");
+}
+
+#[test]
+fn a_time_that_no_clock_can_tell_is_no_limit() {
+    let folder = Folder::new();
+    let path = folder.path("long.exr");
+    for method in ["beams", "photons"] {
+        let output = nephroid(&[
+            "render",
+            &scene("glass-ball.xml"),
+            "-D",
+            "size=8",
+            "--method",
+            method,
+            "--error",
+            "90%",
+            "--time",
+            "9300000000000000000s",
+            "-o",
+            path.to_str().unwrap(),
+        ]);
+        assert!(output.status.success(), "{}", text(&output.stderr));
+    }
 }
 
 #[test]

@@ -63,7 +63,10 @@ fn the_ledger_closes_on_every_scene_with_every_setting() {
             let name = path.file_name().unwrap().to_string_lossy();
             let case = format!("{name} {settings:?}");
             let ledger = &estimate.ledger;
-            assert!(ledger.closure_error() < CLOSES, "{case}: {ledger:?}");
+            assert!(
+                ledger.closure_error().unwrap() < CLOSES,
+                "{case}: {ledger:?}"
+            );
             // No more leaves than the cells can hold; most of it where they are tight.
             let bound = setup.light().flux_bound();
             assert!(

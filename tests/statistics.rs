@@ -258,7 +258,10 @@ fn the_adjoint_convention_differs_only_on_interpolated_normals() {
         );
         assert!(flux.ledger.shading_gain.is_black());
         assert_eq!(adjoint.ledger.shading_gain.is_black(), !differs, "{name}");
-        assert!(flux.ledger.closure_error() < 1e-12 && adjoint.ledger.closure_error() < 1e-12);
+        assert!(
+            flux.ledger.closure_error().unwrap() < 1e-12
+                && adjoint.ledger.closure_error().unwrap() < 1e-12
+        );
     }
 }
 
@@ -271,7 +274,7 @@ fn layers_and_ledger_tell_of_the_same_flux() {
     let check = |scene: &Scene| {
         let estimate = Photons::new(1 << 15).estimate(scene);
         let name = scene.path().display();
-        let closure = estimate.ledger.closure_error();
+        let closure = estimate.ledger.closure_error().unwrap();
         assert!(closure < 1e-12, "{name}: {closure}");
         let texel_area = sensor_area(scene) / estimate.counts.len() as f64;
         let mut received = 0;

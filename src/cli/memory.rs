@@ -2,6 +2,7 @@
 
 use anyhow::ensure;
 
+use super::args::Method;
 use crate::film::Image;
 use crate::scene::{Scene, Sensor, is_achromatic};
 
@@ -12,7 +13,12 @@ use crate::scene::{Scene, Sensor, is_achromatic};
 /// # Errors
 ///
 /// With the size, what it takes, and what there is.
-pub fn check_film(scene: &Scene, sensor: &Sensor, max_layers: u32) -> anyhow::Result<()> {
+pub fn check_film(
+    scene: &Scene,
+    sensor: &Sensor,
+    method: Method,
+    max_layers: u32,
+) -> anyhow::Result<()> {
     let film = &sensor.film;
     let most = Image::MAX_SIZE;
     ensure!(
@@ -24,7 +30,11 @@ pub fn check_film(scene: &Scene, sensor: &Sensor, max_layers: u32) -> anyhow::Re
     );
     let texels = u64::from(film.crop.width) * u64::from(film.crop.height);
     let channels = if is_achromatic(scene) { 1 } else { 3 };
-    let needed = texels.saturating_mul(bytes_a_texel(channels, u64::from(max_layers)));
+    let bytes_a_texel = match method {
+        Method::Photons => photons(channels, u64::from(max_layers)),
+        Method::Beams => beams(channels, u64::from(max_layers)),
+    };
+    let needed = texels.saturating_mul(bytes_a_texel);
     if let Some(available) = available_bytes() {
         ensure!(
             needed <= available,
@@ -40,10 +50,13 @@ pub fn check_film(scene: &Scene, sensor: &Sensor, max_layers: u32) -> anyhow::Re
     Ok(())
 }
 
-/// Memory that a texel takes when a run takes most.
-fn bytes_a_texel(channels: u64, max_layers: u64) -> u64 {
-    /// Value and variance, or irradiance and standard error: two triples of `f64`.
-    const PAIR: u64 = 48;
+/// Three `f64`.
+const TRIPLE: u64 = 24;
+/// Value and variance, or irradiance and standard error: two triples.
+const PAIR: u64 = 2 * TRIPLE;
+
+/// Memory \[bytes\] that a texel takes when a run of photons takes most.
+fn photons(channels: u64, max_layers: u64) -> u64 {
     // The layers with a signature, the one for the others, and their total.
     let films = max_layers + 2;
     // While photons fly: exact sums (see `Accumulator`), counts, direct light; combined rounds.
@@ -54,6 +67,32 @@ fn bytes_a_texel(channels: u64, max_layers: u64) -> u64 {
     // ... and as `f32`: in the image, in the encoder, and in the file's bytes.
     let files = 3 * ((films + 1) * PAIR / 2 + 4);
     tracing.max(rounds + PAIR + estimate).max(estimate + files)
+}
+
+/// Memory \[bytes\] that a texel takes when a run of beams takes most.
+fn beams(channels: u64, max_layers: u64) -> u64 {
+    /// Mean, deviations and bar; two variances (see `Average`).
+    const AVERAGE: u64 = 3 * TRIPLE + 2 * 8;
+    /// Flux and bar; a variance (see `Sums`).
+    const SUMS: u64 = 2 * TRIPLE + 8;
+    /// Value, standard error and bounds.
+    const LAYER: u64 = 4 * TRIPLE;
+    // The layers with a signature, the one for the others, and their total.
+    let layers = max_layers + 2;
+    // One signature's exact sums (three kinds by channel) and slack (channels and spread), see
+    // `BeamFilm`; read as `Texel`s, from which `BoundedFlux` comes and then its `Sums`.
+    let film = 8 * (3 * channels) + 8 * (channels + 1);
+    let bounded = 8 * (2 * channels + 1);
+    let reading = bounded + SUMS.max(8 * (4 * channels + 1));
+    // The pass before stays until the one under way is done: averages twice. Sums of all signatures, and of
+    // those without a layer; direct light.
+    let tracing = 2 * layers * AVERAGE + 2 * SUMS + film + reading + PAIR;
+    // Then all layers, `LD` too, beside the last pass, ...
+    let estimate = (layers + 2) * LAYER + 8;
+    let finishing = layers * AVERAGE + PAIR + estimate;
+    // ... and as `f32`: in the image, in the encoder, and in the file's bytes.
+    let files = 3 * (layers + 1) * LAYER / 2;
+    tracing.max(finishing).max(estimate + files)
 }
 
 /// Memory that can be had without swapping, where the system says (Linux).
@@ -85,7 +124,21 @@ mod tests {
     #[test]
     fn sums_alone_take_less_than_is_said() {
         // 40 bytes a texel and channel in each of the ten films of eight layers.
-        assert!(bytes_a_texel(3, 8) > 10 * 120);
-        assert!(bytes_a_texel(1, 8) > 10 * 40);
+        assert!(photons(3, 8) > 10 * 120);
+        assert!(photons(1, 8) > 10 * 40);
+    }
+
+    #[test]
+    fn beams_take_two_passes_averages_and_a_film() {
+        // 88 bytes a texel in each of the ten averages, of two passes; 12 and 4 integers.
+        assert!(beams(3, 8) > 2 * 10 * 88 + 8 * (9 + 4));
+        assert!(beams(1, 8) > 2 * 10 * 88 + 8 * (3 + 2));
+        // What photons take is no measure of it.
+        assert!(
+            beams(1, 8) > 3 * photons(1, 8) / 2,
+            "{} {}",
+            beams(1, 8),
+            photons(1, 8)
+        );
     }
 }

@@ -3,10 +3,11 @@
 use std::time::Instant;
 
 use super::Outcome;
-use super::args::{MergeArgs, choose_sensor};
+use super::args::{MergeArgs, Method};
 use super::memory;
 use super::output::{self, Run};
 use super::render::{finish, load, read_shard};
+use super::sensor::choose_sensor;
 use crate::reference::Progress;
 use crate::reference::photons::run::Setup;
 
@@ -19,8 +20,8 @@ pub fn merge(args: &MergeArgs) -> anyhow::Result<Outcome> {
     let start = Instant::now();
     let scene = load(&args.scene)?;
     let sensor = choose_sensor(&scene, args.sensor.as_deref())?;
-    let settings = args.photon.settings();
-    memory::check_film(&scene, sensor, args.photon.layers)?;
+    let settings = args.shared.photons(&args.photon);
+    memory::check_film(&scene, sensor, Method::Photons, args.shared.layers)?;
     let path = output::output_path(args.output.as_deref(), scene.path(), "exr")?;
     let parts = args
         .shards

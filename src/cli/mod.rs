@@ -15,12 +15,15 @@ macro_rules! say {
 pub mod args;
 pub mod generate;
 pub mod inspect;
+pub mod ledger;
 pub mod memory;
 pub mod merge;
+pub mod method;
 pub mod output;
 pub mod probe;
 pub mod progress;
 pub mod render;
+pub mod sensor;
 pub mod summary;
 
 use std::process::ExitCode;

@@ -6,8 +6,8 @@ use std::time::Duration;
 use anyhow::Context;
 
 use super::summary::{Summary, Timing};
-use crate::film::picture::{self, Content, PictureSpec, Scale};
-use crate::film::{Grid, Image, exr};
+use crate::film::picture::{self, Content, PictureError, PictureSpec, Scale};
+use crate::film::{Grid, Image, Rounding, atomic, exr};
 use crate::radiometry::Rgb;
 use crate::reference::beams::{BeamReport, BeamSettings};
 use crate::reference::photons::PhotonSettings;
@@ -49,12 +49,15 @@ impl Settings<'_> {
     }
 }
 
+/// The extension of pictures.
+const PICTURE: &str = "png";
+
 /// Where the result goes: as the user says, or `out/SCENE.exr`, making that folder.
 ///
 /// # Errors
 ///
-/// Where the folder is missing or cannot be made, or the name has another extension: better
-/// known now than after the run.
+/// Where the folder is missing, cannot be made or takes no file, or the name has another extension:
+/// better known now than after the run.
 pub fn output_path(asked: Option<&Path>, scene: &Path, extension: &str) -> anyhow::Result<PathBuf> {
     if let Some(path) = asked {
         anyhow::ensure!(
@@ -69,6 +72,7 @@ pub fn output_path(asked: Option<&Path>, scene: &Path, extension: &str) -> anyho
             path.display(),
             folder.display()
         );
+        check_writable(path)?;
         return Ok(path.to_owned());
     }
     let folder = Path::new("out");
@@ -77,18 +81,26 @@ pub fn output_path(asked: Option<&Path>, scene: &Path, extension: &str) -> anyho
     let mut name = scene.file_stem().unwrap_or_default().to_owned();
     name.push(".");
     name.push(extension);
-    Ok(folder.join(name))
+    let path = folder.join(name);
+    check_writable(&path)?;
+    Ok(path)
+}
+
+/// Whether the result, and the picture beside it, could be written.
+fn check_writable(path: &Path) -> anyhow::Result<()> {
+    atomic::check(path)?;
+    Ok(atomic::check(&path.with_extension(PICTURE))?)
 }
 
 /// Writes the EXR at `path` and the picture beside it, each whole or not at all. Returns the
-/// picture's path.
+/// paths of what was written: no picture of a film that is too large for one. Texels of which nothing is known are NaN in the one and magenta in the other.
 ///
 /// # Errors
 ///
 /// Where a file cannot be written.
-pub fn write(run: &Run, summary: &Summary, path: &Path) -> anyhow::Result<PathBuf> {
+pub fn write(run: &Run, summary: &Summary, path: &Path) -> anyhow::Result<Vec<PathBuf>> {
     exr::write(path, &image(run, summary)?)?;
-    let picture = path.with_extension("png");
+    let picture = path.with_extension(PICTURE);
     let values = Grid::from_vec(
         run.estimate.width,
         run.estimate.height,
@@ -100,8 +112,14 @@ pub fn write(run: &Run, summary: &Summary, path: &Path) -> anyhow::Result<PathBu
             .collect(),
     )
     .context("the estimate does not fill its grid")?;
+    // What is not known is magenta there.
+    let unknown = if run.estimate.total.is_unknown() {
+        " · unknown"
+    } else {
+        ""
+    };
     let title = format!(
-        "{} · {} · {}",
+        "{} · {} · {}{unknown}",
         run.scene
             .path()
             .file_stem()
@@ -110,7 +128,7 @@ pub fn write(run: &Run, summary: &Summary, path: &Path) -> anyhow::Result<PathBu
         run.sensor.id,
         run.estimate.quantity.name()
     );
-    picture::write(
+    let drawn = picture::write(
         &picture,
         &PictureSpec {
             title: &title,
@@ -121,8 +139,12 @@ pub fn write(run: &Run, summary: &Summary, path: &Path) -> anyhow::Result<PathBu
             },
             range: None,
         },
-    )?;
-    Ok(picture)
+    );
+    match drawn {
+        Ok(()) => Ok(vec![path.to_owned(), picture]),
+        Err(PictureError::Size { .. }) => Ok(vec![path.to_owned()]),
+        Err(error) => Err(error.into()),
+    }
 }
 
 /// All layers and what describes them: `E`, `LD`, `LRD`, ..., each with `.R .G .B` and
@@ -178,8 +200,8 @@ fn conventions(quantity: Quantity) -> String {
     format!(
         "{measured}; layers are path signatures: L emitter, R mirror or total internal reflection, T \
          refraction, D diffuse surface; stderr is one standard error over independent replicates (for LD the \
-         quadrature's bound or standard error); lo and hi are lower and upper bounds (where there is \
-         stderr, too: with the confidence that the attribute beams says)"
+         quadrature's bound or standard error); lo and hi are lower and upper bounds, rounded \
+         outward (where there is stderr, too: with the confidence that the attribute beams says); NaN is not known"
     )
 }
 
@@ -188,8 +210,12 @@ fn add_layer(image: &mut Image, layer: &Layer, quantity: Quantity) {
     let name = layer.name.of(quantity);
     image.add_rgb(&name, &triples(&layer.irradiance));
     if let Some(interval) = &layer.interval {
-        image.add_rgb(&format!("{name}.lo"), &triples(&interval.low));
-        image.add_rgb(&format!("{name}.hi"), &triples(&interval.high));
+        let mut add = |end: &str, values: &[Rgb], rounding| {
+            image.add_rgb_rounded(&format!("{name}.{end}"), &triples(values), rounding);
+        };
+        // What bounds a number bounds it as it is in the file, too.
+        add("lo", &interval.low, Rounding::Down);
+        add("hi", &interval.high, Rounding::Up);
     }
     // Deterministic methods have bounds alone; of beams from area lights there are both.
     let is_random = layer.standard_error.iter().any(|error| !error.is_black());

@@ -1,15 +1,24 @@
 //! `nephroid probe`: every specular path to one point.
 
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::Instant;
+
 use anyhow::Context;
 use glam::DVec3;
 use serde::Serialize;
 
 use super::Outcome;
-use super::args::{ProbeArgs, choose_sensor};
+use super::args::ProbeArgs;
+use super::progress;
 use super::render::load;
+use super::sensor::choose_sensor;
 use crate::geometry::{Shape, TraversalCounters};
 use crate::radiometry::Rgb;
-use crate::reference::probe::{ProbeSettings, Probed, SpecularPath, Vertex, probe as find_paths};
+use crate::reference::Progress;
+use crate::reference::probe::{
+    MAX_LEVEL, ProbeSettings, Probed, SearchEnd, SpecularPath, Vertex, probe_until,
+};
 use crate::scene::{Emitter, Scene, Warning};
 use crate::transport::scatter::Way;
 
@@ -29,8 +38,12 @@ struct Report<'a> {
     /// Pointwise [W/m²], all paths together.
     irradiance: [f64; 3],
     paths: Vec<PathLine<'a>>,
+    /// Whether nothing ended the search before it had looked everywhere.
+    complete: bool,
+    search: SearchEnd,
+    /// How often light space was divided, at most.
+    divisions: u32,
     unresolved_patches: u64,
-    out_of_rays: bool,
     patches: u64,
     counters: TraversalCounters,
     warnings: &'a [Warning],
@@ -69,10 +82,18 @@ struct VertexLine<'a> {
 ///
 /// Where the scene cannot be read, or the point cannot be probed.
 pub fn probe(args: &ProbeArgs) -> anyhow::Result<Outcome> {
+    let start = Instant::now();
+    let progress = Arc::new(Progress::default());
+    progress::stop_on_interrupt(&progress)?;
     let scene = load(&args.scene)?;
     let sensor = choose_sensor(&scene, args.sensor.as_deref())?;
     let settings = args.settings();
-    let probed = find_paths(&scene, sensor, args.at, &settings)
+    let deadline = args.time.and_then(|time| start.checked_add(time));
+    let stop = || {
+        let is_late = deadline.is_some_and(|deadline| Instant::now() > deadline);
+        is_late || progress.stop.load(Ordering::Relaxed)
+    };
+    let probed = probe_until(&scene, sensor, args.at, &settings, &stop)
         .with_context(|| scene.path().display().to_string())?;
     let report = Report {
         scene: scene.path().display().to_string(),
@@ -84,8 +105,10 @@ pub fn probe(args: &ProbeArgs) -> anyhow::Result<Outcome> {
         normal: probed.point.geometric_normal.to_array(),
         irradiance: probed.irradiance().0,
         paths: path_lines(&scene, &probed),
+        complete: probed.end == SearchEnd::Complete,
+        search: probed.end,
+        divisions: probed.level,
         unresolved_patches: probed.unresolved,
-        out_of_rays: probed.out_of_rays,
         patches: probed.patches,
         counters: probed.counters,
         warnings: scene.warnings(),
@@ -95,10 +118,10 @@ pub fn probe(args: &ProbeArgs) -> anyhow::Result<Outcome> {
     } else {
         report.print();
     }
-    Ok(if probed.out_of_rays {
-        Outcome::Incomplete
-    } else {
+    Ok(if report.complete {
         Outcome::Complete
+    } else {
+        Outcome::Incomplete
     })
 }
 
@@ -151,7 +174,8 @@ fn vertex_line<'a>(scene: &'a Scene, vertex: &Vertex) -> VertexLine<'a> {
 
 impl Report<'_> {
     fn print(&self) {
-        say!("{}: sensor {}", self.scene, self.sensor);
+        let incomplete = if self.complete { "" } else { " · INCOMPLETE" };
+        say!("{}: sensor {}{incomplete}", self.scene, self.sensor);
         let [u, v] = self.uv;
         say!("  at u, v = {u}, {v}: {}", triple(self.position));
         say!(
@@ -189,22 +213,28 @@ impl Report<'_> {
             );
         }
         say!("  {:<10} {:>13}", "sum", shown(self.irradiance));
+        say!("");
+        if !self.paths.is_empty() {
+            say!(
+                "|J| is receiver area per light: {}. fold: first-order distance on the receiver.",
+                self.units()
+            );
+        }
         say!(
-            "\n|J| is receiver area per light: {}. fold: first-order distance on the receiver.",
-            self.units()
-        );
-        say!(
-            "{} paths; {} patches of light looked at, {} rays",
+            "{} paths; {} patches of light looked at, {} rays; divided {} times of at most {MAX_LEVEL}",
             self.paths.len(),
             self.patches,
-            self.counters.rays
+            self.counters.rays,
+            self.divisions
         );
-        if self.unresolved_patches > 0 {
-            let reason = if self.out_of_rays {
-                "the search ran out of rays"
-            } else {
+        let reason = match self.search {
+            SearchEnd::Complete => {
                 "the point is on a fold, a focus or the edge of a surface, or all but"
-            };
+            }
+            SearchEnd::OutOfRays => "the search ran out of rays (--rays)",
+            SearchEnd::Stopped => "the search was stopped",
+        };
+        if self.unresolved_patches > 0 {
             say!(
                 "warning: {} patches were left unclear: {reason}; paths may be missing",
                 self.unresolved_patches

@@ -43,26 +43,39 @@ pub fn watch<T: Send>(progress: &Progress, work: impl FnOnce() -> T + Send) -> T
 }
 
 fn draw(bar: &ProgressBar, progress: &Progress, elapsed: Duration) {
-    let photons = progress.paths.load(Ordering::Relaxed);
+    let expected = progress.expected_paths.load(Ordering::Relaxed);
+    if expected > 0 {
+        bar.set_length(expected);
+        bar.set_position(progress.paths.load(Ordering::Relaxed));
+    }
+    bar.set_message(message(progress, elapsed));
+    bar.tick();
+}
+
+/// What the line says.
+fn message(progress: &Progress, elapsed: Duration) -> String {
+    let done = progress.paths.load(Ordering::Relaxed);
     let expected = progress.expected_paths.load(Ordering::Relaxed);
     if expected == 0 {
-        bar.set_message("setting up");
-        bar.tick();
-        return;
+        return "setting up".to_owned();
     }
-    bar.set_length(expected);
-    bar.set_position(photons);
-    let rate = photons as f64 / elapsed.as_secs_f64();
-    let left = (expected.saturating_sub(photons)) as f64 / rate.max(1.0);
-    let error = progress.relative_error().map_or_else(String::new, |error| {
-        format!(", error {:.2} %", 100.0 * error)
-    });
-    bar.set_message(format!(
+    let error = progress.relative_error().map(|error| 100.0 * error);
+    if let Some(pass) = progress.pass() {
+        // Roots are of very different work: no time left can be told from their number.
+        let error = error.map_or_else(String::new, |error| {
+            format!("; likely error of the pass before {error:.2} %")
+        });
+        return format!("pass {pass}: {done} of {expected} roots{error}");
+    }
+    let rate = done as f64 / elapsed.as_secs_f64();
+    let left = expected.saturating_sub(done) as f64 / rate.max(1.0);
+    let error = error.map_or_else(String::new, |error| format!(", error {error:.2} %"));
+    format!(
         "{:.1} of {:.1} M photons, {:.2} M/s{error}, {left:.0} s left",
-        photons as f64 / 1e6,
+        done as f64 / 1e6,
         expected as f64 / 1e6,
         rate / 1e6,
-    ));
+    )
 }
 
 /// Lets the first Ctrl-C end the run with what there is, and the second end the program.
@@ -79,4 +92,37 @@ pub fn stop_on_interrupt(progress: &Arc<Progress>) -> anyhow::Result<()> {
         eprintln!("\nstopping; once more to stop at once");
     })?;
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SECOND: Duration = Duration::from_secs(1);
+
+    #[test]
+    fn photons_are_counted_in_millions() {
+        let progress = Progress::default();
+        assert_eq!(message(&progress, SECOND), "setting up");
+        progress.expected_paths.store(4_000_000, Ordering::Relaxed);
+        progress.paths.store(1_000_000, Ordering::Relaxed);
+        assert_eq!(
+            message(&progress, SECOND),
+            "1.0 of 4.0 M photons, 1.00 M/s, 3 s left"
+        );
+    }
+
+    #[test]
+    fn beams_are_told_by_pass_and_root() {
+        let progress = Progress::default();
+        progress.begin_pass(640);
+        progress.paths.store(16, Ordering::Relaxed);
+        assert_eq!(message(&progress, SECOND), "pass 1: 16 of 640 roots");
+        progress.set_relative_error(Some(0.0123));
+        progress.begin_pass(640);
+        assert_eq!(
+            message(&progress, SECOND),
+            "pass 2: 0 of 640 roots; likely error of the pass before 1.23 %"
+        );
+    }
 }

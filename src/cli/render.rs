@@ -10,18 +10,21 @@ use std::time::Instant;
 use anyhow::Context;
 
 use super::Outcome;
-use super::args::{Method, RenderArgs, SceneArgs, choose_sensor};
+use super::args::{Method, RenderArgs, SceneArgs};
 use super::memory;
+use super::method;
 use super::output::{self, Run, Settings};
 use super::progress;
+use super::sensor::choose_sensor;
 use super::summary::Summary;
 use crate::film::atomic;
 use crate::mitsuba;
 use crate::reference::beams::{self, BeamError};
 use crate::reference::photons::shard::Part;
 use crate::reference::photons::{self, RunError, Shard};
-use crate::reference::{Estimate, Progress, Quantity};
+use crate::reference::{Estimate, LayerName, Progress, Quantity};
 use crate::scene::{Scene, Sensor};
+use crate::transport::signature::Signature;
 
 /// Runs the command.
 ///
@@ -35,7 +38,8 @@ pub fn render(args: &RenderArgs) -> anyhow::Result<Outcome> {
     progress::stop_on_interrupt(&progress)?;
     let scene = load(&args.scene)?;
     let sensor = choose_sensor(&scene, args.sensor.as_deref())?;
-    memory::check_film(&scene, sensor, args.photon.layers)?;
+    let choice = method::choose(args, &scene, sensor)?;
+    memory::check_film(&scene, sensor, choice.method, args.shared.layers)?;
     let extension = if args.shard.is_some() { "shard" } else { "exr" };
     let path = output::output_path(args.output.as_deref(), scene.path(), extension)?;
     let job = Job {
@@ -46,7 +50,10 @@ pub fn render(args: &RenderArgs) -> anyhow::Result<Outcome> {
         progress: &progress,
         start,
     };
-    match (args.method(&scene, sensor), args.shard) {
+    if let Some(notice) = choice.notice {
+        eprintln!("note: {notice}");
+    }
+    match (choice.method, args.shard) {
         (Method::Beams, _) => job.beams(),
         (Method::Photons, None) => job.photons(),
         (Method::Photons, Some(shard)) => job.shard(shard),
@@ -75,13 +82,13 @@ impl Job<'_> {
         })?;
         if report.passes == 0 && warnings.is_empty() {
             warnings.push(
-                "the run ended before the first pass did: nothing is known of the caustic, and \
-                 only direct light is in the result"
+                "the run ended before the first pass did: nothing is known of the caustic"
                     .to_owned(),
             );
-        } else if estimate.incomplete {
+        } else if report.passes > 0 && estimate.incomplete {
             warnings.push("the error asked for was not reached".to_owned());
         }
+        warnings.extend(unknown_direct(&estimate));
         if estimate.quantity == Quantity::Radiance {
             warnings.push(
                 "beams on a camera measure light by way of mirrors and glass only: direct light (LD) \
@@ -93,28 +100,26 @@ impl Job<'_> {
     }
 
     fn photons(&self) -> anyhow::Result<Outcome> {
-        let settings = self.args.photon.settings();
-        let budget = self.args.budget()?;
-        let (estimate, warnings) = progress::watch(self.progress, || {
+        let (settings, budget) = self.args.photons()?;
+        let (estimate, mut warnings) = progress::watch(self.progress, || {
             let setup = photons::run::Setup::new(self.scene, self.sensor, settings, self.progress)?;
             let mut warnings = no_caustic(setup.light().is_empty());
             let mut estimate = setup.run(&budget)?;
             if estimate.paths == 0 && !setup.light().is_empty() {
                 estimate.incomplete = true;
                 warnings.push(
-                    "the run ended before the first replicate did: nothing is known of the caustic, \
-                     and only direct light is in the result"
+                    "the run ended before the first replicate did: nothing is known of the caustic"
                         .to_owned(),
                 );
             }
             Ok::<_, RunError>((estimate, warnings))
         })?;
+        warnings.extend(unknown_direct(&estimate));
         self.finish(Settings::Photons(&settings), &estimate, warnings)
     }
 
     fn shard(&self, shard: Shard) -> anyhow::Result<Outcome> {
-        let settings = self.args.photon.settings();
-        let budget = self.args.budget()?;
+        let (settings, budget) = self.args.photons()?;
         let part =
             progress::watch(self.progress, || {
                 photons::run::Setup::new(self.scene, self.sensor, settings, self.progress)?
@@ -159,6 +164,18 @@ fn no_caustic(is_dark: bool) -> Vec<String> {
     is_dark.then(|| warning.to_owned()).into_iter().collect()
 }
 
+/// What there is to say where direct light was not measured.
+fn unknown_direct(estimate: &Estimate) -> Option<String> {
+    let direct = LayerName::Path(Signature::DIRECT);
+    let is_unknown = estimate
+        .layers
+        .iter()
+        .any(|layer| layer.name == direct && layer.is_unknown());
+    is_unknown.then(|| {
+        "the run ended before direct light (LD) was measured: nothing is known of it".to_owned()
+    })
+}
+
 /// Reads a scene.
 ///
 /// # Errors
@@ -175,8 +192,11 @@ pub(super) fn load(args: &SceneArgs) -> anyhow::Result<Scene> {
 /// Where a file cannot be written.
 pub(super) fn finish(run: &Run, path: &Path, json: bool) -> anyhow::Result<()> {
     let mut summary = Summary::of(run);
-    let picture = output::write(run, &summary, path)?;
-    summary.files = vec![path.display().to_string(), picture.display().to_string()];
+    let files = output::write(run, &summary, path)?;
+    summary.files = files
+        .iter()
+        .map(|file| file.display().to_string())
+        .collect();
     if json {
         say!("{}", serde_json::to_string_pretty(&summary)?);
     } else {

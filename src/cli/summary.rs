@@ -1,16 +1,18 @@
 //! What a finished run has to say, for people and for programs.
 
-use std::fmt::{self, Write as _};
+use std::fmt;
 
 use serde::Serialize;
 
+use super::ledger::LedgerSummary;
 use super::output::{Run, Settings};
 use crate::geometry::TraversalCounters;
-use crate::radiometry::Rgb;
+use crate::reference::Quantity;
 use crate::reference::beams::BeamReport;
 use crate::reference::beams::pass::SignatureReport;
-use crate::reference::{LayerName, Quantity};
-use crate::transport::ledger::Row;
+
+/// The layer of direct light.
+const LD: &str = "LD";
 
 /// The result in numbers. Serialised, it is what `--json` prints.
 #[derive(Clone, Debug, Serialize)]
@@ -37,8 +39,9 @@ pub struct Summary {
     pub relative_error: Option<f64>,
     /// One entry a layer, the total first.
     pub layers: Vec<LayerSummary>,
-    /// Where the traced flux went \[W\].
-    pub ledger: LedgerSummary,
+    /// Where the traced flux went \[W\]; of a receiver, where any was traced.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ledger: Option<LedgerSummary>,
     /// Rays, and the work of finding what they hit.
     pub counters: TraversalCounters,
     /// What is odd about the scene or the run.
@@ -51,7 +54,7 @@ pub struct Summary {
     pub files: Vec<String>,
 }
 
-/// One layer in numbers.
+/// One layer in numbers; NaN (in JSON `null`) where nothing is known.
 #[derive(Clone, Debug, Serialize)]
 pub struct LayerSummary {
     /// `E`, `LD`, `LTTD`, ...
@@ -64,19 +67,6 @@ pub struct LayerSummary {
     pub max: f64,
     /// √(mean σ²) / mean E over the layer's lit texels; where there are bounds, σ is half their distance.
     pub relative_error: Option<f64>,
-}
-
-/// The ledger in numbers \[W\].
-#[derive(Clone, Debug, Serialize)]
-pub struct LedgerSummary {
-    /// What photons started with.
-    pub emitted: Rgb,
-    /// What adjoint shading normals added.
-    pub shading_gain: Rgb,
-    /// By signature of the events before the end.
-    pub rows: Vec<(String, Row)>,
-    /// |emitted + gain − Σ rows| / emitted.
-    pub closure_error: f64,
 }
 
 /// What a run took.
@@ -106,13 +96,6 @@ impl Summary {
     /// The summary of a run.
     pub fn of(run: &Run) -> Self {
         let estimate = run.estimate;
-        let ledger = &estimate.ledger;
-        let mut rows: Vec<(String, Row)> = ledger
-            .rows
-            .iter()
-            .map(|(signature, row)| (signature.to_string(), *row))
-            .collect();
-        rows.push((LayerName::Other.to_string(), ledger.other));
         let mut warnings: Vec<String> = run
             .scene
             .warnings()
@@ -146,12 +129,7 @@ impl Summary {
                     }
                 })
                 .collect(),
-            ledger: LedgerSummary {
-                emitted: ledger.emitted,
-                shading_gain: ledger.shading_gain,
-                rows,
-                closure_error: ledger.closure_error(),
-            },
+            ledger: LedgerSummary::of(estimate),
             counters: estimate.counters,
             warnings,
             timing: Some(Timing::of(run)),
@@ -171,8 +149,10 @@ impl Summary {
 }
 
 /// Six digits are enough for a table; zero is a dot, so that the eye finds what is there.
-fn number(value: f64) -> String {
-    if value == 0.0 {
+pub(super) fn number(value: f64) -> String {
+    if value.is_nan() {
+        "unknown".to_owned()
+    } else if value == 0.0 {
         "·".to_owned()
     } else if (1e-3..1e6).contains(&value.abs()) {
         let digits = (5 - value.abs().log10().floor() as i32).clamp(0, 6) as usize;
@@ -182,8 +162,17 @@ fn number(value: f64) -> String {
     }
 }
 
-fn percent(error: Option<f64>) -> String {
-    error.map_or_else(|| "·".to_owned(), |error| format!("{:.3} %", 100.0 * error))
+fn percent(error: f64) -> String {
+    format!("{:.3} %", 100.0 * error)
+}
+
+/// A relative error: a dot where there is no light, and so no error.
+fn relative(error: Option<f64>, is_dark: bool) -> String {
+    match error {
+        Some(error) => percent(error),
+        None if is_dark => number(0.0),
+        None => number(f64::NAN),
+    }
 }
 
 impl fmt::Display for Summary {
@@ -201,8 +190,9 @@ impl fmt::Display for Summary {
             if self.complete { "" } else { " · INCOMPLETE" }
         )?;
         let names = self.layers.iter().map(|layer| layer.name.len());
-        let rows = self.ledger.rows.iter().map(|(name, _)| name.len());
-        let wide = names.chain(rows).fold("after".len(), usize::max) + 2;
+        let rows = self.ledger.iter().flat_map(|ledger| &ledger.rows);
+        let names = names.chain(rows.map(|(name, _)| name.len()));
+        let wide = names.fold("after".len(), usize::max) + 2;
         writeln!(out, "\n{} [{}]", self.quantity.name(), self.quantity.unit())?;
         writeln!(
             out,
@@ -225,11 +215,11 @@ impl fmt::Display for Summary {
                 number(layer.min),
                 number(layer.mean),
                 number(layer.max),
-                percent(layer.relative_error)
+                relative(layer.relative_error, layer.max == 0.0)
             )?;
         }
-        if self.quantity == Quantity::Irradiance {
-            self.write_ledger(out, wide)?;
+        if let Some(ledger) = &self.ledger {
+            ledger.write(out, wide)?;
         }
         writeln!(out)?;
         match &self.beams {
@@ -244,35 +234,6 @@ impl fmt::Display for Summary {
 }
 
 impl Summary {
-    fn write_ledger(&self, out: &mut fmt::Formatter<'_>, wide: usize) -> fmt::Result {
-        writeln!(out, "\nflux of the traced light [W], mean of channels")?;
-        writeln!(
-            out,
-            "  {:<wide$} {:>12} {:>12} {:>12} {:>12} {:>12}",
-            "after", "received", "direct", "escaped", "absorbed", "cut off"
-        )?;
-        let mut sum = Row::default();
-        for (name, row) in &self.ledger.rows {
-            sum = Row::from_fates([
-                sum.received + row.received,
-                sum.direct + row.direct,
-                sum.escaped + row.escaped,
-                sum.absorbed + row.absorbed,
-                sum.cut_off + row.cut_off,
-            ]);
-            if !row.total().is_black() {
-                writeln!(out, "  {}", ledger_line(name, wide, row))?;
-            }
-        }
-        writeln!(out, "  {}", ledger_line("sum", wide, &sum))?;
-        writeln!(
-            out,
-            "  set out: {}; the ledger closes to {:.1e}",
-            number(self.ledger.emitted.mean()),
-            self.ledger.closure_error
-        )
-    }
-
     fn write_photons(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         if let (Some(timing), Some(photons)) = (&self.timing, self.photons) {
             writeln!(
@@ -288,22 +249,23 @@ impl Summary {
         writeln!(
             out,
             "relative standard error of the specular layers' sum over lit texels: {}",
-            percent(self.relative_error)
+            self.relative_error()
         )
     }
 
+    /// Of the specular layers' sum.
+    fn relative_error(&self) -> String {
+        let mut specular = self.layers.iter().skip(1).filter(|layer| layer.name != LD);
+        let is_dark = self.complete && specular.all(|layer| layer.max == 0.0);
+        relative(self.relative_error, is_dark)
+    }
+
     fn write_beams(&self, out: &mut fmt::Formatter<'_>, report: &BeamReport) -> fmt::Result {
-        let sum =
-            |count: fn(&SignatureReport) -> u64| report.signatures.iter().map(count).sum::<u64>();
-        writeln!(
-            out,
-            "{} signatures, {} cells ({} cut, {} unresolved) in the last of {} passes",
-            report.signatures.len(),
-            sum(|one| one.cells),
-            sum(|one| one.cut_cells),
-            sum(|one| one.unresolved_cells),
-            report.passes
-        )?;
+        if report.passes == 0 {
+            writeln!(out, "no pass was finished")?;
+        } else {
+            write_cells(out, report)?;
+        }
         if let Some(timing) = &self.timing {
             writeln!(
                 out,
@@ -314,20 +276,27 @@ impl Summary {
                 timing.rays_per_second / 1e6
             )?;
         }
+        let balance = report.signatures.iter().map(|one| one.balance_error);
+        if let Some(worst) = balance.reduce(f64::max) {
+            writeln!(
+                out,
+                "largest balance error of a signature (what its cells booked against the film): {worst:.1e}"
+            )?;
+        }
         writeln!(
             out,
             "likely error of the specular layers' sum over lit texels: {}",
-            percent(self.relative_error)
+            self.relative_error()
         )?;
         if let Some(lamps) = &report.lamps {
             writeln!(
                 out,
                 "  by cells {}, by {} places on each area light in {} replicates {}; bars hold with {} % \
                  confidence",
-                percent(Some(lamps.deterministic_error)),
+                percent(lamps.deterministic_error),
                 lamps.points,
                 lamps.replicates,
-                percent(Some(lamps.random_error)),
+                percent(lamps.random_error),
                 100.0 * lamps.confidence
             )?;
         }
@@ -335,17 +304,15 @@ impl Summary {
     }
 }
 
-fn ledger_line(name: &str, wide: usize, row: &Row) -> String {
-    let mut line = format!("{name:<wide$}");
-    for flux in [
-        row.received,
-        row.direct,
-        row.escaped,
-        row.absorbed,
-        row.cut_off,
-    ] {
-        // Writing to a string cannot fail.
-        let _ = write!(line, " {:>12}", number(flux.mean()));
-    }
-    line
+fn write_cells(out: &mut fmt::Formatter<'_>, report: &BeamReport) -> fmt::Result {
+    let sum = |count: fn(&SignatureReport) -> u64| report.signatures.iter().map(count).sum::<u64>();
+    writeln!(
+        out,
+        "{} signatures, {} cells ({} cut, {} unresolved) in the last of {} passes",
+        report.signatures.len(),
+        sum(|one| one.cells),
+        sum(|one| one.cut_cells),
+        sum(|one| one.unresolved_cells),
+        report.passes
+    )
 }

@@ -1,5 +1,6 @@
 //! Files that are written whole or not at all.
 
+use std::ffi::{OsStr, OsString};
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -22,13 +23,28 @@ pub enum WriteError {
         path: PathBuf,
     },
     /// The system said no.
-    #[error("cannot write {}: {source}", path.display())]
+    #[error("cannot write {}: {cause}", path.display())]
     Io {
         /// The file that was to be.
         path: PathBuf,
-        /// What the system said.
-        source: io::Error,
+        /// What the system said. Not a `source`: who prints those, too, would say it twice.
+        cause: io::Error,
     },
+}
+
+/// Finds out whether [`write()`] could write a file of this path, by beginning to: for runs that take
+/// an hour, and would have nowhere to leave their result. Nothing stays, and what stood at the path still does.
+///
+/// # Errors
+///
+/// Where the folder is missing or takes no file, or `path` is a folder.
+pub fn check(path: &Path) -> Result<(), WriteError> {
+    let (folder, name) = place(path)?;
+    let found = temporary(folder, name).and_then(tempfile::NamedTempFile::close);
+    found.map_err(|cause| WriteError::Io {
+        path: path.to_owned(),
+        cause,
+    })
 }
 
 /// Writes a file by `fill`, so that `path` holds either all of it or what it held before.
@@ -44,6 +60,15 @@ pub fn write(
     path: &Path,
     fill: impl FnOnce(&mut BufWriter<&File>) -> io::Result<()>,
 ) -> Result<(), WriteError> {
+    let (folder, name) = place(path)?;
+    write_in(folder, name, path, fill).map_err(|cause| WriteError::Io {
+        path: path.to_owned(),
+        cause,
+    })
+}
+
+/// A path's folder and name.
+fn place(path: &Path) -> Result<(&Path, &OsStr), WriteError> {
     let Some(name) = path.file_name().filter(|_| !path.is_dir()) else {
         return Err(WriteError::NotAFile {
             path: path.to_owned(),
@@ -59,26 +84,28 @@ pub fn write(
             folder: folder.to_owned(),
         });
     }
-    write_in(folder, name, path, fill).map_err(|source| WriteError::Io {
-        path: path.to_owned(),
-        source,
-    })
+    Ok((folder, name))
 }
 
-fn write_in(
-    folder: &Path,
-    name: &std::ffi::OsStr,
-    path: &Path,
-    fill: impl FnOnce(&mut BufWriter<&File>) -> io::Result<()>,
-) -> io::Result<()> {
-    let mut prefix = std::ffi::OsString::from(".");
+/// An ordinary file that goes when it is dropped.
+fn temporary(folder: &Path, name: &OsStr) -> io::Result<tempfile::NamedTempFile> {
+    let mut prefix = OsString::from(".");
     prefix.push(name);
     let mut builder = tempfile::Builder::new();
     builder.prefix(&prefix).suffix(".partial");
     // Temporaries are for their owner only; this one is to be an ordinary file.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    let temporary = builder.tempfile_in(folder)?;
+    builder.tempfile_in(folder)
+}
+
+fn write_in(
+    folder: &Path,
+    name: &OsStr,
+    path: &Path,
+    fill: impl FnOnce(&mut BufWriter<&File>) -> io::Result<()>,
+) -> io::Result<()> {
+    let temporary = temporary(folder, name)?;
     let mut writer = BufWriter::new(temporary.as_file());
     fill(&mut writer)?;
     writer.flush()?;

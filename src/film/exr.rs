@@ -27,12 +27,12 @@ const MAX_EXPANSION: u64 = 1 << 17;
 #[derive(Debug, thiserror::Error)]
 pub enum ExrWriteError {
     /// Channels that do not make an image.
-    #[error("cannot write {}: {source}", path.display())]
+    #[error("cannot write {}: {cause}", path.display())]
     Image {
         /// The file that was to be.
         path: PathBuf,
         /// What is wrong.
-        source: ImageError,
+        cause: ImageError,
     },
     /// The encoder said no.
     #[error("cannot encode {}: {message}", path.display())]
@@ -64,9 +64,9 @@ pub struct ExrReadError {
 ///
 /// Where [`Image::check`] fails or the file cannot be written; what was at `path` stays.
 pub fn write(path: &Path, image: &Image) -> Result<(), ExrWriteError> {
-    image.check().map_err(|source| ExrWriteError::Image {
+    image.check().map_err(|cause| ExrWriteError::Image {
         path: path.to_owned(),
-        source,
+        cause,
     })?;
     let bytes = encode(image).map_err(|error| ExrWriteError::Encode {
         path: path.to_owned(),

@@ -24,6 +24,30 @@ pub struct Channel {
     pub samples: Vec<f32>,
 }
 
+/// How a number becomes the `f32` of a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Rounding {
+    /// The nearest `f32`: for values.
+    Nearest,
+    /// The largest `f32` that is not above: for lower bounds.
+    Down,
+    /// The smallest `f32` that is not below: for upper bounds.
+    Up,
+}
+
+impl Rounding {
+    /// A number as `f32`; NaN stays NaN.
+    pub fn apply(self, value: f64) -> f32 {
+        let nearest = value as f32;
+        let found = f64::from(nearest);
+        match self {
+            Self::Down if found > value => nearest.next_down(),
+            Self::Up if found < value => nearest.next_up(),
+            _ => nearest,
+        }
+    }
+}
+
 /// Why channels do not make an image.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ImageError {
@@ -75,22 +99,32 @@ impl Image {
         }
     }
 
-    /// Adds a channel; rounds to `f32`.
+    /// Adds a channel; rounds to the nearest `f32`.
     pub fn add_scalar(&mut self, name: impl Into<String>, values: impl IntoIterator<Item = f64>) {
-        self.channels.push(Channel {
-            name: name.into(),
-            samples: values.into_iter().map(|value| value as f32).collect(),
-        });
+        self.add(name.into(), values, Rounding::Nearest);
     }
 
     /// Adds the channels `layer.R`, `layer.G`, `layer.B`; for an empty `layer` just `R`, `G`, `B`.
-    /// Rounds to `f32`.
+    /// Rounds to the nearest `f32`.
     pub fn add_rgb(&mut self, layer: &str, values: &[[f64; 3]]) {
+        self.add_rgb_rounded(layer, values, Rounding::Nearest);
+    }
+
+    /// As [`Image::add_rgb`], rounded as said.
+    pub fn add_rgb_rounded(&mut self, layer: &str, values: &[[f64; 3]], rounding: Rounding) {
         let dot = if layer.is_empty() { "" } else { "." };
         for (c, component) in ["R", "G", "B"].into_iter().enumerate() {
             let name = format!("{layer}{dot}{component}");
-            self.add_scalar(name, values.iter().map(|value| value[c]));
+            self.add(name, values.iter().map(|value| value[c]), rounding);
         }
+    }
+
+    fn add(&mut self, name: String, values: impl IntoIterator<Item = f64>, rounding: Rounding) {
+        let samples = values.into_iter().map(|value| rounding.apply(value));
+        self.channels.push(Channel {
+            name,
+            samples: samples.collect(),
+        });
     }
 
     /// Adds what is to be known.
@@ -160,4 +194,37 @@ fn check_names<'a>(names: impl Iterator<Item = &'a str>) -> Result<(), ImageErro
         }
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bounds_are_rounded_away_from_what_they_enclose() {
+        let (tiny, huge) = (1e-300, 1e300);
+        for value in [
+            0.1,
+            -0.1,
+            1.0 / 3.0,
+            1e-40,
+            tiny,
+            -tiny,
+            huge,
+            -huge,
+            0.5,
+            0.0,
+        ] {
+            let (low, high) = (Rounding::Down.apply(value), Rounding::Up.apply(value));
+            assert!(
+                f64::from(low) <= value && value <= f64::from(high),
+                "{value}"
+            );
+            // One of them is the nearest, and there is no f32 between them.
+            let nearest = value as f32;
+            assert!(low == nearest || high == nearest, "{value}");
+            assert!(low == high || low.next_up() == high, "{value}");
+        }
+        assert!(Rounding::Down.apply(f64::NAN).is_nan() && Rounding::Up.apply(f64::NAN).is_nan());
+    }
 }

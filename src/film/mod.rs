@@ -12,4 +12,4 @@ pub mod picture;
 
 pub use accumulator::{Accumulator, AccumulatorError, Estimate};
 pub use grid::Grid;
-pub use image::{Channel, Image, ImageError};
+pub use image::{Channel, Image, ImageError, Rounding};

@@ -59,7 +59,7 @@ pub struct Estimate {
     pub layers: Vec<Layer>,
     /// Contributions a texel, all specular layers together.
     pub counts: Vec<u64>,
-    /// Where all traced flux went; empty for a camera, which sees a part of the light only.
+    /// Where all traced flux went, as the layers have it; empty for a camera, which sees a part of the light only.
     pub ledger: Ledger,
     /// How many light paths were started.
     pub paths: u64,
@@ -78,7 +78,7 @@ pub struct Estimate {
 pub struct Layer {
     /// Which kind.
     pub name: LayerName,
-    /// Texel averages in the estimate's unit, row by row.
+    /// Texel averages in the estimate's unit, row by row; NaN where nothing is known.
     pub irradiance: Vec<Rgb>,
     /// One standard error of each: the scatter of random methods, zero for deterministic
     /// ones; NaN where there is no estimate of it.
@@ -87,13 +87,24 @@ pub struct Layer {
     pub interval: Option<Interval>,
 }
 
-/// Bounds of a layer, texel by texel: `low` ≤ truth ≤ `high`, as far as the method can know.
+/// Bounds of a layer, texel by texel: `low` ≤ truth ≤ `high`, as far as the method can know. The
+/// layer's own value lies between them, too.
 #[derive(Clone, Debug, Default)]
 pub struct Interval {
     /// Lower bounds, at least 0.
     pub low: Vec<Rgb>,
     /// Upper bounds.
     pub high: Vec<Rgb>,
+}
+
+impl Interval {
+    /// Widens bounds to take in values.
+    pub fn include(&mut self, values: &[Rgb]) {
+        for ((low, high), value) in self.low.iter_mut().zip(&mut self.high).zip(values) {
+            *low = Rgb(std::array::from_fn(|c| low.0[c].min(value.0[c])));
+            *high = Rgb(std::array::from_fn(|c| high.0[c].max(value.0[c])));
+        }
+    }
 }
 
 /// A kind of light.
@@ -167,18 +178,34 @@ impl Layer {
         }
     }
 
-    /// Says that nothing is known of the errors.
+    /// Says that nothing is known of it. Where there are bounds, it is they that say so, and standard errors,
+    /// which deterministic methods have none of, stay.
     pub fn make_unknown(&mut self) {
         let nothing = Rgb::grey(f64::NAN);
-        self.standard_error.fill(nothing);
+        self.irradiance.fill(nothing);
         if let Some(interval) = &mut self.interval {
             interval.low.fill(nothing);
             interval.high.fill(nothing);
+        } else {
+            self.standard_error.fill(nothing);
         }
     }
 
-    /// Smallest, mean and largest value over all texels, channels averaged.
+    /// Whether nothing is known of some texel.
+    pub fn is_unknown(&self) -> bool {
+        self.irradiance.iter().any(|value| value.mean().is_nan())
+    }
+
+    /// Smallest, mean and largest value over all texels, channels averaged; NaN where nothing is
+    /// known of some texel.
     pub fn range(&self) -> Range {
+        if self.is_unknown() {
+            return Range {
+                min: f64::NAN,
+                mean: f64::NAN,
+                max: f64::NAN,
+            };
+        }
         let mut range = Range {
             min: f64::INFINITY,
             mean: 0.0,

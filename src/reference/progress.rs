@@ -6,10 +6,12 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 /// the run soon, with what there is.
 #[derive(Debug, Default)]
 pub struct Progress {
-    /// Light paths (photons, nodes of beams) finished.
+    /// Photons finished; of beams the pieces of light space (roots) that the pass has done.
     pub paths: AtomicU64,
-    /// Paths the run now expects to follow in all; 0 while unknown.
+    /// What `paths` is expected to come to; 0 while unknown.
     pub expected_paths: AtomicU64,
+    /// The pass of beams under way, from 1; 0 for photons, and before the first.
+    passes: AtomicU64,
     /// Bits of the relative error so far; NaN's while unknown.
     relative_error: AtomicU64,
     /// Ends the run.
@@ -17,13 +19,26 @@ pub struct Progress {
 }
 
 impl Progress {
+    /// Begins a pass of beams over so many roots.
+    pub(crate) fn begin_pass(&self, roots: u64) {
+        self.paths.store(0, Ordering::Relaxed);
+        self.expected_paths.store(roots, Ordering::Relaxed);
+        self.passes.fetch_add(1, Ordering::Relaxed);
+    }
+
+    /// The pass of beams under way, from 1; `None` where there is none.
+    pub fn pass(&self) -> Option<u64> {
+        let pass = self.passes.load(Ordering::Relaxed);
+        (pass > 0).then_some(pass)
+    }
+
     /// The relative error so far.
     pub fn relative_error(&self) -> Option<f64> {
         let error = f64::from_bits(self.relative_error.load(Ordering::Relaxed));
         (error > 0.0).then_some(error)
     }
 
-    pub(super) fn set_relative_error(&self, error: Option<f64>) {
+    pub(crate) fn set_relative_error(&self, error: Option<f64>) {
         self.relative_error
             .store(error.unwrap_or(0.0).to_bits(), Ordering::Relaxed);
     }

@@ -59,7 +59,7 @@ struct Flight<const N: usize> {
 
 /// Surfaces that change nothing (null, open masks) a chain may pass before it is cut off.
 /// A ray meets each surface once, so only a pathological scene gets here.
-pub(super) const MAX_PASSES: u32 = 4096;
+pub const MAX_PASSES: u32 = 4096;
 
 /// Follows chains through one scene to one receiver. Make one a thread: it keeps its stack.
 pub struct ChainTracer<'a, const N: usize> {

@@ -87,6 +87,9 @@ pub struct Ledger {
     pub rows: BTreeMap<Signature, Row>,
     /// Flux of signatures that have no row of their own.
     pub other: Row,
+    /// Flux that ended elsewhere, mean of channels, by difference: of methods that follow only what is
+    /// received. Then `emitted` is a mean of channels, too, and the rows' other fates are not known.
+    pub elsewhere: Option<f64>,
 }
 
 impl Ledger {
@@ -103,8 +106,12 @@ impl Ledger {
         sum
     }
 
-    /// |emitted + gain − Σ rows| / emitted, the worst channel; 0 where nothing was emitted.
-    pub fn closure_error(&self) -> f64 {
+    /// |emitted + gain − Σ rows| / emitted, the worst channel; 0 where nothing was emitted. `None` where part
+    /// of the flux is known by difference: that closes by definition.
+    pub fn closure_error(&self) -> Option<f64> {
+        if self.elsewhere.is_some() {
+            return None;
+        }
         let total = self.sum().total();
         let mut worst: f64 = 0.0;
         for c in 0..3 {
@@ -116,6 +123,6 @@ impl Ledger {
                 worst = worst.max(total.0[c].abs());
             }
         }
-        worst
+        Some(worst)
     }
 }

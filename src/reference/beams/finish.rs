@@ -1,6 +1,11 @@
 //! From sums on the film to an estimate.
-
-use std::collections::BTreeMap;
+//!
+//! The answer on the film, B + q/3, is an extrapolation: beside bright texels it may be a little below
+//! zero, as no light is. A texel's value is the nearest in its layer's bounds, which begin at zero: that
+//! brings it nearer to the truth wherever the bounds hold. The sum of a layer's texels is then a little more than what its
+//! cells booked; the ledger has the texels' sums, and [`SignatureReport`] the cells'.
+//!
+//! [`SignatureReport`]: super::pass::SignatureReport
 
 use super::average::Average;
 use super::run::{LampReport, Pass};
@@ -48,17 +53,21 @@ impl Outcome<'_> {
         let (mut ledger, mut paths) = (Ledger::default(), 0);
         if let Some(pass) = &self.pass {
             layers = self.layers(pass);
+            for layer in &layers {
+                total.add(layer);
+            }
             if self.lamps.is_some() {
                 // Signatures share the places on the lamps: their errors are not independent.
-                total = self.layer(LayerName::Total, &pass.total);
-            } else {
-                for layer in &layers {
-                    total.add(layer);
-                }
+                let joint = self.layer(LayerName::Total, &pass.total);
+                total.standard_error = joint.standard_error;
+                total.interval = joint.interval.map(|mut interval| {
+                    interval.include(&total.irradiance);
+                    interval
+                });
             }
             paths = pass.reports.iter().map(|(_, one)| one.cells).sum();
             if self.target.quantity() == Quantity::Irradiance {
-                ledger = ledger_of(pass);
+                ledger = self.ledger(pass, &layers);
             }
         }
         if let Some(direct) = direct {
@@ -68,6 +77,7 @@ impl Outcome<'_> {
         if unknown {
             total.make_unknown();
         }
+        let incomplete = self.incomplete || total.is_unknown();
         Estimate {
             quantity: self.target.quantity(),
             width,
@@ -79,7 +89,7 @@ impl Outcome<'_> {
             paths,
             counters: self.counters,
             relative_error: self.relative_error,
-            incomplete: self.incomplete,
+            incomplete,
         }
     }
 
@@ -110,11 +120,10 @@ impl Outcome<'_> {
             let value = average.mean(texel) * scale;
             let error = average.standard_error(texel) * scale;
             let bar = average.bar(texel) * scale + error * widths;
-            result.irradiance[texel] = value;
+            result.irradiance[texel] = at_least_none(value);
             result.standard_error[texel] = error;
-            // No light is less than none.
-            interval.low[texel] = (value - bar).map(|low| low.max(0.0));
-            interval.high[texel] = (value + bar).map(|high| high.max(0.0));
+            interval.low[texel] = at_least_none(value - bar);
+            interval.high[texel] = at_least_none(value + bar);
         }
         result
     }
@@ -136,31 +145,37 @@ impl Outcome<'_> {
             if is_random {
                 layer.standard_error[texel] = known.error;
             }
-            interval.low[texel] = (known.irradiance - bar).map(|low| low.max(0.0));
+            interval.low[texel] = at_least_none(known.irradiance - bar);
             interval.high[texel] = known.irradiance + bar;
         }
         layer
     }
-}
 
-/// Where the flux went that met a specular surface first.
-fn ledger_of(pass: &Pass) -> Ledger {
-    let mut ledger = Ledger::default();
-    let mut rows = BTreeMap::new();
-    for (signature, report) in &pass.reports {
-        let received = report.received;
-        rows.insert(
-            *signature,
-            Row {
+    /// Where the flux went that met a specular surface first: what the layers' texels hold, and the rest,
+    /// which is not followed to its end.
+    fn ledger(&self, pass: &Pass, layers: &[Layer]) -> Ledger {
+        let mut ledger = Ledger::default();
+        for layer in layers {
+            let flux = |(texel, value): (usize, &Rgb)| *value * self.target.measure(texel);
+            let received = layer.irradiance.iter().enumerate().map(flux).sum();
+            let row = Row {
                 received,
                 ..Row::default()
-            },
-        );
-        ledger.emitted.0 = ledger.emitted.0.map(|emitted| emitted.max(report.emitted));
+            };
+            match layer.name {
+                LayerName::Path(signature) => ledger.rows.insert(signature, row),
+                _ => Some(std::mem::replace(&mut ledger.other, row)),
+            };
+        }
+        // Each signature's cells sum up the same light, more or less finely.
+        let emitted = pass.reports.iter().map(|(_, report)| report.emitted);
+        ledger.emitted = Rgb::grey(emitted.fold(0.0, f64::max));
+        ledger.elsewhere = Some(ledger.emitted.mean() - ledger.sum().received.mean());
+        ledger
     }
-    let received: Rgb = rows.values().map(|row| row.received).sum();
-    ledger.rows = rows;
-    // By difference: the cells of each signature see their own light only.
-    ledger.other.escaped = ledger.emitted - received;
-    ledger
+}
+
+/// No light is less than none; unknown light stays unknown.
+fn at_least_none(light: Rgb) -> Rgb {
+    light.map(|channel| if channel < 0.0 { 0.0 } else { channel })
 }

@@ -1,7 +1,5 @@
 //! Passes with smaller and smaller tolerances, until the budget is used.
 
-use std::sync::atomic::Ordering;
-
 use super::average::{Average, Sums};
 use super::finish;
 use super::lamps::Lamps;
@@ -286,10 +284,6 @@ impl<'a> Setup<'a> {
                 errors.deterministic *= calibration;
             }
             let errors = pass.errors;
-            eprintln!(
-                "DBG tol {:.2e} said {said:.2e} calibration {calibration:.3} error {:?}",
-                fineness.tolerance, errors
-            );
             self.progress.set_relative_error(errors.map(Errors::both));
             best = Some(pass);
             let affordable = limit.affordable(
@@ -350,10 +344,7 @@ impl<'a> Setup<'a> {
             |lights: &[Light]| -> usize { lights.iter().map(|l| l.roots(self.scene).len()).sum() };
         let tasks = roots_of(&self.fixed)
             + roots_of(&self.lamps.lights(0, 1)) * fineness.points as usize * replicates as usize;
-        self.progress.paths.store(0, Ordering::Relaxed);
-        self.progress
-            .expected_paths
-            .store((tasks * signatures.len()) as u64, Ordering::Relaxed);
+        self.progress.begin_pass((tasks * signatures.len()) as u64);
 
         let texels = self.target.texels();
         let named = self.settings.max_layers.min(signatures.len());

@@ -191,7 +191,7 @@ impl Rounds {
         let mut caustic = self.total.layer(LayerName::Total, weight, receiver);
         if unmeasured {
             for layer in layers.iter_mut().skip(1).chain([&mut caustic]) {
-                layer.standard_error.fill(Rgb::grey(f64::NAN));
+                layer.make_unknown();
             }
         }
         let mut total = Layer::dark(LayerName::Total, texels);
@@ -202,6 +202,7 @@ impl Rounds {
                 caustic.standard_error[texel].0[c].hypot(direct.error.0[c])
             }));
         }
+        let is_unknown = total.is_unknown();
         let mut ledger = Ledger::default();
         add_ledger(&mut ledger, &self.ledger, 1.0 / weight);
         let mut counters = self.counters;
@@ -217,7 +218,7 @@ impl Rounds {
             paths: self.paths,
             counters,
             relative_error,
-            incomplete,
+            incomplete: incomplete || is_unknown,
         }
     }
 }

@@ -162,7 +162,8 @@ impl<'a> Setup<'a> {
     /// Where photon contributions are not representable.
     pub fn run(&self, budget: &Budget) -> Result<Estimate, RunError> {
         let start = Instant::now();
-        let deadline = budget.time.map(|time| start + time);
+        // A time beyond what the clock can tell is no limit.
+        let deadline = budget.time.and_then(|time| start.checked_add(time));
         let direct = self.direct(deadline);
         let mut rounds = Rounds::new(&self.receiver, &self.map);
         let mut incomplete;
@@ -188,7 +189,7 @@ impl<'a> Setup<'a> {
         start: Instant,
         rounds: &mut Rounds,
     ) -> Result<bool, RunError> {
-        let deadline = budget.time.map(|time| start + time);
+        let deadline = budget.time.and_then(|time| start.checked_add(time));
         let most = budget.photons.unwrap_or(u64::MAX);
         let (replicates, most_each) = self.division(most);
         let mut each = FIRST_ROUND_PHOTONS.min(most_each);

@@ -361,6 +361,7 @@ impl LedgerSums {
                 .map(|(index, name)| (name, row(index)))
                 .collect(),
             other: row(self.rows.len() - 1),
+            elsewhere: None,
         }
     }
 }

@@ -26,7 +26,8 @@
 //! ([`ProbeSettings::first_level`] halves that at each step, and outlines seen from the emitter are divided four times in any case). So small
 //! facets and far occluders' outlines can be missed: tests hold it to a diamond's polygons of light down to 1/30 of its width; one of 1/150 was missed. Margins come from samples; they are no interval proof. Patches that
 //! stay unclear to the last level, as they must where the point lies *on* a fold or a focus, are counted in
-//! [`Probed::unresolved`].
+//! [`Probed::unresolved`]. On a focus each level may have twice the patches of the one before: there
+//! [`ProbeSettings::max_rays`] ends the search, and [`Probed::end`] says so.
 
 mod direct;
 mod map;
@@ -36,6 +37,8 @@ mod search;
 mod target;
 
 use glam::{DVec2, DVec3};
+
+pub use search::MAX_LEVEL;
 
 use crate::geometry::{SurfacePoint, TraversalCounters};
 use crate::radiometry::Rgb;
@@ -59,13 +62,14 @@ pub struct ProbeSettings {
 }
 
 impl Default for ProbeSettings {
-    /// 16 events, cells as they are, 2²⁸ rays (a minute or so).
+    /// 16 events, cells as they are, 2²⁵ rays (some seconds): more than a search away from foci takes in
+    /// most scenes, as 2²⁴·³ in the shipped `glass-ball` where three sheets of light meet.
     fn default() -> Self {
         Self {
             max_depth: 16,
             shading_normals: ShadingNormals::Flux,
             first_level: 0,
-            max_rays: 1 << 28,
+            max_rays: 1 << 25,
         }
     }
 }
@@ -79,12 +83,27 @@ pub struct Probed {
     pub paths: Vec<SpecularPath>,
     /// Patches of light space that may hold a path more, because they stayed unclear to the last level or to the last ray.
     pub unresolved: u64,
-    /// Whether the search ended at [`ProbeSettings::max_rays`].
-    pub out_of_rays: bool,
+    /// Why the search ended.
+    pub end: SearchEnd,
+    /// How often cells were divided when it did, at most [`MAX_LEVEL`].
+    pub level: u32,
     /// Patches of light space looked at.
     pub patches: u64,
     /// Work done.
     pub counters: TraversalCounters,
+}
+
+/// Why a search for paths ended.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum SearchEnd {
+    /// Nothing was left to look at.
+    #[default]
+    Complete,
+    /// At [`ProbeSettings::max_rays`].
+    OutOfRays,
+    /// It was told to stop.
+    Stopped,
 }
 
 impl Probed {
@@ -170,16 +189,31 @@ pub enum ProbeError {
 /// Finds every specular path from the scene's emitters to the point at `uv` of the shape that `sensor` measures,
 /// and direct light.
 ///
-/// The crop of the sensor's film does not matter. Results are the same bits on any number of threads.
-///
 /// # Errors
 ///
-/// Where the sensor is no irradiance meter on a shape with (u, v), `uv` is outside of it, or an emitter has a surface.
+/// As [`probe_until`].
 pub fn probe(
     scene: &Scene,
     sensor: &Sensor,
     uv: DVec2,
     settings: &ProbeSettings,
+) -> Result<Probed, ProbeError> {
+    probe_until(scene, sensor, uv, settings, &|| false)
+}
+
+/// As [`probe`], until `stop` says so: then what was found by that time.
+///
+/// The crop of the sensor's film does not matter. Results that nothing stopped are the same bits on any number of threads.
+///
+/// # Errors
+///
+/// Where the sensor is no irradiance meter on a shape with (u, v), `uv` is outside of it, or an emitter has a surface.
+pub fn probe_until(
+    scene: &Scene,
+    sensor: &Sensor,
+    uv: DVec2,
+    settings: &ProbeSettings,
+    stop: &(dyn Fn() -> bool + Sync),
 ) -> Result<Probed, ProbeError> {
     if settings.max_depth as usize > MAX_EVENTS {
         return Err(ProbeError::Depth(settings.max_depth));
@@ -195,7 +229,7 @@ pub fn probe(
     }
     let light = LightSpace::new(scene)?;
     let map = map::LightMap::new(scene, &light, &target, settings);
-    let found = search::search(&map);
+    let found = search::search(&map, stop);
     let mut counters = found.counters;
     let mut paths = direct::direct_paths(&map, &mut counters);
     paths.extend(path::specular_paths(&map, found.roots, &mut counters));
@@ -207,7 +241,8 @@ pub fn probe(
         point: target.point(),
         paths,
         unresolved: found.unresolved,
-        out_of_rays: found.out_of_rays,
+        end: found.end,
+        level: found.level,
         patches: found.patches,
         counters,
     })

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use glam::{DMat2, DVec2, DVec3};
 use rayon::prelude::*;
 
+use super::SearchEnd;
 use super::map::{LightMap, Place, Tracer};
 use super::newton::{Outcome, Root, solve};
 use super::target::Image;
@@ -16,7 +17,7 @@ use crate::transport::signature::Signature;
 /// A patch is divided at most so often: 2⁻³⁰ of a cell, where some 2¹⁶ places of a coordinate are left to a patch. Two roots this
 /// near each other are as near to a fold as the square of that, far below the rounding of places on the receiver; only
 /// light that grazes a surface, whose map has a square root's slope there, is divided so finely in earnest.
-const MAX_LEVEL: u32 = 30;
+pub const MAX_LEVEL: u32 = 30;
 
 /// Up to here a patch whose nodes do not all see the same chains is divided where *any* of them may hide
 /// the target: an unseen chain may be between them. Beyond, only where a chain that is seen may.
@@ -31,7 +32,8 @@ const OUTLINE_LEVELS: u32 = 4;
 pub(super) struct Found {
     pub roots: Vec<Root>,
     pub unresolved: u64,
-    pub out_of_rays: bool,
+    pub end: SearchEnd,
+    pub level: u32,
     pub patches: u64,
     pub counters: TraversalCounters,
 }
@@ -97,8 +99,15 @@ struct Look {
     counters: TraversalCounters,
 }
 
+/// So many pieces are looked at between questions whether to go on: enough for all threads, and no more
+/// than some tenths of a second's work.
+const PIECES_AT_ONCE: usize = 256;
+
 /// Looks for all roots, level by level: the pieces of a level are independent of each other.
-pub(super) fn search(map: &LightMap) -> Found {
+///
+/// The search may be as large as its budget: where light of a curve in light space meets the point, as on
+/// the axis of a ball, each level has twice the pieces of the one before, to the last.
+pub(super) fn search(map: &LightMap, stop: &(dyn Fn() -> bool + Sync)) -> Found {
     let mut found = Found::default();
     let mut pieces: Vec<Piece> = map
         .light
@@ -114,19 +123,33 @@ pub(super) fn search(map: &LightMap) -> Found {
         pieces = pieces.iter().flat_map(Piece::quarters).collect();
     }
     while !pieces.is_empty() {
-        // An indexed parallel map: the order does not depend on the number of threads.
-        let looks: Vec<Look> = pieces.par_iter().map(|piece| look(map, piece)).collect();
-        found.patches += pieces.len() as u64;
+        found.level = pieces.iter().map(|piece| piece.level).max().unwrap_or(0);
         let mut unclear = Vec::new();
-        for (piece, look) in pieces.iter().zip(looks) {
-            found.counters += look.counters;
-            found.roots.extend(look.roots);
-            if look.divide {
-                unclear.push(*piece);
+        for some in pieces.chunks(PIECES_AT_ONCE) {
+            found.end = if found.counters.rays >= map.settings.max_rays {
+                SearchEnd::OutOfRays
+            } else if stop() {
+                SearchEnd::Stopped
+            } else {
+                SearchEnd::Complete
+            };
+            if found.end != SearchEnd::Complete {
+                // None of these was looked at.
+                unclear.extend_from_slice(some);
+                continue;
+            }
+            // An indexed parallel map: the order does not depend on the number of threads.
+            let looks: Vec<Look> = some.par_iter().map(|piece| look(map, piece)).collect();
+            found.patches += some.len() as u64;
+            for (piece, look) in some.iter().zip(looks) {
+                found.counters += look.counters;
+                found.roots.extend(look.roots);
+                if look.divide {
+                    unclear.push(*piece);
+                }
             }
         }
-        found.out_of_rays = !unclear.is_empty() && found.counters.rays >= map.settings.max_rays;
-        if found.out_of_rays {
+        if found.end != SearchEnd::Complete {
             found.unresolved += unclear.len() as u64;
             break;
         }

@@ -3,6 +3,7 @@
 use super::{Interaction, Landing, ThinBeam};
 use crate::geometry::{Hit, SurfacePoint, TraversalCounters};
 use crate::scene::{Material, Scene};
+use crate::transport::chain::MAX_PASSES;
 use crate::transport::scatter::{Meeting, ShadingNormals, Way};
 
 /// Follows thin beams through one scene to the front of one shape.
@@ -16,9 +17,16 @@ pub struct Follower<'a> {
     pub counters: TraversalCounters,
 }
 
-/// Surfaces a path may meet beside its specular events (null, masks): a ray meets each once, so
-/// only a pathological scene gets here.
-const MAX_PASSES: usize = 256;
+/// A branch that waits while another is followed.
+struct Branch {
+    beam: ThinBeam,
+    /// How many interactions of the chain so far were before it parted.
+    shared: usize,
+    /// What it parted by; `None` where there was nothing.
+    by: Option<Interaction>,
+    events: u32,
+    passes: u32,
+}
 
 impl<'a> Follower<'a> {
     /// A follower of light to the front of shape `receiver`, through at most `max_depth` specular events.
@@ -41,48 +49,43 @@ impl<'a> Follower<'a> {
     /// which interactions.
     pub fn every_path(&mut self, beam: &ThinBeam, land: &mut impl FnMut(&[Interaction], &Landing)) {
         let mut chain = Vec::new();
-        self.walk(*beam, &mut chain, 0, 0, land);
-    }
-
-    fn walk(
-        &mut self,
-        mut beam: ThinBeam,
-        chain: &mut Vec<Interaction>,
-        events: u32,
-        mut passes: usize,
-        land: &mut impl FnMut(&[Interaction], &Landing),
-    ) {
-        while let Some((hit, point)) = self.next_surface(&beam) {
-            if self.is_received(&beam, &hit, &point) {
-                land(chain, &beam.landing(&hit, point));
+        let mut pending = vec![Branch {
+            beam: *beam,
+            shared: 0,
+            by: None,
+            events: 0,
+            passes: 0,
+        }];
+        while let Some(branch) = pending.pop() {
+            chain.truncate(branch.shared);
+            chain.extend(branch.by);
+            let beam = &branch.beam;
+            let Some((hit, point)) = self.next_surface(beam) else {
+                continue;
+            };
+            if self.is_received(beam, &hit, &point) {
+                land(&chain, &beam.landing(&hit, point));
             }
-            let scene = self.scene;
-            let meeting = self.meeting(&beam, &hit, &point);
-            let transparent = self.is_nothing(&hit);
-            let mut onward = None;
-            for way in Way::ALL {
+            let world = self.scene.world();
+            let meeting = self.meeting(beam, &hit, &point);
+            // The last branch left is the first that is followed.
+            for way in Way::ALL.into_iter().rev() {
                 let is_event = way.event().is_some();
-                if is_event && events >= self.max_depth || passes >= MAX_PASSES {
+                if is_event && branch.events >= self.max_depth || branch.passes >= MAX_PASSES {
                     continue;
                 }
-                let Some(next) = beam.leaving(scene.world(), &hit, &point, &meeting, way) else {
+                let Some(next) = beam.leaving(world, &hit, &point, &meeting, way) else {
                     continue;
                 };
-                if transparent {
-                    onward = Some(next);
-                } else {
-                    chain.push(Interaction {
-                        element: scene.world().element(&hit),
-                        way,
-                    });
-                    let passed = passes + usize::from(!is_event);
-                    self.walk(next, chain, events + u32::from(is_event), passed, land);
-                    chain.pop();
-                }
+                let element = world.element(&hit);
+                pending.push(Branch {
+                    beam: next,
+                    shared: chain.len(),
+                    by: (!self.is_nothing(&hit)).then_some(Interaction { element, way }),
+                    events: branch.events + u32::from(is_event),
+                    passes: branch.passes + u32::from(!is_event),
+                });
             }
-            let Some(next) = onward else { return };
-            beam = next;
-            passes += 1;
         }
     }
 
@@ -116,7 +119,7 @@ impl<'a> Follower<'a> {
     ) -> Option<(Vec<(Hit, SurfacePoint)>, Landing)> {
         let mut beam = *beam;
         let mut met = Vec::with_capacity(chain.len());
-        for _ in 0..=chain.len() + MAX_PASSES {
+        for _ in 0..=chain.len() + MAX_PASSES as usize {
             let (hit, point) = self.next_surface(&beam)?;
             let world = self.scene.world();
             let meeting = self.meeting(&beam, &hit, &point);

@@ -45,9 +45,9 @@ pub struct DirectTexel {
 }
 
 impl DirectTexel {
-    /// Nothing is known of it: no irradiance, with an error bar of NaN.
+    /// Nothing is known of it.
     const UNKNOWN: Self = Self {
-        irradiance: Rgb::BLACK,
+        irradiance: Rgb::grey(f64::NAN),
         error: Rgb::grey(f64::NAN),
     };
 }
@@ -110,7 +110,7 @@ pub fn direct(
 }
 
 impl Direct {
-    /// What is known before anything was measured: nothing, with an error bar of NaN.
+    /// What is known before anything was measured: nothing, which is NaN.
     pub fn unknown(texels: usize) -> Self {
         Self {
             texels: vec![DirectTexel::UNKNOWN; texels],

@@ -1,0 +1,124 @@
+//! What can be typed: one file a subject.
+
+mod method;
+mod parse;
+mod probe;
+mod render;
+
+use std::path::PathBuf;
+
+use clap::{Parser, Subcommand};
+
+pub use method::{PhotonArgs, Samples, ShadingNormalsArg, SharedArgs};
+pub use parse::parse_fraction;
+pub use probe::ProbeArgs;
+pub use render::{Method, RenderArgs};
+
+/// Ground truth for caustics: how much light do reflection and refraction put on this surface?
+#[derive(Debug, Parser)]
+#[command(version, max_term_width = 100)]
+pub struct Args {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// What to do.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Measure the light on a sensor of a Mitsuba 3 scene; write EXR and PNG
+    Render(RenderArgs),
+    /// Show what a scene holds, what it requires modelled and why, and what is odd about it
+    Inspect(InspectArgs),
+    /// Find every specular path from the scene's lights to one point of a sensor
+    Probe(ProbeArgs),
+    /// Put the shards of a run together, to the same bits as the run in one piece
+    Merge(MergeArgs),
+    /// Write the shipped scenes, their meshes at any fineness
+    Generate(GenerateArgs),
+}
+
+/// The largest number of photons or rays that can be asked for: a year's work at ten million a second.
+const MAX_COUNT: u64 = 1 << 48;
+
+/// Which scene.
+#[derive(Debug, clap::Args)]
+pub struct SceneArgs {
+    /// The scene file, Mitsuba 3 XML
+    pub scene: PathBuf,
+
+    /// Set a parameter of the scene file (its `$NAME`)
+    #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = parse::parse_define)]
+    pub define: Vec<(String, String)>,
+}
+
+/// `nephroid inspect`.
+#[derive(Debug, clap::Args)]
+pub struct InspectArgs {
+    /// The scene
+    #[command(flatten)]
+    pub scene: SceneArgs,
+
+    /// Print as JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `nephroid merge`.
+#[derive(Debug, clap::Args)]
+pub struct MergeArgs {
+    /// The scene
+    #[command(flatten)]
+    pub scene: SceneArgs,
+
+    /// The shards, all of them
+    #[arg(required = true, value_name = "SHARD")]
+    pub shards: Vec<PathBuf>,
+
+    /// The EXR to write; the picture goes beside it [default: out/SCENE.exr]
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+
+    /// The sensor the shards were made for [default: the first irradiancemeter]
+    #[arg(long, value_name = "ID")]
+    pub sensor: Option<String>,
+
+    /// The settings the shards were made with
+    #[command(flatten)]
+    pub shared: SharedArgs,
+
+    /// The settings of photons the shards were made with
+    #[command(flatten)]
+    pub photon: PhotonArgs,
+
+    /// Print the summary as JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `nephroid generate`.
+#[derive(Debug, clap::Args)]
+pub struct GenerateArgs {
+    /// The scenes to write [default: all]
+    #[arg(value_name = "NAME")]
+    pub names: Vec<String>,
+
+    /// The folder to write them into; made where missing
+    #[arg(short, long, value_name = "DIR", default_value = "out/scenes")]
+    pub output: PathBuf,
+
+    /// A factor on the number of cuts of curved meshes: N² times the triangles
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub detail: u32,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        use clap::CommandFactory;
+        Args::command().debug_assert();
+    }
+}

@@ -1,0 +1,110 @@
+//! From words to values, with a message that says what is allowed.
+
+use std::time::Duration;
+
+use glam::DVec2;
+
+use crate::reference::photons::Shard;
+
+/// A name and a value.
+pub fn parse_define(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((name, value)) if !name.is_empty() => Ok((name.to_owned(), value.to_owned())),
+        _ => Err("give NAME=VALUE, as in -D samples=16".to_owned()),
+    }
+}
+
+/// Two finite numbers; whether they are on the receiver is for the probe to say.
+pub fn parse_uv(text: &str) -> Result<DVec2, String> {
+    let number = |text: &str| {
+        text.trim()
+            .parse()
+            .ok()
+            .filter(|value: &f64| value.is_finite())
+    };
+    text.split_once(',')
+        .and_then(|(u, v)| Some(DVec2::new(number(u)?, number(v)?)))
+        .ok_or_else(|| {
+            "give two numbers in 0..=1 with a comma between them, as in 0.5,0.25".to_owned()
+        })
+}
+
+/// A time with its unit.
+pub fn parse_duration(text: &str) -> Result<Duration, String> {
+    let error = || "give a number >= 0 with a unit: ms, s, m or h, as in 30s".to_owned();
+    let split = text
+        .find(|c: char| c.is_ascii_alphabetic())
+        .unwrap_or(text.len());
+    let (number, unit) = text.split_at(split);
+    let factor = match unit {
+        "ms" => 1e-3,
+        "s" | "" => 1.0,
+        "m" | "min" => 60.0,
+        "h" => 3600.0,
+        _ => return Err(error()),
+    };
+    let seconds: f64 = number.trim().parse().map_err(|_| error())?;
+    Duration::try_from_secs_f64(seconds * factor).map_err(|_| error())
+}
+
+/// A positive number, or a percentage.
+///
+/// # Errors
+///
+/// For anything else.
+pub fn parse_fraction(text: &str) -> Result<f64, String> {
+    let (number, factor) = match text.strip_suffix('%') {
+        Some(number) => (number, 0.01),
+        None => (text, 1.0),
+    };
+    match number.trim().parse::<f64>() {
+        Ok(value) if value > 0.0 && value.is_finite() => Ok(value * factor),
+        _ => Err("give a number > 0, as a fraction (0.01) or in percent (1%)".to_owned()),
+    }
+}
+
+/// A part of a run, counted from 1.
+pub fn parse_shard(text: &str) -> Result<Shard, String> {
+    let parsed = text
+        .split_once('/')
+        .and_then(|(part, of)| Some((part.parse::<u32>().ok()?, of.parse::<u32>().ok()?)));
+    match parsed {
+        Some((part, count)) if (1..=count).contains(&part) => Ok(Shard {
+            index: part - 1,
+            count,
+        }),
+        _ => Err("give K/N with K from 1 to N, as in 1/3".to_owned()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn durations_have_units() {
+        assert_eq!(parse_duration("30s"), Ok(Duration::from_secs(30)));
+        assert_eq!(parse_duration("1.5m"), Ok(Duration::from_secs(90)));
+        assert_eq!(parse_duration("250ms"), Ok(Duration::from_millis(250)));
+        for text in ["", "s", "-1s", "1x", "nans", "1e300s"] {
+            assert!(parse_duration(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn fractions_may_be_percentages() {
+        assert_eq!(parse_fraction("1%"), Ok(0.01));
+        assert_eq!(parse_fraction("0.25"), Ok(0.25));
+        for text in ["", "%", "0", "-1%", "inf", "nan"] {
+            assert!(parse_fraction(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn shards_count_from_one() {
+        assert_eq!(parse_shard("3/3"), Ok(Shard { index: 2, count: 3 }));
+        for text in ["0/3", "4/3", "1", "/", "a/b", "1/0"] {
+            assert!(parse_shard(text).is_err(), "{text}");
+        }
+    }
+}

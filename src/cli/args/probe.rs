@@ -1,0 +1,63 @@
+//! `nephroid probe`.
+
+use std::time::Duration;
+
+use glam::DVec2;
+
+use super::method::ShadingNormalsArg;
+use super::parse::{parse_duration, parse_uv};
+use super::{MAX_COUNT, SceneArgs};
+use crate::reference::probe::ProbeSettings;
+
+/// `nephroid probe`.
+#[derive(Debug, clap::Args)]
+pub struct ProbeArgs {
+    /// The scene
+    #[command(flatten)]
+    pub scene: SceneArgs,
+
+    /// The point, by the surface parameters of the sensor's shape, each in 0..=1
+    #[arg(long, value_name = "U,V", value_parser = parse_uv, allow_hyphen_values = true)]
+    pub at: DVec2,
+
+    /// The sensor whose shape holds the point [default: the first irradiancemeter]
+    #[arg(long, value_name = "ID")]
+    pub sensor: Option<String>,
+
+    /// Specular events after which light is cut off
+    #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u32).range(0..=31))]
+    pub max_depth: u32,
+
+    /// What interpolated normals do to flux
+    #[arg(long, value_enum, default_value_t = ShadingNormalsArg::Flux)]
+    pub shading_normals: ShadingNormalsArg,
+
+    /// Look for small features: divide all of light N times more before the search; 4 times the work each
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=6))]
+    pub refine: u32,
+
+    /// Stop after this many rays [default: 33554432]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MAX_COUNT))]
+    pub rays: Option<u64>,
+
+    /// Stop after this time, e.g. 30s, 2m
+    #[arg(long, value_name = "TIME", value_parser = parse_duration)]
+    pub time: Option<Duration>,
+
+    /// Print as JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+impl ProbeArgs {
+    /// What the flags mean.
+    pub fn settings(&self) -> ProbeSettings {
+        let default = ProbeSettings::default();
+        ProbeSettings {
+            max_depth: self.max_depth,
+            shading_normals: self.shading_normals.into(),
+            first_level: self.refine,
+            max_rays: self.rays.unwrap_or(default.max_rays),
+        }
+    }
+}

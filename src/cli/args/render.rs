@@ -1,0 +1,153 @@
+//! `nephroid render`.
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use clap::ValueEnum;
+
+use super::method::{PhotonArgs, SharedArgs};
+use super::parse::{parse_duration, parse_fraction, parse_shard};
+use super::{MAX_COUNT, SceneArgs};
+use crate::reference::beams::{BeamBudget, BeamSettings};
+use crate::reference::photons::{Budget, PhotonSettings, Shard};
+
+/// `nephroid render`.
+#[derive(Debug, clap::Args)]
+pub struct RenderArgs {
+    /// The scene
+    #[command(flatten)]
+    pub scene: SceneArgs,
+
+    /// The EXR to write; the picture goes beside it [default: out/SCENE.exr]
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+
+    /// The sensor to fill, by id [default: the first irradiancemeter]
+    #[arg(long, value_name = "ID")]
+    pub sensor: Option<String>,
+
+    /// How to compute [default: beams where they can follow all light and none is from an area
+    /// light, and for cameras; else photons]
+    #[arg(long, value_enum)]
+    pub method: Option<Method>,
+
+    /// Stop after this many photons (of photons) [default: 16777216 where no other limit is given]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MAX_COUNT))]
+    pub photons: Option<u64>,
+
+    /// Stop after this many rays (of beams)
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MAX_COUNT))]
+    pub rays: Option<u64>,
+
+    /// Stop after this time, e.g. 30s, 2m
+    #[arg(long, value_name = "TIME", value_parser = parse_duration)]
+    pub time: Option<Duration>,
+
+    /// Stop at this error over lit texels, e.g. 1%: the standard error of photons, the likely
+    /// error of beams (root mean square over mean) [default: 0.1% of beams without any limit]
+    #[arg(long, value_name = "ERROR", value_parser = parse_fraction)]
+    pub error: Option<f64>,
+
+    /// Settings of either method
+    #[command(flatten)]
+    pub shared: SharedArgs,
+
+    /// Settings of photons
+    #[command(flatten)]
+    pub photon: PhotonArgs,
+
+    /// Threads [default: all cores]; results do not depend on it
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
+
+    /// Trace only part K of N and write its sums, for `nephroid merge`
+    #[arg(long, value_name = "K/N", value_parser = parse_shard, conflicts_with_all = ["time", "error"])]
+    pub shard: Option<Shard>,
+
+    /// Print the summary as JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// How to compute.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Method {
+    /// Adaptive beams with lower and upper bounds: deterministic, but for places on area lights
+    Beams,
+    /// Photons binned into texels: unbiased, on any scene
+    Photons,
+}
+
+impl RenderArgs {
+    /// An option given that beams do not have at all.
+    pub fn of_photons_only(&self) -> Option<&'static str> {
+        let PhotonArgs {
+            samples,
+            split_depth,
+        } = &self.photon;
+        given([
+            ("--photons", self.photons.is_some()),
+            ("--shard", self.shard.is_some()),
+            ("--samples", samples.is_some()),
+            ("--split-depth", split_depth.is_some()),
+        ])
+    }
+
+    /// An option given that says how to draw by lot.
+    pub fn of_chance(&self) -> Option<&'static str> {
+        given([
+            ("--seed", self.shared.seed.is_some()),
+            ("--replicates", self.shared.replicates.is_some()),
+        ])
+    }
+
+    /// What the flags mean to beams.
+    ///
+    /// # Errors
+    ///
+    /// For options that only photons have.
+    pub fn beams(&self) -> anyhow::Result<(BeamSettings, BeamBudget)> {
+        if let Some(name) = self.of_photons_only() {
+            anyhow::bail!(
+                "{name} is for --method photons; beams are limited by --error, --time and --rays"
+            );
+        }
+        let budget = BeamBudget {
+            relative_error: self.error,
+            time: self.time,
+            rays: self.rays,
+        };
+        Ok((self.shared.beams(), budget))
+    }
+
+    /// What the flags mean to photons.
+    ///
+    /// # Errors
+    ///
+    /// For options that only beams have, and where the run could never know the error it is to stop at.
+    pub fn photons(&self) -> anyhow::Result<(PhotonSettings, Budget)> {
+        let settings = self.shared.photons(&self.photon);
+        anyhow::ensure!(
+            self.rays.is_none(),
+            "--rays is for --method beams; photons are limited by --photons, --error and --time"
+        );
+        anyhow::ensure!(
+            self.error.is_none() || settings.replicates >= 2,
+            "--error needs an error bar, which takes at least 2 replicates, not --replicates {}",
+            settings.replicates
+        );
+        let budget = Budget {
+            photons: self.photons,
+            time: self.time,
+            relative_error: self.error,
+        };
+        Ok((settings, budget))
+    }
+}
+
+/// The first option that is given.
+fn given<const N: usize>(options: [(&'static str, bool); N]) -> Option<&'static str> {
+    options
+        .into_iter()
+        .find_map(|(name, is_given)| is_given.then_some(name))
+}
