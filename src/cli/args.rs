@@ -6,6 +6,7 @@ use std::time::Duration;
 use clap::{Parser, Subcommand, ValueEnum};
 use glam::DVec2;
 
+use super::compare::CompareArgs;
 use crate::numeric::StreamKind;
 use crate::reference::beams::{self, BeamBudget, BeamSettings};
 use crate::reference::photons::{Budget, PhotonSettings, Shard};
@@ -34,6 +35,8 @@ pub enum Command {
     Probe(ProbeArgs),
     /// Put the shards of a run together, to the same bits as the run in one piece
     Merge(MergeArgs),
+    /// Say how far two images are apart, and whether their error bars explain it
+    Compare(CompareArgs),
     /// Write the shipped scenes, their meshes at any fineness
     Generate(GenerateArgs),
 }
@@ -467,7 +470,7 @@ fn parse_duration(text: &str) -> Result<Duration, String> {
     Duration::try_from_secs_f64(seconds * factor).map_err(|_| error())
 }
 
-fn parse_fraction(text: &str) -> Result<f64, String> {
+pub(super) fn parse_fraction(text: &str) -> Result<f64, String> {
     let (number, factor) = match text.strip_suffix('%') {
         Some(number) => (number, 0.01),
         None => (text, 1.0),

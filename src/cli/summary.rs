@@ -171,7 +171,7 @@ impl Summary {
 }
 
 /// Six digits are enough for a table; zero is a dot, so that the eye finds what is there.
-fn number(value: f64) -> String {
+pub(super) fn number(value: f64) -> String {
     if value == 0.0 {
         "·".to_owned()
     } else if (1e-3..1e6).contains(&value.abs()) {
