@@ -121,9 +121,17 @@ impl Report {
             .collect();
         let worst = layers.iter().map(|layer| layer.equivalence.verdict).max();
         let mut notes = pairing.notes.clone();
-        for (source, other) in [(a, b), (b, a)] {
-            let has_errors = pairing.pairs.iter().any(|pair| !pair.tests.is_empty());
-            if has_errors && source.samples.is_none() && other.samples.is_none() {
+        let mut has_errors = [false; 2];
+        for test in pairing.pairs.iter().flat_map(|pair| &pair.tests) {
+            has_errors[0] |= test.reference.standard_errors.is_some();
+            has_errors[1] |= test.other.standard_errors.is_some();
+        }
+        let sources = match settings.reference {
+            Side::A => [a, b],
+            Side::B => [b, a],
+        };
+        for (source, has_errors) in sources.into_iter().zip(has_errors) {
+            if has_errors && source.samples.is_none() {
                 notes.push(format!(
                     "{}: how many samples its standard errors come from is not known: they count as exact",
                     source.name

@@ -16,8 +16,8 @@ use super::sums::{parts, sums};
 /// mean, the figure does not depend on the unit.
 pub const EPSILON: f64 = 0.01;
 
-/// Percentiles of the absolute difference that are told.
-pub const PERCENTILES: [f64; 5] = [50.0, 90.0, 95.0, 99.0, 99.9];
+/// Percentiles of the absolute difference that are told, in thousandths.
+pub const PER_MILLE: [u16; 5] = [500, 900, 950, 990, 999];
 
 /// Figures of a layer. Relative ones are `None` where the reference has no light to be relative to.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -121,7 +121,12 @@ impl Difference {
         let peak = pair
             .channels
             .par_iter()
-            .map(|one| one.reference.iter().copied().fold(f32::NEG_INFINITY, f32::max))
+            .map(|one| {
+                one.reference
+                    .iter()
+                    .copied()
+                    .fold(f32::NEG_INFINITY, f32::max)
+            })
             .reduce(|| f32::NEG_INFINITY, f32::max);
         let peak = f64::from(peak);
         let lit_samples = lit * pair.channels.len() as f64;
@@ -186,11 +191,11 @@ fn spread(pair: &Pair) -> (Vec<Percentile>, Worst) {
     let mut all: Vec<f64> = (0..texels).into_par_iter().map(difference).collect();
     let mut percentiles = Vec::new();
     // From the highest down: each leaves the values below it in front.
-    for percent in PERCENTILES.into_iter().rev() {
-        let rank = (percent / 100.0 * texels as f64).ceil().max(1.0) as usize - 1;
-        let rank = rank.min(all.len() - 1);
+    for per_mille in PER_MILLE.into_iter().rev() {
+        let rank = (texels * usize::from(per_mille)).div_ceil(1000).max(1) - 1;
         let value = *all.select_nth_unstable_by(rank, f64::total_cmp).1;
         all.truncate(rank + 1);
+        let percent = f64::from(per_mille) / 10.0;
         percentiles.push(Percentile { percent, value });
     }
     percentiles.reverse();

@@ -73,7 +73,7 @@ pub struct Bias {
 /// How far texels are apart, beyond what the bars explain.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Texels {
-    /// √(mean (e² − σ²)) / mean r over lit texels, zero where that is negative: the relative RMSE
+    /// √(mean (e² − σ²)) / mean r over lit texels, σ² being the variance of e, zero where that is negative: the relative RMSE
     /// that remains when noise is taken off. Without error bars the relative RMSE itself.
     pub unexplained: Option<f64>,
     /// One-sided lower and upper bounds of it, each with confidence 1 − α; `None` without bars.
@@ -130,7 +130,8 @@ impl Bias {
         let side = side(pair);
         let squares = square_sums([pair.width, pair.height], side, |texel| {
             pair.channels.iter().fold([0.0; 2], |[d, r], one| {
-                let (reference, other) = (f64::from(one.reference[texel]), f64::from(one.other[texel]));
+                let (reference, other) =
+                    (f64::from(one.reference[texel]), f64::from(one.other[texel]));
                 [d + (other - reference), r + reference]
             })
         });
@@ -214,7 +215,10 @@ impl Texels {
             };
         }
         let is_lit = |texel: usize| {
-            let light = pair.channels.iter().map(|one| f64::from(one.reference[texel]));
+            let light = pair
+                .channels
+                .iter()
+                .map(|one| f64::from(one.reference[texel]));
             light.sum::<f64>() > 0.0
         };
         let squares = square_sums([pair.width, pair.height], side(pair), |texel| {
@@ -261,29 +265,16 @@ impl Texels {
     }
 }
 
-impl super::pair::TestPair<'_> {
-    /// e² − σ², whose expectation is the squared true difference (with bounds: at most that); where
-    /// the texel has no error bar, d².
-    fn unexplained(&self, texel: usize) -> f64 {
-        match self.score(texel) {
-            Some(score) => {
-                score.excess * score.excess - score.standard_error * score.standard_error
-            }
-            None => {
-                let d = f64::from(self.other.values[texel]) - f64::from(self.reference.values[texel]);
-                d * d
-            }
-        }
-    }
-}
-
 /// The mean of the reference over lit texels, in the channels that are tested.
 fn mean_lit(pair: &Pair, is_lit: &(impl Fn(usize) -> bool + Sync)) -> f64 {
     let [sum, count] = super::sums::sums(pair.texels(), |texel| {
         if !is_lit(texel) {
             return [0.0; 2];
         }
-        let values = pair.tests.iter().map(|test| f64::from(test.reference.values[texel]));
+        let values = pair
+            .tests
+            .iter()
+            .map(|test| f64::from(test.reference.values[texel]));
         [values.sum(), pair.tests.len() as f64]
     });
     sum / count

@@ -16,7 +16,9 @@ pub enum CompareError {
         other_size: [usize; 2],
     },
     /// No image in the file.
-    #[error("{file}: no layer of all light: allowed are channels E.R E.G E.B, L.R L.G L.B, R G B, or Y; found are {channels}")]
+    #[error(
+        "{file}: no layer of all light: allowed are channels E.R E.G E.B, L.R L.G L.B, R G B, or Y; found are {channels}"
+    )]
     NoTotal {
         /// The file.
         file: String,
@@ -72,7 +74,9 @@ pub enum CompareError {
         value: f32,
     },
     /// A standard error below zero.
-    #[error("{file}: channel {channel}, a standard error or variance, is {value} at pixel ({x}, {y}): allowed are numbers >= 0")]
+    #[error(
+        "{file}: channel {channel}, a standard error or variance, is {value} at pixel ({x}, {y}): allowed are numbers >= 0"
+    )]
     NegativeError {
         /// The file.
         file: String,
@@ -112,7 +116,9 @@ pub enum CompareError {
         expected: String,
     },
     /// Second moments, but not how many samples they are of.
-    #[error("{file} has second moments ({channel}): say how many samples each pixel has, at least 2")]
+    #[error(
+        "{file} has second moments ({channel}): say how many samples each pixel has, at least 2"
+    )]
     Samples {
         /// The file.
         file: String,

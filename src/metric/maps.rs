@@ -48,9 +48,12 @@ impl Maps {
                         .iter()
                         .filter_map(|test| test.score(texel))
                         .map(|score| score.z())
-                        .fold(f64::NAN, |largest: f64, z| {
-                            if largest.abs() >= z.abs() { largest } else { z }
-                        })
+                        .fold(
+                            f64::NAN,
+                            |largest: f64, z| {
+                                if largest.abs() >= z.abs() { largest } else { z }
+                            },
+                        )
                 })
             }),
         }
@@ -70,7 +73,11 @@ fn grid(pair: &Pair, value: impl Fn(usize) -> f64 + Sync) -> Grid<f32> {
 /// How far a map's numbers reach on either side of zero: the value that 99 of 100 do not exceed;
 /// `None` where there is no contrast.
 pub fn reach(map: &Grid<f32>) -> Option<f64> {
-    let mut sizes: Vec<f32> = map.iter().map(|v| v.abs()).filter(|v| v.is_finite()).collect();
+    let mut sizes: Vec<f32> = map
+        .iter()
+        .map(|v| v.abs())
+        .filter(|v| v.is_finite())
+        .collect();
     if sizes.is_empty() {
         return None;
     }

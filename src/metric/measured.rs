@@ -52,7 +52,10 @@ impl<'a> Measured<'a> {
         });
         Ok(Self {
             bars: bars.collect(),
-            names: values.iter().map(|channel| component(&channel.name)).collect(),
+            names: values
+                .iter()
+                .map(|channel| component(&channel.name))
+                .collect(),
         })
     }
 

@@ -86,7 +86,8 @@ impl<'a> Pairing<'a> {
         wanted: &[String],
     ) -> Result<Self, CompareError> {
         check_sizes(a, b)?;
-        let contents = [a, b].map(|source| Contents::new(&source.name, &source.image, source.corner));
+        let contents =
+            [a, b].map(|source| Contents::new(&source.name, &source.image, source.corner));
         let [in_a, in_b] = &contents;
         let totals = [in_a.total()?, in_b.total()?];
         if totals[0] != totals[1] && totals.iter().all(|name| !name.is_empty()) {
@@ -103,10 +104,12 @@ impl<'a> Pairing<'a> {
             "total"
         };
         let [layers_a, layers_b] = [in_a.layers(), in_b.layers()];
+        // What has no layer of its own is the same light only where the same layers were split off.
+        let is_comparable = |name: &str| name != REST || layers_a == layers_b;
         let shared: Vec<&str> = layers_a
             .iter()
             .copied()
-            .filter(|name| layers_b.contains(name))
+            .filter(|name| layers_b.contains(name) && is_comparable(name))
             .collect();
         let is_wanted = |name: &str| wanted.is_empty() || wanted.iter().any(|one| one == name);
         if let Some(missing) = wanted
@@ -134,6 +137,11 @@ impl<'a> Pairing<'a> {
                 ));
             }
         }
+        if layers_a.contains(&REST) && layers_b.contains(&REST) && !is_comparable(REST) {
+            notes.push(format!(
+                "layer {REST} is the rest of other signatures in each image: not compared"
+            ));
+        }
         let mut pairs = Vec::new();
         if is_wanted(total) {
             pairs.push(pair(total, true, totals, [a, b], &contents, reference)?);
@@ -144,6 +152,9 @@ impl<'a> Pairing<'a> {
         Ok(Self { pairs, notes })
     }
 }
+
+/// The layer of all signatures without one of their own.
+const REST: &str = "other";
 
 fn check_sizes(a: &Source, b: &Source) -> Result<(), CompareError> {
     let size = |image: &crate::film::Image| [image.width, image.height];
@@ -259,7 +270,8 @@ fn tests(measured: [Measured; 2], reference: Side) -> Vec<TestPair> {
 
 /// The last part of a channel's name.
 pub(super) fn component(name: &str) -> &str {
-    name.rsplit_once('.').map_or(name, |(_, component)| component)
+    name.rsplit_once('.')
+        .map_or(name, |(_, component)| component)
 }
 
 impl Bars<'_> {

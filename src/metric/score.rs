@@ -33,25 +33,21 @@ impl TestPair<'_> {
     /// ```
     ///
     /// (Welch 1947; Satterthwaite 1946). A value with bounds is all of lo..=hi at once: o − r is then the
-    /// distance between the intervals, zero where they overlap. `None` where neither value has
-    /// an error bar or all are zero: a texel that no sample reached says 0 ± 0, and means that
-    /// nothing is known.
+    /// distance between the intervals, zero where they overlap. An image without any error bars
+    /// counts as exact.
+    ///
+    /// `None` where an image has standard errors, but zero at this texel and no bounds. A texel that no
+    /// sample reached says 0 ± 0, and means that nothing is known.
     pub fn score(&self, texel: usize) -> Option<Score> {
-        let [low, high] = self.reference.interval(texel);
-        let [other_low, other_high] = self.other.interval(texel);
-        let (excess, ends) = if other_low > high {
-            (other_low - high, [other_low, high])
-        } else if other_high < low {
-            (other_high - low, [other_high, low])
-        } else {
-            (0.0, [0.0, 0.0])
+        let is_known = |bars: &Bars| {
+            bars.bounds.is_some() || bars.standard_errors.is_none() || bars.variance(texel) > 0.0
         };
-        let [own, others] = [&self.reference, &self.other].map(|bars| bars.variance(texel));
-        if own == 0.0 && others == 0.0 && !self.has_bounds() {
+        if !is_known(&self.reference) || !is_known(&self.other) {
             return None;
         }
+        let (excess, rounding) = self.excess(texel);
+        let [own, others] = [&self.reference, &self.other].map(|bars| bars.variance(texel));
         let variance = own + others;
-        let rounding = ROUNDING * ROUNDING * (ends[0] * ends[0] + ends[1] * ends[1]);
         let spread = own * own / self.reference.freedom + others * others / self.other.freedom;
         Some(Score {
             excess,
@@ -62,6 +58,31 @@ impl TestPair<'_> {
                 f64::INFINITY
             },
         })
+    }
+
+    /// e² − σ_o² − σ_r² for the distance e of [`TestPair::score`]: over texels it has the mean of the squared
+    /// true differences (with bounds, at most that), as a sample variance is right in the mean, zero or not.
+    pub fn unexplained(&self, texel: usize) -> f64 {
+        let (excess, rounding) = self.excess(texel);
+        let variance = self.reference.variance(texel) + self.other.variance(texel);
+        excess * excess - variance - rounding
+    }
+
+    /// How far the intervals are apart, signed, and the variance that storing their ends may have added.
+    fn excess(&self, texel: usize) -> (f64, f64) {
+        let [low, high] = self.reference.interval(texel);
+        let [other_low, other_high] = self.other.interval(texel);
+        let (other, own) = if other_low > high {
+            (other_low, high)
+        } else if other_high < low {
+            (other_high, low)
+        } else {
+            return (0.0, 0.0);
+        };
+        (
+            other - own,
+            ROUNDING * ROUNDING * (other * other + own * own),
+        )
     }
 
     /// Whether the texel's values differ at all.
@@ -141,7 +162,10 @@ mod tests {
                 let fast = 2.0 * normal_cdf(-score.normal_score().unwrap());
                 let exact = score.p();
                 assert!((fast - exact).abs() < 4e-7, "{score:?}: {fast} {exact}");
-                assert!((fast / exact - 1.0).abs() < 6e-4, "{score:?}: {fast} {exact}");
+                assert!(
+                    (fast / exact - 1.0).abs() < 6e-4,
+                    "{score:?}: {fast} {exact}"
+                );
             }
         }
     }
@@ -199,7 +223,12 @@ mod tests {
         let (excess, score) = z(between(1.0, 4.0), noisy).unwrap();
         assert_eq!(excess, 1.0);
         assert!((score - 2.0).abs() < 1e-9);
-        // Neither bar nor bound: nothing is known.
-        assert_eq!(z(exact(1.0), exact(2.0)), None);
+        // A texel that no sample reached: nothing is known of it.
+        let unreached = Bars {
+            standard_errors: Some(vec![0.0].into()),
+            ..exact(0.0)
+        };
+        assert_eq!(z(between(1.0, 4.0), unreached.clone()), None);
+        assert_eq!(z(unreached, exact(2.0)), None);
     }
 }

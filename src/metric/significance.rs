@@ -22,8 +22,8 @@ const LEAST_PER_BIN: f64 = 5.0;
 pub struct Significance {
     /// Tests: texels times channels with an error bar.
     pub tests: u64,
-    /// Texels times channels without any error, 0 ± 0 on both sides, that differ nevertheless. They
-    /// are not tested.
+    /// Texels times channels that differ where an image says 0 for its standard error, as it does where
+    /// no sample arrived. They are not tested.
     pub untested: u64,
     /// Mean of z: 0 where the images agree.
     pub mean_z: f64,

@@ -65,7 +65,14 @@ impl Similarity {
             .into_par_iter()
             .map(|row| {
                 let of = |one: &super::pair::ChannelPair| {
-                    row_sum(one.reference, one.other, pair.width, row, &weights, constants)
+                    row_sum(
+                        one.reference,
+                        one.other,
+                        pair.width,
+                        row,
+                        &weights,
+                        constants,
+                    )
                 };
                 pair.channels.iter().map(of).sum()
             })
@@ -103,7 +110,9 @@ fn row_sum(
     let mut columns = vec![[0.0f64; 5]; width];
     for (k, weight) in weights.iter().enumerate() {
         let from = (row + k) * width;
-        let texels = reference[from..from + width].iter().zip(&other[from..from + width]);
+        let texels = reference[from..from + width]
+            .iter()
+            .zip(&other[from..from + width]);
         for (column, (&r, &o)) in columns.iter_mut().zip(texels) {
             let (r, o) = (f64::from(r), f64::from(o));
             column[0] += weight * r;
@@ -124,8 +133,7 @@ fn row_sum(
             }
             let [r, o, rr, oo, ro] = moments;
             let (variances, covariance) = ((rr - r * r) + (oo - o * o), ro - r * o);
-            (2.0 * r * o + c1) * (2.0 * covariance + c2)
-                / ((r * r + o * o + c1) * (variances + c2))
+            (2.0 * r * o + c1) * (2.0 * covariance + c2) / ((r * r + o * o + c1) * (variances + c2))
         })
         .sum()
 }

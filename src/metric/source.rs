@@ -272,15 +272,17 @@ impl<'a> Contents<'a> {
             return Ok(None);
         }
         self.check_finite(channels)?;
-        self.check(channels, |value| value >= 0.0, |file, channel, [x, y], value| {
-            CompareError::NegativeError {
+        self.check(
+            channels,
+            |value| value >= 0.0,
+            |file, channel, [x, y], value| CompareError::NegativeError {
                 file,
                 channel,
                 x,
                 y,
                 value,
-            }
-        })?;
+            },
+        )?;
         let errors = channels.iter().map(|channel| {
             if are_variances {
                 Cow::Owned(channel.samples.iter().map(|v| v.sqrt()).collect())
@@ -293,10 +295,7 @@ impl<'a> Contents<'a> {
 
     /// Lower and upper bounds of each channel, or `None` where there are none or all are NaN.
     #[allow(clippy::type_complexity)]
-    pub(super) fn bounds(
-        &self,
-        layer: &str,
-    ) -> Result<Option<Vec<[&'a [f32]; 2]>>, CompareError> {
+    pub(super) fn bounds(&self, layer: &str) -> Result<Option<Vec<[&'a [f32]; 2]>>, CompareError> {
         let [lows, highs] = [Kind::Low, Kind::High].map(|kind| self.colour(layer, kind));
         if lows.is_empty() || lows.len() != highs.len() || are_unknown(&lows) {
             return Ok(None);
@@ -305,7 +304,11 @@ impl<'a> Contents<'a> {
         self.check_finite(&highs)?;
         let mut bounds = Vec::new();
         for (low, high) in lows.into_iter().zip(highs) {
-            let crossed = low.samples.iter().zip(&high.samples).position(|(l, h)| l > h);
+            let crossed = low
+                .samples
+                .iter()
+                .zip(&high.samples)
+                .position(|(l, h)| l > h);
             if let Some(texel) = crossed {
                 let [x, y] = self.place(texel);
                 return Err(CompareError::Bounds {
@@ -332,7 +335,12 @@ impl<'a> Contents<'a> {
             if let Some(texel) = channel.samples.iter().position(|&value| !is_fine(value)) {
                 let value = channel.samples[texel];
                 let place = self.place(texel);
-                return Err(error(self.name.to_owned(), channel.name.clone(), place, value));
+                return Err(error(
+                    self.name.to_owned(),
+                    channel.name.clone(),
+                    place,
+                    value,
+                ));
             }
         }
         Ok(())

@@ -109,7 +109,9 @@ fn parse_level(text: &str) -> Result<f64, String> {
     parse_fraction(text)
         .ok()
         .filter(|level| *level < 0.5)
-        .ok_or_else(|| "give a number > 0 and < 0.5, as a fraction (0.05) or in percent (5%)".to_owned())
+        .ok_or_else(|| {
+            "give a number > 0 and < 0.5, as a fraction (0.05) or in percent (5%)".to_owned()
+        })
 }
 
 /// The kernels are some ⅓ degree wide: beyond a thousand pixels a degree they are larger than images.

@@ -39,7 +39,12 @@ pub(super) fn write(pairing: &Pairing, unit: &str, folder: &Path) -> anyhow::Res
             picture::write(&path, &spec)
         };
         let scaled = |map: &Grid<f32>| reach(map).map(around_zero);
-        draw("difference", &maps.difference, unit, scaled(&maps.difference))?;
+        draw(
+            "difference",
+            &maps.difference,
+            unit,
+            scaled(&maps.difference),
+        )?;
         let percent = maps.relative.map(|value| 100.0 * value);
         draw("relative", &percent, "%", scaled(&percent))?;
         if let Some(z) = &maps.z {

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use super::super::summary::number;
-use crate::metric::difference::{EPSILON, PERCENTILES};
+use crate::metric::difference::{EPSILON, PER_MILLE};
 use crate::metric::{Comparison, Report, Side};
 
 /// A report for people.
@@ -74,7 +74,14 @@ impl<'a> Table<'a> {
         self.block(
             out,
             &format!("means [{}]", self.unit),
-            &["reference", "other", "bias", "bias/mean", &interval, "energy ratio"],
+            &[
+                "reference",
+                "other",
+                "bias",
+                "bias/mean",
+                &interval,
+                "energy ratio",
+            ],
             |layer| {
                 let (difference, bias) = (&layer.difference, &layer.equivalence.bias);
                 Some(vec![
@@ -92,7 +99,16 @@ impl<'a> Table<'a> {
         self.block(
             out,
             "texels",
-            &["RMSE", "rel. RMSE", "MAE", "relMSE", "SMAPE", "PSNR [dB]", "SSIM", "FLIP"],
+            &[
+                "RMSE",
+                "rel. RMSE",
+                "MAE",
+                "relMSE",
+                "SMAPE",
+                "PSNR [dB]",
+                "SSIM",
+                "FLIP",
+            ],
             |layer| {
                 let it = &layer.difference;
                 let is_equal = it.rmse == 0.0 && it.psnr_peak > 0.0;
@@ -111,7 +127,7 @@ impl<'a> Table<'a> {
                 ])
             },
         )?;
-        let percents = PERCENTILES.map(|percent| format!("{percent} %"));
+        let percents = PER_MILLE.map(|per_mille| format!("{} %", f64::from(per_mille) / 10.0));
         let mut headings: Vec<&str> = percents.iter().map(String::as_str).collect();
         headings.extend(["largest", "at (x, y)", "reference", "other"]);
         self.block(
@@ -139,15 +155,24 @@ impl<'a> Table<'a> {
         self.block(
             out,
             "error bars: z = difference / standard error",
-            &["tests", "mean z", "mean z²", "largest", "at (x, y)", "p (Šidák)", "p uniform?", "says"],
+            &[
+                "tests",
+                "mean z",
+                "mean z²",
+                "largest",
+                "at (x, y)",
+                "p (Šidák)",
+                "p uniform?",
+                "says",
+            ],
             |layer| {
                 let it = layer.significance.as_ref()?;
                 let extreme = it.extreme.as_ref();
                 Some(vec![
                     it.tests.to_string(),
-                    format!("{:+.4}", it.mean_z),
-                    format!("{:.4}", it.mean_square_z),
-                    optional(extreme, |extreme| format!("{:+.2}", extreme.z)),
+                    number(it.mean_z),
+                    number(it.mean_square_z),
+                    optional(extreme, |extreme| number(extreme.z)),
                     optional(extreme, |extreme| format!("{}, {}", extreme.x, extreme.y)),
                     format!("{:.3}", it.family.p),
                     optional(it.uniformity, |uniformity| {
@@ -169,17 +194,28 @@ impl<'a> Table<'a> {
         );
         self.block(
             out,
-            &format!("within {} % of the reference's mean?", rounded(100.0 * settings.margin)),
-            &["means (TOST p)", "texels beyond bars", &interval, "texels", "verdict"],
+            &format!(
+                "within {} % of the reference's mean?",
+                rounded(100.0 * settings.margin)
+            ),
+            &[
+                "means (TOST p)",
+                "texels beyond bars",
+                &interval,
+                "texels",
+                "verdict",
+            ],
             |layer| {
                 let it = &layer.equivalence;
                 let p = optional(it.bias.p, |p| format!(" ({p:.3})"));
                 Some(vec![
                     format!("{}{p}", it.bias.verdict.name()),
                     percent(it.texels.unexplained),
-                    it.texels.interval.map_or(NOTHING.to_owned(), |[low, high]| {
-                        format!("{:.3} .. {:.3} %", 100.0 * low, 100.0 * high)
-                    }),
+                    it.texels
+                        .interval
+                        .map_or(NOTHING.to_owned(), |[low, high]| {
+                            format!("{:.3} .. {:.3} %", 100.0 * low, 100.0 * high)
+                        }),
                     it.texels.verdict.name().to_owned(),
                     it.verdict.name().to_owned(),
                 ])
@@ -201,7 +237,11 @@ impl<'a> Table<'a> {
             layer.layer,
             number(it.smape_epsilon),
         )?;
-        write!(out, "PSNR's peak is the reference's largest value ({})", number(it.psnr_peak))?;
+        write!(
+            out,
+            "PSNR's peak is the reference's largest value ({})",
+            number(it.psnr_peak)
+        )?;
         if let Some(it) = layer.similarity {
             write!(
                 out,
@@ -239,7 +279,7 @@ impl<'a> Table<'a> {
             if untested > 0 {
                 writeln!(
                     out,
-                    "{}: {untested} values differ although both images say 0 for their error; they are not tested",
+                    "{}: {untested} values differ where an image says 0 for its standard error (no sample arrived): not tested",
                     layer.layer
                 )?;
             }
@@ -258,7 +298,14 @@ impl fmt::Display for Table<'_> {
                 ""
             }
         };
-        write!(out, "A {}{} · B {}{}", report.a, mark(Side::A), report.b, mark(Side::B))?;
+        write!(
+            out,
+            "A {}{} · B {}{}",
+            report.a,
+            mark(Side::A),
+            report.b,
+            mark(Side::B)
+        )?;
         if let Some(layer) = report.layers.first() {
             write!(out, " · {} x {} texels", layer.size[0], layer.size[1])?;
         }

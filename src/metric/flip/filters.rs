@@ -157,10 +157,7 @@ mod tests {
             let mut out = vec![0.0; length];
             strided(&input, 3, &weights, &mut out);
             for (x, value) in out.iter().enumerate() {
-                assert_eq!(
-                    *value,
-                    input[x] - 2.0 * input[x + 3] + 4.0 * input[x + 6]
-                );
+                assert_eq!(*value, input[x] - 2.0 * input[x + 3] + 4.0 * input[x + 6]);
             }
         }
     }

@@ -61,7 +61,12 @@ enum Display {
 /// LDR-FLIP of each texel, row by row; values outside 0..=1 are clamped.
 pub fn ldr(images: &Images, pixels_per_degree: f32) -> Vec<f32> {
     let mut map = vec![0.0; images.width * images.height];
-    raise(&mut map, images, &Filters::new(pixels_per_degree), Display::Clamp);
+    raise(
+        &mut map,
+        images,
+        &Filters::new(pixels_per_degree),
+        Display::Clamp,
+    );
     map
 }
 
@@ -130,16 +135,14 @@ fn median_of(values: &mut [f32]) -> f32 {
 /// Raises each texel of `map` to its LDR-FLIP, where that is larger.
 fn raise(map: &mut [f32], images: &Images, filters: &Filters, display: Display) {
     let width = images.width;
-    map.par_chunks_mut(TILE * width)
-        .enumerate()
-        .for_each_init(
-            || Tile::new(filters),
-            |tile, (band, rows)| {
-                for left in (0..width).step_by(TILE) {
-                    tile.load(images, display, [left, band * TILE]);
-                    tile.compare(filters);
-                    tile.raise(rows, width, left);
-                }
-            },
-        );
+    map.par_chunks_mut(TILE * width).enumerate().for_each_init(
+        || Tile::new(filters),
+        |tile, (band, rows)| {
+            for left in (0..width).step_by(TILE) {
+                tile.load(images, display, [left, band * TILE]);
+                tile.compare(filters);
+                tile.raise(rows, width, left);
+            }
+        },
+    );
 }

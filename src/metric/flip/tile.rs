@@ -76,11 +76,7 @@ impl Tile {
         let place = |i: usize, corner: usize, size: usize| {
             (corner + i).saturating_sub(self.reach).min(size - 1)
         };
-        for (side, planes) in self
-            .sides
-            .iter_mut()
-            .zip([images.reference, images.test])
-        {
+        for (side, planes) in self.sides.iter_mut().zip([images.reference, images.test]) {
             for y in 0..self.padded {
                 let row = place(y, corner[1], images.height) * images.width;
                 for x in 0..self.padded {
