@@ -169,11 +169,13 @@ fn equal_images_are_shown_to_be_equivalent_and_far_ones_different() {
 
 #[test]
 fn differences_below_the_noise_are_measured_and_covered_by_their_interval() {
-    // Every other texel is brighter, every other darker, by 3 % of the mean; noise is about 3 %, too.
-    let mean = (0..TEXELS as usize)
-        .map(|i| light(i % SIZE[0], i / SIZE[0]))
+    // Every other texel is brighter, every other darker, by 3 % of the light's root mean square; noise is
+    // about 3 %, too.
+    let mean_square = (0..TEXELS as usize)
+        .map(|i| light(i % SIZE[0], i / SIZE[0]).powi(2))
         .sum::<f64>()
         / TEXELS as f64;
+    let size = mean_square.sqrt();
     let truth = 0.03;
     let board = |x: usize, y: usize| if (x + y) % 2 == 0 { 1.0 } else { -1.0 };
     let (mut below, mut above, mut different) = (0, 0, 0);
@@ -181,7 +183,7 @@ fn differences_below_the_noise_are_measured_and_covered_by_their_interval() {
         let normal = Normal::new(u64::from(trial) + 20000);
         let value = |x: usize, y: usize| {
             let noise = error(x, y) * normal.at((x + SIZE[0] * y) as u64);
-            light(x, y) + truth * mean * board(x, y) + noise
+            light(x, y) + truth * size * board(x, y) + noise
         };
         let other = grey(SIZE, value, Some(&error));
         let it = compared(grey(SIZE, light, None), other, [None; 2], truth);

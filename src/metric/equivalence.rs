@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::difference::Difference;
 use super::pair::Pair;
-use super::sums::square_sums;
+use super::sums::{square_sums, sums};
 use crate::numeric::distributions::{critical_value, student_t_cdf};
 
 /// What is known about a margin.
@@ -73,8 +73,9 @@ pub struct Bias {
 /// How far texels are apart, beyond what the bars explain.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Texels {
-    /// √(mean (e² − σ²)) / mean r over lit texels, σ² being the variance of e, zero where that is negative: the relative RMSE
-    /// that remains when noise is taken off. Without error bars the relative RMSE itself.
+    /// √(Σ (e² − σ²) / Σ r²), zero where the sum is negative: the length of the difference, noise taken
+    /// off, over the length of the reference. σ² is the variance of e; without error bars it is 0.
+    /// `None` where the reference is dark and the other image is not.
     pub unexplained: Option<f64>,
     /// One-sided lower and upper bounds of it, each with confidence 1 − α; `None` without bars.
     pub interval: Option<[f64; 2]>,
@@ -118,14 +119,8 @@ impl Equivalence {
 }
 
 impl Bias {
-    /// The ratio estimator β = Σ d / Σ r with its standard error from the scatter of squares s,
-    ///
-    /// ```text
-    /// SE² = n/(n − 1) Σ_s (D_s − β R_s)² / (Σ r)²
-    /// ```
-    ///
-    /// (Cochran, *Sampling Techniques*, 1977, section 6.4), D and R being the sums of d and r over a
-    /// square. A factor common to all texels has no scatter; and errors that both images share cancel.
+    /// The ratio estimator of Σ d / Σ r over squares. A factor common to all texels has no scatter, and
+    /// errors that both images share cancel.
     fn of(pair: &Pair, difference: &Difference, margin: f64, level: f64) -> Self {
         let side = side(pair);
         let squares = square_sums([pair.width, pair.height], side, |texel| {
@@ -135,12 +130,10 @@ impl Bias {
                 [d + (other - reference), r + reference]
             })
         });
-        let [differences, light] = squares
-            .iter()
-            .fold([0.0; 2], |[a, b], [d, r]| [a + d, b + r]);
+        let ratio = Ratio::of(&squares);
         let samples = (pair.texels() * pair.channels.len()) as f64;
         let mut bias = Self {
-            bias: differences / samples,
+            bias: ratio.numerator / samples,
             relative: None,
             standard_error: None,
             freedom: squares.len() - 1,
@@ -153,16 +146,14 @@ impl Bias {
                 Verdict::Undecided
             },
         };
-        if light <= 0.0 {
+        if ratio.denominator <= 0.0 {
             return bias;
         }
-        let relative = differences / light;
+        let relative = ratio.value();
         bias.relative = Some(relative);
-        if squares.len() < 2 {
+        let Some(standard_error) = ratio.standard_error else {
             return bias;
-        }
-        let residuals = squares.iter().map(|[d, r]| d - relative * r);
-        let standard_error = standard_error(residuals, squares.len()) / light;
+        };
         let freedom = bias.freedom as f64;
         let reach = critical_value(1.0 - level, freedom) * standard_error;
         // P(T >= t) for how far the estimate is above a limit.
@@ -184,107 +175,117 @@ impl Bias {
 }
 
 impl Texels {
+    /// As [`Texels`] says. The interval is that of a normal number whose variance is the sum of the texels'
+    /// ([`super::pair::TestPair::unexplained`]): errors of different texels count as independent, those of a texel's
+    /// channels as one and the same, which makes C channels' variance C times their sum.
     fn of(pair: &Pair, difference: &Difference, margin: f64, level: f64) -> Self {
-        let judged = |value: f64| {
-            if value <= margin {
-                Verdict::Equivalent
-            } else {
-                Verdict::Different
-            }
-        };
         let has_bars = !pair.tests.is_empty();
-        let Some(relative_rmse) = difference.relative_rmse.filter(|_| difference.rmse > 0.0) else {
-            // Equal images, or light where the reference has none at all.
-            return Self {
-                unexplained: (difference.rmse == 0.0).then_some(0.0),
-                interval: None,
-                has_bars,
-                verdict: match (difference.rmse == 0.0, has_bars) {
-                    (true, _) => Verdict::Equivalent,
-                    (false, true) => Verdict::Undecided,
-                    (false, false) => Verdict::Different,
-                },
-            };
-        };
-        if !has_bars {
-            return Self {
-                unexplained: Some(relative_rmse),
-                interval: None,
-                has_bars,
-                verdict: judged(relative_rmse),
-            };
-        }
-        let is_lit = |texel: usize| {
-            let light = pair
-                .channels
-                .iter()
-                .map(|one| f64::from(one.reference[texel]));
-            light.sum::<f64>() > 0.0
-        };
-        let squares = square_sums([pair.width, pair.height], side(pair), |texel| {
-            if !is_lit(texel) {
-                return [0.0; 2];
-            }
-            pair.tests.iter().fold([0.0; 2], |[sum, count], test| {
-                [sum + test.unexplained(texel), count + 1.0]
-            })
-        });
-        let [sum, count] = squares
-            .iter()
-            .fold([0.0; 2], |[a, b], [v, n]| [a + v, b + n]);
-        // Relative to the mean of the channels tested, which may be X, Y and Z.
-        let level_of_light = mean_lit(pair, &is_lit);
-        let mean = sum / count;
-        let residuals = squares.iter().map(|[v, n]| v - mean * n);
-        let standard_error = standard_error(residuals, squares.len()) / count;
-        let relative = |square: f64| square.max(0.0).sqrt() / level_of_light;
-        if squares.len() < 2 || level_of_light <= 0.0 {
-            return Self {
-                unexplained: (level_of_light > 0.0).then(|| relative(mean)),
-                interval: None,
-                has_bars,
-                verdict: Verdict::Undecided,
-            };
-        }
-        let freedom = (squares.len() - 1) as f64;
-        // One-sided: both tails together have 2 α.
-        let reach = critical_value(1.0 - 2.0 * level, freedom) * standard_error;
-        let interval = [relative(mean - reach), relative(mean + reach)];
-        Self {
-            unexplained: Some(relative(mean)),
-            interval: Some(interval),
+        let mut texels = Self {
+            unexplained: None,
+            interval: None,
             has_bars,
-            verdict: if interval[1] <= margin {
-                Verdict::Equivalent
-            } else if interval[0] > margin {
-                Verdict::Different
-            } else {
+            verdict: if has_bars {
                 Verdict::Undecided
+            } else {
+                Verdict::Different
             },
+        };
+        // Equal images are so in spite of all noise they share.
+        if difference.rmse == 0.0 {
+            texels.unexplained = Some(0.0);
+            texels.verdict = Verdict::Equivalent;
+            return texels;
         }
+        let [unexplained, variance, light] = if has_bars {
+            with_bars(pair)
+        } else {
+            without_bars(pair)
+        };
+        if light <= 0.0 {
+            return texels;
+        }
+        let relative = |square: f64| (square.max(0.0) / light).sqrt();
+        // Half a confidence interval; both tails together have 2 α.
+        let standard_error = variance.max(0.0).sqrt();
+        let reach = critical_value(1.0 - 2.0 * level, f64::INFINITY) * standard_error;
+        let [low, high] = [-reach, reach].map(|reach| relative(unexplained + reach));
+        texels.unexplained = Some(relative(unexplained));
+        texels.interval = has_bars.then_some([low, high]);
+        texels.verdict = if high <= margin {
+            Verdict::Equivalent
+        } else if low > margin {
+            Verdict::Different
+        } else {
+            Verdict::Undecided
+        };
+        texels
     }
 }
 
-/// The mean of the reference over lit texels, in the channels that are tested.
-fn mean_lit(pair: &Pair, is_lit: &(impl Fn(usize) -> bool + Sync)) -> f64 {
-    let [sum, count] = super::sums::sums(pair.texels(), |texel| {
-        if !is_lit(texel) {
-            return [0.0; 2];
-        }
-        let values = pair
-            .tests
+/// Sums of e² − σ², its variance, and r².
+fn with_bars(pair: &Pair) -> [f64; 3] {
+    let channels = pair.tests.len() as f64;
+    sums(pair.texels(), |texel| {
+        pair.tests
             .iter()
-            .map(|test| f64::from(test.reference.values[texel]));
-        [values.sum(), pair.tests.len() as f64]
-    });
-    sum / count
+            .fold([0.0; 3], |[sum, spread, light], test| {
+                let [unexplained, variance] = test.unexplained(texel);
+                let r = f64::from(test.reference.values[texel]);
+                [
+                    sum + unexplained,
+                    spread + channels * variance,
+                    light + r * r,
+                ]
+            })
+    })
 }
 
-/// √(n/(n − 1) Σ residual²): the standard error of a sum of n terms.
-fn standard_error(residuals: impl Iterator<Item = f64>, count: usize) -> f64 {
-    let squares: f64 = residuals.map(|residual| residual * residual).sum();
-    let n = count as f64;
-    (squares * n / (n - 1.0)).sqrt()
+/// Sums of d², nothing, and r².
+fn without_bars(pair: &Pair) -> [f64; 3] {
+    sums(pair.texels(), |texel| {
+        pair.channels.iter().fold([0.0; 3], |[sum, _, light], one| {
+            let r = f64::from(one.reference[texel]);
+            let d = f64::from(one.other[texel]) - r;
+            [sum + d * d, 0.0, light + r * r]
+        })
+    })
+}
+
+/// A quotient of sums over squares of texels.
+struct Ratio {
+    numerator: f64,
+    denominator: f64,
+    /// Its standard error; `None` with fewer than two squares.
+    standard_error: Option<f64>,
+}
+
+impl Ratio {
+    /// The ratio estimator β = Σ D / Σ R of pairs (D, R), its standard error from their scatter,
+    ///
+    /// ```text
+    /// SE² = n/(n − 1) Σ (D − β R)² / (Σ R)²
+    /// ```
+    ///
+    /// (Cochran, *Sampling Techniques*, 1977, section 6.4).
+    fn of(squares: &[[f64; 2]]) -> Self {
+        let [numerator, denominator] = squares
+            .iter()
+            .fold([0.0; 2], |[a, b], [d, r]| [a + d, b + r]);
+        let ratio = numerator / denominator;
+        let residual = |[d, r]: &[f64; 2]| (d - ratio * r) * (d - ratio * r);
+        let scatter: f64 = squares.iter().map(residual).sum();
+        let n = squares.len() as f64;
+        Self {
+            numerator,
+            denominator,
+            standard_error: (squares.len() > 1)
+                .then(|| (scatter * n / (n - 1.0)).sqrt() / denominator),
+        }
+    }
+
+    fn value(&self) -> f64 {
+        self.numerator / self.denominator
+    }
 }
 
 /// The probability that Student's t exceeds `distance` / `standard_error`.

@@ -60,12 +60,31 @@ impl TestPair<'_> {
         })
     }
 
-    /// e² − σ_o² − σ_r² for the distance e of [`TestPair::score`]: over texels it has the mean of the squared
-    /// true differences (with bounds, at most that), as a sample variance is right in the mean, zero or not.
-    pub fn unexplained(&self, texel: usize) -> f64 {
+    /// An estimate of a texel's squared true difference, and of that estimate's variance.
+    ///
+    /// For the distance e of [`TestPair::score`] and its variance σ² it is e² − σ²: right in the mean over texels, those
+    /// with a standard error of zero included, as a sample variance is. For normal errors its variance is
+    /// 2 σ⁴ + 4 μ² σ² about the true difference μ, and 2 σᵢ⁴/νᵢ for what is not known of σ; with e² − σ² for μ²,
+    ///
+    /// ```text
+    /// Var = 4 e² σ² − 2 σ⁴ + 2 (σ_o⁴/ν_o + σ_r⁴/ν_r).
+    /// ```
+    ///
+    /// With bounds, a texel whose intervals overlap adds nothing: the estimate is then at most right in the mean, and
+    /// right where the truth is at the end of the interval.
+    pub fn unexplained(&self, texel: usize) -> [f64; 2] {
         let (excess, rounding) = self.excess(texel);
-        let variance = self.reference.variance(texel) + self.other.variance(texel);
-        excess * excess - variance - rounding
+        if excess == 0.0 && self.has_bounds() {
+            return [0.0; 2];
+        }
+        let [own, others] = [&self.reference, &self.other].map(|bars| bars.variance(texel));
+        let variance = own + others;
+        let square = excess * excess;
+        let spread = own * own / self.reference.freedom + others * others / self.other.freedom;
+        [
+            square - variance - rounding,
+            variance * (4.0 * square - 2.0 * variance) + 2.0 * spread,
+        ]
     }
 
     /// How far the intervals are apart, signed, and the variance that storing their ends may have added.

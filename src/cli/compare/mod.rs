@@ -30,8 +30,12 @@ struct Output<'a> {
 ///
 /// Where an image cannot be read, the two cannot be compared, or a map not written.
 pub fn compare(args: &CompareArgs) -> anyhow::Result<Outcome> {
-    let a = source(args, &args.a, args.error_a.as_deref(), args.samples_a)?;
-    let b = source(args, &args.b, args.error_b.as_deref(), args.samples_b)?;
+    // Side by side: large files take longer to read than to compare.
+    let (a, b) = rayon::join(
+        || source(args, &args.a, args.error_a.as_deref(), args.samples_a),
+        || source(args, &args.b, args.error_b.as_deref(), args.samples_b),
+    );
+    let (a, b) = (a?, b?);
     let settings = args.settings();
     let pairing = Pairing::new(&a, &b, settings.reference, &settings.layers)?;
     let report = Report::of(&pairing, &a, &b, &settings);
