@@ -138,12 +138,12 @@ fn equal_images_have_no_flip_and_black_and_white_flip_all() {
 
 #[test]
 fn squares_join_without_a_seam() {
-    // A pair wider and higher than a square of 64 texels: the middle of it, computed alone with all that
+    // A pair wider and higher than a square of texels: the middle of it, computed alone with all that
     // is within reach, is the same.
-    let (width, height) = (150, 140);
+    let (width, height) = (190, 170);
     let whole = planes(waves, width, height);
     let map = ldr(&images(&whole, width, height), PIXELS_PER_DEGREE);
-    let (left, top, side) = (37, 41, 81);
+    let (left, top, side) = (77, 61, 101);
     let part = whole.clone().map(|image| {
         image.map(|plane| {
             plane

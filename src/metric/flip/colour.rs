@@ -7,7 +7,7 @@ pub(super) type Colour = [f32; 3];
 const ILLUMINANT: Colour = [0.950_428_55, 1.0, 1.088_900_4];
 
 /// Linear sRGB to XYZ, as fractions by which the published implementations agree to the last digit.
-const RGB_TO_XYZ: [[f64; 3]; 3] = [
+const RGB_TO_XYZ: [Colour; 3] = [
     [
         10135552.0 / 24577794.0,
         8788810.0 / 24577794.0,
@@ -26,15 +26,16 @@ const RGB_TO_XYZ: [[f64; 3]; 3] = [
 ];
 
 /// XYZ to linear sRGB: the inverse of [`RGB_TO_XYZ`].
-const XYZ_TO_RGB: [[f64; 3]; 3] = [
+const XYZ_TO_RGB: [Colour; 3] = [
     [3.241003275, -1.537398934, -0.498615861],
     [-0.969224334, 1.875930071, 0.041554224],
     [0.055639423, -0.204011202, 1.057148933],
 ];
 
 #[inline]
-fn transformed(matrix: &[[f64; 3]; 3], [x, y, z]: Colour) -> Colour {
-    matrix.map(|row| row[0] as f32 * x + row[1] as f32 * y + row[2] as f32 * z)
+fn transformed(matrix: &[Colour; 3], [x, y, z]: Colour) -> Colour {
+    let row = |[a, b, c]: Colour| a * x + b * y + c * z;
+    [row(matrix[0]), row(matrix[1]), row(matrix[2])]
 }
 
 /// Relative luminance of linear sRGB, with the weights FLIP rounds to four digits.
@@ -69,7 +70,7 @@ pub(super) fn to_hunt_lab(rgb: Colour) -> Colour {
     let [x, y, z] = transformed(&RGB_TO_XYZ, rgb);
     let [x, y, z] = [x / ILLUMINANT[0], y, z / ILLUMINANT[2]].map(|value| {
         if value > DELTA * DELTA * DELTA {
-            value.cbrt()
+            value.powf(1.0 / 3.0)
         } else {
             value / (3.0 * DELTA * DELTA) + 4.0 / 29.0
         }

@@ -6,7 +6,7 @@ use super::filters::{Filters, along, strided};
 use super::{Display, Images};
 
 /// Texels a side: small enough for a cache, large beside the kernels' reach.
-pub(super) const TILE: usize = 64;
+pub(super) const TILE: usize = 128;
 
 /// Narkowicz' fit of the ACES tone curve, (p₀ x² + p₁ x) / (q₀ x² + q₁ x + q₂), for x without the
 /// exposure of 0.6 built into it.
