@@ -177,7 +177,7 @@ fn differences_below_the_noise_are_measured_and_covered_by_their_interval() {
         / TEXELS as f64;
     let size = mean_square.sqrt();
     let truth = 0.03;
-    let board = |x: usize, y: usize| if (x + y) % 2 == 0 { 1.0 } else { -1.0 };
+    let board = |x: usize, y: usize| if (x + y).is_multiple_of(2) { 1.0 } else { -1.0 };
     let (mut below, mut above, mut different) = (0, 0, 0);
     for trial in 0..TRIALS {
         let normal = Normal::new(u64::from(trial) + 20000);

@@ -31,10 +31,11 @@ impl<'a> Measured<'a> {
         layer: &str,
         is_total: bool,
     ) -> Result<Self, CompareError> {
-        if is_total && source.errors.is_none() {
-            if let Some([means, squares]) = contents.moments() {
-                return Self::from_moments(contents, source, &means, &squares);
-            }
+        if is_total
+            && source.errors.is_none()
+            && let Some([means, squares]) = contents.moments()
+        {
+            return Self::from_moments(contents, source, &means, &squares);
         }
         let values = contents.colour(layer, Kind::Value);
         let (errors, bounds) = match &source.errors {

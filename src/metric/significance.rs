@@ -94,8 +94,22 @@ struct Counts {
     z: f64,
     squares: f64,
     histogram: [u64; BINS],
-    /// The texel with the largest score, and that score.
-    extreme: Option<(usize, f64)>,
+    extreme: Option<Candidate>,
+}
+
+/// What may be the smallest p-value.
+#[derive(Clone, Copy)]
+struct Candidate {
+    texel: usize,
+    p: f64,
+    z: f64,
+}
+
+impl Candidate {
+    /// Whether this p-value is smaller; where both are too small for a number, whether |z| is larger.
+    fn beats(self, other: Self) -> bool {
+        self.p < other.p || (self.p == other.p && self.z.abs() > other.z.abs())
+    }
 }
 
 impl Significance {
@@ -186,7 +200,7 @@ fn uniformity(channels: &[Counts], level: f64) -> Option<Uniformity> {
 }
 
 fn extreme(pair: &Pair, test: &TestPair, counts: &Counts) -> Option<Extreme> {
-    let (texel, _) = counts.extreme?;
+    let Candidate { texel, .. } = counts.extreme?;
     let score = test.score(texel)?;
     let [x, y] = pair.place(texel);
     Some(Extreme {
@@ -233,18 +247,14 @@ impl Counts {
         self.tests += 1;
         self.z += z;
         self.squares += z * z;
-        // Scores are compared as normal ones, whatever their degrees of freedom.
-        let (normal, p) = match score.normal_score() {
-            Some(normal) => (normal, 2.0 * normal_cdf(-normal)),
-            None => {
-                let p = score.p();
-                (-crate::numeric::distributions::normal_quantile(0.5 * p), p)
-            }
-        };
+        let p = score
+            .normal_score()
+            .map_or_else(|| score.p(), |normal| 2.0 * normal_cdf(-normal));
         let bin = (p * BINS as f64) as usize;
         self.histogram[bin.min(BINS - 1)] += 1;
-        if self.extreme.is_none_or(|(_, largest)| normal > largest) {
-            self.extreme = Some((texel, normal));
+        let candidate = Candidate { texel, p, z };
+        if self.extreme.is_none_or(|extreme| candidate.beats(extreme)) {
+            self.extreme = Some(candidate);
         }
     }
 
@@ -258,7 +268,7 @@ impl Counts {
             *bin += count;
         }
         self.extreme = match (self.extreme, other.extreme) {
-            (Some(one), Some(other)) if other.1 > one.1 => Some(other),
+            (Some(one), Some(other)) if other.beats(one) => Some(other),
             (one, other) => one.or(other),
         };
         self

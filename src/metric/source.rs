@@ -247,7 +247,7 @@ impl<'a> Contents<'a> {
 
     /// Refuses channels that hold anything but finite numbers.
     pub(super) fn check_finite(&self, channels: &[&Channel]) -> Result<(), CompareError> {
-        self.check(channels, |value| value.is_finite(), not_finite)
+        self.check(channels, f32::is_finite, not_finite)
     }
 
     /// Standard errors, or `None` where there are none or all are NaN, which says "not known".

@@ -27,9 +27,9 @@ const RGB_TO_XYZ: [Colour; 3] = [
 
 /// XYZ to linear sRGB: the inverse of [`RGB_TO_XYZ`].
 const XYZ_TO_RGB: [Colour; 3] = [
-    [3.241003275, -1.537398934, -0.498615861],
-    [-0.969224334, 1.875930071, 0.041554224],
-    [0.055639423, -0.204011202, 1.057148933],
+    [3.241_003_3, -1.537_398_9, -0.498_615_86],
+    [-0.969_224_33, 1.875_930_1, 0.041554224],
+    [0.055639423, -0.204_011_2, 1.057_148_9],
 ];
 
 #[inline]
@@ -44,7 +44,7 @@ pub(super) fn luminance([r, g, b]: Colour) -> f32 {
     0.2126 * r + 0.7152 * g + 0.0722 * b
 }
 
-/// Linear sRGB to the opponent space YCxCz: CIELAB without its cube root, so that it is linear and
+/// Linear sRGB to the opponent space `YCxCz`: CIELAB without its cube root, so that it is linear and
 /// can be filtered (Andersson et al. 2020, section 4.1).
 #[inline]
 pub(super) fn to_opponent(rgb: Colour) -> Colour {
@@ -100,7 +100,7 @@ mod tests {
         for rgb in [[0.0, 0.0, 0.0], [1.0, 1.0, 1.0], [0.2, 0.7, 0.05]] {
             let back = from_opponent(to_opponent(rgb));
             for c in 0..3 {
-                // The published inverse has ten digits, f32 seven; some ten operations on values
+                // f32 has seven digits; some ten operations on values
                 // up to 500 / 500 = 1.
                 assert!((back[c] - rgb[c]).abs() < 20.0 * f32::EPSILON, "{back:?}");
             }

@@ -52,9 +52,9 @@ impl Filters {
         });
         // The two-dimensional sum is to be one: (Σ wide)² + (Σ narrow)².
         let norm = wide.iter().sum::<f32>().hypot(narrow.iter().sum::<f32>());
-        wide.iter_mut()
-            .chain(&mut narrow)
-            .for_each(|weight| *weight /= norm);
+        for weight in wide.iter_mut().chain(&mut narrow) {
+            *weight /= norm;
+        }
 
         let deviation = 0.5 * FEATURE_WIDTH * pixels_per_degree;
         let radius = (3.0 * deviation).ceil() as i32;
@@ -83,7 +83,9 @@ impl Filters {
 /// Weights that sum to one.
 fn normalised(mut weights: Vec<f32>) -> Vec<f32> {
     let sum: f32 = weights.iter().sum();
-    weights.iter_mut().for_each(|weight| *weight /= sum);
+    for weight in &mut weights {
+        *weight /= sum;
+    }
     weights
 }
 

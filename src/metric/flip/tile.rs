@@ -83,8 +83,8 @@ impl Tile {
                     let from = row + place(x, corner[0], images.width);
                     let rgb = planes.map(|plane| shown(plane[from], display));
                     let colour = to_opponent(rgb);
-                    for c in 0..3 {
-                        side.opponent[c][y * self.padded + x] = colour[c];
+                    for (plane, value) in side.opponent.iter_mut().zip(colour) {
+                        plane[y * self.padded + x] = value;
                     }
                 }
             }
