@@ -201,6 +201,8 @@ fn an_image_of_mitsuba_without_layers_is_compared_as_all_light() {
         (layers[0]["layer"].as_str(), layers[0]["is_total"].as_bool()),
         (Some("total"), Some(true))
     );
+    let note = "mitsuba.exr has no error bars: it counts as exact";
+    assert_eq!(report["notes"], serde_json::json!([note]));
     // Our errors are 2 %, the difference 0.2 %: z = 0.1 in each texel.
     let found = &layers[0]["significance"];
     assert!(

@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::difference::Difference;
 use super::equivalence::{Equivalence, Verdict};
 use super::flip::{self, Exposures, Images};
-use super::pair::{Pair, Pairing};
+use super::pair::{Bars, Pair, Pairing};
 use super::significance::Significance;
 use super::similarity::Similarity;
 use super::{CompareError, Source};
@@ -121,23 +121,7 @@ impl Report {
             .collect();
         let worst = layers.iter().map(|layer| layer.equivalence.verdict).max();
         let mut notes = pairing.notes.clone();
-        let mut has_errors = [false; 2];
-        for test in pairing.pairs.iter().flat_map(|pair| &pair.tests) {
-            has_errors[0] |= test.reference.standard_errors.is_some();
-            has_errors[1] |= test.other.standard_errors.is_some();
-        }
-        let sources = match settings.reference {
-            Side::A => [a, b],
-            Side::B => [b, a],
-        };
-        for (source, has_errors) in sources.into_iter().zip(has_errors) {
-            if has_errors && source.samples.is_none() {
-                notes.push(format!(
-                    "{}: how many samples its standard errors come from is not known: they count as exact",
-                    source.name
-                ));
-            }
-        }
+        notes.extend(notes_on_bars(pairing, a, b, settings.reference));
         Self {
             a: a.name.clone(),
             b: b.name.clone(),
@@ -147,6 +131,40 @@ impl Report {
             notes,
         }
     }
+}
+
+/// What is taken for granted of error bars.
+fn notes_on_bars(pairing: &Pairing, a: &Source, b: &Source, reference: Side) -> Vec<String> {
+    let sources = match reference {
+        Side::A => [a, b],
+        Side::B => [b, a],
+    };
+    let tests = || pairing.pairs.iter().flat_map(|pair| &pair.tests);
+    let mut notes = Vec::new();
+    for (source, is_reference) in sources.into_iter().zip([true, false]) {
+        let bars = || {
+            tests().map(move |test| {
+                if is_reference {
+                    &test.reference
+                } else {
+                    &test.other
+                }
+            })
+        };
+        if tests().next().is_some() && !bars().any(Bars::has_any) {
+            notes.push(format!(
+                "{} has no error bars: it counts as exact",
+                source.name
+            ));
+        }
+        if bars().any(|bars| bars.standard_errors.is_some()) && source.samples.is_none() {
+            notes.push(format!(
+                "{}: how many samples its standard errors come from is not known: they count as exact",
+                source.name
+            ));
+        }
+    }
+    notes
 }
 
 impl Comparison {

@@ -14,6 +14,10 @@ const RGB_TO_XYZ: [[f32; 3]; 3] = [
     [0.019334, 0.119193, 0.950227],
 ];
 
+/// What is left of moments that are equal but for rounding, relative: sixteen units in the last place of
+/// an `f32`, in which they are summed up and stored.
+const MOMENT_ROUNDING: f64 = 1.0 / (1 << 20) as f64;
+
 /// One layer of one image.
 pub(super) struct Measured<'a> {
     /// `R`, `G`, `B`; `X`, `Y`, `Z`; or `Y`.
@@ -60,7 +64,8 @@ impl<'a> Measured<'a> {
         })
     }
 
-    /// Standard errors of means of n samples from their second moments, √((m₂ − m₁²) / (n − 1)).
+    /// Standard errors of means of n samples from their second moments, √((m₂ − m₁²) / (n − 1)); zero, for
+    /// not known, where the difference may be rounding.
     fn from_moments(
         contents: &Contents<'a>,
         source: &Source,
@@ -77,8 +82,13 @@ impl<'a> Measured<'a> {
         };
         let bars = means.iter().zip(squares).map(|(mean, square)| {
             let errors = mean.samples.iter().zip(&square.samples).map(|(&m, &s)| {
-                let variance = f64::from(s) - f64::from(m) * f64::from(m);
-                (variance.max(0.0) / (samples - 1) as f64).sqrt() as f32
+                let (m, s) = (f64::from(m), f64::from(s));
+                let variance = s - m * m;
+                if variance > MOMENT_ROUNDING * s {
+                    (variance / (samples - 1) as f64).sqrt() as f32
+                } else {
+                    0.0
+                }
             });
             Bars {
                 values: Cow::Borrowed(mean.samples.as_slice()),

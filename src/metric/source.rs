@@ -294,7 +294,6 @@ impl<'a> Contents<'a> {
     }
 
     /// Lower and upper bounds of each channel, or `None` where there are none or all are NaN.
-    #[allow(clippy::type_complexity)]
     pub(super) fn bounds(&self, layer: &str) -> Result<Option<Vec<[&'a [f32]; 2]>>, CompareError> {
         let [lows, highs] = [Kind::Low, Kind::High].map(|kind| self.colour(layer, kind));
         if lows.is_empty() || lows.len() != highs.len() || are_unknown(&lows) {
