@@ -14,9 +14,8 @@ const RGB_TO_XYZ: [[f32; 3]; 3] = [
     [0.019334, 0.119193, 0.950227],
 ];
 
-/// What is left of moments that are equal but for rounding, relative: sixteen units in the last place of
-/// an `f32`, in which they are summed up and stored.
-const MOMENT_ROUNDING: f64 = 1.0 / (1 << 20) as f64;
+/// Half a unit in the last place of an `f32`, relative.
+const ROUNDING: f64 = 1.0 / (1 << 24) as f64;
 
 /// One layer of one image.
 pub(super) struct Measured<'a> {
@@ -64,8 +63,10 @@ impl<'a> Measured<'a> {
         })
     }
 
-    /// Standard errors of means of n samples from their second moments, √((m₂ − m₁²) / (n − 1)); zero, for
-    /// not known, where the difference may be rounding.
+    /// Standard errors of means of n samples from their second moments, √((m₂ − m₁²) / (n − 1)).
+    ///
+    /// Zero, for not known, where the difference may be rounding: summed up as `f32`, n equal samples
+    /// may be off by n u of themselves (Higham 2002, section 4.2), so m₂ by n u and m₁² by 2 n u.
     fn from_moments(
         contents: &Contents<'a>,
         source: &Source,
@@ -80,11 +81,12 @@ impl<'a> Measured<'a> {
                 channel: squares[0].name.clone(),
             });
         };
+        let rounding = 3.0 * samples as f64 * ROUNDING;
         let bars = means.iter().zip(squares).map(|(mean, square)| {
             let errors = mean.samples.iter().zip(&square.samples).map(|(&m, &s)| {
                 let (m, s) = (f64::from(m), f64::from(s));
                 let variance = s - m * m;
-                if variance > MOMENT_ROUNDING * s {
+                if variance > rounding * s {
                     (variance / (samples - 1) as f64).sqrt() as f32
                 } else {
                     0.0
