@@ -15,6 +15,7 @@
 //! | 3 | [`mitsuba`] | Mitsuba 3 XML and mesh files become a scene |
 //! | 4 | [`transport`] | light-space domains, specular chains, path signatures, deposits |
 //! | 5 | [`mod@reference`] | ways to compute the truth |
+//! | 6 | [`metric`] | two images: differences, significance, equivalence
 //! | 8 | [`cli`] | one file a command |
 //!
 //! # Conventions
@@ -45,6 +46,7 @@ pub mod cli;
 pub mod film;
 pub mod generate;
 pub mod geometry;
+pub mod metric;
 pub mod mitsuba;
 pub mod numeric;
 pub mod optics;

@@ -2,7 +2,7 @@
 //!
 //! `args` says what can be typed; each command turns that into what is meant, calls the floors
 //! below, and shows the result. Exit codes: 0 the command did what was asked; 1 it was stopped
-//! early and its result is marked incomplete; 2 it could not (bad usage, bad input, no space).
+//! early and its result is marked incomplete, or `compare` found more than the margin; 2 it could not (bad usage, bad input, no space).
 
 /// Prints a line. Whoever reads it may have heard enough: a closed pipe is no error.
 macro_rules! say {
@@ -13,6 +13,7 @@ macro_rules! say {
 }
 
 pub mod args;
+pub mod compare;
 pub mod generate;
 pub mod inspect;
 pub mod ledger;
@@ -39,6 +40,8 @@ pub enum Outcome {
     Complete,
     /// It was stopped early; what there was is marked incomplete.
     Incomplete,
+    /// It compared two images, and they are further apart than they may be.
+    Apart,
 }
 
 /// Runs the program on the process' arguments.
@@ -49,11 +52,12 @@ pub fn main() -> ExitCode {
         Command::Inspect(args) => inspect::inspect(args),
         Command::Probe(args) => probe::probe(args),
         Command::Merge(args) => merge::merge(args),
+        Command::Compare(args) => compare::compare(args),
         Command::Generate(args) => generate::generate(args),
     };
     match outcome {
         Ok(Outcome::Complete) => ExitCode::SUCCESS,
-        Ok(Outcome::Incomplete) => ExitCode::from(1),
+        Ok(Outcome::Incomplete | Outcome::Apart) => ExitCode::from(1),
         Err(error) => {
             eprintln!("error: {error:#}");
             ExitCode::from(2)

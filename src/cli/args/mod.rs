@@ -14,6 +14,8 @@ pub use parse::parse_fraction;
 pub use probe::ProbeArgs;
 pub use render::{Method, RenderArgs};
 
+use super::compare::CompareArgs;
+
 /// Ground truth for caustics: how much light do reflection and refraction put on this surface?
 #[derive(Debug, Parser)]
 #[command(version, max_term_width = 100)]
@@ -34,6 +36,8 @@ pub enum Command {
     Probe(ProbeArgs),
     /// Put the shards of a run together, to the same bits as the run in one piece
     Merge(MergeArgs),
+    /// Say how far two images are apart, and whether their error bars explain it
+    Compare(CompareArgs),
     /// Write the shipped scenes, their meshes at any fineness
     Generate(GenerateArgs),
 }

@@ -1,0 +1,346 @@
+//! The figures of a comparison as tables.
+
+use std::fmt;
+
+use super::super::summary::number;
+use crate::metric::difference::{EPSILON, PER_MILLE};
+use crate::metric::{Comparison, Report, Side};
+
+/// A report for people.
+pub(super) struct Table<'a> {
+    report: &'a Report,
+    unit: &'a str,
+    files: &'a [String],
+}
+
+/// What stands where there is no figure.
+const NOTHING: &str = "-";
+
+impl<'a> Table<'a> {
+    pub(super) fn new(report: &'a Report, unit: Option<&'a str>, files: &'a [String]) -> Self {
+        Self {
+            report,
+            unit: unit.unwrap_or("in the images' unit"),
+            files,
+        }
+    }
+
+    /// A title, a line of headings, and a line for each layer.
+    fn block(
+        &self,
+        out: &mut fmt::Formatter,
+        title: &str,
+        headings: &[&str],
+        cells: impl Fn(&Comparison) -> Option<Vec<String>>,
+    ) -> fmt::Result {
+        let lines: Vec<(&str, Vec<String>)> = self
+            .report
+            .layers
+            .iter()
+            .filter_map(|layer| Some((layer.layer.as_str(), cells(layer)?)))
+            .collect();
+        if lines.is_empty() {
+            return Ok(());
+        }
+        let length = |text: &str| text.chars().count();
+        let first = lines.iter().map(|(name, _)| length(name));
+        let first = first.fold("layer".len(), usize::max);
+        let widths: Vec<usize> = (0..headings.len())
+            .map(|i| {
+                let cells = lines.iter().map(|(_, cells)| length(&cells[i]));
+                cells.fold(length(headings[i]).max(10), usize::max)
+            })
+            .collect();
+        writeln!(out, "\n{title}")?;
+        write!(out, "  {:<first$}", "layer")?;
+        for (heading, width) in headings.iter().zip(&widths) {
+            write!(out, "  {heading:>width$}")?;
+        }
+        writeln!(out)?;
+        for (name, cells) in &lines {
+            write!(out, "  {name:<first$}")?;
+            for (cell, width) in cells.iter().zip(&widths) {
+                write!(out, "  {cell:>width$}")?;
+            }
+            writeln!(out)?;
+        }
+        Ok(())
+    }
+
+    fn differences(&self, out: &mut fmt::Formatter) -> fmt::Result {
+        let settings = &self.report.settings;
+        let confidence = 100.0 * (1.0 - settings.level);
+        let interval = format!("{} % interval", rounded(confidence));
+        self.block(
+            out,
+            &format!("means [{}]", self.unit),
+            &[
+                "reference",
+                "other",
+                "bias",
+                "bias/mean",
+                &interval,
+                "energy ratio",
+            ],
+            |layer| {
+                let (difference, bias) = (&layer.difference, &layer.equivalence.bias);
+                Some(vec![
+                    number(difference.mean_reference),
+                    number(difference.mean_other),
+                    number(bias.bias),
+                    signed_percent(bias.relative),
+                    bias.interval.map_or(NOTHING.to_owned(), |[low, high]| {
+                        format!("{:+.3} .. {:+.3} %", 100.0 * low, 100.0 * high)
+                    }),
+                    optional(difference.energy_ratio, |ratio| format!("{ratio:.6}")),
+                ])
+            },
+        )?;
+        self.block(
+            out,
+            "texels",
+            &[
+                "RMSE",
+                "rel. RMSE",
+                "MAE",
+                "relMSE",
+                "SMAPE",
+                "PSNR [dB]",
+                "SSIM",
+                "FLIP",
+            ],
+            |layer| {
+                let it = &layer.difference;
+                let is_equal = it.rmse == 0.0 && it.psnr_peak > 0.0;
+                Some(vec![
+                    number(it.rmse),
+                    percent(it.relative_rmse),
+                    number(it.mae),
+                    optional(it.rel_mse, number),
+                    optional(it.smape, number),
+                    match it.psnr {
+                        None if is_equal => "infinite".to_owned(),
+                        psnr => optional(psnr, |psnr| format!("{psnr:.2}")),
+                    },
+                    optional(layer.similarity, |it| format!("{:.6}", it.ssim)),
+                    optional(layer.flip, |flip| format!("{:.6}", flip.mean)),
+                ])
+            },
+        )?;
+        let percents = PER_MILLE.map(|per_mille| format!("{} %", f64::from(per_mille) / 10.0));
+        let mut headings: Vec<&str> = percents.iter().map(String::as_str).collect();
+        headings.extend(["largest", "at (x, y)", "reference", "other"]);
+        self.block(
+            out,
+            &format!("percentiles of |difference| [{}]", self.unit),
+            &headings,
+            |layer| {
+                let worst = &layer.difference.worst;
+                let values = |values: &[f64]| {
+                    let texts: Vec<String> = values.iter().map(|value| number(*value)).collect();
+                    texts.join(" ")
+                };
+                let percentiles = layer.difference.percentiles.iter();
+                let mut cells: Vec<String> = percentiles.map(|one| number(one.value)).collect();
+                cells.push(number(worst.difference));
+                cells.push(format!("{}, {}", worst.x, worst.y));
+                cells.push(values(&worst.reference));
+                cells.push(values(&worst.other));
+                Some(cells)
+            },
+        )
+    }
+
+    fn tests(&self, out: &mut fmt::Formatter) -> fmt::Result {
+        self.block(
+            out,
+            "error bars: z = difference / standard error",
+            &[
+                "tests",
+                "mean z",
+                "mean z²",
+                "largest",
+                "at (x, y)",
+                "p (Šidák)",
+                "p uniform?",
+                "says",
+            ],
+            |layer| {
+                let it = layer.significance.as_ref()?;
+                let extreme = it.extreme.as_ref();
+                Some(vec![
+                    it.tests.to_string(),
+                    number(it.mean_z),
+                    number(it.mean_square_z),
+                    optional(extreme, |extreme| number(extreme.z)),
+                    optional(extreme, |extreme| format!("{}, {}", extreme.x, extreme.y)),
+                    format!("{:.3}", it.family.p),
+                    optional(it.uniformity, |uniformity| {
+                        let answer = if uniformity.uniform { "yes" } else { "no" };
+                        format!("{answer}, {:.3}", uniformity.p)
+                    }),
+                    if it.family.different {
+                        "texels differ".to_owned()
+                    } else {
+                        "explained".to_owned()
+                    },
+                ])
+            },
+        )?;
+        let settings = &self.report.settings;
+        let interval = format!(
+            "{} % interval",
+            rounded(100.0 * (1.0 - 2.0 * settings.level))
+        );
+        self.block(
+            out,
+            &format!(
+                "within {} % of the reference's mean?",
+                rounded(100.0 * settings.margin)
+            ),
+            &[
+                "means (TOST p)",
+                "texels beyond bars",
+                &interval,
+                "texels",
+                "verdict",
+            ],
+            |layer| {
+                let it = &layer.equivalence;
+                let p = optional(it.bias.p, |p| format!(" ({p:.3})"));
+                Some(vec![
+                    format!("{}{p}", it.bias.verdict.name()),
+                    percent(it.texels.unexplained),
+                    it.texels
+                        .interval
+                        .map_or(NOTHING.to_owned(), |[low, high]| {
+                            format!("{:.3} .. {:.3} %", 100.0 * low, 100.0 * high)
+                        }),
+                    it.texels.verdict.name().to_owned(),
+                    it.verdict.name().to_owned(),
+                ])
+            },
+        )
+    }
+
+    /// What the figures depend on.
+    fn conventions(&self, out: &mut fmt::Formatter) -> fmt::Result {
+        let Some(layer) = self.report.layers.first() else {
+            return Ok(());
+        };
+        let it = &layer.difference;
+        writeln!(
+            out,
+            "\nrel. RMSE is √(mean d²) / mean of the reference, over lit texels (reference > 0); relMSE has ε = {EPSILON} mean² \
+             ({} for {}), SMAPE ε = {EPSILON} mean ({});",
+            number(it.rel_mse_epsilon),
+            layer.layer,
+            number(it.smape_epsilon),
+        )?;
+        write!(
+            out,
+            "PSNR's peak is the reference's largest value ({})",
+            number(it.psnr_peak)
+        )?;
+        if let Some(it) = layer.similarity {
+            write!(
+                out,
+                "; SSIM has a Gaussian window of {} x {} texels (σ = {}), its range is the 99th percentile ({})",
+                it.window,
+                it.window,
+                it.deviation,
+                number(it.dynamic_range)
+            )?;
+        }
+        if let Some(flip) = layer.flip {
+            let exposures = flip.exposures;
+            write!(
+                out,
+                "; FLIP is HDR-FLIP, {:.1} pixels a degree, {} exposures of {:+.2} to {:+.2} stops",
+                flip.pixels_per_degree, exposures.count, exposures.start, exposures.stop
+            )?;
+        }
+        writeln!(out, "; docs/compare.md has the formulas")?;
+        let layers = || self.report.layers.iter();
+        if layers().any(|layer| layer.significance.as_ref().is_some_and(|it| it.has_bounds)) {
+            writeln!(
+                out,
+                "bounds: z counts from the end of an interval, so its p-values are not uniform by design"
+            )?;
+        }
+        if layers().all(|layer| layer.significance.is_none()) {
+            writeln!(
+                out,
+                "neither image has error bars: nothing tells noise from difference"
+            )?;
+        }
+        for layer in layers() {
+            let untested = layer.significance.as_ref().map_or(0, |it| it.untested);
+            if untested > 0 {
+                writeln!(
+                    out,
+                    "{}: {untested} values differ where an image says 0 for its standard error (no sample arrived): not tested",
+                    layer.layer
+                )?;
+            }
+        }
+        Ok(())
+    }
+}
+
+impl fmt::Display for Table<'_> {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let report = self.report;
+        let mark = |side: Side| {
+            if report.settings.reference == side {
+                " (reference)"
+            } else {
+                ""
+            }
+        };
+        write!(
+            out,
+            "A {}{} · B {}{}",
+            report.a,
+            mark(Side::A),
+            report.b,
+            mark(Side::B)
+        )?;
+        if let Some(layer) = report.layers.first() {
+            write!(out, " · {} x {} texels", layer.size[0], layer.size[1])?;
+        }
+        writeln!(out)?;
+        self.differences(out)?;
+        self.tests(out)?;
+        self.conventions(out)?;
+        for note in &report.notes {
+            writeln!(out, "note: {note}")?;
+        }
+        for file in self.files {
+            writeln!(out, "wrote {file}")?;
+        }
+        write!(
+            out,
+            "verdict at {} %: {}",
+            rounded(100.0 * report.settings.margin),
+            report.verdict.name()
+        )
+    }
+}
+
+fn optional<T>(value: Option<T>, text: impl FnOnce(T) -> String) -> String {
+    value.map_or_else(|| NOTHING.to_owned(), text)
+}
+
+fn percent(value: Option<f64>) -> String {
+    optional(value, |value| format!("{:.4} %", 100.0 * value))
+}
+
+fn signed_percent(value: Option<f64>) -> String {
+    optional(value, |value| format!("{:+.4} %", 100.0 * value))
+}
+
+/// A percentage without the last digits that a product of decimals has.
+fn rounded(value: f64) -> f64 {
+    (value * 1e6).round() / 1e6
+}

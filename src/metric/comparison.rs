@@ -1,0 +1,210 @@
+//! All figures of two images.
+
+use serde::Serialize;
+
+use super::difference::Difference;
+use super::equivalence::{Equivalence, Verdict};
+use super::flip::{self, Exposures, Images};
+use super::pair::{Bars, Pair, Pairing};
+use super::significance::Significance;
+use super::similarity::Similarity;
+use super::{CompareError, Source};
+
+/// One of two images.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub enum Side {
+    /// The first.
+    #[default]
+    A,
+    /// The second.
+    B,
+}
+
+/// How to compare.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Settings {
+    /// Which image is the truth.
+    pub reference: Side,
+    /// Layers to compare; all that both images have where empty.
+    pub layers: Vec<String>,
+    /// The difference that matters, as a fraction of the reference's mean.
+    pub margin: f64,
+    /// How often a test may say of equal images that they differ (and of images a margin apart
+    /// that they are equivalent).
+    pub level: f64,
+    /// Pixels a degree of vision for FLIP; `None` leaves FLIP out.
+    pub pixels_per_degree: Option<f32>,
+}
+
+impl Default for Settings {
+    /// Against the first image, all layers, a margin of 1 %, a level of 5 %, with FLIP at 0.7 m from
+    /// a 4K screen.
+    fn default() -> Self {
+        Self {
+            reference: Side::A,
+            layers: Vec::new(),
+            margin: 0.01,
+            level: 0.05,
+            pixels_per_degree: Some(flip::PIXELS_PER_DEGREE),
+        }
+    }
+}
+
+/// The figures of one layer.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Comparison {
+    /// The layer's name.
+    pub layer: String,
+    /// Whether it is all light.
+    pub is_total: bool,
+    /// Texels a row and rows.
+    pub size: [usize; 2],
+    /// Figures that need no error bars.
+    pub difference: Difference,
+    /// SSIM; `None` where the image is smaller than its window or the reference dark.
+    pub similarity: Option<Similarity>,
+    /// HDR-FLIP; `None` where it is left out or the reference dark.
+    pub flip: Option<Flip>,
+    /// What the error bars say; `None` where neither image has any.
+    pub significance: Option<Significance>,
+    /// The verdicts at the margin.
+    pub equivalence: Equivalence,
+}
+
+/// HDR-FLIP of a layer, and what it depends on.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Flip {
+    /// The mean over texels: 0 none to 1.
+    pub mean: f64,
+    /// The largest of a texel.
+    pub max: f64,
+    /// Pixels a degree of vision.
+    pub pixels_per_degree: f32,
+    /// The exposures.
+    pub exposures: Exposures,
+}
+
+/// The figures of two images.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Report {
+    /// The first image.
+    pub a: String,
+    /// The second.
+    pub b: String,
+    /// How they were compared.
+    pub settings: Settings,
+    /// All light first, then layer by layer.
+    pub layers: Vec<Comparison>,
+    /// The worst verdict of any layer.
+    pub verdict: Verdict,
+    /// What is odd about the images.
+    pub notes: Vec<String>,
+}
+
+/// Compares two images, layer by layer.
+///
+/// # Errors
+///
+/// As [`Pairing::new`].
+pub fn compare(a: &Source, b: &Source, settings: &Settings) -> Result<Report, CompareError> {
+    let pairing = Pairing::new(a, b, settings.reference, &settings.layers)?;
+    Ok(Report::of(&pairing, a, b, settings))
+}
+
+impl Report {
+    /// The figures of layers that are side by side already.
+    pub fn of(pairing: &Pairing, a: &Source, b: &Source, settings: &Settings) -> Self {
+        let layers: Vec<Comparison> = pairing
+            .pairs
+            .iter()
+            .map(|pair| Comparison::of(pair, settings))
+            .collect();
+        let worst = layers.iter().map(|layer| layer.equivalence.verdict).max();
+        let mut notes = pairing.notes.clone();
+        notes.extend(notes_on_bars(pairing, a, b, settings.reference));
+        Self {
+            a: a.name.clone(),
+            b: b.name.clone(),
+            settings: settings.clone(),
+            layers,
+            verdict: worst.unwrap_or(Verdict::Equivalent),
+            notes,
+        }
+    }
+}
+
+/// What is taken for granted of error bars.
+fn notes_on_bars(pairing: &Pairing, a: &Source, b: &Source, reference: Side) -> Vec<String> {
+    let sources = match reference {
+        Side::A => [a, b],
+        Side::B => [b, a],
+    };
+    let tests = || pairing.pairs.iter().flat_map(|pair| &pair.tests);
+    let mut notes = Vec::new();
+    for (source, is_reference) in sources.into_iter().zip([true, false]) {
+        let bars = || {
+            tests().map(move |test| {
+                if is_reference {
+                    &test.reference
+                } else {
+                    &test.other
+                }
+            })
+        };
+        if tests().next().is_some() && !bars().any(Bars::has_any) {
+            notes.push(format!(
+                "{} has no error bars: it counts as exact",
+                source.name
+            ));
+        }
+        if bars().any(|bars| bars.standard_errors.is_some()) && source.samples.is_none() {
+            notes.push(format!(
+                "{}: how many samples its standard errors come from is not known: they count as exact",
+                source.name
+            ));
+        }
+    }
+    notes
+}
+
+impl Comparison {
+    /// The figures of one layer.
+    pub fn of(pair: &Pair, settings: &Settings) -> Self {
+        let difference = Difference::of(pair);
+        let equivalence = Equivalence::of(pair, &difference, settings.margin, settings.level);
+        Self {
+            layer: pair.name.clone(),
+            is_total: pair.is_total,
+            size: [pair.width, pair.height],
+            similarity: Similarity::of(pair),
+            flip: settings
+                .pixels_per_degree
+                .and_then(|pixels_per_degree| Flip::of(pair, pixels_per_degree)),
+            significance: Significance::of(pair, settings.level),
+            difference,
+            equivalence,
+        }
+    }
+}
+
+impl Flip {
+    /// HDR-FLIP of a layer; `None` where the reference has no light to set exposures by.
+    pub fn of(pair: &Pair, pixels_per_degree: f32) -> Option<Self> {
+        let channel = |c: usize| &pair.channels[c.min(pair.channels.len() - 1)];
+        let images = Images {
+            reference: [0, 1, 2].map(|c| channel(c).reference),
+            test: [0, 1, 2].map(|c| channel(c).other),
+            width: pair.width,
+            height: pair.height,
+        };
+        let exposures = Exposures::of(images.reference)?;
+        let map = flip::hdr(&images, pixels_per_degree, &exposures);
+        let [sum] = super::sums::sums(map.len(), |i| [f64::from(map[i])]);
+        Some(Self {
+            mean: sum / map.len() as f64,
+            max: f64::from(map.iter().copied().fold(0.0, f32::max)),
+            pixels_per_degree,
+            exposures,
+        })
+    }
+}

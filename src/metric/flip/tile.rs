@@ -1,0 +1,227 @@
+//! LDR-FLIP of one square of texels: all that a texel depends on lies within a few texels of it, so
+//! that memory stays small and the squares can be done in any order.
+
+use super::colour::{Colour, from_opponent, hyab, to_hunt_lab, to_opponent};
+use super::filters::{Filters, along, strided};
+use super::{Display, Images};
+
+/// Texels a side: small enough for a cache, large beside the kernels' reach.
+pub(super) const TILE: usize = 128;
+
+/// Narkowicz' fit of the ACES tone curve, (p₀ x² + p₁ x) / (q₀ x² + q₁ x + q₂), for x without the
+/// exposure of 0.6 built into it.
+pub(super) const ACES: [f32; 5] = [
+    0.6 * 0.6 * 2.51,
+    0.6 * 0.03,
+    0.6 * 0.6 * 2.43,
+    0.6 * 0.59,
+    0.14,
+];
+
+/// The exponent of colour differences.
+const COLOUR_EXPONENT: f32 = 0.7;
+/// Differences below this part of the largest take most of the scale, ...
+const LARGE_DIFFERENCE: f32 = 0.4;
+/// ... up to this error.
+const LARGE_ERROR: f32 = 0.95;
+
+/// One image's part of the work.
+struct Side {
+    /// Luma, red-green, blue-yellow of the square and its border.
+    opponent: [Vec<f32>; 3],
+    /// Filtered along rows: luma, red-green, blue-yellow twice; smooth, edge, point.
+    rows: [Vec<f32>; 7],
+    /// Filtered along columns, too: luma, red-green, blue-yellow.
+    seen: [Vec<f32>; 3],
+    /// Strength of edges and of points.
+    features: [Vec<f32>; 2],
+}
+
+/// Buffers of a square and the error found in it.
+pub(super) struct Tile {
+    reach: usize,
+    /// Texels a row with the border.
+    padded: usize,
+    /// The largest colour difference there is, to its exponent.
+    largest: f32,
+    sides: [Side; 2],
+    scratch: [Vec<f32>; 2],
+    error: Vec<f32>,
+}
+
+impl Tile {
+    pub(super) fn new(filters: &Filters) -> Self {
+        let reach = filters.reach();
+        let padded = TILE + 2 * reach;
+        let buffer = |length: usize| vec![0.0; length];
+        let side = || Side {
+            opponent: std::array::from_fn(|_| buffer(padded * padded)),
+            rows: std::array::from_fn(|_| buffer(TILE * padded)),
+            seen: std::array::from_fn(|_| buffer(TILE * TILE)),
+            features: std::array::from_fn(|_| buffer(TILE * TILE)),
+        };
+        let [green, blue] = [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(to_hunt_lab);
+        Self {
+            reach,
+            padded,
+            largest: hyab(green, blue).powf(COLOUR_EXPONENT),
+            sides: [side(), side()],
+            scratch: std::array::from_fn(|_| buffer(TILE)),
+            error: buffer(TILE * TILE),
+        }
+    }
+
+    /// Takes the square whose upper left texel is `corner`; beyond the image its border goes on.
+    pub(super) fn load(&mut self, images: &Images, display: Display, corner: [usize; 2]) {
+        let place = |i: usize, corner: usize, size: usize| {
+            (corner + i).saturating_sub(self.reach).min(size - 1)
+        };
+        for (side, planes) in self.sides.iter_mut().zip([images.reference, images.test]) {
+            for y in 0..self.padded {
+                let row = place(y, corner[1], images.height) * images.width;
+                for x in 0..self.padded {
+                    let from = row + place(x, corner[0], images.width);
+                    let rgb = planes.map(|plane| shown(plane[from], display));
+                    let colour = to_opponent(rgb);
+                    for (plane, value) in side.opponent.iter_mut().zip(colour) {
+                        plane[y * self.padded + x] = value;
+                    }
+                }
+            }
+        }
+    }
+
+    /// The error of the square's texels.
+    pub(super) fn compare(&mut self, filters: &Filters) {
+        for side in &mut self.sides {
+            side.filter_rows(filters, self.padded, self.reach);
+            side.filter_columns(filters, self.reach, &mut self.scratch);
+        }
+        let [reference, test] = &self.sides;
+        for (i, error) in self.error.iter_mut().enumerate() {
+            let [one, other] = [reference, test].map(|side| {
+                let seen: Colour = std::array::from_fn(|c| side.seen[c][i]);
+                to_hunt_lab(from_opponent(seen).map(|value| value.clamp(0.0, 1.0)))
+            });
+            let colour = remapped(hyab(one, other).powf(COLOUR_EXPONENT), self.largest);
+            let feature = (0..2)
+                .map(|kind| (reference.features[kind][i] - test.features[kind][i]).abs())
+                .fold(0.0, f32::max);
+            let feature = (std::f32::consts::FRAC_1_SQRT_2 * feature).sqrt();
+            *error = if colour == 0.0 && feature < 1.0 {
+                0.0
+            } else {
+                colour.powf(1.0 - feature)
+            };
+        }
+    }
+
+    /// Raises the texels of `rows`, which the square lies in from column `left` on.
+    pub(super) fn raise(&self, rows: &mut [f32], width: usize, left: usize) {
+        let columns = TILE.min(width - left);
+        for (row, errors) in rows.chunks_mut(width).zip(self.error.chunks(TILE)) {
+            let texels = &mut row[left..left + columns];
+            for (texel, &error) in texels.iter_mut().zip(errors) {
+                *texel = texel.max(error);
+            }
+        }
+    }
+}
+
+impl Side {
+    fn filter_rows(&mut self, filters: &Filters, padded: usize, reach: usize) {
+        let [wide, narrow] = &filters.blue_yellow;
+        let kernels = [
+            (0, &filters.achromatic),
+            (1, &filters.red_green),
+            (2, wide),
+            (2, narrow),
+            (0, &filters.smooth),
+            (0, &filters.edge),
+            (0, &filters.point),
+        ];
+        for (out, (channel, weights)) in self.rows.iter_mut().zip(kernels) {
+            let first = reach - weights.len() / 2;
+            for (out, row) in out
+                .chunks_exact_mut(TILE)
+                .zip(self.opponent[channel].chunks_exact(padded))
+            {
+                along(&row[first..], weights, out);
+            }
+        }
+    }
+
+    fn filter_columns(&mut self, filters: &Filters, reach: usize, scratch: &mut [Vec<f32>; 2]) {
+        let Self {
+            rows,
+            seen,
+            features,
+            ..
+        } = self;
+        let [wide, narrow] = &filters.blue_yellow;
+        let [first, second] = scratch;
+        for y in 0..TILE {
+            let texels = y * TILE..(y + 1) * TILE;
+            let down = |plane: usize, weights: &[f32], out: &mut [f32]| {
+                let top = (y + reach - weights.len() / 2) * TILE;
+                strided(&rows[plane][top..], TILE, weights, out);
+            };
+            down(0, &filters.achromatic, &mut seen[0][texels.clone()]);
+            down(1, &filters.red_green, &mut seen[1][texels.clone()]);
+            down(2, wide, first);
+            down(3, narrow, second);
+            for ((out, a), b) in seen[2][texels.clone()]
+                .iter_mut()
+                .zip(first.iter())
+                .zip(second.iter())
+            {
+                *out = a + b;
+            }
+            // Luma is 116 Y − 16; features are of Y, and derivatives do not see the constant.
+            for (kind, (across, derivative)) in [(5, &filters.edge), (6, &filters.point)]
+                .into_iter()
+                .enumerate()
+            {
+                down(across, &filters.smooth, first);
+                down(4, derivative, second);
+                for ((out, x), y) in features[kind][texels.clone()]
+                    .iter_mut()
+                    .zip(first.iter())
+                    .zip(second.iter())
+                {
+                    *out = (x * x + y * y).sqrt() / 116.0;
+                }
+            }
+        }
+    }
+}
+
+/// A value as a display shows it, 0..=1.
+#[inline]
+fn shown(value: f32, display: Display) -> f32 {
+    let value = match display {
+        Display::Clamp => value,
+        Display::Expose(factor) => {
+            let x = value.max(0.0) * factor;
+            let [p0, p1, q0, q1, q2] = ACES;
+            // By x, since x² of a very bright texel is beyond f32.
+            if x > 1.0 {
+                (p0 + p1 / x) / (q0 + q1 / x + q2 / x / x)
+            } else {
+                (p0 * x + p1) * x / ((q0 * x + q1) * x + q2)
+            }
+        }
+    };
+    value.clamp(0.0, 1.0)
+}
+
+/// Colour differences on the scale 0..=1, small ones stretched (Andersson et al. 2020, section 4.1.3).
+#[inline]
+fn remapped(difference: f32, largest: f32) -> f32 {
+    let large = LARGE_DIFFERENCE * largest;
+    if difference < large {
+        difference * LARGE_ERROR / large
+    } else {
+        LARGE_ERROR + (difference - large) / (largest - large) * (1.0 - LARGE_ERROR)
+    }
+}

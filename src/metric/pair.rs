@@ -1,0 +1,297 @@
+//! Two images, layer beside layer.
+
+use std::borrow::Cow;
+
+use super::measured::Measured;
+use super::source::{Contents, Kind, names};
+use super::{CompareError, Side, Source};
+
+/// A layer of the reference beside the same layer of the other image.
+#[derive(Clone, Debug)]
+pub struct Pair<'a> {
+    /// `LTTD`, ...; of all light the name it has in both files, or `total`.
+    pub name: String,
+    /// Whether it is all light.
+    pub is_total: bool,
+    /// Texels a row.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// Where the upper left texel is in the files.
+    pub corner: [usize; 2],
+    /// Red, green and blue, or luminance alone; one channel, too, where all three are the same in
+    /// both images: each figure over channels is then the same.
+    pub channels: Vec<ChannelPair<'a>>,
+    /// The channels again, with their error bars, as they can be tested: X, Y and Z where one
+    /// image has its moments in these. Empty where neither image has error bars.
+    pub tests: Vec<TestPair<'a>>,
+}
+
+/// A channel in both images, row by row.
+#[derive(Clone, Debug)]
+pub struct ChannelPair<'a> {
+    /// Its name, as the reference calls it.
+    pub name: String,
+    /// The truth.
+    pub reference: &'a [f32],
+    /// What is compared with it.
+    pub other: &'a [f32],
+}
+
+/// A channel with its error bars in both images.
+#[derive(Clone, Debug)]
+pub struct TestPair<'a> {
+    /// Its name.
+    pub name: String,
+    /// The truth.
+    pub reference: Bars<'a>,
+    /// What is compared with it.
+    pub other: Bars<'a>,
+}
+
+/// Values with what is known of their errors.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Bars<'a> {
+    /// The values.
+    pub values: Cow<'a, [f32]>,
+    /// One standard error of each.
+    pub standard_errors: Option<Cow<'a, [f32]>>,
+    /// Lower and upper bounds.
+    pub bounds: Option<[Cow<'a, [f32]>; 2]>,
+    /// Degrees of freedom of the standard errors; infinite where they count as exact.
+    pub freedom: f64,
+}
+
+/// All layers that two images share, and what is odd about them.
+#[derive(Clone, Debug)]
+pub struct Pairing<'a> {
+    /// All light first, then layer by layer.
+    pub pairs: Vec<Pair<'a>>,
+    /// Layers that only one image has, and the like.
+    pub notes: Vec<String>,
+}
+
+impl<'a> Pairing<'a> {
+    /// Puts the layers of two images side by side; `wanted` are those to take, all where empty.
+    ///
+    /// # Errors
+    ///
+    /// For images of different size, channels or quantity, a layer wanted that is not in both,
+    /// and anything but finite numbers, negative standard errors or crossed bounds in a layer
+    /// that is taken.
+    pub fn new(
+        a: &'a Source,
+        b: &'a Source,
+        reference: Side,
+        wanted: &[String],
+    ) -> Result<Self, CompareError> {
+        check_sizes(a, b)?;
+        let contents =
+            [a, b].map(|source| Contents::new(&source.name, &source.image, source.corner));
+        let [in_a, in_b] = &contents;
+        let totals = [in_a.total()?, in_b.total()?];
+        if totals[0] != totals[1] && totals.iter().all(|name| !name.is_empty()) {
+            return Err(CompareError::Quantity {
+                file: a.name.clone(),
+                quantity: totals[0].to_owned(),
+                other: b.name.clone(),
+                other_quantity: totals[1].to_owned(),
+            });
+        }
+        let total = if totals[0] == totals[1] && !totals[0].is_empty() {
+            totals[0]
+        } else {
+            "total"
+        };
+        let [layers_a, layers_b] = [in_a.layers(), in_b.layers()];
+        // What has no layer of its own is the same light only where the same layers were split off.
+        let is_comparable = |name: &str| name != REST || layers_a == layers_b;
+        let shared: Vec<&str> = layers_a
+            .iter()
+            .copied()
+            .filter(|name| layers_b.contains(name) && is_comparable(name))
+            .collect();
+        let is_wanted = |name: &str| wanted.is_empty() || wanted.iter().any(|one| one == name);
+        if let Some(missing) = wanted
+            .iter()
+            .find(|name| *name != total && !shared.contains(&name.as_str()))
+        {
+            let there: Vec<&str> = std::iter::once(total).chain(shared).collect();
+            return Err(CompareError::NoLayer {
+                layer: missing.clone(),
+                there: there.join(", "),
+            });
+        }
+        let mut notes = Vec::new();
+        for (source, own, others) in [(a, &layers_a, &layers_b), (b, &layers_b, &layers_a)] {
+            let alone: Vec<&str> = own
+                .iter()
+                .copied()
+                .filter(|name| !others.contains(name))
+                .collect();
+            if !alone.is_empty() && !others.is_empty() {
+                notes.push(format!(
+                    "only {} has layers {}: not compared",
+                    source.name,
+                    alone.join(", ")
+                ));
+            }
+        }
+        if layers_a.contains(&REST) && layers_b.contains(&REST) && !is_comparable(REST) {
+            notes.push(format!(
+                "layer {REST} is the rest of other signatures in each image: not compared"
+            ));
+        }
+        let mut pairs = Vec::new();
+        if is_wanted(total) {
+            pairs.push(pair(total, true, totals, [a, b], &contents, reference)?);
+        }
+        for name in shared.into_iter().filter(|name| is_wanted(name)) {
+            pairs.push(pair(name, false, [name; 2], [a, b], &contents, reference)?);
+        }
+        Ok(Self { pairs, notes })
+    }
+}
+
+/// The layer of all signatures without one of their own.
+const REST: &str = "other";
+
+fn check_sizes(a: &Source, b: &Source) -> Result<(), CompareError> {
+    let size = |image: &crate::film::Image| [image.width, image.height];
+    let images = [(&b.name, &b.image)];
+    let errors = [a, b]
+        .into_iter()
+        .filter_map(|source| source.errors.as_ref())
+        .map(|(name, image)| (name, image));
+    match images
+        .into_iter()
+        .chain(errors)
+        .find(|(_, image)| size(image) != size(&a.image))
+    {
+        Some((other, image)) => Err(CompareError::Size {
+            file: a.name.clone(),
+            size: size(&a.image),
+            other: other.clone(),
+            other_size: size(image),
+        }),
+        None => Ok(()),
+    }
+}
+
+/// One layer of both images; `layers` is what A and B call it.
+fn pair<'a>(
+    name: &str,
+    is_total: bool,
+    layers: [&str; 2],
+    sources: [&'a Source; 2],
+    contents: &[Contents<'a>; 2],
+    reference: Side,
+) -> Result<Pair<'a>, CompareError> {
+    let [a, b] = [0, 1].map(|i| contents[i].colour(layers[i], Kind::Value));
+    if a.len() != b.len() {
+        return Err(CompareError::Channels {
+            layer: name.to_owned(),
+            file: sources[0].name.clone(),
+            channels: names(a.into_iter()),
+            other: sources[1].name.clone(),
+            other_channels: names(b.into_iter()),
+        });
+    }
+    contents[0].check_finite(&a)?;
+    contents[1].check_finite(&b)?;
+    let measured = [
+        Measured::of(&contents[0], sources[0], layers[0], is_total)?,
+        Measured::of(&contents[1], sources[1], layers[1], is_total)?,
+    ];
+    let ordered = |[a, b]: [_; 2]| match reference {
+        Side::A => (a, b),
+        Side::B => (b, a),
+    };
+    let (truth, other) = ordered([a, b]);
+    let mut channels: Vec<ChannelPair> = truth
+        .into_iter()
+        .zip(other)
+        .map(|(truth, other)| ChannelPair {
+            name: component(&truth.name).to_owned(),
+            reference: &truth.samples,
+            other: &other.samples,
+        })
+        .collect();
+    if channels
+        .iter()
+        .all(|one| one.reference == channels[0].reference && one.other == channels[0].other)
+    {
+        channels.truncate(1);
+    }
+    let mut tests = tests(measured, reference);
+    if tests
+        .iter()
+        .all(|one| one.reference == tests[0].reference && one.other == tests[0].other)
+    {
+        tests.truncate(1);
+    }
+    Ok(Pair {
+        name: name.to_owned(),
+        is_total,
+        width: sources[0].image.width,
+        height: sources[0].image.height,
+        corner: sources[0].corner,
+        channels,
+        tests,
+    })
+}
+
+/// The channels of a layer with their bars; none where neither image has any.
+fn tests(measured: [Measured; 2], reference: Side) -> Vec<TestPair> {
+    let has_bars = measured
+        .iter()
+        .any(|one| one.bars.iter().any(Bars::has_any));
+    let [a, b] = Measured::alike(measured);
+    if !has_bars {
+        return Vec::new();
+    }
+    let bars = a.bars.into_iter().zip(b.bars);
+    a.names
+        .into_iter()
+        .zip(bars)
+        .map(|(name, (a, b))| {
+            let (reference, other) = match reference {
+                Side::A => (a, b),
+                Side::B => (b, a),
+            };
+            TestPair {
+                name: name.to_owned(),
+                reference,
+                other,
+            }
+        })
+        .collect()
+}
+
+/// The last part of a channel's name.
+pub(super) fn component(name: &str) -> &str {
+    name.rsplit_once('.')
+        .map_or(name, |(_, component)| component)
+}
+
+impl Bars<'_> {
+    /// Whether anything is known of the errors.
+    pub fn has_any(&self) -> bool {
+        self.standard_errors.is_some() || self.bounds.is_some()
+    }
+}
+
+impl Pair<'_> {
+    /// Number of texels.
+    pub fn texels(&self) -> usize {
+        self.width * self.height
+    }
+
+    /// Column and row in the files of a texel.
+    pub fn place(&self, texel: usize) -> [usize; 2] {
+        [
+            self.corner[0] + texel % self.width,
+            self.corner[1] + texel / self.width,
+        ]
+    }
+}
