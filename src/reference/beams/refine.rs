@@ -27,7 +27,7 @@ const MOST_TOLERANCES: f64 = 4096.0;
 const UNGUARDED_TOLERANCES: f64 = 8.0;
 
 /// ... and with no more than this part of its signature's flux, ...
-const LARGE_PART: f64 = 1.0 / 32.0;
+const LARGE_PART: f64 = 1.0 / 128.0;
 
 /// ... unless the signature is so faint that this would take too many cells.
 const LEAST_UNGUARDED: f64 = 1.0 / 4096.0;
