@@ -9,8 +9,8 @@ use super::legs::{Leg, Met, way_out};
 use crate::geometry::{Hull, Shape};
 
 impl Guard<'_> {
-    /// Whether anything may be in a hull. Of flat faces that may be, `is_in_the_way` is asked by
-    /// shape and face (0 of a rectangle): the caller knows its edges better than a hull does.
+    /// Whether anything may be in a hull. Of flat faces near it, `is_in_the_way` is asked by
+    /// shape and face (0 of a rectangle): the caller knows planes and edges better than a hull does.
     pub fn may_be_between(
         &self,
         hull: &Hull,
@@ -26,11 +26,7 @@ impl Guard<'_> {
                 Shape::Mesh(mesh) if !mesh.has_vertex_normals() => world.any_face(
                     shape,
                     |bounds| hull.may_overlap_box(bounds),
-                    |face, corners| {
-                        let [a, b, c] = *corners;
-                        hull.may_overlap_points(corners, &[(b - a).cross(c - a)])
-                            && is_in_the_way(shape, face)
-                    },
+                    |face, _| is_in_the_way(shape, face),
                 ),
                 Shape::Rectangle(_) => {
                     self.may_be_in_the_way(hull, shape) && is_in_the_way(shape, 0)

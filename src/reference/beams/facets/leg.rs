@@ -124,15 +124,15 @@ impl<'a, 'f> Legs<'a, 'f> {
                 if from == Some(facet) || matches!(goal, Goal::Facet(to) if to == facet) {
                     return false;
                 }
-                match self.part_across(facet, from, goal) {
-                    Some(part) if part <= allowed => {
+                match self.part_across(hull, facet, from, goal, allowed) {
+                    Some(part) => {
                         if part > 0.0 && !seen.contains(&facet) {
                             seen.push(facet);
                             astray += part;
                         }
                         false
                     }
-                    _ => {
+                    None => {
                         in_the_way = Some(facet);
                         true
                     }
@@ -212,7 +212,14 @@ impl<'a, 'f> Legs<'a, 'f> {
 
     /// Which part of the leg's light may meet a facet that is near it: 0 where that is beside it,
     /// `None` where only cutting tells.
-    fn part_across(&self, facet: u32, from: Option<u32>, goal: Goal) -> Option<f64> {
+    fn part_across(
+        &self,
+        hull: &Hull,
+        facet: u32,
+        from: Option<u32>,
+        goal: Goal,
+        allowed: f64,
+    ) -> Option<f64> {
         let facets = self.paths.facets();
         let other = facets.get(facet);
         let outline = facets.outline(other);
@@ -240,7 +247,11 @@ impl<'a, 'f> Legs<'a, 'f> {
                     .all(|&point| plane.height(point) * ahead >= -self.flatness)
             })
         };
-        if is_behind_start || is_beyond_end() || self.is_on_one_side(other) {
+        if is_behind_start
+            || is_beyond_end()
+            || !hull.may_overlap_points(outline, &[other.normal()])
+            || self.is_on_one_side(other)
+        {
             return Some(0.0);
         }
         let side = other.normal().dot(first);
@@ -249,21 +260,23 @@ impl<'a, 'f> Legs<'a, 'f> {
                 .lines
                 .iter()
                 .all(|line| other.normal().dot(line.ray.direction) * side > 0.0);
-        let part = self.part_within(other, first)?;
+        let part = self.part_within(other, first, allowed)?;
         if is_one_sided {
             return Some(part);
         }
         // Some of the light comes from its other side, from where its edges turn the other way.
-        Some(part + self.part_within(other, -first)?)
+        Some(part + self.part_within(other, -first, allowed)?)
     }
 
     /// Which part of the leg's light may pass between a facet's edges as they are seen along
-    /// `direction`: the least that an edge lets through, `None` where each does more than half.
-    fn part_within(&self, facet: &Facet, direction: DVec3) -> Option<f64> {
+    /// `direction`: the least that an edge lets through; `None` where a cut along them would tell
+    /// more than `allowed` of it apart.
+    fn part_within(&self, facet: &Facet, direction: DVec3, allowed: f64) -> Option<f64> {
         let mut least: Option<f64> = None;
         for edge in self.paths.facets().edges(facet, direction) {
             let sides = self.lines.iter().map(|line| edge.side(&line.ray));
-            if is_below(sides.clone(), edge.rounding(&self.lines[0].ray)) {
+            let rounding = edge.rounding(&self.lines[0].ray);
+            if is_below(sides.clone(), rounding) {
                 return Some(0.0);
             }
             if self.is_affine() {
@@ -271,11 +284,13 @@ impl<'a, 'f> Legs<'a, 'f> {
             }
             // Lines along which polygons were cut are bent: their ends, and what is between them, are
             // a little on the other side.
-            let (low, high) = sides.fold((0.0_f64, 0.0_f64), |(low, high), side| {
+            let (low, high) = sides.clone().fold((0.0_f64, 0.0_f64), |(low, high), side| {
                 (low.min(side), high.max(side))
             });
             let part = high / (high - low);
-            if part < 0.5 {
+            // Straight cuts end at corners: what bends over the edge between them is in none.
+            let is_uncut = is_below(sides.take(self.corners), rounding);
+            if is_uncut || part <= allowed {
                 least = Some(least.map_or(part, |least| least.min(part)));
             }
         }

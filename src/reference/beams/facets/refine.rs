@@ -306,6 +306,10 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
                 Way::Clear { astray } => {
                     // What cuts along the same edges put astray is the same light.
                     polygon.astray = polygon.astray.max(astray * area).min(area);
+                    if astray > allowed && self.is_worth_halving(&polygon, area) {
+                        self.part(&polygon, area, generic);
+                        return;
+                    }
                 }
                 Way::Facet(facet) => {
                     self.cut_out(polygon, facet, false, generic);
