@@ -124,19 +124,15 @@ impl<'a, 'f> Legs<'a, 'f> {
                 if from == Some(facet) || matches!(goal, Goal::Facet(to) if to == facet) {
                     return false;
                 }
-                match self.part_across(hull, facet, from, goal, allowed) {
-                    Some(part) => {
-                        if part > 0.0 && !seen.contains(&facet) {
-                            seen.push(facet);
-                            astray += part;
-                        }
-                        false
-                    }
-                    None => {
-                        in_the_way = Some(facet);
-                        true
-                    }
+                let Some(part) = self.part_across(hull, facet, from, goal, allowed) else {
+                    in_the_way = Some(facet);
+                    return true;
+                };
+                if part > 0.0 && !seen.contains(&facet) {
+                    seen.push(facet);
+                    astray += part;
                 }
+                false
             })
         });
         match in_the_way {
