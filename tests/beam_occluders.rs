@@ -88,14 +88,15 @@ fn the_shadow_of_a_bead_under_a_pane_is_within_bounds_on_every_texel() {
             let lit = 100.0 * 0.96 * 0.96;
             let mut shadowed = 0;
             for texel in 0..SIDE * SIDE {
-                // u runs along x, v along y, from a corner; the film's first row is at v = 0 or 1:
-                // decided by where the shadow is.
+                // Columns run along x and rows along y, from the corner (-1, -1).
                 let (column, row) = (texel % SIDE, texel / SIDE);
                 let x = -1.0 + side * column as f64 - center[0];
                 let y = -1.0 + side * row as f64 - center[1];
                 let dark = shared_area(x, y, side, radius) / (side * side);
                 let truth = lit * (1.0 - dark);
                 shadowed += u32::from(dark > 0.0);
+                // The quadrature of the shared area errs by 3.3e-9 of a texel's 3.9e-3, times
+                // 92 W/m²: 8e-5.
                 let rounding = 1e-4;
                 assert!(
                     low[texel] <= truth + rounding && truth <= high[texel] + rounding,
