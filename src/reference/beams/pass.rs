@@ -279,7 +279,8 @@ impl Passes<'_> {
         });
         let by_facets = flat.par_chunks(task).map(|facets| {
             refined(facets.len(), &|refiner| {
-                let mut polygons = FacetRefiner::new(&paths, &screen, film, limits.tolerance);
+                let tolerance = limits.tolerance;
+                let mut polygons = FacetRefiner::new(&paths, &screen, self.guard, film, tolerance);
                 for facet in facets {
                     polygons.refine(*facet, refiner);
                 }

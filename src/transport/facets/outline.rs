@@ -17,6 +17,9 @@ pub(super) struct Outlines {
     pub(super) groups: Vec<Group>,
     /// The group of each face; beyond the last for a face without area.
     pub(super) of_face: Vec<u32>,
+    /// How often a face was taken into a group, for good or not.
+    #[cfg_attr(not(test), expect(dead_code, reason = "the work done, for tests"))]
+    pub(super) visits: usize,
 }
 
 /// A side of a face, by the vertices at its ends.
@@ -64,6 +67,7 @@ pub(super) fn outlines(mesh: &Mesh) -> Outlines {
         .fold(0.0_f64, |reach, p| reach.max(p.abs().max_element()));
     let mut of_face = vec![UNGROUPED; faces as usize];
     let mut groups: Vec<Group> = Vec::new();
+    let mut visits = 0;
     for (area, seed) in order {
         if area == 0.0 || of_face[seed as usize] != UNGROUPED {
             continue;
@@ -85,30 +89,39 @@ pub(super) fn outlines(mesh: &Mesh) -> Outlines {
                 }
             }
         }
-        let own = |face: u32| mesh.corners(face).to_vec();
-        let corners = if members.len() == 1 {
-            own(seed)
-        } else {
-            let inner = |side: &Side| across(side).is_some_and(|o| of_face[o as usize] == number);
-            let border: Vec<Side> = members
-                .iter()
-                .flat_map(|&face| sides(face))
-                .filter(|side| !inner(side))
-                .collect();
-            let outline = convex_loop(mesh, &border, &plane);
-            if outline.is_none() {
-                for &face in &members[1..] {
-                    of_face[face as usize] = UNGROUPED;
-                }
-            }
-            outline.unwrap_or_else(|| own(seed))
-        };
-        groups.push(Group {
-            face: seed,
-            corners,
-        });
+        visits += members.len();
+        let inner = |side: &Side| across(side).is_some_and(|o| of_face[o as usize] == number);
+        let border = members
+            .iter()
+            .flat_map(|&face| sides(face))
+            .filter(|side| !inner(side))
+            .collect();
+        // A lone triangle is convex, however thin.
+        let outline = (members.len() > 1)
+            .then(|| convex_loop(mesh, border, &plane))
+            .flatten();
+        if let Some(corners) = outline {
+            groups.push(Group {
+                face: seed,
+                corners,
+            });
+            continue;
+        }
+        // Each face is a facet of its own, once and for all: floods from other faces of the same
+        // plane would find the same outline, at a cost of their number squared.
+        for face in members {
+            of_face[face as usize] = groups.len() as u32;
+            groups.push(Group {
+                face,
+                corners: mesh.corners(face).to_vec(),
+            });
+        }
     }
-    Outlines { groups, of_face }
+    Outlines {
+        groups,
+        of_face,
+        visits,
+    }
 }
 
 /// A face's plane and how far off a point may be that lies in it.
@@ -141,18 +154,19 @@ impl Plane {
 }
 
 /// The corners of a border that is one convex loop; those on straight lines are left out.
-fn convex_loop(mesh: &Mesh, border: &[Side], plane: &Plane) -> Option<Vec<DVec3>> {
-    let first = border.first()?;
+fn convex_loop(mesh: &Mesh, mut border: Vec<Side>, plane: &Plane) -> Option<Vec<DVec3>> {
+    let first = *border.first()?;
+    border.sort_unstable();
+    // A corner where two loops meet has two sides.
+    if border.windows(2).any(|two| two[0].from == two[1].from) {
+        return None;
+    }
     let mut corners = Vec::with_capacity(border.len());
     let mut at = first.from;
     loop {
         corners.push(mesh.positions()[at as usize]);
-        let mut onward = border.iter().filter(|side| side.from == at);
-        let (next, other) = (onward.next()?.to, onward.next());
-        if other.is_some() {
-            return None;
-        }
-        at = next;
+        let side = border.binary_search_by_key(&at, |side| side.from).ok()?;
+        at = border[side].to;
         if at == first.from {
             break;
         }
@@ -185,11 +199,63 @@ fn convex_loop(mesh: &Mesh, border: &[Side], plane: &Plane) -> Option<Vec<DVec3>
             if turn.abs() <= straight { 0.0 } else { turn }
         })
         .collect();
-    turns.iter().all(|&turn| turn >= 0.0).then(|| {
-        corners
-            .into_iter()
-            .zip(turns)
-            .filter_map(|(corner, turn)| (turn > 0.0).then_some(corner))
-            .collect()
-    })
+    if turns.iter().any(|&turn| turn < 0.0) {
+        return None;
+    }
+    let corners: Vec<DVec3> = corners
+        .into_iter()
+        .zip(turns)
+        .filter_map(|(corner, turn)| (turn > 0.0).then_some(corner))
+        .collect();
+    (corners.len() >= 3).then_some(corners)
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::outlines;
+    use crate::geometry::{Mesh, MeshParts};
+
+    /// A flat grid of `side` x `side` squares of two triangles, without those that `hole` names.
+    fn grid(side: u32, hole: impl Fn(u32, u32) -> bool) -> Mesh {
+        let at = |x: u32, y: u32| y * (side + 1) + x;
+        let place = |index: u32| {
+            let (x, y) = (index % (side + 1), index / (side + 1));
+            DVec3::new(f64::from(x), f64::from(y), 0.0)
+        };
+        let squares = (0..side * side).map(|index| (index % side, index / side));
+        let triangles = squares.filter(|&(x, y)| !hole(x, y)).flat_map(|(x, y)| {
+            let [a, b, c, d] = [at(x, y), at(x + 1, y), at(x + 1, y + 1), at(x, y + 1)];
+            [[a, b, c], [a, c, d]]
+        });
+        Mesh::new(MeshParts {
+            positions: (0..(side + 1) * (side + 1)).map(place).collect(),
+            triangles: triangles.collect(),
+            face_normals: true,
+            ..MeshParts::default()
+        })
+        .unwrap()
+    }
+
+    #[test]
+    fn a_plane_whose_outline_is_not_convex_is_looked_through_once() {
+        for side in [8, 32] {
+            let all = side * side * 2;
+            let square = outlines(&grid(side, |_, _| false));
+            assert_eq!(square.groups.len(), 1);
+            assert_eq!(square.groups[0].corners.len(), 4);
+            assert_eq!(square.visits, all as usize);
+            // The letter L; and one with a hole.
+            let letter = outlines(&grid(side, |x, y| x >= side / 2 && y >= side / 2));
+            let ring = outlines(&grid(side, |x, y| x == side / 2 && y == side / 2));
+            for (mesh, faces) in [(letter, all * 3 / 4), (ring, all - 2)] {
+                assert_eq!(mesh.groups.len(), faces as usize);
+                assert_eq!(mesh.visits, faces as usize);
+                for (face, &group) in mesh.of_face.iter().enumerate() {
+                    assert_eq!(mesh.groups[group as usize].face, face as u32);
+                }
+            }
+        }
+    }
 }

@@ -233,7 +233,7 @@ fn surface(ray: &Ray, hit: &Hit) -> Stop {
 }
 
 /// A distance at which a ray from `origin`, and its neighbours with it, has left the box round everything.
-fn way_out(scene: &Scene, origin: DVec3) -> f64 {
+pub(super) fn way_out(scene: &Scene, origin: DVec3) -> f64 {
     let bounds: Bounds = scene.world().bounds();
     // Twice what the ray itself may need: where a fan of rays is so wide that its middle falls
     // short of the box, its bulge covers the rest.

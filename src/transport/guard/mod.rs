@@ -22,6 +22,7 @@
 mod caught;
 mod legs;
 mod obstacles;
+mod polygons;
 mod same_surface;
 
 use glam::DVec2;

@@ -17,12 +17,17 @@ use crate::transport::guard::Clearance;
 use crate::transport::prescribed::End;
 use crate::transport::screen::Screen;
 
+/// The borders of a larger image \[texels\] have boxes of their own.
+const SMALL_IMAGE: f64 = 4.0;
+
 /// What became of a polygon at the sensor.
 pub(super) enum Landing<const N: usize> {
     /// It is on the film, or beside it.
     Done {
         /// On the film \[W\].
         received: Flux<N>,
+        /// May be elsewhere \[W\].
+        slack: Flux<N>,
     },
     /// Its image is not flat enough.
     TooBent,
@@ -51,8 +56,11 @@ pub(super) fn land<const N: usize>(
     if is_beside(&corners, film.size()) {
         return Landing::Done {
             received: Flux::BLACK,
+            slack: Flux::BLACK,
         };
     }
+    let area = polygon.area_and_middle().0;
+    let astray = || deposit_astray(film, &corners, polygon.astray, area);
     let fan = (1..corners.len() - 1).map(|index| Cell {
         corners: [corners[0], corners[index], corners[index + 1]],
         level: 0,
@@ -60,7 +68,10 @@ pub(super) fn land<const N: usize>(
     });
     if matches!(paths.source(), Source::Parallel { .. }) {
         let received = fan.fold(Flux::BLACK, |sum, cell| sum + land_flat(film, &cell));
-        return Landing::Done { received };
+        return Landing::Done {
+            received,
+            slack: astray(),
+        };
     }
     let middle = |at: DVec2| place(&paths.follow(&polygon.chain, polygon.events, at));
     let mut cells: Vec<(Cell<N>, [Node<N>; 3], Look<N>)> = Vec::with_capacity(corners.len() - 2);
@@ -94,15 +105,15 @@ pub(super) fn land<const N: usize>(
         };
         received += patch.deposit(film, &levels, look.bend);
     }
-    if polygon.astray > 0.0 {
-        spread_astray(film, &corners, polygon.astray);
+    Landing::Done {
+        received,
+        slack: astray(),
     }
-    Landing::Done { received }
 }
 
 /// Light on its last leg, where it falls.
 #[inline]
-fn node<const N: usize>(
+pub(super) fn node<const N: usize>(
     paths: &FacetPaths,
     screen: Screen,
     light: &FacetLight<N>,
@@ -154,18 +165,58 @@ fn land_flat<const N: usize>(film: &BeamFilm<N>, cell: &Cell<N>) -> Flux<N> {
     received
 }
 
-/// Light near a bent cut may belong to the polygon on the other side: at the borders' texels.
-fn spread_astray<const N: usize>(film: &BeamFilm<N>, corners: &[Node<N>], area: f64) {
-    let [columns, rows] = film.size();
-    for corner in corners {
-        if let Some(at) = corner.landing
-            && at.cmpge(DVec2::ZERO).all()
-            && at.x < columns as f64
-            && at.y < rows as f64
-        {
-            let texel = [at.x as usize, at.y as usize];
-            let slack = corner.weight * (area / corners.len() as f64);
-            film.add_slack(texel, texel, slack);
+/// Says of `astray` of a polygon's coordinate area that its light may be, or not be, at any
+/// of its borders; of all of it, anywhere in it. Returns the flux \[W\] that this is.
+pub(super) fn deposit_astray<const N: usize>(
+    film: &BeamFilm<N>,
+    corners: &[Node<N>],
+    astray: f64,
+    area: f64,
+) -> Flux<N> {
+    if astray <= 0.0 {
+        return Flux::BLACK;
+    }
+    let mut weight = Flux::<N>::BLACK;
+    for node in corners {
+        for (largest, channel) in weight.0.iter_mut().zip(node.weight.0) {
+            *largest = largest.max(channel);
         }
+    }
+    let slack = weight * astray.min(area);
+    let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+    for at in corners.iter().filter_map(|node| node.landing) {
+        (low, high) = (low.min(at), high.max(at));
+    }
+    // A small image has its borders in all of its texels.
+    if astray >= area || (high - low).max_element() <= SMALL_IMAGE {
+        add_slack(film, corners.iter(), slack);
+    } else {
+        for (index, corner) in corners.iter().enumerate() {
+            let next = &corners[(index + 1) % corners.len()];
+            add_slack(film, [corner, next].into_iter(), slack);
+        }
+    }
+    slack
+}
+
+/// Slack on the texels of a box round landings, as far as they are on the film.
+fn add_slack<'n, const N: usize>(
+    film: &BeamFilm<N>,
+    nodes: impl Iterator<Item = &'n Node<N>>,
+    slack: Flux<N>,
+) {
+    let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+    for at in nodes.filter_map(|node| node.landing) {
+        low = low.min(at);
+        high = high.max(at);
+    }
+    let [columns, rows] = film.size();
+    let last = DVec2::new(columns as f64, rows as f64) - 1.0;
+    let low = low.floor().max(DVec2::ZERO);
+    let high = high.floor().min(last);
+    // False for NaN, too.
+    if low.cmple(high).all() {
+        let texel = |at: DVec2| [at.x as usize, at.y as usize];
+        film.add_slack(texel(low), texel(high), slack);
     }
 }

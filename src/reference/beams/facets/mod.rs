@@ -8,11 +8,17 @@
 //! Each cut parts a polygon in two, so that nothing is lost or counted twice. What has made all
 //! its events lands (`land.rs`) as a fan of triangles.
 //!
+//! One ray does not see what is beside it. So a polygon goes on only where nothing else may be in
+//! the space that its leg sweeps (`leg.rs`): a facet that is there is cut out, too; next to what is
+//! not flat, polygons are halved down to the tolerance, and cells find the border, or all light
+//! of what is left is slack.
+//!
 //! Parallel light goes along a chain of flat facets by an affine map: then all of this is exact.
 //! Light from a point does not: the lines where polygons are cut are bent a little, and so are the
 //! images. Where the tolerance does not allow that, polygons are halved.
 
 mod land;
+mod leg;
 mod polygon;
 mod refine;
 

@@ -3,7 +3,6 @@
 use glam::DVec2;
 
 use super::area_and_middle;
-use crate::geometry::Ray;
 use crate::transport::facets::path::{FacetLight, FacetPaths};
 
 /// What light meets on a leg.
@@ -13,21 +12,12 @@ pub(super) enum Sight {
     Facet(u32),
     /// The sensor, after its last event.
     Sensor,
-    /// Something that ends it without an edge that is known here, or nothing.
-    End,
+    /// A shape that is not flat and ends it.
+    Blocked(u32),
+    /// Nothing.
+    Away,
     /// A surface that is not flat and sends light on.
     Curved,
-}
-
-/// Light that was looked along.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Sample {
-    /// Its leg.
-    pub(super) ray: Ray,
-    /// What it meets.
-    pub(super) sight: Sight,
-    /// How far that is.
-    pub(super) distance: f64,
 }
 
 /// A convex polygon of light that has gone by one chain of facets so far.
@@ -39,9 +29,8 @@ pub(super) struct Polygon<const N: usize> {
     pub(super) chain: Vec<u32>,
     /// Events that it has had.
     pub(super) events: usize,
-    /// Light in it that was looked along on this leg.
-    pub(super) samples: Vec<Sample>,
-    /// Coordinate area that cuts along bent lines may have put on the wrong side.
+    /// Coordinate area that may go another way: cuts along bent lines put it on the wrong side, or
+    /// what is in the way of it is not known.
     pub(super) astray: f64,
     /// How often it was halved or cut without leaving its leg.
     pub(super) cuts: u32,
@@ -69,10 +58,22 @@ pub(super) enum Cut<const N: usize> {
 /// whose rounding is as large.
 const SMALLEST: f64 = 1e-13;
 
+/// Whether values are zero or less, give or take `rounding` or what [`Polygon::cut`] takes for it.
+pub(super) fn is_below(values: impl Iterator<Item = f64> + Clone, rounding: f64) -> bool {
+    let largest = values.clone().fold(0.0_f64, |l, value| l.max(value.abs()));
+    let zero = rounding.max(SMALLEST * largest);
+    values.into_iter().all(|value| value <= zero)
+}
+
 impl<const N: usize> Polygon<N> {
     /// The area in coordinates of the first facet, and the middle.
     pub(super) fn area_and_middle(&self) -> (f64, DVec2) {
         area_and_middle(self.corners.iter().map(|corner| corner.at))
+    }
+
+    /// The area in coordinates of the first facet.
+    pub(super) fn area(&self) -> f64 {
+        self.area_and_middle().0
     }
 
     /// The largest flux \[W\] of a corner for a unit of coordinate area, in units of the source's
@@ -97,10 +98,21 @@ impl<const N: usize> Polygon<N> {
             corners,
             chain: self.chain.clone(),
             events: self.events,
-            samples: Vec::new(),
             astray: self.astray,
             cuts: self.cuts + 1,
         }
+    }
+
+    /// What of the astray area of a whole may be in this part of it: twice its share, as it is
+    /// along some of the borders only.
+    pub(super) fn share_of_astray(&self, whole: f64) -> f64 {
+        self.astray * (2.0 * self.area() / whole).min(1.0)
+    }
+
+    /// The triangles that it is made of, all with its first corner.
+    pub(super) fn fan(&self) -> impl Iterator<Item = [FacetLight<N>; 3]> + '_ {
+        let triangle = |index| [0, index, index + 1].map(|corner| self.corners[corner]);
+        (1..self.corners.len().saturating_sub(1)).map(triangle)
     }
 
     /// Cuts it where a function is zero that is linear along its edges, given its values at the corners.
@@ -179,12 +191,12 @@ impl<const N: usize> Polygon<N> {
             .collect();
         match self.cut(&values, paths) {
             Cut::Through(parts) => {
-                let halve = |corners| {
+                let whole = self.area();
+                Some([parts.above, parts.below].map(|corners| {
                     let mut half = self.with(corners);
-                    half.astray *= 0.5;
+                    half.astray = half.share_of_astray(whole).min(half.area());
                     half
-                };
-                Some([halve(parts.above), halve(parts.below)])
+                }))
             }
             Cut::Above | Cut::Below => None,
         }

@@ -1,23 +1,20 @@
 //! Polygons of light, leg by leg.
 
-use std::collections::HashSet;
-
 use glam::DVec2;
 
 use super::chart_of;
-use super::land::{Landing, land};
-use super::polygon::{Cut, Polygon, Sample, Sight};
+use super::land::{Landing, deposit_astray, land, node};
+use super::leg::{Goal, Legs, Way};
+use super::polygon::{Cut, Polygon, Sight};
 use crate::geometry::{Shape, TraversalCounters};
 use crate::reference::beams::deposit::Patch;
 use crate::reference::beams::film::BeamFilm;
 use crate::reference::beams::refine::{Balance, Refiner};
 use crate::transport::facets::path::{FacetLight, FacetPaths};
-use crate::transport::first_surface::{Root, Source};
+use crate::transport::first_surface::{Chart, Root, Source};
+use crate::transport::guard::Guard;
 use crate::transport::prescribed::{End, next_hit};
 use crate::transport::screen::Screen;
-
-/// A corner is looked along from this part of its way to the middle: just inside.
-const INWARD: f64 = 1.0 / 64.0;
 
 /// No polygon is cut more often on one leg; what is left is given to the generic refiner.
 const MAX_CUTS: u32 = 256;
@@ -25,18 +22,23 @@ const MAX_CUTS: u32 = 256;
 /// Of a facet's coordinate area: no ray is spent on less, rounding decides where it goes.
 const NOTHING: f64 = 1e-15;
 
+/// Light that bends round a facet's edge is slack up to this part of a polygon, and cut off beyond.
+const MOST_ASTRAY: f64 = 1.0 / 64.0;
+
+/// At most this many things that are not flat are passed over in search of the next facet.
+const MAX_OBSTACLES: u32 = 8;
+
 /// Cuts the light of one source and one signature that meets flat facets.
 pub struct FacetRefiner<'a, 'f, const N: usize> {
     paths: &'f FacetPaths<'a>,
     screen: &'f Screen<'a>,
     film: &'f BeamFilm<N>,
+    legs: Legs<'a, 'f>,
     /// Misplaced flux that a polygon may have \[W\].
     tolerance: f64,
     /// Flux of light whose weight is one \[W\].
     strength: f64,
     pending: Vec<Polygon<N>>,
-    /// Corners of the facet's light from which nothing is in the way of the last leg.
-    clear: HashSet<[u64; 2]>,
     patch: Patch<N>,
     /// What was found so far, without what was given back.
     pub balance: Balance<N>,
@@ -49,6 +51,7 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
     pub fn new(
         paths: &'f FacetPaths<'a>,
         screen: &'f Screen<'a>,
+        guard: &'f Guard<'a>,
         film: &'f BeamFilm<N>,
         tolerance: f64,
     ) -> Self {
@@ -57,10 +60,10 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
             paths,
             screen,
             film,
+            legs: Legs::new(paths, screen, guard),
             tolerance,
             strength: strength.0.iter().fold(0.0_f64, |all, &one| all.max(one)),
             pending: Vec::new(),
-            clear: HashSet::new(),
             patch: Patch::default(),
             balance: Balance::default(),
             counters: TraversalCounters::default(),
@@ -82,18 +85,16 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
             corners,
             chain,
             events: 0,
-            samples: Vec::new(),
             astray: 0.0,
             cuts: 0,
         });
-        self.clear.clear();
         while let Some(polygon) = self.pending.pop() {
             self.follow(polygon, generic);
         }
     }
 
     /// The next leg of a polygon, or its end.
-    fn follow(&mut self, mut polygon: Polygon<N>, generic: &mut Refiner<'_, '_, N>) {
+    fn follow(&mut self, polygon: Polygon<N>, generic: &mut Refiner<'_, '_, N>) {
         let (area, middle) = polygon.area_and_middle();
         if polygon.corners.len() < 3 || area <= NOTHING {
             return;
@@ -103,55 +104,34 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
             return;
         }
         if !polygon.corners[0].is_on_its_way() {
-            let light: FacetLight<N> = self.paths.follow(&polygon.chain, polygon.events, middle);
-            if light.is_on_its_way() {
+            if self.is_any_on_its_way(&polygon, middle) {
                 self.part(&polygon, area, generic);
             } else {
                 self.book(&polygon, area);
             }
             return;
         }
-        let is_new = polygon.cuts == 0;
-        let is_by_middle = polygon.samples.is_empty();
-        if is_by_middle {
-            self.look(&mut polygon, middle);
-        }
-        let is_clipped = |sample: &Sample| matches!(sample.sight, Sight::Facet(_));
-        // A facet's edges say where its light ends; of anything else only more rays do.
-        let is_last = polygon.events == self.paths.events();
-        if is_new || is_by_middle && !polygon.samples.iter().all(is_clipped) {
-            for index in 0..polygon.corners.len() {
-                let corner = polygon.corners[index].at;
-                // Pieces on both sides of a cut end at the same places: one ray speaks for all.
-                let key = corner.to_array().map(f64::to_bits);
-                if !(is_last && is_new && self.clear.contains(&key)) {
-                    self.look(&mut polygon, corner + (middle - corner) * INWARD);
-                    let seen = polygon.samples.last().map(|sample| sample.sight);
-                    if is_last && seen == Some(Sight::Sensor) {
-                        self.clear.insert(key);
-                    }
-                }
+        match self.sight(&polygon, middle) {
+            Sight::Facet(facet) if !Self::is_entry(&polygon, facet) => {
+                self.cut_out(polygon, facet, true, generic);
             }
+            sight => self.go_on(polygon, area, sight, generic),
         }
-        let sight = polygon.samples[0].sight;
-        // What is nearest hides what is behind it.
-        let nearest = polygon
-            .samples
-            .iter()
-            .filter_map(|sample| match sample.sight {
-                Sight::Facet(facet) if !Self::is_entry(&polygon, facet) => {
-                    Some((sample.distance, facet))
-                }
-                _ => None,
-            })
-            .min_by(|a, b| a.0.total_cmp(&b.0));
-        if let Some((_, facet)) = nearest {
-            self.cut_out(polygon, facet, is_by_middle, generic);
-        } else if polygon.samples.iter().all(|sample| sample.sight == sight) {
-            self.go_on(polygon, area, sight, generic);
-        } else {
-            self.settle(polygon, area, sight, generic);
-        }
+    }
+
+    /// Whether light within a polygon did not end, as that of its corners did.
+    fn is_any_on_its_way(&self, polygon: &Polygon<N>, middle: DVec2) -> bool {
+        let is_on_its_way = |at: DVec2| {
+            let light: FacetLight<N> = self.paths.follow(&polygon.chain, polygon.events, at);
+            light.is_on_its_way()
+        };
+        let corners = &polygon.corners;
+        let next = corners.iter().cycle().skip(1);
+        is_on_its_way(middle)
+            || corners
+                .iter()
+                .zip(next)
+                .any(|(a, b)| is_on_its_way(0.5 * (a.at + b.at)))
     }
 
     /// Whether the facet is the one that the polygon starts on, seen from the source.
@@ -159,49 +139,40 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
         polygon.events == 0 && polygon.chain[0] == facet
     }
 
-    /// Looks along the light at coordinates `at`.
-    fn look(&mut self, polygon: &mut Polygon<N>, at: DVec2) {
-        let light: FacetLight<N> = self.paths.follow(&polygon.chain, polygon.events, at);
-        let (sight, distance) = self.sight(polygon, &light);
-        polygon.samples.push(Sample {
-            ray: light.ray,
-            sight,
-            distance,
-        });
-    }
-
-    /// What light meets next, and how far off.
-    fn sight(&mut self, polygon: &Polygon<N>, light: &FacetLight<N>) -> (Sight, f64) {
+    /// What light at coordinates `at` meets next.
+    fn sight(&mut self, polygon: &Polygon<N>, at: DVec2) -> Sight {
         let scene = self.paths.scene();
-        let ray = self.paths.search_ray(light, &polygon.chain, polygon.events);
+        let light: FacetLight<N> = self.paths.follow(&polygon.chain, polygon.events, at);
+        let ray = self
+            .paths
+            .search_ray(&light, &polygon.chain, polygon.events);
         let found = next_hit(scene, ray, &mut self.counters);
         let hit = found.as_ref().map(|(_, hit)| hit);
         if polygon.events == self.paths.events() {
             let ray = found.as_ref().map_or(ray, |(ray, _)| *ray);
             let (end, ..) = self.screen.end(scene, &ray, hit, &mut self.counters);
             if matches!(end, End::Landed(_)) {
-                return (Sight::Sensor, f64::INFINITY);
+                return Sight::Sensor;
             }
         }
         let Some(hit) = hit else {
-            return (Sight::End, f64::INFINITY);
+            return Sight::Away;
         };
         let is_between = polygon.events > 0 && polygon.events < self.paths.events();
         let material = scene.material_of(hit.shape);
-        let sight = match self.paths.facets().of(hit.shape, hit.face) {
+        match self.paths.facets().of(hit.shape, hit.face) {
             Some(facet) => Sight::Facet(facet),
             None if is_between && material.is_specular(scene.materials()) => Sight::Curved,
-            None => Sight::End,
-        };
-        (sight, hit.distance)
+            None => Sight::Blocked(hit.shape),
+        }
     }
 
-    /// Cuts out what meets a facet; the rest waits.
+    /// Cuts out what meets a facet, as a ray showed or as may be; the rest waits.
     fn cut_out(
         &mut self,
         mut polygon: Polygon<N>,
         facet: u32,
-        is_by_middle: bool,
+        is_seen: bool,
         generic: &mut Refiner<'_, '_, N>,
     ) {
         let facets = self.paths.facets();
@@ -209,20 +180,22 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
         let weight = self.strength * polygon.largest_weight();
         let direction = polygon.corners[0].ray.direction;
         let mut values = Vec::with_capacity(polygon.corners.len());
+        let mut was_cut = false;
         for edge in facets.edges(facets.get(facet), direction) {
             values.clear();
             values.extend(polygon.corners.iter().map(|corner| edge.side(&corner.ray)));
             match polygon.cut(&values, self.paths) {
                 Cut::Above => {}
                 Cut::Below => {
-                    let area = polygon.area_and_middle().0;
-                    if is_by_middle {
+                    if is_seen {
                         // A ray through it met the facet: a sliver on the facet's edge.
-                        self.settle(polygon, area, Sight::Facet(facet), generic);
-                    } else {
-                        // The light that met the facet is on the other side of a bent cut.
-                        polygon.samples.clear();
+                        self.settle(polygon, Sight::Facet(facet), generic);
+                    } else if was_cut {
+                        // The light that may meet the facet is on the other side of the cut.
                         self.pending.push(polygon);
+                    } else {
+                        let area = polygon.area_and_middle().0;
+                        self.divide(&polygon, area, Sight::Facet(facet), generic);
                     }
                     return;
                 }
@@ -231,26 +204,18 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
                     let astray = self.bow(&polygon, &parts.line, &values, |light| {
                         edge.side(&light.ray)
                     }) * area;
-                    if astray * weight > self.tolerance {
+                    if astray * weight > self.tolerance && self.is_worth_halving(&polygon, area) {
                         self.part(&polygon, area, generic);
                         return;
                     }
                     let mut rest = polygon.with(parts.below);
-                    let is_below = |sample: &Sample| edge.side(&sample.ray) < 0.0;
-                    let samples = polygon.samples.iter().copied();
-                    rest.samples = samples
-                        .filter(|sample| is_below(sample) && sample.sight != Sight::Facet(facet))
-                        .collect();
-                    polygon.samples.retain(|sample| !is_below(sample));
-                    // What earlier cuts put astray is on either side of this one.
-                    let earlier = polygon.astray;
                     polygon.corners = parts.above;
-                    let area = rest.area_and_middle().0;
-                    let kept = polygon.area_and_middle().0;
-                    let share = kept / (kept + area);
-                    rest.astray = (earlier * (1.0 - share) + astray).min(area);
-                    polygon.astray = (earlier * share + astray).min(kept);
+                    // What this cut put astray is on either side of its line.
+                    for part in [&mut rest, &mut polygon] {
+                        part.astray = (part.share_of_astray(area) + astray).min(part.area());
+                    }
                     self.pending.push(rest);
+                    was_cut = true;
                 }
             }
         }
@@ -281,28 +246,15 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
         side(&light).abs() / range
     }
 
-    /// Of light that does not all meet the same: halves it where that is worth while, or else takes
-    /// it for what its middle is, and all of it for astray.
-    fn settle(
-        &mut self,
-        mut polygon: Polygon<N>,
-        area: f64,
-        sight: Sight,
-        generic: &mut Refiner<'_, '_, N>,
-    ) {
-        let goes_on = match sight {
-            Sight::Facet(facet) => {
-                polygon.events < self.paths.events()
-                    && (polygon.events > 0 || Self::is_entry(&polygon, facet))
-            }
-            Sight::Sensor => true,
-            Sight::End | Sight::Curved => false,
-        };
-        if goes_on && !self.is_worth_halving(&polygon, area) {
+    /// Of light that may not all meet the same: halves it where that is worth while, or else takes it
+    /// for what was seen, and all of it for astray.
+    fn settle(&mut self, mut polygon: Polygon<N>, sight: Sight, generic: &mut Refiner<'_, '_, N>) {
+        let area = polygon.area_and_middle().0;
+        if self.is_worth_halving(&polygon, area) {
+            self.part(&polygon, area, generic);
+        } else {
             polygon.astray = area;
             self.go_on(polygon, area, sight, generic);
-        } else {
-            self.part(&polygon, area, generic);
         }
     }
 
@@ -310,7 +262,7 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
         area * self.strength * polygon.largest_weight() > self.tolerance && polygon.cuts <= MAX_CUTS
     }
 
-    /// To the next leg, or to the end.
+    /// To the next leg, or to the end, if nothing is in the way.
     fn go_on(
         &mut self,
         mut polygon: Polygon<N>,
@@ -319,25 +271,66 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
         generic: &mut Refiner<'_, '_, N>,
     ) {
         let event = polygon.events;
-        match sight {
-            Sight::Facet(facet) if event < self.paths.events() => {
-                if event > 0 {
-                    polygon.chain.push(facet);
-                } else if !Self::is_entry(&polygon, facet) {
-                    // Something else is met first: that light has a root of its own.
+        let goal = match sight {
+            Sight::Facet(facet)
+                if event < self.paths.events() && event > 0 || Self::is_entry(&polygon, facet) =>
+            {
+                Goal::Facet(facet)
+            }
+            Sight::Facet(_) => {
+                // It is met where it must not be. On the way to the first facet: that light has
+                // a root of its own.
+                self.book(&polygon, area);
+                return;
+            }
+            Sight::Sensor => Goal::Receiver,
+            Sight::Away => Goal::Away,
+            Sight::Blocked(shape) => {
+                if self.legs.is_kept_back(&polygon, shape, &mut self.counters) {
                     self.book(&polygon, area);
+                } else {
+                    self.divide(&polygon, area, sight, generic);
+                }
+                return;
+            }
+            Sight::Curved => {
+                self.give_back(&polygon, generic);
+                return;
+            }
+        };
+        // What is astray as a whole may be in the way of whatever it likes.
+        if polygon.astray < area {
+            let flux = area * self.strength * polygon.largest_weight();
+            let allowed = (self.tolerance / flux).min(MOST_ASTRAY);
+            match self.legs.way(&polygon, goal, allowed) {
+                Way::Clear { astray } => {
+                    // What cuts along the same edges put astray is the same light.
+                    polygon.astray = polygon.astray.max(astray * area).min(area);
+                    if astray > allowed && self.is_worth_halving(&polygon, area) {
+                        self.part(&polygon, area, generic);
+                        return;
+                    }
+                }
+                Way::Facet(facet) => {
+                    self.cut_out(polygon, facet, false, generic);
                     return;
                 }
-                for corner in &mut polygon.corners {
-                    *corner = self.paths.onward(corner, facet, event);
+                Way::Obstructed => {
+                    self.divide(&polygon, area, sight, generic);
+                    return;
                 }
-                polygon.events += 1;
-                polygon.cuts = 0;
-                polygon.samples.clear();
+            }
+        }
+        match goal {
+            Goal::Facet(facet) => {
+                if event > 0 {
+                    polygon.chain.push(facet);
+                }
+                self.meet(&mut polygon, facet);
                 self.pending.push(polygon);
             }
-            Sight::Facet(_) | Sight::End => self.book(&polygon, area),
-            Sight::Sensor => {
+            Goal::Away => self.book(&polygon, area),
+            Goal::Receiver => {
                 let landing = land(
                     self.paths,
                     *self.screen,
@@ -347,16 +340,25 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
                     self.tolerance,
                 );
                 match landing {
-                    Landing::Done { received } => {
+                    Landing::Done { received, slack } => {
                         self.balance.received += received;
+                        self.balance.slack += slack;
                         self.book(&polygon, area);
                     }
                     Landing::TooBent => self.part(&polygon, area, generic),
                     Landing::NotForced => self.give_back(&polygon, generic),
                 }
             }
-            Sight::Curved => self.give_back(&polygon, generic),
         }
+    }
+
+    /// A polygon's next event, on a facet that is the last of its chain.
+    fn meet(&self, polygon: &mut Polygon<N>, facet: u32) {
+        for corner in &mut polygon.corners {
+            *corner = self.paths.onward(corner, facet, polygon.events);
+        }
+        polygon.events += 1;
+        polygon.cuts = 0;
     }
 
     /// What set out towards a finished polygon.
@@ -378,15 +380,102 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
         }
     }
 
+    /// Of a polygon that something without edges may be in the way of: halves it, or lets
+    /// cells find the border. Where these see none, all of its light is slack.
+    fn divide(
+        &mut self,
+        polygon: &Polygon<N>,
+        area: f64,
+        sight: Sight,
+        generic: &mut Refiner<'_, '_, N>,
+    ) {
+        if self.is_worth_halving(polygon, area)
+            && let Some(halves) = polygon.halves(self.paths)
+        {
+            self.pending.extend(halves);
+            return;
+        }
+        let chart = self.chart(polygon);
+        for corners in polygon.fan() {
+            let cut_before = generic.balance.cut_cells;
+            generic.refine(&Root {
+                chart,
+                corners: corners.map(|corner| corner.at),
+            });
+            if generic.balance.cut_cells == cut_before {
+                self.doubt(polygon.with(corners.to_vec()), sight);
+            }
+        }
+    }
+
+    /// Books all light of a polygon as slack where it falls if nothing but facets is in its way.
+    fn doubt(&mut self, mut polygon: Polygon<N>, sight: Sight) {
+        let mut sight = Some(sight);
+        while polygon.events < self.paths.events() {
+            let facet = match sight.take() {
+                _ if polygon.events == 0 => polygon.chain[0],
+                Some(Sight::Facet(facet)) => facet,
+                _ => match self.next_facet(&polygon) {
+                    Some(facet) => facet,
+                    None => return,
+                },
+            };
+            if polygon.events > 0 {
+                polygon.chain.push(facet);
+            }
+            self.meet(&mut polygon, facet);
+        }
+        let place = |light: &FacetLight<N>| node(self.paths, *self.screen, light);
+        let Some(corners) = polygon
+            .corners
+            .iter()
+            .map(place)
+            .collect::<Option<Vec<_>>>()
+        else {
+            return;
+        };
+        let area = polygon.area_and_middle().0;
+        self.balance.slack += deposit_astray(self.film, &corners, area, area);
+    }
+
+    /// The facet that a polygon's middle would meet next if all that is not flat were not there.
+    fn next_facet(&mut self, polygon: &Polygon<N>) -> Option<u32> {
+        let scene = self.paths.scene();
+        let middle = polygon.area_and_middle().1;
+        let light: FacetLight<N> = self.paths.follow(&polygon.chain, polygon.events, middle);
+        if !light.is_on_its_way() {
+            return None;
+        }
+        let mut ray = self
+            .paths
+            .search_ray(&light, &polygon.chain, polygon.events);
+        for _ in 0..MAX_OBSTACLES {
+            let (along, hit) = next_hit(scene, ray, &mut self.counters)?;
+            if let Some(facet) = self.paths.facets().of(hit.shape, hit.face) {
+                return Some(facet);
+            }
+            ray = scene
+                .world()
+                .bounce_point(&along, &hit)
+                .spawn(along.direction);
+        }
+        None
+    }
+
     /// Lets cells do the rest.
     fn give_back(&mut self, polygon: &Polygon<N>, generic: &mut Refiner<'_, '_, N>) {
+        let chart = self.chart(polygon);
+        for corners in polygon.fan() {
+            let corners = corners.map(|corner| corner.at);
+            generic.refine(&Root { chart, corners });
+        }
+    }
+
+    /// The chart of a polygon's coordinates.
+    fn chart(&self, polygon: &Polygon<N>) -> Chart {
         let facets = self.paths.facets();
         let facet = polygon.chain[0];
         let shape = &self.paths.scene().world().shapes()[facets.get(facet).shape as usize];
-        let chart = chart_of(facets, facet, matches!(shape, Shape::Mesh(_)));
-        for index in 1..polygon.corners.len() - 1 {
-            let corners = [0, index, index + 1].map(|corner| polygon.corners[corner].at);
-            generic.refine(&Root { chart, corners });
-        }
+        chart_of(facets, facet, matches!(shape, Shape::Mesh(_)))
     }
 }

@@ -1,0 +1,341 @@
+//! The space that a polygon's next leg sweeps, and what may be in it.
+//!
+//! Rays through a polygon show what they meet; what is beside them may be smaller than the
+//! polygon. So the hulls of its leg are asked for everything that may be in them. Flat faces that
+//! are, mostly neighbours of those that the leg starts and ends on, are judged by their edges.
+
+use glam::{DVec2, DVec3};
+
+use super::polygon::{Polygon, is_below};
+use crate::geometry::{Hull, Ray, Shape, TraversalCounters};
+use crate::transport::facets::path::{FacetLight, FacetPaths};
+use crate::transport::facets::table::Facet;
+use crate::transport::first_surface::Source;
+use crate::transport::guard::Guard;
+use crate::transport::prescribed::next_hit;
+use crate::transport::screen::Screen;
+
+/// Where all light of a leg goes if nothing is in its way.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Goal {
+    /// To a facet, within its edges.
+    Facet(u32),
+    /// To the plane of the receiver.
+    Receiver,
+    /// Out of the scene.
+    Away,
+}
+
+/// What may be in the way of a leg.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Way {
+    /// Nothing, but of this part of the light.
+    Clear {
+        /// What bends round an edge, where corners do not show it.
+        astray: f64,
+    },
+    /// This facet.
+    Facet(u32),
+    /// Something that has no edges to cut along.
+    Obstructed,
+}
+
+/// Where light is on a leg.
+#[derive(Clone, Copy)]
+struct Line {
+    ray: Ray,
+    end: DVec3,
+}
+
+/// Looks for what is in the way of legs.
+pub(super) struct Legs<'a, 'f> {
+    paths: &'f FacetPaths<'a>,
+    screen: &'f Screen<'a>,
+    guard: &'f Guard<'a>,
+    /// Points of one plane may be this far from it: u = 2⁻⁵³ of their coordinates, a few times.
+    flatness: f64,
+    /// Of the polygon's corners first, then of its sides' and diagonals' middles.
+    lines: Vec<Line>,
+    corners: usize,
+    hulls: Vec<Hull>,
+}
+
+impl<'a, 'f> Legs<'a, 'f> {
+    /// For one source and signature.
+    pub(super) fn new(
+        paths: &'f FacetPaths<'a>,
+        screen: &'f Screen<'a>,
+        guard: &'f Guard<'a>,
+    ) -> Self {
+        let bounds = paths.scene().world().bounds();
+        let reach = bounds.min.abs().max(bounds.max.abs()).max_element();
+        Self {
+            paths,
+            screen,
+            guard,
+            flatness: 64.0 * f64::EPSILON * reach,
+            lines: Vec::new(),
+            corners: 0,
+            hulls: Vec::new(),
+        }
+    }
+
+    /// Whether lines of one direction stay lines of one direction.
+    fn is_affine(&self) -> bool {
+        matches!(self.paths.source(), Source::Parallel { .. })
+    }
+
+    /// What may be in the way of a polygon's next leg; a facet is not where `allowed` of the light
+    /// or less may meet it, but that part counts as astray.
+    pub(super) fn way<const N: usize>(
+        &mut self,
+        polygon: &Polygon<N>,
+        goal: Goal,
+        allowed: f64,
+    ) -> Way {
+        let is_known = match (goal, self.screen) {
+            (Goal::Receiver, Screen::Receiver(receiver)) => matches!(
+                self.paths.scene().world().shapes()[receiver.shape() as usize],
+                Shape::Rectangle(_)
+            ),
+            (Goal::Receiver, Screen::Camera { .. }) => false,
+            _ => true,
+        };
+        if !is_known {
+            // What lands there is followed by other means.
+            return Way::Clear { astray: 0.0 };
+        }
+        if self.sweep(polygon, goal).is_none() {
+            return Way::Obstructed;
+        }
+        let (mut astray, mut in_the_way) = (0.0, None);
+        let mut seen: Vec<u32> = Vec::new();
+        let from = polygon
+            .events
+            .checked_sub(1)
+            .map(|last| polygon.chain[last]);
+        let facets = self.paths.facets();
+        let is_obstructed = self.hulls.iter().any(|hull| {
+            self.guard.may_be_between(hull, |shape, face| {
+                // A face without area is in nobody's way.
+                let Some(facet) = facets.of(shape, face) else {
+                    return false;
+                };
+                if from == Some(facet) || matches!(goal, Goal::Facet(to) if to == facet) {
+                    return false;
+                }
+                let Some(part) = self.part_across(hull, facet, from, goal, allowed) else {
+                    in_the_way = Some(facet);
+                    return true;
+                };
+                if part > 0.0 && !seen.contains(&facet) {
+                    seen.push(facet);
+                    astray += part;
+                }
+                false
+            })
+        });
+        match in_the_way {
+            Some(facet) => Way::Facet(facet),
+            None if is_obstructed => Way::Obstructed,
+            None => Way::Clear { astray },
+        }
+    }
+
+    /// Finds the lines and hulls of a leg; `None` where some of its light does not get there.
+    fn sweep<const N: usize>(&mut self, polygon: &Polygon<N>, goal: Goal) -> Option<()> {
+        self.lines.clear();
+        self.hulls.clear();
+        for corner in &polygon.corners {
+            let line = self.line(&corner.ray, goal)?;
+            self.lines.push(line);
+        }
+        self.corners = self.lines.len();
+        // The side that a triangle of the fan shares with the one before.
+        let mut shared: Option<Line> = None;
+        for index in 1..self.corners.saturating_sub(1) {
+            let (next, state) = (index + 1, polygon.corners[0].state);
+            let middle = |legs: &mut Self, a: usize, b: usize| {
+                let [p, q] = [a, b].map(|corner| legs.lines[corner]);
+                if legs.is_affine() {
+                    return Some(Line {
+                        ray: Ray::new(0.5 * (p.ray.origin + q.ray.origin), p.ray.direction),
+                        end: 0.5 * (p.end + q.end),
+                    });
+                }
+                let at = 0.5 * (polygon.corners[a].at + polygon.corners[b].at);
+                let light: FacetLight<N> = legs.paths.follow(&polygon.chain, polygon.events, at);
+                let line = (light.state == state).then(|| legs.line(&light.ray, goal))??;
+                legs.lines.push(line);
+                Some(line)
+            };
+            let first = match shared {
+                Some(line) => line,
+                None => middle(self, 0, index)?,
+            };
+            let (far, last) = (middle(self, index, next)?, middle(self, next, 0)?);
+            shared = Some(last);
+            let [a, b, c] = [0, index, next].map(|corner| self.lines[corner]);
+            let six = [a, b, c, far, last, first];
+            self.hulls.push(Hull::new(
+                &six.map(|one| one.ray.origin),
+                &six.map(|one| one.end),
+            ));
+        }
+        Some(())
+    }
+
+    /// A line up to its goal; `None` where that is not before it.
+    fn line(&self, ray: &Ray, goal: Goal) -> Option<Line> {
+        let end = match goal {
+            Goal::Facet(facet) => self.paths.facets().get(facet).meet(ray)?.position,
+            Goal::Receiver => {
+                let Screen::Receiver(receiver) = self.screen else {
+                    return None;
+                };
+                let shapes = self.paths.scene().world().shapes();
+                let Shape::Rectangle(rectangle) = &shapes[receiver.shape() as usize] else {
+                    return None;
+                };
+                ray.at(rectangle.meet_beyond(ray)?.0)
+            }
+            Goal::Away => ray.at(self.guard.way_out(ray.origin)),
+        };
+        // At an edge that two facets share, the distance is zero, give or take its rounding.
+        let is_ahead = (end - ray.origin).dot(ray.direction) >= -self.flatness;
+        is_ahead.then_some(Line { ray: *ray, end })
+    }
+
+    /// Which part of the leg's light may meet a facet that is near it: 0 where that is beside it,
+    /// `None` where only cutting tells.
+    fn part_across(
+        &self,
+        hull: &Hull,
+        facet: u32,
+        from: Option<u32>,
+        goal: Goal,
+        allowed: f64,
+    ) -> Option<f64> {
+        let facets = self.paths.facets();
+        let other = facets.get(facet);
+        let outline = facets.outline(other);
+        let first = self.lines[0].ray.direction;
+        let ahead = |plane: &Facet| plane.normal().dot(first).signum();
+        let is_behind_start = from.is_some_and(|from| {
+            let plane = facets.get(from);
+            let ahead = ahead(plane);
+            outline
+                .iter()
+                .all(|&point| plane.height(point) * ahead <= self.flatness)
+        });
+        let is_beyond_end = || {
+            let plane = match (goal, self.screen) {
+                (Goal::Facet(to), _) => Some(facets.get(to)),
+                (Goal::Receiver, Screen::Receiver(receiver)) => facets
+                    .of(receiver.shape(), 0)
+                    .map(|facet| facets.get(facet)),
+                _ => None,
+            };
+            plane.is_some_and(|plane| {
+                let ahead = ahead(plane);
+                outline
+                    .iter()
+                    .all(|&point| plane.height(point) * ahead >= -self.flatness)
+            })
+        };
+        if is_behind_start
+            || is_beyond_end()
+            || !hull.may_overlap_points(outline, &[other.normal()])
+            || self.is_on_one_side(other)
+        {
+            return Some(0.0);
+        }
+        let side = other.normal().dot(first);
+        let is_one_sided = self.is_affine()
+            || self
+                .lines
+                .iter()
+                .all(|line| other.normal().dot(line.ray.direction) * side > 0.0);
+        let part = self.part_within(other, first, allowed)?;
+        if is_one_sided {
+            return Some(part);
+        }
+        // Some of the light comes from its other side, from where its edges turn the other way.
+        Some(part + self.part_within(other, -first, allowed)?)
+    }
+
+    /// Which part of the leg's light may pass between a facet's edges as they are seen along
+    /// `direction`: the least that an edge lets through; `None` where a cut along them would tell
+    /// more than `allowed` of it apart.
+    fn part_within(&self, facet: &Facet, direction: DVec3, allowed: f64) -> Option<f64> {
+        let mut least: Option<f64> = None;
+        for edge in self.paths.facets().edges(facet, direction) {
+            let sides = self.lines.iter().map(|line| edge.side(&line.ray));
+            let rounding = edge.rounding(&self.lines[0].ray);
+            if is_below(sides.clone(), rounding) {
+                return Some(0.0);
+            }
+            if self.is_affine() {
+                continue;
+            }
+            // Lines along which polygons were cut are bent: their ends, and what is between them, are
+            // a little on the other side.
+            let (low, high) = sides.clone().fold((0.0_f64, 0.0_f64), |(low, high), side| {
+                (low.min(side), high.max(side))
+            });
+            let part = high / (high - low);
+            // Straight cuts end at corners: what bends over the edge between them is in none.
+            let is_uncut = is_below(sides.take(self.corners), rounding);
+            if is_uncut || part <= allowed {
+                least = Some(least.map_or(part, |least| least.min(part)));
+            }
+        }
+        least
+    }
+
+    /// Whether a facet's plane does not pass between the leg's corners.
+    fn is_on_one_side(&self, facet: &Facet) -> bool {
+        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+        for line in &self.lines {
+            for point in [line.ray.origin, line.end] {
+                let height = facet.height(point);
+                (low, high) = (low.min(height), high.max(height));
+            }
+        }
+        low >= -self.flatness || high <= self.flatness
+    }
+
+    /// Whether a shape that is not flat keeps back all of a polygon.
+    pub(super) fn is_kept_back<const N: usize>(
+        &self,
+        polygon: &Polygon<N>,
+        shape: u32,
+        counters: &mut TraversalCounters,
+    ) -> bool {
+        let mut meet = |at: DVec2| {
+            let light: FacetLight<N> = self.paths.follow(&polygon.chain, polygon.events, at);
+            let ray = self
+                .paths
+                .search_ray(&light, &polygon.chain, polygon.events);
+            let (ray, hit) = next_hit(self.paths.scene(), ray, counters)?;
+            (hit.shape == shape).then_some((light.ray.origin, ray.at(hit.distance), hit.face))
+        };
+        polygon.fan().all(|triangle| {
+            let [a, b, c] = triangle.map(|corner| corner.at);
+            let six = [a, b, c, 0.5 * (b + c), 0.5 * (c + a), 0.5 * (a + b)];
+            let mut found = [(DVec3::ZERO, DVec3::ZERO, 0); 6];
+            for (place, at) in found.iter_mut().zip(six) {
+                match meet(at) {
+                    Some(met) => *place = met,
+                    None => return false,
+                }
+            }
+            self.guard.is_kept_back(
+                found.map(|one| one.0),
+                found.map(|one| one.1),
+                shape,
+                found.map(|one| one.2),
+            )
+        })
+    }
+}

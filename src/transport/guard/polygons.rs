@@ -1,0 +1,64 @@
+//! The guard's door for light that is followed as polygons between flat faces: see
+//! `reference::beams::facets`.
+
+use glam::DVec3;
+
+use super::Guard;
+use super::apart;
+use super::legs::{Leg, Met, way_out};
+use crate::geometry::{Hull, Shape};
+
+impl Guard<'_> {
+    /// Whether anything may be in a hull. Of flat faces near it, `is_in_the_way` is asked by
+    /// shape and face (0 of a rectangle): the caller knows planes and edges better than a hull does.
+    pub fn may_be_between(
+        &self,
+        hull: &Hull,
+        mut is_in_the_way: impl FnMut(u32, u32) -> bool,
+    ) -> bool {
+        let world = self.scene.world();
+        self.surfaces.iter().enumerate().any(|(index, surface)| {
+            let shape = index as u32;
+            if surface.passed || apart(&surface.bounds, hull.bounds()) {
+                return false;
+            }
+            match &world.shapes()[index] {
+                Shape::Mesh(mesh) if !mesh.has_vertex_normals() => world.any_face(
+                    shape,
+                    |bounds| hull.may_overlap_box(bounds),
+                    |face, _| is_in_the_way(shape, face),
+                ),
+                Shape::Rectangle(_) => {
+                    self.may_be_in_the_way(hull, shape) && is_in_the_way(shape, 0)
+                }
+                _ => self.may_be_in_the_way(hull, shape),
+            }
+        })
+    }
+
+    /// Whether a shape keeps back all light of a bundle that leaves a source or another shape, of
+    /// whose six paths (corners, then middles of the edges opposite to them) all end on it.
+    pub fn is_kept_back(
+        &self,
+        start: [DVec3; 6],
+        end: [DVec3; 6],
+        shape: u32,
+        faces: [u32; 6],
+    ) -> bool {
+        let leg = Leg {
+            start,
+            end,
+            from: Met::Source,
+            to: Met::Surface(shape),
+            from_faces: [0; 6],
+            to_faces: faces,
+            dark_over: None,
+        };
+        self.is_hidden(&leg)
+    }
+
+    /// A distance at which a ray from `origin` has left the scene.
+    pub fn way_out(&self, origin: DVec3) -> f64 {
+        way_out(self.scene, origin)
+    }
+}
