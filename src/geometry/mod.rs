@@ -2,6 +2,7 @@
 
 mod accel;
 mod bounds;
+mod frame;
 mod hull;
 mod local;
 mod mesh;
@@ -16,6 +17,7 @@ mod triangle;
 mod world;
 
 pub use bounds::Bounds;
+pub use frame::Frame;
 pub use hull::{Hull, bulge, longest, range};
 pub use local::Element;
 pub use mesh::{Finding, Mesh, MeshBorder, MeshDiagnostics, MeshError, MeshParts};

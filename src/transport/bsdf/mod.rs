@@ -1,0 +1,300 @@
+//! How a surface scatters light: what a path that starts at a camera needs of every material.
+//!
+//! A [`Bsdf`] is a material at one point of a surface: textures are looked up, masks are weighed, bump
+//! and normal maps have turned the normal. All directions are unit vectors in world space and point
+//! *away* from the surface. `wi` is the side a path comes from, `wo` the side it goes on to; which
+//! of them light travels along is the meaning of [`Transport`].
+//!
+//! Light goes on in three ways, kept apart since an estimator can do different things with each:
+//!
+//! | part | what it is | how it is found |
+//! |---|---|---|
+//! | [`passed`](Bsdf::passed) | the share that goes straight on, as if nothing were there | [`sample`](Bsdf::sample), or by looking through |
+//! | delta lobes | mirror reflection and refraction | [`sample`](Bsdf::sample) only |
+//! | the rest | all that has a density over solid angle | [`eval`](Bsdf::eval), [`pdf_solid_angle`](Bsdf::pdf_solid_angle), [`sample`](Bsdf::sample) |
+//!
+//! The meaning of every parameter is that of Mitsuba 3.9.1, checked against it direction by direction
+//! (`tests/bsdf_mitsuba.rs`). In particular everything happens in the *shading* frame: which side a
+//! direction is on is asked of the shading normal, as Mitsuba's `path` does. Where that and the true
+//! normal disagree, [`Bsdf::is_consistent`] says so: Mitsuba's `ptracer` and this program's photons
+//! leave such light out.
+//!
+//! # Light that travels along `wi`
+//!
+//! [`Transport::Flux`] is by definition the adjoint of [`Transport::Radiance`]. With n the true normal,
+//!
+//! ```text
+//! eval_flux(wi, wo) = eval_radiance(wo, wi) |wo·n| / |wi·n|
+//! ```
+//!
+//! for this makes what a camera's path and a photon's path count the same integral. The equation
+//! holds two well-known rules: radiance that is refracted scales by (n_i/n_t)² and flux does not, and
+//! flux at a shading normal s scales by |wi·s wo·n| / |wi·n wo·s| (Veach 1997, 5.2 and 5.3).
+
+mod lobe;
+mod resolve;
+mod smooth;
+
+use glam::DVec3;
+
+use crate::geometry::{Frame, Hit, SurfacePoint};
+use crate::radiometry::Rgb;
+use crate::scene::Scene;
+use lobe::Lobe;
+
+/// Which quantity a path carries from `wi` to `wo`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Transport {
+    /// The path starts at a camera: light travels along it backwards, in through `wo` and out through
+    /// `wi`, and its radiance scales by (n_i/n_t)² where it is refracted.
+    Radiance,
+    /// The path starts at a light: flux arrives from `wi` and leaves towards `wo`.
+    Flux,
+}
+
+/// What a sampled direction belongs to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Scattering {
+    /// Straight on, as if nothing were there: no event.
+    Passed,
+    /// Reflected at an interface, smooth or rough.
+    Reflected,
+    /// Refracted or passed through an interface, smooth or rough.
+    Transmitted,
+    /// Scattered by what is below the interface, or by a matt surface.
+    Diffuse,
+}
+
+/// A direction that a path may go on along.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BsdfSample {
+    /// A unit vector that points away from the surface.
+    pub wo: DVec3,
+    /// The factor on what the path carries: f |cos θ| / density, or the share by its probability for
+    /// delta lobes and passing light.
+    pub weight: Rgb,
+    /// For directions with a density, [`Bsdf::pdf_solid_angle`] [1/sr]; for delta lobes and passing light
+    /// the probability of the choice.
+    pub pdf_solid_angle: f64,
+    /// Whether the direction was chosen from finitely many; `eval` knows nothing of those.
+    pub is_delta: bool,
+    /// `n_transmitted / n_incident` as the path goes, from wi's side to wo's; 1 where it stays on its
+    /// side or nothing bends it. Russian roulette on radiance divides it out.
+    pub eta: f64,
+    /// What happened.
+    pub scattering: Scattering,
+}
+
+/// A material at one point of a surface.
+#[derive(Clone, Debug)]
+pub struct Bsdf<'a> {
+    geometric_normal: DVec3,
+    shading_normal: DVec3,
+    /// The share that passes without an event.
+    passed: f64,
+    /// What stands on the front; light on the back meets it, too, unless there is a `back`.
+    front: Layer<'a>,
+    /// What stands on the back of a two-sided surface.
+    back: Option<Layer<'a>>,
+}
+
+/// A lobe in its frame, which a bump or normal map may have turned.
+#[derive(Clone, Copy, Debug)]
+struct Layer<'a> {
+    lobe: Lobe<'a>,
+    frame: Frame,
+}
+
+impl<'a> Bsdf<'a> {
+    /// The material that a ray met at `hit`; `point` must be [`World::surface_point`] of it, for its `uv`.
+    ///
+    /// [`World::surface_point`]: crate::geometry::World::surface_point
+    pub fn at(scene: &'a Scene, hit: &Hit, point: &SurfacePoint) -> Self {
+        resolve::at(scene, hit, point)
+    }
+
+    /// Whether no direction has a density: there are delta lobes and passing light, or nothing at all.
+    #[inline]
+    pub fn is_delta(&self) -> bool {
+        self.front.lobe.is_delta() && self.back.as_ref().is_none_or(|back| back.lobe.is_delta())
+    }
+
+    /// The share (0..=1) of light that goes straight on without an event: all of it at a null
+    /// surface, one minus the opacity at a mask. The panes of `thindielectric` are an interface, not this.
+    #[inline]
+    pub fn passed(&self) -> Rgb {
+        Rgb::grey(self.passed)
+    }
+
+    /// Whether the shading normal and the true one agree on the sides that `wi` and `wo` are on.
+    ///
+    /// Mitsuba's `ptracer` and this program's photons count only such light; Mitsuba's `path` and
+    /// [`eval`](Self::eval) do not ask. Always true where the two normals are one.
+    #[inline]
+    pub fn is_consistent(&self, wi: DVec3, wo: DVec3) -> bool {
+        let agrees = |w: DVec3| w.dot(self.geometric_normal) * w.dot(self.shading_normal) > 0.0;
+        agrees(wi) && agrees(wo)
+    }
+
+    /// f |cos θ| \[1/sr\], the share of light scattered per solid angle: of all lobes with a density.
+    ///
+    /// For [`Transport::Radiance`] the cosine is that of `wo`, and for [`Transport::Flux`] the value is
+    /// the adjoint (see the [module](self)); in both, what a path carries is multiplied by this and
+    /// divided by the density of `wo`. Zero, never negative or NaN, for directions along the surface.
+    pub fn eval(&self, wi: DVec3, wo: DVec3, mode: Transport) -> Rgb {
+        match mode {
+            Transport::Radiance => self.eval_radiance(wi, wo),
+            Transport::Flux => self.eval_flux(wi, wo),
+        }
+    }
+
+    fn eval_radiance(&self, wi: DVec3, wo: DVec3) -> Rgb {
+        let side = self.side(wi);
+        let (wi, wo) = (side.to_local(wi), side.to_local(wo));
+        if side.turns_over(wi, wo) {
+            return Rgb::BLACK;
+        }
+        side.layer.lobe.eval(wi.1, wo.1) * (1.0 - self.passed)
+    }
+
+    fn eval_flux(&self, wi: DVec3, wo: DVec3) -> Rgb {
+        let arriving = wi.dot(self.geometric_normal).abs();
+        if arriving == 0.0 {
+            return Rgb::BLACK;
+        }
+        let leaving = wo.dot(self.geometric_normal).abs();
+        self.eval_radiance(wo, wi) * (leaving / arriving)
+    }
+
+    /// The density [1/sr] with which [`sample`](Self::sample) chooses `wo` from the lobes that have one.
+    ///
+    /// Its integral over the sphere is the probability that `sample` chooses such a lobe: below
+    /// 1 where there are delta lobes or passing light beside it, or where some choices lead nowhere.
+    pub fn pdf_solid_angle(&self, wi: DVec3, wo: DVec3) -> f64 {
+        let side = self.side(wi);
+        let (wi, wo) = (side.to_local(wi), side.to_local(wo));
+        if side.turns_over(wi, wo) {
+            return 0.0;
+        }
+        side.layer.lobe.pdf(wi.1, wo.1) * (1.0 - self.passed)
+    }
+
+    /// A direction to go on along; `None` where the path ends.
+    ///
+    /// `u` are uniform in [0, 1): the first chooses among the lobes, the others a direction. The mean of
+    /// the weights, those of `None` being zero, is the albedo of the surface as seen along `wi`.
+    pub fn sample(&self, wi: DVec3, u: [f64; 3], mode: Transport) -> Option<BsdfSample> {
+        if u[0] < self.passed {
+            return Some(BsdfSample {
+                wo: -wi,
+                weight: Rgb::WHITE,
+                pdf_solid_angle: self.passed,
+                is_delta: true,
+                eta: 1.0,
+                scattering: Scattering::Passed,
+            });
+        }
+        let opacity = 1.0 - self.passed;
+        let choice = ((u[0] - self.passed) / opacity).min(1.0f64.next_down());
+        let side = self.side(wi);
+        let local = side.to_local(wi);
+        let sampled = side.layer.lobe.sample(local.1, [choice, u[1], u[2]])?;
+        let frame = &side.layer.frame;
+        let mut wo = frame.to_world(sampled.wo);
+        if side.turns_over(local, (side.normal.dot(wo), sampled.wo)) {
+            return None;
+        }
+        if side.is_mirrored {
+            wo = mirrored(wo, self.shading_normal);
+        }
+        let pdf_solid_angle = sampled.pdf * opacity;
+        let mut weight = sampled.weight;
+        if mode == Transport::Flux {
+            weight = if sampled.is_delta {
+                weight * self.adjoint(wi, wo, &local.1, &sampled)?
+            } else {
+                self.eval_flux(wi, wo) / pdf_solid_angle
+            };
+        }
+        Some(BsdfSample {
+            wo,
+            weight,
+            pdf_solid_angle,
+            is_delta: sampled.is_delta,
+            eta: sampled.eta,
+            scattering: sampled.scattering,
+        })
+    }
+
+    /// What turns a delta lobe's weight for radiance into that for flux: with c the cosines in the
+    /// lobe's frame, η² |c_i wo·n| / |c_o wi·n|. `None` for light along the true surface.
+    fn adjoint(
+        &self,
+        wi: DVec3,
+        wo: DVec3,
+        local: &DVec3,
+        sampled: &lobe::LobeSample,
+    ) -> Option<f64> {
+        let n = self.geometric_normal;
+        let (arriving, leaving) = (wi.dot(n), wo.dot(n));
+        let veach = local.z * leaving / (sampled.wo.z * arriving);
+        (veach.is_finite() && veach != 0.0).then(|| sampled.eta * sampled.eta * veach.abs())
+    }
+
+    /// The layer that a path meets which comes from `wi`.
+    #[inline]
+    fn side(&self, wi: DVec3) -> Side<'_, 'a> {
+        let on_back = wi.dot(self.shading_normal) < 0.0;
+        match &self.back {
+            Some(back) if on_back => Side {
+                layer: back,
+                normal: self.shading_normal,
+                is_mirrored: true,
+            },
+            _ => Side {
+                layer: &self.front,
+                normal: self.shading_normal,
+                is_mirrored: false,
+            },
+        }
+    }
+}
+
+/// The layer of one side, and how directions reach it.
+struct Side<'b, 'a> {
+    layer: &'b Layer<'a>,
+    /// The shading normal that no map has turned.
+    normal: DVec3,
+    /// Whether directions are mirrored at the tangent plane first: as Mitsuba does on the back of a
+    /// two-sided surface, which keeps both tangents.
+    is_mirrored: bool,
+}
+
+/// A direction: its cosine to the normal that no map has turned, and its place in the lobe's frame.
+type Local = (f64, DVec3);
+
+impl Side<'_, '_> {
+    #[inline]
+    fn to_local(&self, world: DVec3) -> Local {
+        let world = if self.is_mirrored {
+            mirrored(world, self.normal)
+        } else {
+            world
+        };
+        (world.dot(self.normal), self.layer.frame.to_local(world))
+    }
+
+    /// Whether a bump or normal map brought one of two directions to the other side of the surface:
+    /// no light goes there.
+    #[inline]
+    fn turns_over(&self, wi: Local, wo: Local) -> bool {
+        let turns = |w: Local| w.0 * w.1.z < 0.0;
+        turns(wi) || turns(wo)
+    }
+}
+
+/// Mirrored at the plane across `normal`.
+#[inline]
+fn mirrored(direction: DVec3, normal: DVec3) -> DVec3 {
+    direction - normal * (2.0 * direction.dot(normal))
+}
