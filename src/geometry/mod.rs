@@ -12,6 +12,7 @@ mod ray;
 mod rounding;
 mod shape;
 mod surface;
+mod tangents;
 mod transform;
 mod triangle;
 mod world;

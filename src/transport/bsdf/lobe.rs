@@ -5,7 +5,9 @@ use std::f64::consts::{FRAC_1_PI, TAU};
 use glam::DVec3;
 
 use super::Scattering;
-use super::smooth;
+use super::plastic::{Plastic, RoughPlastic};
+use super::rough::{RoughInterface, RoughMetal};
+use super::smooth::{Interface, Metal};
 use crate::radiometry::Rgb;
 
 /// A material without wrappers; +z is its normal, radiance is what it scatters.
@@ -15,14 +17,13 @@ pub(super) enum Lobe<'a> {
     Black,
     /// Lambertian on the front.
     Diffuse(Rgb),
-    /// A smooth interface.
-    Dielectric(smooth::Interface),
-    /// A thin pane.
-    Pane(smooth::Interface),
-    /// A mirror on the front.
-    Conductor(smooth::Metal),
-    #[allow(dead_code)]
-    Later(std::marker::PhantomData<&'a ()>),
+    Dielectric(Interface),
+    Pane(Interface),
+    Conductor(Metal),
+    RoughDielectric(RoughInterface),
+    RoughConductor(RoughMetal),
+    Plastic(Plastic),
+    RoughPlastic(RoughPlastic<'a>),
 }
 
 /// What a lobe answers when asked for a direction; as [`super::BsdfSample`], in its frame.
@@ -37,51 +38,73 @@ pub(super) struct LobeSample {
 }
 
 impl Lobe<'_> {
+    /// Whether no direction has a density.
     #[inline]
     pub fn is_delta(&self) -> bool {
-        match self {
-            Self::Black | Self::Dielectric(_) | Self::Pane(_) | Self::Conductor(_) => true,
-            Self::Diffuse(_) | Self::Later(_) => false,
-        }
+        matches!(
+            self,
+            Self::Black | Self::Dielectric(_) | Self::Pane(_) | Self::Conductor(_)
+        )
     }
 
+    /// f |cos θ_o| of all but delta lobes.
     pub fn eval(&self, wi: DVec3, wo: DVec3) -> Rgb {
         match self {
-            Self::Diffuse(reflectance) if wi.z > 0.0 && wo.z > 0.0 => {
-                *reflectance * (FRAC_1_PI * wo.z)
-            }
-            _ => Rgb::BLACK,
+            Self::Black | Self::Dielectric(_) | Self::Pane(_) | Self::Conductor(_) => Rgb::BLACK,
+            Self::Diffuse(reflectance) => *reflectance * lambert(wi, wo),
+            Self::RoughDielectric(interface) => interface.eval(wi, wo),
+            Self::RoughConductor(metal) => metal.eval(wi, wo),
+            Self::Plastic(plastic) => plastic.eval(wi, wo),
+            Self::RoughPlastic(plastic) => plastic.eval(wi, wo),
         }
     }
 
+    /// The density of `sample` at `wo`.
     pub fn pdf(&self, wi: DVec3, wo: DVec3) -> f64 {
         match self {
-            Self::Diffuse(_) if wi.z > 0.0 && wo.z > 0.0 => FRAC_1_PI * wo.z,
-            _ => 0.0,
+            Self::Black | Self::Dielectric(_) | Self::Pane(_) | Self::Conductor(_) => 0.0,
+            Self::Diffuse(_) => lambert(wi, wo),
+            Self::RoughDielectric(interface) => interface.pdf(wi, wo),
+            Self::RoughConductor(metal) => metal.pdf(wi, wo),
+            Self::Plastic(plastic) => plastic.pdf(wi, wo),
+            Self::RoughPlastic(plastic) => plastic.pdf(wi, wo),
         }
     }
 
-    pub fn sample(&self, wi: DVec3, [choice, u, v]: [f64; 3]) -> Option<LobeSample> {
+    /// A direction; the first number chooses among lobes.
+    pub fn sample(&self, wi: DVec3, u: [f64; 3]) -> Option<LobeSample> {
         match self {
-            Self::Black | Self::Later(_) => None,
+            Self::Black => None,
             Self::Diffuse(reflectance) => {
-                if wi.z <= 0.0 {
-                    return None;
-                }
-                let wo = cosine_hemisphere([u, v]);
-                (wo.z > 0.0).then(|| LobeSample {
+                let wo = cosine_hemisphere([u[1], u[2]]);
+                let pdf = lambert(wi, wo);
+                (pdf > 0.0).then_some(LobeSample {
                     wo,
                     weight: *reflectance,
-                    pdf: FRAC_1_PI * wo.z,
+                    pdf,
                     is_delta: false,
                     eta: 1.0,
                     scattering: Scattering::Diffuse,
                 })
             }
-            Self::Dielectric(interface) => interface.sample(wi, choice),
-            Self::Pane(interface) => interface.sample_pane(wi, choice),
+            Self::Dielectric(interface) => interface.sample(wi, u[0]),
+            Self::Pane(interface) => interface.sample_pane(wi, u[0]),
             Self::Conductor(metal) => metal.sample(wi),
+            Self::RoughDielectric(interface) => interface.sample(wi, u),
+            Self::RoughConductor(metal) => metal.sample(wi, [u[1], u[2]]),
+            Self::Plastic(plastic) => plastic.sample(wi, u),
+            Self::RoughPlastic(plastic) => plastic.sample(wi, u),
         }
+    }
+}
+
+/// cos θ_o / π where both directions are on the front.
+#[inline]
+fn lambert(wi: DVec3, wo: DVec3) -> f64 {
+    if wi.z > 0.0 && wo.z > 0.0 {
+        FRAC_1_PI * wo.z
+    } else {
+        0.0
     }
 }
 

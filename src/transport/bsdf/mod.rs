@@ -32,8 +32,11 @@
 //! flux at a shading normal s scales by |wi·s wo·n| / |wi·n wo·s| (Veach 1997, 5.2 and 5.3).
 
 mod lobe;
+mod plastic;
 mod resolve;
+mod rough;
 mod smooth;
+mod turned;
 
 use glam::DVec3;
 
@@ -41,6 +44,7 @@ use crate::geometry::{Frame, Hit, SurfacePoint};
 use crate::radiometry::Rgb;
 use crate::scene::Scene;
 use lobe::Lobe;
+use turned::Turned;
 
 /// Which quantity a path carries from `wi` to `wo`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -89,7 +93,8 @@ pub struct BsdfSample {
 #[derive(Clone, Debug)]
 pub struct Bsdf<'a> {
     geometric_normal: DVec3,
-    shading_normal: DVec3,
+    /// Of the shading normal, before any texture turns it.
+    frame: Frame,
     /// The share that passes without an event.
     passed: f64,
     /// What stands on the front; light on the back meets it, too, unless there is a `back`.
@@ -98,11 +103,11 @@ pub struct Bsdf<'a> {
     back: Option<Layer<'a>>,
 }
 
-/// A lobe in its frame, which a bump or normal map may have turned.
+/// A lobe, and the texture that turns its normal, if any.
 #[derive(Clone, Copy, Debug)]
 struct Layer<'a> {
     lobe: Lobe<'a>,
-    frame: Frame,
+    turned: Option<Turned>,
 }
 
 impl<'a> Bsdf<'a> {
@@ -132,7 +137,7 @@ impl<'a> Bsdf<'a> {
     /// [`eval`](Self::eval) do not ask. Always true where the two normals are one.
     #[inline]
     pub fn is_consistent(&self, wi: DVec3, wo: DVec3) -> bool {
-        let agrees = |w: DVec3| w.dot(self.geometric_normal) * w.dot(self.shading_normal) > 0.0;
+        let agrees = |w: DVec3| w.dot(self.geometric_normal) * w.dot(self.frame.n) > 0.0;
         agrees(wi) && agrees(wo)
     }
 
@@ -149,12 +154,14 @@ impl<'a> Bsdf<'a> {
     }
 
     fn eval_radiance(&self, wi: DVec3, wo: DVec3) -> Rgb {
-        let side = self.side(wi);
-        let (wi, wo) = (side.to_local(wi), side.to_local(wo));
-        if side.turns_over(wi, wo) {
-            return Rgb::BLACK;
+        let view = self.view(wi);
+        match view.to_lobe(self.frame.to_local(wo)) {
+            Some(to) => {
+                let shadowing = view.shadowing(&to);
+                view.layer.lobe.eval(view.wi, to.wo) * (shadowing * (1.0 - self.passed))
+            }
+            None => Rgb::BLACK,
         }
-        side.layer.lobe.eval(wi.1, wo.1) * (1.0 - self.passed)
     }
 
     fn eval_flux(&self, wi: DVec3, wo: DVec3) -> Rgb {
@@ -171,12 +178,10 @@ impl<'a> Bsdf<'a> {
     /// Its integral over the sphere is the probability that `sample` chooses such a lobe: below
     /// 1 where there are delta lobes or passing light beside it, or where some choices lead nowhere.
     pub fn pdf_solid_angle(&self, wi: DVec3, wo: DVec3) -> f64 {
-        let side = self.side(wi);
-        let (wi, wo) = (side.to_local(wi), side.to_local(wo));
-        if side.turns_over(wi, wo) {
-            return 0.0;
-        }
-        side.layer.lobe.pdf(wi.1, wo.1) * (1.0 - self.passed)
+        let view = self.view(wi);
+        view.to_lobe(self.frame.to_local(wo)).map_or(0.0, |to| {
+            view.layer.lobe.pdf(view.wi, to.wo) * (1.0 - self.passed)
+        })
     }
 
     /// A direction to go on along; `None` where the path ends.
@@ -196,26 +201,20 @@ impl<'a> Bsdf<'a> {
         }
         let opacity = 1.0 - self.passed;
         let choice = ((u[0] - self.passed) / opacity).min(1.0f64.next_down());
-        let side = self.side(wi);
-        let local = side.to_local(wi);
-        let sampled = side.layer.lobe.sample(local.1, [choice, u[1], u[2]])?;
-        let frame = &side.layer.frame;
-        let mut wo = frame.to_world(sampled.wo);
-        if side.turns_over(local, (side.normal.dot(wo), sampled.wo)) {
-            return None;
-        }
-        if side.is_mirrored {
-            wo = mirrored(wo, self.shading_normal);
-        }
+        let view = self.view(wi);
+        let sampled = view.layer.lobe.sample(view.wi, [choice, u[1], u[2]])?;
+        let to = view.from_lobe(sampled.wo)?;
+        let wo = self.frame.to_world(to.unmirrored);
         let pdf_solid_angle = sampled.pdf * opacity;
-        let mut weight = sampled.weight;
-        if mode == Transport::Flux {
-            weight = if sampled.is_delta {
-                weight * self.adjoint(wi, wo, &local.1, &sampled)?
-            } else {
-                self.eval_flux(wi, wo) / pdf_solid_angle
-            };
-        }
+        let weight = match mode {
+            Transport::Radiance => sampled.weight * view.shadowing(&to),
+            Transport::Flux if sampled.is_delta => {
+                // The factor is that of the path the other way round.
+                let shadowing = self.view(wo).shadowing_of(self.frame.to_local(wi));
+                sampled.weight * (self.adjoint(wi, wo, view.wi, &sampled)? * shadowing)
+            }
+            Transport::Flux => self.eval_flux(wi, wo) / pdf_solid_angle,
+        };
         Some(BsdfSample {
             wo,
             weight,
@@ -232,69 +231,109 @@ impl<'a> Bsdf<'a> {
         &self,
         wi: DVec3,
         wo: DVec3,
-        local: &DVec3,
+        lobe_wi: DVec3,
         sampled: &lobe::LobeSample,
     ) -> Option<f64> {
         let n = self.geometric_normal;
         let (arriving, leaving) = (wi.dot(n), wo.dot(n));
-        let veach = local.z * leaving / (sampled.wo.z * arriving);
+        let veach = lobe_wi.z * leaving / (sampled.wo.z * arriving);
         (veach.is_finite() && veach != 0.0).then(|| sampled.eta * sampled.eta * veach.abs())
     }
 
-    /// The layer that a path meets which comes from `wi`.
+    /// What a path that comes from `wi` meets.
     #[inline]
-    fn side(&self, wi: DVec3) -> Side<'_, 'a> {
-        let on_back = wi.dot(self.shading_normal) < 0.0;
-        match &self.back {
-            Some(back) if on_back => Side {
-                layer: back,
-                normal: self.shading_normal,
-                is_mirrored: true,
-            },
-            _ => Side {
-                layer: &self.front,
-                normal: self.shading_normal,
-                is_mirrored: false,
-            },
+    fn view(&self, wi: DVec3) -> View<'_, 'a> {
+        let local = self.frame.to_local(wi);
+        let (layer, is_mirrored) = match &self.back {
+            Some(back) if local.z < 0.0 => (back, true),
+            _ => (&self.front, false),
+        };
+        let local = mirrored_if(is_mirrored, local);
+        let turned = layer.turned.map(|turned| (turned, turned.frame(local)));
+        let wi = turned.map_or(local, |(_, frame)| frame.to_local(local));
+        View {
+            layer,
+            is_mirrored,
+            turned,
+            wi,
         }
     }
 }
 
-/// The layer of one side, and how directions reach it.
-struct Side<'b, 'a> {
+/// A layer as a path from one direction meets it.
+///
+/// Three frames: the shading frame; the same mirrored at the tangent plane, on the back of a two-sided
+/// surface, as Mitsuba does; and that of the lobe, whose normal a texture may have turned.
+struct View<'b, 'a> {
     layer: &'b Layer<'a>,
-    /// The shading normal that no map has turned.
-    normal: DVec3,
-    /// Whether directions are mirrored at the tangent plane first: as Mitsuba does on the back of a
-    /// two-sided surface, which keeps both tangents.
     is_mirrored: bool,
+    turned: Option<(Turned, Frame)>,
+    /// In the lobe's frame.
+    wi: DVec3,
 }
 
-/// A direction: its cosine to the normal that no map has turned, and its place in the lobe's frame.
-type Local = (f64, DVec3);
+/// The direction that a path goes on along, in three frames.
+struct Onward {
+    unmirrored: DVec3,
+    mirrored: DVec3,
+    /// In the lobe's frame.
+    wo: DVec3,
+}
 
-impl Side<'_, '_> {
+impl View<'_, '_> {
+    /// From the shading frame; `None` where the turned normal has the direction on its other side, where
+    /// no light goes.
     #[inline]
-    fn to_local(&self, world: DVec3) -> Local {
-        let world = if self.is_mirrored {
-            mirrored(world, self.normal)
-        } else {
-            world
+    fn to_lobe(&self, unmirrored: DVec3) -> Option<Onward> {
+        let mirrored = mirrored_if(self.is_mirrored, unmirrored);
+        let wo = match &self.turned {
+            Some((_, frame)) => frame.to_local(mirrored),
+            None => mirrored,
         };
-        (world.dot(self.normal), self.layer.frame.to_local(world))
+        self.checked(unmirrored, mirrored, wo)
     }
 
-    /// Whether a bump or normal map brought one of two directions to the other side of the surface:
-    /// no light goes there.
+    /// From the lobe's frame; `None` as for [`Self::to_lobe`].
     #[inline]
-    fn turns_over(&self, wi: Local, wo: Local) -> bool {
-        let turns = |w: Local| w.0 * w.1.z < 0.0;
-        turns(wi) || turns(wo)
+    fn from_lobe(&self, wo: DVec3) -> Option<Onward> {
+        let mirrored = match &self.turned {
+            Some((_, frame)) => frame.to_world(wo),
+            None => wo,
+        };
+        self.checked(mirrored_if(self.is_mirrored, mirrored), mirrored, wo)
+    }
+
+    #[inline]
+    fn checked(&self, unmirrored: DVec3, mirrored: DVec3, wo: DVec3) -> Option<Onward> {
+        (self.turned.is_none() || mirrored.z * wo.z > 0.0).then_some(Onward {
+            unmirrored,
+            mirrored,
+            wo,
+        })
+    }
+
+    /// The share of light that the bumps of the texture do not shadow.
+    #[inline]
+    fn shadowing(&self, to: &Onward) -> f64 {
+        match &self.turned {
+            Some((turned, _)) => turned.shadowing(to.mirrored),
+            None => 1.0,
+        }
+    }
+
+    /// [`Self::shadowing`] of a direction in the shading frame.
+    fn shadowing_of(&self, unmirrored: DVec3) -> f64 {
+        self.to_lobe(unmirrored)
+            .map_or(0.0, |to| self.shadowing(&to))
     }
 }
 
-/// Mirrored at the plane across `normal`.
+/// Mirrored at the tangent plane, or not.
 #[inline]
-fn mirrored(direction: DVec3, normal: DVec3) -> DVec3 {
-    direction - normal * (2.0 * direction.dot(normal))
+fn mirrored_if(is_mirrored: bool, local: DVec3) -> DVec3 {
+    if is_mirrored {
+        DVec3::new(local.x, local.y, -local.z)
+    } else {
+        local
+    }
 }
