@@ -189,7 +189,8 @@ impl<'a> Bsdf<'a> {
     /// `u` are uniform in [0, 1): the first chooses among the lobes, the others a direction. The mean of
     /// the weights, those of `None` being zero, is the albedo of the surface as seen along `wi`.
     pub fn sample(&self, wi: DVec3, u: [f64; 3], mode: Transport) -> Option<BsdfSample> {
-        if u[0] < self.passed {
+        let opacity = 1.0 - self.passed;
+        if u[0] >= opacity {
             return Some(BsdfSample {
                 wo: -wi,
                 weight: Rgb::WHITE,
@@ -199,8 +200,7 @@ impl<'a> Bsdf<'a> {
                 scattering: Scattering::Passed,
             });
         }
-        let opacity = 1.0 - self.passed;
-        let choice = ((u[0] - self.passed) / opacity).min(1.0f64.next_down());
+        let choice = (u[0] / opacity).min(1.0f64.next_down());
         let view = self.view(wi);
         let sampled = view.layer.lobe.sample(view.wi, [choice, u[1], u[2]])?;
         let to = view.from_lobe(sampled.wo)?;
