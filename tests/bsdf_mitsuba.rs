@@ -61,14 +61,32 @@ fn check_rgb(what: &str, found: Rgb, mitsuba: &[f64]) -> Result<(), String> {
 fn check_eval(bsdf: &Bsdf, case: &str, numbers: &[f64]) -> Result<(), String> {
     let wi = direction(numbers[0], numbers[1]);
     let wo = direction(numbers[2], numbers[3]);
-    check_rgb("f cos", bsdf.eval(wi, wo, Transport::Radiance), &numbers[4..7])?;
+    check_rgb(
+        "f cos",
+        bsdf.eval(wi, wo, Transport::Radiance),
+        &numbers[4..7],
+    )?;
     // Mitsuba leaves turned normals out of the adjoint.
     if !case.contains("map\"") {
-        check_rgb("adjoint", bsdf.eval(wi, wo, Transport::Flux), &numbers[7..10])?;
+        check_rgb(
+            "adjoint",
+            bsdf.eval(wi, wo, Transport::Flux),
+            &numbers[7..10],
+        )?;
     }
-    let is_fitted = case.contains("beckmann") || case.contains("bsdf type=\"roughconductor\"><texture");
-    let tolerance = if is_fitted { FIT + TOLERANCE } else { TOLERANCE };
-    check("density", bsdf.pdf_solid_angle(wi, wo), numbers[10], tolerance)
+    let is_fitted =
+        case.contains("beckmann") || case.contains("bsdf type=\"roughconductor\"><texture");
+    let tolerance = if is_fitted {
+        FIT + TOLERANCE
+    } else {
+        TOLERANCE
+    };
+    check(
+        "density",
+        bsdf.pdf_solid_angle(wi, wo),
+        numbers[10],
+        tolerance,
+    )
 }
 
 fn check_delta(bsdf: &Bsdf, case: &str, numbers: &[f64]) -> Result<(), String> {
@@ -85,7 +103,12 @@ fn check_delta(bsdf: &Bsdf, case: &str, numbers: &[f64]) -> Result<(), String> {
         let flux = bsdf.sample(wi, u, Transport::Flux).ok_or("no sample")?;
         check_rgb("adjoint weight", flux.weight, &numbers[9..12])?;
     }
-    check("probability", sample.pdf_solid_angle, numbers[12], TOLERANCE)?;
+    check(
+        "probability",
+        sample.pdf_solid_angle,
+        numbers[12],
+        TOLERANCE,
+    )?;
     check("eta", sample.eta, numbers[13], TOLERANCE)
 }
 
@@ -110,5 +133,10 @@ fn every_bsdf_is_mitsubas_in_every_direction() {
     }
     println!("{compared} pairs of directions, {} wrong", wrong.len());
     assert!(compared > 1500);
-    assert!(wrong.is_empty(), "{} of {compared}:\n{}", wrong.len(), wrong[..wrong.len().min(60)].join("\n"));
+    assert!(
+        wrong.is_empty(),
+        "{} of {compared}:\n{}",
+        wrong.len(),
+        wrong[..wrong.len().min(60)].join("\n")
+    );
 }

@@ -218,7 +218,10 @@ fn masks_and_two_sided_materials_nest() {
     let mask = "<bsdf type=\"mask\"><float name=\"opacity\" value=\"0.25\"/><bsdf type=\"conductor\"/></bsdf>";
     assert!(matches!(
         material(mask),
-        Ok(Material::Mask { opacity: Scalar::Constant(0.25), .. })
+        Ok(Material::Mask {
+            opacity: Scalar::Constant(0.25),
+            ..
+        })
     ));
     let both = "<bsdf type=\"twosided\"><bsdf type=\"diffuse\"/></bsdf>";
     assert!(matches!(material(both), Ok(Material::TwoSided { front, back }) if front == back));
@@ -273,10 +276,16 @@ fn a_missing_image_is_a_warning_where_no_irradiance_depends_on_it_and_an_error_e
         ("normalmap", "normalmap"),
         ("map", "bumpmap"),
     ] {
-        let nested = if bsdf == "roughconductor" { "" } else { "<bsdf type=\"diffuse\"/>" };
-        let message =
-            material(&format!("<bsdf type=\"{bsdf}\">{}{nested}</bsdf>", image(parameter)))
-                .unwrap_err();
+        let nested = if bsdf == "roughconductor" {
+            ""
+        } else {
+            "<bsdf type=\"diffuse\"/>"
+        };
+        let message = material(&format!(
+            "<bsdf type=\"{bsdf}\">{}{nested}</bsdf>",
+            image(parameter)
+        ))
+        .unwrap_err();
         assert!(message.contains("needs its image"), "{message}");
     }
     let elsewhere = "<bsdf type=\"conductor\"><texture name=\"specular_reflectance\" type=\"checkerboard\"/></bsdf>";
@@ -302,16 +311,36 @@ fn rough_materials_say_what_they_need() {
     for (plugin, parameters, expected) in [
         ("roughconductor", both, "give one"),
         ("roughconductor", half, "give one"),
-        ("roughdielectric", matched, "needs indices of refraction that differ"),
-        ("roughplastic", matched, "needs indices of refraction that differ"),
-        ("roughplastic", "<float name=\"alpha\" value=\"0\"/>", "must be above 0, not 0"),
-        ("roughconductor", "<float name=\"alpha\" value=\"-1\"/>", "must not be negative"),
+        (
+            "roughdielectric",
+            matched,
+            "needs indices of refraction that differ",
+        ),
+        (
+            "roughplastic",
+            matched,
+            "needs indices of refraction that differ",
+        ),
+        (
+            "roughplastic",
+            "<float name=\"alpha\" value=\"0\"/>",
+            "must be above 0, not 0",
+        ),
+        (
+            "roughconductor",
+            "<float name=\"alpha\" value=\"-1\"/>",
+            "must not be negative",
+        ),
         (
             "roughconductor",
             "<string name=\"distribution\" value=\"phong\"/>",
             "must be one of beckmann, ggx, not \"phong\"",
         ),
-        ("bumpmap", "<bsdf type=\"diffuse\"/>", "needs a nested texture"),
+        (
+            "bumpmap",
+            "<bsdf type=\"diffuse\"/>",
+            "needs a nested texture",
+        ),
         (
             "bumpmap",
             "<texture type=\"checkerboard\"/><bsdf type=\"diffuse\"/>",
@@ -351,11 +380,17 @@ fn a_colour_of_vertices_needs_a_mesh_that_has_it() {
             ),
         );
         let parts = folder.load("scene.xml", &[]).unwrap();
-        nephroid::scene::Scene::new(parts).map(|_| ()).map_err(|error| error.to_string())
+        nephroid::scene::Scene::new(parts)
+            .map(|_| ())
+            .map_err(|error| error.to_string())
     };
     let names = "property float r\nproperty float g\nproperty float b\n";
     assert_eq!(load([names, "1 0 0", "0 1 0", "0 0 1"]), Ok(()));
-    assert!(load(["", "", "", ""]).unwrap_err().contains("has no \"vertex_color\""));
+    assert!(
+        load(["", "", "", ""])
+            .unwrap_err()
+            .contains("has no \"vertex_color\"")
+    );
     let whole = names.replace("float", "uchar");
     assert!(
         load([&whole, "255 0 0", "0 1 0", "0 0 1"])

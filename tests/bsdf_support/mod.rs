@@ -85,7 +85,7 @@ pub fn bsdfs() -> Vec<String> {
     cases
 }
 
-/// Bins of the sphere, even in cos θ and φ.
+/// Bins of the sphere, even in θ and φ.
 pub struct Bins {
     pub rows: usize,
     pub columns: usize,
@@ -94,35 +94,42 @@ pub struct Bins {
 impl Bins {
     /// The bin of a direction.
     pub fn of(&self, w: DVec3) -> usize {
-        let row = (0.5 * (w.z + 1.0) * self.rows as f64) as usize;
+        let theta = w.x.hypot(w.y).atan2(w.z);
+        let row = (theta * std::f64::consts::FRAC_1_PI * self.rows as f64) as usize;
         let turn = w.y.atan2(w.x) / std::f64::consts::TAU;
         let column = ((turn - turn.floor()) * self.columns as f64) as usize;
         row.min(self.rows - 1) * self.columns + column.min(self.columns - 1)
     }
 
-    /// The integral of `f` over each bin, by rules of 4² nodes on squares in (cos θ, φ) that are
-    /// quartered until a square and its quarters agree, or 9 times.
+    /// The integral of `f` over each bin, by rules of 4² nodes on squares in (θ, φ): 16 a bin, which are
+    /// quartered until a square and its quarters agree, or 8 times.
     pub fn integrals(&self, f: impl Fn(DVec3) -> f64, tolerance: f64) -> Vec<f64> {
         let rule = GaussLegendre::new(4).unwrap();
-        let on_square = |[z, phi]: [f64; 2], [dz, dphi]: [f64; 2]| {
+        let on_square = |[theta, phi]: [f64; 2], [dtheta, dphi]: [f64; 2]| {
             let mut sum = 0.0;
-            for (z, weight_z) in rule.on(z, z + dz) {
+            for (theta, weight_theta) in rule.on(theta, theta + dtheta) {
+                let (sin, cos) = theta.sin_cos();
                 for (phi, weight_phi) in rule.on(phi, phi + dphi) {
-                    let radius = ((1.0 - z) * (1.0 + z)).max(0.0).sqrt();
-                    let w = DVec3::new(radius * phi.cos(), radius * phi.sin(), z);
-                    sum += weight_z * weight_phi * f(w);
+                    let w = DVec3::new(sin * phi.cos(), sin * phi.sin(), cos);
+                    sum += weight_theta * weight_phi * sin * f(w);
                 }
             }
             sum
         };
         let size = [
-            2.0 / self.rows as f64,
-            std::f64::consts::TAU / self.columns as f64,
+            std::f64::consts::PI / (4 * self.rows) as f64,
+            std::f64::consts::TAU / (4 * self.columns) as f64,
         ];
-        let bin = |index: usize| {
+        let bin = |index: usize| -> f64 {
             let (row, column) = (index / self.columns, index % self.columns);
-            let corner = [-1.0 + row as f64 * size[0], column as f64 * size[1]];
-            refined(&on_square, corner, size, on_square(corner, size), tolerance, 9)
+            let squares = (0..4).flat_map(|i| (0..4).map(move |j| (4 * row + i, 4 * column + j)));
+            squares
+                .map(|(i, j)| {
+                    let corner = [i as f64 * size[0], j as f64 * size[1]];
+                    let coarse = on_square(corner, size);
+                    refined(&on_square, corner, size, coarse, tolerance / 16.0, 8)
+                })
+                .sum()
         };
         (0..self.rows * self.columns).map(bin).collect()
     }

@@ -37,14 +37,21 @@ mod resolve;
 mod rough;
 mod smooth;
 mod turned;
+mod view;
+
+use std::f64::consts::FRAC_1_PI;
 
 use glam::DVec3;
 
 use crate::geometry::{Frame, Hit, SurfacePoint};
 use crate::radiometry::Rgb;
 use crate::scene::Scene;
-use lobe::Lobe;
+use lobe::{Lobe, cosine_hemisphere};
 use turned::Turned;
+use view::View;
+
+/// The largest number below 1.
+const BELOW_ONE: f64 = 1.0f64.next_down();
 
 /// Which quantity a path carries from `wi` to `wo`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -77,8 +84,8 @@ pub struct BsdfSample {
     /// The factor on what the path carries: f |cos θ| / density, or the share by its probability for
     /// delta lobes and passing light.
     pub weight: Rgb,
-    /// For directions with a density, [`Bsdf::pdf_solid_angle`] [1/sr]; for delta lobes and passing light
-    /// the probability of the choice.
+    /// For directions with a density, that density [1/sr]: for radiance [`Bsdf::pdf_solid_angle`]. For delta
+    /// lobes and passing light the probability of the choice.
     pub pdf_solid_angle: f64,
     /// Whether the direction was chosen from finitely many; `eval` knows nothing of those.
     pub is_delta: bool,
@@ -177,6 +184,8 @@ impl<'a> Bsdf<'a> {
     ///
     /// Its integral over the sphere is the probability that `sample` chooses such a lobe: below
     /// 1 where there are delta lobes or passing light beside it, or where some choices lead nowhere.
+    /// Both transports sample alike, but for flux where a texture turns the normal:
+    /// [`BsdfSample::pdf_solid_angle`] is always that of the sample.
     pub fn pdf_solid_angle(&self, wi: DVec3, wo: DVec3) -> f64 {
         let view = self.view(wi);
         view.to_lobe(self.frame.to_local(wo)).map_or(0.0, |to| {
@@ -200,140 +209,93 @@ impl<'a> Bsdf<'a> {
                 scattering: Scattering::Passed,
             });
         }
-        let choice = (u[0] / opacity).min(1.0f64.next_down());
+        let u = [(u[0] / opacity).min(BELOW_ONE), u[1], u[2]];
         let view = self.view(wi);
-        let sampled = view.layer.lobe.sample(view.wi, [choice, u[1], u[2]])?;
-        let to = view.from_lobe(sampled.wo)?;
-        let wo = self.frame.to_world(to.unmirrored);
-        let pdf_solid_angle = sampled.pdf * opacity;
-        let weight = match mode {
-            Transport::Radiance => sampled.weight * view.shadowing(&to),
-            Transport::Flux if sampled.is_delta => {
-                // The factor is that of the path the other way round.
-                let shadowing = self.view(wo).shadowing_of(self.frame.to_local(wi));
-                sampled.weight * (self.adjoint(wi, wo, view.wi, &sampled)? * shadowing)
+        match mode {
+            Transport::Radiance => self.sample_radiance(&view, u),
+            Transport::Flux if view.is_turned() && !view.layer.lobe.is_delta() => {
+                self.sample_turned_flux(&view, wi, u)
             }
-            Transport::Flux => self.eval_flux(wi, wo) / pdf_solid_angle,
-        };
+            Transport::Flux => {
+                let sample = self.sample_radiance(&view, u)?;
+                let weight = if sample.is_delta {
+                    self.adjoint_weight(&view, wi, &sample)?
+                } else {
+                    self.eval_flux(wi, sample.wo) / sample.pdf_solid_angle
+                };
+                Some(BsdfSample { weight, ..sample })
+            }
+        }
+    }
+
+    fn sample_radiance(&self, view: &View, u: [f64; 3]) -> Option<BsdfSample> {
+        let sampled = view.layer.lobe.sample(view.wi, u)?;
+        let to = view.from_lobe(sampled.wo)?;
         Some(BsdfSample {
-            wo,
-            weight,
-            pdf_solid_angle,
+            wo: self.frame.to_world(to.unmirrored),
+            weight: sampled.weight * view.shadowing(&to),
+            pdf_solid_angle: sampled.pdf * (1.0 - self.passed),
             is_delta: sampled.is_delta,
             eta: sampled.eta,
             scattering: sampled.scattering,
         })
     }
 
-    /// What turns a delta lobe's weight for radiance into that for flux: with c the cosines in the
-    /// lobe's frame, η² |c_i wo·n| / |c_o wi·n|. `None` for light along the true surface.
-    fn adjoint(
-        &self,
-        wi: DVec3,
-        wo: DVec3,
-        lobe_wi: DVec3,
-        sampled: &lobe::LobeSample,
-    ) -> Option<f64> {
+    /// Half of the samples as for radiance, half with the cosine's density.
+    ///
+    /// A turned normal that faces away from the viewer is turned back towards him: so light from `wi`
+    /// goes on to viewers that the normal as seen from `wi` faces away from, and that it never samples.
+    fn sample_turned_flux(&self, view: &View, wi: DVec3, u: [f64; 3]) -> Option<BsdfSample> {
+        let opacity = 1.0 - self.passed;
+        let own = 2.0 * u[0];
+        let mut sample = if own < 1.0 {
+            self.sample_radiance(view, [own, u[1], u[2]])?
+        } else {
+            let mut local = cosine_hemisphere([u[1], u[2]]);
+            // Light may leave on either side: the second half of the number is as good as a new one.
+            if own < 1.5 {
+                local.z = -local.z;
+            }
+            BsdfSample {
+                wo: self.frame.to_world(local),
+                weight: Rgb::BLACK,
+                pdf_solid_angle: 0.0,
+                is_delta: false,
+                eta: 1.0,
+                scattering: Scattering::Diffuse,
+            }
+        };
+        if sample.is_delta {
+            sample.weight = self.adjoint_weight(view, wi, &sample)? * 2.0;
+            sample.pdf_solid_angle *= 0.5;
+            return Some(sample);
+        }
+        let cosine = sample.wo.dot(self.frame.n).abs();
+        let even = 0.5 * opacity * FRAC_1_PI * cosine;
+        sample.pdf_solid_angle = 0.5 * (self.pdf_solid_angle(wi, sample.wo) + even);
+        if sample.pdf_solid_angle <= 0.0 {
+            return None;
+        }
+        sample.weight = self.eval_flux(wi, sample.wo) / sample.pdf_solid_angle;
+        Some(sample)
+    }
+
+    /// A delta lobe's weight for flux, given that for radiance. With c the cosines in the lobe's
+    /// frame, the factor is η² |c_i wo·n| / |c_o wi·n|, and the bumps' shadow is that of the
+    /// path the other way round. `None` for light along the true surface.
+    fn adjoint_weight(&self, view: &View, wi: DVec3, sample: &BsdfSample) -> Option<Rgb> {
         let n = self.geometric_normal;
-        let (arriving, leaving) = (wi.dot(n), wo.dot(n));
-        let veach = lobe_wi.z * leaving / (sampled.wo.z * arriving);
-        (veach.is_finite() && veach != 0.0).then(|| sampled.eta * sampled.eta * veach.abs())
+        let to = view.to_lobe(self.frame.to_local(sample.wo))?;
+        let veach = (view.wi.z * sample.wo.dot(n)) / (to.wo.z * wi.dot(n));
+        let shadowing =
+            self.view(sample.wo).shadowing_of(self.frame.to_local(wi)) / view.shadowing(&to);
+        let factor = sample.eta * sample.eta * veach.abs() * shadowing;
+        (factor.is_finite() && factor > 0.0).then(|| sample.weight * factor)
     }
 
     /// What a path that comes from `wi` meets.
     #[inline]
     fn view(&self, wi: DVec3) -> View<'_, 'a> {
-        let local = self.frame.to_local(wi);
-        let (layer, is_mirrored) = match &self.back {
-            Some(back) if local.z < 0.0 => (back, true),
-            _ => (&self.front, false),
-        };
-        let local = mirrored_if(is_mirrored, local);
-        let turned = layer.turned.map(|turned| (turned, turned.frame(local)));
-        let wi = turned.map_or(local, |(_, frame)| frame.to_local(local));
-        View {
-            layer,
-            is_mirrored,
-            turned,
-            wi,
-        }
-    }
-}
-
-/// A layer as a path from one direction meets it.
-///
-/// Three frames: the shading frame; the same mirrored at the tangent plane, on the back of a two-sided
-/// surface, as Mitsuba does; and that of the lobe, whose normal a texture may have turned.
-struct View<'b, 'a> {
-    layer: &'b Layer<'a>,
-    is_mirrored: bool,
-    turned: Option<(Turned, Frame)>,
-    /// In the lobe's frame.
-    wi: DVec3,
-}
-
-/// The direction that a path goes on along, in three frames.
-struct Onward {
-    unmirrored: DVec3,
-    mirrored: DVec3,
-    /// In the lobe's frame.
-    wo: DVec3,
-}
-
-impl View<'_, '_> {
-    /// From the shading frame; `None` where the turned normal has the direction on its other side, where
-    /// no light goes.
-    #[inline]
-    fn to_lobe(&self, unmirrored: DVec3) -> Option<Onward> {
-        let mirrored = mirrored_if(self.is_mirrored, unmirrored);
-        let wo = match &self.turned {
-            Some((_, frame)) => frame.to_local(mirrored),
-            None => mirrored,
-        };
-        self.checked(unmirrored, mirrored, wo)
-    }
-
-    /// From the lobe's frame; `None` as for [`Self::to_lobe`].
-    #[inline]
-    fn from_lobe(&self, wo: DVec3) -> Option<Onward> {
-        let mirrored = match &self.turned {
-            Some((_, frame)) => frame.to_world(wo),
-            None => wo,
-        };
-        self.checked(mirrored_if(self.is_mirrored, mirrored), mirrored, wo)
-    }
-
-    #[inline]
-    fn checked(&self, unmirrored: DVec3, mirrored: DVec3, wo: DVec3) -> Option<Onward> {
-        (self.turned.is_none() || mirrored.z * wo.z > 0.0).then_some(Onward {
-            unmirrored,
-            mirrored,
-            wo,
-        })
-    }
-
-    /// The share of light that the bumps of the texture do not shadow.
-    #[inline]
-    fn shadowing(&self, to: &Onward) -> f64 {
-        match &self.turned {
-            Some((turned, _)) => turned.shadowing(to.mirrored),
-            None => 1.0,
-        }
-    }
-
-    /// [`Self::shadowing`] of a direction in the shading frame.
-    fn shadowing_of(&self, unmirrored: DVec3) -> f64 {
-        self.to_lobe(unmirrored)
-            .map_or(0.0, |to| self.shadowing(&to))
-    }
-}
-
-/// Mirrored at the tangent plane, or not.
-#[inline]
-fn mirrored_if(is_mirrored: bool, local: DVec3) -> DVec3 {
-    if is_mirrored {
-        DVec3::new(local.x, local.y, -local.z)
-    } else {
-        local
+        View::new(&self.front, self.back.as_ref(), self.frame.to_local(wi))
     }
 }

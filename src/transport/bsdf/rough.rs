@@ -119,7 +119,11 @@ impl RoughInterface {
         let (wo, eta, scattering) = if choice < reflectance {
             (reflect(-wi, m), 1.0, Scattering::Reflected)
         } else {
-            (refract(-wi, m, eta)?, eta, Scattering::Transmitted)
+            (
+                refract(-wi, m, eta)?.normalize(),
+                eta,
+                Scattering::Transmitted,
+            )
         };
         let stays = scattering == Scattering::Reflected;
         // Light that a facet sends to the wrong side of the surface is lost.

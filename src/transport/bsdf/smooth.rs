@@ -41,7 +41,7 @@ impl Interface {
             return self.reflected(wi, reflectance);
         }
         let normal = DVec3::new(0.0, 0.0, wi.z.signum());
-        let wo = refract(-wi, normal, eta)?;
+        let wo = refract(-wi, normal, eta)?.normalize();
         leaves(wo).then(|| LobeSample {
             wo,
             weight: self.specular_transmittance / (eta * eta),
