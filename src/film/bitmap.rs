@@ -2,7 +2,8 @@
 
 use std::io::Cursor;
 
-use image::{DynamicImage, ImageDecoder as _, ImageReader, Limits};
+use image::codecs::hdr::HdrDecoder;
+use image::{DynamicImage, ImageDecoder as _, ImageFormat, ImageReader, ImageResult, Limits};
 
 /// An RGB image; row 0 is the top.
 #[derive(Clone, Debug, PartialEq)]
@@ -50,18 +51,7 @@ impl Bitmap {
         if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
             return read_exr(bytes);
         }
-        let mut reader = ImageReader::new(Cursor::new(bytes))
-            .with_guessed_format()
-            .map_err(|error| error.to_string())?;
-        if reader.format().is_none() {
-            reader.set_format(image::ImageFormat::Tga);
-        }
-        let mut limits = Limits::default();
-        limits.max_alloc = Some(LARGEST);
-        reader.limits(limits);
-        let decoder = reader.into_decoder().map_err(|error| error.to_string())?;
-        let is_grey = !decoder.color_type().has_color();
-        let image = DynamicImage::from_decoder(decoder).map_err(|error| error.to_string())?;
+        let (image, is_grey) = decode(bytes).map_err(|error| error.to_string())?;
         let is_float = matches!(
             image,
             DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_)
@@ -120,6 +110,26 @@ impl Bitmap {
             )),
         }
     }
+}
+
+/// The image, and whether it has one channel.
+fn decode(bytes: &[u8]) -> ImageResult<(DynamicImage, bool)> {
+    let mut limits = Limits::default();
+    limits.max_alloc = Some(LARGEST);
+    if bytes.starts_with(b"#?") {
+        // Radiance's files may call themselves by other names than "RADIANCE": Mitsuba's say "RGBE".
+        let mut decoder = HdrDecoder::with_strictness(bytes, false)?;
+        decoder.set_limits(limits)?;
+        return Ok((DynamicImage::from_decoder(decoder)?, false));
+    }
+    let mut reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format()?;
+    if reader.format().is_none() {
+        reader.set_format(ImageFormat::Tga);
+    }
+    reader.limits(limits);
+    let decoder = reader.into_decoder()?;
+    let is_grey = !decoder.color_type().has_color();
+    Ok((DynamicImage::from_decoder(decoder)?, is_grey))
 }
 
 /// The channels R, G, B or Y of an `OpenEXR` file; of a file with neither, its only channel.

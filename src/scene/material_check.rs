@@ -84,46 +84,47 @@ pub(super) fn attributes(parts: &SceneParts) -> Result<(), SceneError> {
 
 /// The textures that a material itself refers to.
 fn textures_of(material: &Material) -> impl Iterator<Item = TextureId> {
-    let roughness =
-        |roughness: &Roughness| [roughness.alpha_u.texture(), roughness.alpha_v.texture()];
-    let (first, [second, third]) = match material {
-        Material::Diffuse { reflectance } => (reflectance.texture(), [None, None]),
+    let alphas =
+        |roughness: &Roughness| [roughness.alpha_u, roughness.alpha_v].map(|alpha| alpha.texture());
+    let (colors, scalars) = match material {
+        Material::Diffuse { reflectance } => ([Some(*reflectance), None], [None; 2]),
         Material::RoughDielectric {
             specular_reflectance,
             specular_transmittance,
-            roughness: _,
+            roughness,
             ..
         } => (
-            specular_reflectance.texture(),
-            [specular_transmittance.texture(), None],
+            [Some(*specular_reflectance), Some(*specular_transmittance)],
+            alphas(roughness),
         ),
         Material::RoughConductor {
             specular_reflectance,
-            roughness: alpha,
+            roughness,
             ..
-        } => (specular_reflectance.texture(), roughness(alpha)),
+        } => ([Some(*specular_reflectance), None], alphas(roughness)),
         Material::Plastic(coat) | Material::RoughPlastic { coat, .. } => (
-            coat.diffuse_reflectance.texture(),
-            [coat.specular_reflectance.texture(), None],
+            [
+                Some(coat.diffuse_reflectance),
+                Some(coat.specular_reflectance),
+            ],
+            [None; 2],
         ),
-        Material::Mask { opacity, .. } => (opacity.texture(), [None, None]),
+        Material::Mask { opacity, .. } => ([None; 2], [opacity.texture(), None]),
         Material::Turned { by, .. } => match by {
-            NormalTurn::Height { texture, .. } => (Some(*texture), [None, None]),
-            NormalTurn::Normal { color } => (color.texture(), [None, None]),
+            NormalTurn::Height { texture, .. } => ([None; 2], [Some(*texture), None]),
+            NormalTurn::Normal { color } => ([Some(*color), None], [None; 2]),
         },
         Material::Dielectric { .. }
         | Material::ThinDielectric { .. }
         | Material::Conductor { .. }
         | Material::Null
-        | Material::TwoSided { .. } => (None, [None, None]),
+        | Material::TwoSided { .. } => ([None; 2], [None; 2]),
     };
-    let more = match material {
-        Material::RoughDielectric {
-            roughness: alpha, ..
-        } => roughness(alpha),
-        _ => [None, None],
-    };
-    [first, second, third].into_iter().chain(more).flatten()
+    let colors = colors
+        .into_iter()
+        .flatten()
+        .filter_map(|color| color.texture());
+    colors.chain(scalars.into_iter().flatten())
 }
 
 /// Finite and not below zero in every channel.

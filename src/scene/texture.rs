@@ -247,12 +247,13 @@ impl BitmapTexture {
             (b - a) * (1.0 - weight.y) + (d - c) * weight.y,
             (c - a) * (1.0 - weight.x) + (d - b) * weight.x,
         );
-        let by_image = by_texel * self.size();
-        // The chain rule through (u, v) -> to_uv (u, v).
-        DVec2::new(
-            self.to_uv.x_axis.truncate().dot(by_image),
-            self.to_uv.y_axis.truncate().dot(by_image),
-        )
+        // The chain rule through `to_uv`. Mitsuba multiplies by the image's size after it, not before:
+        // the same unless `to_uv` turns an image that is not square.
+        self.size()
+            * DVec2::new(
+                self.to_uv.x_axis.truncate().dot(by_texel),
+                self.to_uv.y_axis.truncate().dot(by_texel),
+            )
     }
 
     fn size(&self) -> DVec2 {
