@@ -53,8 +53,8 @@ impl super::Sphere {
     fn tangents(&self, uv: glam::DVec2) -> [DVec3; 2] {
         let (sin_phi, cos_phi) = (TAU * uv.x).sin_cos();
         let (sin, cos) = (PI * uv.y).sin_cos();
-        let along_u = self.from_local(DVec3::new(-sin_phi, cos_phi, 0.0)) * (TAU * sin);
-        let along_v = self.from_local(DVec3::new(cos * cos_phi, cos * sin_phi, -sin)) * PI;
+        let along_u = self.vector_to_world(DVec3::new(-sin_phi, cos_phi, 0.0)) * (TAU * sin);
+        let along_v = self.vector_to_world(DVec3::new(cos * cos_phi, cos * sin_phi, -sin)) * PI;
         [along_u, along_v]
     }
 }
@@ -63,7 +63,7 @@ impl super::Cylinder {
     fn tangents(&self, point: &SurfacePoint) -> [DVec3; 2] {
         let (sin, cos) = (TAU * point.uv.x).sin_cos();
         [
-            self.from_local(DVec3::new(-sin, cos, 0.0)) * TAU,
+            self.vector_to_world(DVec3::new(-sin, cos, 0.0)) * TAU,
             self.axis() * self.length(),
         ]
     }

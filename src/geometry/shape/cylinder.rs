@@ -103,7 +103,7 @@ impl Cylinder {
 
     /// A vector of the cylinder's own space, in the world.
     #[inline]
-    pub(in crate::geometry) fn from_local(&self, vector: DVec3) -> DVec3 {
+    pub(in crate::geometry) fn vector_to_world(&self, vector: DVec3) -> DVec3 {
         self.to_local.inverse().vector(vector)
     }
 

@@ -105,7 +105,7 @@ impl Sphere {
 
     /// A vector of the sphere's own space, in the world.
     #[inline]
-    pub(in crate::geometry) fn from_local(&self, vector: DVec3) -> DVec3 {
+    pub(in crate::geometry) fn vector_to_world(&self, vector: DVec3) -> DVec3 {
         self.to_local.inverse().vector(vector)
     }
 

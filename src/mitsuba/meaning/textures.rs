@@ -123,18 +123,16 @@ impl Textures {
         files: &mut Files,
     ) -> Result<TextureId, LoadError> {
         let warned = self.warnings.len();
-        match self.read(tree, texture, files)? {
-            Some(id) => Ok(id),
-            None => {
-                let why = self.warnings.get(warned).map_or("", |one| &one.message);
-                let message = if why.is_empty() {
-                    "needs its image".to_owned()
-                } else {
-                    format!("needs its image: {why}")
-                };
-                Err(Plugin::new(tree, texture).error(message))
-            }
+        if let Some(id) = self.read(tree, texture, files)? {
+            return Ok(id);
         }
+        let why = self.warnings.get(warned).map_or("", |one| &one.message);
+        let message = if why.is_empty() {
+            "needs its image".to_owned()
+        } else {
+            format!("needs its image: {why}")
+        };
+        Err(Plugin::new(tree, texture).error(message))
     }
 
     /// A texture; `None`, with a warning, where its image is missing.

@@ -44,7 +44,7 @@ impl Microfacets {
 
     /// Area of facets with normal `m`, by solid angle and by area of the surface: D(m) [1/sr].
     ///
-    /// With a² = (m_x/α_x)² + (m_y/α_y)²,
+    /// With a² = `(m_x/α_x)² + (m_y/α_y)²`,
     ///
     /// ```text
     /// Beckmann: D = exp(−a²/m_z²) / (π α_x α_y m_z⁴)
@@ -53,7 +53,7 @@ impl Microfacets {
     ///
     /// (Walter et al. 2007, equations 25 and 33; with two α Heitz, *Understanding the
     /// Masking-Shadowing Function*, JCGT 2014, equations 80 and 85.) Its integral over the upper half of
-    /// directions, times m_z, is 1. Zero for m_z ≤ 0.
+    /// directions, times `m_z`, is 1. Zero for `m_z` ≤ 0.
     #[inline]
     pub fn density(&self, m: DVec3) -> f64 {
         if m.z <= 0.0 {
@@ -112,7 +112,7 @@ impl Microfacets {
         }
     }
 
-    /// The density [1/sr] of the normals that [`Self::sample_visible`] draws: G₁(v, m) D(m) (v·m) / v_z.
+    /// The density [1/sr] of the normals that [`Self::sample_visible`] draws: `G₁(v, m) D(m) (v·m) / v_z`.
     ///
     /// `v` must be on the upper side.
     #[inline]

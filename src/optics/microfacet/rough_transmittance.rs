@@ -26,7 +26,7 @@ impl RoughTransmittance {
     pub fn new(distribution: FacetDistribution, alpha: f64, eta: f64) -> Self {
         let facets = Microfacets::new(distribution, [alpha; 2]);
         let cosines = (0..ENTRIES).map(|i| (i as f64 / (ENTRIES - 1) as f64).max(1e-6));
-        let [from_outside, from_inside] = [eta, 1.0 / eta].map(|eta| Rule::new(eta));
+        let [from_outside, from_inside] = [eta, 1.0 / eta].map(Rule::new);
         let entering = cosines
             .clone()
             .map(|cos| from_outside.mean(&facets, cos, |v, m| transmitted(&facets, v, m, eta)))

@@ -47,7 +47,7 @@ impl Lobe<'_> {
         )
     }
 
-    /// f |cos θ_o| of all but delta lobes.
+    /// f |cos θₒ| of all but delta lobes.
     pub fn eval(&self, wi: DVec3, wo: DVec3) -> Rgb {
         match self {
             Self::Black | Self::Dielectric(_) | Self::Pane(_) | Self::Conductor(_) => Rgb::BLACK,
@@ -98,7 +98,7 @@ impl Lobe<'_> {
     }
 }
 
-/// cos θ_o / π where both directions are on the front.
+/// cos θₒ / π where both directions are on the front.
 #[inline]
 fn lambert(wi: DVec3, wo: DVec3) -> f64 {
     if wi.z > 0.0 && wo.z > 0.0 {

@@ -28,7 +28,7 @@
 //! ```
 //!
 //! for this makes what a camera's path and a photon's path count the same integral. The equation
-//! holds two well-known rules: radiance that is refracted scales by (n_i/n_t)² and flux does not, and
+//! holds two well-known rules: radiance that is refracted scales by (nᵢ/nₜ)² and flux does not, and
 //! flux at a shading normal s scales by |wi·s wo·n| / |wi·n wo·s| (Veach 1997, 5.2 and 5.3).
 
 mod lobe;
@@ -57,7 +57,7 @@ const BELOW_ONE: f64 = 1.0f64.next_down();
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Transport {
     /// The path starts at a camera: light travels along it backwards, in through `wo` and out through
-    /// `wi`, and its radiance scales by (n_i/n_t)² where it is refracted.
+    /// `wi`, and its radiance scales by (nᵢ/nₜ)² where it is refracted.
     Radiance,
     /// The path starts at a light: flux arrives from `wi` and leaves towards `wo`.
     Flux,
@@ -230,7 +230,7 @@ impl<'a> Bsdf<'a> {
 
     fn sample_radiance(&self, view: &View, u: [f64; 3]) -> Option<BsdfSample> {
         let sampled = view.layer.lobe.sample(view.wi, u)?;
-        let to = view.from_lobe(sampled.wo)?;
+        let to = view.leave_lobe(sampled.wo)?;
         Some(BsdfSample {
             wo: self.frame.to_world(to.unmirrored),
             weight: sampled.weight * view.shadowing(&to),
@@ -281,7 +281,7 @@ impl<'a> Bsdf<'a> {
     }
 
     /// A delta lobe's weight for flux, given that for radiance. With c the cosines in the lobe's
-    /// frame, the factor is η² |c_i wo·n| / |c_o wi·n|, and the bumps' shadow is that of the
+    /// frame, the factor is η² |cᵢ wo·n| / |cₒ wi·n|, and the bumps' shadow is that of the
     /// path the other way round. `None` for light along the true surface.
     fn adjoint_weight(&self, view: &View, wi: DVec3, sample: &BsdfSample) -> Option<Rgb> {
         let n = self.geometric_normal;

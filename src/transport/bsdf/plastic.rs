@@ -160,7 +160,7 @@ impl RoughPlastic<'_> {
 
 /// The share of diffuse light that a smooth surface reflects to the inside, as Mitsuba computes it.
 ///
-/// With `eta` = n_inside / n_outside above 1 a fit of Egan and Hilgeman (1973), within 0.1 % up to 1.5 and
+/// With `eta` = `n_inside / n_outside` above 1 a fit of Egan and Hilgeman (1973), within 0.1 % up to 1.5 and
 /// 0.6 % up to 2; below 1 one of d'Eon and Irving (SIGGRAPH 2011), within 0.2 %.
 fn diffuse_reflectance_from_inside(eta: f64) -> f64 {
     let seen = 1.0 / eta;

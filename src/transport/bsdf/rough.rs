@@ -26,7 +26,7 @@ pub(super) struct RoughInterface {
 }
 
 impl RoughMetal {
-    /// F D G / (4 cos θ_i) (equation 20, times cos θ_o).
+    /// F D G / (4 cos θᵢ) (equation 20, times cos θₒ).
     pub fn eval(&self, wi: DVec3, wo: DVec3) -> Rgb {
         match half(wi, wo) {
             Some(m) => {
@@ -57,14 +57,14 @@ impl RoughMetal {
 }
 
 impl RoughInterface {
-    /// What goes from `wi` to `wo`: F D G / (4 |cos θ_i|) on wi's side, and on the other, with
-    /// η = n_o / n_i and radiance scaled by 1/η²,
+    /// What goes from `wi` to `wo`: F D G / (4 |cos θᵢ|) on wi's side, and on the other, with
+    /// η = nₒ / nᵢ and radiance scaled by 1/η²,
     ///
     /// ```text
-    /// (1 − F) D G |wi·m| |wo·m| / (|cos θ_i| (wi·m + η wo·m)²)
+    /// (1 − F) D G |wi·m| |wo·m| / (|cos θᵢ| (wi·m + η wo·m)²)
     /// ```
     ///
-    /// (equations 20 and 21, times |cos θ_o|).
+    /// (equations 20 and 21, times |cos θₒ|).
     pub fn eval(&self, wi: DVec3, wo: DVec3) -> Rgb {
         let Some(Bend {
             m,
@@ -159,7 +159,7 @@ struct Bend {
     m: DVec3,
     /// Its Fresnel reflectance.
     reflectance: f64,
-    /// n_o / n_i where it refracts.
+    /// nₒ / nᵢ where it refracts.
     eta: Option<f64>,
 }
 
@@ -172,7 +172,7 @@ pub(super) fn half(wi: DVec3, wo: DVec3) -> Option<DVec3> {
     }
 }
 
-/// D G / (4 |cos θ_i|): what perfect facets mirror from `wi` to `wo` [1/sr].
+/// D G / (4 |cos θᵢ|): what perfect facets mirror from `wi` to `wo` [1/sr].
 pub(super) fn mirrored_share(facets: &Microfacets, wi: DVec3, wo: DVec3, m: DVec3) -> f64 {
     let shadowing = facets.shadowing(wi, m) * facets.shadowing(wo, m);
     finite(facets.density(m) * shadowing / (4.0 * wi.z.abs()))

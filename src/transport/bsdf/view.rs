@@ -64,7 +64,7 @@ impl<'b, 'a> View<'b, 'a> {
 
     /// From the lobe's frame; `None` as for [`Self::to_lobe`].
     #[inline]
-    pub fn from_lobe(&self, wo: DVec3) -> Option<Onward> {
+    pub fn leave_lobe(&self, wo: DVec3) -> Option<Onward> {
         let mirrored = match &self.turned {
             Some((_, frame)) => frame.to_world(wo),
             None => wo,
