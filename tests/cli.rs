@@ -179,9 +179,9 @@ fn light_by_way_of_rough_glass_is_left_out_with_a_warning_and_a_varying_mask_is_
     let folder = Folder::new();
     let scene = |floor: &str| {
         format!(
-            "<scene version=\"3.0.0\"><emitter type=\"point\"><point name=\"position\" z=\"5\"/></emitter>\
-             <shape type=\"sphere\" id=\"frosted\"><point name=\"center\" z=\"2\"/><bsdf type=\"roughdielectric\"/></shape>\
-             <shape type=\"sphere\"><point name=\"center\" x=\"3\" z=\"2\"/><bsdf type=\"dielectric\"/></shape>\
+            "<scene version=\"3.0.0\"><emitter type=\"point\"><point name=\"position\" x=\"0\" y=\"0\" z=\"5\"/></emitter>\
+             <shape type=\"sphere\" id=\"frosted\"><point name=\"center\" x=\"0\" y=\"0\" z=\"2\"/><bsdf type=\"roughdielectric\"/></shape>\
+             <shape type=\"sphere\"><point name=\"center\" x=\"3\" y=\"0\" z=\"2\"/><bsdf type=\"dielectric\"/></shape>\
              <shape type=\"rectangle\" id=\"floor\">{floor}<sensor type=\"irradiancemeter\"><film type=\"hdrfilm\">\
              <integer name=\"width\" value=\"4\"/><integer name=\"height\" value=\"4\"/></film></sensor></shape></scene>"
         )

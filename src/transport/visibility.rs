@@ -61,7 +61,8 @@ fn masked_transmittance(
             } => 1.0 - opacity,
             Material::Mask { opacity, .. } => {
                 let point = scene.world().surface_point(&ray, &hit);
-                1.0 - scene.scalar(*opacity, &TexturePoint::new(scene, &hit, &point))
+                let opacity = scene.scalar(*opacity, &TexturePoint::new(scene, &hit, &point));
+                1.0 - opacity.clamp(0.0, 1.0)
             }
             _ => 0.0,
         };

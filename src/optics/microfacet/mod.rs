@@ -88,7 +88,7 @@ impl Microfacets {
     ///
     /// Zero where `v` sees the back of such a facet from the front of the surface or its front from the back.
     /// For Beckmann's distribution this is the rational fit of Walter et al. 2007, equation 27, within
-    /// 0.35 % of [`Self::exact_shadowing`].
+    /// 0.35 % of the exact function, which [`Self::visible_density`] has.
     #[inline]
     pub fn shadowing(&self, v: DVec3, m: DVec3) -> f64 {
         if v.dot(m) * v.z <= 0.0 {
