@@ -25,13 +25,17 @@ impl Frame {
     ///
     /// Some frame where `along` is parallel to `n` or no direction at all.
     pub fn along(n: DVec3, along: DVec3) -> Self {
-        match (along - n * n.dot(along)).try_normalize() {
-            Some(s) => Self {
-                s,
-                t: n.cross(s),
-                n,
-            },
-            None => Self::around(n),
+        let across = along - n * n.dot(along);
+        // Below this share of `along` it is made of rounding errors, and has no direction to speak of.
+        if across.length_squared() <= 1e-24 * along.length_squared() || !across.is_finite() {
+            return Self::around(n);
+        }
+        // Once more, for what the difference lost of the right angle.
+        let s = (across - n * n.dot(across)).normalize();
+        Self {
+            s,
+            t: n.cross(s),
+            n,
         }
     }
 
