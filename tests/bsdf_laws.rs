@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3};
 use nephroid::geometry::{Ray, SurfacePoint};
 use nephroid::numeric::{Stream, StreamKind};
 use nephroid::scene::Scene;
-use nephroid::transport::bsdf::{Bsdf, BsdfSample, Scattering, Transport};
+use nephroid::transport::bsdf::{Bsdf, BsdfSample, Scattering, Transport, check_colors};
 use nephroid::transport::scatter::{Meeting, ShadingNormals, Way};
 
 /// Directions all over the sphere, deterministic.
@@ -254,4 +254,19 @@ fn at_the_extremes_nothing_is_negative_infinite_or_no_number() {
             }
         }
     }
+}
+
+#[test]
+fn what_a_camera_would_see_as_black_for_want_of_an_image_is_refused_by_name() {
+    let image = "<texture type=\"bitmap\" name=\"diffuse_reflectance\"><string name=\"filename\" value=\"none.png\"/></texture>";
+    let missing = scene(&format!(
+        "<shape type=\"sphere\"/><shape type=\"sphere\" id=\"globe\"><bsdf type=\"twosided\">\
+         <bsdf type=\"roughplastic\">{image}</bsdf></bsdf></shape>"
+    ));
+    let message = check_colors(&missing).unwrap_err().to_string();
+    assert!(
+        message.starts_with("shape \"globe\" has a roughplastic whose colour is not known"),
+        "{message}"
+    );
+    assert_eq!(check_colors(&scene("<shape type=\"sphere\"/>")), Ok(()));
 }

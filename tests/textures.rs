@@ -6,7 +6,9 @@ mod bsdf_support;
 
 use bsdf_support::{Surface, folder, scene};
 use glam::{DVec2, DVec3};
+use nephroid::film::{Image, exr};
 use nephroid::geometry::Ray;
+use nephroid::mitsuba::load;
 use nephroid::scene::{TextureId, TexturePoint};
 
 /// Relative to the values, which are of order 1: f32 arithmetic in uv and interpolation, the gradient times
@@ -69,6 +71,46 @@ fn every_texture_is_mitsubas_at_every_point() {
         }
     }
     assert!(compared > 150, "{compared}");
+}
+
+#[test]
+fn images_that_are_no_fractions_of_light_are_errors_or_warnings() {
+    let folder = tempfile::TempDir::new().unwrap();
+    let path = folder.path().join("scene.xml");
+    let texture = "<texture type=\"bitmap\" name=\"reflectance\"><string name=\"filename\" value=\"a.exr\"/></texture>";
+    let xml = format!(
+        "<scene version=\"3.0.0\"><shape type=\"sphere\"><bsdf type=\"diffuse\">{texture}</bsdf></shape></scene>"
+    );
+    std::fs::write(&path, xml).unwrap();
+    let load_with = |texel: f64| {
+        let mut image = Image::new(1, 1);
+        image.add_rgb("", &[[0.5, texel, 0.5]]);
+        exr::write(&folder.path().join("a.exr"), &image).unwrap();
+        load(&path, &[])
+    };
+    assert!(load_with(0.75).unwrap().warnings().is_empty());
+    let bright = load_with(1.5).unwrap();
+    assert!(bright.warnings()[0].message.contains("holds 1.5"));
+    for (wrong, expected) in [
+        (
+            -0.25,
+            "holds -0.25, but a fraction of light must not be negative",
+        ),
+        (f64::NAN, "column 0, row 0 (counted from 0) is not finite"),
+        (
+            f64::INFINITY,
+            "column 0, row 0 (counted from 0) is not finite",
+        ),
+    ] {
+        let message = load_with(wrong).unwrap_err().to_string();
+        assert!(message.contains(expected), "{message}");
+    }
+    std::fs::write(folder.path().join("a.exr"), "no image").unwrap();
+    let message = load(&path, &[]).unwrap_err().to_string();
+    assert!(
+        message.contains("texture \"bitmap\"") && message.contains("a.exr"),
+        "{message}"
+    );
 }
 
 /// A triangle in the plane z = 0 and what a ray straight down meets at x, y.

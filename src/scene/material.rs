@@ -192,6 +192,44 @@ impl Material {
         first.into_iter().chain(second)
     }
 
+    /// The colours that it has itself, beside those it wraps, as far as they may vary.
+    pub fn colors(&self) -> impl Iterator<Item = Color> {
+        let (first, second) = match self {
+            Self::Diffuse { reflectance } => (Some(*reflectance), None),
+            Self::RoughDielectric {
+                specular_reflectance,
+                specular_transmittance,
+                ..
+            } => (Some(*specular_reflectance), Some(*specular_transmittance)),
+            Self::RoughConductor {
+                specular_reflectance,
+                ..
+            } => (Some(*specular_reflectance), None),
+            Self::Plastic(coat) | Self::RoughPlastic { coat, .. } => (
+                Some(coat.diffuse_reflectance),
+                Some(coat.specular_reflectance),
+            ),
+            Self::Turned {
+                by: NormalTurn::Normal { color },
+                ..
+            } => (Some(*color), None),
+            _ => (None, None),
+        };
+        first.into_iter().chain(second)
+    }
+
+    /// The numbers that it has itself, beside those it wraps, as far as they may vary.
+    pub fn scalars(&self) -> impl Iterator<Item = Scalar> {
+        let (first, second) = match self {
+            Self::Mask { opacity, .. } => (Some(*opacity), None),
+            Self::RoughDielectric { roughness, .. } | Self::RoughConductor { roughness, .. } => {
+                (Some(roughness.alpha_u), Some(roughness.alpha_v))
+            }
+            _ => (None, None),
+        };
+        first.into_iter().chain(second)
+    }
+
     /// Whether light can leave it along a specular chain: by mirror reflection or refraction, looking
     /// through masks and two-sided wrappers. `Null` is not: it changes no direction. Rough interfaces and
     /// turned normals are not: chains end there (see [`Self::is_rough_interface`]).

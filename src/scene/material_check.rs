@@ -84,47 +84,16 @@ pub(super) fn attributes(parts: &SceneParts) -> Result<(), SceneError> {
 
 /// The textures that a material itself refers to.
 fn textures_of(material: &Material) -> impl Iterator<Item = TextureId> {
-    let alphas =
-        |roughness: &Roughness| [roughness.alpha_u, roughness.alpha_v].map(|alpha| alpha.texture());
-    let (colors, scalars) = match material {
-        Material::Diffuse { reflectance } => ([Some(*reflectance), None], [None; 2]),
-        Material::RoughDielectric {
-            specular_reflectance,
-            specular_transmittance,
-            roughness,
+    let height = match material {
+        Material::Turned {
+            by: NormalTurn::Height { texture, .. },
             ..
-        } => (
-            [Some(*specular_reflectance), Some(*specular_transmittance)],
-            alphas(roughness),
-        ),
-        Material::RoughConductor {
-            specular_reflectance,
-            roughness,
-            ..
-        } => ([Some(*specular_reflectance), None], alphas(roughness)),
-        Material::Plastic(coat) | Material::RoughPlastic { coat, .. } => (
-            [
-                Some(coat.diffuse_reflectance),
-                Some(coat.specular_reflectance),
-            ],
-            [None; 2],
-        ),
-        Material::Mask { opacity, .. } => ([None; 2], [opacity.texture(), None]),
-        Material::Turned { by, .. } => match by {
-            NormalTurn::Height { texture, .. } => ([None; 2], [Some(*texture), None]),
-            NormalTurn::Normal { color } => ([Some(*color), None], [None; 2]),
-        },
-        Material::Dielectric { .. }
-        | Material::ThinDielectric { .. }
-        | Material::Conductor { .. }
-        | Material::Null
-        | Material::TwoSided { .. } => ([None; 2], [None; 2]),
+        } => Some(*texture),
+        _ => None,
     };
-    let colors = colors
-        .into_iter()
-        .flatten()
-        .filter_map(|color| color.texture());
-    colors.chain(scalars.into_iter().flatten())
+    let colors = material.colors().filter_map(|color| color.texture());
+    let scalars = material.scalars().filter_map(|scalar| scalar.texture());
+    colors.chain(scalars).chain(height)
 }
 
 /// Finite and not below zero in every channel.

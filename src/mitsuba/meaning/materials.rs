@@ -298,15 +298,9 @@ impl Materials {
                 scale: plugin.float_or("scale", 1.0)?,
             }
         } else {
-            let found = plugin
-                .find("normalmap")
-                .ok_or_else(|| plugin.error("needs the parameter \"normalmap\""))?;
-            let color = self.textures.color(tree, plugin, "normalmap", 0.5, files)?;
-            if color == Color::Unknown {
-                let message = "needs its image, and cannot be a spectrum";
-                return Err(plugin.parameter_error(found.property.at, "normalmap", message));
+            NormalTurn::Normal {
+                color: self.textures.vector(tree, plugin, "normalmap", files)?,
             }
-            NormalTurn::Normal { color }
         };
         let flip_invalid_normals = plugin.boolean_or("flip_invalid_normals", true)?;
         let use_shadowing_function = plugin.boolean_or("use_shadowing_function", true)?;

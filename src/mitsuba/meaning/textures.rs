@@ -58,10 +58,11 @@ impl Textures {
         files: &mut Files,
     ) -> Result<Color, LoadError> {
         if let Some(texture) = of_parameter(tree, plugin, name) {
-            return Ok(match self.read(tree, texture, files)? {
-                Some(id) => Color::Texture(id),
-                None => Color::Unknown,
-            });
+            let Some(id) = self.read(tree, texture, files)? else {
+                return Ok(Color::Unknown);
+            };
+            self.check_fraction(&Plugin::new(tree, texture), id)?;
+            return Ok(Color::Texture(id));
         }
         if let Some(found) = plugin.find(name)
             && matches!(found.value, Value::Spectrum(Spectrum::File(_)))
@@ -69,6 +70,23 @@ impl Textures {
             return Ok(Color::Unknown);
         }
         spectra::read_or(tree, plugin, name, Role::Fraction, default).map(Color::Constant)
+    }
+
+    /// A vector in the frame of the surface, its coordinates brought to 0..=1.
+    pub fn vector(
+        &mut self,
+        tree: &Tree,
+        plugin: &Plugin,
+        name: &str,
+        files: &mut Files,
+    ) -> Result<Color, LoadError> {
+        if let Some(texture) = of_parameter(tree, plugin, name) {
+            return self.required(tree, texture, files).map(Color::Texture);
+        }
+        match spectra::read(tree, plugin, name, Role::Fraction)? {
+            Some((rgb, _)) => Ok(Color::Constant(rgb)),
+            None => Err(plugin.error(format!("needs the parameter \"{name}\""))),
+        }
     }
 
     /// A number not below 0, or `default` where the file gives none.
@@ -112,6 +130,45 @@ impl Textures {
             Some((_, at)) => {
                 Err(plugin.parameter_error(at, name, "must be the same in all channels"))
             }
+        }
+    }
+
+    /// Fails where an image has negative texels, warns where it has some above 1.
+    fn check_fraction(&mut self, texture: &Plugin, id: TextureId) -> Result<(), LoadError> {
+        let Some([low, high]) = self.range(id) else {
+            return Ok(());
+        };
+        if low < 0.0 {
+            let message = format!("holds {low}, but a fraction of light must not be negative");
+            return Err(texture.error(message));
+        }
+        if high > 1.0 {
+            self.warnings.push(Warning {
+                at: Some(texture.source()),
+                message: format!(
+                    "the texture holds {high}: such a surface gives back more light than it gets (Mitsuba 3 \
+                     takes it as it is, too)"
+                ),
+            });
+        }
+        Ok(())
+    }
+
+    /// The smallest and largest number of an image; `None` for other textures.
+    fn range(&self, id: TextureId) -> Option<[f64; 2]> {
+        match &self.list[id.0 as usize] {
+            Texture::Bitmap(bitmap) => {
+                let numbers = bitmap.image.texels().iter().flatten().copied();
+                let bounds = numbers.fold([f32::INFINITY, f32::NEG_INFINITY], |[low, high], x| {
+                    [low.min(x), high.max(x)]
+                });
+                Some(bounds.map(f64::from))
+            }
+            Texture::Scaled { nested, scale } => {
+                let [low, high] = self.range(*nested)?;
+                Some([low * scale.max_channel(), high * scale.max_channel()])
+            }
+            Texture::Checkerboard { .. } | Texture::MeshAttribute { .. } => None,
         }
     }
 

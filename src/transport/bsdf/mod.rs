@@ -31,6 +31,7 @@
 //! holds two well-known rules: radiance that is refracted scales by (nᵢ/nₜ)² and flux does not, and
 //! flux at a shading normal s scales by |wi·s wo·n| / |wi·n wo·s| (Veach 1997, 5.2 and 5.3).
 
+mod check;
 mod lobe;
 mod plastic;
 mod resolve;
@@ -46,6 +47,7 @@ use glam::DVec3;
 use crate::geometry::{Frame, Hit, SurfacePoint};
 use crate::radiometry::Rgb;
 use crate::scene::Scene;
+pub use check::{UnknownColor, check_colors};
 use lobe::{Lobe, cosine_hemisphere};
 use turned::Turned;
 use view::View;
@@ -118,7 +120,9 @@ struct Layer<'a> {
 }
 
 impl<'a> Bsdf<'a> {
-    /// The material that a ray met at `hit`; `point` must be [`World::surface_point`] of it, for its `uv`.
+    /// The material that a ray met at `hit`. Colours that are unknown are black: see [`check_colors`].
+    ///
+    /// `point` must be [`World::surface_point`] of it, for its `uv`.
     ///
     /// [`World::surface_point`]: crate::geometry::World::surface_point
     pub fn at(scene: &'a Scene, hit: &Hit, point: &SurfacePoint) -> Self {
