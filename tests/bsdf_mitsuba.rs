@@ -6,6 +6,7 @@ mod bsdf_support;
 
 use bsdf_support::{Surface, direction, folder};
 use glam::{DVec2, DVec3};
+use nephroid::geometry::Ray;
 use nephroid::radiometry::Rgb;
 use nephroid::transport::bsdf::{Bsdf, Transport};
 
@@ -139,4 +140,40 @@ fn every_bsdf_is_mitsubas_in_every_direction() {
         wrong.len(),
         wrong[..wrong.len().min(60)].join("\n")
     );
+}
+
+/// The same for bsdfs that care which way a surface runs, on shapes of every kind: numbers of
+/// `tests/mitsuba/frame_oracle.py`.
+#[test]
+fn tangents_and_turned_normals_are_mitsubas_on_every_shape() {
+    let text = std::fs::read_to_string(folder().join("frame_oracle.txt")).unwrap();
+    let mut shape = "";
+    let mut wrong = Vec::new();
+    let mut lit = 0;
+    for line in text.lines().filter(|line| !line.starts_with('#')) {
+        if let Some(case) = line.strip_prefix("case ") {
+            shape = case;
+            continue;
+        }
+        let numbers: Vec<f64> = line
+            .split(' ')
+            .map(|number| number.parse().unwrap())
+            .collect();
+        let [x, y, wi_theta, wi_phi, wo_theta, wo_phi, value] = numbers[..] else {
+            panic!("{line}");
+        };
+        let surface = Surface::of(shape, Ray::new(DVec3::new(x, y, 5.0), -DVec3::Z));
+        let wi = direction(wi_theta, wi_phi);
+        let wo = direction(wo_theta, wo_phi);
+        let found = surface.bsdf().eval(wi, wo, Transport::Radiance).0[1];
+        lit += usize::from(value > 0.0);
+        // Hits are known to f32 (some 1e-7 of the distance 5), and a bump map's slope changes by its
+        // full size, 4 texels times a scale of 0.6, over a texel: up to 1e-5 of a slope of order 1; values
+        // change by a few times as much.
+        if let Err(error) = check("f cos", found, value, TOLERANCE) {
+            wrong.push(format!("{shape}\n    {line}: {error}"));
+        }
+    }
+    assert!(lit > 100, "{lit}");
+    assert!(wrong.is_empty(), "{}:\n{}", wrong.len(), wrong.join("\n"));
 }
