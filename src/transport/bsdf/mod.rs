@@ -177,11 +177,10 @@ impl<'a> Bsdf<'a> {
 
     fn eval_flux(&self, wi: DVec3, wo: DVec3) -> Rgb {
         let arriving = wi.dot(self.geometric_normal).abs();
-        if arriving == 0.0 {
-            return Rgb::BLACK;
-        }
         let leaving = wo.dot(self.geometric_normal).abs();
-        self.eval_radiance(wo, wi) * (leaving / arriving)
+        let value = self.eval_radiance(wo, wi) * (leaving / arriving);
+        // No flux arrives along the surface.
+        if value.is_finite() { value } else { Rgb::BLACK }
     }
 
     /// The density [1/sr] with which [`sample`](Self::sample) chooses `wo` from the lobes that have one.

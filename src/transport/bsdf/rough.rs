@@ -66,19 +66,14 @@ impl RoughInterface {
     ///
     /// (equations 20 and 21, times |cos θₒ|).
     pub fn eval(&self, wi: DVec3, wo: DVec3) -> Rgb {
-        let Some(Bend {
-            m,
-            reflectance,
-            eta,
-        }) = self.bend(wi, wo)
-        else {
+        let Some(bend) = self.bend(wi, wo) else {
             return Rgb::BLACK;
         };
-        if eta.is_none() {
-            return self.interface.specular_reflectance
-                * (reflectance * mirrored_share(&self.facets, wi, wo, m));
-        }
-        let eta = eta.unwrap_or(1.0);
+        let (m, reflectance) = (bend.m, bend.reflectance);
+        let Some(eta) = bend.eta else {
+            let share = reflectance * mirrored_share(&self.facets, wi, wo, m);
+            return self.interface.specular_reflectance * share;
+        };
         let shadowing = self.facets.shadowing(wi, m) * self.facets.shadowing(wo, m);
         let shape = self.facets.density(m) * shadowing * (wi.dot(m) / wi.z).abs();
         let value = (1.0 - reflectance) * shape * spread(wi, wo, m, eta) / (eta * eta);
@@ -86,20 +81,14 @@ impl RoughInterface {
     }
 
     pub fn pdf(&self, wi: DVec3, wo: DVec3) -> f64 {
-        let Some(Bend {
-            m,
-            reflectance,
-            eta,
-        }) = self.bend(wi, wo)
-        else {
+        let Some(bend) = self.bend(wi, wo) else {
             return 0.0;
         };
+        let (m, reflectance) = (bend.m, bend.reflectance);
+        // Facets look the same from below.
         let upper = wi * wi.z.signum();
-        match eta {
-            None => {
-                reflectance
-                    * mirrored_density(&self.facets, upper, wo * wi.z.signum(), m * m.z.signum())
-            }
+        match bend.eta {
+            None => reflectance * mirrored_density(&self.facets, upper, wo, m),
             Some(eta) => {
                 let density = self.facets.visible_density(upper, m);
                 finite((1.0 - reflectance) * density * spread(wi, wo, m, eta))
