@@ -177,11 +177,47 @@ fn inspect_says_what_a_scene_requires_and_why() {
 }
 
 #[test]
+fn light_by_way_of_rough_glass_is_left_out_with_a_warning_and_a_varying_mask_is_refused() {
+    let folder = Folder::new();
+    let scene = |floor: &str| {
+        format!(
+            "<scene version=\"3.0.0\"><emitter type=\"point\"><point name=\"position\" x=\"0\" y=\"0\" z=\"5\"/></emitter>\
+             <shape type=\"sphere\" id=\"frosted\"><point name=\"center\" x=\"0\" y=\"0\" z=\"2\"/><bsdf type=\"roughdielectric\"/></shape>\
+             <shape type=\"sphere\"><point name=\"center\" x=\"3\" y=\"0\" z=\"2\"/><bsdf type=\"dielectric\"/></shape>\
+             <shape type=\"rectangle\" id=\"floor\">{floor}<sensor type=\"irradiancemeter\"><film type=\"hdrfilm\">\
+             <integer name=\"width\" value=\"4\"/><integer name=\"height\" value=\"4\"/></film></sensor></shape></scene>"
+        )
+    };
+    let exr = folder.path("a.exr").display().to_string();
+    let rough = folder.write("rough.xml", &scene("<bsdf type=\"roughplastic\"/>"));
+    for method in ["photons", "beams"] {
+        let output = nephroid(&[
+            "render", &rough, "--method", method, "--error", "30%", "-o", &exr,
+        ]);
+        let said = text(&output.stdout) + &text(&output.stderr);
+        assert!(output.status.success(), "{said}");
+        assert!(
+            said.contains("light by way of frosted (roughdielectric) is left out"),
+            "{said}"
+        );
+    }
+    let mask = "<bsdf type=\"mask\"><texture type=\"checkerboard\" name=\"opacity\"/><bsdf type=\"diffuse\"/></bsdf>";
+    let masked = folder.write("masked.xml", &scene(mask));
+    let output = nephroid(&["render", &masked, "--photons", "100", "-o", &exr]);
+    assert_eq!(output.status.code(), Some(2));
+    let said = text(&output.stderr);
+    assert!(
+        said.contains("shape \"floor\" has a mask whose opacity is a texture"),
+        "{said}"
+    );
+}
+
+#[test]
 fn what_is_wrong_is_said_with_its_place_and_exits_with_2() {
     let folder = Folder::new();
     let rough = folder.write(
         "rough.xml",
-        "<scene version=\"3.0.0\">\n  <shape type=\"sphere\">\n    <bsdf type=\"roughplastic\"/>\n  </shape>\n</scene>\n",
+        "<scene version=\"3.0.0\">\n  <shape type=\"sphere\">\n    <bsdf type=\"principled\"/>\n  </shape>\n</scene>\n",
     );
     let broken = folder.write(
         "broken.xml",
@@ -193,7 +229,7 @@ fn what_is_wrong_is_said_with_its_place_and_exits_with_2() {
     let cases: Vec<(Vec<&str>, Vec<&str>)> = vec![
         (
             vec!["render", &rough],
-            vec!["rough.xml:3:5", "roughplastic", "dielectric"],
+            vec!["rough.xml:3:5", "principled", "dielectric"],
         ),
         (vec!["render", &broken], vec!["broken.xml:"]),
         (vec!["render", &missing], vec!["missing.xml"]),

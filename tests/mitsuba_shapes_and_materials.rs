@@ -7,7 +7,7 @@ use glam::DVec3;
 use mitsuba_support::{Folder, assert_close, error, scene};
 use nephroid::geometry::Shape;
 use nephroid::radiometry::Rgb;
-use nephroid::scene::Material;
+use nephroid::scene::{Color, Material, Scalar};
 
 /// Bounds are rounded outward, by far less than this at the sizes used here.
 const PADDING: f64 = 1e-6;
@@ -128,13 +128,13 @@ fn a_shape_without_bsdf_is_half_white() {
     assert_eq!(
         material("").unwrap(),
         Material::Diffuse {
-            reflectance: Some(Rgb::grey(0.5))
+            reflectance: Color::Constant(Rgb::grey(0.5))
         }
     );
     assert_eq!(
         material("<bsdf type=\"diffuse\"/>").unwrap(),
         Material::Diffuse {
-            reflectance: Some(Rgb::grey(0.5))
+            reflectance: Color::Constant(Rgb::grey(0.5))
         }
     );
 }
@@ -218,7 +218,10 @@ fn masks_and_two_sided_materials_nest() {
     let mask = "<bsdf type=\"mask\"><float name=\"opacity\" value=\"0.25\"/><bsdf type=\"conductor\"/></bsdf>";
     assert!(matches!(
         material(mask),
-        Ok(Material::Mask { opacity: 0.25, .. })
+        Ok(Material::Mask {
+            opacity: Scalar::Constant(0.25),
+            ..
+        })
     ));
     let both = "<bsdf type=\"twosided\"><bsdf type=\"diffuse\"/></bsdf>";
     assert!(matches!(material(both), Ok(Material::TwoSided { front, back }) if front == back));
@@ -249,22 +252,42 @@ fn masks_and_two_sided_materials_nest() {
 }
 
 #[test]
-fn a_textured_reflectance_is_ignored_with_its_reason_and_a_missing_image_is_a_warning() {
-    let parts = scene(
-        "<shape type=\"rectangle\"><bsdf type=\"diffuse\">\n<texture name=\"reflectance\" type=\"bitmap\">\
-         <string name=\"filename\" value=\"none.png\"/></texture></bsdf></shape>",
-    )
+fn a_missing_image_is_a_warning_where_no_irradiance_depends_on_it_and_an_error_elsewhere() {
+    let image = |name: &str| {
+        format!(
+            "<texture name=\"{name}\" type=\"bitmap\"><string name=\"filename\" value=\"none.png\"/></texture>"
+        )
+    };
+    let parts = scene(&format!(
+        "<shape type=\"rectangle\"><bsdf type=\"diffuse\">{}</bsdf></shape>",
+        image("reflectance")
+    ))
     .unwrap();
-    assert_eq!(parts.ignored[0].what, "texture \"bitmap\"");
-    assert_eq!(
-        parts.ignored[0].why,
-        "no irradiance depends on a diffuse reflectance, and cameras here take constant colours only"
-    );
-    assert_eq!(
-        (parts.ignored[0].at.line, parts.ignored[0].at.column),
-        (3, 1)
-    );
     assert!(parts.warnings[0].message.contains("none.png"));
+    assert_eq!(
+        parts.materials[0],
+        Material::Diffuse {
+            reflectance: Color::Unknown
+        }
+    );
+    for (parameter, bsdf) in [
+        ("opacity", "mask"),
+        ("alpha", "roughconductor"),
+        ("normalmap", "normalmap"),
+        ("map", "bumpmap"),
+    ] {
+        let nested = if bsdf == "roughconductor" {
+            ""
+        } else {
+            "<bsdf type=\"diffuse\"/>"
+        };
+        let message = material(&format!(
+            "<bsdf type=\"{bsdf}\">{}{nested}</bsdf>",
+            image(parameter)
+        ))
+        .unwrap_err();
+        assert!(message.contains("needs its image"), "{message}");
+    }
     let elsewhere = "<bsdf type=\"conductor\"><texture name=\"specular_reflectance\" type=\"checkerboard\"/></bsdf>";
     assert!(material(elsewhere).unwrap_err().contains(
         "texture \"checkerboard\" as \"specular_reflectance\" of bsdf \"conductor\" is not modelled"
@@ -274,6 +297,105 @@ fn a_textured_reflectance_is_ignored_with_its_reason_and_a_missing_image_is_a_wa
         material(misspelt)
             .unwrap_err()
             .contains("did you mean \"color0\"?")
+    );
+}
+
+#[test]
+fn rough_materials_say_what_they_need() {
+    let bsdf = |plugin: &str, parameters: &str| {
+        material(&format!("<bsdf type=\"{plugin}\">{parameters}</bsdf>"))
+    };
+    let both = "<float name=\"alpha\" value=\"0.1\"/><float name=\"alpha_u\" value=\"0.1\"/>";
+    let half = "<float name=\"alpha_v\" value=\"0.1\"/>";
+    let matched = "<float name=\"int_ior\" value=\"1.5\"/><float name=\"ext_ior\" value=\"1.5\"/>";
+    for (plugin, parameters, expected) in [
+        ("roughconductor", both, "give one"),
+        ("roughconductor", half, "give one"),
+        (
+            "roughdielectric",
+            matched,
+            "needs indices of refraction that differ",
+        ),
+        (
+            "roughplastic",
+            matched,
+            "needs indices of refraction that differ",
+        ),
+        (
+            "roughplastic",
+            "<float name=\"alpha\" value=\"0\"/>",
+            "must be above 0, not 0",
+        ),
+        (
+            "roughconductor",
+            "<float name=\"alpha\" value=\"-1\"/>",
+            "must not be negative",
+        ),
+        (
+            "roughconductor",
+            "<string name=\"distribution\" value=\"phong\"/>",
+            "must be one of beckmann, ggx, not \"phong\"",
+        ),
+        (
+            "bumpmap",
+            "<bsdf type=\"diffuse\"/>",
+            "needs a nested texture",
+        ),
+        (
+            "bumpmap",
+            "<texture type=\"checkerboard\"/><bsdf type=\"diffuse\"/>",
+            "only a bitmap can be a bump map",
+        ),
+        (
+            "normalmap",
+            "<rgb name=\"normalmap\" value=\"0.5, 0.5, 1\"/><bsdf type=\"twosided\"><bsdf type=\"diffuse\"/></bsdf>",
+            "cannot hold a twosided: wrap it around the normalmap instead",
+        ),
+        (
+            "twosided",
+            "<bsdf type=\"roughdielectric\"/>",
+            "cannot be inside twosided",
+        ),
+    ] {
+        let message = bsdf(plugin, parameters).unwrap_err();
+        assert!(message.contains(expected), "{message}");
+    }
+}
+
+#[test]
+fn a_colour_of_vertices_needs_a_mesh_that_has_it() {
+    let folder = Folder::new();
+    folder.write(
+        "scene.xml",
+        "<scene version=\"3.0.0\"><shape type=\"ply\"><string name=\"filename\" value=\"a.ply\"/><bsdf type=\"diffuse\">\
+         <texture type=\"mesh_attribute\" name=\"reflectance\"><string name=\"name\" value=\"vertex_color\"/></texture></bsdf></shape></scene>",
+    );
+    let load = |colors: [&str; 4]| {
+        let [names, a, b, c] = colors;
+        folder.write(
+            "a.ply",
+            format!(
+                "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n{names}\
+                 element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0 {a}\n1 0 0 {b}\n0 1 0 {c}\n3 0 1 2\n"
+            ),
+        );
+        let parts = folder.load("scene.xml", &[]).unwrap();
+        nephroid::scene::Scene::new(parts)
+            .map(|_| ())
+            .map_err(|error| error.to_string())
+    };
+    let names = "property float r\nproperty float g\nproperty float b\n";
+    assert_eq!(load([names, "1 0 0", "0 1 0", "0 0 1"]), Ok(()));
+    assert!(
+        load(["", "", "", ""])
+            .unwrap_err()
+            .contains("has no \"vertex_color\"")
+    );
+    let whole = names.replace("float", "uchar");
+    assert!(
+        load([&whole, "255 0 0", "0 1 0", "0 0 1"])
+            .unwrap_err()
+            .contains("has numbers from 0 to 255 for \"vertex_color\"")
     );
 }
 

@@ -8,11 +8,12 @@ use nephroid::scene::{Material, SceneParts};
 
 #[test]
 fn errors_name_file_line_column_plugin_and_what_is_allowed() {
-    let message = error("<shape type=\"sphere\">\n  <bsdf type=\"roughplastic\"/>\n</shape>");
+    let message = error("<shape type=\"sphere\">\n  <bsdf type=\"principled\"/>\n</shape>");
     assert_eq!(
         message,
-        "scene.xml:3:3: bsdf \"roughplastic\" is not modelled; modelled bsdfs are: \
-         conductor, dielectric, diffuse, mask, null, thindielectric, twosided"
+        "scene.xml:3:3: bsdf \"principled\" is not modelled; modelled bsdfs are: \
+         bumpmap, conductor, dielectric, diffuse, mask, normalmap, null, plastic, roughconductor, \
+         roughdielectric, roughplastic, thindielectric, twosided"
     );
     let message = error("<shape type=\"sphere\">\n<float name=\"radios\" value=\"2\"/></shape>");
     assert_eq!(

@@ -12,7 +12,7 @@ use nephroid::mitsuba::{LoadError, load};
 const OUTCOMES: &str = include_str!("mitsuba_third_party.txt");
 
 /// How many of the files must load at least.
-const MUST_LOAD: usize = 30;
+const MUST_LOAD: usize = 43;
 
 #[test]
 fn every_third_party_scene_does_what_the_table_says() {
@@ -43,13 +43,14 @@ fn every_third_party_scene_does_what_the_table_says() {
         found += &format!("{}: {outcome}\n", below(file, &folder));
     }
     println!("{loaded} of {} files load with shapes", files.len());
-    for (found, expected) in found.lines().zip(OUTCOMES.lines()) {
-        assert_eq!(found, expected);
-    }
-    assert_eq!(
-        found.lines().count(),
-        OUTCOMES.lines().count(),
-        "all outcomes:\n{found}"
+    let changed: Vec<&str> = found
+        .lines()
+        .filter(|line| !OUTCOMES.lines().any(|known| known == *line))
+        .collect();
+    assert!(
+        changed.is_empty() && found.lines().count() == OUTCOMES.lines().count(),
+        "changed outcomes:\n{}",
+        changed.join("\n")
     );
     assert!(loaded >= MUST_LOAD);
 }

@@ -10,7 +10,7 @@ use nephroid::optics::{
     conductor_reflectance, dielectric_reflectance, reflect, refract, thin_slab_reflectance,
 };
 use nephroid::radiometry::Rgb;
-use nephroid::scene::{Material, MaterialId, Scene};
+use nephroid::scene::{Material, MaterialId, Scalar, Scene};
 use nephroid::transport::scatter::{Branch, Meeting, ShadingNormals, Way};
 use nephroid::transport::signature::Event;
 use proptest::prelude::*;
@@ -243,7 +243,7 @@ proptest! {
             },
             mirror(),
             Material::Null,
-            Material::Mask { opacity, nested: MaterialId(0) },
+            Material::Mask { opacity: Scalar::Constant(opacity), nested: MaterialId(0) },
             Material::TwoSided { front: MaterialId(2), back: MaterialId(2) },
         ]);
         let point = SurfacePoint {

@@ -24,6 +24,7 @@ use crate::reference::photons::shard::Part;
 use crate::reference::photons::{self, RunError, Shard};
 use crate::reference::{Estimate, LayerName, Progress, Quantity};
 use crate::scene::{Scene, Sensor};
+use crate::transport::chain_limits::{left_out, left_out_of_image};
 use crate::transport::signature::Signature;
 
 /// Runs the command.
@@ -76,7 +77,8 @@ impl Job<'_> {
         let (estimate, report, mut warnings) = progress::watch(self.progress, || {
             let mut setup =
                 beams::run::Setup::new(self.scene, self.sensor, settings, self.progress)?;
-            let warnings = no_caustic(setup.is_dark());
+            let mut warnings = no_caustic(setup.is_dark());
+            warnings.extend(left_out(self.scene));
             let (estimate, report) = setup.run(&budget)?;
             Ok::<_, BeamError>((estimate, report, warnings))
         })?;
@@ -90,6 +92,7 @@ impl Job<'_> {
         }
         warnings.extend(unknown_direct(&estimate));
         if estimate.quantity == Quantity::Radiance {
+            warnings.extend(left_out_of_image(self.scene));
             warnings.push(
                 "beams on a camera measure light by way of mirrors and glass only: direct light (LD) \
                  is not in the image"
@@ -104,6 +107,7 @@ impl Job<'_> {
         let (estimate, mut warnings) = progress::watch(self.progress, || {
             let setup = photons::run::Setup::new(self.scene, self.sensor, settings, self.progress)?;
             let mut warnings = no_caustic(setup.light().is_empty());
+            warnings.extend(left_out(self.scene));
             let mut estimate = setup.run(&budget)?;
             if estimate.paths == 0 && !setup.light().is_empty() {
                 estimate.incomplete = true;

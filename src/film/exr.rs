@@ -160,7 +160,7 @@ fn sort_attributes(file: &mut [u8]) -> Option<()> {
     Some(())
 }
 
-fn decode(bytes: &[u8]) -> Result<Image, String> {
+pub(super) fn decode(bytes: &[u8]) -> Result<Image, String> {
     let header = MetaData::read_from_buffered(bytes, false).map_err(|error| error.to_string())?;
     let [part] = header.headers.as_slice() else {
         return Err(format!("{} parts: allowed is one", header.headers.len()));

@@ -4,6 +4,7 @@
 
 pub mod accumulator;
 pub mod atomic;
+pub mod bitmap;
 pub mod coverage;
 pub mod exr;
 mod grid;

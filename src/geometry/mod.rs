@@ -2,6 +2,7 @@
 
 mod accel;
 mod bounds;
+mod frame;
 mod hull;
 mod local;
 mod mesh;
@@ -11,11 +12,13 @@ mod ray;
 mod rounding;
 mod shape;
 mod surface;
+mod tangents;
 mod transform;
 mod triangle;
 mod world;
 
 pub use bounds::Bounds;
+pub use frame::Frame;
 pub use hull::{Hull, bulge, longest, range};
 pub use local::Element;
 pub use mesh::{Finding, Mesh, MeshBorder, MeshDiagnostics, MeshError, MeshParts};

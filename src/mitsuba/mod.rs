@@ -5,9 +5,8 @@
 //! `mesh_files` reads OBJ, PLY and Mitsuba's serialized meshes.
 //!
 //! The aim is that a file means the same light here as in Mitsuba 3.9 (`rgb` variants), or fails
-//! with an error that names the place, the plugin and the parameter. What makes no difference to an
-//! irradiance (integrators, samplers, textures of diffuse surfaces) is reported as
-//! [`Ignored`](crate::scene::Ignored).
+//! with an error that names the place, the plugin and the parameter. What makes no difference to any
+//! result (integrators, samplers) is reported as [`Ignored`](crate::scene::Ignored).
 //!
 //! Files older than version 2.0 are upgraded as Mitsuba 3 does. Beyond that, these are read where
 //! Mitsuba 3 gives up, because Mitsuba 0.6 documents what they mean: `<srgb>`, `<lookAt>`,
@@ -57,6 +56,7 @@ pub fn load_parts(path: &Path, parameters: &[(String, String)]) -> Result<SceneP
         shapes,
         objects: meaning.objects,
         materials: meaning.materials,
+        textures: meaning.textures,
         emitters: meaning.emitters,
         sensors: meaning.sensors,
         warnings: meaning.warnings,

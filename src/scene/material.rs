@@ -1,5 +1,9 @@
 //! What happens to light at a surface.
 
+use std::sync::Arc;
+
+use super::texture::{Color, Scalar, TextureId};
+use crate::optics::{FacetDistribution, RoughTransmittance};
 use crate::radiometry::Rgb;
 
 /// The index of a [`Material`] in [`Scene::materials`](super::Scene::materials).
@@ -11,9 +15,8 @@ pub struct MaterialId(pub u32);
 pub enum Material {
     /// Lambertian on the front, black on the back; ends every specular chain.
     Diffuse {
-        /// Albedo, per channel in 0..=1; `None` where the file gives a texture or a spectrum from a
-        /// file, which are not modelled. No irradiance depends on it; what a camera sees does.
-        reflectance: Option<Rgb>,
+        /// Albedo, per channel in 0..=1. No irradiance depends on it; what a camera sees does.
+        reflectance: Color,
     },
     /// A smooth interface between two transparent media.
     Dielectric {
@@ -47,12 +50,49 @@ pub enum Material {
         /// A factor on every reflection, 1 in nature.
         specular_reflectance: Rgb,
     },
+    /// A rough interface between two transparent media.
+    RoughDielectric {
+        /// The absolute index on the side the normal points away from.
+        interior_ior: f64,
+        /// The absolute index on the side the normal points to.
+        exterior_ior: f64,
+        /// A factor on every reflection, 1 in nature.
+        specular_reflectance: Color,
+        /// A factor on every transmission, 1 in nature.
+        specular_transmittance: Color,
+        /// Of the interface.
+        roughness: Roughness,
+    },
+    /// A rough mirror on the front, black on the back.
+    RoughConductor {
+        /// The real part of the complex index, relative to the medium outside.
+        eta: Rgb,
+        /// The imaginary part, relative to the medium outside.
+        k: Rgb,
+        /// A factor on every reflection, 1 in nature.
+        specular_reflectance: Color,
+        /// Of the interface.
+        roughness: Roughness,
+    },
+    /// A matt base under a smooth transparent coat on the front, black on the back.
+    Plastic(Coat),
+    /// A matt base under a rough transparent coat on the front, black on the back.
+    RoughPlastic {
+        /// The base, and the coat's index.
+        coat: Coat,
+        /// Of the coat.
+        distribution: FacetDistribution,
+        /// Of the coat, the same in all directions.
+        alpha: f64,
+        /// What the coat lets through.
+        transmittance: Arc<RoughTransmittance>,
+    },
     /// Nothing: light passes as if the surface were not there.
     Null,
     /// `nested` with probability `opacity`, nothing otherwise.
     Mask {
         /// In 0..=1.
-        opacity: f64,
+        opacity: Scalar,
         /// What stands where the mask is opaque.
         nested: MaterialId,
     },
@@ -62,6 +102,60 @@ pub enum Material {
         front: MaterialId,
         /// On the other side, with the normal turned round.
         back: MaterialId,
+    },
+    /// `nested` with a normal that a texture has turned.
+    Turned {
+        /// How.
+        by: NormalTurn,
+        /// Turn a normal that faces away from the viewer round its unturned one, to face him.
+        flip_invalid_normals: bool,
+        /// Soften the border of shadows that turned normals make.
+        use_shadowing_function: bool,
+        /// A plain material: no wrapper.
+        nested: MaterialId,
+    },
+}
+
+/// How rough an interface is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Roughness {
+    /// The shape of the distribution of slopes.
+    pub distribution: FacetDistribution,
+    /// Along the first tangent, which u grows along.
+    pub alpha_u: Scalar,
+    /// Along the second tangent.
+    pub alpha_v: Scalar,
+}
+
+/// A matt base under a transparent coat.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Coat {
+    /// The absolute index of the coat.
+    pub interior_ior: f64,
+    /// The absolute index of what is around.
+    pub exterior_ior: f64,
+    /// Albedo of the base.
+    pub diffuse_reflectance: Color,
+    /// A factor on what the coat reflects, 1 in nature.
+    pub specular_reflectance: Color,
+    /// Whether light that is reflected back and forth below the coat takes on the base's colour each time.
+    pub nonlinear: bool,
+}
+
+/// What turns a normal.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum NormalTurn {
+    /// A height over the surface, in scene units once multiplied by `scale`.
+    Height {
+        /// Its luminance counts.
+        texture: TextureId,
+        /// A factor.
+        scale: f64,
+    },
+    /// The normal itself in the frame of the surface, each coordinate x stored as (x + 1)/2.
+    Normal {
+        /// Red, green and blue count.
+        color: Color,
     },
 }
 
@@ -73,21 +167,95 @@ impl Material {
             Self::Dielectric { .. } => "dielectric",
             Self::ThinDielectric { .. } => "thindielectric",
             Self::Conductor { .. } => "conductor",
+            Self::RoughDielectric { .. } => "roughdielectric",
+            Self::RoughConductor { .. } => "roughconductor",
+            Self::Plastic(_) => "plastic",
+            Self::RoughPlastic { .. } => "roughplastic",
+            Self::Turned {
+                by: NormalTurn::Height { .. },
+                ..
+            } => "bumpmap",
+            Self::Turned { .. } => "normalmap",
             Self::Null => "null",
             Self::Mask { .. } => "mask",
             Self::TwoSided { .. } => "twosided",
         }
     }
 
-    /// Whether light can leave it by mirror reflection or refraction, looking through masks
-    /// and two-sided wrappers. `Null` is not: it changes no direction.
+    /// What it wraps.
+    pub fn nested(&self) -> impl Iterator<Item = MaterialId> {
+        let (first, second) = match self {
+            Self::Mask { nested, .. } | Self::Turned { nested, .. } => (Some(*nested), None),
+            Self::TwoSided { front, back } => (Some(*front), Some(*back)),
+            _ => (None, None),
+        };
+        first.into_iter().chain(second)
+    }
+
+    /// The colours that it has itself, beside those it wraps, as far as they may vary.
+    pub fn colors(&self) -> impl Iterator<Item = Color> {
+        let (first, second) = match self {
+            Self::Diffuse { reflectance } => (Some(*reflectance), None),
+            Self::RoughDielectric {
+                specular_reflectance,
+                specular_transmittance,
+                ..
+            } => (Some(*specular_reflectance), Some(*specular_transmittance)),
+            Self::RoughConductor {
+                specular_reflectance,
+                ..
+            } => (Some(*specular_reflectance), None),
+            Self::Plastic(coat) | Self::RoughPlastic { coat, .. } => (
+                Some(coat.diffuse_reflectance),
+                Some(coat.specular_reflectance),
+            ),
+            Self::Turned {
+                by: NormalTurn::Normal { color },
+                ..
+            } => (Some(*color), None),
+            _ => (None, None),
+        };
+        first.into_iter().chain(second)
+    }
+
+    /// The numbers that it has itself, beside those it wraps, as far as they may vary.
+    pub fn scalars(&self) -> impl Iterator<Item = Scalar> {
+        let (first, second) = match self {
+            Self::Mask { opacity, .. } => (Some(*opacity), None),
+            Self::RoughDielectric { roughness, .. } | Self::RoughConductor { roughness, .. } => {
+                (Some(roughness.alpha_u), Some(roughness.alpha_v))
+            }
+            _ => (None, None),
+        };
+        first.into_iter().chain(second)
+    }
+
+    /// Whether light can leave it along a specular chain: by mirror reflection or refraction, looking
+    /// through masks and two-sided wrappers. `Null` is not: it changes no direction. Rough interfaces and
+    /// turned normals are not: chains end there (see [`Self::is_rough_interface`]).
     pub fn is_specular(&self, all: &[Self]) -> bool {
-        let of = |id: &MaterialId| all[id.0 as usize].is_specular(all);
         match self {
             Self::Dielectric { .. } | Self::ThinDielectric { .. } | Self::Conductor { .. } => true,
-            Self::Diffuse { .. } | Self::Null => false,
-            Self::Mask { opacity, nested } => *opacity > 0.0 && of(nested),
-            Self::TwoSided { front, back } => of(front) || of(back),
+            Self::Mask { opacity, .. } if !opacity.may_exceed_zero() => false,
+            Self::Mask { .. } | Self::TwoSided { .. } => {
+                self.nested().any(|id| all[id.0 as usize].is_specular(all))
+            }
+            _ => false,
+        }
+    }
+
+    /// Whether it mirrors or refracts with a blur, or with normals that a texture turns: such light
+    /// is no part of specular chains, though it may make caustics.
+    pub fn is_rough_interface(&self, all: &[Self]) -> bool {
+        let of = |id: MaterialId| all[id.0 as usize].is_rough_interface(all);
+        match self {
+            Self::RoughDielectric { .. } | Self::RoughConductor { .. } => true,
+            // The coat of plastic reflects some percent: a receiver's gloss.
+            Self::Turned { nested, .. } => {
+                let nested = &all[nested.0 as usize];
+                nested.is_specular(all) || nested.is_rough_interface(all)
+            }
+            _ => self.nested().any(of),
         }
     }
 
@@ -97,7 +265,7 @@ impl Material {
         match self {
             Self::Null => true,
             Self::Mask { opacity, nested } => {
-                *opacity == 0.0 || all[nested.0 as usize].is_passed(all)
+                !opacity.may_exceed_zero() || all[nested.0 as usize].is_passed(all)
             }
             _ => false,
         }
@@ -107,7 +275,7 @@ impl Material {
     pub fn is_partly_passed(&self, all: &[Self]) -> bool {
         match self {
             Self::Mask { opacity, nested } => {
-                *opacity > 0.0 && *opacity < 1.0 && !all[nested.0 as usize].is_passed(all)
+                opacity.is_partial() && !all[nested.0 as usize].is_passed(all)
             }
             Self::TwoSided { front, back } => [front, back]
                 .iter()
@@ -116,9 +284,8 @@ impl Material {
         }
     }
 
-    /// Whether every factor on light is the same in red, green and blue.
+    /// Whether every factor on light that stays on specular chains is the same in red, green and blue.
     pub fn is_achromatic(&self, all: &[Self]) -> bool {
-        let of = |id: &MaterialId| all[id.0 as usize].is_achromatic(all);
         match self {
             Self::Dielectric {
                 specular_reflectance,
@@ -135,10 +302,10 @@ impl Material {
                 k,
                 specular_reflectance,
             } => eta.is_grey() && k.is_grey() && specular_reflectance.is_grey(),
-            // A diffuse surface ends the chain: its colour changes no irradiance.
-            Self::Diffuse { .. } | Self::Null => true,
-            Self::Mask { nested, .. } => of(nested),
-            Self::TwoSided { front, back } => of(front) && of(back),
+            // What scatters light ends the chain: its colour changes no irradiance.
+            _ => self
+                .nested()
+                .all(|id| all[id.0 as usize].is_achromatic(all)),
         }
     }
 }

@@ -2,9 +2,11 @@
 
 mod emitter;
 mod material;
+mod material_check;
 mod notice;
 mod requirements;
 mod sensor;
+mod texture;
 mod validate;
 
 use std::path::{Path, PathBuf};
@@ -12,10 +14,14 @@ use std::path::{Path, PathBuf};
 use crate::geometry::{Shape, World};
 
 pub use emitter::Emitter;
-pub use material::{Material, MaterialId};
+pub use material::{Coat, Material, MaterialId, NormalTurn, Roughness};
 pub use notice::{Ignored, SourcePosition, Warning};
 pub use requirements::{Requirement, is_achromatic, requirements};
 pub use sensor::{Crop, Film, Perspective, ReconstructionFilter, Sensor, SensorKind};
+pub use texture::{
+    BitmapTexture, Color, Scalar, Texture, TextureFilter, TextureId, TexturePoint, TextureWrap,
+    luminance,
+};
 
 /// The index of a shape in [`Scene::objects`] and in the [`World`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize)]
@@ -48,6 +54,8 @@ pub struct SceneParts {
     pub objects: Vec<Object>,
     /// Referred to by [`MaterialId`].
     pub materials: Vec<Material>,
+    /// Referred to by [`TextureId`].
+    pub textures: Vec<Texture>,
     /// In the file's order.
     pub emitters: Vec<Emitter>,
     /// In the file's order.
@@ -66,6 +74,7 @@ pub struct Scene {
     world: World,
     objects: Vec<Object>,
     materials: Vec<Material>,
+    textures: Vec<Texture>,
     emitters: Vec<Emitter>,
     sensors: Vec<Sensor>,
     warnings: Vec<Warning>,
@@ -105,6 +114,7 @@ impl Scene {
             world: World::new(parts.shapes),
             objects: parts.objects,
             materials: parts.materials,
+            textures: parts.textures,
             emitters: parts.emitters,
             sensors: parts.sensors,
             warnings,
@@ -147,6 +157,17 @@ impl Scene {
     #[inline]
     pub fn material(&self, id: MaterialId) -> &Material {
         &self.materials[id.0 as usize]
+    }
+
+    /// All textures.
+    pub fn textures(&self) -> &[Texture] {
+        &self.textures
+    }
+
+    /// The texture with this id.
+    #[inline]
+    pub fn texture(&self, id: TextureId) -> &Texture {
+        &self.textures[id.0 as usize]
     }
 
     /// In the file's order.

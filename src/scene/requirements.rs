@@ -76,12 +76,21 @@ pub fn requirements(scene: &Scene) -> Vec<Requirement> {
             "no mirror absorbs",
         ),
         item(
+            "rough interfaces",
+            &names(scene, |object| {
+                let material = scene.material(object.material);
+                material.is_rough_interface(scene.materials())
+            }),
+            "mirrors or refracts with a blur: paths from a camera follow it, specular chains end there",
+            "what mirrors or refracts is smooth",
+        ),
+        item(
             "partial masks",
             &names(scene, |object| {
                 contains(
                     scene,
                     object.material,
-                    &|material| matches!(material, Material::Mask { opacity, .. } if *opacity > 0.0 && *opacity < 1.0),
+                    &|material| matches!(material, Material::Mask { opacity, .. } if opacity.is_partial()),
                 )
             }),
             "lets part of the light pass",
@@ -209,12 +218,5 @@ fn is_filtering(scene: &Scene, id: MaterialId) -> bool {
 /// Whether `test` holds for a material or anything it wraps.
 fn contains(scene: &Scene, id: MaterialId, test: &impl Fn(&Material) -> bool) -> bool {
     let material = scene.material(id);
-    test(material)
-        || match material {
-            Material::Mask { nested, .. } => contains(scene, *nested, test),
-            Material::TwoSided { front, back } => {
-                contains(scene, *front, test) || contains(scene, *back, test)
-            }
-            _ => false,
-        }
+    test(material) || material.nested().any(|id| contains(scene, id, test))
 }

@@ -8,7 +8,7 @@ use crate::geometry::SurfacePoint;
 use crate::optics::{
     conductor_reflectance, dielectric_reflectance, reflect, refract, thin_slab_reflectance,
 };
-use crate::scene::{Material, Scene};
+use crate::scene::{Material, Scene, TexturePoint};
 
 /// What interpolated normals do to the flux a ray carries.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
@@ -132,6 +132,15 @@ impl<'a> Meeting<'a> {
         loop {
             match *material {
                 Material::Mask { opacity, nested } => {
+                    // Chains are refused where an opacity varies (see `LightSpace`), so `uv` is not
+                    // looked at.
+                    let opacity = scene.scalar(
+                        opacity,
+                        &TexturePoint {
+                            uv: self.point.uv,
+                            mesh: None,
+                        },
+                    );
                     passed += weight * (1.0 - opacity);
                     weight *= opacity;
                     material = scene.material(nested);
@@ -195,7 +204,15 @@ impl<'a> Meeting<'a> {
                     self.share_by(thin_slab_reflectance(self.cos_incident(), eta), weight);
                 }
             }
-            Material::Diffuse { .. } | Material::Mask { .. } | Material::TwoSided { .. } => {}
+            // Rough interfaces, and those whose normals a texture turns, end chains.
+            Material::Diffuse { .. }
+            | Material::RoughDielectric { .. }
+            | Material::RoughConductor { .. }
+            | Material::Plastic(_)
+            | Material::RoughPlastic { .. }
+            | Material::Turned { .. }
+            | Material::Mask { .. }
+            | Material::TwoSided { .. } => {}
         }
     }
 

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use crate::geometry::{Ray, SurfacePoint, TraversalCounters};
-use crate::scene::{Material, Scene};
+use crate::scene::{Material, Scalar, Scene, TexturePoint};
 
 /// The share (0..=1) of light that passes between `point` and what lies `distance` away along
 /// the unit vector `towards`: null surfaces let all of it through, masks one minus their opacity,
@@ -27,7 +27,7 @@ pub fn transmittance(
             Material::Null => false,
             Material::Mask { opacity, .. } => {
                 meets_mask = true;
-                *opacity == 1.0
+                *opacity == Scalar::Constant(1.0)
             }
             _ => true,
         },
@@ -55,7 +55,15 @@ fn masked_transmittance(
         };
         passed *= match scene.material_of(hit.shape) {
             Material::Null => 1.0,
-            Material::Mask { opacity, .. } => 1.0 - opacity,
+            Material::Mask {
+                opacity: Scalar::Constant(opacity),
+                ..
+            } => 1.0 - opacity,
+            Material::Mask { opacity, .. } => {
+                let point = scene.world().surface_point(&ray, &hit);
+                let opacity = scene.scalar(*opacity, &TexturePoint::new(scene, &hit, &point));
+                1.0 - opacity.clamp(0.0, 1.0)
+            }
             _ => 0.0,
         };
         distance -= hit.distance;

@@ -1,6 +1,7 @@
 //! Triangle meshes.
 
 mod border;
+mod colors;
 mod diagnostics;
 mod hash;
 mod local;
@@ -28,6 +29,10 @@ pub struct MeshParts {
     pub normals: Option<Vec<DVec3>>,
     /// One a position where the file has them.
     pub uvs: Option<Vec<DVec2>>,
+    /// Red, green and blue, one a position where the file has them.
+    pub vertex_colors: Option<Vec<[f64; 3]>>,
+    /// Red, green and blue, one a triangle where the file has them.
+    pub face_colors: Option<Vec<[f64; 3]>>,
     /// Ignore `normals` and make none.
     pub face_normals: bool,
     /// Turn all normals round.
@@ -43,6 +48,10 @@ pub struct Mesh {
     normals: Vec<DVec3>,
     /// Empty where the file has none.
     uvs: Vec<DVec2>,
+    /// Empty where the file has none.
+    vertex_colors: Vec<[f64; 3]>,
+    /// Empty where the file has none.
+    face_colors: Vec<[f64; 3]>,
     flip_normals: bool,
     bounds: Bounds,
 }
@@ -91,12 +100,28 @@ pub enum MeshError {
     /// Not as many as positions.
     #[error("{found} {attribute} for {vertices} vertices; one each is needed")]
     AttributeCount {
-        /// "normals" or "texture coordinates".
+        /// "normals", "texture coordinates" or "colours".
         attribute: &'static str,
         /// How many there are.
         found: usize,
         /// How many are needed.
         vertices: usize,
+    },
+    /// Not as many as triangles.
+    #[error("{found} colours for {faces} faces; one each is needed")]
+    FaceColorCount {
+        /// How many there are.
+        found: usize,
+        /// How many are needed.
+        faces: usize,
+    },
+    /// NaN or infinite.
+    #[error("the colour of {of} {index} is not finite")]
+    ColorNotFinite {
+        /// "vertex" or "face".
+        of: &'static str,
+        /// Counted from 0.
+        index: usize,
     },
     /// No triangle at all.
     #[error("the mesh has no faces")]
@@ -128,6 +153,8 @@ impl Mesh {
             triangles,
             normals,
             uvs,
+            vertex_colors,
+            face_colors,
             face_normals,
             flip_normals,
         } = parts;
@@ -158,6 +185,8 @@ impl Mesh {
             triangles,
             normals,
             uvs: uvs.unwrap_or_default(),
+            vertex_colors: vertex_colors.unwrap_or_default(),
+            face_colors: face_colors.unwrap_or_default(),
             flip_normals,
             bounds: exact.padded(gamma(6) * reach),
         })
@@ -213,6 +242,8 @@ impl Mesh {
             + size_of_val(&*self.triangles)
             + size_of_val(&*self.normals)
             + size_of_val(&*self.uvs)
+            + size_of_val(&*self.vertex_colors)
+            + size_of_val(&*self.face_colors)
     }
 
     pub(super) fn bounds(&self) -> Bounds {
@@ -343,6 +374,18 @@ fn check(parts: &MeshParts) -> Result<(), MeshError> {
             return Err(MeshError::UvNotFinite { vertex });
         }
     }
+    if let Some(colors) = &parts.vertex_colors {
+        check_count("colours", colors.len(), vertices)?;
+        check_colors("vertex", colors)?;
+    }
+    if let Some(colors) = &parts.face_colors {
+        let faces = parts.triangles.len();
+        if colors.len() != faces {
+            let found = colors.len();
+            return Err(MeshError::FaceColorCount { found, faces });
+        }
+        check_colors("face", colors)?;
+    }
     for (face, triangle) in parts.triangles.iter().enumerate() {
         if let Some(&index) = triangle.iter().find(|&&index| index as usize >= vertices) {
             return Err(MeshError::IndexOutOfRange {
@@ -353,6 +396,14 @@ fn check(parts: &MeshParts) -> Result<(), MeshError> {
         }
     }
     Ok(())
+}
+
+fn check_colors(of: &'static str, colors: &[[f64; 3]]) -> Result<(), MeshError> {
+    let is_finite = |color: &[f64; 3]| color.iter().all(|channel| channel.is_finite());
+    match colors.iter().position(|color| !is_finite(color)) {
+        None => Ok(()),
+        Some(index) => Err(MeshError::ColorNotFinite { of, index }),
+    }
 }
 
 fn check_count(attribute: &'static str, found: usize, vertices: usize) -> Result<(), MeshError> {

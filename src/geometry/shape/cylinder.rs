@@ -101,6 +101,12 @@ impl Cylinder {
         (along - self.axis * along.dot(self.axis)) * self.signed_curvature
     }
 
+    /// A vector of the cylinder's own space, in the world.
+    #[inline]
+    pub(in crate::geometry) fn vector_to_world(&self, vector: DVec3) -> DVec3 {
+        self.to_local.inverse().vector(vector)
+    }
+
     /// The area 2πrl.
     pub fn area(&self) -> f64 {
         2.0 * std::f64::consts::PI * self.radius * self.length

@@ -103,6 +103,12 @@ impl Sphere {
         along * self.signed_curvature
     }
 
+    /// A vector of the sphere's own space, in the world.
+    #[inline]
+    pub(in crate::geometry) fn vector_to_world(&self, vector: DVec3) -> DVec3 {
+        self.to_local.inverse().vector(vector)
+    }
+
     /// The area 4πr².
     pub fn area(&self) -> f64 {
         4.0 * std::f64::consts::PI * self.radius_squared

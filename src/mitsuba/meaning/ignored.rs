@@ -25,15 +25,6 @@ impl IgnoredList {
             });
         }
     }
-
-    /// Notes the texture of a diffuse surface.
-    pub fn add_texture(&mut self, tree: &Tree, index: ObjectIndex) {
-        self.add(
-            tree,
-            index,
-            "no irradiance depends on a diffuse reflectance, and cameras here take constant colours only",
-        );
-    }
 }
 
 fn with_id(object: &Object) -> String {

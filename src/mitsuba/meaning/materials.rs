@@ -1,25 +1,32 @@
 //! `<bsdf>` becomes [`Material`].
 
 use std::collections::HashMap;
+use std::sync::Arc;
 
-use super::ignored::IgnoredList;
 use super::plugin::Plugin;
 use super::spectra::{self, Role};
-use super::textures;
+use super::textures::Textures;
 use super::{ior, metals};
 use crate::mitsuba::error::{LoadError, did_you_mean};
 use crate::mitsuba::files::Files;
-use crate::mitsuba::syntax::{Kind, ObjectIndex, Tree, Value, shortened};
+use crate::mitsuba::syntax::{Kind, ObjectIndex, Tree, shortened};
+use crate::optics::{FacetDistribution, RoughTransmittance};
 use crate::radiometry::Rgb;
-use crate::scene::{Material, MaterialId, Warning};
+use crate::scene::{Coat, Color, Material, MaterialId, NormalTurn, Roughness};
 
 /// Every plugin that becomes a material.
-const MODELLED: [&str; 7] = [
+const MODELLED: [&str; 13] = [
+    "bumpmap",
     "conductor",
     "dielectric",
     "diffuse",
     "mask",
+    "normalmap",
     "null",
+    "plastic",
+    "roughconductor",
+    "roughdielectric",
+    "roughplastic",
     "thindielectric",
     "twosided",
 ];
@@ -27,13 +34,16 @@ const MODELLED: [&str; 7] = [
 /// The reflectance of `diffuse` where the file gives none, and of a shape without a bsdf.
 const DEFAULT_REFLECTANCE: f64 = 0.5;
 
+/// Mitsuba's roughness where the file gives none.
+const DEFAULT_ALPHA: f64 = 0.1;
+
 /// Materials found so far; each bsdf of the file is read once.
 #[derive(Default)]
 pub struct Materials {
     pub list: Vec<Material>,
+    pub textures: Textures,
     known: HashMap<ObjectIndex, MaterialId>,
     default: Option<MaterialId>,
-    pub warnings: Vec<Warning>,
 }
 
 impl Materials {
@@ -48,7 +58,7 @@ impl Materials {
             return id;
         }
         let id = self.add(Material::Diffuse {
-            reflectance: Some(Rgb::grey(DEFAULT_REFLECTANCE)),
+            reflectance: Color::Constant(Rgb::grey(DEFAULT_REFLECTANCE)),
         });
         self.default = Some(id);
         id
@@ -64,29 +74,61 @@ impl Materials {
         &mut self,
         tree: &Tree,
         bsdf: ObjectIndex,
-        files: &Files,
-        ignored: &mut IgnoredList,
+        files: &mut Files,
     ) -> Result<MaterialId, LoadError> {
         if let Some(id) = self.known.get(&bsdf) {
             return Ok(*id);
         }
         let plugin = Plugin::new(tree, bsdf);
         let material = match plugin.name() {
-            "diffuse" => self.diffuse(tree, &plugin, files, ignored)?,
+            "diffuse" => Material::Diffuse {
+                reflectance: self.textures.color(
+                    tree,
+                    &plugin,
+                    "reflectance",
+                    DEFAULT_REFLECTANCE,
+                    files,
+                )?,
+            },
             "dielectric" | "thindielectric" => dielectric(tree, &plugin)?,
-            "conductor" => conductor(tree, &plugin)?,
-            "null" => Material::Null,
-            "mask" => {
-                let opacity = opacity(tree, &plugin)?;
-                let nested = plugin
-                    .child(Kind::Bsdf)?
-                    .ok_or_else(|| plugin.error("needs a nested bsdf"))?;
-                Material::Mask {
-                    opacity,
-                    nested: self.read(tree, nested, files, ignored)?,
+            "conductor" => {
+                let (eta, k) = metal(tree, &plugin)?;
+                Material::Conductor {
+                    eta,
+                    k,
+                    specular_reflectance: spectra::read_or(
+                        tree,
+                        &plugin,
+                        "specular_reflectance",
+                        Role::Fraction,
+                        1.0,
+                    )?,
                 }
             }
-            "twosided" => self.two_sided(tree, &plugin, files, ignored)?,
+            "roughconductor" => {
+                let (eta, k) = metal(tree, &plugin)?;
+                Material::RoughConductor {
+                    eta,
+                    k,
+                    specular_reflectance: self.factor(
+                        tree,
+                        &plugin,
+                        "specular_reflectance",
+                        files,
+                    )?,
+                    roughness: self.roughness(tree, &plugin, files)?,
+                }
+            }
+            "roughdielectric" => self.rough_dielectric(tree, &plugin, files)?,
+            "plastic" => Material::Plastic(self.coat(tree, &plugin, files)?),
+            "roughplastic" => self.rough_plastic(tree, &plugin, files)?,
+            "null" => Material::Null,
+            "mask" => Material::Mask {
+                opacity: self.textures.share(tree, &plugin, "opacity", 0.5, files)?,
+                nested: self.nested(tree, &plugin, files)?,
+            },
+            "bumpmap" | "normalmap" => self.turned(tree, &plugin, files)?,
+            "twosided" => self.two_sided(tree, &plugin, files)?,
             name => {
                 let hint = did_you_mean(name, MODELLED);
                 let message = format!(
@@ -102,39 +144,189 @@ impl Materials {
         Ok(id)
     }
 
-    /// A texture is checked and let be: no irradiance depends on it, and cameras refuse it.
-    fn diffuse(
+    /// The one bsdf that a wrapper holds.
+    fn nested(
         &mut self,
         tree: &Tree,
         plugin: &Plugin,
-        files: &Files,
-        ignored: &mut IgnoredList,
+        files: &mut Files,
+    ) -> Result<MaterialId, LoadError> {
+        let nested = plugin
+            .child(Kind::Bsdf)?
+            .ok_or_else(|| plugin.error("needs a nested bsdf"))?;
+        self.read(tree, nested, files)
+    }
+
+    /// A factor on light, 1 in nature.
+    fn factor(
+        &mut self,
+        tree: &Tree,
+        plugin: &Plugin,
+        name: &str,
+        files: &mut Files,
+    ) -> Result<Color, LoadError> {
+        self.textures.color(tree, plugin, name, 1.0, files)
+    }
+
+    /// `distribution`, and `alpha` or both of `alpha_u` and `alpha_v`. `sample_visible` changes how
+    /// Mitsuba samples, and no result.
+    fn roughness(
+        &mut self,
+        tree: &Tree,
+        plugin: &Plugin,
+        files: &mut Files,
+    ) -> Result<Roughness, LoadError> {
+        let distribution = distribution(plugin)?;
+        let separate = ["alpha_u", "alpha_v"].map(|name| plugin.find(name));
+        let both = plugin.find("alpha");
+        if let [None, None] = separate {
+            let alpha = self
+                .textures
+                .scalar(tree, plugin, "alpha", DEFAULT_ALPHA, files)?;
+            return Ok(Roughness {
+                distribution,
+                alpha_u: alpha,
+                alpha_v: alpha,
+            });
+        }
+        if let (Some(found), _) | (None, [Some(found), None] | [None, Some(found)]) =
+            (both, separate)
+        {
+            let message = "and both \"alpha_u\" and \"alpha_v\" are the two ways to say how rough it is: give one";
+            return Err(plugin.parameter_error(found.property.at, "alpha", message));
+        }
+        let mut of = |name| {
+            self.textures
+                .scalar(tree, plugin, name, DEFAULT_ALPHA, files)
+        };
+        Ok(Roughness {
+            distribution,
+            alpha_u: of("alpha_u")?,
+            alpha_v: of("alpha_v")?,
+        })
+    }
+
+    fn rough_dielectric(
+        &mut self,
+        tree: &Tree,
+        plugin: &Plugin,
+        files: &mut Files,
     ) -> Result<Material, LoadError> {
-        let reflectance = match plugin.find("reflectance").map(|found| found.value) {
-            Some(Value::Object(texture)) if textures::is_texture(tree, *texture) => {
-                self.warnings
-                    .extend(textures::check(tree, *texture, files)?);
-                ignored.add_texture(tree, *texture);
-                None
-            }
-            Some(Value::Spectrum(crate::mitsuba::syntax::Spectrum::File(_))) => None,
-            _ => Some(spectra::read_or(
+        let (interior_ior, exterior_ior) = differing_indices(plugin, "bk7")?;
+        Ok(Material::RoughDielectric {
+            interior_ior,
+            exterior_ior,
+            specular_reflectance: self.factor(tree, plugin, "specular_reflectance", files)?,
+            specular_transmittance: self.factor(tree, plugin, "specular_transmittance", files)?,
+            roughness: self.roughness(tree, plugin, files)?,
+        })
+    }
+
+    fn coat(&mut self, tree: &Tree, plugin: &Plugin, files: &mut Files) -> Result<Coat, LoadError> {
+        let base = "diffuse_reflectance";
+        Ok(Coat {
+            interior_ior: ior::read(plugin, "int_ior", "polypropylene")?,
+            exterior_ior: ior::read(plugin, "ext_ior", "air")?,
+            diffuse_reflectance: (self.textures).color(
                 tree,
                 plugin,
-                "reflectance",
-                Role::Fraction,
+                base,
                 DEFAULT_REFLECTANCE,
-            )?),
+                files,
+            )?,
+            specular_reflectance: self.factor(tree, plugin, "specular_reflectance", files)?,
+            nonlinear: plugin.boolean_or("nonlinear", false)?,
+        })
+    }
+
+    fn rough_plastic(
+        &mut self,
+        tree: &Tree,
+        plugin: &Plugin,
+        files: &mut Files,
+    ) -> Result<Material, LoadError> {
+        let (interior_ior, exterior_ior) = differing_indices(plugin, "polypropylene")?;
+        let coat = self.coat(tree, plugin, files)?;
+        let distribution = distribution(plugin)?;
+        let alpha = plugin.positive_or("alpha", DEFAULT_ALPHA)?;
+        let eta = interior_ior / exterior_ior;
+        // The table is the same for the same coat, and takes a while.
+        let like = self.list.iter().find_map(|known| match known {
+            Material::RoughPlastic {
+                coat: other,
+                distribution: other_distribution,
+                alpha: other_alpha,
+                transmittance,
+            } if *other_distribution == distribution
+                && *other_alpha == alpha
+                && other.interior_ior / other.exterior_ior == eta =>
+            {
+                Some(Arc::clone(transmittance))
+            }
+            _ => None,
+        });
+        let transmittance =
+            like.unwrap_or_else(|| Arc::new(RoughTransmittance::new(distribution, alpha, eta)));
+        Ok(Material::RoughPlastic {
+            coat,
+            distribution,
+            alpha,
+            transmittance,
+        })
+    }
+
+    /// `bumpmap` holds a texture of any name; `normalmap` one called `normalmap`.
+    fn turned(
+        &mut self,
+        tree: &Tree,
+        plugin: &Plugin,
+        files: &mut Files,
+    ) -> Result<Material, LoadError> {
+        let by = if plugin.name() == "bumpmap" {
+            let texture = plugin
+                .child(Kind::Texture)?
+                .ok_or_else(|| plugin.error("needs a nested texture"))?;
+            if matches!(
+                tree.object(texture).plugin.as_str(),
+                "checkerboard" | "mesh_attribute"
+            ) {
+                let message = "has no slope: only a bitmap can be a bump map";
+                return Err(Plugin::new(tree, texture).error(message));
+            }
+            NormalTurn::Height {
+                texture: self.textures.required(tree, texture, files)?,
+                scale: plugin.float_or("scale", 1.0)?,
+            }
+        } else {
+            NormalTurn::Normal {
+                color: self.textures.vector(tree, plugin, "normalmap", files)?,
+            }
         };
-        Ok(Material::Diffuse { reflectance })
+        let flip_invalid_normals = plugin.boolean_or("flip_invalid_normals", true)?;
+        let use_shadowing_function = plugin.boolean_or("use_shadowing_function", true)?;
+        let nested = self.nested(tree, plugin, files)?;
+        let inside = &self.list[nested.0 as usize];
+        if inside.nested().next().is_some() || *inside == Material::Null {
+            let message = format!(
+                "cannot hold a {}: wrap it around the {} instead",
+                inside.plugin(),
+                plugin.name()
+            );
+            return Err(plugin.error(message));
+        }
+        Ok(Material::Turned {
+            by,
+            flip_invalid_normals,
+            use_shadowing_function,
+            nested,
+        })
     }
 
     fn two_sided(
         &mut self,
         tree: &Tree,
         plugin: &Plugin,
-        files: &Files,
-        ignored: &mut IgnoredList,
+        files: &mut Files,
     ) -> Result<Material, LoadError> {
         let sides = plugin.children(Kind::Bsdf);
         let (front, back) = match sides[..] {
@@ -147,20 +339,62 @@ impl Materials {
                 )));
             }
         };
-        for (side, _) in sides {
-            let nested = Plugin::new(tree, side);
-            if matches!(
-                nested.name(),
-                "dielectric" | "thindielectric" | "null" | "mask" | "twosided"
-            ) {
+        let [front, back] = [front, back].map(|side| {
+            let id = self.read(tree, side, files)?;
+            if self.is_one_sided(id) {
+                Ok(id)
+            } else {
                 let message = "cannot be inside twosided: only one-sided materials that let no light through can";
-                return Err(nested.error(message));
+                Err(Plugin::new(tree, side).error(message))
             }
-        }
-        let front = self.read(tree, front, files, ignored)?;
-        let back = self.read(tree, back, files, ignored)?;
-        Ok(Material::TwoSided { front, back })
+        });
+        Ok(Material::TwoSided {
+            front: front?,
+            back: back?,
+        })
     }
+
+    /// Whether a material scatters on its front only and lets nothing through.
+    fn is_one_sided(&self, id: MaterialId) -> bool {
+        match &self.list[id.0 as usize] {
+            Material::Diffuse { .. }
+            | Material::Conductor { .. }
+            | Material::RoughConductor { .. }
+            | Material::Plastic(_)
+            | Material::RoughPlastic { .. } => true,
+            Material::Turned { nested, .. } => self.is_one_sided(*nested),
+            Material::Dielectric { .. }
+            | Material::ThinDielectric { .. }
+            | Material::RoughDielectric { .. }
+            | Material::Null
+            | Material::Mask { .. }
+            | Material::TwoSided { .. } => false,
+        }
+    }
+}
+
+fn distribution(plugin: &Plugin) -> Result<FacetDistribution, LoadError> {
+    plugin.boolean_or("sample_visible", true)?;
+    let name = plugin.string("distribution")?.unwrap_or("beckmann");
+    match name.to_ascii_lowercase().as_str() {
+        "beckmann" => Ok(FacetDistribution::Beckmann),
+        "ggx" => Ok(FacetDistribution::Ggx),
+        // As if asked for, to complain with the parameter's place.
+        _ => plugin
+            .choice_or("distribution", &["beckmann", "ggx"], "beckmann")
+            .map(|_| FacetDistribution::Beckmann),
+    }
+}
+
+/// Absolute indices inside and outside, which a rough interface needs to differ.
+fn differing_indices(plugin: &Plugin, inside: &str) -> Result<(f64, f64), LoadError> {
+    let interior = ior::read(plugin, "int_ior", inside)?;
+    let exterior = ior::read(plugin, "ext_ior", "air")?;
+    if interior == exterior {
+        let message = format!("needs indices of refraction that differ, but both are {interior}");
+        return Err(plugin.error(message));
+    }
+    Ok((interior, exterior))
 }
 
 fn dielectric(tree: &Tree, plugin: &Plugin) -> Result<Material, LoadError> {
@@ -190,11 +424,9 @@ fn dielectric(tree: &Tree, plugin: &Plugin) -> Result<Material, LoadError> {
 ///
 /// Old files may give `extEta`, the index of what surrounds the metal: it divides eta and k, as
 /// Mitsuba 0.6 documents. (Mitsuba 3 rejects it.)
-fn conductor(tree: &Tree, plugin: &Plugin) -> Result<Material, LoadError> {
+fn metal(tree: &Tree, plugin: &Plugin) -> Result<(Rgb, Rgb), LoadError> {
     let eta = spectra::read(tree, plugin, "eta", Role::Index)?;
     let k = spectra::read(tree, plugin, "k", Role::Index)?;
-    let specular_reflectance =
-        spectra::read_or(tree, plugin, "specular_reflectance", Role::Fraction, 1.0)?;
     let mut index = (
         eta.map_or(Rgb::BLACK, |(eta, _)| eta),
         k.map_or(Rgb::WHITE, |(k, _)| k),
@@ -228,19 +460,5 @@ fn conductor(tree: &Tree, plugin: &Plugin) -> Result<Material, LoadError> {
         let outside = ior::read(plugin, "ext_eta", "air")?;
         index = (index.0 / outside, index.1 / outside);
     }
-    Ok(Material::Conductor {
-        eta: index.0,
-        k: index.1,
-        specular_reflectance,
-    })
-}
-
-fn opacity(tree: &Tree, plugin: &Plugin) -> Result<f64, LoadError> {
-    match spectra::read(tree, plugin, "opacity", Role::Fraction)? {
-        None => Ok(0.5),
-        Some((rgb, _)) if rgb.is_grey() => Ok(rgb.0[0]),
-        Some((_, at)) => {
-            Err(plugin.parameter_error(at, "opacity", "must be the same in all channels"))
-        }
-    }
+    Ok(index)
 }

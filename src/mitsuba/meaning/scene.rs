@@ -13,7 +13,7 @@ use crate::geometry::{Shape, Transform};
 use crate::mitsuba::error::{LoadError, did_you_mean};
 use crate::mitsuba::files::Files;
 use crate::mitsuba::syntax::{Kind, ObjectIndex, Position, Tree, Value, shortened};
-use crate::scene::{Emitter, Ignored, Material, Object, Sensor, ShapeId, Warning};
+use crate::scene::{Emitter, Ignored, Material, Object, Sensor, ShapeId, Texture, Warning};
 
 /// What a scene means, forms not yet built.
 #[derive(Debug)]
@@ -21,6 +21,7 @@ pub struct Meaning {
     pub forms: Vec<Form>,
     pub objects: Vec<Object>,
     pub materials: Vec<Material>,
+    pub textures: Vec<Texture>,
     pub emitters: Vec<Emitter>,
     pub sensors: Vec<Sensor>,
     pub warnings: Vec<Warning>,
@@ -73,11 +74,12 @@ pub fn read(tree: &Tree, files: &mut Files) -> Result<Meaning, LoadError> {
     }
     reader.note_unused()?;
     let mut warnings = reader.warnings;
-    warnings.append(&mut reader.materials.warnings);
+    warnings.append(&mut reader.materials.textures.warnings);
     Ok(Meaning {
         forms: reader.forms,
         objects: reader.objects,
         materials: reader.materials.list,
+        textures: reader.materials.textures.list,
         emitters: reader.emitters,
         sensors: reader.sensors,
         warnings,
@@ -207,9 +209,7 @@ impl SceneReader<'_, '_> {
         plugin.refuse(Kind::Medium, "media are not modelled")?;
         plugin.float_or("silhouette_sampling_weight", 1.0)?;
         let material = match plugin.child(Kind::Bsdf)? {
-            Some(bsdf) => self
-                .materials
-                .read(tree, bsdf, self.files, &mut self.ignored)?,
+            Some(bsdf) => self.materials.read(tree, bsdf, self.files)?,
             None => self.materials.default_material(),
         };
         let id = ShapeId(self.objects.len() as u32);
@@ -282,6 +282,7 @@ impl SceneReader<'_, '_> {
                 }
                 Kind::Bsdf if self.materials.is_used(child) => continue,
                 Kind::Bsdf => "no shape uses it",
+                Kind::Texture if self.materials.textures.is_used(child) => continue,
                 Kind::Sampler | Kind::Film | Kind::ReconstructionFilter => {
                     "it belongs to no sensor"
                 }

@@ -1,79 +1,334 @@
-//! `<texture>` as the reflectance of a diffuse surface: checked, but not modelled.
+//! `<texture>` becomes [`Texture`].
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use glam::{DMat3, DVec3};
 
 use super::plugin::Plugin;
 use super::spectra::{self, Role};
+use crate::film::bitmap::{Bitmap, Encoding};
 use crate::mitsuba::error::LoadError;
 use crate::mitsuba::files::Files;
-use crate::mitsuba::syntax::{Kind, ObjectIndex, Tree};
-use crate::scene::Warning;
+use crate::mitsuba::syntax::{Kind, ObjectIndex, Spectrum, Tree, Value};
+use crate::radiometry::Rgb;
+use crate::scene::{
+    BitmapTexture, Color, Scalar, Texture, TextureFilter, TextureId, TextureWrap, Warning,
+};
+
+/// Textures found so far; each texture of the file is read once.
+#[derive(Default)]
+pub struct Textures {
+    pub list: Vec<Texture>,
+    /// `None` where the image is missing.
+    known: HashMap<ObjectIndex, Option<TextureId>>,
+    pub warnings: Vec<Warning>,
+}
 
 /// Whether it varies over a surface (and is not a plain spectrum with a type).
-pub fn is_texture(tree: &Tree, object: ObjectIndex) -> bool {
+fn is_texture(tree: &Tree, object: ObjectIndex) -> bool {
     let object = tree.object(object);
     object.kind == Kind::Texture && !matches!(object.plugin.as_str(), "uniform" | "srgb" | "d65")
 }
 
-/// Checks the parameters; warns of a missing image.
-///
-/// `scale`, `gamma`, `cache` and `maxAnisotropy` are known in old files only, as in Mitsuba 0.6.
-pub fn check(
-    tree: &Tree,
-    texture: ObjectIndex,
-    files: &Files,
-) -> Result<Option<Warning>, LoadError> {
-    let plugin = Plugin::new(tree, texture);
-    let mut warning = None;
-    match plugin.name() {
-        "bitmap" => {
-            let name = plugin.required_string("filename")?;
-            let path = files.resolve(name);
-            if !path.is_file() {
-                warning = Some(Warning {
-                    at: Some(plugin.source()),
-                    message: format!(
-                        "there is no image {}; no irradiance depends on it",
-                        path.display()
-                    ),
-                });
-            }
-            plugin.choice_or(
-                "filter_type",
-                &["nearest", "bilinear", "trilinear", "ewa"],
-                "bilinear",
-            )?;
-            plugin.choice_or("wrap_mode", &["repeat", "mirror", "clamp"], "repeat")?;
-            plugin.boolean_or("raw", false)?;
-            plugin.boolean_or("accel", true)?;
-            plugin.string("format")?;
-            if plugin.is_old() {
-                plugin.accept(&["gamma", "cache", "max_anisotropy", "channel"]);
-            }
+/// The texture that a parameter refers to, if any.
+fn of_parameter(tree: &Tree, plugin: &Plugin, name: &str) -> Option<ObjectIndex> {
+    match plugin.find(name)?.value {
+        Value::Object(texture) if is_texture(tree, *texture) => Some(*texture),
+        _ => None,
+    }
+}
+
+impl Textures {
+    /// Whether a material uses the texture.
+    pub fn is_used(&self, texture: ObjectIndex) -> bool {
+        self.known.contains_key(&texture)
+    }
+
+    /// A fraction of light, or `default` where the file gives none.
+    ///
+    /// [`Color::Unknown`] for a missing image and a spectrum from a file: what ends specular chains may
+    /// have any colour, and only what sees it has to know.
+    pub fn color(
+        &mut self,
+        tree: &Tree,
+        plugin: &Plugin,
+        name: &str,
+        default: f64,
+        files: &mut Files,
+    ) -> Result<Color, LoadError> {
+        if let Some(texture) = of_parameter(tree, plugin, name) {
+            let Some(id) = self.read(tree, texture, files)? else {
+                return Ok(Color::Unknown);
+            };
+            self.check_fraction(&Plugin::new(tree, texture), id)?;
+            return Ok(Color::Texture(id));
         }
-        "checkerboard" => {
-            for color in ["color0", "color1"] {
-                if let Some(found) = plugin.find(color)
-                    && !matches!(found.value, crate::mitsuba::syntax::Value::Object(_))
-                {
-                    spectra::read(tree, &plugin, color, Role::Fraction)?;
-                }
-            }
+        if let Some(found) = plugin.find(name)
+            && matches!(found.value, Value::Spectrum(Spectrum::File(_)))
+        {
+            return Ok(Color::Unknown);
         }
-        "mesh_attribute" => {
-            plugin.required_string("name")?;
-            plugin.float_or("scale", 1.0)?;
+        spectra::read_or(tree, plugin, name, Role::Fraction, default).map(Color::Constant)
+    }
+
+    /// A vector in the frame of the surface, its coordinates brought to 0..=1.
+    pub fn vector(
+        &mut self,
+        tree: &Tree,
+        plugin: &Plugin,
+        name: &str,
+        files: &mut Files,
+    ) -> Result<Color, LoadError> {
+        if let Some(texture) = of_parameter(tree, plugin, name) {
+            return self.required(tree, texture, files).map(Color::Texture);
         }
-        "scale" if plugin.is_old() => {
-            plugin.accept(&["scale"]);
-            if let Some(child) = plugin.child(Kind::Texture)? {
-                warning = check(tree, child, files)?;
-            }
-        }
-        _ => {
-            return Err(plugin
-                .error("is not known; known textures are: bitmap, checkerboard, mesh_attribute"));
+        match spectra::read(tree, plugin, name, Role::Fraction)? {
+            Some((rgb, _)) => Ok(Color::Constant(rgb)),
+            None => Err(plugin.error(format!("needs the parameter \"{name}\""))),
         }
     }
-    plugin.find("to_uv");
-    plugin.finish()?;
-    Ok(warning)
+
+    /// A number not below 0, or `default` where the file gives none.
+    pub fn scalar(
+        &mut self,
+        tree: &Tree,
+        plugin: &Plugin,
+        name: &str,
+        default: f64,
+        files: &mut Files,
+    ) -> Result<Scalar, LoadError> {
+        if let Some(texture) = of_parameter(tree, plugin, name) {
+            return self.required(tree, texture, files).map(Scalar::Texture);
+        }
+        match plugin.float_at(name)? {
+            Some((number, at)) if number < 0.0 => {
+                let message = format!("must not be negative, but is {number}");
+                Err(plugin.parameter_error(at, name, message))
+            }
+            found => Ok(Scalar::Constant(
+                found.map_or(default, |(number, _)| number),
+            )),
+        }
+    }
+
+    /// A share of light, the same in all channels, or `default` where the file gives none.
+    pub fn share(
+        &mut self,
+        tree: &Tree,
+        plugin: &Plugin,
+        name: &str,
+        default: f64,
+        files: &mut Files,
+    ) -> Result<Scalar, LoadError> {
+        if let Some(texture) = of_parameter(tree, plugin, name) {
+            return self.required(tree, texture, files).map(Scalar::Texture);
+        }
+        match spectra::read(tree, plugin, name, Role::Fraction)? {
+            None => Ok(Scalar::Constant(default)),
+            Some((rgb, _)) if rgb.is_grey() => Ok(Scalar::Constant(rgb.0[0])),
+            Some((_, at)) => {
+                Err(plugin.parameter_error(at, name, "must be the same in all channels"))
+            }
+        }
+    }
+
+    /// Fails where an image has negative texels, warns where it has some above 1.
+    fn check_fraction(&mut self, texture: &Plugin, id: TextureId) -> Result<(), LoadError> {
+        let Some([low, high]) = self.range(id) else {
+            return Ok(());
+        };
+        if low < 0.0 {
+            let message = format!("holds {low}, but a fraction of light must not be negative");
+            return Err(texture.error(message));
+        }
+        if high > 1.0 {
+            self.warnings.push(Warning {
+                at: Some(texture.source()),
+                message: format!(
+                    "the texture holds {high}: such a surface gives back more light than it gets (Mitsuba 3 \
+                     takes it as it is, too)"
+                ),
+            });
+        }
+        Ok(())
+    }
+
+    /// The smallest and largest number of an image; `None` for other textures.
+    fn range(&self, id: TextureId) -> Option<[f64; 2]> {
+        match &self.list[id.0 as usize] {
+            Texture::Bitmap(bitmap) => {
+                let numbers = bitmap.image.texels().iter().flatten().copied();
+                let bounds = numbers.fold([f32::INFINITY, f32::NEG_INFINITY], |[low, high], x| {
+                    [low.min(x), high.max(x)]
+                });
+                Some(bounds.map(f64::from))
+            }
+            Texture::Scaled { nested, scale } => {
+                let [low, high] = self.range(*nested)?;
+                Some([low * scale.max_channel(), high * scale.max_channel()])
+            }
+            Texture::Checkerboard { .. } | Texture::MeshAttribute { .. } => None,
+        }
+    }
+
+    /// A texture whose image must be there.
+    pub fn required(
+        &mut self,
+        tree: &Tree,
+        texture: ObjectIndex,
+        files: &mut Files,
+    ) -> Result<TextureId, LoadError> {
+        let warned = self.warnings.len();
+        if let Some(id) = self.read(tree, texture, files)? {
+            return Ok(id);
+        }
+        let why = self.warnings.get(warned).map_or("", |one| &one.message);
+        let message = if why.is_empty() {
+            "needs its image".to_owned()
+        } else {
+            format!("needs its image: {why}")
+        };
+        Err(Plugin::new(tree, texture).error(message))
+    }
+
+    /// A texture; `None`, with a warning, where its image is missing.
+    pub fn read(
+        &mut self,
+        tree: &Tree,
+        texture: ObjectIndex,
+        files: &mut Files,
+    ) -> Result<Option<TextureId>, LoadError> {
+        if let Some(id) = self.known.get(&texture) {
+            return Ok(*id);
+        }
+        let plugin = Plugin::new(tree, texture);
+        let meant = match plugin.name() {
+            "bitmap" => self.bitmap(&plugin, files)?,
+            "checkerboard" => Some(checkerboard(tree, &plugin)?),
+            "mesh_attribute" => Some(Texture::MeshAttribute {
+                name: plugin.required_string("name")?.to_owned(),
+                scale: plugin.float_or("scale", 1.0)?,
+            }),
+            "scale" if plugin.is_old() => self.scaled(tree, &plugin, files)?,
+            _ => {
+                return Err(plugin.error(
+                    "is not modelled; modelled textures are: bitmap, checkerboard, mesh_attribute",
+                ));
+            }
+        };
+        plugin.finish()?;
+        let id = meant.map(|texture| {
+            self.list.push(texture);
+            TextureId(self.list.len() as u32 - 1)
+        });
+        self.known.insert(texture, id);
+        Ok(id)
+    }
+
+    /// An image file, which is decoded here.
+    ///
+    /// Mitsuba keeps images of up to 16 bits a channel in half floats unless told otherwise: there values
+    /// are rounded to 11 bits, here they are not. `gamma`, `cache`, `maxAnisotropy` and the filters
+    /// `trilinear` and `ewa` (bilinear, for want of a footprint) are known in old files only.
+    fn bitmap(&mut self, plugin: &Plugin, files: &mut Files) -> Result<Option<Texture>, LoadError> {
+        let filter = match plugin.choice_or(
+            "filter_type",
+            if plugin.is_old() {
+                &["nearest", "bilinear", "trilinear", "ewa"]
+            } else {
+                &["nearest", "bilinear"]
+            },
+            "bilinear",
+        )? {
+            "nearest" => TextureFilter::Nearest,
+            _ => TextureFilter::Bilinear,
+        };
+        let wrap = match plugin.choice_or("wrap_mode", &["repeat", "mirror", "clamp"], "repeat")? {
+            "mirror" => TextureWrap::Mirror,
+            "clamp" => TextureWrap::Clamp,
+            _ => TextureWrap::Repeat,
+        };
+        let mut encoding = if plugin.boolean_or("raw", false)? {
+            Encoding::Raw
+        } else {
+            Encoding::Color
+        };
+        plugin.boolean_or("accel", true)?;
+        plugin.string("format")?;
+        if plugin.is_old() {
+            plugin.accept(&["cache", "max_anisotropy"]);
+            encoding = match plugin.float_at("gamma")? {
+                Some((gamma, _)) if gamma > 0.0 => Encoding::Gamma(gamma),
+                Some((gamma, at)) if gamma != -1.0 => {
+                    let message = format!("must be above 0, or -1 for sRGB, not {gamma}");
+                    return Err(plugin.parameter_error(at, "gamma", message));
+                }
+                _ => encoding,
+            };
+        }
+        let to_uv = to_uv(plugin)?;
+        let name = plugin.required_string("filename")?;
+        let path = files.resolve(name);
+        if !path.is_file() {
+            self.warnings.push(Warning {
+                at: Some(plugin.source()),
+                message: format!(
+                    "there is no image {}; no irradiance depends on it",
+                    path.display()
+                ),
+            });
+            return Ok(None);
+        }
+        let image = files.read(&path).and_then(|bytes| {
+            Bitmap::read(&bytes, encoding).map_err(|error| format!("{}: {error}", path.display()))
+        });
+        let image = image.map_err(|message| plugin.error(message))?;
+        Ok(Some(Texture::Bitmap(BitmapTexture {
+            image: Arc::new(image),
+            filter,
+            wrap,
+            to_uv,
+        })))
+    }
+
+    /// Mitsuba 0.6's factor on a texture.
+    fn scaled(
+        &mut self,
+        tree: &Tree,
+        plugin: &Plugin,
+        files: &mut Files,
+    ) -> Result<Option<Texture>, LoadError> {
+        let scale = spectra::read_or(tree, plugin, "scale", Role::Index, 1.0)?;
+        let child = plugin
+            .child(Kind::Texture)?
+            .ok_or_else(|| plugin.error("needs a nested texture"))?;
+        let nested = self.read(tree, child, files)?;
+        Ok(nested.map(|nested| Texture::Scaled { nested, scale }))
+    }
+}
+
+fn checkerboard(tree: &Tree, plugin: &Plugin) -> Result<Texture, LoadError> {
+    let color = |name, default| -> Result<Rgb, LoadError> {
+        spectra::read_or(tree, plugin, name, Role::Fraction, default)
+    };
+    Ok(Texture::Checkerboard {
+        color0: color("color0", 0.4)?,
+        color1: color("color1", 0.2)?,
+        to_uv: to_uv(plugin)?,
+    })
+}
+
+/// The part of `to_uv` that Mitsuba uses: what the matrix does to x and y, third row and column left out.
+fn to_uv(plugin: &Plugin) -> Result<DMat3, LoadError> {
+    let Some((transform, _)) = plugin.transform("to_uv")? else {
+        return Ok(DMat3::IDENTITY);
+    };
+    let matrix = transform.matrix();
+    let column = |column: glam::DVec4, last| DVec3::new(column.x, column.y, last);
+    Ok(DMat3::from_cols(
+        column(matrix.x_axis, 0.0),
+        column(matrix.y_axis, 0.0),
+        column(matrix.w_axis, 1.0),
+    ))
 }

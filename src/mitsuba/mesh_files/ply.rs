@@ -2,7 +2,8 @@
 //!
 //! The element `vertex` gives positions (`x y z`), normals (`nx ny nz`) and texture coordinates
 //! (`u v`, `s t` or `texture_u texture_v`); the list `vertex_indices` or `vertex_index` of `face`
-//! gives polygons, which become fans. Everything else is skipped.
+//! gives polygons, which become fans. Either may have a colour (`r g b` or `red green blue`): its numbers
+//! are taken as they are, whole ones too, as Mitsuba does. Everything else is skipped.
 
 use glam::{DVec2, DVec3};
 
@@ -153,7 +154,7 @@ fn read(elements: &[Element], mut numbers: impl Numbers) -> Result<MeshParts, Me
         check_room(element, &numbers)?;
         match element.name.as_str() {
             "vertex" => read_vertices(element, &mut numbers, &mut parts)?,
-            "face" => read_faces(element, &mut numbers, &mut parts.triangles)?,
+            "face" => read_faces(element, &mut numbers, &mut parts)?,
             _ => skip(element, &mut numbers)?,
         }
     }
@@ -186,7 +187,7 @@ fn check_room(element: &Element, numbers: &impl Numbers) -> Result<(), MeshFileE
 }
 
 /// What a property of a vertex is good for: the slot it goes to.
-const SLOTS: [(&str, usize); 12] = [
+const SLOTS: [(&str, usize); 18] = [
     ("x", 0),
     ("y", 1),
     ("z", 2),
@@ -199,22 +200,33 @@ const SLOTS: [(&str, usize); 12] = [
     ("t", 7),
     ("texture_u", 6),
     ("texture_v", 7),
+    ("r", 8),
+    ("g", 9),
+    ("b", 10),
+    ("red", 8),
+    ("green", 9),
+    ("blue", 10),
 ];
 /// Where the rest goes.
-const NOWHERE: usize = 8;
+const NOWHERE: usize = 11;
+
+/// Where each property's numbers go.
+fn slots(element: &Element) -> Vec<usize> {
+    (element.properties.iter())
+        .map(|property| {
+            let slot = SLOTS.iter().find(|(name, _)| *name == property.name);
+            slot.filter(|_| matches!(property.layout, Layout::Number(_)))
+                .map_or(NOWHERE, |(_, slot)| *slot)
+        })
+        .collect()
+}
 
 fn read_vertices(
     element: &Element,
     numbers: &mut impl Numbers,
     parts: &mut MeshParts,
 ) -> Result<(), MeshFileError> {
-    let slots: Vec<usize> = (element.properties.iter())
-        .map(|property| {
-            let slot = SLOTS.iter().find(|(name, _)| *name == property.name);
-            slot.filter(|_| matches!(property.layout, Layout::Number(_)))
-                .map_or(NOWHERE, |(_, slot)| *slot)
-        })
-        .collect();
+    let slots = slots(element);
     let has = |range: std::ops::Range<usize>| range.into_iter().all(|slot| slots.contains(&slot));
     if !has(0..3) {
         return Err(MeshFileError::new(
@@ -224,6 +236,7 @@ fn read_vertices(
     }
     let mut normals = has(3..6).then(|| Vec::with_capacity(element.count));
     let mut uvs = has(6..8).then(|| Vec::with_capacity(element.count));
+    let mut colors = has(8..11).then(|| Vec::with_capacity(element.count));
     parts.positions.reserve(element.count);
     for _ in 0..element.count {
         let place = numbers.place();
@@ -238,7 +251,7 @@ fn read_vertices(
                 }
             }
         }
-        let [x, y, z, nx, ny, nz, u, v, _] = values;
+        let [x, y, z, nx, ny, nz, u, v, red, green, blue, _] = values;
         if !values[..NOWHERE].iter().all(|value| value.is_finite()) {
             let message = format!(
                 "vertex {} has a number that is not finite",
@@ -253,16 +266,20 @@ fn read_vertices(
         if let Some(uvs) = &mut uvs {
             uvs.push(DVec2::new(u, v));
         }
+        if let Some(colors) = &mut colors {
+            colors.push([red, green, blue]);
+        }
     }
     parts.normals = normals;
     parts.uvs = uvs;
+    parts.vertex_colors = colors;
     Ok(())
 }
 
 fn read_faces(
     element: &Element,
     numbers: &mut impl Numbers,
-    triangles: &mut Vec<[u32; 3]>,
+    parts: &mut MeshParts,
 ) -> Result<(), MeshFileError> {
     let is_polygon = |property: &ply_header::Property| {
         matches!(property.name.as_str(), "vertex_indices" | "vertex_index")
@@ -274,15 +291,17 @@ fn read_faces(
             "element \"face\" needs the list vertex_indices",
         ));
     }
-    triangles.reserve(element.count);
+    let slots = slots(element);
+    let has_color = (8..11).all(|slot| slots.contains(&slot));
+    let mut colors = Vec::new();
+    parts.triangles.reserve(element.count);
     for _ in 0..element.count {
-        for property in &element.properties {
+        let mut values = [0.0; NOWHERE + 1];
+        for (property, slot) in element.properties.iter().zip(&slots) {
             match property.layout {
-                Layout::Number(scalar) => {
-                    numbers.next(scalar)?;
-                }
+                Layout::Number(scalar) => values[*slot] = numbers.next(scalar)?,
                 Layout::List { length, item } if is_polygon(property) => {
-                    read_polygon(numbers, length, item, triangles)?;
+                    read_polygon(numbers, length, item, &mut parts.triangles)?;
                 }
                 Layout::List { length, item } => {
                     for _ in 0..list_length(numbers, length)? {
@@ -291,7 +310,12 @@ fn read_faces(
                 }
             }
         }
+        if has_color {
+            // All triangles of a polygon have its colour.
+            colors.resize(parts.triangles.len(), [values[8], values[9], values[10]]);
+        }
     }
+    parts.face_colors = has_color.then_some(colors);
     Ok(())
 }
 

@@ -60,7 +60,7 @@ pub fn parse(bytes: &[u8], shape_index: u32) -> Result<MeshParts, MeshFileError>
         uvs: uvs.map(|uvs| uvs.into_iter().map(DVec2::from_array).collect()),
         triangles: stream.triangles(triangle_count)?,
         face_normals: flags & FACE_NORMALS != 0,
-        flip_normals: false,
+        ..MeshParts::default()
     };
     check_indices(&parts)?;
     Ok(parts)

@@ -216,8 +216,8 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
         self.spent
     }
 
-    /// Asks the limit now and then whether to go on.
-    fn may_go_on(&mut self) -> bool {
+    /// Asks the limit now and then whether to go on; once for each cell or polygon.
+    pub fn may_go_on(&mut self) -> bool {
         self.patience -= 1;
         if self.patience == 0 {
             self.patience = PATIENCE;

@@ -1,7 +1,7 @@
 //! What diffuse surfaces, bare or in wrappers, make of light.
 
 use crate::radiometry::Rgb;
-use crate::scene::{Material, Scene};
+use crate::scene::{Color, Material, Scalar, Scene};
 
 /// The share of light that a surface reflects diffusely on a side; `None` where it is not diffuse.
 pub(super) fn reflectance<'a>(
@@ -14,10 +14,15 @@ pub(super) fn reflectance<'a>(
     let mut is_lit = front;
     loop {
         match material {
-            Material::Diffuse { reflectance } => {
-                return is_lit.then_some((*reflectance)? * share);
+            Material::Diffuse {
+                reflectance: Color::Constant(reflectance),
+            } => {
+                return is_lit.then_some(*reflectance * share);
             }
-            Material::Mask { opacity, nested } => {
+            Material::Mask {
+                opacity: Scalar::Constant(opacity),
+                nested,
+            } => {
                 share *= opacity;
                 material = scene.material(*nested);
             }
@@ -28,21 +33,21 @@ pub(super) fn reflectance<'a>(
                 material = scene.material(if front { *of_front } else { *back });
                 is_lit = true;
             }
-            Material::Dielectric { .. }
-            | Material::ThinDielectric { .. }
-            | Material::Conductor { .. }
-            | Material::Null => return None,
+            _ => return None,
         }
     }
 }
 
-/// Whether a diffuse surface, perhaps in a wrapper, has a reflectance that is not modelled.
+/// Whether a diffuse surface, perhaps in a wrapper, has a reflectance or an opacity that varies or is unknown.
 pub(super) fn has_unknown_reflectance(scene: &Scene, material: &Material) -> bool {
     let of = |id| has_unknown_reflectance(scene, scene.material(id));
-    match *material {
-        Material::Diffuse { reflectance } => reflectance.is_none(),
-        Material::Mask { nested, .. } => of(nested),
-        Material::TwoSided { front, back } => of(front) || of(back),
+    match material {
+        Material::Diffuse { reflectance } => !matches!(reflectance, Color::Constant(_)),
+        Material::Mask {
+            opacity: Scalar::Texture(_),
+            ..
+        } => true,
+        Material::Mask { .. } | Material::TwoSided { .. } => material.nested().any(of),
         _ => false,
     }
 }

@@ -27,8 +27,8 @@ pub enum CameraError {
     },
     /// A surface's brightness is not known.
     #[error(
-        "sensor \"{id}\" may see shape \"{shape}\", whose diffuse reflectance is a texture or a \
-         spectrum from a file: these are not modelled; give an rgb or a float"
+        "sensor \"{id}\" may see shape \"{shape}\", whose diffuse reflectance (or opacity) is a texture or \
+         a spectrum from a file: light that is connected to a camera needs an rgb or a float"
     )]
     Reflectance {
         /// The sensor.

@@ -9,6 +9,7 @@ use super::surface::{LightSurface, MAX_TRIANGLES, Part};
 use crate::geometry::{Bounds, Shape};
 use crate::radiometry::Rgb;
 use crate::scene::{Emitter, Scene};
+use crate::transport::chain_limits::{VaryingMask, check_masks};
 
 /// Cells are divided until there are this many, so that they follow the outline of the specular
 /// geometry (some 5 % of a ball's cells are at its rim then) and a cell's rays stay together.
@@ -64,6 +65,9 @@ pub enum LightSpaceError {
         /// Mitsuba's name of the shape.
         plugin: &'static str,
     },
+    /// A mask's opacity is a texture.
+    #[error(transparent)]
+    VaryingMask(#[from] VaryingMask),
 }
 
 impl LightSpace {
@@ -71,8 +75,9 @@ impl LightSpace {
     ///
     /// # Errors
     ///
-    /// Where the shape of an area light is not modelled.
+    /// Where the shape of an area light is not modelled, or a mask's opacity is a texture.
     pub fn new(scene: &Scene) -> Result<Self, LightSpaceError> {
+        check_masks(scene)?;
         let targets = Targets::new(scene);
         let mut charts = Vec::new();
         let mut emitters = Vec::new();

@@ -81,6 +81,7 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
             .iter()
             .map(|&corner| self.paths.follow(&chain, 0, entry.coordinates(corner)))
             .collect();
+        self.pending.clear();
         self.pending.push(Polygon {
             corners,
             chain,
@@ -88,7 +89,9 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
             astray: 0.0,
             cuts: 0,
         });
-        while let Some(polygon) = self.pending.pop() {
+        while generic.may_go_on()
+            && let Some(polygon) = self.pending.pop()
+        {
             self.follow(polygon, generic);
         }
     }

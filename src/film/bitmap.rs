@@ -1,0 +1,179 @@
+//! Images that others made, read for use as textures and environments.
+
+use std::io::Cursor;
+
+use image::codecs::hdr::HdrDecoder;
+use image::{DynamicImage, ImageDecoder as _, ImageFormat, ImageReader, ImageResult, Limits};
+
+/// An RGB image; row 0 is the top.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Bitmap {
+    width: usize,
+    texels: Vec<[f32; 3]>,
+    /// Whether its file has one channel: the three are the same.
+    is_grey: bool,
+}
+
+/// How a file's numbers stand for light.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Encoding {
+    /// 8 and 16 bits hold sRGB's curve, floats are linear: values become linear.
+    Color,
+    /// 8 and 16 bits hold the power 1/γ of light, floats are linear: values become linear.
+    Gamma(f64),
+    /// Values are taken as they are, 8 and 16 bits as fractions of the largest.
+    Raw,
+}
+
+/// What an image may take in memory before it is refused as damaged, bytes.
+const LARGEST: u64 = 1 << 32;
+
+impl Bitmap {
+    /// An image of `texels`, row by row; `None` unless they fill a rectangle of that width.
+    pub fn new(width: usize, texels: Vec<[f32; 3]>) -> Option<Self> {
+        let fits = width > 0 && !texels.is_empty() && texels.len().is_multiple_of(width);
+        fits.then_some(Self {
+            width,
+            texels,
+            is_grey: false,
+        })
+    }
+
+    /// Reads an image file: PNG, JPEG, BMP, TGA, Radiance HDR, PNM or `OpenEXR`, told by its contents
+    /// (TGA, which has no mark, by not being any of the others).
+    ///
+    /// An alpha channel is dropped.
+    ///
+    /// # Errors
+    ///
+    /// What is wrong with the file, without its name.
+    pub fn read(bytes: &[u8], encoding: Encoding) -> Result<Self, String> {
+        if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
+            return read_exr(bytes);
+        }
+        let (image, is_grey) = decode(bytes).map_err(|error| error.to_string())?;
+        let is_float = matches!(
+            image,
+            DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_)
+        );
+        let width = image.width() as usize;
+        let texels = image.into_rgb32f();
+        let texels = texels.pixels().map(|pixel| match encoding {
+            _ if is_float => pixel.0,
+            Encoding::Raw => pixel.0,
+            Encoding::Color => pixel.0.map(linear),
+            Encoding::Gamma(gamma) => pixel.0.map(|value| f64::from(value).powf(gamma) as f32),
+        });
+        let mut bitmap = Self::new(width, texels.collect()).ok_or("the image is empty")?;
+        bitmap.is_grey = is_grey;
+        bitmap.checked()
+    }
+
+    /// Texels a row.
+    pub fn width(&self) -> usize {
+        self.width
+    }
+
+    /// Rows.
+    pub fn height(&self) -> usize {
+        self.texels.len() / self.width
+    }
+
+    /// All texels, row by row.
+    pub fn texels(&self) -> &[[f32; 3]] {
+        &self.texels
+    }
+
+    /// Whether its file has one channel.
+    pub fn is_grey(&self) -> bool {
+        self.is_grey
+    }
+
+    /// A texel, red, green and blue.
+    ///
+    /// # Panics
+    ///
+    /// Outside of the image.
+    #[inline]
+    pub fn texel(&self, x: usize, y: usize) -> [f64; 3] {
+        self.texels[y * self.width + x].map(f64::from)
+    }
+
+    fn checked(self) -> Result<Self, String> {
+        let is_finite = |texel: &[f32; 3]| texel.iter().all(|value| value.is_finite());
+        match self.texels.iter().position(|texel| !is_finite(texel)) {
+            None => Ok(self),
+            Some(index) => Err(format!(
+                "the texel in column {}, row {} (counted from 0) is not finite",
+                index % self.width,
+                index / self.width
+            )),
+        }
+    }
+}
+
+/// The image, and whether it has one channel.
+fn decode(bytes: &[u8]) -> ImageResult<(DynamicImage, bool)> {
+    let mut limits = Limits::default();
+    limits.max_alloc = Some(LARGEST);
+    if bytes.starts_with(b"#?") {
+        // Radiance's files may call themselves by other names than "RADIANCE": Mitsuba's say "RGBE".
+        let mut decoder = HdrDecoder::with_strictness(bytes, false)?;
+        decoder.set_limits(limits)?;
+        return Ok((DynamicImage::from_decoder(decoder)?, false));
+    }
+    let mut reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format()?;
+    if reader.format().is_none() {
+        reader.set_format(ImageFormat::Tga);
+    }
+    reader.limits(limits);
+    let decoder = reader.into_decoder()?;
+    let is_grey = !decoder.color_type().has_color();
+    Ok((DynamicImage::from_decoder(decoder)?, is_grey))
+}
+
+/// The channels R, G, B or Y of an `OpenEXR` file; of a file with neither, its only channel.
+fn read_exr(bytes: &[u8]) -> Result<Bitmap, String> {
+    let image = super::exr::decode(bytes)?;
+    let channel = |names: [&str; 2]| {
+        names
+            .iter()
+            .find_map(|name| image.channel(name))
+            .map(|channel| &channel.samples)
+    };
+    let only = match image.channels.as_slice() {
+        [only] => Some(&only.samples),
+        _ => channel(["Y", "y"]),
+    };
+    let rgb = [
+        channel(["R", "r"]),
+        channel(["G", "g"]),
+        channel(["B", "b"]),
+    ];
+    let (channels, is_grey) = match (rgb, only) {
+        ([Some(red), Some(green), Some(blue)], _) => ([red, green, blue], false),
+        (_, Some(only)) => ([only; 3], true),
+        _ => {
+            let names: Vec<&str> = image.channels.iter().map(|c| c.name.as_str()).collect();
+            return Err(format!(
+                "the image has the channels {}; needed are R, G and B, or Y",
+                names.join(", ")
+            ));
+        }
+    };
+    let texels = (0..image.width * image.height).map(|i| channels.map(|channel| channel[i]));
+    let mut bitmap = Bitmap::new(image.width, texels.collect()).ok_or("the image is empty")?;
+    bitmap.is_grey = is_grey;
+    bitmap.checked()
+}
+
+/// sRGB's curve, undone (IEC 61966-2-1).
+fn linear(encoded: f32) -> f32 {
+    let encoded = f64::from(encoded);
+    let value = if encoded <= 0.04045 {
+        encoded / 12.92
+    } else {
+        ((encoded + 0.055) / 1.055).powf(2.4)
+    };
+    value as f32
+}

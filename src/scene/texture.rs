@@ -1,0 +1,299 @@
+//! Quantities that vary over a surface.
+//!
+//! A parameter of a material is a constant or refers to a texture, and is asked for its value at a
+//! [`TexturePoint`]. Conventions are Mitsuba's (checked against 3.9.1, see `tests/textures.rs`): v = 0 is
+//! the first row of an image, and the center of the first texel lies half a texel from the border.
+
+use std::sync::Arc;
+
+use glam::{DMat3, DVec2};
+
+use super::Scene;
+use crate::film::bitmap::Bitmap;
+use crate::geometry::{Hit, Mesh, Shape, SurfacePoint};
+use crate::radiometry::Rgb;
+
+/// The index of a [`Texture`] in [`Scene::textures`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct TextureId(pub u32);
+
+/// A colour, constant or not.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Color {
+    /// The same everywhere.
+    Constant(Rgb),
+    /// Looked up.
+    Texture(TextureId),
+    /// The file names an image that is not there, or a spectrum from a file, which is not
+    /// modelled. No irradiance depends on a diffuse reflectance; what a camera sees does.
+    Unknown,
+}
+
+/// A number, constant or not.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Scalar {
+    /// The same everywhere.
+    Constant(f64),
+    /// Looked up; of colours the luminance.
+    Texture(TextureId),
+}
+
+impl Color {
+    /// The texture it refers to.
+    pub fn texture(&self) -> Option<TextureId> {
+        match self {
+            Self::Texture(id) => Some(*id),
+            Self::Constant(_) | Self::Unknown => None,
+        }
+    }
+}
+
+impl Scalar {
+    /// The texture it refers to.
+    pub fn texture(&self) -> Option<TextureId> {
+        match self {
+            Self::Texture(id) => Some(*id),
+            Self::Constant(_) => None,
+        }
+    }
+
+    /// Whether it may be above 0 anywhere.
+    #[inline]
+    pub fn may_exceed_zero(&self) -> bool {
+        !matches!(self, Self::Constant(number) if *number <= 0.0)
+    }
+
+    /// Whether it may lie between 0 and 1 anywhere, as an opacity.
+    #[inline]
+    pub fn is_partial(&self) -> bool {
+        !matches!(self, Self::Constant(number) if *number <= 0.0 || *number >= 1.0)
+    }
+}
+
+/// A quantity that varies over a surface.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Texture {
+    /// An image.
+    Bitmap(BitmapTexture),
+    /// Two colours in turn, two by two squares to the unit square.
+    Checkerboard {
+        /// Where u and v are in the same half of the unit interval.
+        color0: Rgb,
+        /// Where they are not.
+        color1: Rgb,
+        /// What is done to (u, v, 1) first.
+        to_uv: DMat3,
+    },
+    /// Values that a mesh file gives for its vertices or faces.
+    MeshAttribute {
+        /// Mitsuba's name: `vertex_color`, `face_color`, ...
+        name: String,
+        /// A factor.
+        scale: f64,
+    },
+    /// Another texture, times a factor.
+    Scaled {
+        /// Which.
+        nested: TextureId,
+        /// The factor.
+        scale: Rgb,
+    },
+}
+
+/// An image laid over a surface.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BitmapTexture {
+    /// Its texels, as they are used: linear unless the file asked for raw values.
+    pub image: Arc<Bitmap>,
+    /// What is between the centers of texels.
+    pub filter: TextureFilter,
+    /// What is outside of the unit square.
+    pub wrap: TextureWrap,
+    /// What is done to (u, v, 1) first.
+    pub to_uv: DMat3,
+}
+
+/// What is between the centers of texels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TextureFilter {
+    /// The texel itself.
+    Nearest,
+    /// A blend of the four nearest.
+    Bilinear,
+}
+
+/// What is outside of the unit square.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TextureWrap {
+    /// The image again.
+    Repeat,
+    /// The image again, each copy the mirror image of its neighbours.
+    Mirror,
+    /// The texels of the border.
+    Clamp,
+}
+
+/// Where on a surface a texture is looked up.
+#[derive(Clone, Copy, Debug)]
+pub struct TexturePoint<'a> {
+    /// Surface parameters.
+    pub uv: DVec2,
+    /// The mesh, face and barycentric weights, where the surface is a mesh.
+    pub mesh: Option<(&'a Mesh, u32, DVec2)>,
+}
+
+impl<'a> TexturePoint<'a> {
+    /// The place of a hit; `point` must be [`World::surface_point`](crate::geometry::World::surface_point)
+    /// of it.
+    #[inline]
+    pub fn new(scene: &'a Scene, hit: &Hit, point: &SurfacePoint) -> Self {
+        let mesh = match &scene.world().shapes()[hit.shape as usize] {
+            Shape::Mesh(mesh) => Some((mesh, hit.face, hit.barycentric)),
+            _ => None,
+        };
+        Self { uv: point.uv, mesh }
+    }
+}
+
+impl Scene {
+    /// The value of a colour at a point; black where it is unknown.
+    #[inline]
+    pub fn color(&self, color: Color, at: &TexturePoint) -> Rgb {
+        match color {
+            Color::Constant(rgb) => rgb,
+            Color::Texture(id) => self.texture_value(id, at),
+            Color::Unknown => Rgb::BLACK,
+        }
+    }
+
+    /// The value of a number at a point.
+    #[inline]
+    pub fn scalar(&self, scalar: Scalar, at: &TexturePoint) -> f64 {
+        match scalar {
+            Scalar::Constant(number) => number,
+            Scalar::Texture(id) => luminance(self.texture_value(id, at)),
+        }
+    }
+
+    /// The value of a texture at a point.
+    pub fn texture_value(&self, id: TextureId, at: &TexturePoint) -> Rgb {
+        match self.texture(id) {
+            Texture::Bitmap(bitmap) => bitmap.value(at.uv),
+            Texture::Checkerboard {
+                color0,
+                color1,
+                to_uv,
+            } => {
+                let uv = to_uv.transform_point2(at.uv);
+                let first_half = |x: f64| x - x.floor() < 0.5;
+                if first_half(uv.x) == first_half(uv.y) {
+                    *color0
+                } else {
+                    *color1
+                }
+            }
+            Texture::MeshAttribute { name, scale } => at
+                .mesh
+                .and_then(|(mesh, face, weights)| mesh.attribute(name, face, weights))
+                .map_or(Rgb::BLACK, |value| Rgb(value) * *scale),
+            Texture::Scaled { nested, scale } => self.texture_value(*nested, at) * *scale,
+        }
+    }
+
+    /// How a texture's luminance changes with u and v; zero where that is not known.
+    pub fn texture_gradient(&self, id: TextureId, at: &TexturePoint) -> DVec2 {
+        match self.texture(id) {
+            Texture::Bitmap(bitmap) => bitmap.gradient(at.uv),
+            Texture::Scaled { nested, scale } if scale.is_grey() => {
+                self.texture_gradient(*nested, at) * scale.0[0]
+            }
+            _ => DVec2::ZERO,
+        }
+    }
+}
+
+/// Luminance of linear sRGB, with Mitsuba's weights.
+#[inline]
+pub fn luminance(Rgb([red, green, blue]): Rgb) -> f64 {
+    0.212671 * red + 0.715160 * green + 0.072169 * blue
+}
+
+impl BitmapTexture {
+    /// The color at surface parameters.
+    pub fn value(&self, uv: DVec2) -> Rgb {
+        match self.filter {
+            TextureFilter::Nearest => {
+                let size = self.size();
+                let at = (self.to_uv.transform_point2(uv) * size).floor();
+                self.texel(at)
+            }
+            TextureFilter::Bilinear => {
+                let (corner, weight) = self.cell(uv);
+                let [a, b, c, d] = self.corners(corner);
+                (a * (1.0 - weight.x) + b * weight.x) * (1.0 - weight.y)
+                    + (c * (1.0 - weight.x) + d * weight.x) * weight.y
+            }
+        }
+    }
+
+    /// How the luminance changes with u and v: of the blend, so zero without one.
+    pub fn gradient(&self, uv: DVec2) -> DVec2 {
+        if self.filter == TextureFilter::Nearest {
+            return DVec2::ZERO;
+        }
+        let (corner, weight) = self.cell(uv);
+        let [a, b, c, d] = self.corners(corner).map(luminance);
+        let by_texel = DVec2::new(
+            (b - a) * (1.0 - weight.y) + (d - c) * weight.y,
+            (c - a) * (1.0 - weight.x) + (d - b) * weight.x,
+        );
+        // The chain rule through `to_uv`. Mitsuba multiplies by the image's size after it, not before:
+        // the same unless `to_uv` turns an image that is not square.
+        self.size()
+            * DVec2::new(
+                self.to_uv.x_axis.truncate().dot(by_texel),
+                self.to_uv.y_axis.truncate().dot(by_texel),
+            )
+    }
+
+    fn size(&self) -> DVec2 {
+        DVec2::new(self.image.width() as f64, self.image.height() as f64)
+    }
+
+    /// The texel whose center is the upper left of the four nearest, and how far from it.
+    fn cell(&self, uv: DVec2) -> (DVec2, DVec2) {
+        let at = self.to_uv.transform_point2(uv) * self.size() - 0.5;
+        let corner = at.floor();
+        (corner, at - corner)
+    }
+
+    /// The four texels of a cell: upper left, upper right, lower left, lower right.
+    fn corners(&self, corner: DVec2) -> [Rgb; 4] {
+        [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)]
+            .map(|(x, y)| self.texel(corner + DVec2::new(x, y)))
+    }
+
+    /// The texel at whole coordinates, wherever they are.
+    fn texel(&self, at: DVec2) -> Rgb {
+        let x = self.wrap.apply(at.x, self.image.width());
+        let y = self.wrap.apply(at.y, self.image.height());
+        Rgb(self.image.texel(x, y))
+    }
+}
+
+impl TextureWrap {
+    /// The place in 0..`count` that stands for a whole coordinate.
+    fn apply(self, at: f64, count: usize) -> usize {
+        let size = count as f64;
+        let inside = match self {
+            Self::Repeat => at.rem_euclid(size),
+            Self::Mirror => {
+                let twice = at.rem_euclid(2.0 * size);
+                twice.min(2.0 * size - 1.0 - twice)
+            }
+            Self::Clamp => at,
+        };
+        // Saturates; and a remainder that rounded up to the size itself is brought back.
+        (inside.max(0.0) as usize).min(count - 1)
+    }
+}

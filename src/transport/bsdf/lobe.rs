@@ -1,0 +1,117 @@
+//! The plain materials, each in the frame of its normal.
+
+use std::f64::consts::{FRAC_1_PI, TAU};
+
+use glam::DVec3;
+
+use super::Scattering;
+use super::plastic::{Plastic, RoughPlastic};
+use super::rough::{RoughInterface, RoughMetal};
+use super::smooth::{Interface, Metal};
+use crate::radiometry::Rgb;
+
+/// A material without wrappers; +z is its normal, radiance is what it scatters.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Lobe<'a> {
+    /// Scatters nothing.
+    Black,
+    /// Lambertian on the front.
+    Diffuse(Rgb),
+    Dielectric(Interface),
+    Pane(Interface),
+    Conductor(Metal),
+    RoughDielectric(RoughInterface),
+    RoughConductor(RoughMetal),
+    Plastic(Plastic),
+    RoughPlastic(RoughPlastic<'a>),
+}
+
+/// What a lobe answers when asked for a direction; as [`super::BsdfSample`], in its frame.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct LobeSample {
+    pub wo: DVec3,
+    pub weight: Rgb,
+    pub pdf: f64,
+    pub is_delta: bool,
+    pub eta: f64,
+    pub scattering: Scattering,
+}
+
+impl Lobe<'_> {
+    /// Whether no direction has a density.
+    #[inline]
+    pub fn is_delta(&self) -> bool {
+        matches!(
+            self,
+            Self::Black | Self::Dielectric(_) | Self::Pane(_) | Self::Conductor(_)
+        )
+    }
+
+    /// f |cos θₒ| of all but delta lobes.
+    pub fn eval(&self, wi: DVec3, wo: DVec3) -> Rgb {
+        match self {
+            Self::Black | Self::Dielectric(_) | Self::Pane(_) | Self::Conductor(_) => Rgb::BLACK,
+            Self::Diffuse(reflectance) => *reflectance * lambert(wi, wo),
+            Self::RoughDielectric(interface) => interface.eval(wi, wo),
+            Self::RoughConductor(metal) => metal.eval(wi, wo),
+            Self::Plastic(plastic) => plastic.eval(wi, wo),
+            Self::RoughPlastic(plastic) => plastic.eval(wi, wo),
+        }
+    }
+
+    /// The density of `sample` at `wo`.
+    pub fn pdf(&self, wi: DVec3, wo: DVec3) -> f64 {
+        match self {
+            Self::Black | Self::Dielectric(_) | Self::Pane(_) | Self::Conductor(_) => 0.0,
+            Self::Diffuse(_) => lambert(wi, wo),
+            Self::RoughDielectric(interface) => interface.pdf(wi, wo),
+            Self::RoughConductor(metal) => metal.pdf(wi, wo),
+            Self::Plastic(plastic) => plastic.pdf(wi, wo),
+            Self::RoughPlastic(plastic) => plastic.pdf(wi, wo),
+        }
+    }
+
+    /// A direction; the first number chooses among lobes.
+    pub fn sample(&self, wi: DVec3, u: [f64; 3]) -> Option<LobeSample> {
+        match self {
+            Self::Black => None,
+            Self::Diffuse(reflectance) => {
+                let wo = cosine_hemisphere([u[1], u[2]]);
+                let pdf = lambert(wi, wo);
+                (pdf > 0.0).then_some(LobeSample {
+                    wo,
+                    weight: *reflectance,
+                    pdf,
+                    is_delta: false,
+                    eta: 1.0,
+                    scattering: Scattering::Diffuse,
+                })
+            }
+            Self::Dielectric(interface) => interface.sample(wi, u[0]),
+            Self::Pane(interface) => interface.sample_pane(wi, u[0]),
+            Self::Conductor(metal) => metal.sample(wi),
+            Self::RoughDielectric(interface) => interface.sample(wi, u),
+            Self::RoughConductor(metal) => metal.sample(wi, [u[1], u[2]]),
+            Self::Plastic(plastic) => plastic.sample(wi, u),
+            Self::RoughPlastic(plastic) => plastic.sample(wi, u),
+        }
+    }
+}
+
+/// cos θₒ / π where both directions are on the front.
+#[inline]
+fn lambert(wi: DVec3, wo: DVec3) -> f64 {
+    if wi.z > 0.0 && wo.z > 0.0 {
+        FRAC_1_PI * wo.z
+    } else {
+        0.0
+    }
+}
+
+/// A direction with density cos θ / π (Malley's method).
+#[inline]
+pub(super) fn cosine_hemisphere(u: [f64; 2]) -> DVec3 {
+    let radius = u[0].sqrt();
+    let (sin, cos) = (TAU * u[1]).sin_cos();
+    DVec3::new(radius * cos, radius * sin, (1.0 - u[0]).sqrt())
+}

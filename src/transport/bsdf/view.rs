@@ -1,0 +1,108 @@
+//! What of a [`Bsdf`](super::Bsdf) a path from one direction meets.
+
+use glam::DVec3;
+
+use super::Layer;
+use super::turned::Turned;
+use crate::geometry::Frame;
+
+/// A layer as a path from one direction meets it.
+///
+/// Three frames: the shading frame; the same mirrored at the tangent plane, on the back of a two-sided
+/// surface, as Mitsuba does; and that of the lobe, whose normal a texture may have turned.
+pub(super) struct View<'b, 'a> {
+    pub layer: &'b Layer<'a>,
+    is_mirrored: bool,
+    turned: Option<(Turned, Frame)>,
+    /// In the lobe's frame.
+    pub wi: DVec3,
+}
+
+/// The direction that a path goes on along, in three frames.
+pub(super) struct Onward {
+    /// In the shading frame.
+    pub unmirrored: DVec3,
+    mirrored: DVec3,
+    /// In the lobe's frame.
+    pub wo: DVec3,
+}
+
+impl<'b, 'a> View<'b, 'a> {
+    /// The layer that a path from `wi`, in the shading frame, meets.
+    #[inline]
+    pub fn new(front: &'b Layer<'a>, back: Option<&'b Layer<'a>>, wi: DVec3) -> Self {
+        let (layer, is_mirrored) = match back {
+            Some(back) if wi.z < 0.0 => (back, true),
+            _ => (front, false),
+        };
+        let local = mirrored_if(is_mirrored, wi);
+        let turned = layer.turned.map(|turned| (turned, turned.frame(local)));
+        Self {
+            layer,
+            is_mirrored,
+            turned,
+            wi: turned.map_or(local, |(_, frame)| frame.to_local(local)),
+        }
+    }
+
+    /// Whether a texture turned the normal.
+    pub fn is_turned(&self) -> bool {
+        self.turned.is_some()
+    }
+
+    /// From the shading frame; `None` where the turned normal has the direction on its other side, where
+    /// no light goes.
+    #[inline]
+    pub fn to_lobe(&self, unmirrored: DVec3) -> Option<Onward> {
+        let mirrored = mirrored_if(self.is_mirrored, unmirrored);
+        let wo = match &self.turned {
+            Some((_, frame)) => frame.to_local(mirrored),
+            None => mirrored,
+        };
+        self.checked(unmirrored, mirrored, wo)
+    }
+
+    /// From the lobe's frame; `None` as for [`Self::to_lobe`].
+    #[inline]
+    pub fn leave_lobe(&self, wo: DVec3) -> Option<Onward> {
+        let mirrored = match &self.turned {
+            Some((_, frame)) => frame.to_world(wo),
+            None => wo,
+        };
+        self.checked(mirrored_if(self.is_mirrored, mirrored), mirrored, wo)
+    }
+
+    #[inline]
+    fn checked(&self, unmirrored: DVec3, mirrored: DVec3, wo: DVec3) -> Option<Onward> {
+        (self.turned.is_none() || mirrored.z * wo.z > 0.0).then_some(Onward {
+            unmirrored,
+            mirrored,
+            wo,
+        })
+    }
+
+    /// The share of light that the bumps of the texture do not shadow.
+    #[inline]
+    pub fn shadowing(&self, to: &Onward) -> f64 {
+        match &self.turned {
+            Some((turned, _)) => turned.shadowing(to.mirrored),
+            None => 1.0,
+        }
+    }
+
+    /// [`Self::shadowing`] of a direction in the shading frame.
+    pub fn shadowing_of(&self, unmirrored: DVec3) -> f64 {
+        self.to_lobe(unmirrored)
+            .map_or(0.0, |to| self.shadowing(&to))
+    }
+}
+
+/// Mirrored at the tangent plane, or not.
+#[inline]
+fn mirrored_if(is_mirrored: bool, local: DVec3) -> DVec3 {
+    if is_mirrored {
+        DVec3::new(local.x, local.y, -local.z)
+    } else {
+        local
+    }
+}
