@@ -129,7 +129,7 @@ fn way(scene: &Scene, follower: &mut PathFollower<1>, chart: &Chart, at: DVec2) 
             "lost"
         }
         End::Escaped => "escaped",
-        End::Stopped => "stopped",
+        End::Stopped | End::TurnedBack => "stopped",
     };
     Way {
         met,

@@ -25,8 +25,10 @@ pub enum End {
     Escaped,
     /// On the way to the first surface, something else was met.
     Hidden,
-    /// An interface that has no light to give to the next event (total reflection), or a surface
-    /// that ends it.
+    /// An interface that has no light to give to the next event: total reflection. Where it sets in,
+    /// no geometry shows.
+    TurnedBack,
+    /// A surface that ends it.
     Stopped,
 }
 
@@ -161,7 +163,13 @@ impl<'a, const N: usize> PathFollower<'a, N> {
                 self.shading_normals,
             );
             let Some((share, branch)) = left else {
-                return dark(End::Stopped, emitted, &family);
+                let materials = self.scene.materials();
+                let end = if self.scene.material_of(shape).is_specular(materials) {
+                    End::TurnedBack
+                } else {
+                    End::Stopped
+                };
+                return dark(end, emitted, &family);
             };
             family.event(share);
             throughput = throughput * branch.tint * share;
@@ -366,6 +374,7 @@ fn end_mark(end: End) -> u64 {
         End::Escaped => 2,
         End::Hidden => 3,
         End::Stopped => 4,
+        End::TurnedBack => 6,
     }
 }
 

@@ -12,6 +12,8 @@ pub struct Node<const N: usize> {
     pub at: DVec2,
     /// Where it fell on the film, in texels; `None` where it did not come that far.
     pub landing: Option<DVec2>,
+    /// An interface had no light to give to the next event.
+    pub turned_back: bool,
     /// Flux that arrives \[W\] for a unit of chart area.
     pub weight: Flux<N>,
     /// Flux that set out \[W\] for a unit of chart area, mean of channels.
@@ -75,6 +77,8 @@ pub struct Look<const N: usize> {
     pub families: u32,
     /// Whether any landed.
     pub any_landed: bool,
+    /// Whether an interface turned any back.
+    pub any_turned_back: bool,
     /// The largest distance of a middle's landing from the mean of its edge's ends \[texels\], over
     /// edges of one family.
     pub bend: f64,
@@ -100,6 +104,7 @@ impl<const N: usize> Look<N> {
             one_family: true,
             families: 1,
             any_landed: false,
+            any_turned_back: false,
             bend: 0.0,
             weight_bend: 0.0,
             low: DVec2::INFINITY,
@@ -110,6 +115,7 @@ impl<const N: usize> Look<N> {
         for node in corners.iter().chain(middles) {
             look.one_family &= node.family == family;
             look.emitted = look.emitted.max(node.emitted);
+            look.any_turned_back |= node.turned_back;
             if let Some(at) = node.landing {
                 look.any_landed = true;
                 look.low = look.low.min(at);

@@ -279,7 +279,12 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
         if cell.level >= MAX_LEVEL || flux <= self.unguarded {
             return true;
         }
-        if !look.one_family || look.any_landed && flux > self.tolerance * MOST_TOLERANCES {
+        // Light may get through at an angle that no node came at: the guard knows of surfaces only.
+        let may_get_through = look.any_turned_back && !look.any_landed;
+        if !look.one_family
+            || may_get_through
+            || look.any_landed && flux > self.tolerance * MOST_TOLERANCES
+        {
             return false;
         }
         if !cell.clearance.all {
@@ -514,6 +519,7 @@ fn node<const N: usize>(
             End::Landed(landing) => Some(landing),
             _ => None,
         },
+        turned_back: path.end == End::TurnedBack,
         weight: path.throughput * path.emitted,
         emitted: path.emitted * strength,
         family: path.family,

@@ -219,7 +219,7 @@ fn follow<const N: usize>(
             }
         }
         End::Escaped => end.at = ray.at(way_out(follower.scene(), ray.origin)),
-        End::Stopped => {}
+        End::Stopped | End::TurnedBack => {}
     }
     Some(path)
 }

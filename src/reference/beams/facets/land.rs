@@ -127,6 +127,7 @@ pub(super) fn node<const N: usize>(
     Some(Node {
         at: light.at,
         landing: Some(landing),
+        turned_back: false,
         weight: light.throughput * Flux::of(strength * factor) * light.emitted,
         emitted: light.emitted * strength.mean(),
         family: light.state,
