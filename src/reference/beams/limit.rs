@@ -12,7 +12,6 @@ use crate::reference::Progress;
 /// than there are will be noticed at the latest when it is done.
 pub struct Limit<'a> {
     progress: &'a Progress,
-    start: Instant,
     /// `None`: without end, or too far away to be told.
     deadline: Option<Instant>,
     most_rays: Option<u64>,
@@ -25,7 +24,6 @@ impl<'a> Limit<'a> {
         let start = Instant::now();
         Self {
             progress,
-            start,
             deadline: budget.time.and_then(|time| start.checked_add(time)),
             most_rays: budget.rays,
             rays: AtomicU64::new(0),
@@ -49,11 +47,6 @@ impl<'a> Limit<'a> {
     /// Rays searched for so far.
     pub fn rays(&self) -> u64 {
         self.rays.load(Ordering::Relaxed)
-    }
-
-    /// Since the start.
-    pub fn elapsed(&self) -> Duration {
-        self.start.elapsed()
     }
 
     /// How many times as much as a piece of work that took `time` and `rays` can still be done.

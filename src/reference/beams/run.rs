@@ -1,5 +1,7 @@
 //! Passes with smaller and smaller tolerances, until the budget is used.
 
+use std::time::Instant;
+
 use super::average::{Average, Sums};
 use super::finish;
 use super::lamps::Lamps;
@@ -262,7 +264,7 @@ impl<'a> Setup<'a> {
         let (mut said_before, mut calibration) = (0.0, 1.0);
         let mut fineness = Fineness::first(target, limited);
         while !followed.is_empty() {
-            let before_pass = (limit.elapsed(), limit.rays());
+            let (began, rays_before) = (Instant::now(), limit.rays());
             let Some((mut pass, work)) = self.pass(followed, fineness, &limit)? else {
                 break;
             };
@@ -286,10 +288,7 @@ impl<'a> Setup<'a> {
             let errors = pass.errors;
             self.progress.set_relative_error(errors.map(Errors::both));
             best = Some(pass);
-            let affordable = limit.affordable(
-                limit.elapsed() - before_pass.0,
-                limit.rays() - before_pass.1,
-            );
+            let affordable = limit.affordable(began.elapsed(), limit.rays() - rays_before);
             let next = errors
                 .and_then(|errors| fineness.next(errors, target, !self.lamps.is_empty()))
                 .and_then(|next| fineness.towards(next, affordable));

@@ -68,9 +68,9 @@ pub fn survey(
             .flat_map(|roots| places_on(scene, source, roots, a_shape))
             .collect::<Vec<_>>()
             .into_par_iter()
-            .map(|place| Seen::new(place, &look))
+            .map(|place| Seen::new(place, look))
             .collect();
-        let between = look_between(&seen, places, &look);
+        let between = look_between(&seen, places, look);
         let strength = source.strength().mean();
         // Sums of few values in a fixed order: the same on any threads.
         for sight in seen.iter().chain(&between).flat_map(|seen| &seen.sights) {
@@ -122,11 +122,7 @@ fn look_between(
     look: impl Fn(&Place) -> Vec<Sight> + Sync,
 ) -> Vec<Seen> {
     let mut found: Vec<Seen> = Vec::new();
-    // Indices into both, one after the other.
-    fn at<'a>(index: usize, seen: &'a [Seen], found: &'a [Seen]) -> &'a Seen {
-        seen.get(index)
-            .unwrap_or_else(|| &found[index - seen.len()])
-    }
+    // Indices count through both, one after the other.
     let mut pairs: Vec<[usize; 2]> = (1..seen.len()).map(|index| [index - 1, index]).collect();
     for _ in 0..LEVELS_BETWEEN {
         pairs.retain(|[a, b]| {
@@ -159,6 +155,13 @@ fn look_between(
         }
     }
     found
+}
+
+/// The element of two slices, counted through both.
+fn at<'a>(index: usize, first: &'a [Seen], second: &'a [Seen]) -> &'a Seen {
+    first
+        .get(index)
+        .unwrap_or_else(|| &second[index - first.len()])
 }
 
 /// The paths from one place that land.
