@@ -21,8 +21,8 @@ pub struct Choice {
 ///
 /// Where the sensor is one that the method does not fill.
 pub fn choose(args: &RenderArgs, scene: &Scene, sensor: &Sensor) -> anyhow::Result<Choice> {
-    let beams_can = beams::run::supports(scene);
-    let draws_lots = !beams::run::is_deterministic(scene);
+    let beams_can = beams::supports(scene);
+    let draws_lots = !beams::is_deterministic(scene);
     let of_photons = args.of_photons_only();
     let of_chance = args.of_chance();
     // Photons do not fill cameras.

@@ -8,7 +8,8 @@
 //! [`SignatureReport`]: super::pass::SignatureReport
 
 use super::average::Average;
-use super::run::{LampReport, Pass};
+use super::report::LampReport;
+use super::run::Pass;
 use super::target::Target;
 use crate::geometry::TraversalCounters;
 use crate::numeric::distributions::critical_value;

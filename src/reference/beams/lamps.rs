@@ -5,8 +5,8 @@
 //! scrambled Sobol' sequence. Replicates are scrambled independently; their scatter is the error of
 //! their mean (Owen 1997, *Scrambled net variance for integrals of smooth functions*).
 
+use super::error::BeamError;
 use super::pass::Light;
-use super::run::BeamError;
 use crate::numeric::{Stream, StreamKind};
 use crate::radiometry::Rgb;
 use crate::scene::{Emitter, Scene};

@@ -8,11 +8,11 @@ use rayon::prelude::*;
 
 use super::average::Sums;
 use super::bars::bounded;
+use super::error::BeamError;
 use super::facets::{FacetRefiner, part_roots};
 use super::film::BeamFilm;
 use super::limit::Limit;
 use super::refine::{Balance, Limits, Refiner, Scratch};
-use super::run::BeamError;
 use super::target::Target;
 use crate::geometry::TraversalCounters;
 use crate::numeric::FixedPoint;

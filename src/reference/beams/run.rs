@@ -3,103 +3,25 @@
 use std::time::Instant;
 
 use super::average::{Average, Sums};
+use super::error::{BeamError, supports};
 use super::finish;
 use super::lamps::Lamps;
 use super::limit::Limit;
 use super::pass::{Light, PassLayer, Passes, SignatureReport};
 use super::refine::Limits;
+use super::report::{BeamReport, LampReport};
 use super::schedule::{Errors, Fineness};
 use super::settings::{BeamBudget, BeamSettings};
 use super::survey::{Found, survey};
 use super::target::Target;
 use crate::geometry::TraversalCounters;
 use crate::reference::{Estimate, Progress};
-use crate::scene::{Emitter, Scene, Sensor};
-use crate::transport::camera::CameraError;
+use crate::scene::{Scene, Sensor};
 use crate::transport::direct::{Direct, direct};
-use crate::transport::domain::surface::{LightSurface, MAX_TRIANGLES};
 use crate::transport::facets::table::Facets;
 use crate::transport::first_surface::{Source, roots};
 use crate::transport::guard::Guard;
-use crate::transport::receiver::ReceiverError;
 use crate::transport::signature::{MAX_EVENTS, Signature};
-
-/// Why beams cannot be used.
-#[derive(Debug, thiserror::Error)]
-pub enum BeamError {
-    /// The sensor cannot receive.
-    #[error(transparent)]
-    Receiver(#[from] ReceiverError),
-    /// The sensor cannot be connected to.
-    #[error(transparent)]
-    Camera(#[from] CameraError),
-    /// An area light whose surface light cannot start from.
-    #[error(
-        "emitter {index} shines from shape \"{id}\": light can start from rectangles, discs, balls \
-         that shine outward, and meshes of up to {MAX_TRIANGLES} triangles"
-    )]
-    LampShape {
-        /// Which, in the file's order, from 0.
-        index: usize,
-        /// The shape's id.
-        id: String,
-    },
-    /// A surface that light both passes and meets.
-    #[error(
-        "beams cannot tell light past the half open mask \"{id}\" from light by what it holds: use photons"
-    )]
-    Mask {
-        /// The shape's id.
-        id: String,
-    },
-    /// A setting outside its range.
-    #[error("{name} is {value}; {allowed} are allowed")]
-    Setting {
-        /// The setting.
-        name: &'static str,
-        /// Its value.
-        value: String,
-        /// What it may be.
-        allowed: String,
-    },
-    /// A deposit or a sum left its integer.
-    #[error("a texel's flux is not representable: NaN, infinite, or far beyond the emitters' flux")]
-    NotRepresentable,
-}
-
-/// What is to be known of a run beside its estimate.
-#[derive(Clone, Debug, Default, serde::Serialize)]
-pub struct BeamReport {
-    /// One entry a signature followed, the brightest first.
-    pub signatures: Vec<SignatureReport>,
-    /// Passes made; the last one is the result.
-    pub passes: u32,
-    /// Misplaced flux that a cell of the last pass may have, relative to the flux on the film.
-    pub relative_tolerance: f64,
-    /// Flux \[W\] of signatures too dim to be followed, by the survey; in no layer and no bar.
-    pub not_followed: f64,
-    /// What there is to know of area lights, where the scene has any.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub lamps: Option<LampReport>,
-}
-
-/// How area lights were sampled in the last pass.
-#[derive(Clone, Copy, Debug, Default, serde::Serialize)]
-pub struct LampReport {
-    /// Places on each light, in each replicate.
-    pub points: u64,
-    /// Independent randomisations.
-    pub replicates: u32,
-    /// The two-sided confidence with which bounds hold, as far as they are random.
-    pub confidence: f64,
-    /// Standard errors by which bounds were widened for it: Student's t with replicates − 1 degrees of
-    /// freedom.
-    pub standard_errors: f64,
-    /// The part of the relative error that the division into cells is likely to have.
-    pub deterministic_error: f64,
-    /// The part that choosing places by lot has: one standard error.
-    pub random_error: f64,
-}
 
 /// Signatures below this part of the error asked for, of all flux, are not followed.
 const LEAST_SHARE: f64 = 1e-3;
@@ -466,45 +388,6 @@ impl<'a> Setup<'a> {
             });
         }
     }
-}
-
-/// Whether beams can follow all light of a scene.
-///
-/// # Errors
-///
-/// Names what they cannot follow.
-pub fn supports(scene: &Scene) -> Result<(), BeamError> {
-    for (index, emitter) in scene.emitters().iter().enumerate() {
-        if let Emitter::Area { shape, .. } = emitter
-            && !emitter.strength().is_black()
-            && LightSurface::new(&scene.world().shapes()[shape.0 as usize]).is_none()
-        {
-            return Err(BeamError::LampShape {
-                index,
-                id: scene.objects()[shape.0 as usize].id.clone(),
-            });
-        }
-    }
-    for (index, object) in scene.objects().iter().enumerate() {
-        if scene
-            .material_of(index as u32)
-            .is_partly_passed(scene.materials())
-        {
-            return Err(BeamError::Mask {
-                id: object.id.clone(),
-            });
-        }
-    }
-    Ok(())
-}
-
-/// Whether beams need no lot for any light of a scene: none shines from a surface. Where they do,
-/// photons may be sooner at the same error.
-pub fn is_deterministic(scene: &Scene) -> bool {
-    scene
-        .emitters()
-        .iter()
-        .all(|emitter| !matches!(emitter, Emitter::Area { .. }) || emitter.strength().is_black())
 }
 
 /// Measures what falls on a sensor.

@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-use super::run::BeamError;
+use super::error::BeamError;
 use crate::geometry::TraversalCounters;
 use crate::reference::Quantity;
 use crate::scene::{Scene, Sensor, SensorKind};

@@ -1,9 +1,16 @@
 //! Dividing cells until their light is placed well enough.
 
+mod balance;
+mod border;
+mod limits;
+
+pub use balance::Balance;
+pub use limits::Limits;
+
 use glam::DVec2;
 
 use super::cell::{Cell, Look, Node};
-use super::cut::{self, CUT_ERROR, Piece};
+use super::cut::{self, Piece};
 use super::deposit::{Levels, Patch, deposit_points, deposit_slack, slack_boxes, texels_of};
 use super::film::BeamFilm;
 use super::limit::Limit;
@@ -21,17 +28,6 @@ const MAX_LEVEL: u32 = 32;
 /// much. At an error of 0.1 % this asks for some thousands of cells at least.
 const MOST_TOLERANCES: f64 = 4096.0;
 
-/// A cell with more tolerances of flux than this is taken for one family only if nothing can be in
-/// the way of any of its legs, as its [guard](crate::transport::guard) knows; a smaller one hides no
-/// more than a part of this.
-const UNGUARDED_TOLERANCES: f64 = 8.0;
-
-/// ... and with no more than this part of its signature's flux, ...
-const LARGE_PART: f64 = 1.0 / 128.0;
-
-/// ... unless the signature is so faint that this would take too many cells.
-const LEAST_UNGUARDED: f64 = 1.0 / 4096.0;
-
 /// A border may have a corner inside a cell, that neither fineness shows: this part of a cut cell
 /// always counts as slack.
 const CORNER: f64 = 1.0 / 64.0;
@@ -48,47 +44,6 @@ const LEAST_IN_CONE: f64 = 1.0 / 256.0;
 
 /// Cells between two looks at the limit: some milliseconds' work.
 const PATIENCE: u32 = 256;
-
-/// Where the light of the cells went.
-#[derive(Clone, Copy, Debug)]
-pub struct Balance<const N: usize> {
-    /// Light that set out towards the cells' surface \[W\], all signatures together, mean of channels.
-    pub emitted: f64,
-    /// On the film \[W\].
-    pub received: Flux<N>,
-    /// Cells finished.
-    pub cells: u64,
-    /// ... of which crossed by a border between families.
-    pub cut_cells: u64,
-    /// ... and of which no border could be found.
-    pub unresolved_cells: u64,
-    /// The flux that may be elsewhere because of borders \[W\].
-    pub slack: Flux<N>,
-}
-
-impl<const N: usize> Default for Balance<N> {
-    fn default() -> Self {
-        Self {
-            emitted: 0.0,
-            received: Flux::BLACK,
-            cells: 0,
-            cut_cells: 0,
-            unresolved_cells: 0,
-            slack: Flux::BLACK,
-        }
-    }
-}
-
-impl<const N: usize> std::ops::AddAssign for Balance<N> {
-    fn add_assign(&mut self, other: Self) {
-        self.emitted += other.emitted;
-        self.received += other.received;
-        self.cells += other.cells;
-        self.cut_cells += other.cut_cells;
-        self.unresolved_cells += other.unresolved_cells;
-        self.slack += other.slack;
-    }
-}
 
 /// Memory that a refiner works in; worth keeping for the next one of the same source and signature.
 pub struct Scratch<const N: usize> {
@@ -138,27 +93,6 @@ pub struct Refiner<'a, 'f, const N: usize> {
     tolerance: f64,
     /// What was found so far.
     pub balance: Balance<N>,
-}
-
-/// How finely cells are divided.
-#[derive(Clone, Copy, Debug)]
-pub struct Limits {
-    /// Misplaced flux that a cell may have \[W\].
-    pub tolerance: f64,
-    /// About what the signature brings in all \[W\]: a cell that may hide a good part of it is no
-    /// small one, whatever the tolerance.
-    pub flux: f64,
-    /// The most that a path of the signature delivers of what sets out, as a survey saw it: what
-    /// may be hidden between dark nodes is at most twice that.
-    pub peak: f64,
-}
-
-impl Limits {
-    /// Flux \[W\] up to which a cell need not be guarded.
-    fn unguarded(&self) -> f64 {
-        let most = self.tolerance * UNGUARDED_TOLERANCES;
-        (self.flux * LARGE_PART).clamp(most * LEAST_UNGUARDED, most)
-    }
 }
 
 /// A cell ready for the film.
@@ -389,88 +323,6 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
         (is_last || widened <= self.tolerance).then_some(finished)
     }
 
-    /// Whether light that lands is found on the way between two nodes of different families of a
-    /// cell, none of whose nodes landed: light of one more reflection than on this side of a border and of one less
-    /// than on the other may be a sliver between.
-    fn may_hide_sliver(&mut self, chart: &Chart, cell: &Cell<N>, middles: &[Node<N>; 3]) -> bool {
-        let Self {
-            follower,
-            scratch: Scratch { borders, .. },
-            strength,
-            ..
-        } = self;
-        let in_sight = cell.clearance.is_in_sight();
-        let mut follow =
-            |at| borders.get(chart, at, || node(follower, *strength, chart, at, in_sight));
-        let [a, b, c] = &cell.corners;
-        let [bc, ca, ab] = middles;
-        [[a, ab], [ab, b], [b, bc], [bc, c], [c, ca], [ca, a]]
-            .iter()
-            .any(|[from, to]| cut::lands_between(from, to, &mut follow))
-    }
-
-    /// Cuts a cell that holds more than one family, at both finenesses.
-    fn cut(
-        &mut self,
-        chart: &Chart,
-        cell: &Cell<N>,
-        middles: &[Node<N>; 3],
-        finished: &mut Finished<N>,
-    ) {
-        finished.is_cut = true;
-        let Self {
-            follower,
-            scratch:
-                Scratch {
-                    fine,
-                    coarse,
-                    borders,
-                    ..
-                },
-            strength,
-            ..
-        } = self;
-        let area = cell.area();
-        let in_sight = cell.clearance.is_in_sight();
-        let mut follow =
-            |at| borders.get(chart, at, || node(follower, *strength, chart, at, in_sight));
-        let mut unresolved = 0.0;
-        for (quarter, failed) in cell.quarters(middles).iter().zip(&mut finished.failed) {
-            if let Some(pieces) = cut::cut(&quarter.corners, &mut follow) {
-                fine.extend(pieces.iter());
-            } else {
-                *failed = true;
-                unresolved += 0.25 * area;
-            }
-        }
-        let flux = |pieces: &mut dyn Iterator<Item = &Piece<N>>| -> f64 {
-            pieces.map(|piece| piece.area * mean_weight(piece)).sum()
-        };
-        let fine_flux = flux(&mut fine.iter());
-        let mut bent = look_flux(&finished.look) * area;
-        if unresolved == 0.0 {
-            if let Some(pieces) = cut::cut(&cell.corners, &mut follow) {
-                coarse.extend(pieces.iter());
-                let coarse_flux = flux(&mut coarse.iter());
-                bent =
-                    (fine_flux - coarse_flux).abs() + CUT_ERROR * look_flux(&finished.look) * area;
-            } else {
-                // No coarse answer to compare with: half of the cell may be on the wrong side.
-                bent *= 0.5;
-            }
-        } else {
-            bent = look_flux(&finished.look) * unresolved;
-        }
-        if coarse.is_empty() {
-            // Nothing to extrapolate from: the fine pieces stand for both.
-            coarse.extend_from_slice(fine);
-        }
-        let largest = look_flux(&finished.look);
-        if largest > 0.0 {
-            finished.slack = finished.look.weight * (bent / largest);
-        }
-    }
-
     fn finish(&mut self, cell: &Cell<N>, middles: &[Node<N>; 3], finished: &Finished<N>) {
         let balance = &mut self.balance;
         let look = &finished.look;
@@ -528,11 +380,6 @@ fn node<const N: usize>(
 
 fn look_flux<const N: usize>(look: &Look<N>) -> f64 {
     look.weight.max_magnitude()
-}
-
-fn mean_weight<const N: usize>(piece: &Piece<N>) -> f64 {
-    let [a, b, c] = piece.corners.each_ref().map(|node| node.weight);
-    (a + b + c).max_magnitude() / 3.0
 }
 
 /// The part of a cell's flux that an affine map may put into wrong texels, for a unit of area.

@@ -1,0 +1,100 @@
+//! Cells that a border between families crosses.
+
+use super::{Finished, Refiner, Scratch, look_flux, node};
+use crate::reference::beams::cell::{Cell, Node};
+use crate::reference::beams::cut::{self, CUT_ERROR, Piece};
+use crate::transport::first_surface::Chart;
+
+impl<const N: usize> Refiner<'_, '_, N> {
+    /// Whether light that lands is found on the way between two nodes of different families of a
+    /// cell, none of whose nodes landed: light of one more reflection than on this side of a border and of one less
+    /// than on the other may be a sliver between.
+    pub(super) fn may_hide_sliver(
+        &mut self,
+        chart: &Chart,
+        cell: &Cell<N>,
+        middles: &[Node<N>; 3],
+    ) -> bool {
+        let Self {
+            follower,
+            scratch: Scratch { borders, .. },
+            strength,
+            ..
+        } = self;
+        let in_sight = cell.clearance.is_in_sight();
+        let mut follow =
+            |at| borders.get(chart, at, || node(follower, *strength, chart, at, in_sight));
+        let [a, b, c] = &cell.corners;
+        let [bc, ca, ab] = middles;
+        [[a, ab], [ab, b], [b, bc], [bc, c], [c, ca], [ca, a]]
+            .iter()
+            .any(|[from, to]| cut::lands_between(from, to, &mut follow))
+    }
+
+    /// Cuts a cell that holds more than one family, at both finenesses.
+    pub(super) fn cut(
+        &mut self,
+        chart: &Chart,
+        cell: &Cell<N>,
+        middles: &[Node<N>; 3],
+        finished: &mut Finished<N>,
+    ) {
+        finished.is_cut = true;
+        let Self {
+            follower,
+            scratch:
+                Scratch {
+                    fine,
+                    coarse,
+                    borders,
+                    ..
+                },
+            strength,
+            ..
+        } = self;
+        let area = cell.area();
+        let in_sight = cell.clearance.is_in_sight();
+        let mut follow =
+            |at| borders.get(chart, at, || node(follower, *strength, chart, at, in_sight));
+        let mut unresolved = 0.0;
+        for (quarter, failed) in cell.quarters(middles).iter().zip(&mut finished.failed) {
+            if let Some(pieces) = cut::cut(&quarter.corners, &mut follow) {
+                fine.extend(pieces.iter());
+            } else {
+                *failed = true;
+                unresolved += 0.25 * area;
+            }
+        }
+        let flux = |pieces: &mut dyn Iterator<Item = &Piece<N>>| -> f64 {
+            pieces.map(|piece| piece.area * mean_weight(piece)).sum()
+        };
+        let fine_flux = flux(&mut fine.iter());
+        let mut bent = look_flux(&finished.look) * area;
+        if unresolved == 0.0 {
+            if let Some(pieces) = cut::cut(&cell.corners, &mut follow) {
+                coarse.extend(pieces.iter());
+                let coarse_flux = flux(&mut coarse.iter());
+                bent =
+                    (fine_flux - coarse_flux).abs() + CUT_ERROR * look_flux(&finished.look) * area;
+            } else {
+                // No coarse answer to compare with: half of the cell may be on the wrong side.
+                bent *= 0.5;
+            }
+        } else {
+            bent = look_flux(&finished.look) * unresolved;
+        }
+        if coarse.is_empty() {
+            // Nothing to extrapolate from: the fine pieces stand for both.
+            coarse.extend_from_slice(fine);
+        }
+        let largest = look_flux(&finished.look);
+        if largest > 0.0 {
+            finished.slack = finished.look.weight * (bent / largest);
+        }
+    }
+}
+
+fn mean_weight<const N: usize>(piece: &Piece<N>) -> f64 {
+    let [a, b, c] = piece.corners.each_ref().map(|node| node.weight);
+    (a + b + c).max_magnitude() / 3.0
+}
