@@ -14,7 +14,7 @@ use super::scatter::{Branch, Meeting, ShadingNormals, Way};
 use super::screen::Screen;
 use super::signature::{Event, Signature};
 use crate::geometry::{Hit, Ray, Shape, SurfacePoint, TraversalCounters};
-use crate::scene::Scene;
+use crate::scene::{Material, Scene};
 
 /// How a prescribed path ended.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -163,8 +163,8 @@ impl<'a, const N: usize> PathFollower<'a, N> {
                 self.shading_normals,
             );
             let Some((share, branch)) = left else {
-                let materials = self.scene.materials();
-                let end = if self.scene.material_of(shape).is_specular(materials) {
+                let is_glass = matches!(self.scene.material_of(shape), Material::Dielectric { .. });
+                let end = if is_glass {
                     End::TurnedBack
                 } else {
                     End::Stopped
