@@ -16,7 +16,7 @@ use nephroid::mitsuba;
 use nephroid::numeric::{Stream, StreamKind};
 use nephroid::scene::Scene;
 use nephroid::transport::first_surface::{Chart, Root, Source, roots};
-use nephroid::transport::guard::{Clearance, Guard};
+use nephroid::transport::guard::{Clearance, Guard, Trail};
 use nephroid::transport::prescribed::{End, PathFollower};
 use nephroid::transport::receiver::Receiver;
 use nephroid::transport::scatter::ShadingNormals;
@@ -189,7 +189,10 @@ fn try_cells(name: &str, scene: &Scene, signatures: &[&str], descents: u32) -> F
                 let mut known = Clearance::default();
                 for _ in 0..LEVELS {
                     let places = nodes(corners);
-                    known = guard.clear(&mut follower, &root.chart, &places, known);
+                    let sees = known.is_in_sight();
+                    let trails =
+                        places.map(|at| Trail::follow(&mut follower, &root.chart, at, sees));
+                    known = guard.clear(&mut follower, &root.chart, &trails, known);
                     let ways = places.map(|at| way(scene, &mut follower, &root.chart, at));
                     let one = ways.iter().all(|way| way.family == ways[0].family);
                     found.cells += 1;
@@ -399,9 +402,10 @@ fn roots_clear(name: &str, scene: &Scene, signature: &str) -> f64 {
     let clear = roots
         .iter()
         .filter(|root| {
-            let none = Clearance::default();
+            let trails =
+                nodes(root.corners).map(|at| Trail::follow(&mut follower, &root.chart, at, false));
             guard
-                .clear(&mut follower, &root.chart, &nodes(root.corners), none)
+                .clear(&mut follower, &root.chart, &trails, Clearance::default())
                 .all
         })
         .count();

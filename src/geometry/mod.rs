@@ -21,7 +21,7 @@ pub use bounds::Bounds;
 pub use frame::Frame;
 pub use hull::{Hull, bulge, longest, range};
 pub use local::Element;
-pub use mesh::{Finding, Mesh, MeshBorder, MeshDiagnostics, MeshError, MeshParts};
+pub use mesh::{Finding, Mesh, MeshBorder, MeshDiagnostics, MeshError, MeshParts, VertexFans};
 pub use ray::Ray;
 pub use shape::{Cylinder, Disk, Rectangle, Shape, ShapeError, Sphere};
 pub use surface::{Hit, SurfacePoint};

@@ -3,6 +3,7 @@
 pub mod distributions;
 pub mod exact_sum;
 pub mod fixed_point;
+mod morton;
 pub mod quadrature;
 mod sobol;
 pub mod statistics;
@@ -11,5 +12,6 @@ pub(crate) mod wide;
 
 pub use exact_sum::ExactSum;
 pub use fixed_point::{FixedPoint, FixedPointError};
+pub use morton::morton_code;
 pub use statistics::Moments;
 pub use streams::{Extras, Stream, StreamKind};

@@ -93,6 +93,13 @@ impl<'a, const N: usize> PathFollower<'a, N> {
         Some((place, self.source.arrive(place.point.position)?))
     }
 
+    /// The light that sets out towards a place of a chart, as [`PathEnd::emitted`].
+    #[inline]
+    pub fn emitted(&self, chart: &Chart, at: DVec2) -> f64 {
+        self.start(chart, at)
+            .map_or(0.0, |(place, arrival)| emitted(&place, &arrival))
+    }
+
     /// What it falls on.
     pub fn screen(&self) -> &'a Screen<'a> {
         self.screen
@@ -140,12 +147,12 @@ impl<'a, const N: usize> PathFollower<'a, N> {
         if arrival.density == 0.0 {
             return dark(End::Hidden, emitted, &family);
         }
-        family.pass(self.scene, chart.shape(), face_of(chart), facing > 0.0);
+        family.pass(self.scene, chart.shape(), chart.face(), facing > 0.0);
         let mut throughput = Flux::WHITE;
         let first = Hit {
             distance: arrival.distance,
             shape: chart.shape(),
-            face: face_of(chart),
+            face: chart.face(),
             barycentric: at,
         };
         leg(&arrival.ray, Some(&first));
@@ -302,7 +309,7 @@ impl<'a, const N: usize> PathFollower<'a, N> {
                     || hit.shape == own
                         && (convex
                             || hit.distance > own_near
-                            || hit.face == face_of(chart) && is_mesh(scene, own)))
+                            || hit.face == chart.face() && is_mesh(scene, own)))
             },
             &mut self.counters,
         )
@@ -355,13 +362,6 @@ pub(super) fn leave<const N: usize>(
         .then(|| meeting.branch(way))
         .flatten()
         .map(|branch| (share, branch))
-}
-
-fn face_of(chart: &Chart) -> u32 {
-    match *chart {
-        Chart::Face { face, .. } => face,
-        _ => 0,
-    }
 }
 
 fn is_mesh(scene: &Scene, shape: u32) -> bool {

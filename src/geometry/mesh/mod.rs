@@ -3,12 +3,15 @@
 mod border;
 mod colors;
 mod diagnostics;
+mod fans;
 mod hash;
 mod local;
 mod normals;
 mod weld;
 
 use glam::{DVec2, DVec3};
+
+use crate::numeric::morton_code;
 
 use super::{
     Bounds, Hit, Ray, SurfacePoint,
@@ -17,6 +20,7 @@ use super::{
 
 pub use border::MeshBorder;
 pub use diagnostics::{Finding, MeshDiagnostics};
+pub use fans::VertexFans;
 
 /// What a mesh file or generator gives; world space.
 #[derive(Clone, Debug, Default)]
@@ -266,6 +270,23 @@ impl Mesh {
     /// The edges at which the surface ends.
     pub fn border(&self) -> MeshBorder {
         MeshBorder::new(self)
+    }
+
+    /// All faces along the Morton curve through their middles: near ones mostly near each other.
+    pub fn faces_by_place(&self) -> Vec<u32> {
+        let size = self.bounds.max - self.bounds.min;
+        let place = |face: u32| {
+            let [a, b, c] = self.corners(face);
+            morton_code(((a + b + c) / 3.0 - self.bounds.min) / size)
+        };
+        let mut faces: Vec<u32> = (0..self.triangles.len() as u32).collect();
+        faces.sort_by_cached_key(|&face| (place(face), face));
+        faces
+    }
+
+    /// The faces round each vertex.
+    pub fn vertex_fans(&self) -> VertexFans {
+        VertexFans::new(self)
     }
 
     /// For each vertex the first one at exactly the same position.

@@ -32,9 +32,9 @@ const ROUNDING: f64 = 1e-11;
 
 /// The likely error is this part of |q|, root mean square over texels, where the bar is to be sure
 /// of each.
-const LIKELY: f64 = 0.5;
+const LIKELY: f64 = 0.25;
 /// ... and this part of s, spread over the texels that it may be on.
-const LIKELY_SLACK: f64 = 0.25;
+const LIKELY_SLACK: f64 = 0.125;
 
 /// One signature's flux, texel by texel \[W\].
 pub struct BoundedFlux<const N: usize> {

@@ -21,20 +21,21 @@ use crate::reference::Progress;
 use crate::scene::{Scene, is_achromatic};
 use crate::transport::facets::path::FacetPaths;
 use crate::transport::facets::table::Facets;
-use crate::transport::first_surface::{Cone, Root, Source, roots};
+use crate::transport::first_surface::{Cone, Root, SharedPlaces, Source, roots};
 use crate::transport::flux::Flux;
 use crate::transport::guard::Guard;
 use crate::transport::prescribed::PathFollower;
 use crate::transport::scatter::ShadingNormals;
 use crate::transport::signature::Signature;
 
-/// Roots of one task.
-const TASK_ROOTS: usize = 16;
+/// Roots of one task: few enough for some hundred tasks, but of many roots so many that neighbours, which
+/// share paths, are mostly of one task.
+const TASK_ROOTS: std::ops::RangeInclusive<usize> = 16..=512;
+/// See [`TASK_ROOTS`].
+const TASKS: usize = 128;
 
-/// ... where there are at least as many sources as this, which make tasks enough.
+/// Where there are at least as many sources as this, they make tasks enough.
 const MANY_SOURCES: usize = 16;
-/// See [`MANY_SOURCES`].
-const LARGE_TASK_ROOTS: usize = 512;
 
 /// A source and the light space over its first surfaces.
 #[derive(Clone, Debug)]
@@ -70,6 +71,8 @@ pub struct Passes<'a> {
     pub target: &'a Target,
     /// What may be in the way of light.
     pub guard: &'a Guard<'a>,
+    /// Places that faces of smooth meshes share.
+    pub shared: &'a SharedPlaces<'a>,
     /// Flat faces.
     pub facets: &'a Facets,
     /// What interpolated normals do to flux.
@@ -171,14 +174,14 @@ impl Passes<'_> {
         let scale =
             FixedPoint::for_total(64.0 * self.flux).map_err(|_| BeamError::NotRepresentable)?;
         let film = BeamFilm::<N>::new(self.target.size(), scale);
-        let task = if lights.len() < MANY_SOURCES {
-            TASK_ROOTS
+        let tasks = if lights.len() < MANY_SOURCES {
+            TASKS
         } else {
-            LARGE_TASK_ROOTS
+            1
         };
         let done: Vec<Vec<Done<N>>> = lights
             .par_iter()
-            .map(|light| self.light(light, signature, limits, task, &film))
+            .map(|light| self.light(light, signature, limits, tasks, &film))
             .collect();
         let mut total = Balance::<N>::default();
         // In the order of the roots: floats are summed the same on any threads.
@@ -214,13 +217,13 @@ impl Passes<'_> {
         }))
     }
 
-    /// One source's light, in tasks of some roots.
+    /// One source's light, in about so many tasks of some roots.
     fn light<const N: usize>(
         &self,
         light: &Light,
         signature: Signature,
         limits: Limits,
-        task: usize,
+        tasks: usize,
         film: &BeamFilm<N>,
     ) -> Vec<Done<N>> {
         // Memory to work in, handed from task to task.
@@ -238,7 +241,7 @@ impl Passes<'_> {
                 return None;
             }
             let held = idle.lock().ok().and_then(|mut idle| idle.pop());
-            let mut scratch = held.unwrap_or_default();
+            let mut scratch = held.unwrap_or_else(|| Scratch::new(signature.len()));
             let follower = PathFollower::new(
                 self.scene,
                 &light.source,
@@ -246,8 +249,15 @@ impl Passes<'_> {
                 signature,
                 self.shading_normals,
             );
-            let mut refiner =
-                Refiner::new(follower, film, self.guard, self.limit, limits, &mut scratch);
+            let mut refiner = Refiner::new(
+                follower,
+                self.shared,
+                film,
+                self.guard,
+                self.limit,
+                limits,
+                &mut scratch,
+            );
             let (mut balance, mut counters) = work(&mut refiner);
             if refiner.was_stopped() {
                 return None;
@@ -269,7 +279,8 @@ impl Passes<'_> {
             Some(_) => (Vec::new(), roots.into_owned()),
             None => part_roots(self.facets, &roots),
         };
-        let by_cells = roots.par_chunks(task).map(|roots| {
+        let task = |roots: usize| (roots / tasks).clamp(*TASK_ROOTS.start(), *TASK_ROOTS.end());
+        let by_cells = roots.par_chunks(task(roots.len())).map(|roots| {
             refined(roots.len(), &|refiner| {
                 for root in roots {
                     refiner.refine(root);
@@ -277,7 +288,7 @@ impl Passes<'_> {
                 Work::default()
             })
         });
-        let by_facets = flat.par_chunks(task).map(|facets| {
+        let by_facets = flat.par_chunks(task(flat.len())).map(|facets| {
             refined(facets.len(), &|refiner| {
                 let tolerance = limits.tolerance;
                 let mut polygons = FacetRefiner::new(&paths, &screen, self.guard, film, tolerance);

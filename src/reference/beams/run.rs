@@ -10,7 +10,7 @@ use super::limit::Limit;
 use super::pass::{Light, PassLayer, Passes, SignatureReport};
 use super::refine::Limits;
 use super::report::{BeamReport, LampReport};
-use super::schedule::{Errors, Fineness};
+use super::schedule::{DIVIDED_AGAIN, Errors, Fineness};
 use super::settings::{BeamBudget, BeamSettings};
 use super::survey::{Found, survey};
 use super::target::Target;
@@ -19,7 +19,7 @@ use crate::reference::{Estimate, Progress};
 use crate::scene::{Scene, Sensor};
 use crate::transport::direct::{Direct, direct};
 use crate::transport::facets::table::Facets;
-use crate::transport::first_surface::{Source, roots};
+use crate::transport::first_surface::{SharedPlaces, Source, roots};
 use crate::transport::guard::Guard;
 use crate::transport::signature::{MAX_EVENTS, Signature};
 
@@ -30,16 +30,15 @@ const LEAST_SHARE: f64 = 1e-3;
 const MOST_SIGNATURES: usize = 256;
 
 /// How much of what its own differences say the error of a pass may turn out to be, seen from the
-/// next pass: errors have been seen from a sixth of it to all, and may be more where a pass overlooked
-/// what the next one found.
-const CALIBRATION: std::ops::RangeInclusive<f64> = 0.17..=16.0;
+/// next pass: errors have been seen from a quarter of it to twice as much, and may be more where a pass
+/// overlooked what the next one found.
+const CALIBRATION: std::ops::RangeInclusive<f64> = 0.2..=16.0;
 
-/// Passes are compared where their tolerances are at least this far apart: misplaced flux falls
-/// like the fourth power of a cell's size, so that every cell has been divided once more.
-const CALIBRATION_STEP: f64 = 64.0;
+/// ... and how much of it the next pass is planned by as long as that is not known.
+const UNCALIBRATED: f64 = 0.6;
 
 /// The next pass, too, is a little off.
-const CALIBRATION_MARGIN: f64 = 1.5;
+const CALIBRATION_MARGIN: f64 = 1.2;
 
 /// A run, set up.
 pub struct Setup<'a> {
@@ -50,6 +49,7 @@ pub struct Setup<'a> {
     fixed: Vec<Light>,
     lamps: Lamps,
     guard: Guard<'a>,
+    shared: SharedPlaces<'a>,
     facets: Facets,
     /// The brightest first.
     signatures: Vec<(Signature, Found)>,
@@ -129,6 +129,7 @@ impl<'a> Setup<'a> {
             fixed,
             lamps,
             guard: Guard::new(scene),
+            shared: SharedPlaces::new(scene, settings.shading_normals),
             facets: Facets::new(scene),
             signatures,
             flux,
@@ -183,7 +184,7 @@ impl<'a> Setup<'a> {
         limit.spend(counters.rays);
         let limited = budget.time.is_some() || budget.rays.is_some();
         let mut best: Option<Pass> = None;
-        let (mut said_before, mut calibration) = (0.0, 1.0);
+        let (mut said_before, mut calibration) = (0.0, None);
         let mut fineness = Fineness::first(target, limited);
         while !followed.is_empty() {
             let (began, rays_before) = (Instant::now(), limit.rays());
@@ -195,24 +196,27 @@ impl<'a> Setup<'a> {
             let said = pass.errors.map_or(0.0, |errors| errors.deterministic);
             if let Some(before) = &best
                 && self.lamps.is_empty()
-                && before.fineness.tolerance >= CALIBRATION_STEP * fineness.tolerance
+                && before.fineness.tolerance >= DIVIDED_AGAIN * fineness.tolerance
                 && said_before > 0.0
             {
                 // What the pass before was really off by, against what it said, tells what this
                 // one's word is worth.
-                calibration = (CALIBRATION_MARGIN * self.distance(before, &pass) / said_before)
-                    .clamp(*CALIBRATION.start(), *CALIBRATION.end());
+                let found = CALIBRATION_MARGIN * self.distance(before, &pass) / said_before;
+                calibration = Some(found.clamp(*CALIBRATION.start(), *CALIBRATION.end()));
             }
             said_before = said;
             if let Some(errors) = &mut pass.errors {
-                errors.deterministic *= calibration;
+                errors.deterministic *= calibration.unwrap_or(1.0);
             }
             let errors = pass.errors;
             self.progress.set_relative_error(errors.map(Errors::both));
             best = Some(pass);
             let affordable = limit.affordable(began.elapsed(), limit.rays() - rays_before);
             let next = errors
-                .and_then(|errors| fineness.next(errors, target, !self.lamps.is_empty()))
+                .and_then(|errors| {
+                    let hope = calibration.map_or(UNCALIBRATED, |_| 1.0);
+                    fineness.next(errors, hope, target, !self.lamps.is_empty())
+                })
                 .and_then(|next| fineness.towards(next, affordable));
             let Some(next) = next else { break };
             fineness = next;
@@ -250,6 +254,7 @@ impl<'a> Setup<'a> {
             scene: self.scene,
             target: &self.target,
             guard: &self.guard,
+            shared: &self.shared,
             facets: &self.facets,
             shading_normals: self.settings.shading_normals,
             flux: self.flux,

@@ -37,6 +37,13 @@ const FINEST_FIRST: f64 = 1e-3;
 /// Work grows like the tolerance's power −1/2 where light is smooth, faster at borders.
 const WORK_ORDER: f64 = 0.55;
 
+/// Where tolerances are this far apart, every cell has been divided once more: misplaced flux falls like the
+/// fourth power of a cell's size. Such passes can be compared.
+pub const DIVIDED_AGAIN: f64 = 16.0;
+
+/// Where the error asked for is nearer than this, a small step is likely to do.
+const NEARLY_THERE: f64 = 1.6;
+
 /// A lamp is not divided into more places, in each replicate.
 const MOST_POINTS: u64 = 1 << 24;
 
@@ -70,21 +77,34 @@ impl Fineness {
     }
 
     /// The next pass, to get errors of this one down to `target`, or without one further down; `None`
-    /// where they are, or nothing is to be gained. `by_lot` where there are area lights.
-    pub fn next(self, errors: Errors, target: Option<f64>, by_lot: bool) -> Option<Self> {
+    /// where they are, or nothing is to be gained. The deterministic one is hoped to be this part of
+    /// what it is said to be: `hope`. `by_lot` where there are area lights.
+    pub fn next(
+        self,
+        errors: Errors,
+        hope: f64,
+        target: Option<f64>,
+        by_lot: bool,
+    ) -> Option<Self> {
         if errors.both() == 0.0 || target.is_some_and(|target| errors.both() <= target) {
             return None;
         }
         let Self { tolerance, points } = self;
         let next = match target {
-            // A little more than needed, so that one step is enough; never too large a step.
-            Some(target) if !by_lot => Self {
-                tolerance: tolerance
-                    * (0.8 * target / errors.both())
-                        .powf(1.0 / ERROR_ORDER)
-                        .clamp(1e-3, 0.5),
-                points,
-            },
+            // A little more than needed, so that one step is enough; never too large a step, nor one
+            // too small to tell from it how good this pass was.
+            Some(target) if !by_lot => {
+                let wanted = (0.8 * target / (hope * errors.both())).powf(1.0 / ERROR_ORDER);
+                let least = if errors.both() < NEARLY_THERE * target {
+                    0.25
+                } else {
+                    1.0 / DIVIDED_AGAIN
+                };
+                Self {
+                    tolerance: tolerance * wanted.clamp(1e-3, least),
+                    points,
+                }
+            }
             // Half of the squared error to each part. Where the cells are finer than needed, coarser
             // ones will do for more places.
             Some(target) => {
@@ -145,14 +165,14 @@ mod tests {
     #[test]
     fn a_pass_that_is_good_enough_is_the_last() {
         let first = Fineness::first(Some(0.05), false);
-        assert_eq!(first.next(ERRORS, Some(0.02), false), None);
-        assert!(first.next(ERRORS, Some(0.009), false).is_some());
+        assert_eq!(first.next(ERRORS, 1.0, Some(0.02), false), None);
+        assert!(first.next(ERRORS, 0.6, Some(0.009), false).is_some());
     }
 
     #[test]
     fn what_cannot_be_afforded_is_made_as_fine_as_can() {
         let first = Fineness::first(None, true);
-        let next = first.next(ERRORS, Some(1e-6), false).unwrap();
+        let next = first.next(ERRORS, 1.0, Some(1e-6), false).unwrap();
         let growth = first.growth_to(next);
         assert_eq!(first.towards(next, growth * 1.01), Some(next));
         let less = first.towards(next, 5.0).unwrap();

@@ -2,8 +2,9 @@
 
 use glam::DVec2;
 
-use super::cell::Node;
 use crate::transport::first_surface::Chart;
+use crate::transport::guard::{Ending, Straight, Trail};
+use crate::transport::prescribed::{PathEnd, PathFollower};
 
 /// A small store of paths by chart coordinates: neighbouring cells share nodes.
 ///
@@ -13,30 +14,36 @@ pub struct PathStore<const N: usize> {
     entries: Vec<Option<Entry<N>>>,
     /// Entries of earlier generations are forgotten.
     generation: u32,
+    /// Of each entry, where it was asked for, the legs: each at the same distance from the next.
+    legs: Vec<Option<Straight>>,
+    most_legs: usize,
 }
 
 /// A path held.
 #[derive(Clone, Copy)]
 struct Entry<const N: usize> {
     generation: u32,
+    /// How many legs are held; 0 where none was asked for.
+    legs: u32,
     surface: u64,
-    node: Node<N>,
+    at: DVec2,
+    path: PathEnd<N>,
 }
 
 /// Entries: some hundred kilobytes, so that they stay in a core's second cache.
 const ENTRIES: usize = 1 << 12;
 
-impl<const N: usize> Default for PathStore<N> {
-    /// An empty store, for one source and one signature.
-    fn default() -> Self {
+impl<const N: usize> PathStore<N> {
+    /// An empty store, for one source and one signature of so many events.
+    pub fn new(events: usize) -> Self {
         Self {
             entries: vec![None; ENTRIES],
             generation: 0,
+            legs: Vec::new(),
+            most_legs: events + 1,
         }
     }
-}
 
-impl<const N: usize> PathStore<N> {
     /// Forgets all paths: what a task finds here, and so the work it counts, must not depend on
     /// the tasks before it on the same thread.
     pub fn forget(&mut self) {
@@ -48,28 +55,87 @@ impl<const N: usize> PathStore<N> {
 
     /// The path at coordinates of a chart, followed only where it is not held.
     #[inline]
-    pub fn get(&mut self, chart: &Chart, at: DVec2, follow: impl FnOnce() -> Node<N>) -> Node<N> {
+    pub fn path(
+        &mut self,
+        follower: &mut PathFollower<'_, N>,
+        chart: &Chart,
+        at: DVec2,
+        in_sight: bool,
+    ) -> PathEnd<N> {
         let surface = surface_of(chart);
-        let generation = self.generation;
-        let place = &mut self.entries[slot(surface, at)];
-        match place {
-            Some(held)
-                if held.generation == generation
-                    && held.surface == surface
-                    && held.node.at == at =>
-            {
-                held.node
-            }
-            _ => {
-                let node = follow();
-                *place = Some(Entry {
-                    generation,
-                    surface,
-                    node,
-                });
-                node
-            }
+        let slot = slot(surface, at);
+        if let Some(held) = self.held(slot, surface, at) {
+            return held.path;
         }
+        let path = follower.follow(chart, at, in_sight);
+        self.hold(slot, surface, at, path, 0);
+        path
+    }
+
+    /// The same with its legs, which are held, too.
+    pub fn path_with_legs(
+        &mut self,
+        follower: &mut PathFollower<'_, N>,
+        chart: &Chart,
+        at: DVec2,
+        in_sight: bool,
+    ) -> PathEnd<N> {
+        let surface = surface_of(chart);
+        let slot = slot(surface, at);
+        match self.held(slot, surface, at) {
+            Some(held) if held.legs > 0 => return held.path,
+            _ => {}
+        }
+        if self.legs.is_empty() {
+            self.legs = vec![None; ENTRIES * self.most_legs];
+        }
+        let legs = &mut self.legs[slot * self.most_legs..][..self.most_legs];
+        let mut count = 0;
+        let path = follower.follow_legs(chart, at, in_sight, |ray, hit| {
+            legs[count] = Some(Straight {
+                ray: *ray,
+                hit: hit.copied(),
+            });
+            count += 1;
+        });
+        self.hold(slot, surface, at, path, count as u32);
+        path
+    }
+
+    /// Writes down what a path met.
+    pub fn trail(
+        &mut self,
+        follower: &mut PathFollower<'_, N>,
+        chart: &Chart,
+        at: DVec2,
+        in_sight: bool,
+        trail: &mut Trail,
+    ) {
+        let path = self.path_with_legs(follower, chart, at, in_sight);
+        let slot = slot(surface_of(chart), at);
+        let count = self.entries[slot].map_or(0, |entry| entry.legs as usize);
+        let legs = &self.legs[slot * self.most_legs..][..count];
+        trail.legs.clear();
+        trail.legs.extend(legs.iter().flatten());
+        trail.path = Ending::from(&path);
+    }
+
+    #[inline]
+    fn held(&self, slot: usize, surface: u64, at: DVec2) -> Option<&Entry<N>> {
+        self.entries[slot].as_ref().filter(|held| {
+            held.generation == self.generation && held.surface == surface && held.at == at
+        })
+    }
+
+    #[inline]
+    fn hold(&mut self, slot: usize, surface: u64, at: DVec2, path: PathEnd<N>, legs: u32) {
+        self.entries[slot] = Some(Entry {
+            generation: self.generation,
+            legs,
+            surface,
+            at,
+            path,
+        });
     }
 }
 

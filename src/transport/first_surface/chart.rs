@@ -78,6 +78,15 @@ impl Chart {
         }
     }
 
+    /// The face whose surface it covers; 0 where that is no mesh.
+    #[inline]
+    pub fn face(&self) -> u32 {
+        match *self {
+            Self::Face { face, .. } => face,
+            _ => 0,
+        }
+    }
+
     /// Whether coordinates mean the same in another chart of the same source.
     pub fn is_that_of(&self, other: &Self) -> bool {
         let face = |chart: &Self| match chart {

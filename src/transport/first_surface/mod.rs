@@ -8,9 +8,11 @@
 mod chart;
 mod cone;
 mod roots;
+mod shared;
 mod source;
 
 pub use chart::{Chart, Place};
 pub use cone::{Cone, ConeOverlap};
 pub use roots::{Root, roots};
+pub use shared::SharedPlaces;
 pub use source::{Arrival, Source};

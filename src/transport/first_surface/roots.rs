@@ -159,11 +159,12 @@ fn lit_ranges(cylinder: &Cylinder, source: &Source) -> Vec<[f64; 2]> {
     ]
 }
 
-/// A mesh's faces. Of a closed mesh seen from outside, faces turned away are behind others.
+/// A mesh's faces, near ones near each other: they share edges, and what is in the caches. Of a closed
+/// mesh seen from outside, faces turned away are behind others.
 fn add_faces(roots: &mut Vec<Root>, scene: &Scene, shape: u32, mesh: &Mesh, source: &Source) {
     let only_front = is_outside_closed(scene, shape, mesh, source);
     let corners = [DVec2::ZERO, DVec2::X, DVec2::Y];
-    for face in 0..mesh.triangle_count() as u32 {
+    for face in mesh.faces_by_place() {
         let normal = mesh.face_normal(face);
         let facing = source.towards(mesh.corners(face)[0]).dot(normal);
         if facing > 0.0 || facing < 0.0 && !only_front {

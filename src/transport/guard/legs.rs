@@ -1,11 +1,12 @@
 //! The straight parts of a cell's six paths, side by side.
 
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 
+use super::trail::{Ending, Straight, Trail};
 use crate::geometry::{Bounds, Hit, Ray, Shape};
 use crate::scene::Scene;
 use crate::transport::first_surface::Chart;
-use crate::transport::prescribed::{End, PathEnd, PathFollower};
+use crate::transport::prescribed::{End, PathFollower};
 use crate::transport::screen::Screen;
 
 /// What is at an end of a leg.
@@ -68,17 +69,16 @@ struct Stop {
     face: u32,
 }
 
-/// Follows six paths.
+/// Reads six trails that started on a chart.
 pub(super) fn record<const N: usize>(
     follower: &mut PathFollower<'_, N>,
     chart: &Chart,
-    nodes: &[DVec2; 6],
-    in_sight: bool,
+    trails: &[Trail; 6],
 ) -> Record {
     let mut paths: [Vec<Stop>; 6] = Default::default();
     let mut ends = [None; 6];
-    for (node, (stops, end)) in nodes.iter().zip(paths.iter_mut().zip(&mut ends)) {
-        *end = follow(follower, chart, *node, in_sight, stops);
+    for (trail, (stops, end)) in trails.iter().zip(paths.iter_mut().zip(&mut ends)) {
+        *end = read(follower, chart, trail, stops).map(|()| trail.path);
     }
     let [Some(first), ..] = ends else {
         return Record {
@@ -87,7 +87,7 @@ pub(super) fn record<const N: usize>(
             hidden: false,
         };
     };
-    let is_hidden = |end: &Option<PathEnd<N>>| end.is_some_and(|end| end.end == End::Hidden);
+    let is_hidden = |end: &Option<Ending>| end.is_some_and(|end| end.end == End::Hidden);
     let hidden = ends.iter().all(is_hidden);
     let mut legs = Vec::with_capacity(paths[0].len());
     // Where some see the surface and some do not, there is no leg that all six share.
@@ -165,36 +165,32 @@ fn look_through(scene: &Scene, paths: &mut [Vec<Stop>; 6], last: usize) {
     }
 }
 
-/// Follows one path and says where its legs start and end; `None` where it has no legs.
-fn follow<const N: usize>(
+/// Says where the legs of a path start and end; `None` where it has no legs.
+fn read<const N: usize>(
     follower: &mut PathFollower<'_, N>,
     chart: &Chart,
-    at: DVec2,
-    in_sight: bool,
+    trail: &Trail,
     stops: &mut Vec<Stop>,
-) -> Option<PathEnd<N>> {
-    let mut last: Option<(Ray, Option<Hit>)> = None;
-    let path = follower.follow_legs(chart, at, in_sight, |ray, hit| {
-        if stops.is_empty() {
-            stops.push(Stop {
-                at: ray.origin,
-                met: Met::Source,
-                face: 0,
-            });
-        }
-        stops.push(match hit {
-            Some(hit) => surface(ray, hit),
-            None => Stop {
-                at: ray.origin,
-                met: Met::Nothing,
-                face: 0,
-            },
-        });
-        last = Some((*ray, hit.copied()));
+) -> Option<()> {
+    let first = trail.legs.first()?;
+    stops.push(Stop {
+        at: first.ray.origin,
+        met: Met::Source,
+        face: 0,
     });
-    let (ray, hit) = last?;
+    stops.extend(trail.legs.iter().map(|leg| match &leg.hit {
+        Some(hit) => surface(&leg.ray, hit),
+        None => Stop {
+            at: leg.ray.origin,
+            met: Met::Nothing,
+            face: 0,
+        },
+    }));
+    // A place that faces share counts as the chart's own.
+    stops[1].face = chart.face();
+    let &Straight { ray, hit } = trail.legs.last()?;
     let end = stops.last_mut()?;
-    match path.end {
+    match trail.path.end {
         End::Hidden => {
             let (ray, blocker) = follower.next_hit(ray)?;
             *end = surface(&ray, &blocker);
@@ -203,7 +199,7 @@ fn follow<const N: usize>(
             let shape = match follower.screen() {
                 Screen::Receiver(receiver) => receiver.shape(),
                 // Light landed on the surface that it met.
-                Screen::Camera { .. } => return Some(path),
+                Screen::Camera { .. } => return Some(()),
             };
             if let Shape::Rectangle(rectangle) = &follower.scene().world().shapes()[shape as usize]
             {
@@ -221,7 +217,7 @@ fn follow<const N: usize>(
         End::Escaped => end.at = ray.at(way_out(follower.scene(), ray.origin)),
         End::Stopped | End::TurnedBack => {}
     }
-    Some(path)
+    Some(())
 }
 
 fn surface(ray: &Ray, hit: &Hit) -> Stop {

@@ -24,10 +24,10 @@ mod legs;
 mod obstacles;
 mod polygons;
 mod same_surface;
-
-use glam::DVec2;
+mod trail;
 
 use self::legs::{Leg, Met, record};
+pub use self::trail::{Ending, Straight, Trail};
 use super::first_surface::Chart;
 use super::prescribed::PathFollower;
 use crate::geometry::{Bounds, Hull, MeshBorder, Shape, range};
@@ -87,21 +87,22 @@ impl<'a> Guard<'a> {
     }
 
     /// Which legs of a cell are clear, by six paths of the follower's signature: those from the
-    /// cell's corners, then from the middles of the edges opposite to them, in the chart's
-    /// coordinates. Legs that are `already` known to be clear are not looked at again.
+    /// cell's corners, then from the middles of the edges opposite to them. Where a place is shared
+    /// by several faces, its path may have been followed from any of them. Legs that
+    /// are `already` known to be clear are not looked at again.
     ///
     /// Of a cell whose first surface is hidden all over, no leg is clear, but `all` is true.
     pub fn clear<const N: usize>(
         &self,
         follower: &mut PathFollower<'a, N>,
         chart: &Chart,
-        nodes: &[DVec2; 6],
+        trails: &[Trail; 6],
         already: Clearance,
     ) -> Clearance {
         if already.all {
             return already;
         }
-        let record = record(follower, chart, nodes, already.is_in_sight());
+        let record = record(follower, chart, trails);
         if record.hidden {
             let hidden =
                 record.one_family && record.legs.len() == 1 && self.is_hidden(&record.legs[0]);

@@ -1,6 +1,6 @@
 //! Cells that a border between families crosses.
 
-use super::{Finished, Refiner, Scratch, look_flux, node};
+use super::{Finished, Refiner, Scratch, look_flux};
 use crate::reference::beams::cell::{Cell, Node};
 use crate::reference::beams::cut::{self, CUT_ERROR, Piece};
 use crate::transport::first_surface::Chart;
@@ -16,14 +16,12 @@ impl<const N: usize> Refiner<'_, '_, N> {
         middles: &[Node<N>; 3],
     ) -> bool {
         let Self {
-            follower,
+            paths,
             scratch: Scratch { borders, .. },
-            strength,
             ..
         } = self;
         let in_sight = cell.clearance.is_in_sight();
-        let mut follow =
-            |at| borders.get(chart, at, || node(follower, *strength, chart, at, in_sight));
+        let mut follow = |at| paths.node(borders, chart, at, in_sight);
         let [a, b, c] = &cell.corners;
         let [bc, ca, ab] = middles;
         [[a, ab], [ab, b], [b, bc], [bc, c], [c, ca], [ca, a]]
@@ -41,7 +39,7 @@ impl<const N: usize> Refiner<'_, '_, N> {
     ) {
         finished.is_cut = true;
         let Self {
-            follower,
+            paths,
             scratch:
                 Scratch {
                     fine,
@@ -49,13 +47,11 @@ impl<const N: usize> Refiner<'_, '_, N> {
                     borders,
                     ..
                 },
-            strength,
             ..
         } = self;
         let area = cell.area();
         let in_sight = cell.clearance.is_in_sight();
-        let mut follow =
-            |at| borders.get(chart, at, || node(follower, *strength, chart, at, in_sight));
+        let mut follow = |at| paths.node(borders, chart, at, in_sight);
         let mut unresolved = 0.0;
         for (quarter, failed) in cell.quarters(middles).iter().zip(&mut finished.failed) {
             if let Some(pieces) = cut::cut(&quarter.corners, &mut follow) {

@@ -3,12 +3,14 @@
 mod balance;
 mod border;
 mod limits;
+mod nodes;
 
 pub use balance::Balance;
 pub use limits::Limits;
 
 use glam::DVec2;
 
+use self::nodes::NodeFinder;
 use super::cell::{Cell, Look, Node};
 use super::cut::{self, Piece};
 use super::deposit::{Levels, Patch, deposit_points, deposit_slack, slack_boxes, texels_of};
@@ -16,10 +18,10 @@ use super::film::BeamFilm;
 use super::limit::Limit;
 use super::store::PathStore;
 use crate::geometry::TraversalCounters;
-use crate::transport::first_surface::{Chart, Cone, Root};
+use crate::transport::first_surface::{Chart, Cone, Root, SharedPlaces};
 use crate::transport::flux::Flux;
-use crate::transport::guard::{Clearance, Guard};
-use crate::transport::prescribed::{End, PathFollower};
+use crate::transport::guard::{Clearance, Guard, Trail};
+use crate::transport::prescribed::PathFollower;
 
 /// No cell is divided more often: a quarter of a billionth of a root's side.
 const MAX_LEVEL: u32 = 32;
@@ -50,17 +52,21 @@ pub struct Scratch<const N: usize> {
     store: PathStore<N>,
     /// Paths beside borders: the halves of an edge are searched, the edge, and then the neighbour's.
     borders: PathStore<N>,
+    /// What the six paths of a cell met, for the guard.
+    trails: [Trail; 6],
     pending: Vec<Cell<N>>,
     patch: Patch<N>,
     fine: Vec<Piece<N>>,
     coarse: Vec<Piece<N>>,
 }
 
-impl<const N: usize> Default for Scratch<N> {
-    fn default() -> Self {
+impl<const N: usize> Scratch<N> {
+    /// For one source and one signature of so many events.
+    pub fn new(events: usize) -> Self {
         Self {
-            store: PathStore::default(),
-            borders: PathStore::default(),
+            store: PathStore::new(events),
+            borders: PathStore::new(events),
+            trails: Default::default(),
             pending: Vec::new(),
             patch: Patch::default(),
             fine: Vec::new(),
@@ -71,7 +77,7 @@ impl<const N: usize> Default for Scratch<N> {
 
 /// Divides cells of one source's light, for one signature.
 pub struct Refiner<'a, 'f, const N: usize> {
-    follower: PathFollower<'a, N>,
+    paths: NodeFinder<'a, N>,
     film: &'f BeamFilm<N>,
     scratch: &'f mut Scratch<N>,
     guard: &'f Guard<'a>,
@@ -81,8 +87,6 @@ pub struct Refiner<'a, 'f, const N: usize> {
     /// Rays that the limit knows of.
     spent: u64,
     stopped: bool,
-    /// Strength of the source, mean of channels.
-    strength: f64,
     /// Of a spot.
     cone: Option<Cone>,
     /// What a dark place could send, of all that sets out towards it.
@@ -109,6 +113,7 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
     /// A refiner without any cell.
     pub fn new(
         follower: PathFollower<'a, N>,
+        shared: &'a SharedPlaces<'a>,
         film: &'f BeamFilm<N>,
         guard: &'f Guard<'a>,
         limit: &'f Limit<'f>,
@@ -118,9 +123,8 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
         scratch.store.forget();
         scratch.borders.forget();
         Self {
-            strength: follower.source().strength().mean(),
             cone: Cone::of(follower.source()),
-            follower,
+            paths: NodeFinder::new(follower, shared),
             film,
             guard,
             limit,
@@ -137,7 +141,7 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
 
     /// The work done so far.
     pub fn counters(&self) -> TraversalCounters {
-        self.follower.counters
+        self.paths.follower.counters
     }
 
     /// Whether work ended before it was done: then nothing here is worth anything.
@@ -155,7 +159,7 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
         self.patience -= 1;
         if self.patience == 0 {
             self.patience = PATIENCE;
-            let rays = self.follower.counters.rays;
+            let rays = self.paths.follower.counters.rays;
             self.limit.spend(rays - self.spent);
             self.spent = rays;
             self.stopped |= self.limit.is_reached();
@@ -166,7 +170,9 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
     /// Divides a root until all its light is placed.
     pub fn refine(&mut self, root: &Root) {
         let chart = &root.chart;
-        let corners = root.corners.map(|at| self.stored(chart, at, false));
+        let corners = root
+            .corners
+            .map(|at| self.stored(chart, at, Clearance::default()));
         self.scratch.pending.clear();
         self.scratch.pending.push(Cell {
             corners,
@@ -176,8 +182,8 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
         while self.may_go_on()
             && let Some(mut cell) = self.scratch.pending.pop()
         {
-            let in_sight = cell.clearance.is_in_sight();
-            let middles = cell.middles().map(|at| self.stored(chart, at, in_sight));
+            let known = cell.clearance;
+            let middles = cell.middles().map(|at| self.stored(chart, at, known));
             let look = Look::at(&cell.corners, &middles);
             if self.is_ready(chart, &mut cell, &middles, &look)
                 && let Some(finished) = self.finished(chart, &cell, &middles, look)
@@ -222,14 +228,13 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
             return false;
         }
         if !cell.clearance.all {
-            let [a, b, c] = cell.corners.each_ref().map(|node| node.at);
-            let [d, e, f] = middles.each_ref().map(|node| node.at);
-            cell.clearance = self.guard.clear(
-                &mut self.follower,
-                chart,
-                &[a, b, c, d, e, f],
-                cell.clearance,
-            );
+            let Scratch { store, trails, .. } = &mut *self.scratch;
+            let in_sight = cell.clearance.is_in_sight();
+            for (node, trail) in nodes(cell, middles).iter().zip(&mut *trails) {
+                self.paths.trail(store, chart, node.at, in_sight, trail);
+            }
+            let follower = &mut self.paths.follower;
+            cell.clearance = self.guard.clear(follower, chart, trails, cell.clearance);
         }
         cell.clearance.all
     }
@@ -238,21 +243,21 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
     fn may_hide_light(&self, chart: &Chart, cell: &Cell<N>) -> bool {
         self.cone.is_some_and(|cone| {
             let corners = cell.corners.map(|node| node.at);
-            let overlap = cone.overlap(self.follower.scene().world(), chart, corners);
+            let overlap = cone.overlap(self.paths.follower.scene().world(), chart, corners);
             overlap.is_possible && overlap.relative_size > LEAST_IN_CONE
         })
     }
 
-    fn stored(&mut self, chart: &Chart, at: DVec2, in_sight: bool) -> Node<N> {
-        let Self {
-            follower,
-            strength,
-            scratch,
-            ..
-        } = self;
-        scratch
-            .store
-            .get(chart, at, || node(follower, *strength, chart, at, in_sight))
+    /// The node at coordinates of a chart, in a cell with legs `known` to be clear.
+    #[inline]
+    fn stored(&mut self, chart: &Chart, at: DVec2, known: Clearance) -> Node<N> {
+        let store = &mut self.scratch.store;
+        let in_sight = known.is_in_sight();
+        if known.all {
+            self.paths.node(store, chart, at, in_sight)
+        } else {
+            self.paths.node_with_trail(store, chart, at, in_sight)
+        }
     }
 
     /// The cell ready for the film, if it need not be divided.
@@ -355,27 +360,6 @@ fn nodes<const N: usize>(cell: &Cell<N>, middles: &[Node<N>; 3]) -> [Node<N>; 6]
     let [a, b, c] = cell.corners;
     let [d, e, f] = *middles;
     [a, b, c, d, e, f]
-}
-
-fn node<const N: usize>(
-    follower: &mut PathFollower<N>,
-    strength: f64,
-    chart: &Chart,
-    at: DVec2,
-    in_sight: bool,
-) -> Node<N> {
-    let path = follower.follow(chart, at, in_sight);
-    Node {
-        at,
-        landing: match path.end {
-            End::Landed(landing) => Some(landing),
-            _ => None,
-        },
-        turned_back: path.end == End::TurnedBack,
-        weight: path.throughput * path.emitted,
-        emitted: path.emitted * strength,
-        family: path.family,
-    }
 }
 
 fn look_flux<const N: usize>(look: &Look<N>) -> f64 {

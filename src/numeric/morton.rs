@@ -1,0 +1,54 @@
+//! Morton order: points of space in a row, near ones mostly near each other.
+
+use glam::DVec3;
+
+/// Bits an axis.
+const BITS: u32 = 16;
+
+/// The place of a point of the unit cube along the Morton curve through 2¹⁶ cells an axis, 0 to 2⁴⁸ − 1
+/// (Morton 1966); points outside count as on its border, NaN as 0.
+pub fn morton_code(point: DVec3) -> u64 {
+    let cells = f64::from(1_u32 << BITS);
+    let [x, y, z] = (point * cells)
+        .to_array()
+        .map(|along| spread(along.clamp(0.0, cells - 1.0) as u64));
+    x << 2 | y << 1 | z
+}
+
+/// The lowest sixteen bits, each followed by two zeros.
+fn spread(bits: u64) -> u64 {
+    [
+        (16, 0x0000_ff00_00ff),
+        (8, 0x00f0_0f00_f00f),
+        (4, 0x0c30_c30c_30c3),
+        (2, 0x2492_4924_9249),
+    ]
+    .iter()
+    .fold(bits, |bits, &(shift, mask)| (bits | bits << shift) & mask)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bits_take_turns() {
+        let cell = |x: u32, y: u32, z: u32| {
+            let at = DVec3::new(f64::from(x), f64::from(y), f64::from(z)) + 0.5;
+            morton_code(at / f64::from(1_u32 << BITS))
+        };
+        assert_eq!(cell(0, 0, 0), 0);
+        assert_eq!([cell(1, 0, 0), cell(0, 1, 0), cell(0, 0, 1)], [4, 2, 1]);
+        assert_eq!(cell(0xffff, 0xffff, 0xffff), (1 << 48) - 1);
+        for bit in 0..BITS {
+            assert_eq!(cell(1 << bit, 0, 0), 4 << (3 * bit));
+        }
+    }
+
+    #[test]
+    fn what_is_outside_or_no_number_is_on_the_border() {
+        assert_eq!(morton_code(DVec3::splat(-3.0)), 0);
+        assert_eq!(morton_code(DVec3::splat(f64::NAN)), 0);
+        assert_eq!(morton_code(DVec3::INFINITY), (1 << 48) - 1);
+    }
+}

@@ -1,0 +1,97 @@
+//! Where cells get their nodes from.
+
+use glam::DVec2;
+
+use crate::reference::beams::cell::Node;
+use crate::reference::beams::store::PathStore;
+use crate::transport::first_surface::{Chart, SharedPlaces};
+use crate::transport::guard::Trail;
+use crate::transport::prescribed::{End, PathEnd, PathFollower};
+
+/// Follows paths of one source and one signature, or remembers them.
+pub struct NodeFinder<'a, const N: usize> {
+    /// Where they are followed.
+    pub follower: PathFollower<'a, N>,
+    shared: &'a SharedPlaces<'a>,
+    /// Strength of the source, mean of channels.
+    strength: f64,
+}
+
+impl<'a, const N: usize> NodeFinder<'a, N> {
+    /// A finder that has found nothing yet.
+    pub fn new(follower: PathFollower<'a, N>, shared: &'a SharedPlaces<'a>) -> Self {
+        Self {
+            strength: follower.source().strength().mean(),
+            follower,
+            shared,
+        }
+    }
+
+    /// The node at coordinates of a chart. `in_sight` says that nothing is between the source and
+    /// the surface, where that is known.
+    #[inline]
+    pub fn node(
+        &mut self,
+        store: &mut PathStore<N>,
+        chart: &Chart,
+        at: DVec2,
+        in_sight: bool,
+    ) -> Node<N> {
+        let (owner, place) = self.owner(chart, at);
+        let path = store.path(&mut self.follower, &owner, place, in_sight);
+        self.seen_on(chart, at, &owner, path)
+    }
+
+    /// The same of a cell that a guard is likely to ask for its [trails](Self::trail).
+    #[inline]
+    pub fn node_with_trail(
+        &mut self,
+        store: &mut PathStore<N>,
+        chart: &Chart,
+        at: DVec2,
+        in_sight: bool,
+    ) -> Node<N> {
+        let (owner, place) = self.owner(chart, at);
+        let path = store.path_with_legs(&mut self.follower, &owner, place, in_sight);
+        self.seen_on(chart, at, &owner, path)
+    }
+
+    /// Writes down what the path at coordinates of a chart met.
+    pub fn trail(
+        &mut self,
+        store: &mut PathStore<N>,
+        chart: &Chart,
+        at: DVec2,
+        in_sight: bool,
+        trail: &mut Trail,
+    ) {
+        let (owner, place) = self.owner(chart, at);
+        store.trail(&mut self.follower, &owner, place, in_sight, trail);
+    }
+
+    #[inline]
+    fn owner(&self, chart: &Chart, at: DVec2) -> (Chart, DVec2) {
+        self.shared.owner(self.follower.source(), chart, at)
+    }
+
+    /// A path as a node of a chart: what sets out is for a unit of the chart's own area.
+    #[inline]
+    fn seen_on(&self, chart: &Chart, at: DVec2, owner: &Chart, path: PathEnd<N>) -> Node<N> {
+        let emitted = if owner.face() == chart.face() {
+            path.emitted
+        } else {
+            self.follower.emitted(chart, at)
+        };
+        Node {
+            at,
+            landing: match path.end {
+                End::Landed(landing) => Some(landing),
+                _ => None,
+            },
+            turned_back: path.end == End::TurnedBack,
+            weight: path.throughput * emitted,
+            emitted: emitted * self.strength,
+            family: path.family,
+        }
+    }
+}
