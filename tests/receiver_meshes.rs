@@ -81,6 +81,7 @@ fn film(width: u32, height: u32) -> Film {
             height,
         },
         filter: ReconstructionFilter::Box,
+        sample_border: false,
     }
 }
 

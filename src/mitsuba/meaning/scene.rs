@@ -8,12 +8,14 @@ use super::forms::{self, Form};
 use super::ignored::IgnoredList;
 use super::materials::Materials;
 use super::plugin::{Plugin, what};
-use super::{emitters, sensors};
+use super::{emitters, integrator, sensors};
 use crate::geometry::{Shape, Transform};
 use crate::mitsuba::error::{LoadError, did_you_mean};
 use crate::mitsuba::files::Files;
 use crate::mitsuba::syntax::{Kind, ObjectIndex, Position, Tree, Value, shortened};
-use crate::scene::{Emitter, Ignored, Material, Object, Sensor, ShapeId, Texture, Warning};
+use crate::scene::{
+    Emitter, Ignored, Integrator, Material, Object, Sensor, ShapeId, Texture, Warning,
+};
 
 /// What a scene means, forms not yet built.
 #[derive(Debug)]
@@ -24,6 +26,7 @@ pub struct Meaning {
     pub textures: Vec<Texture>,
     pub emitters: Vec<Emitter>,
     pub sensors: Vec<Sensor>,
+    pub integrator: Option<Integrator>,
     pub warnings: Vec<Warning>,
     pub ignored: Vec<Ignored>,
 }
@@ -62,6 +65,7 @@ pub fn read(tree: &Tree, files: &mut Files) -> Result<Meaning, LoadError> {
         objects: Vec::new(),
         emitters: Vec::new(),
         sensors: Vec::new(),
+        integrator: None,
         attached: HashSet::new(),
         ids: Ids::new(tree),
     };
@@ -82,6 +86,7 @@ pub fn read(tree: &Tree, files: &mut Files) -> Result<Meaning, LoadError> {
         textures: reader.materials.textures.list,
         emitters: reader.emitters,
         sensors: reader.sensors,
+        integrator: reader.integrator,
         warnings,
         ignored: reader.ignored.list,
     })
@@ -97,6 +102,8 @@ struct SceneReader<'t, 'f> {
     objects: Vec<Object>,
     emitters: Vec<Emitter>,
     sensors: Vec<Sensor>,
+    /// The first that says how paths end.
+    integrator: Option<Integrator>,
     /// Emitters that belong to a shape.
     attached: HashSet<ObjectIndex>,
     ids: Ids,
@@ -122,9 +129,9 @@ impl SceneReader<'_, '_> {
                 Ok(())
             }
             Kind::Integrator => {
-                let why =
-                    "methods are chosen on the command line, and depth by what is asked of them";
-                self.ignored.add(tree, child, why);
+                let found = integrator::read(tree, child)?;
+                self.ignored.add(tree, child, integrator::why_ignored(&found));
+                self.integrator = self.integrator.take().or(found);
                 Ok(())
             }
             Kind::Bsdf
