@@ -77,8 +77,12 @@ impl Splatter {
             // Not by centre and radius: rounding could put a sample into both of two pixels, or none.
             (at.floor(), at.floor())
         } else {
+            // Pixels nearer than the radius: at its end the weight is zero.
             let radius = self.filter.radius();
-            ((at - 0.5 - radius).ceil(), (at - 0.5 + radius).floor())
+            (
+                (at - 0.5 - radius).floor() + 1.0,
+                (at - 0.5 + radius).ceil() - 1.0,
+            )
         };
         let is_within = first <= last && end >= 0.0;
         if !is_within {

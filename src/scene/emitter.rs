@@ -64,6 +64,14 @@ impl Emitter {
         !matches!(self, Self::Area { .. })
     }
 
+    /// The shape that shines, if it is one.
+    pub fn shape(&self) -> Option<ShapeId> {
+        match self {
+            Self::Area { shape, .. } => Some(*shape),
+            _ => None,
+        }
+    }
+
     /// Its strength, in the unit of its kind.
     pub fn strength(&self) -> Rgb {
         match *self {

@@ -64,6 +64,14 @@ pub(super) fn check(parts: &SceneParts) -> Result<(), SceneError> {
             return fail(format!("an area emitter refers to shape {}", shape.0));
         }
     }
+    let mut shining: Vec<ShapeId> = parts.emitters.iter().filter_map(Emitter::shape).collect();
+    shining.sort_unstable();
+    if let Some(pair) = shining.windows(2).find(|pair| pair[0] == pair[1]) {
+        return fail(format!(
+            "shape {} has two emitters; one is allowed",
+            pair[0].0
+        ));
+    }
     for sensor in &parts.sensors {
         if let SensorKind::IrradianceMeter { shape } = &sensor.kind
             && !known(shape)

@@ -21,6 +21,7 @@ pub mod first_surface;
 pub mod flux;
 pub mod guard;
 pub mod ledger;
+pub mod lights;
 pub mod path_class;
 pub mod prescribed;
 pub mod receiver;

@@ -80,6 +80,12 @@ impl fmt::Display for PathClass {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct PathClasses(u8);
 
+impl serde::Serialize for PathClasses {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq(self.iter())
+    }
+}
+
 impl PathClasses {
     /// No path.
     pub const NONE: Self = Self(0);

@@ -135,6 +135,9 @@ impl<'a> Tracer<'a> {
         if self.settings.max_depth == Some(0) {
             return path.radiance;
         }
+        if self.settings.hide_emitters {
+            self.skip_shining(&mut path);
+        }
         let mut surface = 0;
         while self.step(&mut path, surface, numbers) {
             surface += 1;
@@ -158,10 +161,6 @@ impl<'a> Tracer<'a> {
             return false;
         };
         let point = world.surface_point(&path.ray, &hit);
-        // Hidden shapes are seen through, by the camera alone.
-        if self.settings.hide_emitters && surface == 0 && self.sees_through(path, hit, &point) {
-            return true;
-        }
         self.meet_emitter(path, Some(&hit));
         let bsdf = Bsdf::at(self.scene, &hit, &point);
         let wi = -path.ray.direction;
@@ -181,5 +180,105 @@ impl<'a> Tracer<'a> {
             }
             _ => false,
         }
+    }
+
+    /// Hidden shapes are seen through by the camera; mirrors show them, and so does a mask that is passed first.
+    fn skip_shining(&mut self, path: &mut Path) {
+        let world = self.scene.world();
+        for _ in 0..MAX_SURFACES {
+            match world.closest_hit(&path.ray, path.reach, &mut self.counters) {
+                Some(hit) if self.shines[hit.shape as usize] => {
+                    let point = world.bounce_point(&path.ray, &hit);
+                    path.pass(&point, hit.distance);
+                }
+                _ => return,
+            }
+        }
+    }
+
+    /// Counts what shines back along the path's ray.
+    fn meet_emitter(&self, path: &mut Path, hit: Option<&Hit>) {
+        let class = path.events.class_at_emitter();
+        if !self.settings.classes.contains(class) {
+            return;
+        }
+        let emitted = self.lights.emitted(&path.ray, hit);
+        if emitted.is_black() {
+            return;
+        }
+        let weight = path.last.map_or(1.0, |(from, of_surface)| {
+            let of_emitter = self.lights.pdf_solid_angle(from, &path.ray, hit);
+            self.settings
+                .light_sampling
+                .weight_of_surface(of_surface, of_emitter)
+        });
+        path.radiance[class.index()] += path.throughput * emitted * weight;
+    }
+
+    /// Counts the light of an emitter that is chosen and looked for (next-event estimation).
+    fn sample_emitter(&mut self, path: &mut Path, point: &SurfacePoint, bsdf: &Bsdf, u: [f64; 3]) {
+        let class = path.events.then(false).class_at_emitter();
+        let way = self.settings.light_sampling;
+        if bsdf.is_delta() || !way.samples_emitters() || !self.settings.classes.contains(class) {
+            return;
+        }
+        let Some(light) = self.lights.sample(point, u) else {
+            return;
+        };
+        let wi = -path.ray.direction;
+        let mut value = bsdf.eval(wi, light.direction, Transport::Radiance);
+        if !light.is_delta {
+            let of_surface = bsdf.pdf_solid_angle(wi, light.direction);
+            value *= way.weight_of_emitter(light.pdf_solid_angle, of_surface);
+        }
+        if value.is_black() {
+            return;
+        }
+        let passed = transmittance(
+            self.scene,
+            point,
+            light.direction,
+            light.reach,
+            &mut self.counters,
+        );
+        path.radiance[class.index()] += path.throughput * value * light.radiance_over_pdf * passed;
+    }
+
+    /// Russian roulette on a path that was just scattered: Mitsuba's, on its throughput without what
+    /// refraction makes of radiance, which is undone where the light leaves the glass.
+    fn survives(&self, path: &mut Path, roulette: f64) -> bool {
+        let leg_before = path.legs - 1;
+        if path.throughput.is_black() {
+            return false;
+        }
+        if leg_before < self.settings.rr_depth {
+            return true;
+        }
+        let survival = (path.throughput.max_channel() * path.eta * path.eta).min(MAX_SURVIVAL);
+        path.throughput *= 1.0 / survival;
+        roulette < survival
+    }
+}
+
+impl Path {
+    /// On behind a surface that the path passes.
+    fn pass(&mut self, point: &SurfacePoint, distance: f64) {
+        self.ray = point.spawn(self.ray.direction);
+        self.reach -= distance;
+    }
+
+    /// On along a direction that a surface scatters to.
+    fn scatter(&mut self, point: &SurfacePoint, sample: &BsdfSample) {
+        // A pane does not turn light aside.
+        let goes_straight =
+            sample.is_delta && sample.scattering == Scattering::Transmitted && sample.eta == 1.0;
+        self.is_straight &= goes_straight;
+        self.last = (!sample.is_delta).then_some((point.position, sample.pdf_solid_angle));
+        self.events = self.events.then(sample.is_delta);
+        self.throughput = self.throughput * sample.weight;
+        self.eta *= sample.eta;
+        self.legs += 1;
+        self.ray = point.spawn(sample.wo);
+        self.reach = f64::INFINITY;
     }
 }
