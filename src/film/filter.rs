@@ -211,7 +211,9 @@ mod tests {
         for step in 0..100 {
             let at = f64::from(step) / 100.0;
             let sum = |filter: &ReconstructionFilter| -> f64 {
-                (-5..=5).map(|pixel| filter.eval(f64::from(pixel) - at)).sum()
+                (-5..=5)
+                    .map(|pixel| filter.eval(f64::from(pixel) - at))
+                    .sum()
             };
             // Box, tent and the cubics are partitions of unity, which is algebra: a dozen roundings.
             for filter in [0, 1, 3, 4].map(|index| &FILTERS[index]) {

@@ -140,7 +140,13 @@ mod tests {
     fn a_footprint_holds_every_pixel_with_a_weight_and_that_weight() {
         for filter in FILTERS {
             let splatter = Splatter::new(filter, 7, 5);
-            for (x, y) in [(0.0, 0.0), (3.2, 2.9), (6.999, 0.1), (-0.7, 5.6), (3.0, 2.5)] {
+            for (x, y) in [
+                (0.0, 0.0),
+                (3.2, 2.9),
+                (6.999, 0.1),
+                (-0.7, 5.6),
+                (3.0, 2.5),
+            ] {
                 let found = spread(&splatter, DVec2::new(x, y));
                 for row in 0..5 {
                     for column in 0..7 {
@@ -180,7 +186,11 @@ mod tests {
     fn a_whole_sample_lands_on_the_film_at_its_border_too() {
         for filter in FILTERS {
             let splatter = Splatter::new(filter, 7, 5);
-            for at in [DVec2::new(0.01, 0.3), DVec2::new(6.9, 4.9), DVec2::new(3.5, 2.1)] {
+            for at in [
+                DVec2::new(0.01, 0.3),
+                DVec2::new(6.9, 4.9),
+                DVec2::new(3.5, 2.1),
+            ] {
                 let mut footprint = Footprint::default();
                 assert!(splatter.spread_whole(at, &mut footprint));
                 let sum: f64 = footprint.pixels().map(|pixel| pixel.2).sum();

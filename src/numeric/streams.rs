@@ -370,11 +370,13 @@ mod tests {
         for kind in KINDS {
             let root = Stream::new(kind, 21);
             // Pairs across groups, at one index and many splits, and at many indices.
-            let across = |stream: Stream, i: u64| [stream.padded4(i, 0)[0], stream.padded4(i, 1)[0]];
+            let across =
+                |stream: Stream, i: u64| [stream.padded4(i, 0)[0], stream.padded4(i, 1)[0]];
             assert_uniform("splits", (0..PAIRS).map(|key| across(root.split(key), 5)));
-            assert_uniform("indices of random order", (0..PAIRS).map(|i| {
-                across(root.split(i >> 4), i & 15)
-            }));
+            assert_uniform(
+                "indices of random order",
+                (0..PAIRS).map(|i| across(root.split(i >> 4), i & 15)),
+            );
             let inside = (0..PAIRS).map(|key| root.split(key).padded4(9, 3));
             assert_uniform("dimensions", inside.map(|[_, y, z, _]| [y, z]));
         }
@@ -386,7 +388,10 @@ mod tests {
                 let mut seen = [false; 64];
                 for [x, y, ..] in (first..first + 64).map(|i| stream.padded4(i, 7)) {
                     let cell = (y * rows as f64) as usize * columns + (x * columns as f64) as usize;
-                    assert!(!std::mem::replace(&mut seen[cell], true), "{first}, {columns}");
+                    assert!(
+                        !std::mem::replace(&mut seen[cell], true),
+                        "{first}, {columns}"
+                    );
                 }
             }
         }
@@ -411,11 +416,13 @@ mod tests {
         // Random points have 1/144/256. Independent orders pair the points at random: the same. From 256
         // replicates it is known to √(2/255) = 9 %, four of which are 36 %.
         let random = 1.0 / 144.0 / 256.0;
-        let padded = variance_of_product(|stream, i| [0, 1].map(|group| stream.padded4(i, group)[0]));
+        let padded =
+            variance_of_product(|stream, i| [0, 1].map(|group| stream.padded4(i, group)[0]));
         assert!((padded / random - 1.0).abs() < 0.36, "{}", padded / random);
         // Scrambled apart but in one order, the first digits of both go together or against each other: a mean
         // near ±1/16.
-        let in_order = variance_of_product(|stream, i| [0, 1].map(|key| stream.split(key).point4(i)[0]));
+        let in_order =
+            variance_of_product(|stream, i| [0, 1].map(|key| stream.split(key).point4(i)[0]));
         assert!(in_order > 10.0 * random, "{}", in_order / random);
     }
 

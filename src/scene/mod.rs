@@ -14,12 +14,12 @@ use std::path::{Path, PathBuf};
 
 use crate::geometry::{Shape, World};
 
+pub use crate::film::ReconstructionFilter;
 pub use emitter::Emitter;
 pub use integrator::Integrator;
 pub use material::{Coat, Material, MaterialId, NormalTurn, Roughness};
 pub use notice::{Ignored, SourcePosition, Warning};
 pub use requirements::{Requirement, is_achromatic, requirements};
-pub use crate::film::ReconstructionFilter;
 pub use sensor::{Crop, Film, Perspective, Sensor, SensorKind};
 pub use texture::{
     BitmapTexture, Color, Scalar, Texture, TextureFilter, TextureId, TexturePoint, TextureWrap,

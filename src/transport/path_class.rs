@@ -198,7 +198,10 @@ mod tests {
 
     /// The class by the table's regular expressions, letter by letter.
     fn by_the_table(word: &[bool]) -> PathClass {
-        let text: String = word.iter().map(|&delta| if delta { 'S' } else { 'D' }).collect();
+        let text: String = word
+            .iter()
+            .map(|&delta| if delta { 'S' } else { 'D' })
+            .collect();
         let Some(first) = text.find('D') else {
             return PathClass::Emitted;
         };
@@ -237,7 +240,10 @@ mod tests {
         for word in words(6) {
             let first = word.iter().position(|&delta| !delta);
             let is_caustic = first.is_some_and(|first| first > 0);
-            assert_eq!(PathClasses::CAUSTICS.contains(by_the_table(&word)), is_caustic);
+            assert_eq!(
+                PathClasses::CAUSTICS.contains(by_the_table(&word)),
+                is_caustic
+            );
         }
         let rest = PathClasses::ALL.without(PathClasses::CAUSTICS);
         assert_eq!(
@@ -250,7 +256,9 @@ mod tests {
     fn names_are_one_to_a_class_in_the_order_of_indices() {
         for (index, class) in PathClass::ALL.into_iter().enumerate() {
             assert_eq!(class.index(), index);
-            let same = PathClass::ALL.iter().filter(|other| other.name() == class.name());
+            let same = PathClass::ALL
+                .iter()
+                .filter(|other| other.name() == class.name());
             assert_eq!(same.count(), 1);
         }
     }

@@ -130,7 +130,8 @@ impl SceneReader<'_, '_> {
             }
             Kind::Integrator => {
                 let found = integrator::read(tree, child)?;
-                self.ignored.add(tree, child, integrator::why_ignored(&found));
+                self.ignored
+                    .add(tree, child, integrator::why_ignored(&found));
                 self.integrator = self.integrator.take().or(found);
                 Ok(())
             }

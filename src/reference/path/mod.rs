@@ -22,5 +22,5 @@ mod tiles;
 mod tracer;
 
 pub use error::PathError;
-pub use run::run;
+pub use run::{PathReport, run};
 pub use settings::{LightSampling, PathBudget, PathSettings};

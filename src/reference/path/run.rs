@@ -26,6 +26,15 @@ pub struct Setup<'a> {
     progress: &'a Progress,
 }
 
+/// What there is to know of a run beside its image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct PathReport {
+    /// Samples a pixel.
+    pub samples: u64,
+    /// Paths ended because they met 65536 surfaces: what light they had yet to find is missing.
+    pub cut_off: u64,
+}
+
 /// How often a round works out its error so far, for whoever watches: it takes a while.
 const SHOW_EVERY: Duration = Duration::from_millis(500);
 
@@ -78,7 +87,7 @@ impl<'a> Setup<'a> {
     /// # Errors
     ///
     /// Where a sample is not a finite number.
-    pub fn run(&self, budget: &PathBudget) -> Result<Estimate, PathError> {
+    pub fn run(&self, budget: &PathBudget) -> Result<(Estimate, PathReport), PathError> {
         let start = Instant::now();
         // A time beyond what the clock can tell is no limit.
         let deadline = budget.time.and_then(|time| start.checked_add(time));
@@ -92,7 +101,12 @@ impl<'a> Setup<'a> {
         } else {
             self.rounds(budget, start, deadline, &mut rounds)?
         };
-        Ok(self.estimate(&rounds, incomplete || rounds.samples() == 0))
+        let report = PathReport {
+            samples: rounds.samples(),
+            cut_off: rounds.cut_off,
+        };
+        let estimate = self.estimate(&rounds, incomplete || rounds.samples() == 0);
+        Ok((estimate, report))
     }
 
     /// How many replicates of how many samples a pixel make a run of `samples`.
@@ -152,8 +166,7 @@ impl<'a> Setup<'a> {
         deadline: Option<Instant>,
     ) -> Result<RoundSums, PathError> {
         let stop = || {
-            self.progress.is_stopped()
-                || deadline.is_some_and(|deadline| Instant::now() > deadline)
+            self.progress.is_stopped() || deadline.is_some_and(|deadline| Instant::now() > deadline)
         };
         let finished = |paths: u64| {
             self.progress.paths.fetch_add(paths, Ordering::Relaxed);
@@ -176,7 +189,9 @@ impl<'a> Setup<'a> {
             if replicate == 0 {
                 let started = self.progress.paths.load(Ordering::Relaxed);
                 let expected = started + job.paths() * u64::from(replicates);
-                self.progress.expected_paths.store(expected, Ordering::Relaxed);
+                self.progress
+                    .expected_paths
+                    .store(expected, Ordering::Relaxed);
             }
             let Some(image) = job.trace() else { break };
             sums.add(&image);
@@ -236,6 +251,6 @@ pub fn run(
     settings: PathSettings,
     budget: &PathBudget,
     progress: &Progress,
-) -> Result<Estimate, PathError> {
+) -> Result<(Estimate, PathReport), PathError> {
     Setup::new(scene, sensor, settings, progress)?.run(budget)
 }

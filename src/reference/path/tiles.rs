@@ -191,7 +191,10 @@ impl Job<'_> {
         let clip = |from: i64, to: i64, size: usize| {
             let size = size as i64;
             let first = (from - reach).clamp(0, size);
-            (first as usize, ((to + reach).clamp(first, size) - first) as usize)
+            (
+                first as usize,
+                ((to + reach).clamp(first, size) - first) as usize,
+            )
         };
         let (left, width) = clip(tile.left, tile.right, self.camera.width());
         let (top, height) = clip(tile.top, tile.bottom, self.camera.height());
@@ -233,7 +236,10 @@ fn add_block(film: &mut ImageSums, width: usize, block: &Block) {
         let start = (block.top + row) * width + block.left;
         let of_film = start..start + block.width;
         let weights = &mut film.weights[of_film.clone()];
-        for (sum, weight) in weights.iter_mut().zip(&block.sums.weights[of_block.clone()]) {
+        for (sum, weight) in weights
+            .iter_mut()
+            .zip(&block.sums.weights[of_block.clone()])
+        {
             *sum += weight;
         }
         for (sums, values) in film.radiance.iter_mut().zip(&block.sums.radiance) {
@@ -243,7 +249,10 @@ fn add_block(film: &mut ImageSums, width: usize, block: &Block) {
             if sums.is_empty() {
                 sums.resize(film.weights.len(), Rgb::BLACK);
             }
-            for (sum, value) in sums[of_film.clone()].iter_mut().zip(&values[of_block.clone()]) {
+            for (sum, value) in sums[of_film.clone()]
+                .iter_mut()
+                .zip(&values[of_block.clone()])
+            {
                 *sum += *value;
             }
         }

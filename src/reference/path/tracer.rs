@@ -164,7 +164,10 @@ impl<'a> Tracer<'a> {
         self.meet_emitter(path, Some(&hit));
         let bsdf = Bsdf::at(self.scene, &hit, &point);
         let wi = -path.ray.direction;
-        let is_last = self.settings.max_depth.is_some_and(|most| path.legs >= most);
+        let is_last = self
+            .settings
+            .max_depth
+            .is_some_and(|most| path.legs >= most);
         if !is_last {
             self.sample_emitter(path, &point, &bsdf, numbers.emitter(surface));
         }

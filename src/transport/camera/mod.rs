@@ -320,9 +320,7 @@ impl Camera {
     pub fn ray_through(&self, at: DVec2, lens: DVec2) -> PixelRay {
         let on_film = (self.center - at) / self.pixels;
         let depth = self.far_clip - self.near_clip;
-        let (ray, stretch) = self
-            .lens
-            .ray(&self.to_world, on_film, lens, self.near_clip);
+        let (ray, stretch) = self.lens.ray(&self.to_world, on_film, lens, self.near_clip);
         PixelRay {
             ray,
             reach: depth * stretch,
