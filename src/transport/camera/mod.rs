@@ -108,7 +108,11 @@ impl Camera {
     /// of the scene has a reflectance that is not a constant colour.
     pub fn new(scene: &Scene, sensor: &Sensor) -> Result<Self, CameraError> {
         let id = || sensor.id.clone();
-        if matches!(sensor.kind, SensorKind::ThinLens { .. }) {
+        let is_refused = matches!(
+            sensor.kind,
+            SensorKind::ThinLens { .. } | SensorKind::IrradianceMeter { .. }
+        );
+        if is_refused {
             return Err(CameraError::Kind {
                 id: id(),
                 plugin: sensor.plugin(),
@@ -157,10 +161,7 @@ impl Camera {
                 far_clip,
             } => (*to_world, *near_clip, *far_clip, 1.0, DVec2::ZERO),
             SensorKind::IrradianceMeter { .. } => {
-                return Err(CameraError::Kind {
-                    id: id(),
-                    plugin: sensor.plugin(),
-                });
+                return Err(CameraError::NoCamera { id: id() });
             }
         };
         let full = DVec2::new(f64::from(film.width), f64::from(film.height));
