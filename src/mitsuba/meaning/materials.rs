@@ -43,7 +43,7 @@ pub struct Materials {
     pub list: Vec<Material>,
     pub textures: Textures,
     known: HashMap<ObjectIndex, MaterialId>,
-    default: Option<MaterialId>,
+    defaults: [Option<MaterialId>; 2],
 }
 
 impl Materials {
@@ -53,14 +53,17 @@ impl Materials {
     }
 
     /// What a shape without a bsdf gets, as in Mitsuba: `diffuse` with reflectance 0.5.
-    pub fn default_material(&mut self) -> MaterialId {
-        if let Some(id) = self.default {
+    ///
+    /// One that shines is black, as in Mitsuba, which keeps lamps from reflecting unless told to.
+    pub fn default_material(&mut self, shines: bool) -> MaterialId {
+        if let Some(id) = self.defaults[usize::from(shines)] {
             return id;
         }
+        let reflectance = if shines { 0.0 } else { DEFAULT_REFLECTANCE };
         let id = self.add(Material::Diffuse {
-            reflectance: Color::Constant(Rgb::grey(DEFAULT_REFLECTANCE)),
+            reflectance: Color::Constant(Rgb::grey(reflectance)),
         });
-        self.default = Some(id);
+        self.defaults[usize::from(shines)] = Some(id);
         id
     }
 

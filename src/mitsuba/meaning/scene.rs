@@ -216,12 +216,13 @@ impl SceneReader<'_, '_> {
         };
         plugin.refuse(Kind::Medium, "media are not modelled")?;
         plugin.float_or("silhouette_sampling_weight", 1.0)?;
-        let material = match plugin.child(Kind::Bsdf)? {
+        let bsdf = plugin.child(Kind::Bsdf)?;
+        let emitter = plugin.child(Kind::Emitter)?;
+        let material = match bsdf {
             Some(bsdf) => self.materials.read(tree, bsdf, self.files)?,
-            None => self.materials.default_material(),
+            None => self.materials.default_material(emitter.is_some()),
         };
         let id = ShapeId(self.objects.len() as u32);
-        let emitter = plugin.child(Kind::Emitter)?;
         let meters = plugin.children(Kind::Sensor);
         if instance.is_some() {
             plugin.refuse(
