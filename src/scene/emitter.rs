@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::ShapeId;
+use super::{Envmap, ShapeId};
 use crate::geometry::Transform;
 use crate::radiometry::Rgb;
 
@@ -46,6 +46,13 @@ pub enum Emitter {
         /// Radiance [W/m²/sr].
         radiance: Rgb,
     },
+    /// The same light from all directions, infinitely far away.
+    Constant {
+        /// Radiance [W/m²/sr].
+        radiance: Rgb,
+    },
+    /// An image of the light from all directions, infinitely far away.
+    Envmap(Envmap),
 }
 
 impl Emitter {
@@ -56,12 +63,27 @@ impl Emitter {
             Self::Spot { .. } => "spot",
             Self::Directional { .. } => "directional",
             Self::Area { .. } => "area",
+            Self::Constant { .. } => "constant",
+            Self::Envmap(_) => "envmap",
         }
     }
 
     /// Whether a receiver point sees at most one direction of its light.
     pub fn is_delta(&self) -> bool {
-        !matches!(self, Self::Area { .. })
+        !matches!(self, Self::Area { .. }) && !self.is_environment()
+    }
+
+    /// Whether its light comes from all round, infinitely far away.
+    pub fn is_environment(&self) -> bool {
+        matches!(self, Self::Constant { .. } | Self::Envmap(_))
+    }
+
+    /// Whether red, green and blue of all its light are the same.
+    pub fn is_grey(&self) -> bool {
+        match self {
+            Self::Envmap(map) => map.is_grey(),
+            _ => self.strength().is_grey(),
+        }
     }
 
     /// The shape that shines, if it is one.
@@ -72,12 +94,13 @@ impl Emitter {
         }
     }
 
-    /// Its strength, in the unit of its kind.
+    /// Its strength, in the unit of its kind; of an image the largest of all directions, channel by channel.
     pub fn strength(&self) -> Rgb {
-        match *self {
-            Self::Point { intensity, .. } | Self::Spot { intensity, .. } => intensity,
-            Self::Directional { irradiance, .. } => irradiance,
-            Self::Area { radiance, .. } => radiance,
+        match self {
+            Self::Point { intensity, .. } | Self::Spot { intensity, .. } => *intensity,
+            Self::Directional { irradiance, .. } => *irradiance,
+            Self::Area { radiance, .. } | Self::Constant { radiance } => *radiance,
+            Self::Envmap(map) => map.peak(),
         }
     }
 }

@@ -1,6 +1,7 @@
 //! What a scene holds: immutable and validated.
 
 mod emitter;
+mod environment;
 mod material;
 mod material_check;
 mod notice;
@@ -14,6 +15,7 @@ use std::path::{Path, PathBuf};
 use crate::geometry::{Shape, World};
 
 pub use emitter::Emitter;
+pub use environment::{Envmap, EnvmapCell, EnvmapError};
 pub use material::{Coat, Material, MaterialId, NormalTurn, Roughness};
 pub use notice::{Ignored, SourcePosition, Warning};
 pub use requirements::{Requirement, is_achromatic, requirements};

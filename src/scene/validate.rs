@@ -72,6 +72,10 @@ pub(super) fn check(parts: &SceneParts) -> Result<(), SceneError> {
             pair[0].0
         ));
     }
+    let environments = parts.emitters.iter().filter(|it| it.is_environment());
+    if environments.count() > 1 {
+        return fail("there are two environments; one is allowed".to_owned());
+    }
     for sensor in &parts.sensors {
         if let SensorKind::IrradianceMeter { shape } = &sensor.kind
             && !known(shape)

@@ -1,6 +1,6 @@
 //! What of a scene specular chains leave out: photons, beams and probes follow smooth interfaces only.
 
-use crate::scene::{Material, MaterialId, Object, Scalar, Scene};
+use crate::scene::{Emitter, Material, MaterialId, Object, Scalar, Scene};
 
 /// A scene that chains cannot be followed in.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -36,6 +36,35 @@ pub fn check_masks(scene: &Scene) -> Result<(), VaryingMask> {
         None => Ok(()),
         Some(object) => Err(VaryingMask {
             shape: object.id.clone(),
+        }),
+    }
+}
+
+/// An emitter that chains cannot start at.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "emitter {index} ({plugin}) shines from all round: photons, beams and probes start at points, directions \
+     and surfaces; use --method path"
+)]
+pub struct EnvironmentLight {
+    /// Which, in the file's order, from 0.
+    pub index: usize,
+    /// Mitsuba's name of the emitter.
+    pub plugin: &'static str,
+}
+
+/// Fails where light comes from all round, infinitely far away.
+///
+/// # Errors
+///
+/// The first such emitter that is not black.
+pub fn check_emitters(scene: &Scene) -> Result<(), EnvironmentLight> {
+    let refused = |emitter: &Emitter| emitter.is_environment() && !emitter.strength().is_black();
+    match scene.emitters().iter().position(refused) {
+        None => Ok(()),
+        Some(index) => Err(EnvironmentLight {
+            index,
+            plugin: scene.emitters()[index].plugin(),
         }),
     }
 }

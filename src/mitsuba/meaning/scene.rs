@@ -111,7 +111,12 @@ impl SceneReader<'_, '_> {
             // It shines where a shape refers to it.
             Kind::Emitter if object.plugin == "area" => Ok(()),
             Kind::Emitter => {
-                self.emitters.push(emitters::read(tree, child)?);
+                let emitter = emitters::read(tree, child, self.files)?;
+                if emitter.is_environment() && self.emitters.iter().any(Emitter::is_environment) {
+                    return Err(Plugin::new(tree, child)
+                        .error("is a second environment; a scene can have one"));
+                }
+                self.emitters.push(emitter);
                 Ok(())
             }
             Kind::Sensor => {

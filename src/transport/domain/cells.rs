@@ -9,7 +9,7 @@ use super::surface::{LightSurface, MAX_TRIANGLES, Part};
 use crate::geometry::{Bounds, Shape};
 use crate::radiometry::Rgb;
 use crate::scene::{Emitter, Scene};
-use crate::transport::chain_limits::{VaryingMask, check_masks};
+use crate::transport::chain_limits::{EnvironmentLight, VaryingMask, check_emitters, check_masks};
 
 /// Cells are divided until there are this many, so that they follow the outline of the specular
 /// geometry (some 5 % of a ball's cells are at its rim then) and a cell's rays stay together.
@@ -68,6 +68,9 @@ pub enum LightSpaceError {
     /// A mask's opacity is a texture.
     #[error(transparent)]
     VaryingMask(#[from] VaryingMask),
+    /// Light comes from all round.
+    #[error(transparent)]
+    Environment(#[from] EnvironmentLight),
 }
 
 impl LightSpace {
@@ -75,9 +78,10 @@ impl LightSpace {
     ///
     /// # Errors
     ///
-    /// Where the shape of an area light is not modelled, or a mask's opacity is a texture.
+    /// Where the shape of an area light is not modelled, a mask's opacity is a texture, or light comes from all round.
     pub fn new(scene: &Scene) -> Result<Self, LightSpaceError> {
         check_masks(scene)?;
+        check_emitters(scene)?;
         let targets = Targets::new(scene);
         let mut charts = Vec::new();
         let mut emitters = Vec::new();
@@ -335,6 +339,8 @@ fn add_charts(
                 }
             }
         }
+        // Refused before, unless it is black.
+        Emitter::Constant { .. } | Emitter::Envmap(_) => {}
     }
     Ok(())
 }
