@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{Envmap, ShapeId};
+use super::{Envmap, ShapeId, TextureId};
 use crate::geometry::Transform;
 use crate::radiometry::Rgb;
 
@@ -43,8 +43,10 @@ pub enum Emitter {
     Area {
         /// The shape that shines.
         shape: ShapeId,
-        /// Radiance [W/m²/sr].
+        /// Radiance [W/m²/sr]; where there is a texture, a factor on its values.
         radiance: Rgb,
+        /// How it varies over the surface.
+        texture: Option<TextureId>,
     },
     /// The same light from all directions, infinitely far away.
     Constant {
@@ -78,10 +80,13 @@ impl Emitter {
         matches!(self, Self::Constant { .. } | Self::Envmap(_))
     }
 
-    /// Whether red, green and blue of all its light are the same.
+    /// Whether red, green and blue of all its light are known to be the same; of a texture they are not.
     pub fn is_grey(&self) -> bool {
         match self {
             Self::Envmap(map) => map.is_grey(),
+            Self::Area {
+                texture: Some(_), ..
+            } => false,
             _ => self.strength().is_grey(),
         }
     }
@@ -94,7 +99,8 @@ impl Emitter {
         }
     }
 
-    /// Its strength, in the unit of its kind; of an image the largest of all directions, channel by channel.
+    /// Its strength, in the unit of its kind; of an image the largest of all directions, channel by
+    /// channel, and where a texture varies it the factor on that.
     pub fn strength(&self) -> Rgb {
         match self {
             Self::Point { intensity, .. } | Self::Spot { intensity, .. } => *intensity,

@@ -58,10 +58,16 @@ pub(super) fn check(parts: &SceneParts) -> Result<(), SceneError> {
                 emitter.strength().0
             ));
         }
-        if let Emitter::Area { shape, .. } = emitter
-            && !known(shape)
-        {
-            return fail(format!("an area emitter refers to shape {}", shape.0));
+        if let Emitter::Area { shape, texture, .. } = emitter {
+            if !known(shape) {
+                return fail(format!("an area emitter refers to shape {}", shape.0));
+            }
+            if texture.is_some_and(|id| id.0 as usize >= parts.textures.len()) {
+                return fail(format!(
+                    "the area emitter on shape {} has no such texture",
+                    shape.0
+                ));
+            }
         }
     }
     let mut shining: Vec<ShapeId> = parts.emitters.iter().filter_map(Emitter::shape).collect();

@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use super::plugin::Plugin;
 use super::spectra::{self, Role};
+use super::textures::Textures;
 use crate::film::bitmap::{Bitmap, Encoding};
 use crate::geometry::Transform;
 use crate::mitsuba::error::{LoadError, did_you_mean};
@@ -35,7 +36,15 @@ pub fn read(tree: &Tree, emitter: ObjectIndex, files: &mut Files) -> Result<Emit
 }
 
 /// An emitter that belongs to a shape.
-pub fn read_area(tree: &Tree, emitter: ObjectIndex, shape: ShapeId) -> Result<Emitter, LoadError> {
+///
+/// Its radiance may be a texture.
+pub fn read_area(
+    tree: &Tree,
+    emitter: ObjectIndex,
+    shape: ShapeId,
+    textures: &mut Textures,
+    files: &mut Files,
+) -> Result<Emitter, LoadError> {
     let plugin = Plugin::new(tree, emitter);
     match plugin.name() {
         "area" => {}
@@ -44,9 +53,17 @@ pub fn read_area(tree: &Tree, emitter: ObjectIndex, shape: ShapeId) -> Result<Em
         }
         _ => return Err(not_modelled(&plugin)),
     }
-    let radiance = strength(tree, &plugin, "radiance")?;
+    let texture = textures.emission(tree, &plugin, "radiance", files)?;
+    let radiance = match texture {
+        Some(_) => Rgb::WHITE,
+        None => strength(tree, &plugin, "radiance")?,
+    };
     finish(plugin)?;
-    Ok(Emitter::Area { shape, radiance })
+    Ok(Emitter::Area {
+        shape,
+        radiance,
+        texture,
+    })
 }
 
 fn not_modelled(plugin: &Plugin) -> LoadError {

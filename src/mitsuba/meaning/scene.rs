@@ -237,7 +237,9 @@ impl SceneReader<'_, '_> {
                 return Err(Plugin::new(tree, emitter)
                     .error("shines from several shapes; give each its own"));
             }
-            self.emitters.push(emitters::read_area(tree, emitter, id)?);
+            let textures = &mut self.materials.textures;
+            let area = emitters::read_area(tree, emitter, id, textures, self.files)?;
+            self.emitters.push(area);
         }
         self.meters(&meters, id)?;
         let object_id = self.ids.of(tree, shape, prefix);

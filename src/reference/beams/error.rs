@@ -2,7 +2,7 @@
 
 use crate::scene::{Emitter, Scene};
 use crate::transport::camera::CameraError;
-use crate::transport::chain_limits::{EnvironmentLight, check_emitters};
+use crate::transport::chain_limits::{UnfollowedLight, check_emitters};
 use crate::transport::domain::surface::{LightSurface, MAX_TRIANGLES};
 use crate::transport::receiver::ReceiverError;
 
@@ -34,9 +34,9 @@ pub enum BeamError {
         /// The shape's id.
         id: String,
     },
-    /// Light comes from all round.
+    /// Light comes from all round, or varies over a surface.
     #[error(transparent)]
-    Environment(#[from] EnvironmentLight),
+    Unfollowed(#[from] UnfollowedLight),
     /// A setting outside its range.
     #[error("{name} is {value}; {allowed} are allowed")]
     Setting {

@@ -86,10 +86,14 @@ impl<'a> Lights<'a> {
         let lights = scene.emitters().iter().enumerate();
         let lights = lights
             .map(|(index, emitter)| match emitter {
-                Emitter::Area { shape, radiance } => {
+                Emitter::Area {
+                    shape,
+                    radiance,
+                    texture,
+                } => {
                     // A scene has at most one emitter a shape, and fewer than 2³² of them.
                     of_shape[shape.0 as usize] = Some(index as u32);
-                    Light::Area(AreaLight::new(scene, *shape, *radiance))
+                    Light::Area(AreaLight::new(scene, *shape, *radiance, *texture))
                 }
                 Emitter::Point {
                     position,
@@ -151,7 +155,7 @@ impl<'a> Lights<'a> {
         match self.met(hit) {
             Some(Met::Surface(light, hit)) => {
                 let point = self.scene.world().surface_point(ray, hit);
-                light.emitted(&point, ray.direction)
+                light.emitted(hit, &point, ray.direction)
             }
             Some(Met::Environment(light)) => light.radiance(ray.direction),
             None => Rgb::BLACK,
