@@ -72,7 +72,9 @@ fn a_furnace_is_as_bright_as_its_series_however_light_is_found() {
         furnace()
     ));
     // Sampling emitters alone has no variance to speak of: where two walls meet, cos cos'/r² is not square integrable.
-    let ways = WAYS.into_iter().filter(|way| *way != LightSampling::Emitters);
+    let ways = WAYS
+        .into_iter()
+        .filter(|way| *way != LightSampling::Emitters);
     for light_sampling in ways {
         for stream in [StreamKind::Sobol, StreamKind::Random] {
             let settings = PathSettings {

@@ -470,6 +470,7 @@ fn area_lights_fall_on_meshes_as_on_rectangles() {
             emitters: vec![Emitter::Area {
                 shape: ShapeId(1),
                 radiance: Rgb::WHITE,
+                texture: None,
             }],
             sensors: base.sensors().to_vec(),
             ..SceneParts::default()

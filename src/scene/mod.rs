@@ -1,6 +1,7 @@
 //! What a scene holds: immutable and validated.
 
 mod emitter;
+mod environment;
 mod integrator;
 mod material;
 mod material_check;
@@ -16,6 +17,7 @@ use crate::geometry::{Shape, World};
 
 pub use crate::film::ReconstructionFilter;
 pub use emitter::Emitter;
+pub use environment::{Envmap, EnvmapCell, EnvmapError};
 pub use integrator::Integrator;
 pub use material::{Coat, Material, MaterialId, NormalTurn, Roughness};
 pub use notice::{Ignored, SourcePosition, Warning};

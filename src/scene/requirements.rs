@@ -43,7 +43,18 @@ pub fn requirements(scene: &Scene) -> Vec<Requirement> {
                 })
                 .collect::<Vec<_>>(),
             "shines from a surface: two more dimensions",
-            "every emitter is a point or a direction",
+            "no emitter is a surface",
+        ),
+        item(
+            "environments",
+            &scene
+                .emitters()
+                .iter()
+                .filter(|emitter| emitter.is_environment())
+                .map(Emitter::plugin)
+                .collect::<Vec<_>>(),
+            "shines from all round: for paths from a camera only",
+            "no light comes from all round",
         ),
         item(
             "opaque surfaces",
@@ -107,10 +118,7 @@ pub fn requirements(scene: &Scene) -> Vec<Requirement> {
 
 /// Whether one channel can stand for red, green and blue.
 pub fn is_achromatic(scene: &Scene) -> bool {
-    scene
-        .emitters()
-        .iter()
-        .all(|emitter| emitter.strength().is_grey())
+    scene.emitters().iter().all(Emitter::is_grey)
         && scene.objects().iter().all(|object| {
             scene
                 .material(object.material)
@@ -127,7 +135,7 @@ fn colour(scene: &Scene) -> Requirement {
     let emitters = scene
         .emitters()
         .iter()
-        .filter(|emitter| !emitter.strength().is_grey())
+        .filter(|emitter| !emitter.is_grey())
         .count();
     let mut reason = item("", &coloured, "colours light", "").reason;
     if emitters > 0 {

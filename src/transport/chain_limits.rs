@@ -1,6 +1,6 @@
 //! What of a scene specular chains leave out: photons, beams and probes follow smooth interfaces only.
 
-use crate::scene::{Material, MaterialId, Object, Scalar, Scene};
+use crate::scene::{Emitter, Material, MaterialId, Object, Scalar, Scene};
 
 /// A scene that chains cannot be followed in.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -38,6 +38,45 @@ pub fn check_masks(scene: &Scene) -> Result<(), VaryingMask> {
             shape: object.id.clone(),
         }),
     }
+}
+
+/// An emitter that chains cannot start at.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "emitter {index} ({plugin}) {what}: photons, beams and probes start at points, directions and surfaces \
+     that shine evenly; use --method path"
+)]
+pub struct UnfollowedLight {
+    /// Which, in the file's order, from 0.
+    pub index: usize,
+    /// Mitsuba's name of the emitter.
+    pub plugin: &'static str,
+    /// What it does.
+    pub what: &'static str,
+}
+
+/// Fails where light comes from all round, infinitely far away, or varies over a surface.
+///
+/// # Errors
+///
+/// The first such emitter that is not black.
+pub fn check_emitters(scene: &Scene) -> Result<(), UnfollowedLight> {
+    for (index, emitter) in scene.emitters().iter().enumerate() {
+        let what = match emitter {
+            _ if emitter.strength().is_black() => continue,
+            Emitter::Constant { .. } | Emitter::Envmap(_) => "shines from all round",
+            Emitter::Area {
+                texture: Some(_), ..
+            } => "has a texture",
+            _ => continue,
+        };
+        return Err(UnfollowedLight {
+            index,
+            plugin: emitter.plugin(),
+            what,
+        });
+    }
+    Ok(())
 }
 
 /// What to warn of where light is followed along specular chains only: rough interfaces, and smooth ones

@@ -118,7 +118,12 @@ impl SceneReader<'_, '_> {
             // It shines where a shape refers to it.
             Kind::Emitter if object.plugin == "area" => Ok(()),
             Kind::Emitter => {
-                self.emitters.push(emitters::read(tree, child)?);
+                let emitter = emitters::read(tree, child, self.files)?;
+                if emitter.is_environment() && self.emitters.iter().any(Emitter::is_environment) {
+                    return Err(Plugin::new(tree, child)
+                        .error("is a second environment; a scene can have one"));
+                }
+                self.emitters.push(emitter);
                 Ok(())
             }
             Kind::Sensor => {
@@ -241,7 +246,9 @@ impl SceneReader<'_, '_> {
                 return Err(Plugin::new(tree, emitter)
                     .error("shines from several shapes; give each its own"));
             }
-            self.emitters.push(emitters::read_area(tree, emitter, id)?);
+            let textures = &mut self.materials.textures;
+            let area = emitters::read_area(tree, emitter, id, textures, self.files)?;
+            self.emitters.push(area);
         }
         self.meters(&meters, id)?;
         let object_id = self.ids.of(tree, shape, prefix);

@@ -133,6 +133,27 @@ impl Textures {
         }
     }
 
+    /// The texture that light is given by, if it is one; its image must be there, and not be negative.
+    pub fn emission(
+        &mut self,
+        tree: &Tree,
+        plugin: &Plugin,
+        name: &str,
+        files: &mut Files,
+    ) -> Result<Option<TextureId>, LoadError> {
+        let Some(texture) = of_parameter(tree, plugin, name) else {
+            return Ok(None);
+        };
+        let id = self.required(tree, texture, files)?;
+        match self.range(id) {
+            Some([low, _]) if low < 0.0 => {
+                let message = format!("holds {low}, but light must not be negative");
+                Err(Plugin::new(tree, texture).error(message))
+            }
+            _ => Ok(Some(id)),
+        }
+    }
+
     /// Fails where an image has negative texels, warns where it has some above 1.
     fn check_fraction(&mut self, texture: &Plugin, id: TextureId) -> Result<(), LoadError> {
         let Some([low, high]) = self.range(id) else {

@@ -4,19 +4,23 @@ use glam::{DVec2, DVec3};
 
 use super::LightSample;
 use super::sphere::BallView;
-use crate::geometry::{Mesh, Shape, Sphere, SurfacePoint};
+use crate::geometry::{Hit, Mesh, Ray, Shape, Sphere, SurfacePoint};
 use crate::numeric::Choice;
 use crate::radiometry::Rgb;
-use crate::scene::{Scene, ShapeId};
+use crate::scene::{Scene, ShapeId, TextureId, TexturePoint};
 
-/// A shape whose front shines the same in all directions.
+/// A shape whose front shines, from each of its points the same in all directions.
 #[derive(Clone, Debug)]
 pub(super) struct AreaLight<'a> {
+    scene: &'a Scene,
+    shape: ShapeId,
     form: Form<'a>,
     /// [m²]
     area: f64,
-    /// [W/m²/sr]
+    /// [W/m²/sr], or a factor on the texture.
     radiance: Rgb,
+    /// Directions are chosen without a look at it; Mitsuba prefers bright texels.
+    texture: Option<TextureId>,
 }
 
 /// How directions to it are chosen.
@@ -32,31 +36,47 @@ enum Form<'a> {
 
 impl<'a> AreaLight<'a> {
     /// A shape of the scene that shines.
-    pub(super) fn new(scene: &'a Scene, shape: ShapeId, radiance: Rgb) -> Self {
-        let shape = &scene.world().shapes()[shape.0 as usize];
-        let form = match shape {
+    pub(super) fn new(
+        scene: &'a Scene,
+        shape: ShapeId,
+        radiance: Rgb,
+        texture: Option<TextureId>,
+    ) -> Self {
+        let surface = &scene.world().shapes()[shape.0 as usize];
+        let form = match surface {
             Shape::Sphere(sphere) => Form::Ball(sphere),
             Shape::Mesh(mesh) => Form::Mesh(mesh, faces_by_area(mesh)),
-            Shape::Rectangle(_) | Shape::Disk(_) | Shape::Cylinder(_) => Form::Patch(shape),
+            Shape::Rectangle(_) | Shape::Disk(_) | Shape::Cylinder(_) => Form::Patch(surface),
         };
         let area = match &form {
             Form::Mesh(_, faces) => faces.as_ref().map_or(0.0, Choice::total),
-            _ => shape.area(),
+            _ => surface.area(),
         };
         Self {
+            scene,
+            shape,
             form,
             area,
             radiance,
+            texture,
         }
     }
 
     /// Radiance [W/m²/sr] from `point` of the surface against the ray along `direction`.
-    pub(super) fn emitted(&self, point: &SurfacePoint, direction: DVec3) -> Rgb {
+    pub(super) fn emitted(&self, hit: &Hit, point: &SurfacePoint, direction: DVec3) -> Rgb {
         if point.geometric_normal.dot(direction) < 0.0 {
-            self.radiance
+            self.radiance_at(hit, point)
         } else {
             Rgb::BLACK
         }
+    }
+
+    /// Radiance [W/m²/sr] of the front at `point`.
+    fn radiance_at(&self, hit: &Hit, point: &SurfacePoint) -> Rgb {
+        self.texture.map_or(self.radiance, |texture| {
+            let at = TexturePoint::new(self.scene, hit, point);
+            self.scene.texture_value(texture, &at) * self.radiance
+        })
     }
 
     /// The density [1/sr] of the direction from `from` to `point`, a unit vector, in [`Self::sample`].
@@ -84,14 +104,26 @@ impl<'a> AreaLight<'a> {
         match &self.form {
             Form::Ball(ball) => self.sample_ball(ball, from, u),
             Form::Mesh(mesh, faces) => {
-                self.sample_point(from, &uniform_on_mesh(mesh, faces.as_ref()?, u))
+                let (face, barycentric) = uniform_on_mesh(faces.as_ref()?, u);
+                // Only faces with an area are chosen: they need no other normal.
+                let target = mesh.at_barycentric(face, barycentric, DVec3::ZERO);
+                self.sample_point(from, &target, face, barycentric)
             }
-            Form::Patch(shape) => self.sample_point(from, &uniform_on_patch(shape, u)?),
+            Form::Patch(shape) => {
+                let target = uniform_on_patch(shape, u)?;
+                self.sample_point(from, &target, 0, DVec2::ZERO)
+            }
         }
     }
 
     /// The direction to a point chosen uniformly over the area.
-    fn sample_point(&self, from: &SurfacePoint, target: &SurfacePoint) -> Option<LightSample> {
+    fn sample_point(
+        &self,
+        from: &SurfacePoint,
+        target: &SurfacePoint,
+        face: u32,
+        barycentric: DVec2,
+    ) -> Option<LightSample> {
         let offset = target.position - from.position;
         let distance = offset.length();
         let direction = offset.try_normalize()?;
@@ -99,58 +131,84 @@ impl<'a> AreaLight<'a> {
         if cos_light <= 0.0 {
             return None;
         }
-        let pdf_solid_angle = distance * distance / (self.area * cos_light);
-        let margin = target.position_error.length() + from.position_error.length();
-        self.sampled(direction, distance, cos_light, margin, pdf_solid_angle)
+        let hit = Hit {
+            distance,
+            shape: self.shape.0,
+            face,
+            barycentric,
+        };
+        Seen {
+            direction,
+            distance,
+            cos_light,
+            pdf_solid_angle: distance * distance / (self.area * cos_light),
+            margin: target.position_error.length() + from.position_error.length(),
+        }
+        .sample(|| self.radiance_at(&hit, target))
     }
 
     fn sample_ball(&self, ball: &Sphere, from: &SurfacePoint, u: [f64; 2]) -> Option<LightSample> {
         let view = BallView::new(ball, from.position);
-        let seen = view.sample(ball, u)?;
-        let margin = ball.along(DVec3::Z).position_error.length() + from.position_error.length();
-        self.sampled(
-            seen.direction,
-            seen.distance,
-            seen.cos_light,
-            margin,
-            view.pdf_solid_angle(),
-        )
+        let found = view.sample(ball, u)?;
+        let error = ball.along(DVec3::Z).position_error;
+        Seen {
+            direction: found.direction,
+            distance: found.distance,
+            cos_light: found.cos_light,
+            pdf_solid_angle: view.pdf_solid_angle(),
+            margin: error.length() + from.position_error.length(),
+        }
+        .sample(|| {
+            let hit = Hit {
+                distance: found.distance,
+                shape: self.shape.0,
+                face: 0,
+                barycentric: DVec2::ZERO,
+            };
+            let ray = Ray::new(from.position, found.direction);
+            self.radiance_at(&hit, &self.scene.world().surface_point(&ray, &hit))
+        })
     }
+}
 
-    /// `margin`: how far the two ends may be off their surfaces.
-    fn sampled(
-        &self,
-        direction: DVec3,
-        distance: f64,
-        cos_light: f64,
-        margin: f64,
-        pdf_solid_angle: f64,
-    ) -> Option<LightSample> {
+/// A place of a light, as seen from a point.
+struct Seen {
+    direction: DVec3,
+    distance: f64,
+    /// Between the light's normal and the way back.
+    cos_light: f64,
+    pdf_solid_angle: f64,
+    /// How far the two ends may be off their surfaces.
+    margin: f64,
+}
+
+impl Seen {
+    /// With the radiance [W/m²/sr] that it sends.
+    fn sample(self, radiance: impl FnOnce() -> Rgb) -> Option<LightSample> {
         // Distance zero has no direction, and squares of lengths may leave the range of f64.
-        if !(pdf_solid_angle > 0.0 && pdf_solid_angle.is_finite()) {
+        if !(self.pdf_solid_angle > 0.0 && self.pdf_solid_angle.is_finite()) {
             return None;
         }
         Some(LightSample {
-            direction,
-            distance,
+            direction: self.direction,
+            distance: self.distance,
             // A ray that comes in at a slant passes the surface's margin over a longer way.
-            reach: distance * (1.0 - 8.0 * f64::EPSILON) - 2.0 * margin / cos_light,
-            radiance_over_pdf: self.radiance / pdf_solid_angle,
-            pdf_solid_angle,
+            reach: self.distance * (1.0 - 8.0 * f64::EPSILON) - 2.0 * self.margin / self.cos_light,
+            radiance_over_pdf: radiance() / self.pdf_solid_angle,
+            pdf_solid_angle: self.pdf_solid_angle,
             is_delta: false,
             emitter: 0,
         })
     }
 }
 
-/// A point of a mesh, uniform over its area.
-fn uniform_on_mesh(mesh: &Mesh, faces: &Choice, u: [f64; 2]) -> SurfacePoint {
+/// A face, and barycentric weights on it, uniform over a mesh's area.
+fn uniform_on_mesh(faces: &Choice, u: [f64; 2]) -> (u32, DVec2) {
     let face = faces.choose(u[0]);
     // Turk 1990: the density of √u cancels the narrowing towards the corner.
     let root = face.rest.sqrt();
     let barycentric = DVec2::new(root * (1.0 - u[1]), root * u[1]);
-    // Only faces with an area are chosen: they need no other normal.
-    mesh.at_barycentric(face.index as u32, barycentric, DVec3::ZERO)
+    (face.index as u32, barycentric)
 }
 
 /// A point of any other shape but a ball, uniform over its area.

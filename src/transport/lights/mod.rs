@@ -22,6 +22,7 @@
 
 mod area;
 mod delta;
+mod environment;
 mod sphere;
 
 use glam::DVec3;
@@ -32,6 +33,7 @@ use crate::scene::{Emitter, Scene};
 use crate::transport::domain::chart::Falloff;
 use area::AreaLight;
 use delta::DeltaLight;
+use environment::{Environment, ImageLight};
 
 /// All emitters of a scene, ready to be sampled.
 #[derive(Clone, Debug)]
@@ -41,6 +43,8 @@ pub struct Lights<'a> {
     lights: Vec<Light<'a>>,
     /// For each shape, the index of the light that it is.
     of_shape: Vec<Option<u32>>,
+    /// The index of the light all round.
+    environment: Option<usize>,
 }
 
 /// One emitter.
@@ -50,6 +54,7 @@ pub struct Lights<'a> {
 enum Light<'a> {
     Delta(DeltaLight),
     Area(AreaLight<'a>),
+    Environment(Environment<'a>),
 }
 
 /// A direction from which light may come to a point.
@@ -77,13 +82,18 @@ impl<'a> Lights<'a> {
     /// The emitters of `scene`; all of them can be sampled.
     pub fn new(scene: &'a Scene) -> Self {
         let mut of_shape = vec![None; scene.world().shapes().len()];
+        let environment = scene.emitters().iter().position(Emitter::is_environment);
         let lights = scene.emitters().iter().enumerate();
         let lights = lights
             .map(|(index, emitter)| match emitter {
-                Emitter::Area { shape, radiance } => {
+                Emitter::Area {
+                    shape,
+                    radiance,
+                    texture,
+                } => {
                     // A scene has at most one emitter a shape, and fewer than 2³² of them.
                     of_shape[shape.0 as usize] = Some(index as u32);
-                    Light::Area(AreaLight::new(scene, *shape, *radiance))
+                    Light::Area(AreaLight::new(scene, *shape, *radiance, *texture))
                 }
                 Emitter::Point {
                     position,
@@ -101,12 +111,19 @@ impl<'a> Lights<'a> {
                     direction,
                     irradiance,
                 } => Light::Delta(DeltaLight::far_away(*direction, *irradiance)),
+                Emitter::Constant { radiance } => {
+                    Light::Environment(Environment::Constant(*radiance))
+                }
+                Emitter::Envmap(map) => {
+                    Light::Environment(Environment::Image(ImageLight::new(map)))
+                }
             })
             .collect();
         Self {
             scene,
             lights,
             of_shape,
+            environment,
         }
     }
 
@@ -120,6 +137,7 @@ impl<'a> Lights<'a> {
         let sample = match &self.lights[emitter] {
             Light::Delta(light) => light.sample(point),
             Light::Area(light) => light.sample(point, [u[1], u[2]]),
+            Light::Environment(light) => light.sample([u[1], u[2]]),
         }?;
         Some(LightSample {
             radiance_over_pdf: sample.radiance_over_pdf * count as f64,
@@ -129,15 +147,17 @@ impl<'a> Lights<'a> {
         })
     }
 
-    /// Radiance [W/m²/sr] that comes back along a ray from what it met: the front side of an area light.
+    /// Radiance [W/m²/sr] that comes back along a ray from what it met: the front side of an area
+    /// light, or the environment.
     ///
     /// `hit` is what the ray met first, `None` where it left the scene. Delta lights are never met.
     pub fn emitted(&self, ray: &Ray, hit: Option<&Hit>) -> Rgb {
-        match hit.and_then(|hit| Some((hit, self.area_light(hit)?))) {
-            Some((hit, light)) => {
+        match self.met(hit) {
+            Some(Met::Surface(light, hit)) => {
                 let point = self.scene.world().surface_point(ray, hit);
-                light.emitted(&point, ray.direction)
+                light.emitted(hit, &point, ray.direction)
             }
+            Some(Met::Environment(light)) => light.radiance(ray.direction),
             None => Rgb::BLACK,
         }
     }
@@ -147,22 +167,33 @@ impl<'a> Lights<'a> {
     ///
     /// The ray may start elsewhere on the line, as it does behind null surfaces.
     pub fn pdf_solid_angle(&self, from: DVec3, ray: &Ray, hit: Option<&Hit>) -> f64 {
-        let pdf = match hit.and_then(|hit| Some((hit, self.area_light(hit)?))) {
-            Some((hit, light)) => {
+        let pdf = match self.met(hit) {
+            Some(Met::Surface(light, hit)) => {
                 let point = self.scene.world().bounce_point(ray, hit);
                 light.pdf_solid_angle(from, &point, ray.direction)
             }
+            Some(Met::Environment(light)) => light.pdf_solid_angle(ray.direction),
             None => 0.0,
         };
         pdf / self.lights.len().max(1) as f64
     }
 
-    /// The light that the surface is which was hit.
-    fn area_light(&self, hit: &Hit) -> Option<&AreaLight<'a>> {
-        let index = self.of_shape[hit.shape as usize]?;
-        match &self.lights[index as usize] {
-            Light::Area(light) => Some(light),
-            Light::Delta(_) => None,
+    /// The light that a ray met, if what it met can shine.
+    fn met<'b>(&'b self, hit: Option<&'b Hit>) -> Option<Met<'b, 'a>> {
+        let index = match hit {
+            Some(hit) => self.of_shape[hit.shape as usize]? as usize,
+            None => self.environment?,
+        };
+        match (&self.lights[index], hit) {
+            (Light::Area(light), Some(hit)) => Some(Met::Surface(light, hit)),
+            (Light::Environment(light), None) => Some(Met::Environment(light)),
+            _ => None,
         }
     }
+}
+
+/// What a ray met that can shine.
+enum Met<'b, 'a> {
+    Surface(&'b AreaLight<'a>, &'b Hit),
+    Environment(&'b Environment<'a>),
 }
