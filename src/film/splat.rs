@@ -60,13 +60,16 @@ impl Splatter {
     /// may have, cannot be divided by.
     pub fn spread_whole(&self, at: DVec2, footprint: &mut Footprint) -> bool {
         self.spread(at, footprint);
-        [&mut footprint.columns, &mut footprint.rows]
-            .into_iter()
-            .all(|weights| {
-                let sum: f64 = weights.iter().sum();
-                weights.iter_mut().for_each(|weight| *weight /= sum);
-                sum != 0.0
-            })
+        for weights in [&mut footprint.columns, &mut footprint.rows] {
+            let sum: f64 = weights.iter().sum();
+            if sum == 0.0 {
+                return false;
+            }
+            for weight in weights {
+                *weight /= sum;
+            }
+        }
+        true
     }
 
     /// The first pixel within reach of `at` along one axis, and the weights from there on.

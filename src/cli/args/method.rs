@@ -24,7 +24,7 @@ pub struct SharedArgs {
     pub replicates: Option<u32>,
 
     /// Specular events after which flux is cut off, up to 31; of paths the most legs from light to
-    /// camera, as Mitsuba's max_depth [default: 16; of paths the scene file's, else no limit]
+    /// camera, as Mitsuba's `max_depth` [default: 16; of paths the scene file's, else no limit]
     #[arg(long, value_name = "N")]
     pub max_depth: Option<u32>,
 

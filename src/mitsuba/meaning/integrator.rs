@@ -44,7 +44,7 @@ pub fn read(tree: &Tree, integrator: ObjectIndex) -> Result<Option<Integrator>, 
 }
 
 /// Why an integrator makes no difference to other methods.
-pub fn why_ignored(found: &Option<Integrator>) -> &'static str {
+pub fn why_ignored(found: Option<&Integrator>) -> &'static str {
     if found.is_some() {
         "methods are chosen on the command line; of this one paths from a camera take max_depth, \
          rr_depth and hide_emitters"

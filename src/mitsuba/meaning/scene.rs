@@ -136,7 +136,7 @@ impl SceneReader<'_, '_> {
             Kind::Integrator => {
                 let found = integrator::read(tree, child)?;
                 self.ignored
-                    .add(tree, child, integrator::why_ignored(&found));
+                    .add(tree, child, integrator::why_ignored(found.as_ref()));
                 self.integrator = self.integrator.take().or(found);
                 Ok(())
             }

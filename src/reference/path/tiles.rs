@@ -70,13 +70,14 @@ struct Block {
     sums: ImageSums,
 }
 
-/// A rectangle of pixels to sample, in film coordinates: the border, where it is sampled, lies outside the film.
+/// A rectangle of pixels to sample, counted from the top left one: with a border that is sampled, too, the
+/// film begins behind it.
 #[derive(Clone, Copy)]
 struct Tile {
-    left: i64,
-    top: i64,
-    right: i64,
-    bottom: i64,
+    left: usize,
+    top: usize,
+    right: usize,
+    bottom: usize,
 }
 
 impl ImageSums {
@@ -136,17 +137,17 @@ impl Job<'_> {
 
     /// All pixels to sample, row by row of tiles.
     fn tiles(&self) -> Vec<Tile> {
-        let border = self.camera.sampled_border() as i64;
-        let right = self.camera.width() as i64 + border;
-        let bottom = self.camera.height() as i64 + border;
+        let border = 2 * self.camera.sampled_border();
+        let right = self.camera.width() + border;
+        let bottom = self.camera.height() + border;
         let mut tiles = Vec::new();
-        for top in (-border..bottom).step_by(TILE) {
-            for left in (-border..right).step_by(TILE) {
+        for top in (0..bottom).step_by(TILE) {
+            for left in (0..right).step_by(TILE) {
                 tiles.push(Tile {
                     left,
                     top,
-                    right: (left + TILE as i64).min(right),
-                    bottom: (top + TILE as i64).min(bottom),
+                    right: (left + TILE).min(right),
+                    bottom: (top + TILE).min(bottom),
                 });
             }
         }
@@ -159,14 +160,14 @@ impl Job<'_> {
         let film = (self.camera.width(), self.camera.height());
         let splatter = Splatter::new(self.camera.filter(), film.0, film.1);
         let mut footprint = Footprint::default();
+        let border = self.camera.sampled_border() as f64;
         for y in tile.top..tile.bottom {
             for x in tile.left..tile.right {
-                // Border pixels have numbers, too: two's complement keeps them apart from all others.
                 let stream = self.stream.split(x as u64).split(y as u64);
                 for index in 0..self.samples {
                     let numbers = PathNumbers { stream, index };
                     let [u, v, s, t] = numbers.camera();
-                    let at = DVec2::new(within(x, u), within(y, v));
+                    let at = DVec2::new(within(x, u), within(y, v)) - border;
                     let view = self.camera.ray_through(at, DVec2::new(s, t));
                     let radiance = tracer.trace(&view, numbers);
                     if radiance.iter().all(|value| value.is_finite()) {
@@ -187,14 +188,11 @@ impl Job<'_> {
 
     /// An empty block of all pixels of the film that a tile's samples may reach.
     fn block(&self, tile: &Tile) -> Block {
-        let reach = self.camera.filter().border() as i64;
-        let clip = |from: i64, to: i64, size: usize| {
-            let size = size as i64;
-            let first = (from - reach).clamp(0, size);
-            (
-                first as usize,
-                ((to + reach).clamp(first, size) - first) as usize,
-            )
+        let (reach, border) = (self.camera.filter().border(), self.camera.sampled_border());
+        let clip = |from: usize, to: usize, size: usize| {
+            let first = from.saturating_sub(border + reach).min(size);
+            let end = (to + reach).saturating_sub(border).clamp(first, size);
+            (first, end - first)
         };
         let (left, width) = clip(tile.left, tile.right, self.camera.width());
         let (top, height) = clip(tile.top, tile.bottom, self.camera.height());
@@ -225,7 +223,7 @@ impl Block {
 
 /// `pixel + offset`, whose rounding must not lead to the next pixel.
 #[inline]
-fn within(pixel: i64, offset: f64) -> f64 {
+fn within(pixel: usize, offset: f64) -> f64 {
     (pixel as f64 + offset).min(((pixel + 1) as f64).next_down())
 }
 
