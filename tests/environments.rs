@@ -141,7 +141,8 @@ fn under_even_light_irradiance_is_pi_l() {
         }
         let (mean, error) = (moments.mean().unwrap(), moments.standard_error().unwrap());
         assert!((mean - 3.0 * PI).abs() < SIGMAS * error, "{mean} ± {error}");
-        assert!(error < 0.03);
+        // Uniform directions: the spread of 12 π cos θ on one half of the sphere, 12, by √n.
+        assert!(error < 0.05, "{error}");
     }
 }
 

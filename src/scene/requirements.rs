@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::{Emitter, Material, MaterialId, Object, Scene};
+use super::{Color, Emitter, Material, MaterialId, Object, Scene};
 use crate::geometry::Shape;
 
 /// One thing that a scene does or does not need modelled.
@@ -203,7 +203,6 @@ fn is_specular(scene: &Scene, object: &Object) -> bool {
 }
 
 fn is_filtering(scene: &Scene, id: MaterialId) -> bool {
-    use crate::radiometry::Rgb;
     contains(scene, id, &|material| match material {
         Material::Dielectric {
             specular_reflectance,
@@ -214,11 +213,11 @@ fn is_filtering(scene: &Scene, id: MaterialId) -> bool {
             specular_reflectance,
             specular_transmittance,
             ..
-        } => *specular_reflectance != Rgb::WHITE || *specular_transmittance != Rgb::WHITE,
+        } => *specular_reflectance != Color::WHITE || *specular_transmittance != Color::WHITE,
         Material::Conductor {
             specular_reflectance,
             ..
-        } => *specular_reflectance != Rgb::WHITE,
+        } => *specular_reflectance != Color::WHITE,
         _ => false,
     })
 }

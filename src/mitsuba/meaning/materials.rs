@@ -93,18 +93,17 @@ impl Materials {
                     files,
                 )?,
             },
-            "dielectric" | "thindielectric" => dielectric(tree, &plugin)?,
+            "dielectric" | "thindielectric" => self.dielectric(tree, &plugin, files)?,
             "conductor" => {
                 let (eta, k) = metal(tree, &plugin)?;
                 Material::Conductor {
                     eta,
                     k,
-                    specular_reflectance: spectra::read_or(
+                    specular_reflectance: self.textures.filter(
                         tree,
                         &plugin,
                         "specular_reflectance",
-                        Role::Fraction,
-                        1.0,
+                        files,
                     )?,
                 }
             }
@@ -206,6 +205,34 @@ impl Materials {
             distribution,
             alpha_u: of("alpha_u")?,
             alpha_v: of("alpha_v")?,
+        })
+    }
+
+    fn dielectric(
+        &mut self,
+        tree: &Tree,
+        plugin: &Plugin,
+        files: &mut Files,
+    ) -> Result<Material, LoadError> {
+        let interior_ior = ior::read(plugin, "int_ior", "bk7")?;
+        let exterior_ior = ior::read(plugin, "ext_ior", "air")?;
+        let mut factor = |name| self.textures.filter(tree, plugin, name, files);
+        let specular_reflectance = factor("specular_reflectance")?;
+        let specular_transmittance = factor("specular_transmittance")?;
+        Ok(if plugin.name() == "dielectric" {
+            Material::Dielectric {
+                interior_ior,
+                exterior_ior,
+                specular_reflectance,
+                specular_transmittance,
+            }
+        } else {
+            Material::ThinDielectric {
+                interior_ior,
+                exterior_ior,
+                specular_reflectance,
+                specular_transmittance,
+            }
         })
     }
 
@@ -398,29 +425,6 @@ fn differing_indices(plugin: &Plugin, inside: &str) -> Result<(f64, f64), LoadEr
         return Err(plugin.error(message));
     }
     Ok((interior, exterior))
-}
-
-fn dielectric(tree: &Tree, plugin: &Plugin) -> Result<Material, LoadError> {
-    let interior_ior = ior::read(plugin, "int_ior", "bk7")?;
-    let exterior_ior = ior::read(plugin, "ext_ior", "air")?;
-    let factor = |name| spectra::read_or(tree, plugin, name, Role::Fraction, 1.0);
-    let specular_reflectance = factor("specular_reflectance")?;
-    let specular_transmittance = factor("specular_transmittance")?;
-    Ok(if plugin.name() == "dielectric" {
-        Material::Dielectric {
-            interior_ior,
-            exterior_ior,
-            specular_reflectance,
-            specular_transmittance,
-        }
-    } else {
-        Material::ThinDielectric {
-            interior_ior,
-            exterior_ior,
-            specular_reflectance,
-            specular_transmittance,
-        }
-    })
 }
 
 /// `eta` and `k`, or `material`; the perfect mirror (eta 0, k 1) where the file gives neither.

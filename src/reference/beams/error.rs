@@ -2,7 +2,7 @@
 
 use crate::scene::{Emitter, Scene};
 use crate::transport::camera::CameraError;
-use crate::transport::chain_limits::{UnfollowedLight, check_emitters};
+use crate::transport::chain_limits::{self, NotFollowed};
 use crate::transport::domain::surface::{LightSurface, MAX_TRIANGLES};
 use crate::transport::receiver::ReceiverError;
 
@@ -34,9 +34,9 @@ pub enum BeamError {
         /// The shape's id.
         id: String,
     },
-    /// Light comes from all round, or varies over a surface.
+    /// Chains cannot be followed in the scene.
     #[error(transparent)]
-    Unfollowed(#[from] UnfollowedLight),
+    NotFollowed(#[from] NotFollowed),
     /// A setting outside its range.
     #[error("{name} is {value}; {allowed} are allowed")]
     Setting {
@@ -58,7 +58,6 @@ pub enum BeamError {
 ///
 /// Names what they cannot follow.
 pub fn supports(scene: &Scene) -> Result<(), BeamError> {
-    check_emitters(scene)?;
     for (index, emitter) in scene.emitters().iter().enumerate() {
         if let Emitter::Area { shape, .. } = emitter
             && !emitter.strength().is_black()
@@ -80,6 +79,7 @@ pub fn supports(scene: &Scene) -> Result<(), BeamError> {
             });
         }
     }
+    chain_limits::check(scene)?;
     Ok(())
 }
 

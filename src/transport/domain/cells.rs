@@ -9,7 +9,7 @@ use super::surface::{LightSurface, MAX_TRIANGLES, Part};
 use crate::geometry::{Bounds, Shape};
 use crate::radiometry::Rgb;
 use crate::scene::{Emitter, Scene};
-use crate::transport::chain_limits::{UnfollowedLight, VaryingMask, check_emitters, check_masks};
+use crate::transport::chain_limits::{self, NotFollowed};
 
 /// Cells are divided until there are this many, so that they follow the outline of the specular
 /// geometry (some 5 % of a ball's cells are at its rim then) and a cell's rays stay together.
@@ -65,12 +65,9 @@ pub enum LightSpaceError {
         /// Mitsuba's name of the shape.
         plugin: &'static str,
     },
-    /// A mask's opacity is a texture.
+    /// Chains cannot be followed in the scene.
     #[error(transparent)]
-    VaryingMask(#[from] VaryingMask),
-    /// Light comes from all round, or varies over a surface.
-    #[error(transparent)]
-    Unfollowed(#[from] UnfollowedLight),
+    NotFollowed(#[from] NotFollowed),
 }
 
 impl LightSpace {
@@ -78,10 +75,9 @@ impl LightSpace {
     ///
     /// # Errors
     ///
-    /// Where the shape of an area light is not modelled, a mask's opacity is a texture, or an emitter is not modelled.
+    /// Where the shape of an area light is not modelled, or chains cannot be followed in the scene.
     pub fn new(scene: &Scene) -> Result<Self, LightSpaceError> {
-        check_masks(scene)?;
-        check_emitters(scene)?;
+        chain_limits::check(scene)?;
         let targets = Targets::new(scene);
         let mut charts = Vec::new();
         let mut emitters = Vec::new();
