@@ -69,7 +69,7 @@ fn an_image_by_paths_has_a_layer_a_class_and_an_error_bar_for_each() {
         assert!(said.contains(words), "{words:?} in:\n{said}");
     }
     let image = exr::read(&folder.path("a.exr")).unwrap();
-    assert_eq!((image.width(), image.height()), (20, 12));
+    assert_eq!((image.width, image.height), (20, 12));
     for channel in ["L.R", "L.stderr.G", "direct.B", "direct.stderr.R"] {
         assert!(image.channel(channel).is_some(), "{channel}");
     }
