@@ -546,9 +546,12 @@ fn lens_camera() -> Camera {
     Camera::of_sensor(&scene(&thin_lens()).sensors()[0]).unwrap()
 }
 
+/// Film coordinates of the crop, a point of the lens, a ray and its length.
+type LensRay = ((f64, f64), (f64, f64), MitsubaRay, f64);
+
 /// Film coordinates of the crop, points of the lens, and what `sensor.sample_ray` of Mitsuba 3.9.1 (`scalar_rgb`)
 /// makes of them: origin, direction and `maxt`.
-const LENS_RAYS: [((f64, f64), (f64, f64), MitsubaRay, f64); 3] = [
+const LENS_RAYS: [LensRay; 3] = [
     (
         (0.0, 0.0),
         (0.5, 0.5),
