@@ -10,7 +10,7 @@ use nephroid::optics::{
     conductor_reflectance, dielectric_reflectance, reflect, refract, thin_slab_reflectance,
 };
 use nephroid::radiometry::Rgb;
-use nephroid::scene::{Material, MaterialId, Scalar, Scene};
+use nephroid::scene::{Color, Material, MaterialId, Scalar, Scene};
 use nephroid::transport::scatter::{Branch, Meeting, ShadingNormals, Way};
 use nephroid::transport::signature::Event;
 use proptest::prelude::*;
@@ -238,8 +238,8 @@ proptest! {
             Material::ThinDielectric {
                 interior_ior: ior,
                 exterior_ior: 1.0,
-                specular_reflectance: Rgb::WHITE,
-                specular_transmittance: Rgb::WHITE,
+                specular_reflectance: Color::WHITE,
+                specular_transmittance: Color::WHITE,
             },
             mirror(),
             Material::Null,
@@ -283,8 +283,8 @@ fn dielectric(ior: f64) -> Material {
     Material::Dielectric {
         interior_ior: ior,
         exterior_ior: 1.0,
-        specular_reflectance: Rgb::WHITE,
-        specular_transmittance: Rgb::WHITE,
+        specular_reflectance: Color::WHITE,
+        specular_transmittance: Color::WHITE,
     }
 }
 
@@ -292,7 +292,7 @@ fn mirror() -> Material {
     Material::Conductor {
         eta: Rgb::BLACK,
         k: Rgb::WHITE,
-        specular_reflectance: Rgb::WHITE,
+        specular_reflectance: Color::WHITE,
     }
 }
 

@@ -81,6 +81,7 @@ fn film(width: u32, height: u32) -> Film {
             height,
         },
         filter: ReconstructionFilter::Box,
+        sample_border: false,
     }
 }
 
@@ -469,6 +470,7 @@ fn area_lights_fall_on_meshes_as_on_rectangles() {
             emitters: vec![Emitter::Area {
                 shape: ShapeId(1),
                 radiance: Rgb::WHITE,
+                texture: None,
             }],
             sensors: base.sensors().to_vec(),
             ..SceneParts::default()

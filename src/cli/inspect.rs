@@ -118,7 +118,7 @@ impl<'a> Inspection<'a> {
                     strength: emitter.strength().0,
                     unit: match emitter.plugin() {
                         "directional" => "W/m²",
-                        "area" => "W/m²/sr",
+                        "area" | "constant" | "envmap" => "W/m²/sr",
                         _ => "W/sr",
                     },
                 })

@@ -5,6 +5,7 @@ use anyhow::ensure;
 use super::args::Method;
 use crate::film::Image;
 use crate::scene::{Scene, Sensor, is_achromatic};
+use crate::transport::path_class::PathClass;
 
 /// Refuses films that no file or not this machine's free memory can hold.
 ///
@@ -33,6 +34,7 @@ pub fn check_film(
     let bytes_a_texel = match method {
         Method::Photons => photons(channels, u64::from(max_layers)),
         Method::Beams => beams(channels, u64::from(max_layers)),
+        Method::Path => path(),
     };
     let needed = texels.saturating_mul(bytes_a_texel);
     if let Some(available) = available_bytes() {
@@ -92,6 +94,19 @@ fn beams(channels: u64, max_layers: u64) -> u64 {
     let finishing = layers * AVERAGE + PAIR + estimate;
     // ... and as `f32`: in the image, in the encoder, and in the file's bytes.
     let files = 3 * (layers + 1) * LAYER / 2;
+    tracing.max(finishing).max(estimate + files)
+}
+
+/// Memory \[bytes\] that a texel takes when a run of paths takes most: all classes of paths lit.
+fn path() -> u64 {
+    const CLASSES: u64 = PathClass::ALL.len() as u64;
+    // A replicate's sums: three channels a class, and weights. Tiles come on top, a few at a time.
+    let image = CLASSES * TRIPLE + 8;
+    // A round's moments of each class and of their sum, and of the weights; rounds combined.
+    let tracing = image + (CLASSES + 1) * (3 * TRIPLE + PAIR) + 2 * 8;
+    let estimate = (CLASSES + 1) * PAIR + 8;
+    let finishing = (CLASSES + 1) * PAIR + estimate;
+    let files = 3 * (CLASSES + 1) * PAIR / 2;
     tracing.max(finishing).max(estimate + files)
 }
 

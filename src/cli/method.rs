@@ -29,12 +29,21 @@ pub fn choose(args: &RenderArgs, scene: &Scene, sensor: &Sensor) -> anyhow::Resu
     let prefers_beams = beams_can.is_ok() && (!draws_lots || is_camera(sensor));
     let of_either = of_chance.filter(|_| !is_camera(sensor));
     let method = args.method.unwrap_or({
-        if prefers_beams && of_photons.or(of_either).is_none() {
+        if args.of_paths_only().is_some() {
+            Method::Path
+        } else if prefers_beams && of_photons.or(of_either).is_none() {
             Method::Beams
         } else {
             Method::Photons
         }
     });
+    if method == Method::Path && !is_camera(sensor) {
+        anyhow::bail!(
+            "sensor \"{}\" ({}): paths start at cameras; an irradiancemeter is filled by --method beams or photons",
+            sensor.id,
+            sensor.plugin()
+        );
+    }
     if method == Method::Photons && is_camera(sensor) {
         let why = match (args.method, of_photons, beams_can) {
             (None, Some(name), Ok(())) => format!("; {name} is for photons"),
@@ -43,7 +52,7 @@ pub fn choose(args: &RenderArgs, scene: &Scene, sensor: &Sensor) -> anyhow::Resu
         };
         anyhow::bail!(
             "sensor \"{}\" ({}): photons fill sensors of plugin irradiancemeter only; cameras are \
-             filled by --method beams{why}",
+             filled by --method beams or path{why}",
             sensor.id,
             sensor.plugin()
         );

@@ -10,6 +10,7 @@ use crate::film::picture::{self, Content, PictureError, PictureSpec, Scale};
 use crate::film::{Grid, Image, Rounding, atomic, exr};
 use crate::radiometry::Rgb;
 use crate::reference::beams::{BeamReport, BeamSettings};
+use crate::reference::path::{PathReport, PathSettings};
 use crate::reference::photons::PhotonSettings;
 use crate::reference::{Estimate, Layer, Quantity};
 use crate::scene::{Scene, Sensor};
@@ -37,6 +38,8 @@ pub enum Settings<'a> {
     Photons(&'a PhotonSettings),
     /// By beams.
     Beams(&'a BeamSettings, &'a BeamReport),
+    /// By paths from a camera.
+    Path(&'a PathSettings, &'a PathReport),
 }
 
 impl Settings<'_> {
@@ -45,6 +48,7 @@ impl Settings<'_> {
         match self {
             Self::Photons(_) => "photons",
             Self::Beams(..) => "beams",
+            Self::Path(..) => "path",
         }
     }
 }
@@ -174,18 +178,31 @@ fn image(run: &Run, summary: &Summary) -> anyhow::Result<Image> {
             image.add_metadata("settings", serde_json::to_string(settings)?);
             image.add_metadata("beams", serde_json::to_string(report)?);
         }
+        Settings::Path(settings, report) => {
+            image.add_metadata("settings", serde_json::to_string(settings)?);
+            image.add_metadata("seed", settings.seed.to_string());
+            image.add_metadata("path", serde_json::to_string(report)?);
+        }
     }
     image.add_metadata("version", env!("CARGO_PKG_VERSION"));
     image.add_metadata("complete", if estimate.incomplete { "no" } else { "yes" });
     image.add_metadata("warnings", serde_json::to_string(&summary.warnings)?);
     image.add_metadata("quantity", estimate.quantity.name());
     image.add_metadata("unit", estimate.quantity.unit());
-    image.add_metadata("conventions", conventions(estimate.quantity));
+    image.add_metadata("conventions", conventions(&run.method, estimate.quantity));
     Ok(image)
 }
 
 /// What the numbers mean, for whoever finds the file alone.
-fn conventions(quantity: Quantity) -> String {
+fn conventions(method: &Settings, quantity: Quantity) -> String {
+    if matches!(method, Settings::Path(..)) {
+        return "pixel-averaged radiance [W/m2/sr] towards the camera, linear sRGB; row 0 is the top; L is the sum \
+                of the layers, which are classes of paths from light L to camera E, S a mirror or glass, D \
+                anything else: emitted L S* E, direct L D S* E, indirect L D ... D S* E; caustic L S+ D E, \
+                caustic-sds L S+ D S+ E and caustic-indirect L S+ D ... D S* E as far as paths from a camera \
+                find them; stderr is one standard error over independent replicates; NaN is not known"
+            .to_owned();
+    }
     let measured = match quantity {
         Quantity::Irradiance => {
             "texel-averaged irradiance [W/m2], linear sRGB; row 0 is at v = 0, column 0 at u = 0 of the \

@@ -15,16 +15,18 @@ use super::memory;
 use super::method;
 use super::output::{self, Run, Settings};
 use super::progress;
-use super::sensor::choose_sensor;
+use super::sensor::{choose_camera, choose_sensor};
 use super::summary::Summary;
 use crate::film::atomic;
 use crate::mitsuba;
 use crate::reference::beams::{self, BeamError};
+use crate::reference::path::{self, PathSettings};
 use crate::reference::photons::shard::Part;
 use crate::reference::photons::{self, RunError, Shard};
 use crate::reference::{Estimate, LayerName, Progress, Quantity};
-use crate::scene::{Scene, Sensor};
+use crate::scene::{Emitter, Scene, Sensor};
 use crate::transport::chain_limits::{left_out, left_out_of_image};
+use crate::transport::path_class::PathClass;
 use crate::transport::signature::Signature;
 
 /// Runs the command.
@@ -38,7 +40,11 @@ pub fn render(args: &RenderArgs) -> anyhow::Result<Outcome> {
     let progress = Arc::new(Progress::default());
     progress::stop_on_interrupt(&progress)?;
     let scene = load(&args.scene)?;
-    let sensor = choose_sensor(&scene, args.sensor.as_deref())?;
+    let sensor = if args.method == Some(Method::Path) {
+        choose_camera(&scene, args.sensor.as_deref())?
+    } else {
+        choose_sensor(&scene, args.sensor.as_deref())?
+    };
     let choice = method::choose(args, &scene, sensor)?;
     memory::check_film(&scene, sensor, choice.method, args.shared.layers)?;
     let extension = if args.shard.is_some() { "shard" } else { "exr" };
@@ -56,6 +62,7 @@ pub fn render(args: &RenderArgs) -> anyhow::Result<Outcome> {
     }
     match (choice.method, args.shard) {
         (Method::Beams, _) => job.beams(),
+        (Method::Path, _) => job.path(),
         (Method::Photons, None) => job.photons(),
         (Method::Photons, Some(shard)) => job.shard(shard),
     }
@@ -122,6 +129,28 @@ impl Job<'_> {
         self.finish(Settings::Photons(&settings), &estimate, warnings)
     }
 
+    fn path(&self) -> anyhow::Result<Outcome> {
+        let (settings, budget) = self.args.path(self.scene.integrator())?;
+        let (estimate, report) = progress::watch(self.progress, || {
+            path::run(self.scene, self.sensor, settings, &budget, self.progress)
+        })?;
+        let mut warnings = Vec::new();
+        if report.samples == 0 {
+            warnings.push(
+                "the run ended before the first replicate did: nothing is known of the image"
+                    .to_owned(),
+            );
+        }
+        if report.cut_off > 0 {
+            warnings.push(format!(
+                "{} paths were cut off after 65536 surfaces: give a --max-depth, or a lower --rr-depth",
+                report.cut_off
+            ));
+        }
+        warnings.extend(out_of_reach(self.scene, &settings));
+        self.finish(Settings::Path(&settings, &report), &estimate, warnings)
+    }
+
     fn shard(&self, shard: Shard) -> anyhow::Result<Outcome> {
         let (settings, budget) = self.args.photons()?;
         let part =
@@ -160,6 +189,22 @@ impl Job<'_> {
             Outcome::Complete
         })
     }
+}
+
+/// What to warn of where paths from a camera cannot find a caustic that there is.
+fn out_of_reach(scene: &Scene, settings: &PathSettings) -> Option<String> {
+    let has_specular = scene.objects().iter().any(|object| {
+        scene
+            .material(object.material)
+            .is_specular(scene.materials())
+    });
+    let has_delta = scene.emitters().iter().any(Emitter::is_delta);
+    let is_wanted = settings.classes.contains(PathClass::Caustic);
+    (has_specular && has_delta && is_wanted).then(|| {
+        "paths from a camera never find the caustics of lights that are a point or a direction: those \
+         are black in this image, as in Mitsuba's `path`"
+            .to_owned()
+    })
 }
 
 fn no_caustic(is_dark: bool) -> Vec<String> {

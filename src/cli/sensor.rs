@@ -13,18 +13,30 @@ pub fn is_camera(sensor: &Sensor) -> bool {
 ///
 /// Where there is none; the message lists those there are.
 pub fn choose_sensor<'a>(scene: &'a Scene, id: Option<&str>) -> anyhow::Result<&'a Sensor> {
+    choose(scene, id, false)
+}
+
+/// The sensor with this id, or the first camera.
+///
+/// # Errors
+///
+/// As [`choose_sensor`].
+pub fn choose_camera<'a>(scene: &'a Scene, id: Option<&str>) -> anyhow::Result<&'a Sensor> {
+    choose(scene, id, true)
+}
+
+fn choose<'a>(scene: &'a Scene, id: Option<&str>, camera: bool) -> anyhow::Result<&'a Sensor> {
+    let mut sensors = scene.sensors().iter();
     let found = match id {
-        Some(id) => scene.sensors().iter().find(|sensor| sensor.id == id),
-        None => scene
-            .sensors()
-            .iter()
-            .find(|sensor| matches!(sensor.kind, SensorKind::IrradianceMeter { .. })),
+        Some(id) => sensors.find(|sensor| sensor.id == id),
+        None => sensors.find(|sensor| is_camera(sensor) == camera),
     };
     found.ok_or_else(|| {
-        let wanted = id.map_or_else(
-            || "no sensor of plugin irradiancemeter".to_owned(),
-            |id| format!("no sensor with id \"{id}\""),
-        );
+        let wanted = match id {
+            Some(id) => format!("no sensor with id \"{id}\""),
+            None if camera => "no camera".to_owned(),
+            None => "no sensor of plugin irradiancemeter".to_owned(),
+        };
         let there: Vec<String> = scene
             .sensors()
             .iter()

@@ -10,6 +10,7 @@ use crate::geometry::TraversalCounters;
 use crate::reference::Quantity;
 use crate::reference::beams::BeamReport;
 use crate::reference::beams::pass::SignatureReport;
+use crate::reference::path::PathReport;
 
 /// The layer of direct light.
 const LD: &str = "LD";
@@ -32,10 +33,13 @@ pub struct Summary {
     /// Photons started.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub photons: Option<u64>,
+    /// What there is to know of paths.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub path: Option<PathReport>,
     /// What there is to know of beams.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub beams: Option<BeamReport>,
-    /// √(mean σ²) / mean E over lit texels of the specular layers; of beams the likely error.
+    /// √(mean σ²) / mean E over lit texels of the specular layers, of paths over all light; of beams the likely error.
     pub relative_error: Option<f64>,
     /// One entry a layer, the total first.
     pub layers: Vec<LayerSummary>,
@@ -111,8 +115,12 @@ impl Summary {
             method: run.method.name(),
             complete: !estimate.incomplete,
             photons: matches!(run.method, Settings::Photons(_)).then_some(estimate.paths),
+            path: match run.method {
+                Settings::Path(_, report) => Some(*report),
+                Settings::Photons(_) | Settings::Beams(..) => None,
+            },
             beams: match run.method {
-                Settings::Photons(_) => None,
+                Settings::Photons(_) | Settings::Path(..) => None,
                 Settings::Beams(_, report) => Some(report.clone()),
             },
             relative_error: estimate.relative_error,
@@ -222,9 +230,10 @@ impl fmt::Display for Summary {
             ledger.write(out, wide)?;
         }
         writeln!(out)?;
-        match &self.beams {
-            Some(report) => self.write_beams(out, report)?,
-            None => self.write_photons(out)?,
+        match (&self.beams, &self.path) {
+            (Some(report), _) => self.write_beams(out, report)?,
+            (None, Some(report)) => self.write_path(out, report)?,
+            (None, None) => self.write_photons(out)?,
         }
         for file in &self.files {
             writeln!(out, "wrote {file}")?;
@@ -250,6 +259,25 @@ impl Summary {
             out,
             "relative standard error of the specular layers' sum over lit texels: {}",
             self.relative_error()
+        )
+    }
+
+    fn write_path(&self, out: &mut fmt::Formatter<'_>, report: &PathReport) -> fmt::Result {
+        if let Some(timing) = &self.timing {
+            writeln!(
+                out,
+                "{} samples a pixel, {} rays in {:.2} s on {} threads: {:.2} M rays/s",
+                report.samples,
+                self.counters.rays,
+                timing.seconds,
+                timing.threads,
+                timing.rays_per_second / 1e6
+            )?;
+        }
+        writeln!(
+            out,
+            "relative standard error over lit pixels: {}",
+            relative(self.relative_error, self.complete)
         )
     }
 

@@ -7,10 +7,13 @@ pub mod atomic;
 pub mod bitmap;
 pub mod coverage;
 pub mod exr;
+mod filter;
 mod grid;
 mod image;
 pub mod picture;
+pub mod splat;
 
 pub use accumulator::{Accumulator, AccumulatorError, Estimate};
+pub use filter::ReconstructionFilter;
 pub use grid::Grid;
 pub use image::{Channel, Image, ImageError, Rounding};

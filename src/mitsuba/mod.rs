@@ -6,7 +6,8 @@
 //!
 //! The aim is that a file means the same light here as in Mitsuba 3.9 (`rgb` variants), or fails
 //! with an error that names the place, the plugin and the parameter. What makes no difference to any
-//! result (integrators, samplers) is reported as [`Ignored`](crate::scene::Ignored).
+//! result (samplers, and integrators but for what [`Integrator`](crate::scene::Integrator) keeps of them) is
+//! reported as [`Ignored`](crate::scene::Ignored).
 //!
 //! Files older than version 2.0 are upgraded as Mitsuba 3 does. Beyond that, these are read where
 //! Mitsuba 3 gives up, because Mitsuba 0.6 documents what they mean: `<srgb>`, `<lookAt>`,
@@ -59,6 +60,7 @@ pub fn load_parts(path: &Path, parameters: &[(String, String)]) -> Result<SceneP
         textures: meaning.textures,
         emitters: meaning.emitters,
         sensors: meaning.sensors,
+        integrator: meaning.integrator,
         warnings: meaning.warnings,
         ignored: meaning.ignored,
     })

@@ -1,5 +1,6 @@
 //! Numbers: exact sums, sample streams, quadrature, statistics. Knows nothing of light.
 
+pub mod choice;
 pub mod distributions;
 pub mod exact_sum;
 pub mod fixed_point;
@@ -10,6 +11,7 @@ pub mod statistics;
 pub mod streams;
 pub(crate) mod wide;
 
+pub use choice::{Choice, Chosen};
 pub use exact_sum::ExactSum;
 pub use fixed_point::{FixedPoint, FixedPointError};
 pub use morton::morton_code;

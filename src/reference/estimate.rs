@@ -5,6 +5,7 @@ use std::fmt;
 use crate::geometry::TraversalCounters;
 use crate::radiometry::Rgb;
 use crate::transport::ledger::Ledger;
+use crate::transport::path_class::PathClass;
 use crate::transport::signature::Signature;
 
 /// What a sensor measures.
@@ -61,7 +62,7 @@ pub struct Estimate {
     pub counts: Vec<u64>,
     /// Where all traced flux went, as the layers have it; empty for a camera, which sees a part of the light only.
     pub ledger: Ledger,
-    /// How many light paths were started.
+    /// How many paths were started.
     pub paths: u64,
     /// Rays, and the work of finding what they hit.
     pub counters: TraversalCounters,
@@ -116,6 +117,8 @@ pub enum LayerName {
     Path(Signature),
     /// All signatures that have no layer of their own: `other`.
     Other,
+    /// One class of paths from a camera: `direct`, `indirect`, ...
+    Class(PathClass),
 }
 
 impl LayerName {
@@ -134,6 +137,7 @@ impl fmt::Display for LayerName {
             Self::Total => formatter.pad("E"),
             Self::Path(signature) => signature.fmt(formatter),
             Self::Other => formatter.pad("other"),
+            Self::Class(class) => class.fmt(formatter),
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::ShapeId;
+use super::{Envmap, ShapeId, TextureId};
 use crate::geometry::Transform;
 use crate::radiometry::Rgb;
 
@@ -43,9 +43,18 @@ pub enum Emitter {
     Area {
         /// The shape that shines.
         shape: ShapeId,
+        /// Radiance [W/m²/sr]; where there is a texture, a factor on its values.
+        radiance: Rgb,
+        /// How it varies over the surface.
+        texture: Option<TextureId>,
+    },
+    /// The same light from all directions, infinitely far away.
+    Constant {
         /// Radiance [W/m²/sr].
         radiance: Rgb,
     },
+    /// An image of the light from all directions, infinitely far away.
+    Envmap(Envmap),
 }
 
 impl Emitter {
@@ -56,20 +65,48 @@ impl Emitter {
             Self::Spot { .. } => "spot",
             Self::Directional { .. } => "directional",
             Self::Area { .. } => "area",
+            Self::Constant { .. } => "constant",
+            Self::Envmap(_) => "envmap",
         }
     }
 
     /// Whether a receiver point sees at most one direction of its light.
     pub fn is_delta(&self) -> bool {
-        !matches!(self, Self::Area { .. })
+        !matches!(self, Self::Area { .. }) && !self.is_environment()
     }
 
-    /// Its strength, in the unit of its kind.
+    /// Whether its light comes from all round, infinitely far away.
+    pub fn is_environment(&self) -> bool {
+        matches!(self, Self::Constant { .. } | Self::Envmap(_))
+    }
+
+    /// Whether red, green and blue of all its light are known to be the same; of a texture they are not.
+    pub fn is_grey(&self) -> bool {
+        match self {
+            Self::Envmap(map) => map.is_grey(),
+            Self::Area {
+                texture: Some(_), ..
+            } => false,
+            _ => self.strength().is_grey(),
+        }
+    }
+
+    /// The shape that shines, if it is one.
+    pub fn shape(&self) -> Option<ShapeId> {
+        match self {
+            Self::Area { shape, .. } => Some(*shape),
+            _ => None,
+        }
+    }
+
+    /// Its strength, in the unit of its kind; of an image the largest of all directions, channel by
+    /// channel, and where a texture varies it the factor on that.
     pub fn strength(&self) -> Rgb {
-        match *self {
-            Self::Point { intensity, .. } | Self::Spot { intensity, .. } => intensity,
-            Self::Directional { irradiance, .. } => irradiance,
-            Self::Area { radiance, .. } => radiance,
+        match self {
+            Self::Point { intensity, .. } | Self::Spot { intensity, .. } => *intensity,
+            Self::Directional { irradiance, .. } => *irradiance,
+            Self::Area { radiance, .. } | Self::Constant { radiance } => *radiance,
+            Self::Envmap(map) => map.peak(),
         }
     }
 }

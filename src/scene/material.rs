@@ -25,10 +25,10 @@ pub enum Material {
         /// The absolute index on the side the normal points to.
         exterior_ior: f64,
         /// A factor on every reflection, 1 in nature.
-        specular_reflectance: Rgb,
+        specular_reflectance: Color,
         /// A factor on every transmission, 1 in nature. It is applied once an
         /// interface, whatever the length of the path inside, as Mitsuba does.
-        specular_transmittance: Rgb,
+        specular_transmittance: Color,
     },
     /// A pane so thin that it does not shift rays; all internal reflections summed.
     ThinDielectric {
@@ -37,9 +37,9 @@ pub enum Material {
         /// The absolute index around it.
         exterior_ior: f64,
         /// A factor on reflection.
-        specular_reflectance: Rgb,
+        specular_reflectance: Color,
         /// A factor on transmission.
-        specular_transmittance: Rgb,
+        specular_transmittance: Color,
     },
     /// A smooth mirror on the front, black on the back.
     Conductor {
@@ -48,7 +48,7 @@ pub enum Material {
         /// The imaginary part, relative to the medium outside.
         k: Rgb,
         /// A factor on every reflection, 1 in nature.
-        specular_reflectance: Rgb,
+        specular_reflectance: Color,
     },
     /// A rough interface between two transparent media.
     RoughDielectric {
@@ -196,12 +196,26 @@ impl Material {
     pub fn colors(&self) -> impl Iterator<Item = Color> {
         let (first, second) = match self {
             Self::Diffuse { reflectance } => (Some(*reflectance), None),
-            Self::RoughDielectric {
+            Self::Dielectric {
+                specular_reflectance,
+                specular_transmittance,
+                ..
+            }
+            | Self::ThinDielectric {
+                specular_reflectance,
+                specular_transmittance,
+                ..
+            }
+            | Self::RoughDielectric {
                 specular_reflectance,
                 specular_transmittance,
                 ..
             } => (Some(*specular_reflectance), Some(*specular_transmittance)),
-            Self::RoughConductor {
+            Self::Conductor {
+                specular_reflectance,
+                ..
+            }
+            | Self::RoughConductor {
                 specular_reflectance,
                 ..
             } => (Some(*specular_reflectance), None),

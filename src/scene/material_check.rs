@@ -164,8 +164,8 @@ fn problem_of(material: &Material) -> Option<String> {
             specular_transmittance,
         } => ior("int_ior", *interior_ior)
             .or_else(|| ior("ext_ior", *exterior_ior))
-            .or_else(|| factor("specular_reflectance", *specular_reflectance))
-            .or_else(|| factor("specular_transmittance", *specular_transmittance)),
+            .or_else(|| color("specular_reflectance", *specular_reflectance))
+            .or_else(|| color("specular_transmittance", *specular_transmittance)),
         Material::RoughDielectric {
             interior_ior,
             exterior_ior,
@@ -181,7 +181,7 @@ fn problem_of(material: &Material) -> Option<String> {
             eta,
             k,
             specular_reflectance,
-        } => metal(*eta, *k).or_else(|| factor("specular_reflectance", *specular_reflectance)),
+        } => metal(*eta, *k).or_else(|| color("specular_reflectance", *specular_reflectance)),
         Material::RoughConductor {
             eta,
             k,

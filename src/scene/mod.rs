@@ -1,6 +1,8 @@
 //! What a scene holds: immutable and validated.
 
 mod emitter;
+mod environment;
+mod integrator;
 mod material;
 mod material_check;
 mod notice;
@@ -13,11 +15,14 @@ use std::path::{Path, PathBuf};
 
 use crate::geometry::{Shape, World};
 
+pub use crate::film::ReconstructionFilter;
 pub use emitter::Emitter;
+pub use environment::{Envmap, EnvmapCell, EnvmapError};
+pub use integrator::Integrator;
 pub use material::{Coat, Material, MaterialId, NormalTurn, Roughness};
 pub use notice::{Ignored, SourcePosition, Warning};
 pub use requirements::{Requirement, is_achromatic, requirements};
-pub use sensor::{Crop, Film, Perspective, ReconstructionFilter, Sensor, SensorKind};
+pub use sensor::{Crop, Film, Perspective, Sensor, SensorKind};
 pub use texture::{
     BitmapTexture, Color, Scalar, Texture, TextureFilter, TextureId, TexturePoint, TextureWrap,
     luminance,
@@ -60,6 +65,8 @@ pub struct SceneParts {
     pub emitters: Vec<Emitter>,
     /// In the file's order.
     pub sensors: Vec<Sensor>,
+    /// How the file's integrator ends paths, where it is one that follows paths.
+    pub integrator: Option<Integrator>,
     /// What the reader found odd.
     pub warnings: Vec<Warning>,
     /// What the file holds that this program has no use for.
@@ -77,6 +84,7 @@ pub struct Scene {
     textures: Vec<Texture>,
     emitters: Vec<Emitter>,
     sensors: Vec<Sensor>,
+    integrator: Option<Integrator>,
     warnings: Vec<Warning>,
     ignored: Vec<Ignored>,
 }
@@ -117,6 +125,7 @@ impl Scene {
             textures: parts.textures,
             emitters: parts.emitters,
             sensors: parts.sensors,
+            integrator: parts.integrator,
             warnings,
             ignored: parts.ignored,
         })
@@ -178,6 +187,11 @@ impl Scene {
     /// In the file's order.
     pub fn sensors(&self) -> &[Sensor] {
         &self.sensors
+    }
+
+    /// How the file's integrator ends paths, where it is one that follows paths.
+    pub fn integrator(&self) -> Option<&Integrator> {
+        self.integrator.as_ref()
     }
 
     /// What is odd, but no error.

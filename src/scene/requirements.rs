@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::{Emitter, Material, MaterialId, Object, Scene};
+use super::{Color, Emitter, Material, MaterialId, Object, Scene};
 use crate::geometry::Shape;
 
 /// One thing that a scene does or does not need modelled.
@@ -43,7 +43,18 @@ pub fn requirements(scene: &Scene) -> Vec<Requirement> {
                 })
                 .collect::<Vec<_>>(),
             "shines from a surface: two more dimensions",
-            "every emitter is a point or a direction",
+            "no emitter is a surface",
+        ),
+        item(
+            "environments",
+            &scene
+                .emitters()
+                .iter()
+                .filter(|emitter| emitter.is_environment())
+                .map(Emitter::plugin)
+                .collect::<Vec<_>>(),
+            "shines from all round: for paths from a camera only",
+            "no light comes from all round",
         ),
         item(
             "opaque surfaces",
@@ -107,10 +118,7 @@ pub fn requirements(scene: &Scene) -> Vec<Requirement> {
 
 /// Whether one channel can stand for red, green and blue.
 pub fn is_achromatic(scene: &Scene) -> bool {
-    scene
-        .emitters()
-        .iter()
-        .all(|emitter| emitter.strength().is_grey())
+    scene.emitters().iter().all(Emitter::is_grey)
         && scene.objects().iter().all(|object| {
             scene
                 .material(object.material)
@@ -127,7 +135,7 @@ fn colour(scene: &Scene) -> Requirement {
     let emitters = scene
         .emitters()
         .iter()
-        .filter(|emitter| !emitter.strength().is_grey())
+        .filter(|emitter| !emitter.is_grey())
         .count();
     let mut reason = item("", &coloured, "colours light", "").reason;
     if emitters > 0 {
@@ -195,7 +203,6 @@ fn is_specular(scene: &Scene, object: &Object) -> bool {
 }
 
 fn is_filtering(scene: &Scene, id: MaterialId) -> bool {
-    use crate::radiometry::Rgb;
     contains(scene, id, &|material| match material {
         Material::Dielectric {
             specular_reflectance,
@@ -206,11 +213,11 @@ fn is_filtering(scene: &Scene, id: MaterialId) -> bool {
             specular_reflectance,
             specular_transmittance,
             ..
-        } => *specular_reflectance != Rgb::WHITE || *specular_transmittance != Rgb::WHITE,
+        } => *specular_reflectance != Color::WHITE || *specular_transmittance != Color::WHITE,
         Material::Conductor {
             specular_reflectance,
             ..
-        } => *specular_reflectance != Rgb::WHITE,
+        } => *specular_reflectance != Color::WHITE,
         _ => false,
     })
 }

@@ -3,6 +3,7 @@
 use glam::DVec2;
 
 use super::ShapeId;
+use crate::film::ReconstructionFilter;
 use crate::geometry::Transform;
 
 /// A place where light is measured, and the grid it is measured on.
@@ -72,6 +73,9 @@ pub struct Film {
     pub crop: Crop,
     /// How samples spread over pixels; an irradiance meter always uses a box.
     pub filter: ReconstructionFilter,
+    /// Whether paths from a camera also sample the border that the filter reaches in from (Mitsuba's
+    /// `sample_border`).
+    pub sample_border: bool,
 }
 
 /// A rectangle of pixels.
@@ -85,51 +89,6 @@ pub struct Crop {
     pub width: u32,
     /// Rows kept.
     pub height: u32,
-}
-
-/// How a sample spreads over the pixels near it, with Mitsuba's parameters.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum ReconstructionFilter {
-    /// The pixel it falls in.
-    Box,
-    /// A triangle.
-    Tent {
-        /// Half width in pixels.
-        radius: f64,
-    },
-    /// A Gaussian, cut off at four standard deviations and shifted down to reach zero there.
-    Gaussian {
-        /// In pixels.
-        stddev: f64,
-    },
-    /// Mitchell and Netravali's cubic.
-    Mitchell {
-        /// Their B.
-        b: f64,
-        /// Their C.
-        c: f64,
-    },
-    /// Catmull and Rom's cubic.
-    CatmullRom,
-    /// A windowed sinc.
-    Lanczos {
-        /// Half width in lobes.
-        lobes: u32,
-    },
-}
-
-impl ReconstructionFilter {
-    /// The name of Mitsuba's plugin.
-    pub fn plugin(&self) -> &'static str {
-        match self {
-            Self::Box => "box",
-            Self::Tent { .. } => "tent",
-            Self::Gaussian { .. } => "gaussian",
-            Self::Mitchell { .. } => "mitchell",
-            Self::CatmullRom => "catmullrom",
-            Self::Lanczos { .. } => "lanczos",
-        }
-    }
 }
 
 impl Sensor {

@@ -39,6 +39,23 @@ pub enum Scalar {
 }
 
 impl Color {
+    /// One everywhere: a factor that changes nothing.
+    pub const WHITE: Self = Self::Constant(Rgb::WHITE);
+
+    /// The value of a colour that is the same everywhere; black of any other.
+    #[inline]
+    pub fn even(&self) -> Rgb {
+        match self {
+            Self::Constant(rgb) => *rgb,
+            Self::Texture(_) | Self::Unknown => Rgb::BLACK,
+        }
+    }
+
+    /// Whether red, green and blue are known to be the same everywhere.
+    pub fn is_grey(&self) -> bool {
+        matches!(self, Self::Constant(rgb) if rgb.is_grey())
+    }
+
     /// The texture it refers to.
     pub fn texture(&self) -> Option<TextureId> {
         match self {

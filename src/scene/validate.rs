@@ -58,11 +58,29 @@ pub(super) fn check(parts: &SceneParts) -> Result<(), SceneError> {
                 emitter.strength().0
             ));
         }
-        if let Emitter::Area { shape, .. } = emitter
-            && !known(shape)
-        {
-            return fail(format!("an area emitter refers to shape {}", shape.0));
+        if let Emitter::Area { shape, texture, .. } = emitter {
+            if !known(shape) {
+                return fail(format!("an area emitter refers to shape {}", shape.0));
+            }
+            if texture.is_some_and(|id| id.0 as usize >= parts.textures.len()) {
+                return fail(format!(
+                    "the area emitter on shape {} has no such texture",
+                    shape.0
+                ));
+            }
         }
+    }
+    let mut shining: Vec<ShapeId> = parts.emitters.iter().filter_map(Emitter::shape).collect();
+    shining.sort_unstable();
+    if let Some(pair) = shining.windows(2).find(|pair| pair[0] == pair[1]) {
+        return fail(format!(
+            "shape {} has two emitters; one is allowed",
+            pair[0].0
+        ));
+    }
+    let environments = parts.emitters.iter().filter(|it| it.is_environment());
+    if environments.count() > 1 {
+        return fail("there are two environments; one is allowed".to_owned());
     }
     for sensor in &parts.sensors {
         if let SensorKind::IrradianceMeter { shape } = &sensor.kind

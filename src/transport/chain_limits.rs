@@ -1,43 +1,101 @@
 //! What of a scene specular chains leave out: photons, beams and probes follow smooth interfaces only.
 
-use crate::scene::{Material, MaterialId, Object, Scalar, Scene};
+use crate::scene::{Emitter, Material, MaterialId, Object, Scalar, Scene};
 
-/// A scene that chains cannot be followed in.
+/// Why chains cannot be followed in a scene.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error(
-    "shape \"{shape}\" has a mask whose opacity is a texture: photons, beams and probes need one number; \
-     paths from a camera do not"
-)]
-pub struct VaryingMask {
-    /// The shape.
-    pub shape: String,
+pub enum NotFollowed {
+    /// A mask that varies over its surface.
+    #[error(
+        "shape \"{shape}\" has a mask whose opacity is a texture: photons, beams and probes need one number; \
+         paths from a camera do not"
+    )]
+    VaryingMask {
+        /// The shape.
+        shape: String,
+    },
+    /// A smooth interface whose factors vary over its surface.
+    #[error(
+        "shape \"{shape}\" has a {plugin} with a texture: photons, beams and probes need one colour; paths from \
+         a camera do not"
+    )]
+    VaryingInterface {
+        /// The shape.
+        shape: String,
+        /// Mitsuba's name of its material, or of that inside a wrapper.
+        plugin: &'static str,
+    },
+    /// An emitter that is all round, or varies over a surface.
+    #[error(
+        "emitter {index} ({plugin}) {what}: photons, beams and probes start at points, directions and surfaces \
+         that shine evenly; use --method path"
+    )]
+    Emitter {
+        /// Which, in the file's order, from 0.
+        index: usize,
+        /// Mitsuba's name of the emitter.
+        plugin: &'static str,
+        /// What it does.
+        what: &'static str,
+    },
 }
 
-/// Fails where a mask varies over its surface, which chains do not follow.
+/// Fails where chains cannot start, or not be followed: see [`NotFollowed`].
 ///
 /// # Errors
 ///
-/// The first such shape.
-pub fn check_masks(scene: &Scene) -> Result<(), VaryingMask> {
-    let varies = |material: &Material| {
-        matches!(
-            material,
-            Material::Mask {
-                opacity: Scalar::Texture(_),
-                ..
-            }
-        )
-    };
-    match scene
-        .objects()
-        .iter()
-        .find(|object| any(scene, object.material, &varies))
-    {
-        None => Ok(()),
-        Some(object) => Err(VaryingMask {
-            shape: object.id.clone(),
-        }),
+/// The first shape or emitter that is not followed.
+pub fn check(scene: &Scene) -> Result<(), NotFollowed> {
+    for object in scene.objects() {
+        check_material(scene, &object.id, object.material)?;
     }
+    for (index, emitter) in scene.emitters().iter().enumerate() {
+        let what = match emitter {
+            _ if emitter.strength().is_black() => continue,
+            Emitter::Constant { .. } | Emitter::Envmap(_) => "shines from all round",
+            Emitter::Area {
+                texture: Some(_), ..
+            } => "has a texture",
+            _ => continue,
+        };
+        return Err(NotFollowed::Emitter {
+            index,
+            plugin: emitter.plugin(),
+            what,
+        });
+    }
+    Ok(())
+}
+
+/// A material of a shape, and what it wraps.
+fn check_material(scene: &Scene, shape: &str, id: MaterialId) -> Result<(), NotFollowed> {
+    let material = scene.material(id);
+    match material {
+        Material::Mask {
+            opacity: Scalar::Texture(_),
+            ..
+        } => {
+            return Err(NotFollowed::VaryingMask {
+                shape: shape.to_owned(),
+            });
+        }
+        Material::Dielectric { .. }
+        | Material::ThinDielectric { .. }
+        | Material::Conductor { .. }
+            if material.colors().any(|color| color.texture().is_some()) =>
+        {
+            return Err(NotFollowed::VaryingInterface {
+                shape: shape.to_owned(),
+                plugin: material.plugin(),
+            });
+        }
+        // Chains end at turned normals, whatever is below them.
+        Material::Turned { .. } => return Ok(()),
+        _ => {}
+    }
+    material
+        .nested()
+        .try_for_each(|nested| check_material(scene, shape, nested))
 }
 
 /// What to warn of where light is followed along specular chains only: rough interfaces, and smooth ones

@@ -283,7 +283,7 @@ impl<'a> Meeting<'a> {
                     | Material::ThinDielectric {
                         specular_reflectance,
                         ..
-                    } => Flux::of(specular_reflectance),
+                    } => Flux::of(specular_reflectance.even()),
                     _ => self.metallic_tint(),
                 };
                 self.checked(reflect(self.direction, self.normal), tint, true)
@@ -294,7 +294,7 @@ impl<'a> Meeting<'a> {
                     ..
                 } if self.eta != 1.0 => {
                     let direction = refract(self.direction, self.normal, self.eta)?;
-                    self.checked(direction, Flux::of(specular_transmittance), false)
+                    self.checked(direction, Flux::of(specular_transmittance.even()), false)
                 }
                 Material::Dielectric {
                     specular_transmittance,
@@ -305,7 +305,7 @@ impl<'a> Meeting<'a> {
                     ..
                 } => Some(Branch {
                     direction: self.direction,
-                    tint: Flux::of(specular_transmittance),
+                    tint: Flux::of(specular_transmittance.even()),
                 }),
                 _ => None,
             },
@@ -345,7 +345,7 @@ impl<'a> Meeting<'a> {
         } else {
             Flux(std::array::from_fn(reflectance))
         };
-        Flux::of(specular_reflectance) * metal
+        Flux::of(specular_reflectance.even()) * metal
     }
 
     /// A branch, unless the true surface is in its way.

@@ -79,6 +79,8 @@ CASES = [
     f'<boolean name="use_shadowing_function" value="false"/>{DIFFUSE}</bsdf>',
     f'<bsdf type="twosided"><bsdf type="normalmap">{bitmap("color.png", "normalmap")}{rough("roughplastic", "ggx", 0.2)}</bsdf></bsdf>',
     f'<bsdf type="normalmap">{bitmap("color.png", "normalmap")}{rough("roughdielectric", "ggx", 0.3)}</bsdf>',
+    rough("roughconductor", "ggx", 0.3, GOLD + bitmap("color.png", "specular_reflectance")),
+    rough("roughdielectric", "ggx", 0.4, bitmap("color.png", "specular_transmittance")),
 ]
 
 DELTA_CASES = [
@@ -91,6 +93,9 @@ DELTA_CASES = [
     '<bsdf type="mask"><float name="opacity" value="0.3"/><bsdf type="conductor"/></bsdf>',
     f'<bsdf type="normalmap">{bitmap("color.png", "normalmap")}<bsdf type="dielectric"/></bsdf>',
     f'<bsdf type="twosided"><bsdf type="normalmap">{bitmap("color.png", "normalmap")}<bsdf type="conductor"/></bsdf></bsdf>',
+    f'<bsdf type="dielectric">{bitmap("color.png", "specular_reflectance")}{bitmap("color.png", "specular_transmittance")}</bsdf>',
+    f'<bsdf type="thindielectric">{bitmap("color.png", "specular_transmittance")}</bsdf>',
+    f'<bsdf type="conductor">{GOLD}{bitmap("color.png", "specular_reflectance")}</bsdf>',
 ]
 
 WI = [(0, 0), (35, 20), (60, 200), (85, 310), (120, 75), (160, 260)]

@@ -1,30 +1,34 @@
-//! Settings of the methods: what photons and beams share, and what photons have alone.
+//! Settings of the methods: what all share, and what photons and paths have alone.
 
 use clap::ValueEnum;
 
 use crate::numeric::StreamKind;
 use crate::reference::beams::BeamSettings;
+use crate::reference::path::{LightSampling, PathSettings};
 use crate::reference::photons::PhotonSettings;
+use crate::scene::Integrator;
 use crate::transport::chain::ChainSettings;
+use crate::transport::path_class::PathClasses;
 use crate::transport::scatter::ShadingNormals;
 
-/// Settings of photons and of beams.
+/// Settings of all methods.
 #[derive(Debug, clap::Args)]
 pub struct SharedArgs {
-    /// Seed of all random choices (of photons, and of places on area lights) [default: 0]
+    /// Seed of all random choices (of photons and paths, and of places on area lights) [default: 0]
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
 
-    /// Independent randomisations; their scatter is the error bar [default: 32 of photons, 16 of
-    /// beams from area lights]
+    /// Independent randomisations; their scatter is the error bar [default: 32 of photons and
+    /// paths, 16 of beams from area lights]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=255))]
     pub replicates: Option<u32>,
 
-    /// Specular events after which flux is cut off
-    #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u32).range(0..=31))]
-    pub max_depth: u32,
+    /// Specular events after which flux is cut off, up to 31; of paths the most legs from light to
+    /// camera, as Mitsuba's `max_depth` [default: 16; of paths the scene file's, else no limit]
+    #[arg(long, value_name = "N")]
+    pub max_depth: Option<u32>,
 
-    /// What interpolated normals do to flux
+    /// What interpolated normals do to flux (paths: adjoint)
     #[arg(long, value_enum, default_value_t = ShadingNormalsArg::Flux)]
     pub shading_normals: ShadingNormalsArg,
 
@@ -33,16 +37,65 @@ pub struct SharedArgs {
     pub layers: u32,
 }
 
-/// Settings that only photons have.
+/// Settings that only photons have, but for the samples.
 #[derive(Debug, clap::Args)]
 pub struct PhotonArgs {
-    /// How sample points are laid out (of photons) [default: sobol]
+    /// How sample points are laid out (of photons and paths) [default: sobol]
     #[arg(long, value_enum)]
     pub samples: Option<Samples>,
 
     /// Specular events up to which photons follow every branch, later one at random [default: 2]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=31))]
     pub split_depth: Option<u32>,
+}
+
+/// Settings that only paths have.
+#[derive(Debug, clap::Args)]
+pub struct PathArgs {
+    /// Samples a pixel (of paths), all replicates together [default: 256 where no other limit is given]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=super::MAX_COUNT))]
+    pub spp: Option<u64>,
+
+    /// Leg from which on Russian roulette may end paths [default: the scene file's, else 5]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub rr_depth: Option<u32>,
+
+    /// Whether the camera looks through emitters (of paths) [default: the scene file's, else false]
+    #[arg(long, value_name = "BOOL", num_args = 0..=1, default_missing_value = "true")]
+    pub hide_emitters: Option<bool>,
+
+    /// How paths find light: by sampling emitters, surfaces, or both [default: power]
+    #[arg(long, value_enum)]
+    pub light_sampling: Option<LightSamplingArg>,
+
+    /// Leave out light that meets mirrors or glass before anything else (of paths): what photons and
+    /// beams measure
+    #[arg(long)]
+    pub without_caustics: bool,
+}
+
+/// How paths find light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum LightSamplingArg {
+    /// Both, weighted by squared densities
+    Power,
+    /// Both, weighted by densities
+    Balance,
+    /// Emitters only
+    Emitters,
+    /// Surfaces only: point and parallel lights are not found
+    Surfaces,
+}
+
+impl From<LightSamplingArg> for LightSampling {
+    fn from(typed: LightSamplingArg) -> Self {
+        match typed {
+            LightSamplingArg::Power => Self::Power,
+            LightSamplingArg::Balance => Self::Balance,
+            LightSamplingArg::Emitters => Self::Emitters,
+            LightSamplingArg::Surfaces => Self::Surfaces,
+        }
+    }
 }
 
 /// How sample points are laid out.
@@ -72,12 +125,24 @@ impl From<ShadingNormalsArg> for ShadingNormals {
     }
 }
 
+impl From<Samples> for StreamKind {
+    fn from(typed: Samples) -> Self {
+        match typed {
+            Samples::Sobol => Self::Sobol,
+            Samples::Random => Self::Random,
+        }
+    }
+}
+
+/// Specular events of photons and beams, unless asked otherwise.
+const DEFAULT_EVENTS: u32 = 16;
+
 impl SharedArgs {
     /// What the flags mean to beams.
     pub fn beams(&self) -> BeamSettings {
         let default = BeamSettings::default();
         BeamSettings {
-            max_depth: self.max_depth,
+            max_depth: self.max_depth.unwrap_or(DEFAULT_EVENTS),
             shading_normals: self.shading_normals.into(),
             max_layers: self.layers as usize,
             replicates: self.replicates.unwrap_or(default.replicates),
@@ -89,19 +154,42 @@ impl SharedArgs {
     pub fn photons(&self, photon: &PhotonArgs) -> PhotonSettings {
         let default = PhotonSettings::default();
         PhotonSettings {
-            stream: match photon.samples {
-                None => default.stream,
-                Some(Samples::Sobol) => StreamKind::Sobol,
-                Some(Samples::Random) => StreamKind::Random,
-            },
+            stream: photon.samples.map_or(default.stream, Into::into),
             seed: self.seed.unwrap_or(default.seed),
             replicates: self.replicates.unwrap_or(default.replicates),
             chains: ChainSettings {
-                max_depth: self.max_depth,
+                max_depth: self.max_depth.unwrap_or(DEFAULT_EVENTS),
                 split_depth: photon.split_depth.unwrap_or(default.chains.split_depth),
                 shading_normals: self.shading_normals.into(),
             },
             max_layers: self.layers as usize,
+        }
+    }
+
+    /// What the flags mean to paths, beside what the scene file's integrator says.
+    pub fn path(
+        &self,
+        samples: Option<Samples>,
+        path: &PathArgs,
+        integrator: Option<&Integrator>,
+    ) -> PathSettings {
+        let default = PathSettings::default().of_integrator(integrator);
+        let classes = if path.without_caustics {
+            default.classes.without(PathClasses::CAUSTICS)
+        } else {
+            default.classes
+        };
+        PathSettings {
+            stream: samples.map_or(default.stream, Into::into),
+            seed: self.seed.unwrap_or(default.seed),
+            replicates: self.replicates.unwrap_or(default.replicates),
+            max_depth: self.max_depth.or(default.max_depth),
+            rr_depth: path.rr_depth.unwrap_or(default.rr_depth),
+            hide_emitters: path.hide_emitters.unwrap_or(default.hide_emitters),
+            light_sampling: path
+                .light_sampling
+                .map_or(default.light_sampling, Into::into),
+            classes,
         }
     }
 }

@@ -9,7 +9,7 @@ use std::path::PathBuf;
 
 use clap::{Parser, Subcommand};
 
-pub use method::{PhotonArgs, Samples, ShadingNormalsArg, SharedArgs};
+pub use method::{PathArgs, PhotonArgs, Samples, ShadingNormalsArg, SharedArgs};
 pub use parse::parse_fraction;
 pub use probe::ProbeArgs;
 pub use render::{Method, RenderArgs};

@@ -5,11 +5,13 @@ use std::time::Duration;
 
 use clap::ValueEnum;
 
-use super::method::{PhotonArgs, SharedArgs};
+use super::method::{PathArgs, PhotonArgs, SharedArgs};
 use super::parse::{parse_duration, parse_fraction, parse_shard};
 use super::{MAX_COUNT, SceneArgs};
 use crate::reference::beams::{BeamBudget, BeamSettings};
+use crate::reference::path::{PathBudget, PathSettings};
 use crate::reference::photons::{Budget, PhotonSettings, Shard};
+use crate::scene::Integrator;
 
 /// `nephroid render`.
 #[derive(Debug, clap::Args)]
@@ -22,7 +24,7 @@ pub struct RenderArgs {
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
 
-    /// The sensor to fill, by id [default: the first irradiancemeter]
+    /// The sensor to fill, by id [default: the first irradiancemeter; of paths the first camera]
     #[arg(long, value_name = "ID")]
     pub sensor: Option<String>,
 
@@ -43,18 +45,22 @@ pub struct RenderArgs {
     #[arg(long, value_name = "TIME", value_parser = parse_duration)]
     pub time: Option<Duration>,
 
-    /// Stop at this error over lit texels, e.g. 1%: the standard error of photons, the likely
-    /// error of beams (root mean square over mean) [default: 0.1% of beams without any limit]
+    /// Stop at this error over lit texels, e.g. 1%: the standard error of photons and paths,
+    /// the likely error of beams (root mean square over mean) [default: 0.1% of beams without any limit]
     #[arg(long, value_name = "ERROR", value_parser = parse_fraction)]
     pub error: Option<f64>,
 
-    /// Settings of either method
+    /// Settings of all methods
     #[command(flatten)]
     pub shared: SharedArgs,
 
     /// Settings of photons
     #[command(flatten)]
     pub photon: PhotonArgs,
+
+    /// Settings of paths
+    #[command(flatten)]
+    pub path: PathArgs,
 
     /// Threads [default: all cores]; results do not depend on it
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
@@ -76,6 +82,8 @@ pub enum Method {
     Beams,
     /// Photons binned into texels: unbiased, on any scene
     Photons,
+    /// Paths from a camera: all that it sees, but caustics of small lamps slowly, of point lights never
+    Path,
 }
 
 impl RenderArgs {
@@ -90,6 +98,24 @@ impl RenderArgs {
             ("--shard", self.shard.is_some()),
             ("--samples", samples.is_some()),
             ("--split-depth", split_depth.is_some()),
+        ])
+    }
+
+    /// An option given that only paths have.
+    pub fn of_paths_only(&self) -> Option<&'static str> {
+        let PathArgs {
+            spp,
+            rr_depth,
+            hide_emitters,
+            light_sampling,
+            without_caustics,
+        } = &self.path;
+        given([
+            ("--spp", spp.is_some()),
+            ("--rr-depth", rr_depth.is_some()),
+            ("--hide-emitters", hide_emitters.is_some()),
+            ("--light-sampling", light_sampling.is_some()),
+            ("--without-caustics", *without_caustics),
         ])
     }
 
@@ -112,6 +138,7 @@ impl RenderArgs {
                 "{name} is for --method photons; beams are limited by --error, --time and --rays"
             );
         }
+        self.refuse_paths_options()?;
         let budget = BeamBudget {
             relative_error: self.error,
             time: self.time,
@@ -126,22 +153,66 @@ impl RenderArgs {
     ///
     /// For options that only beams have, and where the run could never know the error it is to stop at.
     pub fn photons(&self) -> anyhow::Result<(PhotonSettings, Budget)> {
+        self.refuse_paths_options()?;
         let settings = self.shared.photons(&self.photon);
         anyhow::ensure!(
             self.rays.is_none(),
             "--rays is for --method beams; photons are limited by --photons, --error and --time"
         );
-        anyhow::ensure!(
-            self.error.is_none() || settings.replicates >= 2,
-            "--error needs an error bar, which takes at least 2 replicates, not --replicates {}",
-            settings.replicates
-        );
+        self.ensure_error_bar(settings.replicates)?;
         let budget = Budget {
             photons: self.photons,
             time: self.time,
             relative_error: self.error,
         };
         Ok((settings, budget))
+    }
+
+    /// What the flags mean to paths, in a scene whose file has this integrator.
+    ///
+    /// # Errors
+    ///
+    /// For options that only other methods have, and where the run could never know the error it is to stop at.
+    pub fn path(
+        &self,
+        integrator: Option<&Integrator>,
+    ) -> anyhow::Result<(PathSettings, PathBudget)> {
+        let of_others = given([
+            ("--photons", self.photons.is_some()),
+            ("--rays", self.rays.is_some()),
+            ("--shard", self.shard.is_some()),
+            ("--split-depth", self.photon.split_depth.is_some()),
+        ]);
+        if let Some(name) = of_others {
+            anyhow::bail!(
+                "{name} is not for --method path; paths are limited by --spp, --time and --error"
+            );
+        }
+        let settings = self
+            .shared
+            .path(self.photon.samples, &self.path, integrator);
+        self.ensure_error_bar(settings.replicates)?;
+        let budget = PathBudget {
+            samples: self.path.spp,
+            time: self.time,
+            relative_error: self.error,
+        };
+        Ok((settings, budget))
+    }
+
+    fn refuse_paths_options(&self) -> anyhow::Result<()> {
+        match self.of_paths_only() {
+            Some(name) => anyhow::bail!("{name} is for --method path"),
+            None => Ok(()),
+        }
+    }
+
+    fn ensure_error_bar(&self, replicates: u32) -> anyhow::Result<()> {
+        anyhow::ensure!(
+            self.error.is_none() || replicates >= 2,
+            "--error needs an error bar, which takes at least 2 replicates, not --replicates {replicates}"
+        );
+        Ok(())
     }
 }
 

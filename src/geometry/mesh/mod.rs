@@ -304,7 +304,7 @@ impl Mesh {
 
     /// For each face the lowest-numbered face with the same three positions, unless that is the
     /// face itself; faces with two equal positions are left out. Both are of no use to a search.
-    pub(super) fn distinct_faces(&self) -> Vec<u32> {
+    pub fn distinct_faces(&self) -> Vec<u32> {
         weld::distinct_faces(&self.positions, &self.triangles)
     }
 

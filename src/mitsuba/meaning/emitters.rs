@@ -4,24 +4,30 @@ use glam::DVec3;
 
 use super::plugin::Plugin;
 use super::spectra::{self, Role};
+use super::textures::Textures;
+use crate::film::bitmap::{Bitmap, Encoding};
+use crate::geometry::Transform;
 use crate::mitsuba::error::{LoadError, did_you_mean};
+use crate::mitsuba::files::Files;
 use crate::mitsuba::syntax::{Kind, ObjectIndex, Tree};
 use crate::radiometry::Rgb;
-use crate::scene::{Emitter, ShapeId};
+use crate::scene::{Emitter, Envmap, EnvmapError, ShapeId};
 
 /// Every plugin that becomes an emitter.
-const MODELLED: [&str; 4] = ["area", "directional", "point", "spot"];
+const MODELLED: [&str; 6] = ["area", "constant", "directional", "envmap", "point", "spot"];
 
 /// The half angle of a `spot` where the file gives none, in degrees.
 const DEFAULT_CUTOFF: f64 = 20.0;
 
 /// An emitter that belongs to the scene.
-pub fn read(tree: &Tree, emitter: ObjectIndex) -> Result<Emitter, LoadError> {
+pub fn read(tree: &Tree, emitter: ObjectIndex, files: &mut Files) -> Result<Emitter, LoadError> {
     let plugin = Plugin::new(tree, emitter);
     let result = match plugin.name() {
         "point" => point(tree, &plugin)?,
         "spot" => spot(tree, &plugin)?,
         "directional" => directional(tree, &plugin)?,
+        "constant" => constant(tree, &plugin)?,
+        "envmap" => envmap(&plugin, files)?,
         "area" => return Err(plugin.error("must be inside the shape that shines")),
         _ => return Err(not_modelled(&plugin)),
     };
@@ -30,7 +36,15 @@ pub fn read(tree: &Tree, emitter: ObjectIndex) -> Result<Emitter, LoadError> {
 }
 
 /// An emitter that belongs to a shape.
-pub fn read_area(tree: &Tree, emitter: ObjectIndex, shape: ShapeId) -> Result<Emitter, LoadError> {
+///
+/// Its radiance may be a texture.
+pub fn read_area(
+    tree: &Tree,
+    emitter: ObjectIndex,
+    shape: ShapeId,
+    textures: &mut Textures,
+    files: &mut Files,
+) -> Result<Emitter, LoadError> {
     let plugin = Plugin::new(tree, emitter);
     match plugin.name() {
         "area" => {}
@@ -39,9 +53,17 @@ pub fn read_area(tree: &Tree, emitter: ObjectIndex, shape: ShapeId) -> Result<Em
         }
         _ => return Err(not_modelled(&plugin)),
     }
-    let radiance = strength(tree, &plugin, "radiance")?;
+    let texture = textures.emission(tree, &plugin, "radiance", files)?;
+    let radiance = match texture {
+        Some(_) => Rgb::WHITE,
+        None => strength(tree, &plugin, "radiance")?,
+    };
     finish(plugin)?;
-    Ok(Emitter::Area { shape, radiance })
+    Ok(Emitter::Area {
+        shape,
+        radiance,
+        texture,
+    })
 }
 
 fn not_modelled(plugin: &Plugin) -> LoadError {
@@ -136,5 +158,45 @@ fn directional(tree: &Tree, plugin: &Plugin) -> Result<Emitter, LoadError> {
     Ok(Emitter::Directional {
         direction,
         irradiance: strength(tree, plugin, "irradiance")?,
+    })
+}
+
+/// Turned or not, it looks the same.
+fn constant(tree: &Tree, plugin: &Plugin) -> Result<Emitter, LoadError> {
+    plugin.transform("to_world")?;
+    Ok(Emitter::Constant {
+        radiance: strength(tree, plugin, "radiance")?,
+    })
+}
+
+/// The image `filename`, whose alpha does not matter, times `scale`.
+///
+/// `mis_compensation` changes how directions are chosen in Mitsuba, and no expected value.
+fn envmap(plugin: &Plugin, files: &mut Files) -> Result<Emitter, LoadError> {
+    plugin.boolean_or("mis_compensation", false)?;
+    let scale = plugin.float_at("scale")?;
+    let turn = plugin.transform("to_world")?;
+    let to_world = turn.map_or(Transform::IDENTITY, |(to_world, _)| to_world);
+    let path = files.resolve(plugin.required_string("filename")?);
+    let image = files.read(&path).and_then(|bytes| {
+        Bitmap::read(&bytes, Encoding::Color)
+            .map_err(|error| format!("{}: {error}", path.display()))
+    });
+    let image = image.map_err(|message| plugin.error(message))?;
+    let map = Envmap::new(
+        image.into(),
+        &to_world,
+        scale.map_or(1.0, |(scale, _)| scale),
+    );
+    map.map(Emitter::Envmap).map_err(|error| {
+        let at = match error {
+            EnvmapError::Scale { .. } => scale.map(|(_, at)| at),
+            EnvmapError::Stretched => turn.map(|(_, at)| at),
+            EnvmapError::Size { .. } | EnvmapError::Negative { .. } => None,
+        };
+        match at {
+            Some(at) => LoadError::new(plugin.place(at), format!("{}: {error}", plugin.what())),
+            None => plugin.error(format!("cannot use {}: {error}", path.display())),
+        }
     })
 }

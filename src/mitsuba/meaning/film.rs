@@ -35,6 +35,7 @@ pub fn read(tree: &Tree, film: Option<ObjectIndex>) -> Result<Film, LoadError> {
             height: DEFAULT_HEIGHT,
             crop: whole(DEFAULT_WIDTH, DEFAULT_HEIGHT),
             filter: DEFAULT_FILTER,
+            sample_border: false,
         });
     };
     let plugin = Plugin::new(tree, film);
@@ -63,13 +64,13 @@ pub fn read(tree: &Tree, film: Option<ObjectIndex>) -> Result<Film, LoadError> {
         None => DEFAULT_FILTER,
         Some(filter) => read_filter(tree, filter)?,
     };
+    let sample_border = plugin.boolean_or("sample_border", false)?;
     plugin.accept(&[
         "banner",
         "compensate",
         "component_format",
         "file_format",
         "pixel_format",
-        "sample_border",
     ]);
     if plugin.is_old() {
         plugin.accept(&OLD_STORAGE);
@@ -80,6 +81,7 @@ pub fn read(tree: &Tree, film: Option<ObjectIndex>) -> Result<Film, LoadError> {
         height,
         crop,
         filter,
+        sample_border,
     })
 }
 

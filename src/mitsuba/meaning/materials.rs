@@ -43,7 +43,7 @@ pub struct Materials {
     pub list: Vec<Material>,
     pub textures: Textures,
     known: HashMap<ObjectIndex, MaterialId>,
-    default: Option<MaterialId>,
+    defaults: [Option<MaterialId>; 2],
 }
 
 impl Materials {
@@ -53,14 +53,17 @@ impl Materials {
     }
 
     /// What a shape without a bsdf gets, as in Mitsuba: `diffuse` with reflectance 0.5.
-    pub fn default_material(&mut self) -> MaterialId {
-        if let Some(id) = self.default {
+    ///
+    /// One that shines is black, as in Mitsuba, which keeps lamps from reflecting unless told to.
+    pub fn default_material(&mut self, shines: bool) -> MaterialId {
+        if let Some(id) = self.defaults[usize::from(shines)] {
             return id;
         }
+        let reflectance = if shines { 0.0 } else { DEFAULT_REFLECTANCE };
         let id = self.add(Material::Diffuse {
-            reflectance: Color::Constant(Rgb::grey(DEFAULT_REFLECTANCE)),
+            reflectance: Color::Constant(Rgb::grey(reflectance)),
         });
-        self.default = Some(id);
+        self.defaults[usize::from(shines)] = Some(id);
         id
     }
 
@@ -90,18 +93,17 @@ impl Materials {
                     files,
                 )?,
             },
-            "dielectric" | "thindielectric" => dielectric(tree, &plugin)?,
+            "dielectric" | "thindielectric" => self.dielectric(tree, &plugin, files)?,
             "conductor" => {
                 let (eta, k) = metal(tree, &plugin)?;
                 Material::Conductor {
                     eta,
                     k,
-                    specular_reflectance: spectra::read_or(
+                    specular_reflectance: self.textures.filter(
                         tree,
                         &plugin,
                         "specular_reflectance",
-                        Role::Fraction,
-                        1.0,
+                        files,
                     )?,
                 }
             }
@@ -203,6 +205,34 @@ impl Materials {
             distribution,
             alpha_u: of("alpha_u")?,
             alpha_v: of("alpha_v")?,
+        })
+    }
+
+    fn dielectric(
+        &mut self,
+        tree: &Tree,
+        plugin: &Plugin,
+        files: &mut Files,
+    ) -> Result<Material, LoadError> {
+        let interior_ior = ior::read(plugin, "int_ior", "bk7")?;
+        let exterior_ior = ior::read(plugin, "ext_ior", "air")?;
+        let mut factor = |name| self.textures.filter(tree, plugin, name, files);
+        let specular_reflectance = factor("specular_reflectance")?;
+        let specular_transmittance = factor("specular_transmittance")?;
+        Ok(if plugin.name() == "dielectric" {
+            Material::Dielectric {
+                interior_ior,
+                exterior_ior,
+                specular_reflectance,
+                specular_transmittance,
+            }
+        } else {
+            Material::ThinDielectric {
+                interior_ior,
+                exterior_ior,
+                specular_reflectance,
+                specular_transmittance,
+            }
         })
     }
 
@@ -395,29 +425,6 @@ fn differing_indices(plugin: &Plugin, inside: &str) -> Result<(f64, f64), LoadEr
         return Err(plugin.error(message));
     }
     Ok((interior, exterior))
-}
-
-fn dielectric(tree: &Tree, plugin: &Plugin) -> Result<Material, LoadError> {
-    let interior_ior = ior::read(plugin, "int_ior", "bk7")?;
-    let exterior_ior = ior::read(plugin, "ext_ior", "air")?;
-    let factor = |name| spectra::read_or(tree, plugin, name, Role::Fraction, 1.0);
-    let specular_reflectance = factor("specular_reflectance")?;
-    let specular_transmittance = factor("specular_transmittance")?;
-    Ok(if plugin.name() == "dielectric" {
-        Material::Dielectric {
-            interior_ior,
-            exterior_ior,
-            specular_reflectance,
-            specular_transmittance,
-        }
-    } else {
-        Material::ThinDielectric {
-            interior_ior,
-            exterior_ior,
-            specular_reflectance,
-            specular_transmittance,
-        }
-    })
 }
 
 /// `eta` and `k`, or `material`; the perfect mirror (eta 0, k 1) where the file gives neither.

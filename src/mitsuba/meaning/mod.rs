@@ -9,6 +9,7 @@ mod emitters;
 mod film;
 mod forms;
 mod ignored;
+mod integrator;
 mod ior;
 mod materials;
 mod metals;

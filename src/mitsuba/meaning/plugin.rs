@@ -53,6 +53,11 @@ impl<'t> Plugin<'t> {
         self.tree.source(self.object.at)
     }
 
+    /// The place of one of its parameters.
+    pub fn place(&self, at: Position) -> SourcePosition {
+        self.tree.source(at)
+    }
+
     /// Whether its file predates Mitsuba 2.
     pub fn is_old(&self) -> bool {
         self.tree.is_old(self.object.at)

@@ -8,12 +8,14 @@ use super::forms::{self, Form};
 use super::ignored::IgnoredList;
 use super::materials::Materials;
 use super::plugin::{Plugin, what};
-use super::{emitters, sensors};
+use super::{emitters, integrator, sensors};
 use crate::geometry::{Shape, Transform};
 use crate::mitsuba::error::{LoadError, did_you_mean};
 use crate::mitsuba::files::Files;
 use crate::mitsuba::syntax::{Kind, ObjectIndex, Position, Tree, Value, shortened};
-use crate::scene::{Emitter, Ignored, Material, Object, Sensor, ShapeId, Texture, Warning};
+use crate::scene::{
+    Emitter, Ignored, Integrator, Material, Object, Sensor, ShapeId, Texture, Warning,
+};
 
 /// What a scene means, forms not yet built.
 #[derive(Debug)]
@@ -24,6 +26,7 @@ pub struct Meaning {
     pub textures: Vec<Texture>,
     pub emitters: Vec<Emitter>,
     pub sensors: Vec<Sensor>,
+    pub integrator: Option<Integrator>,
     pub warnings: Vec<Warning>,
     pub ignored: Vec<Ignored>,
 }
@@ -62,6 +65,7 @@ pub fn read(tree: &Tree, files: &mut Files) -> Result<Meaning, LoadError> {
         objects: Vec::new(),
         emitters: Vec::new(),
         sensors: Vec::new(),
+        integrator: None,
         attached: HashSet::new(),
         ids: Ids::new(tree),
     };
@@ -82,6 +86,7 @@ pub fn read(tree: &Tree, files: &mut Files) -> Result<Meaning, LoadError> {
         textures: reader.materials.textures.list,
         emitters: reader.emitters,
         sensors: reader.sensors,
+        integrator: reader.integrator,
         warnings,
         ignored: reader.ignored.list,
     })
@@ -97,6 +102,8 @@ struct SceneReader<'t, 'f> {
     objects: Vec<Object>,
     emitters: Vec<Emitter>,
     sensors: Vec<Sensor>,
+    /// The first that says how paths end.
+    integrator: Option<Integrator>,
     /// Emitters that belong to a shape.
     attached: HashSet<ObjectIndex>,
     ids: Ids,
@@ -111,7 +118,12 @@ impl SceneReader<'_, '_> {
             // It shines where a shape refers to it.
             Kind::Emitter if object.plugin == "area" => Ok(()),
             Kind::Emitter => {
-                self.emitters.push(emitters::read(tree, child)?);
+                let emitter = emitters::read(tree, child, self.files)?;
+                if emitter.is_environment() && self.emitters.iter().any(Emitter::is_environment) {
+                    return Err(Plugin::new(tree, child)
+                        .error("is a second environment; a scene can have one"));
+                }
+                self.emitters.push(emitter);
                 Ok(())
             }
             Kind::Sensor => {
@@ -122,9 +134,10 @@ impl SceneReader<'_, '_> {
                 Ok(())
             }
             Kind::Integrator => {
-                let why =
-                    "methods are chosen on the command line, and depth by what is asked of them";
-                self.ignored.add(tree, child, why);
+                let found = integrator::read(tree, child)?;
+                self.ignored
+                    .add(tree, child, integrator::why_ignored(found.as_ref()));
+                self.integrator = self.integrator.take().or(found);
                 Ok(())
             }
             Kind::Bsdf
@@ -208,12 +221,13 @@ impl SceneReader<'_, '_> {
         };
         plugin.refuse(Kind::Medium, "media are not modelled")?;
         plugin.float_or("silhouette_sampling_weight", 1.0)?;
-        let material = match plugin.child(Kind::Bsdf)? {
+        let bsdf = plugin.child(Kind::Bsdf)?;
+        let emitter = plugin.child(Kind::Emitter)?;
+        let material = match bsdf {
             Some(bsdf) => self.materials.read(tree, bsdf, self.files)?,
-            None => self.materials.default_material(),
+            None => self.materials.default_material(emitter.is_some()),
         };
         let id = ShapeId(self.objects.len() as u32);
-        let emitter = plugin.child(Kind::Emitter)?;
         let meters = plugin.children(Kind::Sensor);
         if instance.is_some() {
             plugin.refuse(
@@ -232,7 +246,9 @@ impl SceneReader<'_, '_> {
                 return Err(Plugin::new(tree, emitter)
                     .error("shines from several shapes; give each its own"));
             }
-            self.emitters.push(emitters::read_area(tree, emitter, id)?);
+            let textures = &mut self.materials.textures;
+            let area = emitters::read_area(tree, emitter, id, textures, self.files)?;
+            self.emitters.push(area);
         }
         self.meters(&meters, id)?;
         let object_id = self.ids.of(tree, shape, prefix);

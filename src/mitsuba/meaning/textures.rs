@@ -72,6 +72,24 @@ impl Textures {
         spectra::read_or(tree, plugin, name, Role::Fraction, default).map(Color::Constant)
     }
 
+    /// A factor on what a smooth interface reflects or lets through, 1 where the file gives none.
+    ///
+    /// Unlike [`Self::color`]'s its image must be there: chains go on by it.
+    pub fn filter(
+        &mut self,
+        tree: &Tree,
+        plugin: &Plugin,
+        name: &str,
+        files: &mut Files,
+    ) -> Result<Color, LoadError> {
+        let Some(texture) = of_parameter(tree, plugin, name) else {
+            return spectra::read_or(tree, plugin, name, Role::Fraction, 1.0).map(Color::Constant);
+        };
+        let id = self.required(tree, texture, files)?;
+        self.check_fraction(&Plugin::new(tree, texture), id)?;
+        Ok(Color::Texture(id))
+    }
+
     /// A vector in the frame of the surface, its coordinates brought to 0..=1.
     pub fn vector(
         &mut self,
@@ -130,6 +148,27 @@ impl Textures {
             Some((_, at)) => {
                 Err(plugin.parameter_error(at, name, "must be the same in all channels"))
             }
+        }
+    }
+
+    /// The texture that light is given by, if it is one; its image must be there, and not be negative.
+    pub fn emission(
+        &mut self,
+        tree: &Tree,
+        plugin: &Plugin,
+        name: &str,
+        files: &mut Files,
+    ) -> Result<Option<TextureId>, LoadError> {
+        let Some(texture) = of_parameter(tree, plugin, name) else {
+            return Ok(None);
+        };
+        let id = self.required(tree, texture, files)?;
+        match self.range(id) {
+            Some([low, _]) if low < 0.0 => {
+                let message = format!("holds {low}, but light must not be negative");
+                Err(Plugin::new(tree, texture).error(message))
+            }
+            _ => Ok(Some(id)),
         }
     }
 

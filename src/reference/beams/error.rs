@@ -2,6 +2,7 @@
 
 use crate::scene::{Emitter, Scene};
 use crate::transport::camera::CameraError;
+use crate::transport::chain_limits::{self, NotFollowed};
 use crate::transport::domain::surface::{LightSurface, MAX_TRIANGLES};
 use crate::transport::receiver::ReceiverError;
 
@@ -33,6 +34,9 @@ pub enum BeamError {
         /// The shape's id.
         id: String,
     },
+    /// Chains cannot be followed in the scene.
+    #[error(transparent)]
+    NotFollowed(#[from] NotFollowed),
     /// A setting outside its range.
     #[error("{name} is {value}; {allowed} are allowed")]
     Setting {
@@ -75,6 +79,7 @@ pub fn supports(scene: &Scene) -> Result<(), BeamError> {
             });
         }
     }
+    chain_limits::check(scene)?;
     Ok(())
 }
 

@@ -37,7 +37,10 @@ impl Lamps {
         let stream = Stream::new(StreamKind::Sobol, seed).split(0x4245_414d);
         let mut lamps = Vec::new();
         for (index, emitter) in scene.emitters().iter().enumerate() {
-            let Emitter::Area { shape, radiance } = emitter else {
+            let Emitter::Area {
+                shape, radiance, ..
+            } = emitter
+            else {
                 continue;
             };
             if radiance.is_black() {

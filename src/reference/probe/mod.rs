@@ -43,6 +43,7 @@ pub use search::MAX_LEVEL;
 use crate::geometry::{SurfacePoint, TraversalCounters};
 use crate::radiometry::Rgb;
 use crate::scene::{Scene, Sensor};
+use crate::transport::chain_limits;
 use crate::transport::domain::{LightSpace, LightSpaceError};
 use crate::transport::receiver::{Receiver, ReceiverError};
 use crate::transport::scatter::{ShadingNormals, Way};
@@ -220,6 +221,7 @@ pub fn probe_until(
     }
     let receiver = Receiver::new(scene, sensor)?;
     let target = target::Target::new(scene, &receiver, uv).ok_or(ProbeError::OffReceiver(uv))?;
+    chain_limits::check(scene).map_err(LightSpaceError::from)?;
     let area = scene
         .emitters()
         .iter()

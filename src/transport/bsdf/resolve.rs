@@ -152,8 +152,8 @@ impl<'a> Here<'a, '_> {
             } => {
                 let interface = Interface {
                     eta: interior_ior / exterior_ior,
-                    specular_reflectance: *specular_reflectance,
-                    specular_transmittance: *specular_transmittance,
+                    specular_reflectance: self.color(*specular_reflectance),
+                    specular_transmittance: self.color(*specular_transmittance),
                 };
                 if matches!(material, Material::Dielectric { .. }) {
                     Lobe::Dielectric(interface)
@@ -168,7 +168,7 @@ impl<'a> Here<'a, '_> {
             } => Lobe::Conductor(Metal {
                 eta: *eta,
                 k: *k,
-                specular_reflectance: *specular_reflectance,
+                specular_reflectance: self.color(*specular_reflectance),
             }),
             Material::RoughDielectric {
                 interior_ior,

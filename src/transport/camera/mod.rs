@@ -25,11 +25,15 @@
 //! ```text
 //! dA cos θ = |a · (X × Y)| dx dy
 //! ```
+//!
+//! Through a thin lens a pixel's radiance is also the average over the lens. For each of its points the
+//! equations are those of a pinhole there, whose film is shifted so that the plane in focus stays where it is.
 
 mod diffuse;
 mod error;
+mod lens;
 
-use glam::{DMat3, DVec2, DVec3};
+use glam::{DVec2, DVec3};
 
 use super::scatter::ShadingNormals;
 use super::visibility::transmittance;
@@ -38,6 +42,7 @@ use crate::radiometry::Rgb;
 use crate::scene::{Film, ReconstructionFilter, Scene, Sensor, SensorKind};
 use diffuse::{has_unknown_reflectance, reflectance};
 pub use error::CameraError;
+use lens::Lens;
 
 /// A camera: a film on which points of the scene are seen.
 ///
@@ -57,23 +62,6 @@ pub struct Camera {
     /// Pixels a unit of camera space (on the plane z = 1, for a pinhole); the same along x and y.
     pixels: f64,
     shading_normals: ShadingNormals,
-}
-
-/// How space is projected.
-#[derive(Clone, Copy, Debug)]
-enum Lens {
-    Pinhole {
-        /// World space.
-        position: DVec3,
-        /// |det M|.
-        determinant: f64,
-    },
-    Parallel {
-        /// The unit vector along which the camera looks, world space.
-        axis: DVec3,
-        /// World area across the axis, by area of camera space's xy plane.
-        magnification: f64,
-    },
 }
 
 /// How a camera sees a point.
@@ -111,7 +99,8 @@ pub struct PixelRay {
 }
 
 impl Camera {
-    /// The camera that a sensor describes, with shading normals that keep [`ShadingNormals::Flux`].
+    /// The camera that a sensor describes, for light that is connected to it from Lambertian surfaces of known
+    /// reflectance, pixel by pixel; with shading normals that keep [`ShadingNormals::Flux`].
     ///
     /// # Errors
     ///
@@ -119,9 +108,47 @@ impl Camera {
     /// of the scene has a reflectance that is not a constant colour.
     pub fn new(scene: &Scene, sensor: &Sensor) -> Result<Self, CameraError> {
         let id = || sensor.id.clone();
+        let is_refused = matches!(
+            sensor.kind,
+            SensorKind::ThinLens { .. } | SensorKind::IrradianceMeter { .. }
+        );
+        if is_refused {
+            return Err(CameraError::Kind {
+                id: id(),
+                plugin: sensor.plugin(),
+            });
+        }
+        let camera = Self::of_sensor(sensor)?;
+        let filter = camera.film.filter;
+        if filter != ReconstructionFilter::Box {
+            return Err(CameraError::Filter {
+                id: id(),
+                filter: filter.plugin(),
+            });
+        }
+        let is_unknown = |object: &&crate::scene::Object| {
+            has_unknown_reflectance(scene, scene.material(object.material))
+        };
+        match scene.objects().iter().find(is_unknown) {
+            None => Ok(camera),
+            Some(object) => Err(CameraError::Reflectance {
+                id: id(),
+                shape: object.id.clone(),
+            }),
+        }
+    }
+
+    /// The camera that a sensor describes, of any kind, with any filter and before any scene: for methods that
+    /// ask each surface's [`Bsdf`](super::bsdf::Bsdf) what it scatters.
+    ///
+    /// # Errors
+    ///
+    /// For an irradiance meter, and where pixels or film coordinates overflow.
+    pub fn of_sensor(sensor: &Sensor) -> Result<Self, CameraError> {
+        let id = || sensor.id.clone();
         let film = &sensor.film;
         let (to_world, near_clip, far_clip, half_width, offset) = match &sensor.kind {
-            SensorKind::Perspective(camera) => (
+            SensorKind::Perspective(camera) | SensorKind::ThinLens { camera, .. } => (
                 camera.to_world,
                 camera.near_clip,
                 camera.far_clip,
@@ -133,39 +160,8 @@ impl Camera {
                 near_clip,
                 far_clip,
             } => (*to_world, *near_clip, *far_clip, 1.0, DVec2::ZERO),
-            SensorKind::IrradianceMeter { .. } | SensorKind::ThinLens { .. } => {
-                return Err(CameraError::Kind {
-                    id: id(),
-                    plugin: sensor.plugin(),
-                });
-            }
-        };
-        if film.filter != ReconstructionFilter::Box {
-            return Err(CameraError::Filter {
-                id: id(),
-                filter: film.filter.plugin(),
-            });
-        }
-        let is_unknown = |object: &&crate::scene::Object| {
-            has_unknown_reflectance(scene, scene.material(object.material))
-        };
-        if let Some(object) = scene.objects().iter().find(is_unknown) {
-            return Err(CameraError::Reflectance {
-                id: id(),
-                shape: object.id.clone(),
-            });
-        }
-        let linear = DMat3::from_mat4(to_world.matrix());
-        let lens = if matches!(sensor.kind, SensorKind::Perspective(_)) {
-            Lens::Pinhole {
-                position: to_world.point(DVec3::ZERO),
-                determinant: linear.determinant().abs(),
-            }
-        } else {
-            let axis = linear.z_axis.normalize();
-            Lens::Parallel {
-                axis,
-                magnification: linear.x_axis.cross(linear.y_axis).dot(axis).abs(),
+            SensorKind::IrradianceMeter { .. } => {
+                return Err(CameraError::NoCamera { id: id() });
             }
         };
         let full = DVec2::new(f64::from(film.width), f64::from(film.height));
@@ -173,18 +169,14 @@ impl Camera {
         let camera = Self {
             film: film.clone(),
             to_world,
-            lens,
+            lens: Lens::new(&sensor.kind, &to_world),
             near_clip,
             far_clip,
             center: (0.5 - offset) * full - crop,
             pixels: 0.5 * full.x / half_width,
             shading_normals: ShadingNormals::Flux,
         };
-        let scale = match lens {
-            Lens::Pinhole { determinant, .. } => determinant.cbrt(),
-            Lens::Parallel { magnification, .. } => magnification.sqrt(),
-        };
-        for size in [1.0 / camera.pixels, scale / camera.pixels] {
+        for size in [1.0, camera.lens.scale()].map(|scale| scale / camera.pixels) {
             if !(1e-70..=1e70).contains(&size) || !camera.center.is_finite() {
                 return Err(CameraError::Size { id: id(), size });
             }
@@ -223,53 +215,29 @@ impl Camera {
     }
 
     /// Where a point is seen, whatever lies between; `None` before the near plane and beyond the far one.
+    ///
+    /// Through the middle of a lens: see [`project_through`](Self::project_through).
     #[inline]
     pub fn project(&self, position: DVec3) -> Option<Projection> {
-        let local = self.to_world.inverse().point(position);
+        self.project_through(position, LENS_MIDDLE)
+    }
+
+    /// Where a point is seen through the point `lens` of the lens, as in [`ray_through`](Self::ray_through).
+    ///
+    /// The mean of `importance` over uniform `lens` in [0, 1)² is the pixel's whole.
+    #[inline]
+    pub fn project_through(&self, position: DVec3, lens: DVec2) -> Option<Projection> {
+        let seen = self
+            .lens
+            .project(&self.to_world, position, lens, self.near_clip)?;
         let pixel_area = 1.0 / (self.pixels * self.pixels);
-        let (on_film, towards, depth, distance, importance) = match self.lens {
-            Lens::Pinhole {
-                position: pinhole,
-                determinant,
-            } => {
-                if local.z <= 0.0 {
-                    return None;
-                }
-                let offset = pinhole - position;
-                let whole = offset.length();
-                // |M q| is the distance that belongs to one unit of camera space's z.
-                let stretch = whole / local.z;
-                (
-                    local.truncate() / local.z,
-                    offset / whole,
-                    local.z - self.near_clip,
-                    whole - self.near_clip * stretch,
-                    stretch * stretch * stretch / (whole * whole * determinant * pixel_area),
-                )
-            }
-            Lens::Parallel {
-                axis,
-                magnification,
-            } => {
-                let stretch = self.to_world.vector(DVec3::Z).length();
-                let distance = (local.z - self.near_clip) * stretch;
-                // As in Mitsuba: rays are far_clip − near_clip long in the *world*, however
-                // camera space is scaled.
-                (
-                    local.truncate(),
-                    -axis,
-                    distance,
-                    distance,
-                    1.0 / (magnification * pixel_area),
-                )
-            }
-        };
-        let at = self.center - on_film * self.pixels;
-        let is_seen = depth > 0.0 && depth <= self.far_clip - self.near_clip;
+        let at = self.center - seen.on_film * self.pixels;
+        let importance = seen.importance / pixel_area;
+        let is_seen = seen.depth > 0.0 && seen.depth <= self.far_clip - self.near_clip;
         (is_seen && at.is_finite() && importance.is_finite()).then_some(Projection {
             at,
-            towards,
-            distance,
+            towards: seen.towards,
+            distance: seen.distance,
             importance,
         })
     }
@@ -291,7 +259,20 @@ impl Camera {
         direction: DVec3,
         counters: &mut TraversalCounters,
     ) -> Option<Connection> {
-        let projection = self.project(point.position)?;
+        self.connect_through(scene, shape, point, direction, LENS_MIDDLE, counters)
+    }
+
+    /// As [`connect`](Self::connect), through a point of the lens: see [`project_through`](Self::project_through).
+    pub fn connect_through(
+        &self,
+        scene: &Scene,
+        shape: u32,
+        point: &SurfacePoint,
+        direction: DVec3,
+        lens: DVec2,
+        counters: &mut TraversalCounters,
+    ) -> Option<Connection> {
+        let projection = self.project_through(point.position, lens)?;
         let normal = point.geometric_normal;
         let (arriving, leaving) = (-direction.dot(normal), projection.towards.dot(normal));
         let is_one_side = arriving * leaving > 0.0;
@@ -326,25 +307,47 @@ impl Camera {
         })
     }
 
-    /// The view through film coordinates `at` (pixels of the crop; may lie outside of it).
+    /// The view through film coordinates `at` (pixels of the crop; may lie outside of it) and the middle of the lens.
     ///
     /// The inverse of [`project`](Self::project). Its radiance needs no weight: a pixel's is the average over it.
     pub fn pixel_ray(&self, at: DVec2) -> PixelRay {
+        self.ray_through(at, LENS_MIDDLE)
+    }
+
+    /// The view through film coordinates `at` and the point `lens` of the lens, which uniform numbers in
+    /// [0, 1)² spread evenly over it; other cameras do not look at `lens`.
+    ///
+    /// The inverse of [`project_through`](Self::project_through): a pixel's radiance is the average over both.
+    pub fn ray_through(&self, at: DVec2, lens: DVec2) -> PixelRay {
         let on_film = (self.center - at) / self.pixels;
         let depth = self.far_clip - self.near_clip;
-        match self.lens {
-            Lens::Pinhole { position, .. } => {
-                let along = self.to_world.vector(on_film.extend(1.0));
-                let stretch = along.length();
-                PixelRay {
-                    ray: Ray::new(position + along * self.near_clip, along / stretch),
-                    reach: depth * stretch,
-                }
-            }
-            Lens::Parallel { axis, .. } => PixelRay {
-                ray: Ray::new(self.to_world.point(on_film.extend(self.near_clip)), axis),
-                reach: depth,
-            },
+        let (ray, stretch) = self.lens.ray(&self.to_world, on_film, lens, self.near_clip);
+        PixelRay {
+            ray,
+            reach: depth * stretch,
         }
     }
+
+    /// How samples spread over pixels.
+    pub fn filter(&self) -> ReconstructionFilter {
+        self.film.filter
+    }
+
+    /// How many pixels beyond the film's crop, each way, paths from the camera sample: those that the filter
+    /// reaches in from, where the film asks for it (`sample_border`).
+    pub fn sampled_border(&self) -> usize {
+        if self.film.sample_border {
+            self.film.filter.border()
+        } else {
+            0
+        }
+    }
+
+    /// Whether rays start anywhere on a lens of some size.
+    pub fn has_aperture(&self) -> bool {
+        self.lens.has_aperture()
+    }
 }
+
+/// The numbers of the middle of the lens.
+const LENS_MIDDLE: DVec2 = DVec2::splat(0.5);

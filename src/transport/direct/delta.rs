@@ -209,7 +209,7 @@ impl DirectLight<'_> {
         let from = match emitter {
             Emitter::Point { position, .. } => *position,
             Emitter::Spot { to_world, .. } => to_world.point(DVec3::ZERO),
-            Emitter::Directional { .. } | Emitter::Area { .. } => return false,
+            _ => return false,
         };
         if leaf.level >= SHADOW_LEVELS {
             return false;
@@ -269,7 +269,9 @@ impl DirectLight<'_> {
                 *intensity,
                 Falloff::of(emitter),
             ),
-            Emitter::Area { .. } => return (Rgb::BLACK, 0.0),
+            Emitter::Area { .. } | Emitter::Constant { .. } | Emitter::Envmap(_) => {
+                return (Rgb::BLACK, 0.0);
+            }
         };
         if irradiance.is_black() {
             return (Rgb::BLACK, 0.0);

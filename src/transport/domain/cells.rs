@@ -9,7 +9,7 @@ use super::surface::{LightSurface, MAX_TRIANGLES, Part};
 use crate::geometry::{Bounds, Shape};
 use crate::radiometry::Rgb;
 use crate::scene::{Emitter, Scene};
-use crate::transport::chain_limits::{VaryingMask, check_masks};
+use crate::transport::chain_limits::{self, NotFollowed};
 
 /// Cells are divided until there are this many, so that they follow the outline of the specular
 /// geometry (some 5 % of a ball's cells are at its rim then) and a cell's rays stay together.
@@ -65,9 +65,9 @@ pub enum LightSpaceError {
         /// Mitsuba's name of the shape.
         plugin: &'static str,
     },
-    /// A mask's opacity is a texture.
+    /// Chains cannot be followed in the scene.
     #[error(transparent)]
-    VaryingMask(#[from] VaryingMask),
+    NotFollowed(#[from] NotFollowed),
 }
 
 impl LightSpace {
@@ -75,9 +75,9 @@ impl LightSpace {
     ///
     /// # Errors
     ///
-    /// Where the shape of an area light is not modelled, or a mask's opacity is a texture.
+    /// Where the shape of an area light is not modelled, or chains cannot be followed in the scene.
     pub fn new(scene: &Scene) -> Result<Self, LightSpaceError> {
-        check_masks(scene)?;
+        chain_limits::check(scene)?;
         let targets = Targets::new(scene);
         let mut charts = Vec::new();
         let mut emitters = Vec::new();
@@ -305,7 +305,9 @@ fn add_charts(
                 irradiance: *irradiance,
             });
         }
-        Emitter::Area { shape, radiance } => {
+        Emitter::Area {
+            shape, radiance, ..
+        } => {
             let surface = LightSurface::new(&scene.world().shapes()[shape.0 as usize]);
             let Some(surface) = surface else {
                 let object = &scene.objects()[shape.0 as usize];
@@ -335,6 +337,8 @@ fn add_charts(
                 }
             }
         }
+        // Refused before, unless it is black.
+        Emitter::Constant { .. } | Emitter::Envmap(_) => {}
     }
     Ok(())
 }

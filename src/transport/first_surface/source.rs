@@ -57,7 +57,7 @@ pub struct Arrival {
 }
 
 impl Source {
-    /// The source that a delta emitter is; `None` for area lights.
+    /// The source that a delta emitter is; `None` for all others.
     pub fn new(emitter: &Emitter, bounds: &Bounds) -> Option<Self> {
         match emitter {
             Emitter::Point {
@@ -86,7 +86,7 @@ impl Source {
                 middle: bounds.center(),
                 ahead: bounds.radius() * 1.01,
             }),
-            Emitter::Area { .. } => None,
+            Emitter::Area { .. } | Emitter::Constant { .. } | Emitter::Envmap(_) => None,
         }
     }
 

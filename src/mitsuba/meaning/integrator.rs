@@ -1,0 +1,54 @@
+//! `<integrator>`: which paths a file asks for.
+
+use super::plugin::Plugin;
+use crate::mitsuba::error::LoadError;
+use crate::mitsuba::syntax::{Kind, ObjectIndex, Tree};
+use crate::scene::Integrator;
+
+/// What an integrator says of paths; `None` for those that follow none, or otherwise than `path` does.
+///
+/// `aov` stands for the integrator inside of it. Parameters of other meaning are not looked at, as before: methods
+/// are chosen on the command line.
+///
+/// # Errors
+///
+/// Where a parameter is not what Mitsuba allows.
+pub fn read(tree: &Tree, integrator: ObjectIndex) -> Result<Option<Integrator>, LoadError> {
+    let plugin = Plugin::new(tree, integrator);
+    let max_depth = match plugin.name() {
+        "aov" => {
+            return match plugin.children(Kind::Integrator).first() {
+                Some((nested, _)) => read(tree, *nested),
+                None => Ok(None),
+            };
+        }
+        // Light that met one surface, whatever the file says.
+        "direct" => Some(2),
+        "path" | "ptracer" | "volpath" => {
+            let depth = plugin.float_or("max_depth", -1.0)?;
+            let is_allowed = depth == -1.0 || (0.0..=f64::from(u32::MAX)).contains(&depth);
+            if !is_allowed || depth.fract() != 0.0 {
+                let message = format!("needs a max_depth of -1 (no limit) or more, not {depth}");
+                return Err(plugin.error(message));
+            }
+            (depth >= 0.0).then_some(depth as u32)
+        }
+        _ => return Ok(None),
+    };
+    Ok(Some(Integrator {
+        plugin: plugin.name().to_owned(),
+        hide_emitters: plugin.boolean_or("hide_emitters", false)?,
+        max_depth,
+        rr_depth: plugin.integer_or("rr_depth", 1, Integrator::DEFAULT_RR_DEPTH)?,
+    }))
+}
+
+/// Why an integrator makes no difference to other methods.
+pub fn why_ignored(found: Option<&Integrator>) -> &'static str {
+    if found.is_some() {
+        "methods are chosen on the command line; of this one paths from a camera take max_depth, \
+         rr_depth and hide_emitters"
+    } else {
+        "methods are chosen on the command line, and depth by what is asked of them"
+    }
+}

@@ -1,0 +1,121 @@
+//! Choosing one of many, each with its own probability.
+
+/// A choice among indices with probabilities in proportion to given weights.
+///
+/// By inversion of the cumulative sum: neighbours in `u` stay neighbours, so that points that cover
+/// [0, 1) evenly cover the choices evenly, too.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Choice {
+    /// The sum of the weights up to and with each.
+    cumulative: Vec<f64>,
+}
+
+/// What was chosen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Chosen {
+    /// Which one.
+    pub index: usize,
+    /// A number in [0, 1), uniform whatever was chosen, so that `u` can be used once more.
+    pub rest: f64,
+}
+
+impl Choice {
+    /// The choice among as many indices as there are `weights`; `None` where a weight is negative or not
+    /// finite, or their sum is not a positive finite number.
+    pub fn new(weights: impl IntoIterator<Item = f64>) -> Option<Self> {
+        let mut sum = 0.0;
+        let cumulative: Vec<f64> = weights
+            .into_iter()
+            .map(|weight| {
+                // A negative weight would make the sums fall: NaN spoils all that follow.
+                sum += if weight >= 0.0 { weight } else { f64::NAN };
+                sum
+            })
+            .collect();
+        (sum.is_finite() && sum > 0.0).then_some(Self { cumulative })
+    }
+
+    /// The sum of the weights.
+    #[inline]
+    pub fn total(&self) -> f64 {
+        // `new` refuses to choose among nothing.
+        self.cumulative[self.cumulative.len() - 1]
+    }
+
+    /// The index chosen by `u` in [0, 1); never one of weight zero.
+    #[inline]
+    pub fn choose(&self, u: f64) -> Chosen {
+        let total = self.total();
+        let wanted = (u * total).min(total.next_down());
+        let index = self.cumulative.partition_point(|sum| *sum <= wanted);
+        let before = self.before(index);
+        let rest = (wanted - before) / (self.cumulative[index] - before);
+        Chosen {
+            index,
+            rest: rest.min(1.0f64.next_down()),
+        }
+    }
+
+    /// The probability of an index; 0 for one that does not exist.
+    #[inline]
+    pub fn probability(&self, index: usize) -> f64 {
+        self.cumulative
+            .get(index)
+            .map_or(0.0, |sum| (sum - self.before(index)) / self.total())
+    }
+
+    #[inline]
+    fn before(&self, index: usize) -> f64 {
+        if index == 0 {
+            0.0
+        } else {
+            self.cumulative[index - 1]
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_index_owns_an_interval_as_long_as_its_probability() {
+        let choice = Choice::new([1.0, 0.0, 2.0, 5.0, 0.0]).unwrap();
+        // Eighths are exact.
+        let owned = [1, 0, 2, 5, 0];
+        for (index, eighths) in owned.into_iter().enumerate() {
+            assert_eq!(choice.probability(index), f64::from(eighths) / 8.0);
+            let steps = (0..64)
+                .filter(|step| choice.choose(f64::from(*step) / 64.0).index == index)
+                .count();
+            assert_eq!(steps, 8 * eighths as usize);
+        }
+        assert_eq!(choice.probability(5), 0.0);
+    }
+
+    #[test]
+    fn the_rest_runs_from_0_to_1_across_each_interval() {
+        let choice = Choice::new([1.0, 3.0]).unwrap();
+        for (u, index, rest) in [
+            (0.0, 0, 0.0),
+            (0.125, 0, 0.5),
+            (0.25, 1, 0.0),
+            (0.625, 1, 0.5),
+        ] {
+            assert_eq!(choice.choose(u), Chosen { index, rest });
+        }
+        assert!(choice.choose(1.0f64.next_down()).rest < 1.0);
+        // Out of range is not out of bounds.
+        assert_eq!(choice.choose(1.0).index, 1);
+    }
+
+    #[test]
+    fn nothing_to_choose_from_is_none() {
+        assert_eq!(Choice::new([]), None);
+        assert_eq!(Choice::new([0.0, 0.0]), None);
+        assert_eq!(Choice::new([1.0, -1.0, 3.0]), None);
+        assert_eq!(Choice::new([f64::NAN, 1.0]), None);
+        assert_eq!(Choice::new([f64::INFINITY]), None);
+        assert_eq!(Choice::new([f64::MAX, f64::MAX]), None);
+    }
+}

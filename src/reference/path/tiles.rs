@@ -1,0 +1,263 @@
+//! One randomisation of an image, tile by tile.
+//!
+//! A tile is what one thread does at a time. It keeps its samples' sums for itself, its border included that the
+//! filter reaches into, and tiles are added to the film in their order: so the order of all additions is
+//! fixed, and with it every bit, on any number of threads.
+
+use glam::DVec2;
+use rayon::prelude::*;
+
+use super::settings::PathSettings;
+use super::tracer::{PathNumbers, RadianceByClass, Tracer};
+use crate::film::splat::{Footprint, Splatter};
+use crate::geometry::TraversalCounters;
+use crate::numeric::Stream;
+use crate::radiometry::Rgb;
+use crate::scene::Scene;
+use crate::transport::camera::Camera;
+use crate::transport::lights::Lights;
+use crate::transport::path_class::PathClass;
+
+/// A tile's side \[pixels\].
+const TILE: usize = 16;
+
+/// Tiles between two additions to the film: their sums are kept until then, some 50 kB each.
+const BATCH: usize = 1024;
+
+/// One randomisation of a camera's image.
+pub struct Job<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// The emitters.
+    pub lights: &'a Lights<'a>,
+    /// For each shape, whether it shines.
+    pub shines: &'a [bool],
+    /// The camera.
+    pub camera: &'a Camera,
+    /// How paths are followed.
+    pub settings: &'a PathSettings,
+    /// The randomisation's own stream.
+    pub stream: Stream,
+    /// Samples a pixel.
+    pub samples: u64,
+    /// Whether to give up.
+    pub stop: &'a (dyn Fn() -> bool + Sync),
+    /// Told how many paths each finished tile started.
+    pub finished: &'a (dyn Fn(u64) + Sync),
+}
+
+/// Sums over the samples of one randomisation.
+#[derive(Clone, Debug)]
+pub struct ImageSums {
+    /// Σ f by pixel, f a sample's filter weight there.
+    pub weights: Vec<f64>,
+    /// Σ f L by pixel, of each class in the order of [`PathClass::ALL`]; empty where all samples are black.
+    pub radiance: [Vec<Rgb>; PathClass::ALL.len()],
+    /// The work.
+    pub counters: TraversalCounters,
+    /// Paths ended because they met too many surfaces.
+    pub cut_off: u64,
+    /// Samples that are no numbers, and where the first of them is.
+    pub not_finite: Option<(u64, DVec2)>,
+}
+
+/// A rectangle of the film, and the sums there.
+struct Block {
+    left: usize,
+    top: usize,
+    width: usize,
+    height: usize,
+    sums: ImageSums,
+}
+
+/// A rectangle of pixels to sample, counted from the top left one: with a border that is sampled, too, the
+/// film begins behind it.
+#[derive(Clone, Copy)]
+struct Tile {
+    left: usize,
+    top: usize,
+    right: usize,
+    bottom: usize,
+}
+
+impl ImageSums {
+    fn new(pixels: usize) -> Self {
+        Self {
+            weights: vec![0.0; pixels],
+            radiance: std::array::from_fn(|_| Vec::new()),
+            counters: TraversalCounters::default(),
+            cut_off: 0,
+            not_finite: None,
+        }
+    }
+
+    /// Adds `radiance` times `weight` to a pixel.
+    #[inline]
+    fn add(&mut self, pixel: usize, radiance: &RadianceByClass, weight: f64) {
+        self.weights[pixel] += weight;
+        for (sums, value) in self.radiance.iter_mut().zip(radiance) {
+            if !value.is_black() {
+                if sums.is_empty() {
+                    sums.resize(self.weights.len(), Rgb::BLACK);
+                }
+                sums[pixel] += *value * weight;
+            }
+        }
+    }
+
+    fn note_not_finite(&mut self, count: u64, first: DVec2) {
+        let (so_far, earlier) = self.not_finite.unwrap_or((0, first));
+        self.not_finite = Some((so_far + count, earlier));
+    }
+}
+
+impl Job<'_> {
+    /// Traces all samples; `None` where `stop` said so before the end.
+    pub fn trace(&self) -> Option<ImageSums> {
+        let (width, height) = (self.camera.width(), self.camera.height());
+        let mut film = ImageSums::new(width * height);
+        for batch in self.tiles().chunks(BATCH) {
+            let blocks: Option<Vec<Block>> = batch
+                .par_iter()
+                .map(|tile| (!(self.stop)()).then(|| self.trace_tile(tile)))
+                .collect();
+            for block in blocks? {
+                add_block(&mut film, width, &block);
+            }
+        }
+        Some(film)
+    }
+
+    /// How many paths [`trace`](Self::trace) starts.
+    pub fn paths(&self) -> u64 {
+        let border = 2 * self.camera.sampled_border();
+        let pixels = (self.camera.width() + border) * (self.camera.height() + border);
+        pixels as u64 * self.samples
+    }
+
+    /// All pixels to sample, row by row of tiles.
+    fn tiles(&self) -> Vec<Tile> {
+        let border = 2 * self.camera.sampled_border();
+        let right = self.camera.width() + border;
+        let bottom = self.camera.height() + border;
+        let mut tiles = Vec::new();
+        for top in (0..bottom).step_by(TILE) {
+            for left in (0..right).step_by(TILE) {
+                tiles.push(Tile {
+                    left,
+                    top,
+                    right: (left + TILE).min(right),
+                    bottom: (top + TILE).min(bottom),
+                });
+            }
+        }
+        tiles
+    }
+
+    fn trace_tile(&self, tile: &Tile) -> Block {
+        let mut block = self.block(tile);
+        let mut tracer = Tracer::new(self.scene, self.lights, self.settings, self.shines);
+        let film = (self.camera.width(), self.camera.height());
+        let splatter = Splatter::new(self.camera.filter(), film.0, film.1);
+        let mut footprint = Footprint::default();
+        let border = self.camera.sampled_border() as f64;
+        for y in tile.top..tile.bottom {
+            for x in tile.left..tile.right {
+                let stream = self.stream.split(x as u64).split(y as u64);
+                for index in 0..self.samples {
+                    let numbers = PathNumbers { stream, index };
+                    let [u, v, s, t] = numbers.camera();
+                    let at = DVec2::new(within(x, u), within(y, v)) - border;
+                    let view = self.camera.ray_through(at, DVec2::new(s, t));
+                    let radiance = tracer.trace(&view, numbers);
+                    if radiance.iter().all(|value| value.is_finite()) {
+                        splatter.spread(at, &mut footprint);
+                        block.add(&footprint, &radiance);
+                    } else {
+                        block.sums.note_not_finite(1, at);
+                    }
+                }
+            }
+        }
+        block.sums.counters = tracer.counters;
+        block.sums.cut_off = tracer.cut_off;
+        let pixels = (tile.right - tile.left) * (tile.bottom - tile.top);
+        (self.finished)(pixels as u64 * self.samples);
+        block
+    }
+
+    /// An empty block of all pixels of the film that a tile's samples may reach.
+    fn block(&self, tile: &Tile) -> Block {
+        let (reach, border) = (self.camera.filter().border(), self.camera.sampled_border());
+        let clip = |from: usize, to: usize, size: usize| {
+            let first = from.saturating_sub(border + reach).min(size);
+            let end = (to + reach).saturating_sub(border).clamp(first, size);
+            (first, end - first)
+        };
+        let (left, width) = clip(tile.left, tile.right, self.camera.width());
+        let (top, height) = clip(tile.top, tile.bottom, self.camera.height());
+        Block {
+            left,
+            top,
+            width,
+            height,
+            sums: ImageSums::new(width * height),
+        }
+    }
+}
+
+impl Block {
+    #[inline]
+    fn add(&mut self, footprint: &Footprint, radiance: &RadianceByClass) {
+        let columns = self.left..self.left + self.width;
+        let rows = self.top..self.top + self.height;
+        for (column, row, weight) in footprint.pixels() {
+            // Rounding may put a pixel at the very end of the filter, of weight zero, beyond the block.
+            if columns.contains(&column) && rows.contains(&row) {
+                let pixel = (row - self.top) * self.width + (column - self.left);
+                self.sums.add(pixel, radiance, weight);
+            }
+        }
+    }
+}
+
+/// `pixel + offset`, whose rounding must not lead to the next pixel.
+#[inline]
+fn within(pixel: usize, offset: f64) -> f64 {
+    (pixel as f64 + offset).min(((pixel + 1) as f64).next_down())
+}
+
+/// Adds a block to a film of `width` pixels a row.
+fn add_block(film: &mut ImageSums, width: usize, block: &Block) {
+    for row in 0..block.height {
+        let of_block = row * block.width..(row + 1) * block.width;
+        let start = (block.top + row) * width + block.left;
+        let of_film = start..start + block.width;
+        let weights = &mut film.weights[of_film.clone()];
+        for (sum, weight) in weights
+            .iter_mut()
+            .zip(&block.sums.weights[of_block.clone()])
+        {
+            *sum += weight;
+        }
+        for (sums, values) in film.radiance.iter_mut().zip(&block.sums.radiance) {
+            if values.is_empty() {
+                continue;
+            }
+            if sums.is_empty() {
+                sums.resize(film.weights.len(), Rgb::BLACK);
+            }
+            for (sum, value) in sums[of_film.clone()]
+                .iter_mut()
+                .zip(&values[of_block.clone()])
+            {
+                *sum += *value;
+            }
+        }
+    }
+    film.counters += block.sums.counters;
+    film.cut_off += block.sums.cut_off;
+    if let Some((count, first)) = block.sums.not_finite {
+        film.note_not_finite(count, first);
+    }
+}

@@ -1,0 +1,287 @@
+//! One path: from the camera, by way of surfaces, to every emitter that it finds.
+
+use glam::DVec3;
+
+use super::settings::PathSettings;
+use crate::geometry::{Hit, Ray, SurfacePoint, TraversalCounters};
+use crate::numeric::Stream;
+use crate::radiometry::Rgb;
+use crate::scene::{Emitter, Scene};
+use crate::transport::bsdf::{Bsdf, BsdfSample, Scattering, Transport};
+use crate::transport::camera::PixelRay;
+use crate::transport::lights::Lights;
+use crate::transport::path_class::{PathClass, PathEvents};
+use crate::transport::visibility::transmittance;
+
+/// Radiance [W/m²/sr] by class of path, in the order of [`PathClass::ALL`].
+pub type RadianceByClass = [Rgb; PathClass::ALL.len()];
+
+/// How many surfaces a path may meet, those that it passes included: where neither `max_depth` nor roulette
+/// ends it, light could go round between mirrors for ever.
+const MAX_SURFACES: u32 = 1 << 16;
+
+/// Roulette keeps a path with this probability at most, so that light that no surface absorbs ends, too: Mitsuba's.
+const MAX_SURVIVAL: f64 = 0.95;
+
+/// Follows paths through a scene.
+pub struct Tracer<'a> {
+    scene: &'a Scene,
+    lights: &'a Lights<'a>,
+    settings: &'a PathSettings,
+    /// For each shape, whether it shines.
+    shines: &'a [bool],
+    /// Work done.
+    pub counters: TraversalCounters,
+    /// Paths ended at [`MAX_SURFACES`].
+    pub cut_off: u64,
+}
+
+/// The numbers of one path: a sample of a pixel's stream.
+#[derive(Clone, Copy)]
+pub struct PathNumbers {
+    /// The pixel's own stream.
+    pub stream: Stream,
+    /// The number of the sample.
+    pub index: u64,
+}
+
+impl PathNumbers {
+    /// The film point within the pixel, and the point of the lens.
+    #[inline]
+    pub fn camera(self) -> [f64; 4] {
+        self.stream.padded4(self.index, 0)
+    }
+
+    /// For an emitter, as seen from a path's surface: its choice, and a direction to it.
+    ///
+    /// A group's first two dimensions are the most even ones: they are the direction's.
+    #[inline]
+    fn emitter(self, surface: u32) -> [f64; 3] {
+        let [x, y, choice, _] = self.stream.padded4(self.index, 2 * surface + 1);
+        [choice, x, y]
+    }
+
+    /// For a surface: the choice of a lobe, a direction, and roulette.
+    #[inline]
+    fn surface(self, surface: u32) -> ([f64; 3], f64) {
+        let [x, y, choice, roulette] = self.stream.padded4(self.index, 2 * surface + 2);
+        ([choice, x, y], roulette)
+    }
+}
+
+/// For each shape, whether it shines.
+pub fn shining_shapes(scene: &Scene) -> Vec<bool> {
+    let mut shines = vec![false; scene.objects().len()];
+    for emitter in scene.emitters() {
+        if let Emitter::Area { shape, .. } = emitter {
+            shines[shape.0 as usize] = true;
+        }
+    }
+    shines
+}
+
+/// A path on its way.
+struct Path {
+    ray: Ray,
+    /// How far it is looked along `ray`.
+    reach: f64,
+    /// Radiance at the camera by radiance that comes along `ray`.
+    throughput: Rgb,
+    /// The product of all `eta` so far.
+    eta: f64,
+    /// What it met.
+    events: PathEvents,
+    /// Legs so far, that along `ray` included; what it passes parts none.
+    legs: u32,
+    /// Where it was scattered last, and the density of the direction; `None` where nothing else than the
+    /// path itself could have found it: from the camera, and after delta events.
+    last: Option<(DVec3, f64)>,
+    /// Whether nothing has turned it aside.
+    is_straight: bool,
+    radiance: RadianceByClass,
+}
+
+impl<'a> Tracer<'a> {
+    /// A tracer; `shines` as of [`shining_shapes`].
+    pub fn new(
+        scene: &'a Scene,
+        lights: &'a Lights<'a>,
+        settings: &'a PathSettings,
+        shines: &'a [bool],
+    ) -> Self {
+        Self {
+            scene,
+            lights,
+            settings,
+            shines,
+            counters: TraversalCounters::default(),
+            cut_off: 0,
+        }
+    }
+
+    /// One sample of the radiance [W/m²/sr] that comes back along a view, by class of path.
+    pub fn trace(&mut self, view: &PixelRay, numbers: PathNumbers) -> RadianceByClass {
+        let mut path = Path {
+            ray: view.ray,
+            reach: view.reach,
+            throughput: Rgb::WHITE,
+            eta: 1.0,
+            events: PathEvents::default(),
+            legs: 1,
+            last: None,
+            is_straight: true,
+            radiance: [Rgb::BLACK; PathClass::ALL.len()],
+        };
+        if self.settings.max_depth == Some(0) {
+            return path.radiance;
+        }
+        if self.settings.hide_emitters {
+            self.skip_shining(&mut path);
+        }
+        let mut surface = 0;
+        while self.step(&mut path, surface, numbers) {
+            surface += 1;
+            if surface == MAX_SURFACES {
+                self.cut_off += 1;
+                break;
+            }
+        }
+        path.radiance
+    }
+
+    /// To the next surface, and away from it. Says whether the path goes on.
+    fn step(&mut self, path: &mut Path, surface: u32, numbers: PathNumbers) -> bool {
+        let world = self.scene.world();
+        let hit = world.closest_hit(&path.ray, path.reach, &mut self.counters);
+        let Some(hit) = hit else {
+            // An environment is hidden as long as nothing else is seen in that direction.
+            if !(self.settings.hide_emitters && path.is_straight) {
+                self.meet_emitter(path, None);
+            }
+            return false;
+        };
+        let point = world.surface_point(&path.ray, &hit);
+        self.meet_emitter(path, Some(&hit));
+        let bsdf = Bsdf::at(self.scene, &hit, &point);
+        let wi = -path.ray.direction;
+        let is_last = self
+            .settings
+            .max_depth
+            .is_some_and(|most| path.legs >= most);
+        if !is_last {
+            self.sample_emitter(path, &point, &bsdf, numbers.emitter(surface));
+        }
+        let (choice, roulette) = numbers.surface(surface);
+        match bsdf.sample(wi, choice, Transport::Radiance) {
+            Some(sample) if sample.scattering == Scattering::Passed => {
+                path.pass(&point, hit.distance);
+                true
+            }
+            Some(sample) if !is_last => {
+                path.scatter(&point, &sample);
+                self.survives(path, roulette)
+            }
+            _ => false,
+        }
+    }
+
+    /// Hidden shapes are seen through by the camera; mirrors show them, and so does a mask that is passed first.
+    fn skip_shining(&mut self, path: &mut Path) {
+        let world = self.scene.world();
+        for _ in 0..MAX_SURFACES {
+            match world.closest_hit(&path.ray, path.reach, &mut self.counters) {
+                Some(hit) if self.shines[hit.shape as usize] => {
+                    let point = world.bounce_point(&path.ray, &hit);
+                    path.pass(&point, hit.distance);
+                }
+                _ => return,
+            }
+        }
+    }
+
+    /// Counts what shines back along the path's ray.
+    fn meet_emitter(&self, path: &mut Path, hit: Option<&Hit>) {
+        let class = path.events.class_at_emitter();
+        if !self.settings.classes.contains(class) {
+            return;
+        }
+        let emitted = self.lights.emitted(&path.ray, hit);
+        if emitted.is_black() {
+            return;
+        }
+        let weight = path.last.map_or(1.0, |(from, of_surface)| {
+            let of_emitter = self.lights.pdf_solid_angle(from, &path.ray, hit);
+            self.settings
+                .light_sampling
+                .weight_of_surface(of_surface, of_emitter)
+        });
+        path.radiance[class.index()] += path.throughput * emitted * weight;
+    }
+
+    /// Counts the light of an emitter that is chosen and looked for (next-event estimation).
+    fn sample_emitter(&mut self, path: &mut Path, point: &SurfacePoint, bsdf: &Bsdf, u: [f64; 3]) {
+        let class = path.events.then(false).class_at_emitter();
+        let way = self.settings.light_sampling;
+        if bsdf.is_delta() || !way.samples_emitters() || !self.settings.classes.contains(class) {
+            return;
+        }
+        let Some(light) = self.lights.sample(point, u) else {
+            return;
+        };
+        let wi = -path.ray.direction;
+        let mut value = bsdf.eval(wi, light.direction, Transport::Radiance);
+        if !light.is_delta {
+            let of_surface = bsdf.pdf_solid_angle(wi, light.direction);
+            value *= way.weight_of_emitter(light.pdf_solid_angle, of_surface);
+        }
+        if value.is_black() {
+            return;
+        }
+        let passed = transmittance(
+            self.scene,
+            point,
+            light.direction,
+            light.reach,
+            &mut self.counters,
+        );
+        path.radiance[class.index()] += path.throughput * value * light.radiance_over_pdf * passed;
+    }
+
+    /// Russian roulette on a path that was just scattered: Mitsuba's, on its throughput without what
+    /// refraction makes of radiance, which is undone where the light leaves the glass.
+    fn survives(&self, path: &mut Path, roulette: f64) -> bool {
+        let leg_before = path.legs - 1;
+        if path.throughput.is_black() {
+            return false;
+        }
+        if leg_before < self.settings.rr_depth {
+            return true;
+        }
+        let survival = (path.throughput.max_channel() * path.eta * path.eta).min(MAX_SURVIVAL);
+        path.throughput *= 1.0 / survival;
+        roulette < survival
+    }
+}
+
+impl Path {
+    /// On behind a surface that the path passes.
+    fn pass(&mut self, point: &SurfacePoint, distance: f64) {
+        self.ray = point.spawn(self.ray.direction);
+        self.reach -= distance;
+    }
+
+    /// On along a direction that a surface scatters to.
+    fn scatter(&mut self, point: &SurfacePoint, sample: &BsdfSample) {
+        // A pane does not turn light aside.
+        let goes_straight =
+            sample.is_delta && sample.scattering == Scattering::Transmitted && sample.eta == 1.0;
+        self.is_straight &= goes_straight;
+        self.last = (!sample.is_delta).then_some((point.position, sample.pdf_solid_angle));
+        self.events = self.events.then(sample.is_delta);
+        self.throughput = self.throughput * sample.weight;
+        self.eta *= sample.eta;
+        self.legs += 1;
+        self.ray = point.spawn(sample.wo);
+        self.reach = f64::INFINITY;
+    }
+}

@@ -1,0 +1,201 @@
+//! Light from infinitely far away, all round.
+
+use std::f64::consts::{FRAC_1_PI, PI, TAU};
+use std::sync::Arc;
+
+use glam::{DMat3, DVec2, DVec3};
+
+use crate::film::bitmap::Bitmap;
+use crate::geometry::Transform;
+use crate::radiometry::Rgb;
+
+/// An image laid round the scene: Mitsuba's `envmap`.
+///
+/// In its own frame the direction to a column x and a row y, both counted from the *centers* of the first
+/// texels of an image of w x h, is
+///
+/// ```text
+/// (sin φ sin θ, cos θ, −cos φ sin θ),   φ = 2π (x + 1/2) / w,   θ = π y / (h − 1)
+/// ```
+///
+/// so the centers of the first and the last row are the poles, +y and −y, and the middle column looks along +z.
+/// Between centers radiance is bilinear in x and y; the last column's neighbour is the first.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Envmap {
+    image: Arc<Bitmap>,
+    /// A rotation, or one with a mirror: its inverse is its transpose.
+    to_world: DMat3,
+    scale: f64,
+    peak: Rgb,
+    is_grey: bool,
+}
+
+/// Why an image cannot be an environment.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum EnvmapError {
+    /// Too few columns or rows.
+    #[error("the image has {width} x {height} texels; at least 2 x 3 are needed")]
+    Size {
+        /// Columns.
+        width: usize,
+        /// Rows.
+        height: usize,
+    },
+    /// Radiance below zero.
+    #[error(
+        "the texel in column {column}, row {row} (counted from 0) holds {value}; radiance must not be negative"
+    )]
+    Negative {
+        /// Counted from 0.
+        column: usize,
+        /// Counted from 0.
+        row: usize,
+        /// The number.
+        value: f32,
+    },
+    /// Not a finite number, or negative.
+    #[error("\"scale\" is {scale}; finite numbers >= 0 are allowed")]
+    Scale {
+        /// The number.
+        scale: f64,
+    },
+    /// More than a rotation.
+    #[error("\"to_world\" must be a rotation, mirrored or not: it must not change lengths")]
+    Stretched,
+}
+
+/// How far the lengths of axes may be from 1, and their angles from right ones: matrices written with seven digits pass.
+const ROTATION_TOLERANCE: f64 = 2e-6;
+
+impl Envmap {
+    /// An image of radiances [W/m²/sr], times `scale`. Of `to_world` only the rotation matters.
+    ///
+    /// # Errors
+    ///
+    /// Where the image is too small or has negative texels, or `to_world` changes lengths (Mitsuba 3 takes such a transform
+    /// and looks the image up along directions of the wrong length).
+    pub fn new(image: Arc<Bitmap>, to_world: &Transform, scale: f64) -> Result<Self, EnvmapError> {
+        let (width, height) = (image.width(), image.height());
+        if width < 2 || height < 3 {
+            return Err(EnvmapError::Size { width, height });
+        }
+        if !(scale >= 0.0 && scale.is_finite()) {
+            return Err(EnvmapError::Scale { scale });
+        }
+        let to_world = DMat3::from_mat4(to_world.matrix());
+        let off = to_world.transpose() * to_world - DMat3::IDENTITY;
+        if off
+            .to_cols_array()
+            .iter()
+            .any(|x| x.abs() > ROTATION_TOLERANCE)
+        {
+            return Err(EnvmapError::Stretched);
+        }
+        let (mut peak, mut is_grey) = ([0.0f32; 3], true);
+        for (index, texel) in image.texels().iter().enumerate() {
+            if let Some(value) = texel.iter().find(|value| **value < 0.0) {
+                return Err(EnvmapError::Negative {
+                    column: index % width,
+                    row: index / width,
+                    value: *value,
+                });
+            }
+            is_grey &= texel[0] == texel[1] && texel[1] == texel[2];
+            peak = std::array::from_fn(|c| peak[c].max(texel[c]));
+        }
+        Ok(Self {
+            image,
+            to_world,
+            scale,
+            peak: Rgb(peak.map(f64::from)) * scale,
+            is_grey,
+        })
+    }
+
+    /// The image, before `scale`.
+    pub fn image(&self) -> &Bitmap {
+        &self.image
+    }
+
+    /// The largest radiance of any texel, channel by channel [W/m²/sr].
+    pub fn peak(&self) -> Rgb {
+        self.peak
+    }
+
+    /// Whether red, green and blue are the same all round.
+    pub fn is_grey(&self) -> bool {
+        self.is_grey
+    }
+
+    /// Radiance [W/m²/sr] that comes from `direction`, a unit vector that points away from the scene.
+    pub fn radiance(&self, direction: DVec3) -> Rgb {
+        self.at(self.coordinates(direction))
+    }
+
+    /// Radiance [W/m²/sr] at a column in 0..w and a row in 0..=h − 1.
+    pub fn at(&self, coordinates: DVec2) -> Rgb {
+        self.cell(coordinates)
+            .blend(|column, row| Rgb(self.image.texel(column, row)))
+            * self.scale
+    }
+
+    /// The column (in 0..w) and row (in 0..=h − 1) that lie in `direction`, not rounded.
+    pub fn coordinates(&self, direction: DVec3) -> DVec2 {
+        let DVec3 { x, y, z } = self.to_world.transpose() * direction;
+        // The angle to the axis by atan2: acos loses half the digits at the poles.
+        let theta = x.hypot(z).atan2(y);
+        let width = self.image.width() as f64;
+        let column = x.atan2(-z) / TAU * width - 0.5;
+        let wrapped = column.rem_euclid(width);
+        DVec2::new(
+            // A remainder may round up to the width itself.
+            if wrapped < width { wrapped } else { 0.0 },
+            theta * FRAC_1_PI * (self.image.height() - 1) as f64,
+        )
+    }
+
+    /// The direction of a column and a row, a unit vector, and the sine of its angle to the poles.
+    pub fn direction(&self, coordinates: DVec2) -> (DVec3, f64) {
+        let (sin_phi, cos_phi) =
+            (TAU * (coordinates.x + 0.5) / self.image.width() as f64).sin_cos();
+        let (sin, cos) = (PI * coordinates.y / (self.image.height() - 1) as f64).sin_cos();
+        let own = DVec3::new(sin_phi * sin, cos, -cos_phi * sin);
+        ((self.to_world * own).normalize(), sin)
+    }
+
+    /// The square of four texels about a place.
+    pub fn cell(&self, coordinates: DVec2) -> EnvmapCell {
+        let (width, height) = (self.image.width(), self.image.height());
+        // Casts saturate: out of range is not out of bounds.
+        let column = (coordinates.x as usize).min(width - 1);
+        let row = (coordinates.y as usize).min(height - 2);
+        EnvmapCell {
+            columns: [column, (column + 1) % width],
+            rows: [row, row + 1],
+            weight: coordinates - DVec2::new(column as f64, row as f64),
+        }
+    }
+}
+
+/// Four neighbouring texels, and a place between their centers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EnvmapCell {
+    /// The left and the right one.
+    pub columns: [usize; 2],
+    /// The upper and the lower one.
+    pub rows: [usize; 2],
+    /// How far right and down, in 0..=1.
+    pub weight: DVec2,
+}
+
+impl EnvmapCell {
+    /// The bilinear blend of what `value` says of each (column, row).
+    pub fn blend<T>(&self, value: impl Fn(usize, usize) -> T) -> T
+    where
+        T: std::ops::Mul<f64, Output = T> + std::ops::Add<Output = T>,
+    {
+        let DVec2 { x, y } = self.weight;
+        let along = |row| value(self.columns[0], row) * (1.0 - x) + value(self.columns[1], row) * x;
+        along(self.rows[0]) * (1.0 - y) + along(self.rows[1]) * y
+    }
+}

@@ -1,0 +1,231 @@
+//! Shapes that shine.
+
+use glam::{DVec2, DVec3};
+
+use super::LightSample;
+use super::sphere::BallView;
+use crate::geometry::{Hit, Mesh, Ray, Shape, Sphere, SurfacePoint};
+use crate::numeric::Choice;
+use crate::radiometry::Rgb;
+use crate::scene::{Scene, ShapeId, TextureId, TexturePoint};
+
+/// A shape whose front shines, from each of its points the same in all directions.
+#[derive(Clone, Debug)]
+pub(super) struct AreaLight<'a> {
+    scene: &'a Scene,
+    shape: ShapeId,
+    form: Form<'a>,
+    /// [m²]
+    area: f64,
+    /// [W/m²/sr], or a factor on the texture.
+    radiance: Rgb,
+    /// Directions are chosen without a look at it; Mitsuba prefers bright texels.
+    texture: Option<TextureId>,
+}
+
+/// How directions to it are chosen.
+#[derive(Clone, Debug)]
+enum Form<'a> {
+    /// Uniform over the directions in which it is seen.
+    Ball(&'a Sphere),
+    /// Uniform over its area: faces by their area, `None` where there is none.
+    Mesh(&'a Mesh, Option<Choice>),
+    /// Uniform over its area.
+    Patch(&'a Shape),
+}
+
+impl<'a> AreaLight<'a> {
+    /// A shape of the scene that shines.
+    pub(super) fn new(
+        scene: &'a Scene,
+        shape: ShapeId,
+        radiance: Rgb,
+        texture: Option<TextureId>,
+    ) -> Self {
+        let surface = &scene.world().shapes()[shape.0 as usize];
+        let form = match surface {
+            Shape::Sphere(sphere) => Form::Ball(sphere),
+            Shape::Mesh(mesh) => Form::Mesh(mesh, faces_by_area(mesh)),
+            Shape::Rectangle(_) | Shape::Disk(_) | Shape::Cylinder(_) => Form::Patch(surface),
+        };
+        let area = match &form {
+            Form::Mesh(_, faces) => faces.as_ref().map_or(0.0, Choice::total),
+            _ => surface.area(),
+        };
+        Self {
+            scene,
+            shape,
+            form,
+            area,
+            radiance,
+            texture,
+        }
+    }
+
+    /// Radiance [W/m²/sr] from `point` of the surface against the ray along `direction`.
+    pub(super) fn emitted(&self, hit: &Hit, point: &SurfacePoint, direction: DVec3) -> Rgb {
+        if point.geometric_normal.dot(direction) < 0.0 {
+            self.radiance_at(hit, point)
+        } else {
+            Rgb::BLACK
+        }
+    }
+
+    /// Radiance [W/m²/sr] of the front at `point`.
+    fn radiance_at(&self, hit: &Hit, point: &SurfacePoint) -> Rgb {
+        self.texture.map_or(self.radiance, |texture| {
+            let at = TexturePoint::new(self.scene, hit, point);
+            self.scene.texture_value(texture, &at) * self.radiance
+        })
+    }
+
+    /// The density [1/sr] of the direction from `from` to `point`, a unit vector, in [`Self::sample`].
+    pub(super) fn pdf_solid_angle(
+        &self,
+        from: DVec3,
+        point: &SurfacePoint,
+        direction: DVec3,
+    ) -> f64 {
+        let cos_light = -point.geometric_normal.dot(direction);
+        if cos_light <= 0.0 {
+            return 0.0;
+        }
+        match self.form {
+            Form::Ball(ball) => BallView::new(ball, from).pdf_solid_angle(),
+            Form::Mesh(..) | Form::Patch(_) => {
+                // dω = cos θ' dA / r²
+                from.distance_squared(point.position) / (self.area * cos_light)
+            }
+        }
+    }
+
+    /// A direction to it from `from`; `None` where the front cannot be seen.
+    pub(super) fn sample(&self, from: &SurfacePoint, u: [f64; 2]) -> Option<LightSample> {
+        match &self.form {
+            Form::Ball(ball) => self.sample_ball(ball, from, u),
+            Form::Mesh(mesh, faces) => {
+                let (face, barycentric) = uniform_on_mesh(faces.as_ref()?, u);
+                // Only faces with an area are chosen: they need no other normal.
+                let target = mesh.at_barycentric(face, barycentric, DVec3::ZERO);
+                self.sample_point(from, &target, face, barycentric)
+            }
+            Form::Patch(shape) => {
+                let target = uniform_on_patch(shape, u)?;
+                self.sample_point(from, &target, 0, DVec2::ZERO)
+            }
+        }
+    }
+
+    /// The direction to a point chosen uniformly over the area.
+    fn sample_point(
+        &self,
+        from: &SurfacePoint,
+        target: &SurfacePoint,
+        face: u32,
+        barycentric: DVec2,
+    ) -> Option<LightSample> {
+        let offset = target.position - from.position;
+        let distance = offset.length();
+        let direction = offset.try_normalize()?;
+        let cos_light = -target.geometric_normal.dot(direction);
+        if cos_light <= 0.0 {
+            return None;
+        }
+        let hit = Hit {
+            distance,
+            shape: self.shape.0,
+            face,
+            barycentric,
+        };
+        Seen {
+            direction,
+            distance,
+            cos_light,
+            pdf_solid_angle: distance * distance / (self.area * cos_light),
+            margin: target.position_error.length() + from.position_error.length(),
+        }
+        .sample(|| self.radiance_at(&hit, target))
+    }
+
+    fn sample_ball(&self, ball: &Sphere, from: &SurfacePoint, u: [f64; 2]) -> Option<LightSample> {
+        let view = BallView::new(ball, from.position);
+        let found = view.sample(ball, u)?;
+        let error = ball.along(DVec3::Z).position_error;
+        Seen {
+            direction: found.direction,
+            distance: found.distance,
+            cos_light: found.cos_light,
+            pdf_solid_angle: view.pdf_solid_angle(),
+            margin: error.length() + from.position_error.length(),
+        }
+        .sample(|| {
+            let hit = Hit {
+                distance: found.distance,
+                shape: self.shape.0,
+                face: 0,
+                barycentric: DVec2::ZERO,
+            };
+            let ray = Ray::new(from.position, found.direction);
+            self.radiance_at(&hit, &self.scene.world().surface_point(&ray, &hit))
+        })
+    }
+}
+
+/// A place of a light, as seen from a point.
+struct Seen {
+    direction: DVec3,
+    distance: f64,
+    /// Between the light's normal and the way back.
+    cos_light: f64,
+    pdf_solid_angle: f64,
+    /// How far the two ends may be off their surfaces.
+    margin: f64,
+}
+
+impl Seen {
+    /// With the radiance [W/m²/sr] that it sends.
+    fn sample(self, radiance: impl FnOnce() -> Rgb) -> Option<LightSample> {
+        // Distance zero has no direction, and squares of lengths may leave the range of f64.
+        if !(self.pdf_solid_angle > 0.0 && self.pdf_solid_angle.is_finite()) {
+            return None;
+        }
+        Some(LightSample {
+            direction: self.direction,
+            distance: self.distance,
+            // A ray that comes in at a slant passes the surface's margin over a longer way.
+            reach: self.distance * (1.0 - 8.0 * f64::EPSILON) - 2.0 * self.margin / self.cos_light,
+            radiance_over_pdf: radiance() / self.pdf_solid_angle,
+            pdf_solid_angle: self.pdf_solid_angle,
+            is_delta: false,
+            emitter: 0,
+        })
+    }
+}
+
+/// A face, and barycentric weights on it, uniform over a mesh's area.
+fn uniform_on_mesh(faces: &Choice, u: [f64; 2]) -> (u32, DVec2) {
+    let face = faces.choose(u[0]);
+    // Turk 1990: the density of √u cancels the narrowing towards the corner.
+    let root = face.rest.sqrt();
+    let barycentric = DVec2::new(root * (1.0 - u[1]), root * u[1]);
+    (face.index as u32, barycentric)
+}
+
+/// A point of any other shape but a ball, uniform over its area.
+fn uniform_on_patch(shape: &Shape, u: [f64; 2]) -> Option<SurfacePoint> {
+    shape.at_uv(match shape {
+        // Rings of equal area.
+        Shape::Disk(_) => DVec2::new(u[0].sqrt(), u[1]),
+        // Their parameters keep areas in proportion.
+        _ => DVec2::new(u[0], u[1]),
+    })
+}
+
+/// Faces in proportion to their area; of faces at the same place the first only, as rays meet no other.
+fn faces_by_area(mesh: &Mesh) -> Option<Choice> {
+    let mut areas = vec![0.0; mesh.triangle_count()];
+    for face in mesh.distinct_faces() {
+        areas[face as usize] = mesh.face_area(face);
+    }
+    Choice::new(areas)
+}

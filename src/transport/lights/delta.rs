@@ -1,0 +1,68 @@
+//! Lights that a point sees in one direction only.
+
+use glam::DVec3;
+
+use super::LightSample;
+use crate::geometry::SurfacePoint;
+use crate::radiometry::Rgb;
+use crate::transport::domain::chart::Falloff;
+
+/// A point, a spot or parallel light.
+#[derive(Clone, Debug)]
+pub(super) struct DeltaLight {
+    place: Place,
+    /// Radiant intensity [W/sr] on the axis, or irradiance [W/m²] across parallel light.
+    strength: Rgb,
+}
+
+#[derive(Clone, Debug)]
+enum Place {
+    /// Light in all directions from one point.
+    At(DVec3, Falloff),
+    /// Light that travels along a unit vector.
+    FarAway(DVec3),
+}
+
+impl DeltaLight {
+    /// A point that shines in all directions, with an intensity [W/sr] that may depend on them.
+    pub(super) fn at(position: DVec3, intensity: Rgb, falloff: Falloff) -> Self {
+        Self {
+            place: Place::At(position, falloff),
+            strength: intensity,
+        }
+    }
+
+    /// Light that travels along a unit vector, with an irradiance [W/m²] across it.
+    pub(super) fn far_away(direction: DVec3, irradiance: Rgb) -> Self {
+        Self {
+            place: Place::FarAway(direction),
+            strength: irradiance,
+        }
+    }
+
+    /// The one direction; `None` at the light itself and out of a spot's cone.
+    pub(super) fn sample(&self, point: &SurfacePoint) -> Option<LightSample> {
+        let (direction, distance, irradiance) = match &self.place {
+            Place::FarAway(travel) => (-*travel, f64::INFINITY, self.strength),
+            Place::At(position, falloff) => {
+                let offset = *position - point.position;
+                let distance = offset.length();
+                let direction = offset.try_normalize()?;
+                let factor = falloff.factor(-direction) / (distance * distance);
+                (direction, distance, self.strength * factor)
+            }
+        };
+        if irradiance.is_black() || !irradiance.is_finite() {
+            return None;
+        }
+        Some(LightSample {
+            direction,
+            distance,
+            reach: distance,
+            radiance_over_pdf: irradiance,
+            pdf_solid_angle: 1.0,
+            is_delta: true,
+            emitter: 0,
+        })
+    }
+}

@@ -1,0 +1,172 @@
+//! Lights all round, infinitely far away.
+
+use std::f64::consts::{PI, TAU};
+
+use glam::{DVec2, DVec3};
+
+use super::LightSample;
+use crate::numeric::Choice;
+use crate::radiometry::Rgb;
+use crate::scene::{Envmap, luminance};
+
+/// An environment: it looks the same from every point.
+#[derive(Clone, Debug)]
+pub(super) enum Environment<'a> {
+    /// The same radiance [W/m²/sr] from everywhere; directions are uniform.
+    Constant(Rgb),
+    /// An image.
+    Image(ImageLight<'a>),
+}
+
+impl Environment<'_> {
+    /// Radiance [W/m²/sr] from a direction.
+    pub(super) fn radiance(&self, direction: DVec3) -> Rgb {
+        match self {
+            Self::Constant(radiance) => *radiance,
+            Self::Image(light) => light.map.radiance(direction),
+        }
+    }
+
+    /// The density [1/sr] of a direction in [`Self::sample`].
+    pub(super) fn pdf_solid_angle(&self, direction: DVec3) -> f64 {
+        match self {
+            Self::Constant(_) => 1.0 / (4.0 * PI),
+            Self::Image(light) => light.pdf_solid_angle(direction),
+        }
+    }
+
+    /// A direction; `None` where all is black.
+    pub(super) fn sample(&self, u: [f64; 2]) -> Option<LightSample> {
+        let (direction, pdf_solid_angle, radiance) = match self {
+            Self::Constant(radiance) => (uniform(u), 1.0 / (4.0 * PI), *radiance),
+            Self::Image(light) => light.sample(u)?,
+        };
+        Some(LightSample {
+            direction,
+            distance: f64::INFINITY,
+            reach: f64::INFINITY,
+            radiance_over_pdf: radiance / pdf_solid_angle,
+            pdf_solid_angle,
+            is_delta: false,
+            emitter: 0,
+        })
+    }
+}
+
+/// A direction, all of them as likely as each other.
+fn uniform(u: [f64; 2]) -> DVec3 {
+    let (sin_phi, cos_phi) = (TAU * u[1]).sin_cos();
+    let height = 1.0 - 2.0 * u[0];
+    let radius = 2.0 * (u[0] * (1.0 - u[0])).sqrt();
+    DVec3::new(radius * cos_phi, radius * sin_phi, height).normalize()
+}
+
+/// An image, and how its directions are chosen.
+///
+/// As in Mitsuba 3.9.1 the density over column and row is bilinear between the weights
+/// w = luminance · sin θ of texels. In solid angle, with the mean of w over all columns and rows,
+///
+/// ```text
+/// pdf = w / (mean(w) 2π² sin θ)
+/// ```
+///
+/// The rows at the poles have no weight: a pole that is bright beside a dark row has light where the density is zero.
+/// The other sampling of directions must find that, as it does with multiple importance sampling.
+#[derive(Clone, Debug)]
+pub(super) struct ImageLight<'a> {
+    map: &'a Envmap,
+    /// sin θ of each row's center; exactly 0 at both poles.
+    sines: Vec<f64>,
+    /// Rows of cells by weight; `None` where all is black.
+    rows: Option<Choice>,
+    /// The cells of each row, by weight.
+    columns: Vec<Option<Choice>>,
+    mean_weight: f64,
+}
+
+impl<'a> ImageLight<'a> {
+    pub(super) fn new(map: &'a Envmap) -> Self {
+        let (width, height) = (map.image().width(), map.image().height());
+        let last = height - 1;
+        let sines: Vec<f64> = (0..height)
+            .map(|row| {
+                if row == 0 || row == last {
+                    0.0
+                } else {
+                    (PI * row as f64 / last as f64).sin()
+                }
+            })
+            .collect();
+        let mut light = Self {
+            map,
+            sines,
+            rows: None,
+            columns: Vec::with_capacity(last),
+            mean_weight: 0.0,
+        };
+        for row in 0..last {
+            // A cell's integral of a bilinear weight is that of its middle.
+            let middle =
+                |column: usize| light.weight(DVec2::new(column as f64 + 0.5, row as f64 + 0.5));
+            let columns = Choice::new((0..width).map(middle));
+            light.columns.push(columns);
+        }
+        let of_row = |row: &Option<Choice>| row.as_ref().map_or(0.0, Choice::total);
+        light.rows = Choice::new(light.columns.iter().map(of_row));
+        let total = light.rows.as_ref().map_or(0.0, Choice::total);
+        light.mean_weight = total / (width * last) as f64;
+        light
+    }
+
+    /// Luminance of a texel as it is in the image, times the sine of its row.
+    fn texel_weight(&self, column: usize, row: usize) -> f64 {
+        luminance(Rgb(self.map.image().texel(column, row))) * self.sines[row]
+    }
+
+    /// The weight at a place.
+    fn weight(&self, coordinates: DVec2) -> f64 {
+        self.map
+            .cell(coordinates)
+            .blend(|column, row| self.texel_weight(column, row))
+    }
+
+    fn pdf_solid_angle(&self, direction: DVec3) -> f64 {
+        let coordinates = self.map.coordinates(direction);
+        let (_, sin) = self.map.direction(coordinates);
+        self.pdf_at(coordinates, sin)
+    }
+
+    fn pdf_at(&self, coordinates: DVec2, sin: f64) -> f64 {
+        let pdf = self.weight(coordinates) / (self.mean_weight * 2.0 * PI * PI * sin);
+        // At a pole, and where all is black, this is 0 / 0.
+        if pdf.is_finite() { pdf } else { 0.0 }
+    }
+
+    /// A direction, its density and radiance.
+    fn sample(&self, u: [f64; 2]) -> Option<(DVec3, f64, Rgb)> {
+        let row = self.rows.as_ref()?.choose(u[1]);
+        let column = self.columns[row.index].as_ref()?.choose(u[0]);
+        let corner = DVec2::new(column.index as f64, row.index as f64);
+        let cell = self.map.cell(corner);
+        let [[a, b], [c, d]] = cell
+            .rows
+            .map(|row| cell.columns.map(|column| self.texel_weight(column, row)));
+        // Down by what both sides weigh together, then across by what is there.
+        let down = linear(a + b, c + d, row.rest);
+        let across = linear(a + (c - a) * down, b + (d - b) * down, column.rest);
+        let coordinates = corner + DVec2::new(across, down);
+        let (direction, sin) = self.map.direction(coordinates);
+        let pdf = self.pdf_at(coordinates, sin);
+        (pdf > 0.0).then(|| (direction, pdf, self.map.at(coordinates)))
+    }
+}
+
+/// A number in 0..=1 with a density in proportion to a line from `a` at 0 to `b` at 1, from one that is uniform.
+///
+/// The root of (a t + (b − a) t² / 2) / ((a + b) / 2) = u, written without cancellation.
+fn linear(a: f64, b: f64, u: f64) -> f64 {
+    let root = (a * a + u * (b * b - a * a)).max(0.0).sqrt();
+    let t = u * (a + b) / (a + root);
+    // 0 / 0 at the start of a line from 0.
+    if t.is_finite() { t.min(1.0) } else { 0.0 }
+}
