@@ -153,10 +153,7 @@ impl<'a> Lights<'a> {
     /// `hit` is what the ray met first, `None` where it left the scene. Delta lights are never met.
     pub fn emitted(&self, ray: &Ray, hit: Option<&Hit>) -> Rgb {
         match self.met(hit) {
-            Some(Met::Surface(light, hit)) => {
-                let point = self.scene.world().surface_point(ray, hit);
-                light.emitted(hit, &point, ray.direction)
-            }
+            Some(Met::Surface(light, hit)) => light.emitted(ray, hit),
             Some(Met::Environment(light)) => light.radiance(ray.direction),
             None => Rgb::BLACK,
         }
