@@ -19,7 +19,7 @@ use nephroid::reference::beams::supports;
 use nephroid::reference::photons::PhotonSettings;
 use nephroid::reference::photons::run::Setup;
 use nephroid::reference::probe::{ProbeSettings, probe};
-use nephroid::scene::{Emitter, Envmap, EnvmapError, Scene};
+use nephroid::scene::{Emitter, Envmap, EnvmapError, Scene, SceneParts, ShapeId};
 use nephroid::transport::lights::{LightSample, Lights};
 
 /// Standard errors that an estimate may be off: 6 fail a right program once in 5·10⁸ comparisons.
@@ -125,9 +125,9 @@ fn a_sample_says_what_its_direction_says() {
 #[test]
 fn under_even_light_irradiance_is_pi_l() {
     let even = Envmap::new(image(7, vec![[2.0, 2.0, 2.0]; 28]), &identity(), 1.5).unwrap();
-    let parts = nephroid::scene::SceneParts {
+    let parts = SceneParts {
         emitters: vec![Emitter::Envmap(even)],
-        ..Default::default()
+        ..SceneParts::default()
     };
     let map = Scene::new(parts).unwrap();
     let constant =
@@ -171,9 +171,9 @@ fn a_map_repeats_across_its_seam_and_is_one_value_at_its_poles() {
 #[test]
 fn a_black_map_is_never_sampled() {
     let black = Envmap::new(image(2, vec![[0.0; 3]; 6]), &identity(), 1.0).unwrap();
-    let parts = nephroid::scene::SceneParts {
+    let parts = SceneParts {
         emitters: vec![Emitter::Envmap(black)],
-        ..Default::default()
+        ..SceneParts::default()
     };
     let scene = Scene::new(parts).unwrap();
     let lights = Lights::new(&scene);
@@ -238,6 +238,41 @@ fn images_that_are_no_environment_are_refused() {
         );
     }
     assert!(refusal(good(), &identity(), f64::NAN).is_some());
+}
+
+#[test]
+fn a_scene_has_one_environment_and_a_shape_one_emitter() {
+    let constant = Emitter::Constant {
+        radiance: Rgb::WHITE,
+    };
+    let parts = SceneParts {
+        emitters: vec![constant.clone(), constant],
+        ..SceneParts::default()
+    };
+    let error = Scene::new(parts).unwrap_err().to_string();
+    assert!(error.contains("two environments"), "{error}");
+    let area = Emitter::Area {
+        shape: ShapeId(0),
+        radiance: Rgb::WHITE,
+        texture: None,
+    };
+    let mut parts = mitsuba_support::scene("<shape type=\"sphere\"/>").unwrap();
+    parts.emitters = vec![area.clone(), area];
+    let error = Scene::new(parts).unwrap_err().to_string();
+    assert!(error.contains("two emitters"), "{error}");
+}
+
+#[test]
+fn photons_beams_and_probes_refuse_textures_on_smooth_interfaces_by_name() {
+    let scene = scene(
+        "<emitter type=\"point\"/><shape type=\"rectangle\"><sensor type=\"irradiancemeter\"/></shape>
+         <shape type=\"sphere\" id=\"ball\"><bsdf type=\"dielectric\"><texture type=\"bitmap\" name=\"specular_transmittance\">
+         <string name=\"filename\" value=\"color.png\"/></texture></bsdf></shape>",
+    );
+    for message in refusals(&scene) {
+        let named = "shape \"ball\" has a dielectric with a texture";
+        assert!(message.contains(named), "{message}");
+    }
 }
 
 /// A scene beside a copy of the oracle's environment.
@@ -313,6 +348,19 @@ fn errors_of_environments_name_place_and_reason() {
     }
 }
 
+/// What photons, beams and probes say of a scene that they must refuse, on its first sensor.
+fn refusals(scene: &Scene) -> [String; 3] {
+    let progress = Progress::default();
+    let sensor = &scene.sensors()[0];
+    let photons = Setup::new(scene, sensor, PhotonSettings::default(), &progress);
+    let probed = probe(scene, sensor, DVec2::splat(0.5), &ProbeSettings::default());
+    [
+        photons.err().expect("photons start").to_string(),
+        supports(scene).unwrap_err().to_string(),
+        probed.unwrap_err().to_string(),
+    ]
+}
+
 #[test]
 fn photons_beams_and_probes_refuse_what_they_cannot_start_from_by_name() {
     let meter = "<shape type=\"rectangle\"><sensor type=\"irradiancemeter\"/></shape>";
@@ -328,22 +376,7 @@ fn photons_beams_and_probes_refuse_what_they_cannot_start_from_by_name() {
         (textured, "emitter 0 (area) has a texture"),
     ] {
         let scene = scene(&format!("{emitter}{meter}"));
-        let progress = Progress::default();
-        let refused = Setup::new(
-            &scene,
-            &scene.sensors()[0],
-            PhotonSettings::default(),
-            &progress,
-        );
-        let settings = ProbeSettings::default();
-        let messages = [
-            refused.err().expect("photons start").to_string(),
-            supports(&scene).unwrap_err().to_string(),
-            probe(&scene, &scene.sensors()[0], DVec2::splat(0.5), &settings)
-                .unwrap_err()
-                .to_string(),
-        ];
-        for message in messages {
+        for message in refusals(&scene) {
             assert!(
                 message.contains(named) && message.contains("--method path"),
                 "{message}"

@@ -55,6 +55,27 @@ fn every_third_party_scene_does_what_the_table_says() {
     assert!(loaded >= MUST_LOAD);
 }
 
+/// Scenes for comparisons with Mitsuba at low resolution.
+const QUICK: &str = include_str!("mitsuba/third_party_quick.txt");
+
+#[test]
+fn every_scene_chosen_for_comparisons_loads() {
+    let files = QUICK
+        .lines()
+        .filter(|line| !line.starts_with('#'))
+        .map(|line| line.split(" | ").next().unwrap_or_default());
+    let mut count = 0;
+    for file in files {
+        let loads = format!("{file}: loads: ");
+        assert!(
+            OUTCOMES.lines().any(|line| line.starts_with(&loads)),
+            "{file}"
+        );
+        count += 1;
+    }
+    assert!(count >= 15, "{count}");
+}
+
 fn collect(folder: &Path, files: &mut Vec<PathBuf>) {
     for entry in fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();

@@ -3,8 +3,8 @@
 //! A [`domain`] says where light can leave an emitter and meet specular geometry; a
 //! [`chain`] follows one ray of it through reflections and refractions ([`chain_limits`] says what that leaves out); a [`receiver`]
 //! says which texel the end of a chain falls in, and a [`camera`] where on its film that is seen;
-//! [`visibility`] says whether; [`bsdf`] says how any surface scatters, for methods that start at a
-//! camera, and [`path_class`] which paths they find; [`direct`] measures the light that met nothing specular. Beams name
+//! [`visibility`] says whether; [`bsdf`] says how any surface scatters, [`lights`] what may shine on it and [`path_class`] which
+//! paths a method finds, for those that start at a camera; [`direct`] measures the light that met nothing specular. Beams name
 //! rays by their [`first_surface`] and follow [`prescribed`] events to a [`screen`];
 //! [`differentials`] follow the light right beside a ray. Every reference and every approximation
 //! is built from these.

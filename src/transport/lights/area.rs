@@ -62,10 +62,16 @@ impl<'a> AreaLight<'a> {
         }
     }
 
-    /// Radiance [W/m²/sr] from `point` of the surface against the ray along `direction`.
-    pub(super) fn emitted(&self, hit: &Hit, point: &SurfacePoint, direction: DVec3) -> Rgb {
-        if point.geometric_normal.dot(direction) < 0.0 {
-            self.radiance_at(hit, point)
+    /// Radiance [W/m²/sr] that comes back along the ray that hit it.
+    pub(super) fn emitted(&self, ray: &Ray, hit: &Hit) -> Rgb {
+        let world = self.scene.world();
+        // Only textures ask for uv, which takes time on round shapes.
+        let point = match self.texture {
+            Some(_) => world.surface_point(ray, hit),
+            None => world.bounce_point(ray, hit),
+        };
+        if point.geometric_normal.dot(ray.direction) < 0.0 {
+            self.radiance_at(hit, &point)
         } else {
             Rgb::BLACK
         }

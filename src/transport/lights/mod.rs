@@ -40,7 +40,7 @@ use environment::{Environment, ImageLight};
 pub struct Lights<'a> {
     scene: &'a Scene,
     /// In the scene's order.
-    lights: Vec<Light<'a>>,
+    list: Vec<Light<'a>>,
     /// For each shape, the index of the light that it is.
     of_shape: Vec<Option<u32>>,
     /// The index of the light all round.
@@ -83,8 +83,8 @@ impl<'a> Lights<'a> {
     pub fn new(scene: &'a Scene) -> Self {
         let mut of_shape = vec![None; scene.world().shapes().len()];
         let environment = scene.emitters().iter().position(Emitter::is_environment);
-        let lights = scene.emitters().iter().enumerate();
-        let lights = lights
+        let emitters = scene.emitters().iter().enumerate();
+        let list = emitters
             .map(|(index, emitter)| match emitter {
                 Emitter::Area {
                     shape,
@@ -121,7 +121,7 @@ impl<'a> Lights<'a> {
             .collect();
         Self {
             scene,
-            lights,
+            list,
             of_shape,
             environment,
         }
@@ -132,9 +132,9 @@ impl<'a> Lights<'a> {
     /// `u` are uniform in [0, 1): the first chooses the emitter. No direction of `point`'s own surface is left out:
     /// whether it scatters light from there is the bsdf's business.
     pub fn sample(&self, point: &SurfacePoint, u: [f64; 3]) -> Option<LightSample> {
-        let count = self.lights.len();
+        let count = self.list.len();
         let emitter = ((u[0] * count as f64) as usize).min(count.checked_sub(1)?);
-        let sample = match &self.lights[emitter] {
+        let sample = match &self.list[emitter] {
             Light::Delta(light) => light.sample(point),
             Light::Area(light) => light.sample(point, [u[1], u[2]]),
             Light::Environment(light) => light.sample([u[1], u[2]]),
@@ -153,10 +153,7 @@ impl<'a> Lights<'a> {
     /// `hit` is what the ray met first, `None` where it left the scene. Delta lights are never met.
     pub fn emitted(&self, ray: &Ray, hit: Option<&Hit>) -> Rgb {
         match self.met(hit) {
-            Some(Met::Surface(light, hit)) => {
-                let point = self.scene.world().surface_point(ray, hit);
-                light.emitted(hit, &point, ray.direction)
-            }
+            Some(Met::Surface(light, hit)) => light.emitted(ray, hit),
             Some(Met::Environment(light)) => light.radiance(ray.direction),
             None => Rgb::BLACK,
         }
@@ -175,7 +172,7 @@ impl<'a> Lights<'a> {
             Some(Met::Environment(light)) => light.pdf_solid_angle(ray.direction),
             None => 0.0,
         };
-        pdf / self.lights.len().max(1) as f64
+        pdf / self.list.len().max(1) as f64
     }
 
     /// The light that a ray met, if what it met can shine.
@@ -184,7 +181,7 @@ impl<'a> Lights<'a> {
             Some(hit) => self.of_shape[hit.shape as usize]? as usize,
             None => self.environment?,
         };
-        match (&self.lights[index], hit) {
+        match (&self.list[index], hit) {
             (Light::Area(light), Some(hit)) => Some(Met::Surface(light, hit)),
             (Light::Environment(light), None) => Some(Met::Environment(light)),
             _ => None,
