@@ -281,7 +281,9 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
                 || !self.may_hide_sliver(chart, cell, middles);
             return is_dark.then_some(finished);
         }
-        if look.is_off(self.film.size()) {
+        if look.is_off(self.film.size())
+            && (look.one_family || self.lands_beside(chart, cell, middles, &look))
+        {
             return Some(finished);
         }
         let flux = area * look.weight.max_magnitude();
@@ -317,7 +319,7 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
         finished.slack = finished.slack * 2.0 + look.weight * (area * (moved + CORNER));
         // It may be on any texel of its boxes: bounds widen on all of them.
         let nodes = nodes(cell, middles);
-        let boxes = slack_boxes(self.film.size(), &nodes);
+        let boxes = slack_boxes(self.film.size(), &nodes, &self.scratch.fine);
         let texels: f64 = boxes.map(|[first, last]| texels_of(first, last)).sum();
         let widened = finished.slack.max_magnitude() * texels.sqrt();
         (is_last || widened <= self.tolerance).then_some(finished)
@@ -346,7 +348,8 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
             }
             balance.unresolved_cells += u64::from(finished.failed != [false; 4]);
             balance.slack += finished.slack;
-            deposit_slack(self.film, &nodes(cell, middles), finished.slack);
+            let nodes = nodes(cell, middles);
+            deposit_slack(self.film, &nodes, &self.scratch.fine, finished.slack);
         }
     }
 }
