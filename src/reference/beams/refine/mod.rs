@@ -201,7 +201,7 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
             return cell.level >= MAX_LEVEL || !self.may_hide_light(chart, cell);
         }
         let area = cell.area();
-        let set_out = area * look.emitted * (2.0 * self.peak).min(1.0);
+        let set_out = self.may_deliver(area, look);
         let flux = if look.one_family {
             f64::max(
                 area * look.weight.max_magnitude(),
@@ -232,6 +232,12 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
             );
         }
         cell.clearance.all
+    }
+
+    /// What a cell of this area may deliver \[W\] where no node of it landed: of all that sets out, twice
+    /// the part that the best path of the survey did.
+    fn may_deliver(&self, area: f64, look: &Look<N>) -> f64 {
+        area * look.emitted * (2.0 * self.peak).min(1.0)
     }
 
     /// Whether a spot may shine on a part of a cell, none of whose nodes is lit.
@@ -274,10 +280,9 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
         self.scratch.fine.clear();
         self.scratch.coarse.clear();
         if !look.any_landed {
-            let set_out = area * look.emitted * (2.0 * self.peak).min(1.0);
             let is_dark = is_last
                 || look.one_family
-                || set_out <= self.unguarded * LEAST_SLIVER
+                || self.may_deliver(area, &look) <= self.unguarded * LEAST_SLIVER
                 || !self.may_hide_sliver(chart, cell, middles);
             return is_dark.then_some(finished);
         }
