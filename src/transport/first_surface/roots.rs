@@ -210,7 +210,10 @@ fn is_outside_closed(scene: &Scene, shape: u32, mesh: &Mesh, source: &Source) ->
             return false;
         };
         if hit.shape == shape {
-            return mesh.face_normal(hit.face).dot(ray.direction) < 0.0;
+            let cosine = mesh.face_normal(hit.face).dot(ray.direction);
+            // A source on the mesh shines to both sides; which one a ray starts on is rounding.
+            let is_on = hit.distance * cosine.abs() <= mesh.position_error(hit.face).max_element();
+            return cosine < 0.0 && !is_on;
         }
         let point = world.bounce_point(&ray, &hit);
         ray = point.spawn(ray.direction);
