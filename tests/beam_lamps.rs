@@ -50,6 +50,15 @@ fn beams_from_an_area_light_agree_with_photons_within_their_bounds() {
     let photons = setup.run(&budget).unwrap();
     // Photons' own error is taken off both ends, with the same confidence.
     let of_photons = critical_value(lamps.confidence, 31.0);
+    // What cells are likely to misplace is no scatter, and is stated beside it: relative to the mean of lit texels.
+    let caustic: Vec<f64> = (0..SIDE * SIDE)
+        .map(|texel| {
+            let specular = beams.layers.iter().skip(1);
+            specular.map(|layer| layer.irradiance[texel].mean()).sum()
+        })
+        .collect();
+    let lit = caustic.iter().filter(|value| **value > 0.0).count();
+    let likely = lamps.deterministic_error * caustic.iter().sum::<f64>() / lit as f64;
     for name in ["LTTD", "LRD"] {
         let of = |estimate: &Estimate| {
             let layers = &estimate.layers;
@@ -61,7 +70,7 @@ fn beams_from_an_area_light_agree_with_photons_within_their_bounds() {
         };
         let (ours, theirs) = (of(&beams), of(&photons));
         let interval = ours.interval.as_ref().unwrap();
-        let (mut judged, mut missed, mut squares) = (0, 0, 0.0);
+        let (mut judged, mut missed, mut squares, mut all_squares) = (0, 0, 0.0, 0.0);
         let (mut sum, mut other) = (0.0, 0.0);
         for texel in 0..SIDE * SIDE {
             let (value, truth) = (
@@ -79,12 +88,16 @@ fn beams_from_an_area_light_agree_with_photons_within_their_bounds() {
             let slack = of_photons * their_error;
             missed += u32::from(truth + slack < low || truth - slack > high);
             if error > 0.0 {
-                squares += (value - truth).powi(2) / (error * error + their_error * their_error);
+                let variance = error * error + their_error * their_error;
+                let with_cells = variance + likely * likely;
+                squares += (value - truth).powi(2) / with_cells;
+                all_squares += (value - truth).powi(2) / variance;
             }
         }
         println!(
-            "{name}: {judged} texels, {missed} out of bounds, mean z² {:.2}, {sum} of {other}",
-            squares / f64::from(judged)
+            "{name}: {judged} texels, {missed} out of bounds, mean z² {:.2} (by scatter alone {:.2}), {sum} of {other}",
+            squares / f64::from(judged),
+            all_squares / f64::from(judged)
         );
         assert!(judged >= 60, "{name}: {judged} texels judged");
         // Two intervals of 99.9 % that both hold overlap: on average fewer than 1 in 500 do not. Texels share
@@ -126,6 +139,43 @@ fn the_same_bits_come_from_any_number_of_threads() {
             assert_eq!(interval(a), interval(b));
         }
     }
+}
+
+/// What n = replicates · places may have missed of the lamp, 1 − 0.0005^(1/n) of it, with the light of the brightest
+/// texel of any replicate: as much on each texel that none lit, and never nothing.
+#[test]
+fn texels_that_no_place_on_the_lamp_lit_have_an_upper_bound() {
+    let scene = scene();
+    let (estimate, report) = by_beams(&scene, 1.0);
+    let lamps = report.lamps.unwrap();
+    let places = f64::from(lamps.replicates) * lamps.points as f64;
+    let missed = 1.0 - 0.0005_f64.powf(1.0 / places);
+    let mut unlit = 0;
+    for layer in estimate.layers.iter().skip(1) {
+        let interval = layer.interval.as_ref().unwrap();
+        let brightest = layer
+            .irradiance
+            .iter()
+            .map(|value| value.0[0])
+            .fold(0.0, f64::max);
+        for texel in 0..SIDE * SIDE {
+            let is_lit =
+                layer.irradiance[texel].0[0] > 0.0 || layer.standard_error[texel].0[0] > 0.0;
+            if is_lit || brightest == 0.0 {
+                continue;
+            }
+            unlit += 1;
+            assert_eq!(interval.low[texel].0[0], 0.0);
+            // A replicate's brightest texel is no darker than that of their mean. 1e-9: rounding of the power.
+            assert!(
+                interval.high[texel].0[0] >= missed * brightest * (1.0 - 1e-9),
+                "{} texel {texel}",
+                layer.name
+            );
+        }
+    }
+    println!("{unlit} texels that no place lit");
+    assert!(unlit > 0);
 }
 
 #[test]

@@ -97,7 +97,7 @@ impl<'a, const N: usize> PathFollower<'a, N> {
     #[inline]
     pub fn emitted(&self, chart: &Chart, at: DVec2) -> f64 {
         self.start(chart, at)
-            .map_or(0.0, |(place, arrival)| emitted(&place, &arrival))
+            .map_or(0.0, |(place, arrival)| arrival.emitted(&place))
     }
 
     /// What it falls on.
@@ -142,7 +142,7 @@ impl<'a, const N: usize> PathFollower<'a, N> {
         let mut point = place.point;
         let mut direction = arrival.ray.direction;
         let facing = -direction.dot(point.geometric_normal);
-        let emitted = emitted(&place, &arrival);
+        let emitted = arrival.emitted(&place);
         family.mix(u64::from(arrival.zone));
         if arrival.density == 0.0 {
             return dark(End::Hidden, emitted, &family);
@@ -216,7 +216,7 @@ impl<'a, const N: usize> PathFollower<'a, N> {
         if !self.sees(&arrival, chart) {
             return;
         }
-        let emitted = emitted(&place, &arrival);
+        let emitted = arrival.emitted(&place);
         let family = Family::default();
         let mut pending = vec![(
             place.point,
@@ -314,12 +314,6 @@ impl<'a, const N: usize> PathFollower<'a, N> {
             &mut self.counters,
         )
     }
-}
-
-#[inline]
-fn emitted(place: &Place, arrival: &Arrival) -> f64 {
-    let facing = arrival.ray.direction.dot(place.point.geometric_normal);
-    arrival.density * facing.abs() * place.area
 }
 
 /// The next surface that is not passed as if nothing were there, and the ray from the last that was.

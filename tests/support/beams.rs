@@ -5,8 +5,9 @@ use nephroid::reference::beams::{BeamBudget, BeamReport, BeamSettings, run};
 use nephroid::reference::{Estimate, Layer, LayerName, Progress};
 use nephroid::scene::Scene;
 
+use super::comparison::Compared;
 use super::oracles::{DEPTH, Known, Oracle};
-use super::scenes::meter;
+use super::scenes::{Photons, meter};
 
 /// A beam run to a relative error, a layer for each signature.
 pub fn beams(scene: &Scene, error: f64) -> (Estimate, BeamReport) {
@@ -160,4 +161,51 @@ pub fn verdict(oracle: &Oracle, estimate: &Estimate) -> Verdict {
         total,
         caustic: of_followed,
     }
+}
+
+/// Whether photons lie within the bounds of a beam run that followed `depth` events, on each texel that they can
+/// judge, and whether beams follow all that a thousandth of the photons' light does. Returns how many texels of how many
+/// layers were judged.
+///
+/// `alpha` is the probability that a right program fails one of `comparisons` texels.
+pub fn assert_photons_are_within_bounds(
+    name: &str,
+    scene: &Scene,
+    (depth, estimate): (u32, &Estimate),
+    count: u64,
+    (alpha, comparisons): (f64, usize),
+) -> usize {
+    let mut photons = Photons::new(count);
+    photons.settings.max_layers = 64;
+    photons.settings.chains.max_depth = depth;
+    let witness = photons.estimate(scene);
+    let mut judged = 0;
+    for known in known_by(estimate) {
+        if known.signature.is_empty() {
+            continue;
+        }
+        let signature = known.signature.to_string();
+        let ones = vec![1.0; known.low.len()];
+        let per_irradiance = Compared::new(scene, &photons, &witness, &signature, &ones).photons;
+        let mut it = Compared::new(scene, &photons, &witness, &signature, &ones);
+        for texel in 0..ones.len() {
+            // Where beams see nothing, photons tell which texels can be judged.
+            let most = it.estimate[texel].max(known.low[texel]);
+            it.photons[texel] = most * per_irradiance[texel];
+        }
+        (it.low, it.high) = (known.low, known.high);
+        judged += it.judged().count();
+        it.name = format!("{name} {signature}");
+        it.assert_every_texel_agrees(0, alpha, comparisons);
+    }
+    let received = |row: &nephroid::transport::ledger::Row| row.received.mean();
+    let total: f64 = witness.ledger.rows.values().map(received).sum();
+    for (signature, row) in &witness.ledger.rows {
+        let wanted = LayerName::Path(*signature);
+        assert!(
+            received(row) < 1e-3 * total || estimate.layers.iter().any(|one| one.name == wanted),
+            "{name}: {signature} is not followed"
+        );
+    }
+    judged
 }

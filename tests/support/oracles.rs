@@ -3,11 +3,13 @@
 use std::fmt::Write as _;
 use std::fs;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use nephroid::generate::{BrilliantCut, round_brilliant, write_ply};
 use nephroid::geometry::{MeshParts, Shape};
+use nephroid::numeric::quadrature::GaussLegendre;
+use nephroid::optics::dielectric_reflectance;
 use nephroid::reference::closed_form::{
-    Bundled, FlatFacets, FlatSlab, ParallelLight, Path, SineWater, SineWave, TexelGrid,
+    Bundled, FlatFacets, FlatSlab, ParallelLight, Path, SineWave, TexelGrid,
 };
 use nephroid::scene::Scene;
 use nephroid::transport::signature::Signature;
@@ -306,8 +308,9 @@ pub const WAVE: SineWave = SineWave {
     half_width: 1.05,
 };
 
-/// Cells of the wave's mesh along x.
-const CELLS: u32 = 8192;
+/// Cells of the wave's mesh along x: each sends its light over some two texels of 128, and nine of 512, so that beams
+/// have to divide it.
+const CELLS: u32 = 64;
 
 /// The wave as a strip of cells along x, normals exact at the vertices.
 fn strip() -> MeshParts {
@@ -332,27 +335,7 @@ fn strip() -> MeshParts {
     mesh
 }
 
-/// How far [m] from the smooth wave's light the strip's can land: derived in `tests/closed_forms.rs`.
-fn displacement() -> f64 {
-    let h = 2.0 * WAVE.half_width / f64::from(CELLS);
-    let slope = WAVE.amplitude * WAVE.wave_number;
-    let curvature = slope * WAVE.wave_number;
-    let rounding = 2.0_f64.powi(-23);
-    let height_error = h * h / 8.0 * curvature + rounding;
-    let bend = curvature * WAVE.wave_number + 2.0 * slope * curvature * curvature;
-    let angle_error = h * h / 8.0 * bend + (h * curvature).powi(3) / 24.0 + rounding;
-    let steepest = slope.atan();
-    let turn = steepest - (steepest.sin() / WAVE.ior).asin();
-    let tangent_error =
-        angle_error * (1.0 - steepest.cos() / WAVE.ior) * (1.0 + turn.tan().powi(2));
-    height_error * turn.tan() + (WAVE.depth + WAVE.amplitude) * tangent_error
-}
-
-/// The scene `water` with one wave as a fine mesh.
-///
-/// Its light lands within δ of the smooth wave's: a texel holds no more than the wave sends into it widened by δ
-/// on both sides, no less than into it narrowed; in between is what is known. The flux, 1 − F, changes with the
-/// mesh's angle errors (below 1e-6) by less than 1e-8, as |dF/dθ| < 0.01 below 13°.
+/// The scene `water` with one wave as a coarse mesh, whose light is known as that of the mesh.
 fn sine_water(side: usize) -> (Scene, Vec<Known>) {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("water.xml");
@@ -361,26 +344,124 @@ fn sine_water(side: usize) -> (Scene, Vec<Known>) {
     write_ply(&strip(), "one wave", &mut bytes).unwrap();
     fs::write(folder.path().join("water.ply"), bytes).unwrap();
     let scene = loaded(&file, side);
-    let wave = SineWater::new(WAVE);
-    let grid = TexelGrid {
-        rows: 1,
-        ..TexelGrid::square(0.9, side)
-    };
-    let width = 1.8 / side as f64;
-    let delta = displacement();
-    let moved = |by: f64, factor: f64| {
-        let row = grid.map(|texel| {
-            let mut wider = *texel;
-            wider.min.x -= by;
-            wider.max.x += by;
-            factor * wave.texel_irradiance(&wider) * (wider.max.x - wider.min.x) / width
-        });
-        row.repeat(side)
-    };
+    let row = below_a_strip(&scene, &TexelGrid::square(0.9, side));
+    // An end of a branch is known to 1e-8 of a cell, √ε, and a cell is half a texel of 512 at least: with two ends in each
+    // texel, 1e-8 · 10 · 2 of the light of sun on it. The rest is rounding.
+    let accuracy = 2e-7 * WAVE.irradiance;
     let layer = Known {
         signature: "LTD".parse().unwrap(),
-        low: moved(-delta, 1.0 - 1e-8),
-        high: moved(delta, 1.0 + 1e-8),
+        low: row
+            .iter()
+            .map(|value| value - accuracy)
+            .collect::<Vec<_>>()
+            .repeat(side),
+        high: row
+            .iter()
+            .map(|value| value + accuracy)
+            .collect::<Vec<_>>()
+            .repeat(side),
     };
     (scene, vec![layer])
+}
+
+/// The irradiance [W/m²] of a row of texels under the sun, below a strip of cells along x whose normals are interpolated.
+///
+/// Where the sun's ray at x lands, X(x), is Snell's law in the plane at the strip's own height and normal; a texel gets
+/// ∫ E (1 − F) dx over all x with X(x) in it. In a cell X has one extremum at most, a fold, and is inverted by
+/// bisection on either side of it; what is between two texel lines is taken by Gauss's rule, exact to rounding as F
+/// hardly changes in a cell.
+fn below_a_strip(scene: &Scene, grid: &TexelGrid) -> Vec<f64> {
+    let Some(Shape::Mesh(mesh)) = scene
+        .world()
+        .shapes()
+        .iter()
+        .find(|shape| matches!(shape, Shape::Mesh(_)))
+    else {
+        panic!("the water is a mesh");
+    };
+    let rule = GaussLegendre::new(8).unwrap();
+    let (left, width) = (
+        grid.bounds.min.x,
+        grid.texel(0, 0).max.x - grid.texel(0, 0).min.x,
+    );
+    let mut flux = vec![0.0; grid.columns];
+    for cell in 0..CELLS {
+        // The edge at least y of the first of the cell's two triangles.
+        let face = 2 * cell;
+        let [a, b, _] = mesh.corners(face);
+        let step = b.x - a.x;
+        let at = |t: f64| mesh.at_barycentric(face, DVec2::new(t, 0.0), DVec3::Z);
+        let landing = |t: f64| {
+            let point = at(t);
+            let angle = f64::atan2(-point.shading_normal.x, point.shading_normal.z);
+            let turned = angle - (angle.sin() / WAVE.ior).asin();
+            point.position.x + point.position.z * turned.tan()
+        };
+        let lit = |t: f64| 1.0 - dielectric_reflectance(at(t).shading_normal.z, WAVE.ior);
+        let fold = extremum(&landing);
+        for [from, to] in [[0.0, fold], [fold, 1.0]] {
+            let [x, y] = [landing(from), landing(to)];
+            let (low, high) = (x.min(y), x.max(y));
+            let first = ((low - left) / width).floor().max(0.0) as usize;
+            let mut before = inverse(&landing, from, to, left + width * first as f64);
+            for (column, flux) in flux.iter_mut().enumerate().skip(first) {
+                if left + width * column as f64 > high {
+                    break;
+                }
+                let after = inverse(&landing, from, to, left + width * (column + 1) as f64);
+                let (a, b) = (before.min(after), before.max(after));
+                *flux += rule.integrate(a, b, lit) * step;
+                before = after;
+            }
+        }
+    }
+    flux.iter()
+        .map(|flux| flux * WAVE.irradiance / width)
+        .collect()
+}
+
+/// Where in [0, 1] a function with one extremum at most has it, by golden sections; else an end.
+fn extremum(f: &impl Fn(f64) -> f64) -> f64 {
+    /// As near to an end as an extremum is known.
+    const END: f64 = 1e-8;
+    let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
+    let [first, last] = [f(0.0), f(1.0)];
+    // A cell has a lowest or a highest point where it first goes away from its other end.
+    let sign = if (f(END) - first) * (f(1.0 - END) - last) > 0.0 {
+        // Both ends are on the same side of what is between.
+        (first - f(END)).signum()
+    } else {
+        return 1.0;
+    };
+    let (mut a, mut b) = (0.0, 1.0);
+    for _ in 0..64 {
+        let (c, d) = (b - golden * (b - a), a + golden * (b - a));
+        if sign * f(c) < sign * f(d) {
+            b = d;
+        } else {
+            a = c;
+        }
+    }
+    0.5 * (a + b)
+}
+
+/// Where in [from, to] a monotone function is `value`, or the end nearest to that.
+fn inverse(f: &impl Fn(f64) -> f64, from: f64, to: f64, value: f64) -> f64 {
+    let rises = f(to) > f(from);
+    let (mut a, mut b) = (from, to);
+    if (f(from) >= value) == rises {
+        return from;
+    }
+    if (f(to) <= value) == rises {
+        return to;
+    }
+    for _ in 0..60 {
+        let middle = 0.5 * (a + b);
+        if (f(middle) < value) == rises {
+            a = middle;
+        } else {
+            b = middle;
+        }
+    }
+    0.5 * (a + b)
 }

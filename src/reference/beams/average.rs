@@ -18,6 +18,10 @@ pub struct Average {
     variance: Vec<f64>,
     /// The squared likely error of what was not drawn by lot.
     fixed_variance: Vec<f64>,
+    /// Whether any replicate left light on a texel.
+    is_lit: Vec<bool>,
+    /// The largest flux that any replicate left on any texel.
+    largest: Rgb,
 }
 
 /// One replicate's film sums \[W\].
@@ -78,6 +82,8 @@ impl Average {
             bar: vec![Rgb::BLACK; texels],
             variance: vec![0.0; texels],
             fixed_variance: vec![0.0; texels],
+            is_lit: vec![false; texels],
+            largest: Rgb::BLACK,
         }
     }
 
@@ -89,6 +95,10 @@ impl Average {
             let deviation = sums.flux[texel] - self.mean[texel];
             self.mean[texel] += deviation * share;
             self.deviations[texel] += deviation * (sums.flux[texel] - self.mean[texel]);
+            self.is_lit[texel] |= !sums.flux[texel].is_black();
+            for (largest, channel) in self.largest.0.iter_mut().zip(sums.flux[texel].0) {
+                *largest = largest.max(channel);
+            }
             let wider = sums.bar[texel] - self.bar[texel];
             self.bar[texel] += wider * share;
             self.variance[texel] += sums.variance[texel];
@@ -123,6 +133,22 @@ impl Average {
     pub fn likely(&self, texel: usize) -> f64 {
         let count = f64::from(self.count.max(1));
         (self.variance[texel] / (count * count) + self.fixed_variance[texel]).sqrt()
+    }
+
+    /// How much more light than it got a texel may get \[W\] that no replicate of `points` places a lamp has lit, at
+    /// a two-sided `confidence`; black where one has, whose scatter tells more, or where nothing is drawn by lot.
+    ///
+    /// A part p of the lamps that lights the texel is missed by n independent places with probability (1 − p)ⁿ, by well
+    /// spread ones less often: with α = (1
+    /// − confidence)/2, p is below 1 − α^(1/n), about ln(1/α)/n (the rule of three, for α = 5 %). The light of that part is taken
+    /// for that of the brightest texel of any replicate: brighter ones may exist that no place has shown.
+    pub fn unseen(&self, texel: usize, points: u64, confidence: f64) -> Rgb {
+        if self.count == 0 || self.is_lit[texel] {
+            return Rgb::BLACK;
+        }
+        let places = f64::from(self.count) * points as f64;
+        let miss = 0.5 * (1.0 - confidence);
+        self.largest * -(miss.ln() / places).exp_m1()
     }
 
     /// The standard error of the mean: the scatter of the replicates; none below two, where

@@ -2,6 +2,7 @@
 
 use glam::DVec2;
 
+use crate::transport::first_surface::{middles, quarters};
 use crate::transport::flux::Flux;
 use crate::transport::guard::Clearance;
 
@@ -43,17 +44,13 @@ impl<const N: usize> Cell<N> {
     /// Chart coordinates of its edges' middles, each opposite to the corner of the same index.
     #[inline]
     pub fn middles(&self) -> [DVec2; 3] {
-        let [a, b, c] = self.corners.map(|node| node.at);
-        // Sums commute: the neighbour across the edge gets the same bits.
-        [0.5 * (b + c), 0.5 * (c + a), 0.5 * (a + b)]
+        middles(self.corners.map(|node| node.at))
     }
 
     /// Its quarters, given its edges' middles; the one in the middle comes last.
     #[inline]
     pub fn quarters(&self, middles: &[Node<N>; 3]) -> [Self; 4] {
-        let [a, b, c] = self.corners;
-        let [bc, ca, ab] = *middles;
-        [[a, ab, ca], [ab, b, bc], [ca, bc, c], [bc, ca, ab]].map(|corners| Self {
+        quarters(self.corners, *middles).map(|corners| Self {
             corners,
             level: self.level + 1,
             clearance: self.clearance,

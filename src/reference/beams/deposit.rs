@@ -217,18 +217,25 @@ pub fn deposit_points<const N: usize>(
     received
 }
 
-/// Says that `flux` may be, or not be, in any texel of the [boxes](slack_boxes) of `nodes`.
-pub fn deposit_slack<const N: usize>(film: &BeamFilm<N>, nodes: &[Node<N>; 6], flux: Flux<N>) {
-    for [first, last] in slack_boxes(film.size(), nodes) {
+/// Says that `flux` may be, or not be, in any texel of a cut cell's [boxes](slack_boxes).
+pub fn deposit_slack<const N: usize>(
+    film: &BeamFilm<N>,
+    nodes: &[Node<N>; 6],
+    pieces: &[Piece<N>],
+    flux: Flux<N>,
+) {
+    for [first, last] in slack_boxes(film.size(), nodes, pieces) {
         film.add_slack(first, last, flux);
     }
 }
 
 /// The first and last texel of the boxes on the film where light of a cell may be that its nodes do
-/// not show: for each family the box round them, and as far again on all sides.
+/// not show: for each family the box round its nodes and round its `pieces`, which reach up to the
+/// border where perhaps only one node landed; and as far again on all sides.
 pub fn slack_boxes<const N: usize>(
     size: [usize; 2],
     nodes: &[Node<N>; 6],
+    pieces: &[Piece<N>],
 ) -> impl Iterator<Item = [[usize; 2]; 2]> {
     let end = DVec2::new(size[0] as f64, size[1] as f64) - 1.0;
     nodes.iter().enumerate().filter_map(move |(index, node)| {
@@ -240,6 +247,7 @@ pub fn slack_boxes<const N: usize>(
         let mut high = DVec2::NEG_INFINITY;
         for at in nodes
             .iter()
+            .chain(pieces.iter().flat_map(|piece| &piece.corners))
             .filter(|one| one.family == node.family)
             .filter_map(|one| one.landing)
         {

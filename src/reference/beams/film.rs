@@ -120,11 +120,12 @@ impl<const N: usize> BeamFilm<N> {
     pub fn texels(&self) -> Vec<Texel<N>> {
         let [width, height] = self.size;
         let mut texels = Vec::with_capacity(width * height);
-        // Of the slack in the row above, by column; the last entry of each is the spread.
-        let mut above = vec![[0_i64; 4]; width];
+        // Of the slack in the row above, N + 1 sums a column; the last of them is the spread.
+        let mut above = vec![0_i64; width * (N + 1)];
+        let mut before = vec![0_i64; N + 1];
         for row in 0..height {
-            let mut before = [0_i64; 4];
-            for (column, above) in above.iter_mut().enumerate() {
+            before.fill(0);
+            for (column, above) in above.chunks_exact_mut(N + 1).enumerate() {
                 let at = (row * (width + 1) + column) * (N + 1);
                 for kind in 0..=N {
                     // Sums of integers are exact, whatever the terms between wrap round to.

@@ -121,10 +121,13 @@ impl Outcome<'_> {
             let value = average.mean(texel) * scale;
             let error = average.standard_error(texel) * scale;
             let bar = average.bar(texel) * scale + error * widths;
+            let unseen = self.lamps.map_or(Rgb::BLACK, |lamps| {
+                average.unseen(texel, lamps.points, lamps.confidence) * scale
+            });
             result.irradiance[texel] = at_least_none(value);
             result.standard_error[texel] = error;
             interval.low[texel] = at_least_none(value - bar);
-            interval.high[texel] = at_least_none(value + bar);
+            interval.high[texel] = at_least_none(value + bar + unseen);
         }
         result
     }

@@ -3,6 +3,7 @@
 use glam::{DVec2, DVec3};
 
 use super::chart::Chart;
+use super::roots::middles;
 use super::source::Source;
 use crate::geometry::World;
 use crate::transport::domain::chart::Falloff;
@@ -22,9 +23,16 @@ pub struct Cone {
 pub struct ConeOverlap {
     /// Whether any of the patch may be in the cone.
     pub is_possible: bool,
-    /// The angle that the patch is seen at, from its middle outwards, by the cone's.
+    /// The angle that the patch is seen at, from its middle outwards, by the cone's; 0 of a patch so small that
+    /// directions to it are all the same but for rounding.
     pub relative_size: f64,
 }
+
+/// A direction from the cone's tip to a place is known to this many units of rounding of the coordinates it
+/// comes from, by their distance: a place is a product of a matrix and a sum of three vectors (16 roundings at
+/// most), the difference and its length add 6, and an angle compares two such directions by 9 more. A patch that
+/// is seen at a smaller angle is a point, however often it is divided.
+const ROUNDINGS: f64 = 64.0;
 
 /// A patch's six nodes do not show how its surface bulges between them: this much may be added to the
 /// angle they are seen at. (An arc of less than a radian bulges by less than a quarter of its half
@@ -54,11 +62,20 @@ impl Cone {
     /// Compares it with a triangle of a chart's coordinates.
     pub fn overlap(&self, world: &World, chart: &Chart, corners: [DVec2; 3]) -> ConeOverlap {
         let [a, b, c] = corners;
-        let nodes = [a, b, c, 0.5 * (b + c), 0.5 * (c + a), 0.5 * (a + b)];
+        let [bc, ca, ab] = middles(corners);
+        let nodes = [a, b, c, bc, ca, ab];
+        let mut rounding: f64 = 0.0;
         let directions = nodes.map(|at| {
-            let place = chart.place(world, at);
-            place.map_or(DVec3::ZERO, |place| {
-                (place.point.position - self.origin).normalize_or_zero()
+            chart.place(world, at).map_or(DVec3::ZERO, |place| {
+                let position = place.point.position;
+                let offset = position - self.origin;
+                let size = position.length().max(self.origin.length());
+                // Of the tip itself there is no direction.
+                if offset.length() > 0.0 {
+                    let relative = f64::EPSILON * (size / offset.length()).max(1.0);
+                    rounding = rounding.max(ROUNDINGS * relative);
+                }
+                offset.normalize_or_zero()
             })
         });
         let middle = directions.iter().sum::<DVec3>().normalize_or_zero();
@@ -68,10 +85,14 @@ impl Cone {
             .fold(0.0, f64::max);
         // From so near, a patch is all round.
         let is_wide = radius > 1.0;
-        let nearest = angle(middle, self.axis) - BULGE * radius;
+        let nearest = angle(middle, self.axis) - BULGE * radius - rounding;
         ConeOverlap {
             is_possible: is_wide || nearest <= self.cutoff_angle,
-            relative_size: radius / self.cutoff_angle,
+            relative_size: if radius <= rounding {
+                0.0
+            } else {
+                radius / self.cutoff_angle
+            },
         }
     }
 }

@@ -13,6 +13,6 @@ mod source;
 
 pub use chart::{Chart, Place};
 pub use cone::{Cone, ConeOverlap};
-pub use roots::{Root, roots};
+pub use roots::{Root, middles, quarters, roots};
 pub use shared::SharedPlaces;
 pub use source::{Arrival, Source};

@@ -19,6 +19,19 @@ pub struct Root {
     pub corners: [DVec2; 3],
 }
 
+/// The middles of a triangle's edges, each opposite to the corner of the same index.
+#[inline]
+pub fn middles([a, b, c]: [DVec2; 3]) -> [DVec2; 3] {
+    // Sums commute: the neighbour across the edge gets the same bits.
+    [0.5 * (b + c), 0.5 * (c + a), 0.5 * (a + b)]
+}
+
+/// A triangle's quarters, given its edges' [`middles`]; the one in the middle comes last.
+#[inline]
+pub fn quarters<T: Copy>([a, b, c]: [T; 3], [bc, ca, ab]: [T; 3]) -> [[T; 3]; 4] {
+    [[a, ab, ca], [ab, b, bc], [ca, bc, c], [bc, ca, ab]]
+}
+
 /// A ball's cap is divided into this many bands of incidence and sectors of azimuth: a small
 /// number suffices where all of it is smooth, and a few hundred tasks keep threads busy.
 const CAP_BANDS: u32 = 8;
@@ -86,9 +99,7 @@ fn in_cone(scene: &Scene, cone: &Cone, mut pending: Vec<Root>) -> Vec<Root> {
             reached.push(Root { chart, corners });
             continue;
         }
-        let [a, b, c] = corners;
-        let [bc, ca, ab] = [0.5 * (b + c), 0.5 * (c + a), 0.5 * (a + b)];
-        let parts = [[a, ab, ca], [ab, b, bc], [ca, bc, c], [bc, ca, ab]];
+        let parts = quarters(corners, middles(corners));
         pending.extend(parts.map(|corners| Root { chart, corners }));
     }
     reached
@@ -200,7 +211,10 @@ fn is_outside_closed(scene: &Scene, shape: u32, mesh: &Mesh, source: &Source) ->
             return false;
         };
         if hit.shape == shape {
-            return mesh.face_normal(hit.face).dot(ray.direction) < 0.0;
+            let cosine = mesh.face_normal(hit.face).dot(ray.direction);
+            // A source on the mesh shines to both sides; which one a ray starts on is rounding.
+            let is_on = hit.distance * cosine.abs() <= mesh.position_error(hit.face).max_element();
+            return cosine < 0.0 && !is_on;
         }
         let point = world.bounce_point(&ray, &hit);
         ray = point.spawn(ray.direction);

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::chart::Place;
 use crate::geometry::{Bounds, Ray, SurfacePoint};
 use crate::radiometry::Rgb;
 use crate::scene::{Emitter, Scene};
@@ -54,6 +55,16 @@ pub struct Arrival {
     /// The part of a spot's light that the ray is in; 0 of other sources. Between them density has a
     /// kink, or a jump.
     pub zone: u8,
+}
+
+impl Arrival {
+    /// Flux that falls on a place of a first surface \[W\], for a unit of chart area and of the source's strength:
+    /// density · |cos θ| · the surface's area for a unit of chart area.
+    #[inline]
+    pub fn emitted(&self, place: &Place) -> f64 {
+        let facing = self.ray.direction.dot(place.point.geometric_normal);
+        self.density * facing.abs() * place.area
+    }
 }
 
 impl Source {

@@ -1,9 +1,11 @@
 //! Cells that a border between families crosses.
 
 use super::{Finished, Refiner, Scratch, look_flux};
-use crate::reference::beams::cell::{Cell, Node};
+use crate::reference::beams::cell::{Cell, Look, Node};
 use crate::reference::beams::cut::{self, CUT_ERROR, Piece};
+use crate::reference::beams::deposit::image_of;
 use crate::transport::first_surface::Chart;
+use crate::transport::flux::Flux;
 
 impl<const N: usize> Refiner<'_, '_, N> {
     /// Whether light that lands is found on the way between two nodes of different families of a
@@ -27,6 +29,33 @@ impl<const N: usize> Refiner<'_, '_, N> {
         [[a, ab], [ab, b], [b, bc], [bc, c], [c, ca], [ca, a]]
             .iter()
             .any(|[from, to]| cut::lands_between(from, to, &mut follow))
+    }
+
+    /// Whether no light of a cell that holds more than one family lands on the film, where that is
+    /// so of its nodes. Only one of them may have landed, which does not show how far light
+    /// reaches up to the border: the cut does.
+    pub(super) fn lands_beside(
+        &mut self,
+        chart: &Chart,
+        cell: &Cell<N>,
+        middles: &[Node<N>; 3],
+        look: &Look<N>,
+    ) -> bool {
+        let mut cut = Finished {
+            look: *look,
+            failed: [false; 4],
+            slack: Flux::BLACK,
+            is_cut: false,
+        };
+        self.cut(chart, cell, middles, &mut cut);
+        let Scratch { fine, coarse, .. } = &mut *self.scratch;
+        let (mut low, mut high) = (look.low, look.high);
+        for at in fine.iter().flat_map(image_of) {
+            (low, high) = (low.min(at), high.max(at));
+        }
+        fine.clear();
+        coarse.clear();
+        Look { low, high, ..*look }.is_off(self.film.size())
     }
 
     /// Cuts a cell that holds more than one family, at both finenesses.

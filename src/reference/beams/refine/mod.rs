@@ -207,7 +207,7 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
             return cell.level >= MAX_LEVEL || !self.may_hide_light(chart, cell);
         }
         let area = cell.area();
-        let set_out = area * look.emitted * (2.0 * self.peak).min(1.0);
+        let set_out = self.may_deliver(area, look);
         let flux = if look.one_family {
             f64::max(
                 area * look.weight.max_magnitude(),
@@ -237,6 +237,12 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
             cell.clearance = self.guard.clear(follower, chart, trails, cell.clearance);
         }
         cell.clearance.all
+    }
+
+    /// What a cell of this area may deliver \[W\] where no node of it landed: of all that sets out, twice
+    /// the part that the best path of the survey did.
+    fn may_deliver(&self, area: f64, look: &Look<N>) -> f64 {
+        area * look.emitted * (2.0 * self.peak).min(1.0)
     }
 
     /// Whether a spot may shine on a part of a cell, none of whose nodes is lit.
@@ -279,14 +285,15 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
         self.scratch.fine.clear();
         self.scratch.coarse.clear();
         if !look.any_landed {
-            let set_out = area * look.emitted * (2.0 * self.peak).min(1.0);
             let is_dark = is_last
                 || look.one_family
-                || set_out <= self.unguarded * LEAST_SLIVER
+                || self.may_deliver(area, &look) <= self.unguarded * LEAST_SLIVER
                 || !self.may_hide_sliver(chart, cell, middles);
             return is_dark.then_some(finished);
         }
-        if look.is_off(self.film.size()) {
+        if look.is_off(self.film.size())
+            && (look.one_family || self.lands_beside(chart, cell, middles, &look))
+        {
             return Some(finished);
         }
         let flux = area * look.weight.max_magnitude();
@@ -322,7 +329,7 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
         finished.slack = finished.slack * 2.0 + look.weight * (area * (moved + CORNER));
         // It may be on any texel of its boxes: bounds widen on all of them.
         let nodes = nodes(cell, middles);
-        let boxes = slack_boxes(self.film.size(), &nodes);
+        let boxes = slack_boxes(self.film.size(), &nodes, &self.scratch.fine);
         let texels: f64 = boxes.map(|[first, last]| texels_of(first, last)).sum();
         let widened = finished.slack.max_magnitude() * texels.sqrt();
         (is_last || widened <= self.tolerance).then_some(finished)
@@ -351,7 +358,8 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
             }
             balance.unresolved_cells += u64::from(finished.failed != [false; 4]);
             balance.slack += finished.slack;
-            deposit_slack(self.film, &nodes(cell, middles), finished.slack);
+            let nodes = nodes(cell, middles);
+            deposit_slack(self.film, &nodes, &self.scratch.fine, finished.slack);
         }
     }
 }

@@ -106,10 +106,8 @@ impl Seen {
 
     /// Whether another place sent light to the sensor by the same events.
     fn agrees(&self, other: &Self) -> bool {
-        let signatures = |seen: &Self| -> Vec<Signature> {
-            seen.sights.iter().map(|sight| sight.signature).collect()
-        };
-        signatures(self) == signatures(other)
+        let theirs = other.sights.iter().map(|sight| sight.signature);
+        self.sights.iter().map(|sight| sight.signature).eq(theirs)
     }
 }
 

@@ -42,8 +42,7 @@ pub(super) fn places_on(
             let emitted = |at: DVec2| {
                 let place = root.chart.place(scene.world(), at)?;
                 let arrival = source.arrive(place.point.position)?;
-                let facing = arrival.ray.direction.dot(place.point.geometric_normal);
-                Some(arrival.density * facing.abs() * place.area)
+                Some(arrival.emitted(&place))
             };
             let most = [a, b, c, (a + b + c) / 3.0]
                 .map(|at| emitted(at).unwrap_or(0.0))
