@@ -188,10 +188,9 @@ pub fn assert_photons_are_within_bounds(
         let ones = vec![1.0; known.low.len()];
         let per_irradiance = Compared::new(scene, &photons, &witness, &signature, &ones).photons;
         let mut it = Compared::new(scene, &photons, &witness, &signature, &ones);
-        for texel in 0..ones.len() {
+        for (texel, per_irradiance) in per_irradiance.iter().enumerate() {
             // Where beams see nothing, photons tell which texels can be judged.
-            let most = it.estimate[texel].max(known.low[texel]);
-            it.photons[texel] = most * per_irradiance[texel];
+            it.photons[texel] = it.estimate[texel].max(known.low[texel]) * per_irradiance;
         }
         (it.low, it.high) = (known.low, known.high);
         judged += it.judged().count();
