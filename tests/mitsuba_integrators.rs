@@ -70,7 +70,7 @@ fn depths_that_mitsuba_refuses_are_errors_with_their_place() {
     };
     assert_eq!(
         of("<integer name=\"rr_depth\" value=\"0\"/>"),
-        "scene.xml:3:1: integrator \"path\": parameter \"rr_depth\" must be from 1 to 4294967295, not 0"
+        "scene.xml:3:1: integrator \"path\", parameter \"rr_depth\": must be from 1 to 4294967295, not 0"
     );
     let depth = of("<integer name=\"max_depth\" value=\"-2\"/>");
     assert!(
