@@ -1,9 +1,8 @@
 //! Which method computes a run.
 
 use super::args::{Method, RenderArgs};
-use super::sensor::is_camera;
 use crate::reference::beams;
-use crate::scene::{Scene, Sensor};
+use crate::scene::Scene;
 
 /// A method, and what there is to say about how it came to be chosen.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -17,37 +16,18 @@ pub struct Choice {
 /// The method asked for, or the best that a scene allows: beams, unless light has to be drawn
 /// by lot, or an option says how photons are to be drawn.
 ///
-/// # Errors
-///
-/// Where the sensor is one that the method does not fill.
-pub fn choose(args: &RenderArgs, scene: &Scene, sensor: &Sensor) -> anyhow::Result<Choice> {
-    let beams_can = beams::supports(scene);
+pub fn choose(args: &RenderArgs, scene: &Scene) -> Choice {
     let draws_lots = !beams::is_deterministic(scene);
     let of_photons = args.of_photons_only();
     let of_chance = args.of_chance();
-    // Photons do not fill cameras.
-    let prefers_beams = beams_can.is_ok() && (!draws_lots || is_camera(sensor));
-    let of_either = of_chance.filter(|_| !is_camera(sensor));
+    let prefers_beams = beams::supports(scene).is_ok() && !draws_lots;
     let method = args.method.unwrap_or({
-        if prefers_beams && of_photons.or(of_either).is_none() {
+        if prefers_beams && of_photons.or(of_chance).is_none() {
             Method::Beams
         } else {
             Method::Photons
         }
     });
-    if method == Method::Photons && is_camera(sensor) {
-        let why = match (args.method, of_photons, beams_can) {
-            (None, Some(name), Ok(())) => format!("; {name} is for photons"),
-            (None, _, Err(error)) => format!(", which do not fit this scene: {error}"),
-            _ => String::new(),
-        };
-        anyhow::bail!(
-            "sensor \"{}\" ({}): photons fill sensors of plugin irradiancemeter only; cameras are \
-             filled by --method beams{why}",
-            sensor.id,
-            sensor.plugin()
-        );
-    }
     let notice = match (method, args.method, of_chance) {
         // Who says how many photons knows that there will be photons.
         (Method::Photons, None, _) if prefers_beams => {
@@ -64,5 +44,5 @@ pub fn choose(args: &RenderArgs, scene: &Scene, sensor: &Sensor) -> anyhow::Resu
         )),
         _ => None,
     };
-    Ok(Choice { method, notice })
+    Choice { method, notice }
 }

@@ -39,7 +39,7 @@ pub fn render(args: &RenderArgs) -> anyhow::Result<Outcome> {
     progress::stop_on_interrupt(&progress)?;
     let scene = load(&args.scene)?;
     let sensor = choose_sensor(&scene, args.sensor.as_deref())?;
-    let choice = method::choose(args, &scene, sensor)?;
+    let choice = method::choose(args, &scene);
     memory::check_film(&scene, sensor, choice.method, args.shared.layers)?;
     let extension = if args.shard.is_some() { "shard" } else { "exr" };
     let path = output::output_path(args.output.as_deref(), scene.path(), extension)?;
@@ -91,14 +91,6 @@ impl Job<'_> {
             warnings.push("the error asked for was not reached".to_owned());
         }
         warnings.extend(unknown_direct(&estimate));
-        if estimate.quantity == Quantity::Radiance {
-            warnings.extend(left_out_of_image(self.scene));
-            warnings.push(
-                "beams on a camera measure light by way of mirrors and glass only: direct light (LD) \
-                 is not in the image"
-                    .to_owned(),
-            );
-        }
         self.finish(Settings::Beams(&settings, &report), &estimate, warnings)
     }
 
@@ -142,8 +134,16 @@ impl Job<'_> {
         &self,
         method: Settings,
         estimate: &Estimate,
-        warnings: Vec<String>,
+        mut warnings: Vec<String>,
     ) -> anyhow::Result<Outcome> {
+        if estimate.quantity == Quantity::Radiance {
+            warnings.extend(left_out_of_image(self.scene));
+            warnings.push(format!(
+                "{} on a camera measure light by way of mirrors and glass only: direct light (LD) is not \
+                 in the image",
+                method.name()
+            ));
+        }
         let run = Run {
             scene: self.scene,
             sensor: self.sensor,

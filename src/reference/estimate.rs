@@ -59,7 +59,8 @@ pub struct Estimate {
     pub layers: Vec<Layer>,
     /// Contributions a texel, all specular layers together.
     pub counts: Vec<u64>,
-    /// Where all traced flux went, as the layers have it; empty for a camera, which sees a part of the light only.
+    /// Where all traced flux went, as the layers have it. A camera receives none, it sees what surfaces make of
+    /// what they absorb; of beams it is empty then.
     pub ledger: Ledger,
     /// How many light paths were started.
     pub paths: u64,

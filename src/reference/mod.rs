@@ -11,6 +11,8 @@ mod estimate;
 pub mod photons;
 pub mod probe;
 mod progress;
+mod target;
 
 pub use estimate::{Estimate, Interval, Layer, LayerName, Quantity};
 pub use progress::Progress;
+pub use target::{Target, TargetError};

@@ -27,7 +27,7 @@ pub struct RenderArgs {
     pub sensor: Option<String>,
 
     /// How to compute [default: beams where they can follow all light and none is from an area
-    /// light, and for cameras; else photons]
+    /// light; else photons]
     #[arg(long, value_enum)]
     pub method: Option<Method>,
 
@@ -74,7 +74,7 @@ pub struct RenderArgs {
 pub enum Method {
     /// Adaptive beams with lower and upper bounds: deterministic, but for places on area lights
     Beams,
-    /// Photons binned into texels: unbiased, on any scene
+    /// Photons binned into texels, or connected to a camera: unbiased, on any scene
     Photons,
 }
 
