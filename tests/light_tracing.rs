@@ -108,7 +108,8 @@ fn a_camera_sees_radiance_and_no_direct_light() {
     assert_eq!([image.width, image.height], [WIDTH, HEIGHT]);
     let names: Vec<String> = image.layers.iter().map(|it| it.name.to_string()).collect();
     assert!(!names.contains(&"LD".to_owned()), "{names:?}");
-    for name in ["LRD", "LTTD", "LTRTD"] {
+    // After one reflection inside, light leaves upwards.
+    for name in ["LRD", "LTTD", "LTRRTD"] {
         assert!(names.contains(&name.to_owned()), "{names:?}");
     }
     // The total is the sum of the layers, each of which is rounded once.
@@ -136,7 +137,7 @@ fn every_signature_agrees_with_beams_pixel_by_pixel() {
     let replicates = f64::from(settings().replicates);
     let emitted = image.ledger.emitted.mean();
     let each = image.paths as f64 / replicates;
-    let compared: Vec<Compared> = ["LRD", "LTTD", "LTRTD", "LTRRTD"]
+    let compared: Vec<Compared> = ["LRD", "LTTD", "LTRRTD"]
         .iter()
         .map(|name| {
             let (estimate, error) = support::scenes::layer(image, name, 0);
@@ -264,10 +265,13 @@ fn a_coloured_floor_colours_the_image_and_not_the_flux() {
     let scene = Scene::new(parts).unwrap();
     let image = traced(&scene, settings(), 20_000);
     let mut lit = 0;
+    // The same photons, times numbers whose products are exact; each deposit is rounded to 2⁻⁴⁵ of all flux
+    // or less: some ten in a replicate's pixel, of which the brightest has more than 10⁻⁵ of the flux.
+    let brightest = image.total.range().max;
+    let rounding = 10.0 * 2f64.powi(-45) / 1e-5 * brightest;
     for value in &image.total.irradiance {
-        // The same photons, times numbers whose products are exact; each deposit is rounded to a quantum.
         let [red, green, blue] = value.0;
-        assert!((red - 2.0 * green).abs() <= 1e-9 * red && (red - 4.0 * blue).abs() <= 1e-9 * red);
+        assert!((red - 2.0 * green).abs() <= rounding && (red - 4.0 * blue).abs() <= rounding);
         lit += usize::from(red > 0.0);
     }
     assert!(lit > 1000, "{lit} pixels are lit");

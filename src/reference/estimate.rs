@@ -115,6 +115,8 @@ pub enum LayerName {
     Total,
     /// One path signature: `LD`, `LRD`, `LTTD`, ...
     Path(Signature),
+    /// The paths of one signature whose diffuse surface the camera sees by way of mirrors or glass: `LTTDSE`, ...
+    Seen(Signature),
     /// All signatures that have no layer of their own: `other`.
     Other,
 }
@@ -134,6 +136,7 @@ impl fmt::Display for LayerName {
         match self {
             Self::Total => formatter.pad("E"),
             Self::Path(signature) => signature.fmt(formatter),
+            Self::Seen(signature) => formatter.pad(&format!("{signature}SE")),
             Self::Other => formatter.pad("other"),
         }
     }

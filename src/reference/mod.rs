@@ -1,13 +1,15 @@
 //! Ways to compute the truth.
 //!
 //! A reference fills a sensor with an [`Estimate`]: values with error bars, layer by layer, and
-//! a ledger of where all the flux went. [`photons`] works on any scene; [`closed_form`] holds
+//! a ledger of where all the flux went. [`photons`] works on any scene, and [`photon_map`] where
+//! photons cannot be connected to the camera; [`closed_form`] holds
 //! the few scenes that need no computer, and judges the others; [`mod@probe`] finds every path to one
 //! point.
 
 pub mod beams;
 pub mod closed_form;
 mod estimate;
+pub mod photon_map;
 pub mod photons;
 pub mod probe;
 mod progress;

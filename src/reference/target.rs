@@ -93,6 +93,11 @@ impl Target {
             Material::Diffuse {
                 reflectance: Color::Constant(reflectance),
             } => reflectance.is_grey(),
+            Material::Plastic(_)
+            | Material::RoughPlastic { .. }
+            | Material::RoughConductor { .. }
+            | Material::RoughDielectric { .. }
+            | Material::Turned { .. } => false,
             _ => true,
         };
         is_achromatic(scene)

@@ -139,11 +139,7 @@ impl FloorView<'_> {
     }
 
     /// The average over a pixel of irradiance times a factor of the place on the camera's film.
-    pub fn average_of(
-        &self,
-        corner: DVec2,
-        factor: impl Fn(DVec2) -> f64,
-    ) -> Option<(f64, f64)> {
+    pub fn average_of(&self, corner: DVec2, factor: impl Fn(DVec2) -> f64) -> Option<(f64, f64)> {
         let count = (POINTS * POINTS) as f64;
         let (mut sum, mut errors) = (0.0, 0.0);
         for index in 0..POINTS * POINTS {

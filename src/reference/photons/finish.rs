@@ -23,20 +23,21 @@ use crate::transport::signature::Signature;
 
 /// Photons times flux, and its variance, by texel.
 #[derive(Clone)]
-struct Weighted {
-    flux: Vec<Rgb>,
-    variance: Vec<Rgb>,
+pub(in crate::reference) struct Weighted {
+    pub flux: Vec<Rgb>,
+    pub variance: Vec<Rgb>,
 }
 
 impl Weighted {
-    fn new(texels: usize) -> Self {
+    pub fn new(texels: usize) -> Self {
         Self {
             flux: vec![Rgb::BLACK; texels],
             variance: vec![Rgb::BLACK; texels],
         }
     }
 
-    fn add(&mut self, sums: &Accumulator, weight: f64) {
+    /// Adds a round of `weight` photons.
+    pub fn add(&mut self, sums: &Accumulator, weight: f64) {
         self.flux
             .par_iter_mut()
             .zip(&mut self.variance)
@@ -48,7 +49,18 @@ impl Weighted {
             });
     }
 
-    fn layer(&self, name: LayerName, weight: f64, target: &Target) -> Layer {
+    /// Relative standard error over lit texels.
+    pub fn relative_error(&self) -> Option<f64> {
+        relative_error(
+            self.flux
+                .iter()
+                .zip(&self.variance)
+                .map(|(flux, variance)| (flux.mean(), variance.map(f64::sqrt).mean())),
+        )
+    }
+
+    /// Averages by the target's measure, of rounds of `weight` photons in all.
+    pub fn layer(&self, name: LayerName, weight: f64, target: &Target) -> Layer {
         // A texel without surface receives nothing; its irradiance is called zero.
         let per_measure = |texel: usize| match target.measure(texel) {
             0.0 => 0.0,
@@ -144,13 +156,7 @@ impl Rounds {
 
     /// Relative standard error over lit texels, of all rounds.
     pub fn relative_error(&self) -> Option<f64> {
-        relative_error(
-            self.total
-                .flux
-                .iter()
-                .zip(&self.total.variance)
-                .map(|(flux, variance)| (flux.mean(), variance.map(f64::sqrt).mean())),
-        )
+        self.total.relative_error()
     }
 
     /// The estimate, with the direct light where it was measured.

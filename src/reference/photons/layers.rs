@@ -27,6 +27,18 @@ impl LayerMap {
         Self { signatures }
     }
 
+    /// A layer for each of the `max_layers` signatures with most flux, in any unit; ties go to the smaller
+    /// signature.
+    pub fn of_brightest(
+        received: impl IntoIterator<Item = (Signature, i128)>,
+        max_layers: usize,
+    ) -> Self {
+        let mut ranked: Vec<(Signature, i128)> = received.into_iter().collect();
+        ranked.sort_by_key(|(signature, flux)| (std::cmp::Reverse(*flux), *signature));
+        ranked.truncate(max_layers);
+        Self::new(ranked.into_iter().map(|(signature, _)| signature).collect())
+    }
+
     /// The signatures with a layer of their own, sorted.
     pub fn signatures(&self) -> &[Signature] {
         &self.signatures
@@ -75,10 +87,7 @@ pub fn pilot(job: &Job, target: &Target, max_layers: usize) -> LayerMap {
             *received.entry(signature).or_default() += flux;
         }
     }
-    let mut ranked: Vec<(Signature, i128)> = received.into_iter().collect();
-    ranked.sort_by_key(|(signature, flux)| (std::cmp::Reverse(*flux), *signature));
-    ranked.truncate(max_layers);
-    LayerMap::new(ranked.into_iter().map(|(signature, _)| signature).collect())
+    LayerMap::of_brightest(received, max_layers)
 }
 
 /// Counts flux by signature.

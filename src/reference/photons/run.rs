@@ -73,45 +73,10 @@ impl<'a> Setup<'a> {
         settings: PhotonSettings,
         progress: &'a Progress,
     ) -> Result<Self, RunError> {
-        let setting = |name, value: String, allowed: String| {
-            Err(RunError::Setting {
-                name,
-                value,
-                allowed,
-            })
-        };
-        if settings.chains.max_depth as usize > MAX_EVENTS {
-            return setting(
-                "the depth",
-                settings.chains.max_depth.to_string(),
-                format!("0 to {MAX_EVENTS} specular events"),
-            );
-        }
-        // 255 replicates fit the squares of the exact sums with all light in one texel.
-        if !(1..=255).contains(&settings.replicates) {
-            return setting(
-                "the number of replicates",
-                settings.replicates.to_string(),
-                "1 to 255".to_owned(),
-            );
-        }
-        if settings.max_layers > 1024 {
-            return setting(
-                "the number of layers",
-                settings.max_layers.to_string(),
-                "0 to 1024".to_owned(),
-            );
-        }
+        check(&settings)?;
         let target = Target::new(scene, sensor, settings.chains.shading_normals)?;
         let light = LightSpace::new(scene)?;
-        let flux = light.flux_bound().max_channel();
-        if FixedPoint::for_total(flux).is_err() {
-            return setting(
-                "the flux of all emitters",
-                format!("{flux:e} W"),
-                "0 and 1e-250 W to 1e250 W".to_owned(),
-            );
-        }
+        check_flux(&light)?;
         let mut setup = Self {
             scene,
             settings,
@@ -276,8 +241,8 @@ impl<'a> Setup<'a> {
                 .split(round)
                 .split(u64::from(replicate));
             let job = self.job(stream, &stop, &finished);
-            let sums = sums
-                .get_or_insert_with(|| RoundSums::new(&job, &self.target, &self.map, photons));
+            let sums =
+                sums.get_or_insert_with(|| RoundSums::new(&job, &self.target, &self.map, photons));
             if !sums.add_replicate(&job, &self.target, &self.map)? {
                 break;
             }
@@ -316,6 +281,58 @@ impl<'a> Setup<'a> {
             finished,
         }
     }
+}
+
+/// Refuses settings that are out of range.
+pub(in crate::reference) fn check(settings: &PhotonSettings) -> Result<(), RunError> {
+    if settings.chains.max_depth as usize > MAX_EVENTS {
+        return refused(
+            "the depth",
+            settings.chains.max_depth.to_string(),
+            format!("0 to {MAX_EVENTS} specular events"),
+        );
+    }
+    // 255 replicates fit the squares of the exact sums with all light in one texel.
+    if !(1..=255).contains(&settings.replicates) {
+        return refused(
+            "the number of replicates",
+            settings.replicates.to_string(),
+            "1 to 255".to_owned(),
+        );
+    }
+    if settings.max_layers > 1024 {
+        return refused(
+            "the number of layers",
+            settings.max_layers.to_string(),
+            "0 to 1024".to_owned(),
+        );
+    }
+    Ok(())
+}
+
+/// Refuses emitters so strong or so faint that their flux has no fixed-point scale.
+pub(in crate::reference) fn check_flux(light: &LightSpace) -> Result<(), RunError> {
+    let flux = light.flux_bound().max_channel();
+    if FixedPoint::for_total(flux).is_err() {
+        return refused(
+            "the flux of all emitters",
+            format!("{flux:e} W"),
+            "0 and 1e-250 W to 1e250 W".to_owned(),
+        );
+    }
+    Ok(())
+}
+
+pub(in crate::reference) fn refused(
+    name: &'static str,
+    value: String,
+    allowed: String,
+) -> Result<(), RunError> {
+    Err(RunError::Setting {
+        name,
+        value,
+        allowed,
+    })
 }
 
 /// Streams of the pilot run and of the replicates are kept apart by these.

@@ -53,7 +53,11 @@ impl RoundSums {
     /// Empty sums for a target and its layers; one channel stands for three where nothing in
     /// the scene is coloured.
     pub fn new(job: &Job, target: &Target, map: &LayerMap, photons: u64) -> Self {
-        let channels = if target.is_achromatic(job.scene) { 1 } else { 3 };
+        let channels = if target.is_achromatic(job.scene) {
+            1
+        } else {
+            3
+        };
         let scale = job.scale(target.headroom());
         let accumulator = || Accumulator::new(target.texels(), channels, scale);
         Self {
@@ -251,8 +255,7 @@ impl<const N: usize> Recipient<N> for Tally<'_, N> {
                 // A surface takes the light, and a camera only sees what is made of it. Direct light is
                 // another matter: photons look for what meets specular geometry.
                 if !arrival.signature.is_empty()
-                    && let Some((pixel, factor)) =
-                        self.screen.texel(self.scene, arrival, counters)
+                    && let Some((pixel, factor)) = self.screen.texel(self.scene, arrival, counters)
                 {
                     self.keep(arrival.signature, pixel, arrival.flux * Flux::of(factor));
                 }
