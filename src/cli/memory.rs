@@ -36,6 +36,8 @@ pub fn check_film(
     let bytes_a_texel = match method {
         Method::Photons => photons(channels, u64::from(max_layers)),
         Method::Beams => beams(channels, u64::from(max_layers)),
+        // Each layer twice, for the two radii, and perhaps seen in two ways; the bias.
+        Method::PhotonMap => 4 * photons(3, u64::from(max_layers)),
     };
     let needed = texels.saturating_mul(bytes_a_texel);
     if let Some(available) = available_bytes() {

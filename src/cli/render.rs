@@ -20,6 +20,7 @@ use super::summary::Summary;
 use crate::film::atomic;
 use crate::mitsuba;
 use crate::reference::beams::{self, BeamError};
+use crate::reference::photon_map::{self, PhotonMapError};
 use crate::reference::photons::shard::Part;
 use crate::reference::photons::{self, RunError, Shard};
 use crate::reference::{Estimate, LayerName, Progress, Quantity};
@@ -56,6 +57,7 @@ pub fn render(args: &RenderArgs) -> anyhow::Result<Outcome> {
     }
     match (choice.method, args.shard) {
         (Method::Beams, _) => job.beams(),
+        (Method::PhotonMap, _) => job.photon_maps(),
         (Method::Photons, None) => job.photons(),
         (Method::Photons, Some(shard)) => job.shard(shard),
     }
@@ -114,6 +116,25 @@ impl Job<'_> {
         self.finish(Settings::Photons(&settings), &estimate, warnings)
     }
 
+    fn photon_maps(&self) -> anyhow::Result<Outcome> {
+        let (settings, budget) = self.args.photon_maps()?;
+        let (estimate, report, mut warnings) = progress::watch(self.progress, || {
+            let setup =
+                photon_map::run::Setup::new(self.scene, self.sensor, settings, self.progress)?;
+            let mut warnings = no_caustic(setup.light().is_empty());
+            warnings.extend(left_out(self.scene));
+            let (estimate, report) = setup.run(&budget)?;
+            Ok::<_, PhotonMapError>((estimate, report, warnings))
+        })?;
+        if report.passes == 0 {
+            warnings.push(
+                "the run ended before the first pass did: nothing is known of the caustic"
+                    .to_owned(),
+            );
+        }
+        self.finish(Settings::PhotonMap(&settings, &report), &estimate, warnings)
+    }
+
     fn shard(&self, shard: Shard) -> anyhow::Result<Outcome> {
         let (settings, budget) = self.args.photons()?;
         let part =
@@ -137,11 +158,14 @@ impl Job<'_> {
         mut warnings: Vec<String>,
     ) -> anyhow::Result<Outcome> {
         if estimate.quantity == Quantity::Radiance {
-            warnings.extend(left_out_of_image(self.scene));
+            // Photon maps are looked up on any surface that scatters.
+            if !matches!(method, Settings::PhotonMap(..)) {
+                warnings.extend(left_out_of_image(self.scene));
+            }
             warnings.push(format!(
                 "{} on a camera measure light by way of mirrors and glass only: direct light (LD) is not \
                  in the image",
-                method.name()
+                method.plural()
             ));
         }
         let run = Run {

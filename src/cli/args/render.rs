@@ -5,10 +5,11 @@ use std::time::Duration;
 
 use clap::ValueEnum;
 
-use super::method::{PhotonArgs, SharedArgs};
+use super::method::{PhotonArgs, PhotonMapArgs, SharedArgs};
 use super::parse::{parse_duration, parse_fraction, parse_shard};
 use super::{MAX_COUNT, SceneArgs};
 use crate::reference::beams::{BeamBudget, BeamSettings};
+use crate::reference::photon_map::PhotonMapSettings;
 use crate::reference::photons::{Budget, PhotonSettings, Shard};
 
 /// `nephroid render`.
@@ -56,6 +57,10 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub photon: PhotonArgs,
 
+    /// Settings of photon maps
+    #[command(flatten)]
+    pub photon_map: PhotonMapArgs,
+
     /// Threads [default: all cores]; results do not depend on it
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
@@ -76,6 +81,8 @@ pub enum Method {
     Beams,
     /// Photons binned into texels, or connected to a camera: unbiased, on any scene
     Photons,
+    /// Photon maps: caustics that a camera sees by way of mirrors or glass, with their bias
+    PhotonMap,
 }
 
 impl RenderArgs {
@@ -107,6 +114,7 @@ impl RenderArgs {
     ///
     /// For options that only photons have.
     pub fn beams(&self) -> anyhow::Result<(BeamSettings, BeamBudget)> {
+        self.refuse_options_of_photon_maps()?;
         if let Some(name) = self.of_photons_only() {
             anyhow::bail!(
                 "{name} is for --method photons; beams are limited by --error, --time and --rays"
@@ -126,27 +134,52 @@ impl RenderArgs {
     ///
     /// For options that only beams have, and where the run could never know the error it is to stop at.
     pub fn photons(&self) -> anyhow::Result<(PhotonSettings, Budget)> {
+        self.refuse_options_of_photon_maps()?;
         let settings = self.shared.photons(&self.photon);
+        Ok((settings, self.budget(settings.replicates)?))
+    }
+
+    /// What the flags mean to photon maps.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::photons`], and for shards.
+    pub fn photon_maps(&self) -> anyhow::Result<(PhotonMapSettings, Budget)> {
+        let settings = self.shared.photon_maps(&self.photon, &self.photon_map);
+        anyhow::ensure!(
+            self.shard.is_none(),
+            "--shard is for --method photons: photon maps are made in one piece"
+        );
+        let budget = self.budget(settings.photons.replicates)?;
+        Ok((settings, budget))
+    }
+
+    fn refuse_options_of_photon_maps(&self) -> anyhow::Result<()> {
+        match self.photon_map.given() {
+            Some(name) => anyhow::bail!("{name} is for --method photon-map"),
+            None => Ok(()),
+        }
+    }
+
+    fn budget(&self, replicates: u32) -> anyhow::Result<Budget> {
         anyhow::ensure!(
             self.rays.is_none(),
             "--rays is for --method beams; photons are limited by --photons, --error and --time"
         );
         anyhow::ensure!(
-            self.error.is_none() || settings.replicates >= 2,
-            "--error needs an error bar, which takes at least 2 replicates, not --replicates {}",
-            settings.replicates
+            self.error.is_none() || replicates >= 2,
+            "--error needs an error bar, which takes at least 2 replicates, not --replicates {replicates}"
         );
-        let budget = Budget {
+        Ok(Budget {
             photons: self.photons,
             time: self.time,
             relative_error: self.error,
-        };
-        Ok((settings, budget))
+        })
     }
 }
 
 /// The first option that is given.
-fn given<const N: usize>(options: [(&'static str, bool); N]) -> Option<&'static str> {
+pub(super) fn given<const N: usize>(options: [(&'static str, bool); N]) -> Option<&'static str> {
     options
         .into_iter()
         .find_map(|(name, is_given)| is_given.then_some(name))
