@@ -8,6 +8,7 @@
 
 pub mod beams;
 pub mod closed_form;
+mod combine;
 mod estimate;
 pub mod photon_map;
 pub mod photons;
@@ -15,6 +16,7 @@ pub mod probe;
 mod progress;
 mod target;
 
+pub use combine::CombineError;
 pub use estimate::{Estimate, Interval, Layer, LayerName, Quantity};
 pub use progress::Progress;
 pub use target::{Target, TargetError};

@@ -12,6 +12,12 @@ pub enum PhotonMapError {
     /// The sums are worth nothing.
     #[error(transparent)]
     Sums(#[from] SumsError),
+    /// Some contribution is not a number that the film can hold.
+    #[error("{count} contributions to pixels are NaN, infinite or out of range")]
+    NotRepresentable {
+        /// How many, of one pass.
+        count: u64,
+    },
     /// The sensor is no camera.
     #[error(
         "sensor \"{id}\" is an irradiancemeter: photon maps are for cameras; on a receiver photons are counted \

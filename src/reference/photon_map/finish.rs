@@ -22,7 +22,7 @@ use crate::reference::{Estimate, Interval, Layer, LayerName};
 use crate::transport::ledger::Ledger;
 
 /// The two-sided confidence of bounds, as far as they are random.
-const CONFIDENCE: f64 = 0.999;
+pub const CONFIDENCE: f64 = 0.999;
 
 /// The bias by the difference of two radii, at most: 1 / (√2 − 1).
 const BIAS_BY_DIFFERENCE: f64 = std::f64::consts::SQRT_2 + 1.0;

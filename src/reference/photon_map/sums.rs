@@ -7,7 +7,6 @@ use crate::film::Accumulator;
 use crate::geometry::TraversalCounters;
 use crate::numeric::FixedPoint;
 use crate::reference::photons::sums::SumsError;
-use crate::transport::signature::Signature;
 
 /// What a round adds up to, in integers: threads may add in any order.
 pub struct RoundSums {
@@ -54,11 +53,9 @@ impl RoundSums {
         let done = pass.gather(&self.films, self.scale);
         self.counters += done.counters;
         if done.refused > 0 {
-            let error = SumsError::NotRepresentable {
+            return Err(PhotonMapError::NotRepresentable {
                 count: done.refused,
-                example: Signature::DIRECT,
-            };
-            return Err(error.into());
+            });
         }
         Ok(())
     }
