@@ -339,7 +339,10 @@ fn light_and_photon_maps_together_are_all_caustics_each_counted_once() {
     let map = |seen: Seen| mapped(scene, settings(seen), 2).0;
     let sum = light().and(map(Seen::BySpecular)).unwrap();
     let all = map(Seen::Anyhow);
-    let (ours, theirs) = (sum.total.interval.unwrap(), all.total.interval.unwrap());
+    let (ours, theirs) = (
+        sum.total.interval.unwrap(),
+        all.total.interval.clone().unwrap(),
+    );
     let (mut missed, mut lit) = (0, 0);
     for pixel in 0..WIDTH * HEIGHT {
         // A pixel that sees a focus, or the floor's border, has less in a disc than the bounds know of: two thousand
