@@ -324,7 +324,6 @@ fn a_caustic_behind_a_pane_is_written_with_its_bias() {
     for (more, expected) in [
         (&["--method", "photons", "--radius", "2"][..], "--radius"),
         (&["--method", "beams", "--seen", "anyhow"], "--seen"),
-        (&["--method", "photon-map", "--shard", "1/2"], "--shard"),
         (&["--method", "photon-map", "--radius=-1"], "radius"),
     ] {
         let output = render(more);

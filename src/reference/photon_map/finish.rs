@@ -154,8 +154,8 @@ impl<'a> Rounds<'a> {
     }
 }
 
-/// value ± √((t σ)² + (C t σ_D)²) + C |D|, nothing below zero: σ and σ_D are made of the same photons, and
-/// are added as if they were not, since the annulus between the radii has photons of its own.
+/// value ± √((t σ)² + (C t s)²) + C |D|, nothing below zero, with s the standard error of D: σ and s are made of the
+/// same photons, and are added as if they were not, since the annulus between the radii has photons of its own.
 fn bounds(value: &Layer, difference: &Layer, widths: f64) -> Interval {
     let mut interval = Interval::default();
     for texel in 0..value.irradiance.len() {
@@ -175,7 +175,7 @@ fn bounds(value: &Layer, difference: &Layer, widths: f64) -> Interval {
     interval
 }
 
-/// √(mean (D² − σ_D²)) / mean L over lit pixels, 0 where noise explains all of D.
+/// √(mean (D² − s²)) / mean L over lit pixels, s the standard error of D; 0 where noise explains all of D.
 fn relative_bias(total: &Layer, bias: &Layer) -> Option<f64> {
     let lit: Vec<usize> = (0..total.irradiance.len())
         .filter(|&texel| total.irradiance[texel].mean() > 0.0)

@@ -78,9 +78,9 @@ fn scatters(scene: &Scene, id: MaterialId) -> bool {
         | Material::ThinDielectric { .. }
         | Material::Conductor { .. }
         | Material::Null => false,
-        Material::Mask { nested, .. } => scatters(scene, *nested),
-        Material::TwoSided { front, back } => scatters(scene, *front) || scatters(scene, *back),
-        Material::Turned { nested, .. } => scatters(scene, *nested),
+        Material::Mask { .. } | Material::TwoSided { .. } | Material::Turned { .. } => {
+            material.nested().any(|id| scatters(scene, id))
+        }
         _ => true,
     }
 }
