@@ -6,7 +6,7 @@
 //!
 //! Photons are those of the [photon loop](super::photons::replicate), kept where they meet surfaces that scatter
 //! ([`map`]). From every pixel a ray goes along specular chains to the points it sees ([`view`]), where the
-//! photons within a radius are looked up ([`gather`]). Many such passes with ever smaller radii are averaged
+//! photons within a radius are looked up (`gather.rs`). Many such passes with ever smaller radii are averaged
 //! (Hachisuka, Ogaki and Jensen, *Progressive Photon Mapping*, ACM TOG 27(5), 2008; Hachisuka and Jensen, *Stochastic
 //! Progressive Photon Mapping*, ACM TOG 28(5), 2009), by the schedule of independent passes of Knaus and Zwicker
 //! ([`settings`]): the variance and the bias of the mean both vanish.
