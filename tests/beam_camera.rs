@@ -4,12 +4,10 @@ use std::sync::OnceLock;
 
 use glam::DVec2;
 
-use nephroid::geometry::TraversalCounters;
-use nephroid::mitsuba;
 use nephroid::numeric::{Stream, StreamKind};
 use nephroid::reference::beams::{self, BeamBudget, BeamSettings};
 use nephroid::reference::{Estimate, Progress, Quantity};
-use nephroid::scene::{Crop, Scene, Sensor};
+use nephroid::scene::{Scene, Sensor};
 use nephroid::transport::camera::Camera;
 use nephroid::transport::first_surface::{Source, roots};
 use nephroid::transport::prescribed::{End, PathFollower};
@@ -18,6 +16,8 @@ use nephroid::transport::screen::Screen;
 use nephroid::transport::signature::Signature;
 
 mod support;
+
+use support::seen::{FloorView, Map, with_films};
 
 const WIDTH: usize = 80;
 const HEIGHT: usize = 60;
@@ -29,27 +29,12 @@ const ALBEDO: f64 = 0.8;
 /// glass-ball with a small camera and a fine floor.
 fn scene() -> &'static Scene {
     static SCENE: OnceLock<Scene> = OnceLock::new();
-    SCENE.get_or_init(|| {
-        let mut parts = mitsuba::load_parts(&support::bundled_file("glass-ball"), &[]).unwrap();
-        for sensor in &mut parts.sensors {
-            let [width, height] = match sensor.id.as_str() {
-                "camera" => [WIDTH as u32, HEIGHT as u32],
-                _ => [TEXELS as u32; 2],
-            };
-            (sensor.film.width, sensor.film.height) = (width, height);
-            sensor.film.crop = Crop {
-                offset_x: 0,
-                offset_y: 0,
-                width,
-                height,
-            };
-        }
-        Scene::new(parts).unwrap()
-    })
+    let file = support::bundled_file("glass-ball");
+    SCENE.get_or_init(|| with_films(&file, [WIDTH, HEIGHT], TEXELS))
 }
 
 fn sensor(id: &str) -> &'static Sensor {
-    scene().sensors().iter().find(|one| one.id == id).unwrap()
+    support::seen::sensor(scene(), id)
 }
 
 /// The scene by beams.
@@ -76,105 +61,23 @@ fn camera_image() -> &'static Estimate {
     IMAGE.get_or_init(|| by_beams("camera"))
 }
 
-/// Light from specular chains: value and half the distance of its bounds, texel by texel.
-struct Map {
-    width: usize,
-    value: Vec<f64>,
-    bar: Vec<f64>,
-}
-
-impl Map {
-    fn of(estimate: &Estimate) -> Self {
-        let texels = estimate.width * estimate.height;
-        let mut map = Self {
-            width: estimate.width,
-            value: vec![0.0; texels],
-            bar: vec![0.0; texels],
-        };
-        for layer in &estimate.layers {
-            if layer.name.to_string() == "LD" {
-                continue;
-            }
-            let interval = layer.interval.as_ref().unwrap();
-            for texel in 0..texels {
-                let value = layer.irradiance[texel].mean();
-                let (low, high) = (interval.low[texel].mean(), interval.high[texel].mean());
-                map.value[texel] += value;
-                // Bounds below zero were cut off.
-                map.bar[texel] += (high - value).max(value - low).abs();
-            }
-        }
-        map
-    }
-
-    fn at(&self, column: usize, row: usize) -> f64 {
-        self.value[row * self.width + column]
-    }
-
-    /// Irradiance at a point in texels, bilinear between texels' centres, and how far that may be
-    /// from the truth; `None` at the border.
-    ///
-    /// With E'' constant over some texels of side h, the interpolation is off by at most h²/8 (|E_uu| + |E_vv|),
-    /// a texel's average from its centre's value by h²/24 (E_uu + E_vv); h² E'' is a second difference.
-    fn interpolated(&self, at: DVec2) -> Option<(f64, f64)> {
-        let from = (at - 0.5).floor();
-        let part = at - 0.5 - from;
-        let inside =
-            from.cmpge(DVec2::ONE).all() && from.cmple(DVec2::splat(TEXELS as f64 - 3.0)).all();
-        let (x, y) = inside.then_some((from.x as usize, from.y as usize))?;
-        let (mut value, mut error) = (0.0, 0.0);
-        let mut bend: f64 = 0.0;
-        for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
-            let (x, y) = (x + dx, y + dy);
-            let weight = (if dx == 1 { part.x } else { 1.0 - part.x })
-                * (if dy == 1 { part.y } else { 1.0 - part.y });
-            value += weight * self.at(x, y);
-            error += weight * self.bar[y * self.width + x];
-            let middle = 2.0 * self.at(x, y);
-            bend = bend.max(
-                (self.at(x - 1, y) + self.at(x + 1, y) - middle).abs()
-                    + (self.at(x, y - 1) + self.at(x, y + 1) - middle).abs(),
-            );
-        }
-        Some((value, error + bend / 6.0))
-    }
-}
-
-/// The place on the floor's film that a camera sees, if it sees the floor.
-fn floor_seen(camera: &Camera, at: DVec2) -> Option<DVec2> {
-    let view = camera.pixel_ray(at);
-    let world = scene().world();
-    let hit = world.closest_hit(&view.ray, view.reach, &mut TraversalCounters::default())?;
-    let point = world.surface_point(&view.ray, &hit);
-    let is_floor = scene().objects()[hit.shape as usize].id == "floor-surface";
-    is_floor.then(|| (point.position.truncate() / FLOOR * 0.5 + 0.5) * TEXELS as f64)
-}
-
 #[test]
 fn a_cameras_image_is_the_floors_irradiance_times_albedo_by_pi() {
     let image = camera_image();
     assert_eq!(image.quantity, Quantity::Radiance);
     let (image, floor) = (Map::of(image), Map::of(&by_beams("floor")));
     let camera = Camera::new(scene(), sensor("camera")).unwrap();
-    // A pixel's average by midpoints: off by a part (1/24)²/24 of its second difference.
-    const POINTS: usize = 24;
+    let view = FloorView {
+        scene: scene(),
+        camera: &camera,
+        floor: "floor-surface",
+        half_side: FLOOR,
+        map: &floor,
+    };
     let (mut compared, mut sum, mut tolerances) = (0, 0.0, 0.0);
     for pixel in 0..WIDTH * HEIGHT {
         let corner = DVec2::new((pixel % WIDTH) as f64, (pixel / WIDTH) as f64);
-        let average: Option<(f64, f64)> = (0..POINTS * POINTS)
-            .map(|index| {
-                let place = DVec2::new((index % POINTS) as f64, (index / POINTS) as f64);
-                let at = floor_seen(&camera, corner + (place + 0.5) / POINTS as f64)?;
-                // Where the map bends more, it is not smooth, and the estimate of the error means nothing.
-                let (value, error) = floor.interpolated(at)?;
-                (value > 0.0 && error < 0.05 * value).then_some((value, error))
-            })
-            .sum::<Option<Vec2>>()
-            .map(|Vec2(value, error)| {
-                let count = (POINTS * POINTS) as f64;
-                (value / count, error / count)
-            });
-        let Some((value, error)) = average else {
+        let Some((value, error)) = view.average(corner) else {
             continue;
         };
         let factor = ALBEDO / std::f64::consts::PI;
@@ -197,18 +100,6 @@ fn a_cameras_image_is_the_floors_irradiance_times_albedo_by_pi() {
         tolerances / sum
     );
     assert!(tolerances < 0.03 * sum, "{:e}", tolerances / sum);
-}
-
-/// Sums of pairs.
-#[derive(Clone, Copy)]
-struct Vec2(f64, f64);
-
-impl std::iter::Sum<(f64, f64)> for Vec2 {
-    fn sum<I: Iterator<Item = (f64, f64)>>(values: I) -> Self {
-        values.fold(Self(0.0, 0.0), |sum, value| {
-            Self(sum.0 + value.0, sum.1 + value.1)
-        })
-    }
 }
 
 #[test]

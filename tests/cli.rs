@@ -238,23 +238,6 @@ fn what_is_wrong_is_said_with_its_place_and_exits_with_2() {
             vec!["render", &glass_ball, "--sensor", "door"],
             vec!["\"door\"", "\"floor\"", "\"camera\""],
         ),
-        (
-            vec![
-                "render",
-                &glass_ball,
-                "--sensor",
-                "camera",
-                "--photons",
-                "1",
-            ],
-            vec![
-                "\"camera\"",
-                "perspective",
-                "irradiancemeter",
-                "cameras are filled by --method beams",
-                "--photons is for photons",
-            ],
-        ),
         (vec!["render", &glass_ball, "-o", "x.png"], vec![".exr"]),
         (
             vec![
@@ -292,6 +275,65 @@ fn what_is_wrong_is_said_with_its_place_and_exits_with_2() {
 }
 
 #[test]
+fn a_caustic_behind_a_pane_is_written_with_its_bias() {
+    let folder = Folder::new();
+    let path = folder.path("pane.exr");
+    let pane = scene("glass-ball-behind-pane.xml");
+    let render = |more: &[&str]| {
+        let common = ["render", &pane, "--sensor", "camera", "-o"];
+        nephroid(&[&common[..], &[path.to_str().unwrap()], more].concat())
+    };
+    let output = render(&[
+        "--method",
+        "photon-map",
+        "--photons",
+        "20000",
+        "--map-photons",
+        "5000",
+        "--replicates",
+        "2",
+        "--radius",
+        "3",
+        "--json",
+    ]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let summary: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(summary["method"], "photon-map");
+    assert_eq!(summary["quantity"], "radiance");
+    assert_eq!(summary["photons"], 20_000);
+    assert_eq!(summary["photon_map"]["passes"], 2);
+    assert_eq!(summary["photon_map"]["radius"][0], 3.0);
+    assert!(summary["photon_map"]["relative_bias"].as_f64().unwrap() >= 0.0);
+    let image = exr::read(&path).unwrap();
+    for channel in [
+        "L",
+        "L.stderr",
+        "L.lo",
+        "L.hi",
+        "LTTDSE",
+        "bias",
+        "bias.stderr",
+    ] {
+        assert!(
+            image.channel(&format!("{channel}.G")).is_some(),
+            "{channel}"
+        );
+    }
+    assert!(image.channel("LTTD.G").is_none());
+    // Photons cannot be connected through the pane; and what is for maps is for nothing else.
+    for (more, expected) in [
+        (&["--method", "photons", "--radius", "2"][..], "--radius"),
+        (&["--method", "beams", "--seen", "anyhow"], "--seen"),
+        (&["--method", "photon-map", "--radius=-1"], "radius"),
+    ] {
+        let output = render(more);
+        let message = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{more:?}: {message}");
+        assert!(message.contains(expected), "{more:?}: {message}");
+    }
+}
+
+#[test]
 fn a_failed_run_leaves_the_old_result_alone() {
     let folder = Folder::new();
     let path = folder.path("kept.exr");
@@ -314,7 +356,7 @@ fn a_failed_run_leaves_the_old_result_alone() {
         "--method",
         "photons",
         "--sensor",
-        "camera",
+        "door",
         "-o",
         output,
     ]);

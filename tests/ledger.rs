@@ -78,11 +78,11 @@ fn the_ledger_closes_on_every_scene_with_every_setting() {
                 "{case}"
             );
             // Nothing is received that the map does not hold, and the other way round.
-            let receiver = setup.receiver();
+            let target = setup.target();
             let mut on_map = Rgb::BLACK;
             for layer in &estimate.layers[1..] {
                 for (texel, value) in layer.irradiance.iter().enumerate() {
-                    on_map += *value * receiver.texel_area(texel);
+                    on_map += *value * target.measure(texel);
                 }
             }
             let received = ledger.sum().received;

@@ -3,6 +3,7 @@
 use anyhow::ensure;
 
 use super::args::Method;
+use super::sensor::is_camera;
 use crate::film::Image;
 use crate::scene::{Scene, Sensor, is_achromatic};
 use crate::transport::path_class::PathClass;
@@ -30,11 +31,15 @@ pub fn check_film(
         film.height
     );
     let texels = u64::from(film.crop.width) * u64::from(film.crop.height);
-    let channels = if is_achromatic(scene) { 1 } else { 3 };
+    // A camera may see coloured surfaces.
+    let is_grey = is_achromatic(scene) && !is_camera(sensor);
+    let channels = if is_grey { 1 } else { 3 };
     let bytes_a_texel = match method {
         Method::Photons => photons(channels, u64::from(max_layers)),
         Method::Beams => beams(channels, u64::from(max_layers)),
         Method::Path => path(),
+        // Each layer twice, for the two radii, and perhaps seen in two ways; the bias.
+        Method::PhotonMap => 4 * photons(3, u64::from(max_layers)),
     };
     let needed = texels.saturating_mul(bytes_a_texel);
     if let Some(available) = available_bytes() {

@@ -19,19 +19,16 @@ pub struct Choice {
 ///
 /// # Errors
 ///
-/// Where the sensor is one that the method does not fill.
+/// Where paths are asked for on a sensor that is no camera.
 pub fn choose(args: &RenderArgs, scene: &Scene, sensor: &Sensor) -> anyhow::Result<Choice> {
-    let beams_can = beams::supports(scene);
     let draws_lots = !beams::is_deterministic(scene);
     let of_photons = args.of_photons_only();
     let of_chance = args.of_chance();
-    // Photons do not fill cameras.
-    let prefers_beams = beams_can.is_ok() && (!draws_lots || is_camera(sensor));
-    let of_either = of_chance.filter(|_| !is_camera(sensor));
+    let prefers_beams = beams::supports(scene).is_ok() && !draws_lots;
     let method = args.method.unwrap_or({
         if args.of_paths_only().is_some() {
             Method::Path
-        } else if prefers_beams && of_photons.or(of_either).is_none() {
+        } else if prefers_beams && of_photons.or(of_chance).is_none() {
             Method::Beams
         } else {
             Method::Photons
@@ -40,19 +37,6 @@ pub fn choose(args: &RenderArgs, scene: &Scene, sensor: &Sensor) -> anyhow::Resu
     if method == Method::Path && !is_camera(sensor) {
         anyhow::bail!(
             "sensor \"{}\" ({}): paths start at cameras; an irradiancemeter is filled by --method beams or photons",
-            sensor.id,
-            sensor.plugin()
-        );
-    }
-    if method == Method::Photons && is_camera(sensor) {
-        let why = match (args.method, of_photons, beams_can) {
-            (None, Some(name), Ok(())) => format!("; {name} is for photons"),
-            (None, _, Err(error)) => format!(", which do not fit this scene: {error}"),
-            _ => String::new(),
-        };
-        anyhow::bail!(
-            "sensor \"{}\" ({}): photons fill sensors of plugin irradiancemeter only; cameras are \
-             filled by --method beams or path{why}",
             sensor.id,
             sensor.plugin()
         );

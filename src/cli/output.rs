@@ -11,6 +11,7 @@ use crate::film::{Grid, Image, Rounding, atomic, exr};
 use crate::radiometry::Rgb;
 use crate::reference::beams::{BeamReport, BeamSettings};
 use crate::reference::path::{PathReport, PathSettings};
+use crate::reference::photon_map::{PhotonMapReport, PhotonMapSettings};
 use crate::reference::photons::PhotonSettings;
 use crate::reference::{Estimate, Layer, Quantity};
 use crate::scene::{Scene, Sensor};
@@ -40,6 +41,8 @@ pub enum Settings<'a> {
     Beams(&'a BeamSettings, &'a BeamReport),
     /// By paths from a camera.
     Path(&'a PathSettings, &'a PathReport),
+    /// By photon maps.
+    PhotonMap(&'a PhotonMapSettings, &'a PhotonMapReport),
 }
 
 impl Settings<'_> {
@@ -49,6 +52,16 @@ impl Settings<'_> {
             Self::Photons(_) => "photons",
             Self::Beams(..) => "beams",
             Self::Path(..) => "path",
+            Self::PhotonMap(..) => "photon-map",
+        }
+    }
+
+    /// What does the work, in a sentence.
+    pub fn plural(&self) -> &'static str {
+        match self {
+            Self::Path(..) => "paths",
+            Self::PhotonMap(..) => "photon maps",
+            _ => self.name(),
         }
     }
 }
@@ -183,6 +196,15 @@ fn image(run: &Run, summary: &Summary) -> anyhow::Result<Image> {
             image.add_metadata("seed", settings.seed.to_string());
             image.add_metadata("path", serde_json::to_string(report)?);
         }
+        Settings::PhotonMap(settings, report) => {
+            let triples = |values: &[Rgb]| values.iter().map(|value| value.0).collect::<Vec<_>>();
+            image.add_rgb("bias", &triples(&report.bias));
+            image.add_rgb("bias.stderr", &triples(&report.bias_standard_error));
+            image.add_metadata("settings", serde_json::to_string(settings)?);
+            image.add_metadata("photon-map", serde_json::to_string(report)?);
+            image.add_metadata("seed", settings.photons.seed.to_string());
+            image.add_metadata("photons", estimate.paths.to_string());
+        }
     }
     image.add_metadata("version", env!("CARGO_PKG_VERSION"));
     image.add_metadata("complete", if estimate.incomplete { "no" } else { "yes" });
@@ -211,7 +233,8 @@ fn conventions(method: &Settings, quantity: Quantity) -> String {
         Quantity::Radiance => {
             "pixel-averaged radiance [W/m2/sr] of diffuse surfaces that the camera sees, linear sRGB, by light \
              that mirrors and glass brought there (direct light, LD, is not measured); row 0 is the top; \
-             L is the sum of the layers"
+             L is the sum of the layers, of which those in SE are seen by way of mirrors or glass; bias, of photon \
+             maps, is what their blur adds to L where light is smooth"
         }
     };
     format!(

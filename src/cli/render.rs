@@ -21,6 +21,7 @@ use crate::film::atomic;
 use crate::mitsuba;
 use crate::reference::beams::{self, BeamError};
 use crate::reference::path::{self, PathSettings};
+use crate::reference::photon_map::{self, PhotonMapError};
 use crate::reference::photons::shard::Part;
 use crate::reference::photons::{self, RunError, Shard};
 use crate::reference::{Estimate, LayerName, Progress, Quantity};
@@ -63,6 +64,7 @@ pub fn render(args: &RenderArgs) -> anyhow::Result<Outcome> {
     match (choice.method, args.shard) {
         (Method::Beams, _) => job.beams(),
         (Method::Path, _) => job.path(),
+        (Method::PhotonMap, _) => job.photon_maps(),
         (Method::Photons, None) => job.photons(),
         (Method::Photons, Some(shard)) => job.shard(shard),
     }
@@ -98,14 +100,6 @@ impl Job<'_> {
             warnings.push("the error asked for was not reached".to_owned());
         }
         warnings.extend(unknown_direct(&estimate));
-        if estimate.quantity == Quantity::Radiance {
-            warnings.extend(left_out_of_image(self.scene));
-            warnings.push(
-                "beams on a camera measure light by way of mirrors and glass only: direct light (LD) \
-                 is not in the image"
-                    .to_owned(),
-            );
-        }
         self.finish(Settings::Beams(&settings, &report), &estimate, warnings)
     }
 
@@ -151,6 +145,25 @@ impl Job<'_> {
         self.finish(Settings::Path(&settings, &report), &estimate, warnings)
     }
 
+    fn photon_maps(&self) -> anyhow::Result<Outcome> {
+        let (settings, budget) = self.args.photon_maps()?;
+        let (estimate, report, mut warnings) = progress::watch(self.progress, || {
+            let setup =
+                photon_map::run::Setup::new(self.scene, self.sensor, settings, self.progress)?;
+            let mut warnings = no_caustic(setup.light().is_empty());
+            warnings.extend(left_out(self.scene));
+            let (estimate, report) = setup.run(&budget)?;
+            Ok::<_, PhotonMapError>((estimate, report, warnings))
+        })?;
+        if report.passes == 0 {
+            warnings.push(
+                "the run ended before the first pass did: nothing is known of the caustic"
+                    .to_owned(),
+            );
+        }
+        self.finish(Settings::PhotonMap(&settings, &report), &estimate, warnings)
+    }
+
     fn shard(&self, shard: Shard) -> anyhow::Result<Outcome> {
         let (settings, budget) = self.args.photons()?;
         let part =
@@ -171,8 +184,19 @@ impl Job<'_> {
         &self,
         method: Settings,
         estimate: &Estimate,
-        warnings: Vec<String>,
+        mut warnings: Vec<String>,
     ) -> anyhow::Result<Outcome> {
+        if estimate.quantity == Quantity::Radiance {
+            // Photon maps are looked up on any surface that scatters.
+            if !matches!(method, Settings::PhotonMap(..)) {
+                warnings.extend(left_out_of_image(self.scene));
+            }
+            warnings.push(format!(
+                "{} on a camera measure light by way of mirrors and glass only: direct light (LD) is not \
+                 in the image",
+                method.plural()
+            ));
+        }
         let run = Run {
             scene: self.scene,
             sensor: self.sensor,

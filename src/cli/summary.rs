@@ -39,6 +39,9 @@ pub struct Summary {
     /// What there is to know of beams.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub beams: Option<BeamReport>,
+    /// What there is to know of photon maps.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub photon_map: Option<MapSummary>,
     /// √(mean σ²) / mean E over lit texels of the specular layers, of paths over all light; of beams the likely error.
     pub relative_error: Option<f64>,
     /// One entry a layer, the total first.
@@ -71,6 +74,17 @@ pub struct LayerSummary {
     pub max: f64,
     /// √(mean σ²) / mean E over the layer's lit texels; where there are bounds, σ is half their distance.
     pub relative_error: Option<f64>,
+}
+
+/// Photon maps in numbers.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct MapSummary {
+    /// Maps of each replicate.
+    pub passes: u64,
+    /// Of the first and the last map's lookups, in pixels.
+    pub radius: [f64; 2],
+    /// √(mean bias²) / mean L over lit pixels, beyond what is noise.
+    pub relative_bias: Option<f64>,
 }
 
 /// What a run took.
@@ -114,14 +128,23 @@ impl Summary {
             size: [estimate.width, estimate.height],
             method: run.method.name(),
             complete: !estimate.incomplete,
-            photons: matches!(run.method, Settings::Photons(_)).then_some(estimate.paths),
+            photons: matches!(run.method, Settings::Photons(_) | Settings::PhotonMap(..))
+                .then_some(estimate.paths),
             path: match run.method {
                 Settings::Path(_, report) => Some(*report),
-                Settings::Photons(_) | Settings::Beams(..) => None,
+                _ => None,
             },
             beams: match run.method {
-                Settings::Photons(_) | Settings::Path(..) => None,
                 Settings::Beams(_, report) => Some(report.clone()),
+                _ => None,
+            },
+            photon_map: match run.method {
+                Settings::PhotonMap(_, report) => Some(MapSummary {
+                    passes: report.passes,
+                    radius: report.radius,
+                    relative_bias: report.relative_bias,
+                }),
+                _ => None,
             },
             relative_error: estimate.relative_error,
             layers: std::iter::once(&estimate.total)
@@ -259,6 +282,16 @@ impl Summary {
             out,
             "relative standard error of the specular layers' sum over lit texels: {}",
             self.relative_error()
+        )?;
+        let Some(map) = &self.photon_map else {
+            return Ok(());
+        };
+        let [first, last] = map.radius;
+        writeln!(
+            out,
+            "{} maps a replicate, radius {first:.3} to {last:.3} pixels; relative bias of their blur: {}",
+            map.passes,
+            relative(map.relative_bias, false)
         )
     }
 

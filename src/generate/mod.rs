@@ -115,12 +115,13 @@ macro_rules! bundled {
 }
 
 /// All bundled scenes, in the order of `scenes/README.md`.
-pub const SCENES: [BundledScene; 11] = [
+pub const SCENES: [BundledScene; 12] = [
     bundled!("glass-ball", None),
     bundled!(
         "glass-ball-mesh",
         Some(|detail| geodesic_sphere(1.0, 32 * detail))
     ),
+    bundled!("glass-ball-behind-pane", None),
     bundled!("coffee-cup", None),
     bundled!("mirror-ring", None),
     bundled!(

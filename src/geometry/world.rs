@@ -217,7 +217,12 @@ impl World {
     /// Everything about a hit.
     #[inline]
     pub fn surface_point(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
-        let mut point = self.bounce_point(ray, hit);
+        self.with_uv(self.bounce_point(ray, hit), hit)
+    }
+
+    /// The [`surface_point`](Self::surface_point) that a hit's [`bounce_point`](Self::bounce_point) belongs to.
+    #[inline]
+    pub fn with_uv(&self, mut point: SurfacePoint, hit: &Hit) -> SurfacePoint {
         match &self.shapes[hit.shape as usize] {
             Shape::Sphere(sphere) => point.uv = sphere.uv(&point),
             Shape::Disk(_) => point.uv = super::Disk::uv(&point),

@@ -60,7 +60,8 @@ pub struct Estimate {
     pub layers: Vec<Layer>,
     /// Contributions a texel, all specular layers together.
     pub counts: Vec<u64>,
-    /// Where all traced flux went, as the layers have it; empty for a camera, which sees a part of the light only.
+    /// Where all traced flux went, as the layers have it. A camera receives none, it sees what surfaces make of
+    /// what they absorb; of beams it is empty then.
     pub ledger: Ledger,
     /// How many paths were started.
     pub paths: u64,
@@ -115,6 +116,8 @@ pub enum LayerName {
     Total,
     /// One path signature: `LD`, `LRD`, `LTTD`, ...
     Path(Signature),
+    /// The paths of one signature whose diffuse surface the camera sees by way of mirrors or glass: `LTTDSE`, ...
+    Seen(Signature),
     /// All signatures that have no layer of their own: `other`.
     Other,
     /// One class of paths from a camera: `direct`, `indirect`, ...
@@ -136,6 +139,7 @@ impl fmt::Display for LayerName {
         match self {
             Self::Total => formatter.pad("E"),
             Self::Path(signature) => signature.fmt(formatter),
+            Self::Seen(signature) => formatter.pad(&format!("{signature}SE")),
             Self::Other => formatter.pad("other"),
             Self::Class(class) => class.fmt(formatter),
         }

@@ -4,13 +4,15 @@
 //! tree) for the first few events, and then along one branch, chosen with the probability of
 //! its share. Both keep the expected flux of every branch; choosing one keeps the flux itself,
 //! too, so the [ledger](super::ledger) closes for every photon and not only on average.
+//!
+//! A chain knows nothing of sensors: it tells its [`ChainSink`] of every surface that light
+//! arrives at, and a sensor, or a photon map, makes of that what it will.
 
 use super::flux::Flux;
 use super::ledger::Fate;
-use super::receiver::Receiver;
 use super::scatter::{Meeting, ShadingNormals, Way};
 use super::signature::{MAX_EVENTS, Signature};
-use crate::geometry::{Ray, SurfacePoint, TraversalCounters};
+use crate::geometry::{Hit, Ray, SurfacePoint, TraversalCounters};
 use crate::scene::Scene;
 
 /// How far and how finely chains are followed.
@@ -35,11 +37,29 @@ impl Default for ChainSettings {
     }
 }
 
+/// Light that met a surface.
+#[derive(Clone, Copy, Debug)]
+pub struct Arrival<'a, const N: usize> {
+    /// The leg that ends here.
+    pub ray: &'a Ray,
+    /// What it met.
+    pub hit: &'a Hit,
+    /// [`World::bounce_point`](crate::geometry::World::bounce_point) of the hit: `uv` is unspecified on
+    /// round shapes.
+    pub point: &'a SurfacePoint,
+    /// The specular events so far.
+    pub signature: Signature,
+    /// What arrives \[W\].
+    pub flux: Flux<N>,
+}
+
 /// What a followed chain reports.
 pub trait ChainSink<const N: usize> {
-    /// `flux` \[W\] fell into `texel` after the events of `signature`.
-    fn received(&mut self, signature: Signature, texel: usize, flux: Flux<N>);
-    /// `flux` \[W\] ended otherwise.
+    /// Light arrives at a surface, whatever becomes of it then. Returns the fate of what ends here.
+    ///
+    /// `counters` is for rays that the sink traces itself.
+    fn arrived(&mut self, arrival: &Arrival<N>, counters: &mut TraversalCounters) -> Fate;
+    /// `flux` \[W\] ended, with the events of `signature` behind it.
     fn ended(&mut self, signature: Signature, fate: Fate, flux: Flux<N>);
     /// Adjoint shading normals added `flux` \[W\].
     fn gained(&mut self, flux: Flux<N>);
@@ -61,10 +81,9 @@ struct Flight<const N: usize> {
 /// A ray meets each surface once, so only a pathological scene gets here.
 pub const MAX_PASSES: u32 = 4096;
 
-/// Follows chains through one scene to one receiver. Make one a thread: it keeps its stack.
+/// Follows chains through one scene. Make one a thread: it keeps its stack.
 pub struct ChainTracer<'a, const N: usize> {
     scene: &'a Scene,
-    receiver: &'a Receiver,
     settings: ChainSettings,
     /// Branches that wait while another is followed.
     pending: Vec<Flight<N>>,
@@ -73,16 +92,15 @@ pub struct ChainTracer<'a, const N: usize> {
 }
 
 impl<'a, const N: usize> ChainTracer<'a, N> {
-    /// A tracer that ends chains at `receiver`.
+    /// A tracer without any work done.
     ///
     /// # Panics
     ///
     /// Where `settings.max_depth` is above [`MAX_EVENTS`].
-    pub fn new(scene: &'a Scene, receiver: &'a Receiver, settings: ChainSettings) -> Self {
+    pub fn new(scene: &'a Scene, settings: ChainSettings) -> Self {
         assert!(settings.max_depth as usize <= MAX_EVENTS);
         Self {
             scene,
-            receiver,
             settings,
             pending: Vec::new(),
             counters: TraversalCounters::default(),
@@ -115,21 +133,15 @@ impl<'a, const N: usize> ChainTracer<'a, N> {
             sink.ended(flight.signature, Fate::Escaped, flight.flux);
             return None;
         };
-        let mut fate = Fate::Absorbed;
-        let point = if hit.shape == self.receiver.shape() {
-            let point = world.surface_point(ray, &hit);
-            if let Some(texel) = self.receiver.texel(&point, ray.direction) {
-                if flight.signature.is_empty() {
-                    fate = Fate::Direct;
-                } else {
-                    fate = Fate::Received;
-                    sink.received(flight.signature, texel, flight.flux);
-                }
-            }
-            point
-        } else {
-            world.bounce_point(ray, &hit)
+        let point = world.bounce_point(ray, &hit);
+        let arrival = Arrival {
+            ray,
+            hit: &hit,
+            point: &point,
+            signature: flight.signature,
+            flux: flight.flux,
         };
+        let fate = sink.arrived(&arrival, &mut self.counters);
         let meeting = Meeting::new(
             self.scene,
             self.scene.material_of(hit.shape),

@@ -1,15 +1,17 @@
-//! What the last leg of a light path falls on: film coordinates for the end of a prescribed path.
+//! What the last leg of a light path falls on: the texel or pixel for a photon, film coordinates for the end of a
+//! prescribed path.
 
 use glam::DVec2;
 
 use super::camera::Camera;
+use super::chain::Arrival;
 use super::prescribed::End;
 use super::receiver::Receiver;
 use crate::geometry::{Hit, Ray, Shape, TraversalCounters};
 use crate::radiometry::Rgb;
 use crate::scene::Scene;
 
-/// A sensor as a prescribed path meets it.
+/// A sensor as light meets it.
 #[derive(Clone, Copy, Debug)]
 pub enum Screen<'a> {
     /// An irradiance meter: flux counts as it is.
@@ -30,6 +32,38 @@ impl Screen<'_> {
         match self {
             Self::Receiver(receiver) => [receiver.width(), receiver.height()],
             Self::Camera { camera, .. } => [camera.width(), camera.height()],
+        }
+    }
+
+    /// The texel or pixel that counts light which arrives at a surface, and the factor from its flux \[W\] to
+    /// what the film sums up; `None` where none does.
+    ///
+    /// A camera sees what diffuse surfaces make of light, a receiver what
+    /// falls on its front, whatever is there.
+    #[inline]
+    pub fn texel<const N: usize>(
+        &self,
+        scene: &Scene,
+        arrival: &Arrival<N>,
+        counters: &mut TraversalCounters,
+    ) -> Option<(usize, Rgb)> {
+        let Arrival {
+            ray, hit, point, ..
+        } = *arrival;
+        match self {
+            Self::Receiver(receiver) => {
+                if hit.shape != receiver.shape() {
+                    return None;
+                }
+                let point = scene.world().with_uv(*point, hit);
+                let texel = receiver.texel(&point, ray.direction)?;
+                Some((texel, Rgb::WHITE))
+            }
+            Self::Camera { camera, etendue } => {
+                let (pixel, factor) =
+                    camera.connect_pixel(scene, hit.shape, point, ray.direction, counters)?;
+                Some((pixel, factor * *etendue))
+            }
         }
     }
 

@@ -7,6 +7,7 @@ pub mod comparison;
 pub mod contest;
 pub mod oracles;
 pub mod scenes;
+pub mod seen;
 pub mod student;
 
 #[allow(unused_imports, reason = "every test file uses its own part of this")]

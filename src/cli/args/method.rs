@@ -2,9 +2,12 @@
 
 use clap::ValueEnum;
 
+use super::render::given;
+
 use crate::numeric::StreamKind;
 use crate::reference::beams::BeamSettings;
 use crate::reference::path::{LightSampling, PathSettings};
+use crate::reference::photon_map::{PhotonMapSettings, Seen};
 use crate::reference::photons::PhotonSettings;
 use crate::scene::Integrator;
 use crate::transport::chain::ChainSettings;
@@ -95,6 +98,54 @@ impl From<LightSamplingArg> for LightSampling {
             LightSamplingArg::Emitters => Self::Emitters,
             LightSamplingArg::Surfaces => Self::Surfaces,
         }
+    }
+}
+
+/// Settings that only photon maps have.
+#[derive(Debug, clap::Args)]
+pub struct PhotonMapArgs {
+    /// Photons of one map (of photon maps) [default: 65536]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1 << 24))]
+    pub map_photons: Option<u64>,
+
+    /// Radius of the first map's lookups in pixels (of photon maps) [default: 1]
+    #[arg(long, value_name = "PIXELS")]
+    pub radius: Option<f64>,
+
+    /// Which caustics are measured (of photon maps) [default: by-specular]
+    #[arg(long, value_enum)]
+    pub seen: Option<SeenArg>,
+}
+
+/// How the camera sees the surface that a caustic falls on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum SeenArg {
+    /// Without mirror or glass in between
+    Directly,
+    /// By way of mirrors or glass
+    BySpecular,
+    /// Either way
+    Anyhow,
+}
+
+impl From<SeenArg> for Seen {
+    fn from(typed: SeenArg) -> Self {
+        match typed {
+            SeenArg::Directly => Self::Directly,
+            SeenArg::BySpecular => Self::BySpecular,
+            SeenArg::Anyhow => Self::Anyhow,
+        }
+    }
+}
+
+impl PhotonMapArgs {
+    /// An option given that only photon maps have.
+    pub fn given(&self) -> Option<&'static str> {
+        given([
+            ("--map-photons", self.map_photons.is_some()),
+            ("--radius", self.radius.is_some()),
+            ("--seen", self.seen.is_some()),
+        ])
     }
 }
 
@@ -190,6 +241,21 @@ impl SharedArgs {
                 .light_sampling
                 .map_or(default.light_sampling, Into::into),
             classes,
+        }
+    }
+
+    /// What the flags mean to photon maps.
+    pub fn photon_maps(&self, photon: &PhotonArgs, map: &PhotonMapArgs) -> PhotonMapSettings {
+        let default = PhotonMapSettings::default();
+        PhotonMapSettings {
+            photons: PhotonSettings {
+                replicates: self.replicates.unwrap_or(default.photons.replicates),
+                ..self.photons(photon)
+            },
+            map_photons: map.map_photons.unwrap_or(default.map_photons),
+            radius: map.radius.unwrap_or(default.radius),
+            seen: map.seen.map_or(default.seen, Into::into),
+            ..default
         }
     }
 }

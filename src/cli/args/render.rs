@@ -5,11 +5,12 @@ use std::time::Duration;
 
 use clap::ValueEnum;
 
-use super::method::{PathArgs, PhotonArgs, SharedArgs};
+use super::method::{PathArgs, PhotonArgs, PhotonMapArgs, SharedArgs};
 use super::parse::{parse_duration, parse_fraction, parse_shard};
 use super::{MAX_COUNT, SceneArgs};
 use crate::reference::beams::{BeamBudget, BeamSettings};
 use crate::reference::path::{PathBudget, PathSettings};
+use crate::reference::photon_map::PhotonMapSettings;
 use crate::reference::photons::{Budget, PhotonSettings, Shard};
 use crate::scene::Integrator;
 
@@ -29,7 +30,7 @@ pub struct RenderArgs {
     pub sensor: Option<String>,
 
     /// How to compute [default: beams where they can follow all light and none is from an area
-    /// light, and for cameras; else photons]
+    /// light; else photons]
     #[arg(long, value_enum)]
     pub method: Option<Method>,
 
@@ -61,6 +62,9 @@ pub struct RenderArgs {
     /// Settings of paths
     #[command(flatten)]
     pub path: PathArgs,
+    /// Settings of photon maps
+    #[command(flatten)]
+    pub photon_map: PhotonMapArgs,
 
     /// Threads [default: all cores]; results do not depend on it
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
@@ -80,10 +84,12 @@ pub struct RenderArgs {
 pub enum Method {
     /// Adaptive beams with lower and upper bounds: deterministic, but for places on area lights
     Beams,
-    /// Photons binned into texels: unbiased, on any scene
+    /// Photons binned into texels, or connected to a camera: unbiased, on any scene
     Photons,
     /// Paths from a camera: all that it sees, but caustics of small lamps slowly, of point lights never
     Path,
+    /// Photon maps: caustics that a camera sees by way of mirrors or glass, with their bias
+    PhotonMap,
 }
 
 impl RenderArgs {
@@ -133,6 +139,7 @@ impl RenderArgs {
     ///
     /// For options that only photons have.
     pub fn beams(&self) -> anyhow::Result<(BeamSettings, BeamBudget)> {
+        self.refuse_options_of_photon_maps()?;
         if let Some(name) = self.of_photons_only() {
             anyhow::bail!(
                 "{name} is for --method photons; beams are limited by --error, --time and --rays"
@@ -154,18 +161,45 @@ impl RenderArgs {
     /// For options that only beams have, and where the run could never know the error it is to stop at.
     pub fn photons(&self) -> anyhow::Result<(PhotonSettings, Budget)> {
         self.refuse_paths_options()?;
+        self.refuse_options_of_photon_maps()?;
         let settings = self.shared.photons(&self.photon);
+        Ok((settings, self.budget(settings.replicates)?))
+    }
+
+    /// What the flags mean to photon maps.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::photons`], and for shards.
+    pub fn photon_maps(&self) -> anyhow::Result<(PhotonMapSettings, Budget)> {
+        self.refuse_paths_options()?;
+        let settings = self.shared.photon_maps(&self.photon, &self.photon_map);
+        anyhow::ensure!(
+            self.shard.is_none(),
+            "--shard is for --method photons: photon maps are made in one piece"
+        );
+        let budget = self.budget(settings.photons.replicates)?;
+        Ok((settings, budget))
+    }
+
+    fn refuse_options_of_photon_maps(&self) -> anyhow::Result<()> {
+        match self.photon_map.given() {
+            Some(name) => anyhow::bail!("{name} is for --method photon-map"),
+            None => Ok(()),
+        }
+    }
+
+    fn budget(&self, replicates: u32) -> anyhow::Result<Budget> {
         anyhow::ensure!(
             self.rays.is_none(),
             "--rays is for --method beams; photons are limited by --photons, --error and --time"
         );
-        self.ensure_error_bar(settings.replicates)?;
-        let budget = Budget {
+        self.ensure_error_bar(replicates)?;
+        Ok(Budget {
             photons: self.photons,
             time: self.time,
             relative_error: self.error,
-        };
-        Ok((settings, budget))
+        })
     }
 
     /// What the flags mean to paths, in a scene whose file has this integrator.
@@ -177,6 +211,7 @@ impl RenderArgs {
         &self,
         integrator: Option<&Integrator>,
     ) -> anyhow::Result<(PathSettings, PathBudget)> {
+        self.refuse_options_of_photon_maps()?;
         let of_others = given([
             ("--photons", self.photons.is_some()),
             ("--rays", self.rays.is_some()),
@@ -217,7 +252,7 @@ impl RenderArgs {
 }
 
 /// The first option that is given.
-fn given<const N: usize>(options: [(&'static str, bool); N]) -> Option<&'static str> {
+pub(super) fn given<const N: usize>(options: [(&'static str, bool); N]) -> Option<&'static str> {
     options
         .into_iter()
         .find_map(|(name, is_given)| is_given.then_some(name))

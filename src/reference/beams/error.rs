@@ -1,20 +1,16 @@
 //! What beams cannot do.
 
+use crate::reference::TargetError;
 use crate::scene::{Emitter, Scene};
-use crate::transport::camera::CameraError;
 use crate::transport::chain_limits::{self, NotFollowed};
 use crate::transport::domain::surface::{LightSurface, MAX_TRIANGLES};
-use crate::transport::receiver::ReceiverError;
 
 /// Why beams cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum BeamError {
-    /// The sensor cannot receive.
+    /// The sensor cannot be filled.
     #[error(transparent)]
-    Receiver(#[from] ReceiverError),
-    /// The sensor cannot be connected to.
-    #[error(transparent)]
-    Camera(#[from] CameraError),
+    Target(#[from] TargetError),
     /// An area light whose surface light cannot start from.
     #[error(
         "emitter {index} shines from shape \"{id}\": light can start from rectangles, discs, balls \

@@ -10,11 +10,10 @@
 use super::average::Average;
 use super::report::LampReport;
 use super::run::Pass;
-use super::target::Target;
 use crate::geometry::TraversalCounters;
 use crate::numeric::distributions::critical_value;
 use crate::radiometry::Rgb;
-use crate::reference::{Estimate, Layer, LayerName, Quantity};
+use crate::reference::{Estimate, Layer, LayerName, Quantity, Target};
 use crate::transport::direct::{AREA_REPLICATES, Direct};
 use crate::transport::ledger::{Ledger, Row};
 use crate::transport::signature::Signature;

@@ -2,7 +2,7 @@
 //!
 //! For delta emitters the light on a sensor is a two-dimensional integral of a piecewise smooth
 //! map, from light space to the receiver, or by way of the surfaces it sees to a camera's film
-//! ([`target`]). It is not sampled but divided: [`refine`] cuts light
+//! ([`Target`](super::Target)). It is not sampled but divided: [`refine`] cuts light
 //! space on the [first surfaces](crate::transport::first_surface) into triangles until the map of
 //! each is nearly affine, or its borders nearly straight ([`cut`]); [`deposit`] deals each triangle
 //! out to the texels that its image covers, at two finenesses, and extrapolates; [`bars`] turns
@@ -36,7 +36,6 @@ pub mod schedule;
 pub mod settings;
 pub mod store;
 pub mod survey;
-pub mod target;
 
 pub use error::{BeamError, is_deterministic, supports};
 pub use report::{BeamReport, LampReport};

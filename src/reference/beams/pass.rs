@@ -13,12 +13,11 @@ use super::facets::{FacetRefiner, part_roots};
 use super::film::BeamFilm;
 use super::limit::Limit;
 use super::refine::{Balance, Limits, Refiner, Scratch};
-use super::target::Target;
 use crate::geometry::TraversalCounters;
 use crate::numeric::FixedPoint;
 use crate::radiometry::Rgb;
-use crate::reference::Progress;
-use crate::scene::{Scene, is_achromatic};
+use crate::reference::{Progress, Target};
+use crate::scene::Scene;
 use crate::transport::facets::path::FacetPaths;
 use crate::transport::facets::table::Facets;
 use crate::transport::first_surface::{Cone, Root, SharedPlaces, Source, roots};
@@ -156,7 +155,7 @@ impl Passes<'_> {
         limits: Limits,
         counters: &mut TraversalCounters,
     ) -> Result<Option<PassLayer>, BeamError> {
-        if is_achromatic(self.scene) {
+        if self.target.is_achromatic(self.scene) {
             self.in_channels::<1>(lights, signature, limits, counters)
         } else {
             self.in_channels::<3>(lights, signature, limits, counters)

@@ -16,27 +16,28 @@ use crate::film::Accumulator;
 use crate::geometry::TraversalCounters;
 use crate::radiometry::Rgb;
 use crate::reference::estimate::relative_error;
-use crate::reference::{Estimate, Layer, LayerName, Quantity};
+use crate::reference::{Estimate, Layer, LayerName, Target};
 use crate::transport::direct::Direct;
 use crate::transport::ledger::{Ledger, Row};
-use crate::transport::receiver::Receiver;
+use crate::transport::signature::Signature;
 
 /// Photons times flux, and its variance, by texel.
 #[derive(Clone)]
-struct Weighted {
-    flux: Vec<Rgb>,
-    variance: Vec<Rgb>,
+pub(in crate::reference) struct Weighted {
+    pub flux: Vec<Rgb>,
+    pub variance: Vec<Rgb>,
 }
 
 impl Weighted {
-    fn new(texels: usize) -> Self {
+    pub fn new(texels: usize) -> Self {
         Self {
             flux: vec![Rgb::BLACK; texels],
             variance: vec![Rgb::BLACK; texels],
         }
     }
 
-    fn add(&mut self, sums: &Accumulator, weight: f64) {
+    /// Adds a round of `weight` photons.
+    pub fn add(&mut self, sums: &Accumulator, weight: f64) {
         self.flux
             .par_iter_mut()
             .zip(&mut self.variance)
@@ -48,22 +49,30 @@ impl Weighted {
             });
     }
 
-    fn layer(&self, name: LayerName, weight: f64, receiver: &Receiver) -> Layer {
+    /// Relative standard error over lit texels.
+    pub fn relative_error(&self) -> Option<f64> {
+        relative_error(
+            self.flux
+                .iter()
+                .zip(&self.variance)
+                .map(|(flux, variance)| (flux.mean(), variance.map(f64::sqrt).mean())),
+        )
+    }
+
+    /// Averages by the target's measure, of rounds of `weight` photons in all.
+    pub fn layer(&self, name: LayerName, weight: f64, target: &Target) -> Layer {
         // A texel without surface receives nothing; its irradiance is called zero.
-        let per_area = |texel: usize| {
-            if receiver.has_surface(texel) {
-                1.0 / (weight * receiver.texel_area(texel))
-            } else {
-                0.0
-            }
+        let per_measure = |texel: usize| match target.measure(texel) {
+            0.0 => 0.0,
+            measure => 1.0 / (weight * measure),
         };
         Layer {
             name,
-            irradiance: (0..receiver.texels())
-                .map(|texel| self.flux[texel] * per_area(texel))
+            irradiance: (0..self.flux.len())
+                .map(|texel| self.flux[texel] * per_measure(texel))
                 .collect(),
-            standard_error: (0..receiver.texels())
-                .map(|texel| self.variance[texel].map(f64::sqrt) * per_area(texel))
+            standard_error: (0..self.flux.len())
+                .map(|texel| self.variance[texel].map(f64::sqrt) * per_measure(texel))
                 .collect(),
             interval: None,
         }
@@ -105,8 +114,7 @@ pub struct Rounds {
 
 impl Rounds {
     /// No round yet.
-    pub fn new(receiver: &Receiver, map: &LayerMap) -> Self {
-        let texels = receiver.texels();
+    pub fn new(texels: usize, map: &LayerMap) -> Self {
         Self {
             layers: vec![Weighted::new(texels); map.len()],
             total: Weighted::new(texels),
@@ -148,34 +156,22 @@ impl Rounds {
 
     /// Relative standard error over lit texels, of all rounds.
     pub fn relative_error(&self) -> Option<f64> {
-        relative_error(
-            self.total
-                .flux
-                .iter()
-                .zip(&self.total.variance)
-                .map(|(flux, variance)| (flux.mean(), variance.map(f64::sqrt).mean())),
-        )
+        self.total.relative_error()
     }
 
-    /// The estimate, with the direct light.
+    /// The estimate, with the direct light where it was measured.
     pub fn estimate(
         self,
-        receiver: &Receiver,
+        target: &Target,
         map: &LayerMap,
-        direct: &Direct,
+        direct: Option<&Direct>,
         incomplete: bool,
     ) -> Estimate {
         // Without any photon nothing is known of the caustics, unless there can be none.
         let unmeasured = self.paths == 0 && incomplete;
-        let texels = receiver.texels();
         let relative_error = self.relative_error();
         let weight = (self.paths as f64).max(1.0);
-        let mut layers = vec![Layer {
-            name: LayerName::Path(crate::transport::signature::Signature::DIRECT),
-            irradiance: direct.texels.iter().map(|texel| texel.irradiance).collect(),
-            standard_error: direct.texels.iter().map(|texel| texel.error).collect(),
-            interval: None,
-        }];
+        let mut layers = Vec::new();
         let names = map
             .signatures()
             .iter()
@@ -185,32 +181,35 @@ impl Rounds {
             // Most scenes' paths all have layers: then nothing is left over.
             let is_empty = weighted.flux.iter().all(|flux| flux.is_black());
             if !(name == LayerName::Other && is_empty) {
-                layers.push(weighted.layer(name, weight, receiver));
+                layers.push(weighted.layer(name, weight, target));
             }
         }
-        let mut caustic = self.total.layer(LayerName::Total, weight, receiver);
+        let mut total = self.total.layer(LayerName::Total, weight, target);
         if unmeasured {
-            for layer in layers.iter_mut().skip(1).chain([&mut caustic]) {
+            for layer in layers.iter_mut().chain([&mut total]) {
                 layer.make_unknown();
             }
         }
-        let mut total = Layer::dark(LayerName::Total, texels);
-        for texel in 0..texels {
-            let direct = &direct.texels[texel];
-            total.irradiance[texel] = caustic.irradiance[texel] + direct.irradiance;
-            total.standard_error[texel] = Rgb(std::array::from_fn(|c| {
-                caustic.standard_error[texel].0[c].hypot(direct.error.0[c])
-            }));
+        let mut counters = self.counters;
+        if let Some(direct) = direct {
+            let direct_layer = Layer {
+                name: LayerName::Path(Signature::DIRECT),
+                irradiance: direct.texels.iter().map(|texel| texel.irradiance).collect(),
+                standard_error: direct.texels.iter().map(|texel| texel.error).collect(),
+                interval: None,
+            };
+            total.add(&direct_layer);
+            layers.insert(0, direct_layer);
+            counters += direct.counters;
         }
         let is_unknown = total.is_unknown();
         let mut ledger = Ledger::default();
         add_ledger(&mut ledger, &self.ledger, 1.0 / weight);
-        let mut counters = self.counters;
-        counters += direct.counters;
+        let [width, height] = target.size();
         Estimate {
-            quantity: Quantity::Irradiance,
-            width: receiver.width(),
-            height: receiver.height(),
+            quantity: target.quantity(),
+            width,
+            height,
             total,
             layers,
             counts: self.counts,

@@ -3,9 +3,14 @@
 use std::collections::BTreeMap;
 
 use super::replicate::{Job, Recipient};
+use crate::geometry::TraversalCounters;
 use crate::numeric::FixedPoint;
+use crate::reference::Target;
+use crate::scene::Scene;
+use crate::transport::chain::Arrival;
 use crate::transport::flux::Flux;
 use crate::transport::ledger::Fate;
+use crate::transport::screen::Screen;
 use crate::transport::signature::Signature;
 
 /// Path signatures and the layers they are counted in.
@@ -20,6 +25,18 @@ impl LayerMap {
         signatures.sort_unstable();
         signatures.dedup();
         Self { signatures }
+    }
+
+    /// A layer for each of the `max_layers` signatures with most flux, in any unit; ties go to the smaller
+    /// signature.
+    pub fn of_brightest(
+        received: impl IntoIterator<Item = (Signature, i128)>,
+        max_layers: usize,
+    ) -> Self {
+        let mut ranked: Vec<(Signature, i128)> = received.into_iter().collect();
+        ranked.sort_by_key(|(signature, flux)| (std::cmp::Reverse(*flux), *signature));
+        ranked.truncate(max_layers);
+        Self::new(ranked.into_iter().map(|(signature, _)| signature).collect())
     }
 
     /// The signatures with a layer of their own, sorted.
@@ -52,12 +69,15 @@ impl LayerMap {
 /// nothing else.
 pub const PILOT_PHOTONS: u64 = 1 << 16;
 
-/// The layers for the `max_layers` signatures that bring most flux to the receiver.
+/// The layers for the `max_layers` signatures that bring most flux to the target.
 ///
 /// Flux is compared as exact integers and ties go to the smaller signature, so the choice does
 /// not depend on the number of threads.
-pub fn pilot(job: &Job, max_layers: usize) -> LayerMap {
-    let found = job.trace(PILOT_PHOTONS, |scale| Pilot {
+pub fn pilot(job: &Job, target: &Target, max_layers: usize) -> LayerMap {
+    let scale = job.scale(target.headroom());
+    let found = job.trace(PILOT_PHOTONS, || Pilot {
+        scene: job.scene,
+        screen: target.screen(),
         scale,
         received: BTreeMap::new(),
     });
@@ -67,23 +87,28 @@ pub fn pilot(job: &Job, max_layers: usize) -> LayerMap {
             *received.entry(signature).or_default() += flux;
         }
     }
-    let mut ranked: Vec<(Signature, i128)> = received.into_iter().collect();
-    ranked.sort_by_key(|(signature, flux)| (std::cmp::Reverse(*flux), *signature));
-    ranked.truncate(max_layers);
-    LayerMap::new(ranked.into_iter().map(|(signature, _)| signature).collect())
+    LayerMap::of_brightest(received, max_layers)
 }
 
 /// Counts flux by signature.
-struct Pilot {
+struct Pilot<'a> {
+    scene: &'a Scene,
+    screen: Screen<'a>,
     scale: FixedPoint,
     received: BTreeMap<Signature, i128>,
 }
 
-impl Recipient<3> for Pilot {
-    fn received(&mut self, signature: Signature, _texel: usize, flux: Flux<3>) {
-        // A flux that does not fit is reported by the run itself.
-        let quanta = self.scale.quantise(flux.rgb().mean()).unwrap_or(0);
-        *self.received.entry(signature).or_default() += i128::from(quanta);
+impl Recipient<3> for Pilot<'_> {
+    fn arrived(&mut self, arrival: &Arrival<3>, counters: &mut TraversalCounters) -> Fate {
+        if let Some((_, factor)) = self.screen.texel(self.scene, arrival, counters)
+            && !arrival.signature.is_empty()
+        {
+            let counted = (arrival.flux.rgb() * factor).mean();
+            // What does not fit is reported by the run itself.
+            let quanta = self.scale.quantise(counted).unwrap_or(0);
+            *self.received.entry(arrival.signature).or_default() += i128::from(quanta);
+        }
+        Fate::Absorbed
     }
 
     fn ended(&mut self, _signature: Signature, _fate: Fate, _flux: Flux<3>) {}

@@ -6,11 +6,10 @@ use rayon::prelude::*;
 use crate::geometry::TraversalCounters;
 use crate::numeric::{Extras, FixedPoint, Stream};
 use crate::scene::Scene;
-use crate::transport::chain::{ChainSettings, ChainSink, ChainTracer};
+use crate::transport::chain::{Arrival, ChainSettings, ChainSink, ChainTracer};
 use crate::transport::domain::LightSpace;
 use crate::transport::flux::Flux;
 use crate::transport::ledger::Fate;
-use crate::transport::receiver::Receiver;
 use crate::transport::signature::Signature;
 
 /// Photons of one task, at least: enough to make its set-up cheap, few enough to keep all cores busy.
@@ -20,8 +19,8 @@ const TASK_PHOTONS: u64 = 4096;
 pub trait Recipient<const N: usize>: Send {
     /// A photon starts with `flux` \[W\].
     fn emitted(&mut self, flux: Flux<N>);
-    /// `flux` \[W\] fell into `texel` after the events of `signature`.
-    fn received(&mut self, signature: Signature, texel: usize, flux: Flux<N>);
+    /// Light arrives at a surface, whatever becomes of it then. Returns the fate of what ends there.
+    fn arrived(&mut self, arrival: &Arrival<N>, counters: &mut TraversalCounters) -> Fate;
     /// `flux` \[W\] ended with the events of `signature` behind it.
     fn ended(&mut self, signature: Signature, fate: Fate, flux: Flux<N>);
     /// Adjoint shading normals added `flux` \[W\].
@@ -35,8 +34,6 @@ pub trait Recipient<const N: usize>: Send {
 pub struct Job<'a> {
     /// The scene.
     pub scene: &'a Scene,
-    /// Where photons are counted.
-    pub receiver: &'a Receiver,
     /// Where they start.
     pub light: &'a LightSpace,
     /// How they are followed.
@@ -72,18 +69,17 @@ impl Job<'_> {
     pub fn trace<const N: usize, R: Recipient<N>>(
         &self,
         photons: u64,
-        recipient: impl Fn(FixedPoint) -> R + Sync,
+        recipient: impl Fn() -> R + Sync,
     ) -> Vec<Task<R>> {
         if self.light.is_empty() || photons == 0 {
             return Vec::new();
         }
-        let scale = self.scale();
         self.tasks(photons)
             .into_par_iter()
             .filter(|_| !(self.stop)())
             .map(|spans| {
-                let mut tracer = ChainTracer::new(self.scene, self.receiver, self.chains);
-                let mut recipient = recipient(scale);
+                let mut tracer = ChainTracer::new(self.scene, self.chains);
+                let mut recipient = recipient();
                 for span in &spans {
                     self.trace_span(span, photons, &mut tracer, &mut recipient);
                 }
@@ -97,9 +93,9 @@ impl Job<'_> {
             .collect()
     }
 
-    /// The fixed-point scale that holds all flux of the light space in one texel.
-    pub fn scale(&self) -> FixedPoint {
-        let total = self.light.flux_bound().max_channel();
+    /// The fixed-point scale that holds `headroom` times all flux of the light space in one texel.
+    pub fn scale(&self, headroom: f64) -> FixedPoint {
+        let total = self.light.flux_bound().max_channel() * headroom;
         // Outside 1e±250 W there is no scale: with that of 1 W, deposits too large are refused as
         // not representable, and those too small round to zero.
         FixedPoint::for_total(total).unwrap_or(FixedPoint::OF_ONE)
@@ -176,8 +172,8 @@ struct Sink<'a, R> {
 
 impl<const N: usize, R: Recipient<N>> ChainSink<N> for Sink<'_, R> {
     #[inline]
-    fn received(&mut self, signature: Signature, texel: usize, flux: Flux<N>) {
-        self.recipient.received(signature, texel, flux);
+    fn arrived(&mut self, arrival: &Arrival<N>, counters: &mut TraversalCounters) -> Fate {
+        self.recipient.arrived(arrival, counters)
     }
 
     #[inline]

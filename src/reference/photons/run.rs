@@ -9,19 +9,18 @@ use super::replicate::Job;
 use super::settings::{Budget, PhotonSettings, Shard};
 use super::sums::{RoundSums, SumsError};
 use crate::numeric::{FixedPoint, Stream};
-use crate::reference::{Estimate, Progress};
-use crate::scene::{Scene, Sensor, is_achromatic};
+use crate::reference::{Estimate, Progress, Target, TargetError};
+use crate::scene::{Scene, Sensor};
 use crate::transport::direct::{Direct, direct};
 use crate::transport::domain::{LightSpace, LightSpaceError};
-use crate::transport::receiver::{Receiver, ReceiverError};
 use crate::transport::signature::MAX_EVENTS;
 
 /// Why a run cannot start or came to nothing.
 #[derive(Debug, thiserror::Error)]
 pub enum RunError {
-    /// The sensor cannot receive.
+    /// The sensor cannot be filled.
     #[error(transparent)]
-    Receiver(#[from] ReceiverError),
+    Target(#[from] TargetError),
     /// An emitter cannot be sampled.
     #[error(transparent)]
     LightSpace(#[from] LightSpaceError),
@@ -49,10 +48,9 @@ pub enum RunError {
 pub struct Setup<'a> {
     pub(super) scene: &'a Scene,
     pub(super) settings: PhotonSettings,
-    pub(super) receiver: Receiver,
+    pub(super) target: Target,
     pub(super) light: LightSpace,
     pub(super) map: LayerMap,
-    achromatic: bool,
     progress: &'a Progress,
 }
 
@@ -75,65 +73,30 @@ impl<'a> Setup<'a> {
         settings: PhotonSettings,
         progress: &'a Progress,
     ) -> Result<Self, RunError> {
-        let setting = |name, value: String, allowed: String| {
-            Err(RunError::Setting {
-                name,
-                value,
-                allowed,
-            })
-        };
-        if settings.chains.max_depth as usize > MAX_EVENTS {
-            return setting(
-                "the depth",
-                settings.chains.max_depth.to_string(),
-                format!("0 to {MAX_EVENTS} specular events"),
-            );
-        }
-        // 255 replicates fit the squares of the exact sums with all light in one texel.
-        if !(1..=255).contains(&settings.replicates) {
-            return setting(
-                "the number of replicates",
-                settings.replicates.to_string(),
-                "1 to 255".to_owned(),
-            );
-        }
-        if settings.max_layers > 1024 {
-            return setting(
-                "the number of layers",
-                settings.max_layers.to_string(),
-                "0 to 1024".to_owned(),
-            );
-        }
-        let receiver = Receiver::new(scene, sensor)?;
+        check(&settings)?;
+        let target = Target::new(scene, sensor, settings.chains.shading_normals)?;
         let light = LightSpace::new(scene)?;
-        let flux = light.flux_bound().max_channel();
-        if FixedPoint::for_total(flux).is_err() {
-            return setting(
-                "the flux of all emitters",
-                format!("{flux:e} W"),
-                "0 and 1e-250 W to 1e250 W".to_owned(),
-            );
-        }
+        check_flux(&light)?;
         let mut setup = Self {
             scene,
             settings,
-            receiver,
+            target,
             light,
             map: LayerMap::new(Vec::new()),
-            achromatic: is_achromatic(scene),
             progress,
         };
         let stop = || progress.is_stopped();
         setup.map = pilot(
             &setup.job(setup.stream(PILOT), &stop, &|_| ()),
+            &setup.target,
             settings.max_layers,
         );
         Ok(setup)
     }
 
-    /// The receiver's grid.
-    pub fn receiver(&self) -> &Receiver {
-        &self.receiver
+    /// What the photons fill.
+    pub fn target(&self) -> &Target {
+        &self.target
     }
 
     /// Where photons start.
@@ -141,11 +104,15 @@ impl<'a> Setup<'a> {
         &self.light
     }
 
-    /// Measures the direct light; what is not measured when the run is stopped is unknown.
-    pub fn direct(&self, deadline: Option<Instant>) -> Direct {
+    /// Measures the direct light of a receiver; what is not measured when the run is stopped is unknown.
+    /// `None` of a camera.
+    pub fn direct(&self, deadline: Option<Instant>) -> Option<Direct> {
+        let Target::Receiver(receiver) = &self.target else {
+            return None;
+        };
         let stop = || self.is_over(deadline);
-        direct(self.scene, &self.receiver, self.settings.seed, &stop)
-            .unwrap_or_else(|| Direct::unknown(self.receiver.texels()))
+        let measured = direct(self.scene, receiver, self.settings.seed, &stop);
+        Some(measured.unwrap_or_else(|| Direct::unknown(receiver.texels())))
     }
 
     fn is_over(&self, deadline: Option<Instant>) -> bool {
@@ -165,7 +132,7 @@ impl<'a> Setup<'a> {
         // A time beyond what the clock can tell is no limit.
         let deadline = budget.time.and_then(|time| start.checked_add(time));
         let direct = self.direct(deadline);
-        let mut rounds = Rounds::new(&self.receiver, &self.map);
+        let mut rounds = Rounds::new(self.target.texels(), &self.map);
         let mut incomplete;
         if budget.is_photons_only() {
             let photons = budget.photons.unwrap_or(Budget::DEFAULT_PHOTONS);
@@ -179,7 +146,7 @@ impl<'a> Setup<'a> {
         }
         // A budget too small for a single replicate leaves no estimate at all.
         incomplete |= rounds.paths() == 0 && !self.light.is_empty();
-        Ok(rounds.estimate(&self.receiver, &self.map, &direct, incomplete))
+        Ok(rounds.estimate(&self.target, &self.map, direct.as_ref(), incomplete))
     }
 
     /// Traces rounds until the budget is used up. Returns whether the run was stopped before.
@@ -274,9 +241,9 @@ impl<'a> Setup<'a> {
                 .split(round)
                 .split(u64::from(replicate));
             let job = self.job(stream, &stop, &finished);
-            let sums = sums
-                .get_or_insert_with(|| RoundSums::new(&job, &self.map, photons, self.achromatic));
-            if !sums.add_replicate(&job, &self.map)? {
+            let sums =
+                sums.get_or_insert_with(|| RoundSums::new(&job, &self.target, &self.map, photons));
+            if !sums.add_replicate(&job, &self.target, &self.map)? {
                 break;
             }
             if round == 0 && shown.elapsed() > SHOW_EVERY {
@@ -285,7 +252,7 @@ impl<'a> Setup<'a> {
             }
         }
         let job = self.job(self.stream(REPLICATES), &stop, &finished);
-        Ok(sums.unwrap_or_else(|| RoundSums::new(&job, &self.map, photons, self.achromatic)))
+        Ok(sums.unwrap_or_else(|| RoundSums::new(&job, &self.target, &self.map, photons)))
     }
 
     /// Says how many photons there will be.
@@ -307,7 +274,6 @@ impl<'a> Setup<'a> {
     ) -> Job<'b> {
         Job {
             scene: self.scene,
-            receiver: &self.receiver,
             light: &self.light,
             chains: self.settings.chains,
             stream,
@@ -315,6 +281,58 @@ impl<'a> Setup<'a> {
             finished,
         }
     }
+}
+
+/// Refuses settings that are out of range.
+pub(in crate::reference) fn check(settings: &PhotonSettings) -> Result<(), RunError> {
+    if settings.chains.max_depth as usize > MAX_EVENTS {
+        return refused(
+            "the depth",
+            settings.chains.max_depth.to_string(),
+            format!("0 to {MAX_EVENTS} specular events"),
+        );
+    }
+    // 255 replicates fit the squares of the exact sums with all light in one texel.
+    if !(1..=255).contains(&settings.replicates) {
+        return refused(
+            "the number of replicates",
+            settings.replicates.to_string(),
+            "1 to 255".to_owned(),
+        );
+    }
+    if settings.max_layers > 1024 {
+        return refused(
+            "the number of layers",
+            settings.max_layers.to_string(),
+            "0 to 1024".to_owned(),
+        );
+    }
+    Ok(())
+}
+
+/// Refuses emitters so strong or so faint that their flux has no fixed-point scale.
+pub(in crate::reference) fn check_flux(light: &LightSpace) -> Result<(), RunError> {
+    let flux = light.flux_bound().max_channel();
+    if FixedPoint::for_total(flux).is_err() {
+        return refused(
+            "the flux of all emitters",
+            format!("{flux:e} W"),
+            "0 and 1e-250 W to 1e250 W".to_owned(),
+        );
+    }
+    Ok(())
+}
+
+pub(in crate::reference) fn refused(
+    name: &'static str,
+    value: String,
+    allowed: String,
+) -> Result<(), RunError> {
+    Err(RunError::Setting {
+        name,
+        value,
+        allowed,
+    })
 }
 
 /// Streams of the pilot run and of the replicates are kept apart by these.

@@ -94,7 +94,7 @@ impl Setup<'_> {
             scene: self.scene.content_hash().to_owned(),
             sensor: sensor.to_owned(),
             settings: serde_json::to_string(&self.settings).unwrap_or_default(),
-            texels: self.receiver.texels(),
+            texels: self.target.texels(),
             layers: self
                 .map
                 .signatures()
@@ -147,7 +147,7 @@ impl Setup<'_> {
         if !given.iter().copied().eq(1..=count) {
             return Err(ShardError::Incomplete { count, given });
         }
-        let mut rounds = Rounds::new(&self.receiver, &self.map);
+        let mut rounds = Rounds::new(self.target.texels(), &self.map);
         let mut parts = parts.into_iter();
         if let Some(first) = parts.next() {
             let here = self.identity(sensor, first.run.replicates, first.run.photons_each);
@@ -166,7 +166,7 @@ impl Setup<'_> {
             }
             rounds.add(&sums, &self.map);
         }
-        Ok(rounds.estimate(&self.receiver, &self.map, &self.direct(None), false))
+        Ok(rounds.estimate(&self.target, &self.map, self.direct(None).as_ref(), false))
     }
 }
 

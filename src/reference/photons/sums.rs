@@ -6,8 +6,12 @@ use crate::film::{Accumulator, AccumulatorError};
 use crate::geometry::TraversalCounters;
 use crate::numeric::FixedPoint;
 use crate::radiometry::Rgb;
+use crate::reference::Target;
+use crate::scene::Scene;
+use crate::transport::chain::Arrival;
 use crate::transport::flux::Flux;
 use crate::transport::ledger::{Fate, Ledger, Row};
+use crate::transport::screen::Screen;
 use crate::transport::signature::Signature;
 
 /// What a round of replicates, or a shard of it, adds up to: all of it integers, so that any
@@ -46,15 +50,20 @@ pub enum SumsError {
 }
 
 impl RoundSums {
-    /// Empty sums for a receiver and its layers; one channel stands for three where nothing in
+    /// Empty sums for a target and its layers; one channel stands for three where nothing in
     /// the scene is coloured.
-    pub fn new(job: &Job, map: &LayerMap, photons: u64, achromatic: bool) -> Self {
-        let channels = if achromatic { 1 } else { 3 };
-        let accumulator = || Accumulator::new(job.receiver.texels(), channels, job.scale());
+    pub fn new(job: &Job, target: &Target, map: &LayerMap, photons: u64) -> Self {
+        let channels = if target.is_achromatic(job.scene) {
+            1
+        } else {
+            3
+        };
+        let scale = job.scale(target.headroom());
+        let accumulator = || Accumulator::new(target.texels(), channels, scale);
         Self {
             layers: (0..map.len()).map(|_| accumulator()).collect(),
             total: accumulator().with_counts(),
-            ledger: LedgerSums::new(job.scale(), map.len() + 1),
+            ledger: LedgerSums::new(scale, map.len() + 1),
             counters: TraversalCounters::default(),
             photons,
         }
@@ -71,21 +80,36 @@ impl RoundSums {
     /// # Errors
     ///
     /// Where a contribution is not representable or a sum overflows.
-    pub fn add_replicate(&mut self, job: &Job, map: &LayerMap) -> Result<bool, SumsError> {
+    pub fn add_replicate(
+        &mut self,
+        job: &Job,
+        target: &Target,
+        map: &LayerMap,
+    ) -> Result<bool, SumsError> {
         if self.total.channels() == 1 {
-            self.add_replicate_of::<1>(job, map)
+            self.add_replicate_of::<1>(job, target, map)
         } else {
-            self.add_replicate_of::<3>(job, map)
+            self.add_replicate_of::<3>(job, target, map)
         }
     }
 
     fn add_replicate_of<const N: usize>(
         &mut self,
         job: &Job,
+        target: &Target,
         map: &LayerMap,
     ) -> Result<bool, SumsError> {
-        let tasks = job.trace(self.photons, |scale| {
-            Tally::<N>::new(&self.layers, &self.total, map, scale)
+        let tasks = job.trace(self.photons, || Tally::<N> {
+            scene: job.scene,
+            screen: target.screen(),
+            layers: &self.layers,
+            total: &self.total,
+            map,
+            scale: self.total.scale(),
+            kept: Vec::with_capacity(KEPT_DEPOSITS),
+            ledger: TaskLedger::new(map.len() + 1),
+            refused: 0,
+            example: Signature::DIRECT,
         });
         if (job.stop)() {
             for layer in &mut self.layers {
@@ -141,6 +165,8 @@ const KEPT_DEPOSITS: usize = 1024;
 
 /// One task's share of a replicate.
 struct Tally<'a, const N: usize> {
+    scene: &'a Scene,
+    screen: Screen<'a>,
     layers: &'a [Accumulator],
     total: &'a Accumulator,
     map: &'a LayerMap,
@@ -151,25 +177,7 @@ struct Tally<'a, const N: usize> {
     example: Signature,
 }
 
-impl<'a, const N: usize> Tally<'a, N> {
-    fn new(
-        layers: &'a [Accumulator],
-        total: &'a Accumulator,
-        map: &'a LayerMap,
-        scale: FixedPoint,
-    ) -> Self {
-        Self {
-            layers,
-            total,
-            map,
-            scale,
-            kept: Vec::with_capacity(KEPT_DEPOSITS),
-            ledger: TaskLedger::new(map.len() + 1),
-            refused: 0,
-            example: Signature::DIRECT,
-        }
-    }
-
+impl<const N: usize> Tally<'_, N> {
     #[cold]
     fn refuse(&mut self, signature: Signature) {
         self.refused += 1;
@@ -196,6 +204,21 @@ impl<'a, const N: usize> Tally<'a, N> {
         }
     }
 
+    /// Keeps what fell into a texel.
+    #[inline]
+    fn keep(&mut self, signature: Signature, texel: usize, counted: Flux<N>) {
+        let quanta = self.quantise(signature, counted);
+        let layer = self.map.layer(signature);
+        if self.kept.len() == KEPT_DEPOSITS {
+            self.write();
+        }
+        self.kept.push(Deposit {
+            layer: layer as u32,
+            texel: texel as u32,
+            quanta,
+        });
+    }
+
     /// Adds the deposits kept back to the films.
     fn write(&mut self) {
         for deposit in &self.kept {
@@ -216,17 +239,29 @@ impl<const N: usize> Recipient<N> for Tally<'_, N> {
     }
 
     #[inline]
-    fn received(&mut self, signature: Signature, texel: usize, flux: Flux<N>) {
-        let quanta = self.quantise(signature, flux);
-        let layer = self.map.layer(signature);
-        if self.kept.len() == KEPT_DEPOSITS {
-            self.write();
+    fn arrived(&mut self, arrival: &Arrival<N>, counters: &mut TraversalCounters) -> Fate {
+        match self.screen {
+            Screen::Receiver(_) => {
+                let Some((texel, _)) = self.screen.texel(self.scene, arrival, counters) else {
+                    return Fate::Absorbed;
+                };
+                if arrival.signature.is_empty() {
+                    return Fate::Direct;
+                }
+                self.keep(arrival.signature, texel, arrival.flux);
+                Fate::Received
+            }
+            Screen::Camera { .. } => {
+                // A surface takes the light, and a camera only sees what is made of it. Direct light is
+                // another matter: photons look for what meets specular geometry.
+                if !arrival.signature.is_empty()
+                    && let Some((pixel, factor)) = self.screen.texel(self.scene, arrival, counters)
+                {
+                    self.keep(arrival.signature, pixel, arrival.flux * Flux::of(factor));
+                }
+                Fate::Absorbed
+            }
         }
-        self.kept.push(Deposit {
-            layer: layer as u32,
-            texel: texel as u32,
-            quanta,
-        });
     }
 
     #[inline]

@@ -307,6 +307,26 @@ impl Camera {
         })
     }
 
+    /// [`connect`](Self::connect), for light that counts in one pixel alone: that pixel, row by row from the
+    /// top, and its radiance [W/m²/sr] by flux arriving at the point \[W\].
+    ///
+    /// `None` also where the point is seen outside of the crop: no shadow ray is spent on it.
+    pub fn connect_pixel(
+        &self,
+        scene: &Scene,
+        shape: u32,
+        point: &SurfacePoint,
+        direction: DVec3,
+        counters: &mut TraversalCounters,
+    ) -> Option<(usize, Rgb)> {
+        // Most surfaces that light meets on its way are glass: they cost no projection either.
+        let front = direction.dot(point.geometric_normal) < 0.0;
+        reflectance(scene, scene.material_of(shape), front)?;
+        let pixel = self.pixel(self.project(point.position)?.at)?;
+        let seen = self.connect(scene, shape, point, direction, counters)?;
+        Some((pixel, seen.radiance_per_flux))
+    }
+
     /// The view through film coordinates `at` (pixels of the crop; may lie outside of it) and the middle of the lens.
     ///
     /// The inverse of [`project`](Self::project). Its radiance needs no weight: a pixel's is the average over it.

@@ -1,19 +1,29 @@
-//! The sensor that beams fill: a receiver's texels or a camera's pixels.
+//! The sensor that photons and beams fill: a receiver's texels or a camera's pixels.
 
 use glam::DVec2;
 
-use super::error::BeamError;
+use super::Quantity;
 use crate::geometry::TraversalCounters;
-use crate::reference::Quantity;
-use crate::scene::{Scene, Sensor, SensorKind};
-use crate::transport::camera::Camera;
-use crate::transport::receiver::Receiver;
+use crate::scene::{Color, Material, Scene, Sensor, SensorKind, is_achromatic};
+use crate::transport::camera::{Camera, CameraError};
+use crate::transport::receiver::{Receiver, ReceiverError};
 use crate::transport::scatter::ShadingNormals;
 use crate::transport::screen::Screen;
 
+/// Why a sensor cannot be filled.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum TargetError {
+    /// The sensor cannot receive.
+    #[error(transparent)]
+    Receiver(#[from] ReceiverError),
+    /// The sensor cannot be connected to.
+    #[error(transparent)]
+    Camera(#[from] CameraError),
+}
+
 /// A sensor, ready to be filled.
 ///
-/// Beams leave flux on the film, of a camera radiance times an [étendue](Screen::Camera).
+/// Light leaves flux on the film, of a camera radiance times an [étendue](Screen::Camera).
 #[derive(Debug)]
 pub enum Target {
     /// Texels on a surface.
@@ -37,7 +47,7 @@ impl Target {
         scene: &Scene,
         sensor: &Sensor,
         shading_normals: ShadingNormals,
-    ) -> Result<Self, BeamError> {
+    ) -> Result<Self, TargetError> {
         if matches!(sensor.kind, SensorKind::IrradianceMeter { .. }) {
             return Ok(Self::Receiver(Box::new(Receiver::new(scene, sensor)?)));
         }
@@ -74,6 +84,38 @@ impl Target {
         match self {
             Self::Receiver(_) => Quantity::Irradiance,
             Self::Camera { .. } => Quantity::Radiance,
+        }
+    }
+
+    /// Whether one channel can stand for red, green and blue: a camera shows the colours of what it sees, too.
+    pub fn is_achromatic(&self, scene: &Scene) -> bool {
+        let is_grey = |material: &Material| match material {
+            Material::Diffuse {
+                reflectance: Color::Constant(reflectance),
+            } => reflectance.is_grey(),
+            Material::Plastic(_)
+            | Material::RoughPlastic { .. }
+            | Material::RoughConductor { .. }
+            | Material::RoughDielectric { .. }
+            | Material::Turned { .. } => false,
+            _ => true,
+        };
+        is_achromatic(scene)
+            && match self {
+                Self::Receiver(_) => true,
+                Self::Camera { .. } => scene.materials().iter().all(is_grey),
+            }
+    }
+
+    /// How many times the light's whole flux sums of one texel must have room for.
+    ///
+    /// A receiver's texel gets no more than all of it. What a pixel counts is flux by the
+    /// [étendue](Screen::Camera) of a typical one over its own, which grows with the squared distance: a
+    /// surface 256 times nearer than the typical one has room. Beyond, sums say that they overflow.
+    pub fn headroom(&self) -> f64 {
+        match self {
+            Self::Receiver(_) => 1.0,
+            Self::Camera { .. } => 65536.0,
         }
     }
 

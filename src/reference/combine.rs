@@ -1,0 +1,117 @@
+//! Estimates of disjoint light, added.
+//!
+//! No method finds all light well. Light paths are divided by what they meet (L light, S mirror or
+//! glass, D anything else, E camera) and each part is left to one method:
+//!
+//! | paths | found by |
+//! |---|---|
+//! | L S+ D E | [photons](super::photons), connected to the camera |
+//! | L S+ D S+ E | [photon maps](super::photon_map) that leave out what is [seen directly](super::photon_map::Seen) |
+//! | the rest | paths from the camera |
+//!
+//! What is added here must have no light in common: a layer that is in both is refused.
+
+use super::{Estimate, Interval, Layer, LayerName, Quantity};
+use crate::numeric::distributions::critical_value;
+use crate::transport::ledger::Ledger;
+
+/// Why estimates cannot be added.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum CombineError {
+    /// They are of other things.
+    #[error("estimates of {left:?} and of {right:?} cannot be added")]
+    Kind {
+        /// Quantity, columns and rows of the one.
+        left: (Quantity, usize, usize),
+        /// Of the other.
+        right: (Quantity, usize, usize),
+    },
+    /// The sum would have bounds of a part of its light.
+    #[error("one estimate has bounds and the other has not")]
+    Bounds,
+    /// Light would count twice.
+    #[error("both estimates have a layer {layer}: its light would count twice")]
+    Twice {
+        /// The layer.
+        layer: String,
+    },
+}
+
+impl Estimate {
+    /// This light and `other` light: layers side by side, and the sum of both as the total. Layers of what has no
+    /// name of its own (`other`) are added to one.
+    ///
+    /// Standard errors add by squares, as those of independent runs; bounds add up, and both must have them or
+    /// neither ([`Estimate::with_bounds`] makes some). The ledger is that of neither: both may have followed the
+    /// same light.
+    ///
+    /// # Errors
+    ///
+    /// Where the two are of different quantity or size, have a layer in common, or one alone has bounds.
+    pub fn and(mut self, other: Self) -> Result<Self, CombineError> {
+        let kind = |it: &Self| (it.quantity, it.width, it.height);
+        if kind(&self) != kind(&other) {
+            return Err(CombineError::Kind {
+                left: kind(&self),
+                right: kind(&other),
+            });
+        }
+        let named = |it: &&Layer| it.name != LayerName::Other;
+        let is_in = |layer: &Layer| other.layers.iter().any(|it| it.name == layer.name);
+        if let Some(twice) = self.layers.iter().filter(named).find(|it| is_in(it)) {
+            return Err(CombineError::Twice {
+                layer: twice.name.of(self.quantity),
+            });
+        }
+        if self.total.interval.is_some() != other.total.interval.is_some() {
+            return Err(CombineError::Bounds);
+        }
+        self.total.add(&other.total);
+        for layer in other.layers {
+            match self.layers.iter_mut().find(|it| it.name == layer.name) {
+                Some(rest) => rest.add(&layer),
+                None => self.layers.push(layer),
+            }
+        }
+        // The rest comes last.
+        self.layers
+            .sort_by_key(|layer| layer.name == LayerName::Other);
+        for (sum, count) in self.counts.iter_mut().zip(other.counts) {
+            *sum += count;
+        }
+        self.ledger = Ledger::default();
+        self.paths += other.paths;
+        self.counters += other.counters;
+        self.relative_error = Layer {
+            interval: None,
+            ..self.total.clone()
+        }
+        .relative_error();
+        self.incomplete |= other.incomplete;
+        Ok(self)
+    }
+
+    /// The same with bounds of a random method's layers: `replicates` - 1 degrees of freedom, each holding with the
+    /// probability `confidence`. Layers that have bounds keep them.
+    #[must_use]
+    pub fn with_bounds(mut self, confidence: f64, replicates: u32) -> Self {
+        let widths = critical_value(confidence, f64::from(replicates) - 1.0);
+        for layer in self.layers.iter_mut().chain([&mut self.total]) {
+            let bound = |sign: f64| {
+                let values = layer.irradiance.iter().zip(&layer.standard_error);
+                let bounds = values.map(|(value, error)| *value + *error * (sign * widths));
+                // No light is less than none; what is unknown stays so.
+                bounds
+                    .map(|it| it.map(|bound| if bound < 0.0 { 0.0 } else { bound }))
+                    .collect()
+            };
+            if layer.interval.is_none() {
+                layer.interval = Some(Interval {
+                    low: bound(-1.0),
+                    high: bound(1.0),
+                });
+            }
+        }
+        self
+    }
+}

@@ -1,0 +1,85 @@
+//! Exact sums over the replicates of one round of passes.
+
+use super::error::PhotonMapError;
+use super::gather::{Films, Pass};
+use super::run::Setup;
+use crate::film::Accumulator;
+use crate::geometry::TraversalCounters;
+use crate::numeric::FixedPoint;
+use crate::reference::photons::sums::SumsError;
+
+/// What a round adds up to, in integers: threads may add in any order.
+pub struct RoundSums {
+    /// By layer: radiance times the target's étendue, and what √2 times the radius changes of it.
+    pub films: Films,
+    /// All layers together: their error bars need the sums of each replicate.
+    pub total: Accumulator,
+    /// The same of the differences.
+    pub total_difference: Accumulator,
+    /// Work done.
+    pub counters: TraversalCounters,
+    /// Passes of each replicate.
+    pub passes: u64,
+    scale: FixedPoint,
+}
+
+impl RoundSums {
+    /// Empty sums.
+    pub fn new(setup: &Setup, passes: u64) -> Self {
+        let scale = setup
+            .job(setup.pixel_stream(), &|| false)
+            .scale(setup.target.headroom());
+        let accumulator = || Accumulator::new(setup.target.texels(), 3, scale);
+        let layers = || (0..setup.layers()).map(|_| accumulator()).collect();
+        Self {
+            films: Films {
+                values: layers(),
+                differences: layers(),
+            },
+            total: accumulator(),
+            total_difference: accumulator(),
+            counters: TraversalCounters::default(),
+            passes,
+            scale,
+        }
+    }
+
+    /// Adds a pass of the replicate under way.
+    ///
+    /// # Errors
+    ///
+    /// Where a contribution is not representable.
+    pub fn gather(&mut self, pass: &Pass) -> Result<(), PhotonMapError> {
+        let done = pass.gather(&self.films, self.scale);
+        self.counters += done.counters;
+        if done.refused > 0 {
+            return Err(PhotonMapError::NotRepresentable {
+                count: done.refused,
+            });
+        }
+        Ok(())
+    }
+
+    /// Ends a replicate.
+    ///
+    /// # Errors
+    ///
+    /// Where a sum overflows.
+    pub fn end_replicate(&mut self) -> Result<(), PhotonMapError> {
+        let Films {
+            values,
+            differences,
+        } = &mut self.films;
+        for (layers, total) in [
+            (values, &mut self.total),
+            (differences, &mut self.total_difference),
+        ] {
+            for layer in layers {
+                total.deposit_all(layer).map_err(SumsError::from)?;
+                layer.flush().map_err(SumsError::from)?;
+            }
+            total.flush().map_err(SumsError::from)?;
+        }
+        Ok(())
+    }
+}
