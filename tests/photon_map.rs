@@ -380,10 +380,13 @@ fn threads_do_not_change_a_bit() {
     assert!([2, 3].iter().all(|&threads| on(threads) == alone));
 }
 
+/// What a case changes of good settings.
+type Change = fn(&mut PhotonMapSettings);
+
 #[test]
 fn meters_and_settings_out_of_range_are_refused() {
     let scene = in_the_open();
-    let refused = |sensor_id: &str, change: fn(&mut PhotonMapSettings)| {
+    let refused = |sensor_id: &str, change: Change| {
         let mut settings = settings(Seen::BySpecular);
         change(&mut settings);
         let sensor = sensor(scene, sensor_id);
@@ -401,7 +404,7 @@ fn meters_and_settings_out_of_range_are_refused() {
         matches!(error, PhotonMapError::NotACamera { .. }),
         "{error}"
     );
-    let cases: [(fn(&mut PhotonMapSettings), &str); 5] = [
+    let cases: [(Change, &str); 5] = [
         (|it| it.radius = 0.0, "radius"),
         (|it| it.radius = f64::NAN, "radius"),
         (|it| it.alpha = 1.5, "alpha"),

@@ -8,10 +8,10 @@ use glam::{DVec2, DVec3};
 use nephroid::geometry::{Mesh, MeshParts, Rectangle, Shape, Transform};
 use nephroid::mitsuba;
 use nephroid::radiometry::Rgb;
-use nephroid::reference::Estimate;
 use nephroid::reference::Progress;
 use nephroid::reference::photons::run::Setup;
 use nephroid::reference::photons::{Budget, PhotonSettings};
+use nephroid::reference::{Estimate, Target};
 use nephroid::scene::{
     Crop, Emitter, Film, Material, MaterialId, Object, ReconstructionFilter, Scene, SceneParts,
     Sensor, SensorKind, ShapeId, SourcePosition,
@@ -185,7 +185,10 @@ fn photons(scene: &Scene) -> (Receiver, Estimate) {
         photons: Some(1 << 18),
         ..Budget::default()
     };
-    (setup.receiver().clone(), setup.run(&budget).unwrap())
+    let Target::Receiver(receiver) = setup.target() else {
+        unreachable!("the sensor is a meter")
+    };
+    (Receiver::clone(receiver), setup.run(&budget).unwrap())
 }
 
 #[test]
