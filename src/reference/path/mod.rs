@@ -8,7 +8,7 @@
 //!
 //! What differs: shadow rays see through null surfaces and masks, which are no legs of a path; samples are
 //! Owen-scrambled Sobol' points in groups of four dimensions; and there is an error bar, from independent
-//! randomisations of the whole image ([`sums`]).
+//! randomisations of the whole image (`sums.rs`).
 //!
 //! A camera's paths find light that went from a *point* through glass onto a matt floor never, and from a small
 //! lamp rarely: see [`path_class`](crate::transport::path_class). Layers are those classes, and
