@@ -11,7 +11,7 @@
 //! - s, the flux of cells that no single line divides into families, and of borders' curvature.
 //!
 //! ```text
-//! bar = ¾ max|q| + max(a)/32 + max(s)        over 3 x 3 texels
+//! bar = max|q| + max(a)/32 + max(s)          over 3 x 3 texels
 //! ```
 //!
 //! The factors cover every texel of the scenes with a closed form at tolerances from coarse to fine
@@ -22,7 +22,7 @@ use super::film::{BeamFilm, Texel, TexelSums};
 use crate::transport::flux::Flux;
 
 /// Factor of |q|.
-const OF_DIFFERENCE: f64 = 0.75;
+const OF_DIFFERENCE: f64 = 1.0;
 /// Factor of a.
 const OF_ASTRAY: f64 = 1.0 / 32.0;
 
