@@ -26,5 +26,5 @@ pub mod settings;
 
 pub use super::photon_map::finish::CONFIDENCE;
 pub use plan::{Finder, Plan};
-pub use run::{FullError, FullReport, PartReport, run};
+pub use run::{FullError, FullReport, PartDetail, PartReport, run};
 pub use settings::{FullBudget, FullSettings};

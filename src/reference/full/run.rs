@@ -197,7 +197,8 @@ impl Run<'_> {
         let budget = self.budget.of_photons(time);
         let settings = self.settings.photons;
         let estimate = photons::run(self.scene, self.sensor, settings, &budget, self.progress)?;
-        let estimate = as_class(estimate, class).with_bounds(CONFIDENCE, settings.replicates);
+        let replicates = u64::from(settings.replicates).min(estimate.paths) as u32;
+        let estimate = as_class(estimate, class).with_bounds(CONFIDENCE, replicates);
         Ok((estimate, PartDetail::Photons {}))
     }
 
