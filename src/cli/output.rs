@@ -234,7 +234,7 @@ fn conventions(method: &Settings, quantity: Quantity) -> String {
                 indirect L D ... D S* E, caustic-indirect L S+ D ... D S* E; the attribute full says which method \
                 measured which class; stderr is one standard error over independent replicates, of methods that \
                 draw lots; lo and hi are bounds, with a confidence of 99.9 % a layer as far as they are random, rounded \
-                outward, and those of L the sums of the layers'; NaN is not known"
+                outward, and those of L the sums of the methods'; NaN is not known"
             .to_owned();
     }
     if matches!(method, Settings::Path(..)) {

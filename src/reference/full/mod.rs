@@ -15,7 +15,7 @@
 //! that are a point or a direction never, and no other method here looks for it.
 //!
 //! **Bounds.** Beams and photon maps have bounds, so that all layers get some: of random ones their standard error
-//! times Student's t for [`CONFIDENCE`]. The total's are the sums, which is cautious.
+//! times Student's t for [`CONFIDENCE`]. The total's are the sums of the methods', which is cautious.
 //!
 //! **Depth.** A path of `max_depth` legs has `max_depth` − 2 surfaces beside the one that scatters: that many
 //! specular events chains may have. Photon maps bound them on either side of that surface, not their sum.
