@@ -103,16 +103,19 @@ fn assert_same(what: &str, layer: &Layer, by_paths: &Layer) {
             "{what}: {error} of {truth} says little"
         );
     }
-    let pairs = layer.irradiance.iter().zip(&layer.standard_error);
-    let truths = by_paths.irradiance.iter().zip(&by_paths.standard_error);
-    let squares: Vec<f64> = pairs
-        .zip(truths)
-        .map(|((value, error), (truth, of_truth))| {
-            let variance = error.0[1].powi(2) + of_truth.0[1].powi(2);
-            ((value.0[1] - truth.0[1]).powi(2), variance)
+    // Where light is rare, paths' errors are far from normal: what is bright is chosen by the other method.
+    let brightest = layer
+        .irradiance
+        .iter()
+        .map(|it| it.0[1])
+        .fold(0.0, f64::max);
+    let squares: Vec<f64> = (0..layer.irradiance.len())
+        .filter(|&pixel| layer.irradiance[pixel].0[1] >= 0.03 * brightest)
+        .map(|pixel| {
+            let difference = layer.irradiance[pixel].0[1] - by_paths.irradiance[pixel].0[1];
+            let error = layer.standard_error[pixel].0[1].hypot(by_paths.standard_error[pixel].0[1]);
+            (difference / error).powi(2)
         })
-        .filter(|(_, variance)| *variance > 0.0)
-        .map(|(square, variance)| square / variance)
         .collect();
     // Welch's t of 31 degrees of freedom or more, of means that are nearly normal.
     let expected = student::moments(31);
@@ -123,49 +126,70 @@ fn assert_same(what: &str, layer: &Layer, by_paths: &Layer) {
         "{what}: mean z² {found} of {count} pixels, expected {}",
         expected.variance
     );
-    assert!(count > 50.0, "{what}: {count} pixels");
+    assert!(count >= 30.0, "{what}: {count} pixels");
     assert!(
         found < expected.variance + tolerance,
         "{what}: mean z² {found}"
     );
 }
 
-/// Asserts that paths are within the bounds of a layer of photon maps, but for what their own error explains.
-fn assert_within(what: &str, layer: &Layer, by_paths: &Layer) {
+/// Asserts that a layer of photon maps is that of paths: in the mean but for the bias stated, and pixel by pixel within its bounds.
+fn assert_mapped(layer: &Layer, report: &FullReport, by_paths: &Layer) {
+    let what = layer.name;
     let bounds = layer.interval.as_ref().unwrap();
     let pixels = layer.irradiance.len();
     let widths = student::two_sided_quantile(1e-3, 31);
-    let (mut missed, mut light, mut bars) = (0, 0.0, 0.0);
-    for pixel in 0..pixels {
-        let [truth, error, low, high] = [
-            &by_paths.irradiance,
-            &by_paths.standard_error,
-            &bounds.low,
-            &bounds.high,
-        ]
-        .map(|values| values[pixel].0[1]);
-        missed += usize::from(truth + widths * error < low || truth - widths * error > high);
-        light += truth;
-        bars += 0.5 * (high - low) + widths * error;
-    }
-    let [value, truth] = [layer, by_paths].map(|it| mean(it, 1).0);
+    let missed = (0..pixels)
+        .filter(|&pixel| {
+            let [truth, error, low, high] = [
+                &by_paths.irradiance,
+                &by_paths.standard_error,
+                &bounds.low,
+                &bounds.high,
+            ]
+            .map(|values| values[pixel].0[1]);
+            truth + widths * error < low || truth - widths * error > high
+        })
+        .count();
+    let bias = report
+        .parts
+        .iter()
+        .find(|part| part.classes.iter().any(|it| LayerName::Class(it) == what))
+        .map(|part| match &part.detail {
+            PartDetail::PhotonMap(map) => map.bias.iter().map(|it| it.0[1]).sum::<f64>(),
+            _ => panic!("{what} is not by photon maps"),
+        });
+    let bias = bias.unwrap() / pixels as f64;
+    let (value, truth, of_truth) = {
+        let (truth, of_truth) = mean(by_paths, 1);
+        (mean(layer, 1).0, truth, of_truth)
+    };
+    // Pixels share photons: their errors add up at worst.
+    let errors = layer.standard_error.iter().map(|it| it.0[1]);
+    let error = (errors.sum::<f64>() / pixels as f64).hypot(of_truth);
     println!(
-        "{what}: {missed} of {pixels} missed, bars {} of the light, {value} for {truth}",
-        bars / light
+        "{what}: {missed} of {pixels} missed; {value} for {truth}, bias {bias}, error {error}"
     );
     // Each bar holds for 999 of 1000, and their sum more often: of 192 pixels 0.4 are missed at most, four with a probability
     // of 1e-3 were they independent; pixels that share photons miss together.
     assert!(missed <= 4, "{what}: {missed} of {pixels}");
+    // What the difference of two radii says of the bias may be too little by √2 + 1 (see `photon_map::finish`).
+    let allowed = 4.0 * error + std::f64::consts::SQRT_2 * bias.abs();
     assert!(
-        light > 0.0 && bars < light,
-        "{what}: bars of {bars} say nothing of {light}"
+        (value - truth - bias).abs() <= allowed,
+        "{what}: {value} for {truth}"
+    );
+    // A class counted twice, or left out, would show.
+    assert!(
+        allowed + bias.abs() < 0.6 * truth,
+        "{what}: {allowed} of {truth} says little"
     );
 }
 
 #[test]
 fn the_image_is_that_of_paths_class_by_class_where_the_lamp_is_broad() {
     let scene = room(&film(16, 12, BOX), FLOOR, &[BALL, MIRROR, LAMP]);
-    let (found, report) = full(&scene, with_small_maps(), &budget(2048, 1 << 21));
+    let (found, report) = full(&scene, with_small_maps(), &budget(2048, 1 << 22));
     let methods: Vec<Finder> = report.parts.iter().map(|part| part.method).collect();
     assert_eq!(methods, [Finder::Photons, Finder::PhotonMap, Finder::Path]);
     // What paths measure are the bits of `--method path`, and every class is lit.
@@ -190,8 +214,7 @@ fn the_image_is_that_of_paths_class_by_class_where_the_lamp_is_broad() {
         assert_same(one.name(), layer(&found, one), layer(&truth, one));
     }
     let seen = PathClass::SeenCaustic;
-    assert_within(seen.name(), layer(&found, seen), layer(&truth, seen));
-    assert_within("total", &found.total, &truth.total);
+    assert_mapped(layer(&found, seen), &report, layer(&truth, seen));
 }
 
 #[test]
@@ -265,7 +288,7 @@ fn caustics_of_point_lights_which_paths_never_find_are_those_of_beams() {
 fn caustics_on_surfaces_that_light_cannot_be_connected_from_are_found_by_photon_maps() {
     let rough = "<bsdf type=\"roughplastic\"><float name=\"alpha\" value=\"0.3\"/></bsdf>";
     let scene = room(&film(16, 12, BOX), rough, &[BALL, LAMP]);
-    let (found, report) = full(&scene, with_small_maps(), &budget(64, 1 << 21));
+    let (found, report) = full(&scene, with_small_maps(), &budget(64, 1 << 22));
     let methods: Vec<Finder> = report.parts.iter().map(|part| part.method).collect();
     assert_eq!(
         methods,
@@ -274,7 +297,7 @@ fn caustics_on_surfaces_that_light_cannot_be_connected_from_are_found_by_photon_
     let truth = image(&scene, PathSettings::default(), 4096);
     for one in [PathClass::Caustic, PathClass::SeenCaustic] {
         let [a, b] = [&found, &truth].map(|image| class(image, one).unwrap());
-        assert_within(one.name(), a, b);
+        assert_mapped(a, &report, b);
     }
 }
 

@@ -21,7 +21,7 @@ fn render(arguments: &[&str]) -> (Output, tempfile::TempDir) {
     let output = Command::cargo_bin("nephroid")
         .unwrap()
         .current_dir(&folder)
-        .args(["render", "scene.xml", "-o", "a.exr", "--method", "full"])
+        .args(["render", "scene.xml", "--method", "full"])
         .args(arguments)
         .output()
         .unwrap();
@@ -34,7 +34,7 @@ fn text(bytes: &[u8]) -> String {
 
 #[test]
 fn one_report_and_one_file_hold_all_classes_and_who_measured_them() {
-    let (output, folder) = render(&["--spp", "32", "--photons", "1048576"]);
+    let (output, folder) = render(&["--spp", "32", "--photons", "1048576", "-o", "a.exr"]);
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
     let said = text(&output.stdout);
     for words in [
@@ -86,7 +86,7 @@ fn options_that_contradict_all_light_and_receivers_are_refused() {
         (&["--sensor", "floor"][..], "paths start at cameras"),
         (&["--rays", "9"], "--rays is not for --method full"),
         (
-            &["--shard", "1/2", "--photons", "9"],
+            &["--shard", "1/2", "--photons", "9", "-o", "a.shard"],
             "--shard is not for --method full",
         ),
         (&["--seen", "anyhow"], "--seen is not for --method full"),
@@ -103,6 +103,6 @@ fn options_that_contradict_all_light_and_receivers_are_refused() {
         let said = text(&output.stderr);
         assert_eq!(output.status.code(), Some(2), "{arguments:?}: {said}");
         assert!(said.contains(words), "{arguments:?}: {said}");
-        assert!(!folder.path().join("a.exr").exists());
+        assert!(!folder.path().join("out/scene.exr").exists());
     }
 }
