@@ -40,6 +40,7 @@ pub fn check_film(
         Method::Path => path(),
         // Each layer twice, for the two radii, and perhaps seen in two ways; the bias.
         Method::PhotonMap => 4 * photons(3, u64::from(max_layers)),
+        Method::Full => full(),
     };
     let needed = texels.saturating_mul(bytes_a_texel);
     if let Some(available) = available_bytes() {
@@ -113,6 +114,17 @@ fn path() -> u64 {
     let finishing = (CLASSES + 1) * PAIR + estimate;
     let files = 3 * (CLASSES + 1) * PAIR / 2;
     tracing.max(finishing).max(estimate + files)
+}
+
+/// Memory \[bytes\] that a texel takes when a run of all methods takes most: one after the other, beside what was measured
+/// before, and in the end files.
+fn full() -> u64 {
+    // Each class and their sum: value, standard error and bounds.
+    const LAYERS: u64 = (PathClass::ALL.len() as u64 + 1) * 4 * TRIPLE;
+    // Of two runs of photon maps: the bias and its standard error.
+    let reports = 2 * PAIR;
+    let largest = path().max(beams(3, 0)).max(4 * photons(3, 0));
+    LAYERS + reports + largest.max(3 * LAYERS / 2)
 }
 
 /// Memory that can be had without swapping, where the system says (Linux).

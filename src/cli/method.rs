@@ -34,7 +34,7 @@ pub fn choose(args: &RenderArgs, scene: &Scene, sensor: &Sensor) -> anyhow::Resu
             Method::Photons
         }
     });
-    if method == Method::Path && !is_camera(sensor) {
+    if matches!(method, Method::Path | Method::Full) && !is_camera(sensor) {
         anyhow::bail!(
             "sensor \"{}\" ({}): paths start at cameras; an irradiancemeter is filled by --method beams or photons",
             sensor.id,

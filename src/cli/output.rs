@@ -10,6 +10,7 @@ use crate::film::picture::{self, Content, PictureError, PictureSpec, Scale};
 use crate::film::{Grid, Image, Rounding, atomic, exr};
 use crate::radiometry::Rgb;
 use crate::reference::beams::{BeamReport, BeamSettings};
+use crate::reference::full::{FullReport, FullSettings};
 use crate::reference::path::{PathReport, PathSettings};
 use crate::reference::photon_map::{PhotonMapReport, PhotonMapSettings};
 use crate::reference::photons::PhotonSettings;
@@ -43,6 +44,8 @@ pub enum Settings<'a> {
     Path(&'a PathSettings, &'a PathReport),
     /// By photon maps.
     PhotonMap(&'a PhotonMapSettings, &'a PhotonMapReport),
+    /// By all methods, each its part.
+    Full(&'a FullSettings, &'a FullReport),
 }
 
 impl Settings<'_> {
@@ -53,6 +56,7 @@ impl Settings<'_> {
             Self::Beams(..) => "beams",
             Self::Path(..) => "path",
             Self::PhotonMap(..) => "photon-map",
+            Self::Full(..) => "full",
         }
     }
 
@@ -61,6 +65,7 @@ impl Settings<'_> {
         match self {
             Self::Path(..) => "paths",
             Self::PhotonMap(..) => "photon maps",
+            Self::Full(..) => "all methods",
             _ => self.name(),
         }
     }
@@ -205,6 +210,11 @@ fn image(run: &Run, summary: &Summary) -> anyhow::Result<Image> {
             image.add_metadata("seed", settings.photons.seed.to_string());
             image.add_metadata("photons", estimate.paths.to_string());
         }
+        Settings::Full(settings, report) => {
+            image.add_metadata("settings", serde_json::to_string(settings)?);
+            image.add_metadata("seed", settings.path.seed.to_string());
+            image.add_metadata("full", serde_json::to_string(report)?);
+        }
     }
     image.add_metadata("version", env!("CARGO_PKG_VERSION"));
     image.add_metadata("complete", if estimate.incomplete { "no" } else { "yes" });
@@ -217,6 +227,16 @@ fn image(run: &Run, summary: &Summary) -> anyhow::Result<Image> {
 
 /// What the numbers mean, for whoever finds the file alone.
 fn conventions(method: &Settings, quantity: Quantity) -> String {
+    if matches!(method, Settings::Full(..)) {
+        return "pixel-averaged radiance [W/m2/sr] towards the camera, linear sRGB; row 0 is the top; L is the sum \
+                of the layers, which are classes of paths from light L to camera E, S a mirror or glass, D \
+                anything else: emitted L S* E, direct L D S* E, caustic L S+ D E, caustic-sds L S+ D S+ E, \
+                indirect L D ... D S* E, caustic-indirect L S+ D ... D S* E; the attribute full says which method \
+                measured which class; stderr is one standard error over independent replicates, of methods that \
+                draw lots; lo and hi are bounds, with a confidence of 99.9 % a layer as far as they are random, rounded \
+                outward, and those of L the sums of the methods'; NaN is not known"
+            .to_owned();
+    }
     if matches!(method, Settings::Path(..)) {
         return "pixel-averaged radiance [W/m2/sr] towards the camera, linear sRGB; row 0 is the top; L is the sum \
                 of the layers, which are classes of paths from light L to camera E, S a mirror or glass, D \

@@ -16,11 +16,12 @@ use super::method;
 use super::output::{self, Run, Settings};
 use super::progress;
 use super::sensor::{choose_camera, choose_sensor};
-use super::summary::Summary;
+use super::summary::{Summary, listed};
 use crate::film::atomic;
 use crate::mitsuba;
 use crate::reference::beams::{self, BeamError};
-use crate::reference::path::{self, PathSettings};
+use crate::reference::full::{self, PartDetail};
+use crate::reference::path::{self, PathReport, PathSettings};
 use crate::reference::photon_map::{self, PhotonMapError};
 use crate::reference::photons::shard::Part;
 use crate::reference::photons::{self, RunError, Shard};
@@ -41,7 +42,7 @@ pub fn render(args: &RenderArgs) -> anyhow::Result<Outcome> {
     let progress = Arc::new(Progress::default());
     progress::stop_on_interrupt(&progress)?;
     let scene = load(&args.scene)?;
-    let sensor = if args.method == Some(Method::Path) {
+    let sensor = if matches!(args.method, Some(Method::Path | Method::Full)) {
         choose_camera(&scene, args.sensor.as_deref())?
     } else {
         choose_sensor(&scene, args.sensor.as_deref())?
@@ -65,6 +66,7 @@ pub fn render(args: &RenderArgs) -> anyhow::Result<Outcome> {
         (Method::Beams, _) => job.beams(),
         (Method::Path, _) => job.path(),
         (Method::PhotonMap, _) => job.photon_maps(),
+        (Method::Full, _) => job.full(),
         (Method::Photons, None) => job.photons(),
         (Method::Photons, Some(shard)) => job.shard(shard),
     }
@@ -128,18 +130,12 @@ impl Job<'_> {
         let (estimate, report) = progress::watch(self.progress, || {
             path::run(self.scene, self.sensor, settings, &budget, self.progress)
         })?;
-        let mut warnings = Vec::new();
+        let mut warnings = cut_off(&report);
         if report.samples == 0 {
             warnings.push(
                 "the run ended before the first replicate did: nothing is known of the image"
                     .to_owned(),
             );
-        }
-        if report.cut_off > 0 {
-            warnings.push(format!(
-                "{} paths were cut off after 65536 surfaces: give a --max-depth, or a lower --rr-depth",
-                report.cut_off
-            ));
         }
         warnings.extend(out_of_reach(self.scene, &settings));
         self.finish(Settings::Path(&settings, &report), &estimate, warnings)
@@ -164,6 +160,27 @@ impl Job<'_> {
         self.finish(Settings::PhotonMap(&settings, &report), &estimate, warnings)
     }
 
+    fn full(&self) -> anyhow::Result<Outcome> {
+        let (settings, budget) = self.args.full(self.scene.integrator())?;
+        let (estimate, report) = progress::watch(self.progress, || {
+            full::run(self.scene, self.sensor, settings, &budget, self.progress)
+        })?;
+        let mut warnings = report.notices.clone();
+        for part in &report.parts {
+            if part.incomplete {
+                warnings.push(format!(
+                    "the part of {} ({}) did not come to its end",
+                    part.method.name(),
+                    listed(part.classes)
+                ));
+            }
+            if let PartDetail::Path(report) = &part.detail {
+                warnings.extend(cut_off(report));
+            }
+        }
+        self.finish(Settings::Full(&settings, &report), &estimate, warnings)
+    }
+
     fn shard(&self, shard: Shard) -> anyhow::Result<Outcome> {
         let (settings, budget) = self.args.photons()?;
         let part =
@@ -186,7 +203,8 @@ impl Job<'_> {
         estimate: &Estimate,
         mut warnings: Vec<String>,
     ) -> anyhow::Result<Outcome> {
-        if estimate.quantity == Quantity::Radiance {
+        let is_all_light = matches!(method, Settings::Path(..) | Settings::Full(..));
+        if estimate.quantity == Quantity::Radiance && !is_all_light {
             // Photon maps are looked up on any surface that scatters.
             if !matches!(method, Settings::PhotonMap(..)) {
                 warnings.extend(left_out_of_image(self.scene));
@@ -213,6 +231,20 @@ impl Job<'_> {
             Outcome::Complete
         })
     }
+}
+
+/// What to warn of where paths did not come to their end.
+fn cut_off(report: &PathReport) -> Vec<String> {
+    let is_any = report.cut_off > 0;
+    is_any
+        .then(|| {
+            format!(
+                "{} paths were cut off after 65536 surfaces: give a --max-depth, or a lower --rr-depth",
+                report.cut_off
+            )
+        })
+        .into_iter()
+        .collect()
 }
 
 /// What to warn of where paths from a camera cannot find a caustic that there is.

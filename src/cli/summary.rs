@@ -10,7 +10,9 @@ use crate::geometry::TraversalCounters;
 use crate::reference::Quantity;
 use crate::reference::beams::BeamReport;
 use crate::reference::beams::pass::SignatureReport;
+use crate::reference::full::{FullReport, PartDetail};
 use crate::reference::path::PathReport;
+use crate::transport::path_class::{PathClass, PathClasses};
 
 /// The layer of direct light.
 const LD: &str = "LD";
@@ -42,6 +44,9 @@ pub struct Summary {
     /// What there is to know of photon maps.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub photon_map: Option<MapSummary>,
+    /// What there is to know of the parts that several methods measured.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub full: Option<FullReport>,
     /// √(mean σ²) / mean E over lit texels of the specular layers, of paths over all light; of beams the likely error.
     pub relative_error: Option<f64>,
     /// One entry a layer, the total first.
@@ -146,6 +151,10 @@ impl Summary {
                 }),
                 _ => None,
             },
+            full: match run.method {
+                Settings::Full(_, report) => Some(report.clone()),
+                _ => None,
+            },
             relative_error: estimate.relative_error,
             layers: std::iter::once(&estimate.total)
                 .chain(&estimate.layers)
@@ -197,6 +206,12 @@ fn percent(error: f64) -> String {
     format!("{:.3} %", 100.0 * error)
 }
 
+/// Classes of paths, by name.
+pub(super) fn listed(classes: PathClasses) -> String {
+    let names: Vec<&str> = classes.iter().map(PathClass::name).collect();
+    names.join(", ")
+}
+
 /// A relative error: a dot where there is no light, and so no error.
 fn relative(error: Option<f64>, is_dark: bool) -> String {
     match error {
@@ -232,7 +247,7 @@ impl fmt::Display for Summary {
             "min",
             "mean",
             "max",
-            if self.beams.is_some() {
+            if self.beams.is_some() || self.full.is_some() {
                 "rel. bar"
             } else {
                 "rel. error"
@@ -253,10 +268,11 @@ impl fmt::Display for Summary {
             ledger.write(out, wide)?;
         }
         writeln!(out)?;
-        match (&self.beams, &self.path) {
-            (Some(report), _) => self.write_beams(out, report)?,
-            (None, Some(report)) => self.write_path(out, report)?,
-            (None, None) => self.write_photons(out)?,
+        match (&self.beams, &self.path, &self.full) {
+            (Some(report), _, _) => self.write_beams(out, report)?,
+            (_, Some(report), _) => self.write_path(out, report)?,
+            (_, _, Some(report)) => self.write_full(out, report)?,
+            (None, None, None) => self.write_photons(out)?,
         }
         for file in &self.files {
             writeln!(out, "wrote {file}")?;
@@ -310,6 +326,43 @@ impl Summary {
         writeln!(
             out,
             "relative standard error over lit pixels: {}",
+            relative(self.relative_error, self.complete)
+        )
+    }
+
+    fn write_full(&self, out: &mut fmt::Formatter<'_>, report: &FullReport) -> fmt::Result {
+        for part in &report.parts {
+            let what = match &part.detail {
+                PartDetail::Path(report) => format!("{} samples a pixel", report.samples),
+                PartDetail::Beams(report) => format!("{} passes", report.passes),
+                PartDetail::PhotonMap(report) => format!(
+                    "{} photons, relative bias {}",
+                    part.paths,
+                    relative(report.relative_bias, false)
+                ),
+                PartDetail::Photons {} => format!("{} photons", part.paths),
+            };
+            writeln!(
+                out,
+                "{} by {}: {what}; relative error {}",
+                listed(part.classes),
+                part.method.name(),
+                relative(part.relative_error, !part.incomplete)
+            )?;
+        }
+        if let Some(timing) = &self.timing {
+            writeln!(
+                out,
+                "{} rays in {:.2} s on {} threads: {:.2} M rays/s",
+                self.counters.rays,
+                timing.seconds,
+                timing.threads,
+                timing.rays_per_second / 1e6
+            )?;
+        }
+        writeln!(
+            out,
+            "relative standard error over lit pixels, of what is drawn by lot: {}",
             relative(self.relative_error, self.complete)
         )
     }

@@ -2,7 +2,8 @@
 //!
 //! A reference fills a sensor with an [`Estimate`]: values with error bars, layer by layer, and
 //! a ledger of where all the flux went. [`photons`] works on any scene, and [`photon_map`] where
-//! photons cannot be connected to the camera; [`mod@path`] makes a camera's image of all light; [`closed_form`] holds
+//! photons cannot be connected to the camera; [`mod@path`] makes a camera's image of all light, and
+//! [`full`] of all light by all of these; [`closed_form`] holds
 //! the few scenes that need no computer, and judges the others; [`mod@probe`] finds every path to one
 //! point.
 
@@ -10,6 +11,7 @@ pub mod beams;
 pub mod closed_form;
 mod combine;
 mod estimate;
+pub mod full;
 pub mod path;
 pub mod photon_map;
 pub mod photons;

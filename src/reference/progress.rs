@@ -26,6 +26,14 @@ impl Progress {
         self.passes.fetch_add(1, Ordering::Relaxed);
     }
 
+    /// Begins the next of several methods that make one estimate.
+    pub(super) fn begin_part(&self) {
+        for counter in [&self.paths, &self.expected_paths, &self.passes] {
+            counter.store(0, Ordering::Relaxed);
+        }
+        self.set_relative_error(None);
+    }
+
     /// The pass of beams under way, from 1; `None` where there is none.
     pub fn pass(&self) -> Option<u64> {
         let pass = self.passes.load(Ordering::Relaxed);

@@ -33,10 +33,12 @@ pub enum PathClass {
     /// L S+ D E: a caustic, seen directly.
     Caustic,
     /// L S+ D S+ E: a caustic, seen by mirrors or glass.
+    #[serde(rename = "caustic-sds")]
     SeenCaustic,
     /// L D (S|D)* D S* E: direct light that is scattered on.
     Indirect,
     /// L S+ D (S|D)* D S* E: a caustic's light that is scattered on.
+    #[serde(rename = "caustic-indirect")]
     IndirectCaustic,
 }
 
@@ -260,6 +262,8 @@ mod tests {
                 .iter()
                 .filter(|other| other.name() == class.name());
             assert_eq!(same.count(), 1);
+            let written = serde_json::to_value(class).unwrap();
+            assert_eq!(written, class.name(), "in files it is called as its layer");
         }
     }
 }

@@ -27,15 +27,15 @@ pub struct SharedArgs {
     pub replicates: Option<u32>,
 
     /// Specular events after which flux is cut off, up to 31; of paths the most legs from light to
-    /// camera, as Mitsuba's `max_depth` [default: 16; of paths the scene file's, else no limit]
+    /// camera, as Mitsuba's `max_depth` (full: legs) [default: 16; of paths the scene file's, else no limit]
     #[arg(long, value_name = "N")]
     pub max_depth: Option<u32>,
 
-    /// What interpolated normals do to flux (paths: adjoint)
+    /// What interpolated normals do to flux (path and full: adjoint)
     #[arg(long, value_enum, default_value_t = ShadingNormalsArg::Flux)]
     pub shading_normals: ShadingNormalsArg,
 
-    /// Path signatures with a layer of their own: the brightest
+    /// Path signatures with a layer of their own: the brightest (path and full: a layer a class)
     #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u32).range(0..=1024))]
     pub layers: u32,
 }

@@ -9,6 +9,7 @@ use super::method::{PathArgs, PhotonArgs, PhotonMapArgs, SharedArgs};
 use super::parse::{parse_duration, parse_fraction, parse_shard};
 use super::{MAX_COUNT, SceneArgs};
 use crate::reference::beams::{BeamBudget, BeamSettings};
+use crate::reference::full::{FullBudget, FullSettings};
 use crate::reference::path::{PathBudget, PathSettings};
 use crate::reference::photon_map::PhotonMapSettings;
 use crate::reference::photons::{Budget, PhotonSettings, Shard};
@@ -25,7 +26,7 @@ pub struct RenderArgs {
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
 
-    /// The sensor to fill, by id [default: the first irradiancemeter; of paths the first camera]
+    /// The sensor to fill, by id [default: the first irradiancemeter; of path and full the first camera]
     #[arg(long, value_name = "ID")]
     pub sensor: Option<String>,
 
@@ -42,12 +43,13 @@ pub struct RenderArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MAX_COUNT))]
     pub rays: Option<u64>,
 
-    /// Stop after this time, e.g. 30s, 2m
+    /// Stop after this time, e.g. 30s, 2m (of full: shared among its methods)
     #[arg(long, value_name = "TIME", value_parser = parse_duration)]
     pub time: Option<Duration>,
 
     /// Stop at this error over lit texels, e.g. 1%: the standard error of photons and paths,
-    /// the likely error of beams (root mean square over mean) [default: 0.1% of beams without any limit]
+    /// the likely error of beams (root mean square over mean) [default: 0.1% of beams without any limit,
+    /// 1% of those in full]
     #[arg(long, value_name = "ERROR", value_parser = parse_fraction)]
     pub error: Option<f64>,
 
@@ -90,6 +92,8 @@ pub enum Method {
     Path,
     /// Photon maps: caustics that a camera sees by way of mirrors or glass, with their bias
     PhotonMap,
+    /// All that a camera sees: caustics by beams, photons and photon maps, the rest by paths
+    Full,
 }
 
 impl RenderArgs {
@@ -233,6 +237,47 @@ impl RenderArgs {
             relative_error: self.error,
         };
         Ok((settings, budget))
+    }
+
+    /// What the flags mean to all methods together, in a scene whose file has this integrator.
+    ///
+    /// # Errors
+    ///
+    /// For options that contradict it, and where the run could never know the error it is to stop at.
+    pub fn full(
+        &self,
+        integrator: Option<&Integrator>,
+    ) -> anyhow::Result<(FullSettings, FullBudget)> {
+        let contradicting = given([
+            ("--rays", self.rays.is_some()),
+            ("--shard", self.shard.is_some()),
+            ("--seen", self.photon_map.seen.is_some()),
+            ("--without-caustics", self.path.without_caustics),
+        ]);
+        if let Some(name) = contradicting {
+            anyhow::bail!(
+                "{name} is not for --method full, which is limited by --spp, --photons, --time and --error"
+            );
+        }
+        let path = self
+            .shared
+            .path(self.photon.samples, &self.path, integrator);
+        let photon_map = self.shared.photon_maps(&self.photon, &self.photon_map);
+        let settings = FullSettings {
+            path,
+            photons: self.shared.photons(&self.photon),
+            photon_map,
+            beams: self.shared.beams(),
+        };
+        let fewest = path.replicates.min(photon_map.photons.replicates);
+        self.ensure_error_bar(fewest)?;
+        let budget = FullBudget {
+            samples: self.path.spp,
+            photons: self.photons,
+            time: self.time,
+            relative_error: self.error,
+        };
+        Ok((settings.agreeing(), budget))
     }
 
     fn refuse_paths_options(&self) -> anyhow::Result<()> {

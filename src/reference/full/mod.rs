@@ -1,0 +1,30 @@
+//! All light that a camera sees, each class of paths by the method that finds it best.
+//!
+//! | class | paths | by |
+//! |---|---|---|
+//! | `emitted`, `direct`, `indirect` | L S\* E, L D S\* E, L D … D S\* E | [paths](super::path) from the camera |
+//! | `caustic` | L S+ D E | [beams](super::beams), or [photons](super::photons) connected to the camera |
+//! | `caustic-sds` | L S+ D S+ E | [photon maps](super::photon_map) |
+//! | `caustic-indirect` | L S+ D … D S\* E | paths, where lights have some size |
+//!
+//! Classes are those of [`path_class`](crate::transport::path_class), a partition of all paths: each is measured
+//! once, as one layer, and the image is their sum ([`Estimate::and`](super::Estimate::and)). [`plan`] says which
+//! method measures which class of a scene, and why; [`mod@run`] spends a budget on them.
+//!
+//! **What is missing is said.** Paths from the camera find `caustic-indirect` by running into an emitter: of lights
+//! that are a point or a direction never, and no other method here looks for it.
+//!
+//! **Bounds.** Beams and photon maps have bounds, so that all layers get some: of random ones their standard error
+//! times Student's t for [`CONFIDENCE`]. The total's are the sums of the methods', which is cautious.
+//!
+//! **Depth.** A path of `max_depth` legs has `max_depth` − 2 surfaces beside the one that scatters: that many
+//! specular events chains may have. Photon maps bound them on either side of that surface, not their sum.
+
+pub mod plan;
+pub mod run;
+pub mod settings;
+
+pub use super::photon_map::finish::CONFIDENCE;
+pub use plan::{Finder, Plan};
+pub use run::{FullError, FullReport, PartDetail, PartReport, run};
+pub use settings::{FullBudget, FullSettings};

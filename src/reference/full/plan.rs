@@ -1,0 +1,176 @@
+//! Which method measures which class of a scene's light paths.
+
+use crate::reference::beams;
+use crate::reference::path::PathSettings;
+use crate::scene::{Emitter, Material, MaterialId, Object, Scene, Sensor};
+use crate::transport::camera::{Camera, CameraError};
+use crate::transport::chain_limits::left_out_of_image;
+use crate::transport::domain::LightSpace;
+use crate::transport::path_class::{PathClass, PathClasses};
+
+/// A method that measures a class of light paths.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Finder {
+    /// Paths from the camera.
+    Path,
+    /// Beams, connected to the camera.
+    Beams,
+    /// Photons, connected to the camera.
+    Photons,
+    /// Photon maps.
+    PhotonMap,
+}
+
+impl Finder {
+    /// The method's name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Path => "path",
+            Self::Beams => "beams",
+            Self::Photons => "photons",
+            Self::PhotonMap => "photon-map",
+        }
+    }
+}
+
+/// Who measures what, and what there is to say of it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Plan {
+    /// By class, in the order of [`PathClass::ALL`].
+    finders: [Finder; PathClass::ALL.len()],
+    /// What is left out, or found slowly, and why.
+    pub notices: Vec<String>,
+}
+
+impl Plan {
+    /// The plan for a scene and a camera.
+    ///
+    /// Where nothing mirrors or refracts there are no caustics, and paths do all. They do so, too, where light cannot be
+    /// followed from its emitters, or surfaces that it falls on cannot be connected to the camera.
+    ///
+    /// # Errors
+    ///
+    /// Where there may be caustics and their light cannot be connected to the camera since that has a lens of some size or a
+    /// film whose filter is not the box, or is no camera.
+    pub fn new(scene: &Scene, sensor: &Sensor, path: &PathSettings) -> Result<Self, CameraError> {
+        Camera::of_sensor(sensor)?;
+        let mut plan = Self {
+            finders: [Finder::Path; PathClass::ALL.len()],
+            notices: Vec::new(),
+        };
+        let mirrors = |object: &Object| {
+            let material = scene.material(object.material);
+            material.is_specular(scene.materials()) || is_unfollowed(scene, object.material)
+        };
+        // Light that shines on a surface and is scattered to the camera has two legs: a mirror before makes three.
+        let is_too_short = path.max_depth.is_some_and(|legs| legs < 3);
+        if is_too_short || !scene.objects().iter().any(mirrors) {
+            return Ok(plan);
+        }
+        let reason = Self::why_paths(scene, sensor, path)?;
+        let unfollowed = unfollowed(scene);
+        let has_delta = |emitter: &Emitter| emitter.is_delta() && !emitter.strength().is_black();
+        let has_delta = scene.emitters().iter().any(has_delta);
+        if let Some(reason) = reason.or_else(|| unfollowed.clone().filter(|_| !has_delta)) {
+            let lost = if has_delta {
+                ", and those of lights that are a point or a direction never"
+            } else {
+                ""
+            };
+            plan.notices.push(format!(
+                "{reason}: caustics are left to paths from the camera, which find them by chance{lost}"
+            ));
+            return Ok(plan);
+        }
+        if let Some(unfollowed) = unfollowed {
+            plan.notices
+                .push(format!("{unfollowed}: caustics by way of it are left out"));
+        }
+        let is_connectable = left_out_of_image(scene).is_empty();
+        plan.finders[PathClass::SeenCaustic.index()] = Finder::PhotonMap;
+        plan.finders[PathClass::Caustic.index()] = if !is_connectable {
+            // Maps are looked up on any surface that scatters.
+            Finder::PhotonMap
+        } else if beams::is_deterministic(scene) && beams::supports(scene).is_ok() {
+            Finder::Beams
+        } else {
+            Finder::Photons
+        };
+        if has_delta && path.max_depth.is_none_or(|legs| legs > 3) {
+            plan.notices.push(format!(
+                "{} (a caustic's light that matt surfaces scatter on) of lights that are a point or a direction \
+                 is left out: paths from a camera never find it",
+                PathClass::IndirectCaustic
+            ));
+        }
+        if path.max_depth.is_some() {
+            plan.notices.push(format!(
+                "max_depth bounds the mirrors and glass of {} on either side of the surface that scatters, not \
+                 their sum",
+                PathClass::SeenCaustic
+            ));
+        }
+        Ok(plan)
+    }
+
+    /// Why caustics are best left to paths from the camera; `None` where they are not.
+    fn why_paths(
+        scene: &Scene,
+        sensor: &Sensor,
+        path: &PathSettings,
+    ) -> Result<Option<String>, CameraError> {
+        if let Err(error) = LightSpace::new(scene) {
+            return Ok(Some(error.to_string()));
+        }
+        if path.hide_emitters && scene.emitters().iter().any(|it| it.shape().is_some()) {
+            let reason = "hide_emitters lets the camera see through shapes that shine, which light \
+                          that is connected to it does not pass";
+            return Ok(Some(reason.to_owned()));
+        }
+        match Camera::new(scene, sensor) {
+            Ok(_) => Ok(None),
+            Err(error @ CameraError::Reflectance { .. }) => Ok(Some(error.to_string())),
+            Err(error) => Err(error),
+        }
+    }
+
+    /// Who measures a class.
+    pub fn finder(&self, class: PathClass) -> Finder {
+        self.finders[class.index()]
+    }
+
+    /// The classes that a method measures.
+    pub fn classes(&self, finder: Finder) -> PathClasses {
+        PathClass::ALL
+            .into_iter()
+            .filter(|class| self.finder(*class) == finder)
+            .fold(PathClasses::NONE, PathClasses::with)
+    }
+}
+
+/// A shape that mirrors or refracts without blur in a way that chains from emitters do not follow, in words.
+fn unfollowed(scene: &Scene) -> Option<String> {
+    let object = scene
+        .objects()
+        .iter()
+        .find(|object| is_unfollowed(scene, object.material))?;
+    Some(format!(
+        "shape \"{}\" ({}) mirrors in a way that light is not followed by",
+        object.id,
+        scene.material(object.material).plugin()
+    ))
+}
+
+/// Smooth coats over a matt base, and smooth interfaces whose normals a texture turns.
+fn is_unfollowed(scene: &Scene, id: MaterialId) -> bool {
+    let material = scene.material(id);
+    match material {
+        Material::Plastic(_) => true,
+        Material::Turned { nested, .. } => {
+            let is_specular = scene.material(*nested).is_specular(scene.materials());
+            is_specular || is_unfollowed(scene, *nested)
+        }
+        _ => material.nested().any(|id| is_unfollowed(scene, id)),
+    }
+}

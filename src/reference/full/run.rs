@@ -1,0 +1,228 @@
+//! One method after the other, and their sum.
+
+use std::time::{Duration, Instant};
+
+use super::plan::{Finder, Plan};
+use super::settings::{FullBudget, FullSettings};
+use crate::reference::beams::{self, BeamError, BeamReport};
+use crate::reference::path::{self, PathError, PathReport, PathSettings};
+use crate::reference::photon_map::finish::CONFIDENCE;
+use crate::reference::photon_map::{self, PhotonMapError, PhotonMapReport};
+use crate::reference::photons::{self, RunError};
+use crate::reference::{CombineError, Estimate, Layer, LayerName, Progress};
+use crate::scene::{Scene, Sensor};
+use crate::transport::camera::CameraError;
+use crate::transport::path_class::{PathClass, PathClasses};
+
+/// Why an image of all light came to nothing.
+#[derive(Debug, thiserror::Error)]
+pub enum FullError {
+    /// Light cannot be connected to the sensor.
+    #[error("{0}; --method path needs none of this, and finds caustics by chance")]
+    Camera(#[from] CameraError),
+    /// By paths.
+    #[error(transparent)]
+    Path(#[from] PathError),
+    /// By beams.
+    #[error(transparent)]
+    Beams(#[from] BeamError),
+    /// By photons.
+    #[error(transparent)]
+    Photons(#[from] RunError),
+    /// By photon maps.
+    #[error(transparent)]
+    PhotonMap(#[from] PhotonMapError),
+    /// Parts that do not fit together.
+    #[error(transparent)]
+    Combine(#[from] CombineError),
+}
+
+/// What there is to know of a run beside its image.
+#[derive(Clone, Debug, serde::Serialize)]
+pub struct FullReport {
+    /// One entry a method and its classes, in the order of their runs.
+    pub parts: Vec<PartReport>,
+    /// What is left out, or found slowly, and why.
+    pub notices: Vec<String>,
+}
+
+/// One method's part.
+#[derive(Clone, Debug, serde::Serialize)]
+pub struct PartReport {
+    /// The method.
+    pub method: Finder,
+    /// The classes of paths that it measured.
+    pub classes: PathClasses,
+    /// Standard error over lit pixels of its own light (of beams the likely error), relative to their mean.
+    pub relative_error: Option<f64>,
+    /// Paths, photons or beams' pieces of light space that it started.
+    pub paths: u64,
+    /// Whether it was stopped before its budget was used, or reached nothing.
+    pub incomplete: bool,
+    /// What else the method says.
+    #[serde(flatten)]
+    pub detail: PartDetail,
+}
+
+/// What a method says of its part.
+#[derive(Clone, Debug, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum PartDetail {
+    /// Of paths.
+    Path(PathReport),
+    /// Of beams.
+    Beams(BeamReport),
+    /// Of photon maps.
+    PhotonMap(PhotonMapReport),
+    /// Photons say no more.
+    #[serde(untagged)]
+    Photons {},
+}
+
+/// A part measured: its light with bounds, a layer a class.
+type Part = (Estimate, PartDetail);
+
+/// A run of all methods.
+struct Run<'a> {
+    scene: &'a Scene,
+    sensor: &'a Sensor,
+    settings: FullSettings,
+    budget: &'a FullBudget,
+    progress: &'a Progress,
+}
+
+/// Measures all that a camera sees.
+///
+/// The settings are made to [agree](FullSettings::agreeing) first. Methods run one after the other, paths last; the estimate's
+/// layers are [classes](PathClass), all with bounds, and its total is their sum.
+///
+/// # Errors
+///
+/// As [`Plan::new`], and as the methods that it chose.
+pub fn run(
+    scene: &Scene,
+    sensor: &Sensor,
+    settings: FullSettings,
+    budget: &FullBudget,
+    progress: &Progress,
+) -> Result<(Estimate, FullReport), FullError> {
+    let start = Instant::now();
+    let settings = settings.agreeing();
+    let plan = Plan::new(scene, sensor, &settings.path)?;
+    let run = Run {
+        scene,
+        sensor,
+        settings,
+        budget,
+        progress,
+    };
+    let light = [PathClass::Caustic, PathClass::SeenCaustic]
+        .map(|class| (plan.finder(class), PathClasses::NONE.with(class)))
+        .into_iter()
+        .filter(|(finder, _)| *finder != Finder::Path);
+    let jobs: Vec<(Finder, PathClasses)> = light
+        .chain([(Finder::Path, plan.classes(Finder::Path))])
+        .collect();
+    let mut report = FullReport {
+        parts: Vec::new(),
+        notices: plan.notices,
+    };
+    let mut sum: Option<Estimate> = None;
+    for (number, (finder, classes)) in jobs.iter().copied().enumerate() {
+        let waiting = (jobs.len() - number) as u32;
+        let share = |time: Duration| time.saturating_sub(start.elapsed()) / waiting;
+        progress.begin_part();
+        let (estimate, detail) = run.part(finder, classes, budget.time.map(share))?;
+        report.parts.push(PartReport {
+            method: finder,
+            classes,
+            relative_error: estimate.relative_error,
+            paths: estimate.paths,
+            incomplete: estimate.incomplete,
+            detail,
+        });
+        sum = Some(match sum {
+            None => estimate,
+            Some(sum) => sum.and(estimate)?,
+        });
+    }
+    let mut estimate = match sum {
+        Some(estimate) => estimate,
+        // Not reached: paths are always asked for something.
+        None => run.by_paths(PathClasses::ALL, budget.time)?.0,
+    };
+    sort_by_class(&mut estimate.layers);
+    Ok((estimate, report))
+}
+
+impl Run<'_> {
+    fn part(
+        &self,
+        finder: Finder,
+        classes: PathClasses,
+        time: Option<Duration>,
+    ) -> Result<Part, FullError> {
+        // Only paths measure more than one.
+        let class = classes.iter().next().unwrap_or(PathClass::Caustic);
+        match finder {
+            Finder::Path => self.by_paths(classes, time),
+            Finder::Beams => self.by_beams(class, time),
+            Finder::Photons => self.by_photons(class, time),
+            Finder::PhotonMap => self.by_photon_maps(class, time),
+        }
+    }
+
+    fn by_paths(&self, classes: PathClasses, time: Option<Duration>) -> Result<Part, FullError> {
+        let settings = PathSettings {
+            classes,
+            ..self.settings.path
+        };
+        let budget = self.budget.of_paths(time);
+        let (estimate, report) =
+            path::run(self.scene, self.sensor, settings, &budget, self.progress)?;
+        let replicates = u64::from(settings.replicates).min(report.samples) as u32;
+        let estimate = estimate.with_bounds(CONFIDENCE, replicates);
+        Ok((estimate, PartDetail::Path(report)))
+    }
+
+    fn by_beams(&self, class: PathClass, time: Option<Duration>) -> Result<Part, FullError> {
+        let budget = self.budget.of_beams(time);
+        let settings = self.settings.beams;
+        let (estimate, report) =
+            beams::run(self.scene, self.sensor, settings, &budget, self.progress)?;
+        Ok((as_class(estimate, class), PartDetail::Beams(report)))
+    }
+
+    fn by_photons(&self, class: PathClass, time: Option<Duration>) -> Result<Part, FullError> {
+        let budget = self.budget.of_photons(time);
+        let settings = self.settings.photons;
+        let estimate = photons::run(self.scene, self.sensor, settings, &budget, self.progress)?;
+        let replicates = u64::from(settings.replicates).min(estimate.paths) as u32;
+        let estimate = as_class(estimate, class).with_bounds(CONFIDENCE, replicates);
+        Ok((estimate, PartDetail::Photons {}))
+    }
+
+    fn by_photon_maps(&self, class: PathClass, time: Option<Duration>) -> Result<Part, FullError> {
+        let budget = self.budget.of_photons(time);
+        let settings = self.settings.map_of(class);
+        let (estimate, report) =
+            photon_map::run(self.scene, self.sensor, settings, &budget, self.progress)?;
+        Ok((as_class(estimate, class), PartDetail::PhotonMap(report)))
+    }
+}
+
+/// All light of an estimate as one layer: what a method that follows light measures is of one class.
+fn as_class(mut estimate: Estimate, class: PathClass) -> Estimate {
+    estimate.layers = vec![Layer {
+        name: LayerName::Class(class),
+        ..estimate.total.clone()
+    }];
+    estimate
+}
+
+fn sort_by_class(layers: &mut [Layer]) {
+    layers.sort_by_key(|layer| match layer.name {
+        LayerName::Class(class) => class.index(),
+        _ => PathClass::ALL.len(),
+    });
+}

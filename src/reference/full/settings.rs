@@ -1,0 +1,181 @@
+//! What a run of all methods is asked to do.
+
+use std::time::Duration;
+
+use crate::reference::beams::{BeamBudget, BeamSettings};
+use crate::reference::path::{PathBudget, PathSettings};
+use crate::reference::photon_map::{PhotonMapSettings, Seen};
+use crate::reference::photons::{Budget, PhotonSettings};
+use crate::transport::path_class::PathClass;
+use crate::transport::scatter::ShadingNormals;
+use crate::transport::signature::MAX_EVENTS;
+
+/// The settings of all methods, one scene's light in mind.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct FullSettings {
+    /// Of paths. Its classes are not looked at: the [plan](super::Plan) says which they are.
+    pub path: PathSettings,
+    /// Of photons that are connected to the camera.
+    pub photons: PhotonSettings,
+    /// Of photon maps; which caustics they measure is the plan's.
+    pub photon_map: PhotonMapSettings,
+    /// Of beams.
+    pub beams: BeamSettings,
+}
+
+impl Default for FullSettings {
+    /// Each method's default, made to [agree](FullSettings::agreeing).
+    fn default() -> Self {
+        Self {
+            path: PathSettings::default(),
+            photons: PhotonSettings::default(),
+            photon_map: PhotonMapSettings::default(),
+            beams: BeamSettings::default(),
+        }
+        .agreeing()
+    }
+}
+
+/// Seeds of methods are this far apart. The same seed would start the same photons twice, connected and in maps, and
+/// errors of one image would not be independent.
+const SEED_STEP: u64 = 1 << 62;
+
+impl FullSettings {
+    /// The same with what one image asks of all: the depth and the seed of its paths, and shading normals
+    /// that do to flux what paths from a camera do to radiance. Layers are classes, so that none is given to signatures.
+    #[must_use]
+    pub fn agreeing(mut self) -> Self {
+        let seed = |step: u64| self.path.seed.wrapping_add(step.wrapping_mul(SEED_STEP));
+        let light = [
+            (&mut self.photons, seed(1)),
+            (&mut self.photon_map.photons, seed(2)),
+        ];
+        let depth = self.path.max_depth.map(|legs| legs.saturating_sub(2));
+        for (photons, seed) in light {
+            photons.seed = seed;
+            photons.max_layers = 0;
+            photons.chains.shading_normals = ShadingNormals::Adjoint;
+            if let Some(depth) = depth {
+                photons.chains.max_depth = depth.min(MAX_EVENTS as u32);
+            }
+        }
+        self.beams = BeamSettings {
+            max_depth: self.photons.chains.max_depth,
+            shading_normals: ShadingNormals::Adjoint,
+            max_layers: 0,
+            ..self.beams
+        };
+        self
+    }
+
+    /// Those of photon maps of a class.
+    pub(super) fn map_of(&self, class: PathClass) -> PhotonMapSettings {
+        let seen = if class == PathClass::Caustic {
+            Seen::Directly
+        } else {
+            Seen::BySpecular
+        };
+        let mut settings = PhotonMapSettings {
+            seen,
+            ..self.photon_map
+        };
+        if seen == Seen::Directly {
+            // Instead of photons that are connected: never the maps of the other class.
+            settings.photons.seed = self.photons.seed;
+        }
+        settings
+    }
+}
+
+/// When a run ends: each method at whichever of its limits comes first.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FullBudget {
+    /// Samples a pixel, of paths.
+    pub samples: Option<u64>,
+    /// Photons, of those that are connected and of maps, each.
+    pub photons: Option<u64>,
+    /// Time from the start of the run, shared among the methods: each gets the same part of what is left.
+    pub time: Option<Duration>,
+    /// Relative standard error (of beams the likely error) over lit pixels, of each method's own light.
+    pub relative_error: Option<f64>,
+}
+
+impl FullBudget {
+    /// What beams aim at where nothing limits time or error: 1 %, about what the default numbers of samples come to.
+    pub const DEFAULT_BEAM_ERROR: f64 = 1e-2;
+
+    pub(super) fn of_paths(&self, time: Option<Duration>) -> PathBudget {
+        PathBudget {
+            samples: self.samples,
+            time,
+            relative_error: self.relative_error,
+        }
+    }
+
+    pub(super) fn of_photons(&self, time: Option<Duration>) -> Budget {
+        Budget {
+            photons: self.photons,
+            time,
+            relative_error: self.relative_error,
+        }
+    }
+
+    pub(super) fn of_beams(&self, time: Option<Duration>) -> BeamBudget {
+        let default = time.is_none().then_some(Self::DEFAULT_BEAM_ERROR);
+        BeamBudget {
+            relative_error: self.relative_error.or(default),
+            time,
+            rays: None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn methods_agree_on_depth_and_normals_and_share_no_random_numbers() {
+        let path = PathSettings {
+            max_depth: Some(7),
+            seed: u64::MAX,
+            ..PathSettings::default()
+        };
+        let settings = FullSettings {
+            path,
+            ..FullSettings::default()
+        }
+        .agreeing();
+        // L S⁵ D E has six surfaces, and so seven legs.
+        assert_eq!(settings.photons.chains.max_depth, 5);
+        assert_eq!(settings.photon_map.photons.chains.max_depth, 5);
+        assert_eq!(settings.beams.max_depth, 5);
+        let directly = settings.map_of(PathClass::Caustic).photons.seed;
+        let behind = settings.map_of(PathClass::SeenCaustic).photons.seed;
+        assert!(directly != behind && behind != path.seed && directly != path.seed);
+        for normals in [
+            settings.photons.chains.shading_normals,
+            settings.photon_map.photons.chains.shading_normals,
+            settings.beams.shading_normals,
+        ] {
+            assert_eq!(normals, ShadingNormals::Adjoint);
+        }
+    }
+
+    #[test]
+    fn beams_have_an_aim_unless_time_or_error_is_limited() {
+        let aim = |budget: FullBudget| budget.of_beams(budget.time).relative_error;
+        assert_eq!(aim(FullBudget::default()), Some(0.01));
+        let time = Some(Duration::from_secs(1));
+        let timed = FullBudget {
+            time,
+            ..FullBudget::default()
+        };
+        assert_eq!(aim(timed), None);
+        let precise = FullBudget {
+            relative_error: Some(0.1),
+            ..timed
+        };
+        assert_eq!(aim(precise), Some(0.1));
+    }
+}
