@@ -6,33 +6,30 @@
 
 mod parity_support;
 
-use nephroid::film::Image;
 use nephroid::metric::Verdict;
 use nephroid::mitsuba::load;
 use nephroid::reference::path::PathSettings;
 use nephroid::scene::Scene;
 
-use parity_support::{Outcome, folder, mitsuba_image, names, outcome, render, scene};
+use parity_support::{Outcome, folder, mitsuba_image, names, outcome, render, samples_of, scene};
 
-/// Samples a pixel and replicate. With 32 replicates the noise is about that of Mitsuba's 2048 independent samples, 1 to 2 % of a
-/// pixel: of N = 1024 pixels, the upper bound of what noise does not explain is then about 1.64^½ (18/N)^¼ / 3^½ = 0.27 of
-/// the noise, and a margin of 1 % can be shown.
-const SAMPLES: u64 = 16;
+/// Our samples a pixel and replicate for one of Mitsuba's samples and seeds: Sobol' points make at most as much noise as four
+/// times the independent ones, and both images then have noise σ of some 1 % of a pixel.
+///
+/// Of N pixels of three channels, the bound on what noise does not explain is some (1.64 √(18 N) / 3 N)^½ σ = 0.3 σ for N = 1024
+/// (`metric::equivalence`): a margin of 1 % can be shown.
+const SHARE: u64 = 4;
 
 /// The significance level of the suite: how often it may fail where all is right.
 const LEVEL: f64 = 0.01;
 
-/// Scenes by the tests they are expected to pass; all others must pass all.
+/// Our image of a scene, and the suite's of the same name.
 fn compare(name: &str, scene: &Scene) -> Outcome {
-    let (ours, mitsuba) = images(name, scene);
-    let radius = scene.sensors()[0].film.filter.radius();
-    outcome(name, &ours, &mitsuba, radius)
-}
-
-fn images(name: &str, scene: &Scene) -> (Image, Image) {
+    let mitsuba = mitsuba_image(&folder().join(format!("{name}.exr")));
+    let sensor = &scene.sensors()[0];
     let settings = PathSettings::default().of_integrator(scene.integrator());
-    let ours = render(scene, &scene.sensors()[0], settings, SAMPLES);
-    (ours, mitsuba_image(&folder().join(format!("{name}.exr"))))
+    let ours = render(scene, sensor, settings, samples_of(&mitsuba) / SHARE);
+    outcome(name, &ours, &mitsuba, sensor.film.filter.radius())
 }
 
 #[test]
@@ -51,6 +48,13 @@ fn every_plugin_makes_mitsubas_image() {
         different.is_empty(),
         "not shown to be equivalent: {different:#?}"
     );
+
+    // Mitsuba's scalar variants look filters up in a table of 31 steps, all but the box: their images are shown to be the same
+    // within 1 % above, but are others, as p-values would say with enough samples (docs/mitsuba.md has the proof).
+    let outcomes: Vec<Outcome> = outcomes
+        .into_iter()
+        .filter(|it| !it.name.starts_with("filter-") || it.name == "filter-box")
+        .collect();
 
     // Šidák: the smallest of all p-values of all scenes, two tests each.
     let p_values =

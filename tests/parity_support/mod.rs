@@ -1,4 +1,5 @@
 //! A scene in both programs: Mitsuba's image from a file, ours rendered now, and what tests say of the two.
+#![allow(dead_code, reason = "every test file uses its own part of this")]
 
 use std::path::{Path, PathBuf};
 
@@ -70,8 +71,7 @@ fn image_of(layer: &Layer, width: usize, height: usize) -> Image {
 /// that could be explained by it, to a tenth.
 pub fn mitsuba_image(path: &Path) -> Image {
     let mut image = exr::read(path).unwrap_or_else(|error| panic!("{error}"));
-    let samples: f64 = image.metadata("samples").unwrap().parse().unwrap();
-    let rounding = 10.0 * samples * 2.0_f64.powi(-24);
+    let rounding = 10.0 * samples_of(&image) as f64 * 2.0_f64.powi(-24);
     for component in ["R", "G", "B"] {
         let values = image.channel(component).unwrap().samples.clone();
         let name = format!("stderr.{component}");
@@ -85,6 +85,11 @@ pub fn mitsuba_image(path: &Path) -> Image {
         }
     }
     image
+}
+
+/// Mitsuba's samples a pixel and seed.
+pub fn samples_of(image: &Image) -> u64 {
+    image.metadata("samples").unwrap().parse().unwrap()
 }
 
 /// Every `stride`-th pixel of every `stride`-th row.
@@ -152,8 +157,10 @@ impl std::fmt::Display for Outcome {
         let percent = |value: f64| 100.0 * value;
         write!(
             f,
-            "{:<44} bias {:+.3} ± {:.3} %, unexplained {:.2} (< {:.2}) %, {}; {} tests, z² {:.3}, uniform p ",
+            "{:<44} {} x {} bias {:+.3} ± {:.3} %, unexplained {:.2} (< {:.2}) %, {}; {} tests, z² {:.3}, uniform p ",
             self.name,
+            self.size[0],
+            self.size[1],
             percent(self.bias[0]),
             percent(self.bias[1]),
             percent(self.unexplained[0]),
