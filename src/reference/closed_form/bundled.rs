@@ -245,7 +245,10 @@ mod tests {
             .map(|scene| scene.name)
             .filter(|name| !known.iter().any(|bundled| bundled.scene == *name))
             .collect();
-        assert_eq!(unknown, ["glass-ball-behind-pane", "water", "cornell-glass"]);
+        assert_eq!(
+            unknown,
+            ["glass-ball-behind-pane", "water", "cornell-glass"]
+        );
     }
 
     #[test]

@@ -116,62 +116,61 @@ pub fn run(
         budget,
         progress,
     };
-    let light = [PathClass::Caustic, PathClass::SeenCaustic]
-        .map(|class| (plan.finder(class), PathClasses::NONE.with(class)))
+    let light: Vec<(Finder, PathClass)> = [PathClass::Caustic, PathClass::SeenCaustic]
+        .map(|class| (plan.finder(class), class))
         .into_iter()
-        .filter(|(finder, _)| *finder != Finder::Path);
-    let jobs: Vec<(Finder, PathClasses)> = light
-        .chain([(Finder::Path, plan.classes(Finder::Path))])
+        .filter(|(finder, _)| *finder != Finder::Path)
         .collect();
     let mut report = FullReport {
         parts: Vec::new(),
-        notices: plan.notices,
+        notices: plan.notices.clone(),
     };
-    let mut sum: Option<Estimate> = None;
-    for (number, (finder, classes)) in jobs.iter().copied().enumerate() {
-        let waiting = (jobs.len() - number) as u32;
-        let share = |time: Duration| time.saturating_sub(start.elapsed()) / waiting;
+    // What is left of the time, by the number of methods that wait for it.
+    let share = |waiting: usize| {
+        let time = budget.time?;
+        Some(time.saturating_sub(start.elapsed()) / waiting as u32)
+    };
+    let mut followed = Vec::new();
+    for (number, (finder, class)) in light.iter().copied().enumerate() {
         progress.begin_part();
-        let (estimate, detail) = run.part(finder, classes, budget.time.map(share))?;
-        report.parts.push(PartReport {
-            method: finder,
+        let time = share(light.len() + 1 - number);
+        let part = match finder {
+            Finder::Beams => run.by_beams(class, time)?,
+            Finder::Photons => run.by_photons(class, time)?,
+            Finder::PhotonMap => run.by_photon_maps(class, time)?,
+            Finder::Path => continue,
+        };
+        let classes = PathClasses::NONE.with(class);
+        followed.push(report.take(finder, classes, part));
+    }
+    progress.begin_part();
+    let classes = plan.classes(Finder::Path);
+    let part = run.by_paths(classes, share(1))?;
+    let mut estimate = report.take(Finder::Path, classes, part);
+    for part in followed {
+        estimate = estimate.and(part)?;
+    }
+    sort_by_class(&mut estimate.layers);
+    Ok((estimate, report))
+}
+
+impl FullReport {
+    /// Notes a part, and passes its estimate on.
+    fn take(&mut self, method: Finder, classes: PathClasses, part: Part) -> Estimate {
+        let (estimate, detail) = part;
+        self.parts.push(PartReport {
+            method,
             classes,
             relative_error: estimate.relative_error,
             paths: estimate.paths,
             incomplete: estimate.incomplete,
             detail,
         });
-        sum = Some(match sum {
-            None => estimate,
-            Some(sum) => sum.and(estimate)?,
-        });
+        estimate
     }
-    let mut estimate = match sum {
-        Some(estimate) => estimate,
-        // Not reached: paths are always asked for something.
-        None => run.by_paths(PathClasses::ALL, budget.time)?.0,
-    };
-    sort_by_class(&mut estimate.layers);
-    Ok((estimate, report))
 }
 
 impl Run<'_> {
-    fn part(
-        &self,
-        finder: Finder,
-        classes: PathClasses,
-        time: Option<Duration>,
-    ) -> Result<Part, FullError> {
-        // Only paths measure more than one.
-        let class = classes.iter().next().unwrap_or(PathClass::Caustic);
-        match finder {
-            Finder::Path => self.by_paths(classes, time),
-            Finder::Beams => self.by_beams(class, time),
-            Finder::Photons => self.by_photons(class, time),
-            Finder::PhotonMap => self.by_photon_maps(class, time),
-        }
-    }
-
     fn by_paths(&self, classes: PathClasses, time: Option<Duration>) -> Result<Part, FullError> {
         let settings = PathSettings {
             classes,
