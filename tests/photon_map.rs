@@ -67,7 +67,7 @@ fn mapped(scene: &Scene, settings: PhotonMapSettings, passes: u64) -> (Estimate,
 
 fn by_beams(scene: &Scene, id: &str) -> Estimate {
     let budget = BeamBudget {
-        relative_error: Some(1e-3),
+        relative_error: Some(5e-4),
         ..BeamBudget::default()
     };
     let settings = BeamSettings {
