@@ -15,7 +15,8 @@
 //! | 3 | [`mitsuba`] | Mitsuba 3 XML and mesh files become a scene |
 //! | 4 | [`transport`] | light-space domains, specular chains, path signatures, deposits |
 //! | 5 | [`mod@reference`] | ways to compute the truth |
-//! | 6 | [`metric`] | two images: differences, significance, equivalence
+//! | 6 | [`metric`] | two images: differences, significance, equivalence |
+//! | 7 | [`study`] | methods swept over settings, judged by a truth, reported |
 //! | 8 | [`cli`] | one file a command |
 //!
 //! # Conventions
@@ -53,4 +54,5 @@ pub mod optics;
 pub mod radiometry;
 pub mod reference;
 pub mod scene;
+pub mod study;
 pub mod transport;

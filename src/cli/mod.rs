@@ -2,7 +2,8 @@
 //!
 //! `args` says what can be typed; each command turns that into what is meant, calls the floors
 //! below, and shows the result. Exit codes: 0 the command did what was asked; 1 it was stopped
-//! early and its result is marked incomplete, or `compare` found more than the margin; 2 it could not (bad usage, bad input, no space).
+//! early and its result is marked incomplete, `compare` found more than the margin,
+//! or `validate` more than a limit; 2 it could not (bad usage, bad input, no space).
 
 /// Prints a line. Whoever reads it may have heard enough: a closed pipe is no error.
 macro_rules! say {
@@ -26,6 +27,7 @@ pub mod progress;
 pub mod render;
 pub mod sensor;
 pub mod summary;
+pub mod validate;
 
 use std::process::ExitCode;
 
@@ -53,6 +55,7 @@ pub fn main() -> ExitCode {
         Command::Probe(args) => probe::probe(args),
         Command::Merge(args) => merge::merge(args),
         Command::Compare(args) => compare::compare(args),
+        Command::Validate(args) => validate::validate(args),
         Command::Generate(args) => generate::generate(args),
     };
     match outcome {

@@ -7,14 +7,14 @@ use anyhow::Context;
 
 use super::summary::{Summary, Timing};
 use crate::film::picture::{self, Content, PictureError, PictureSpec, Scale};
-use crate::film::{Grid, Image, Rounding, atomic, exr};
+use crate::film::{Grid, Image, atomic, exr};
 use crate::radiometry::Rgb;
 use crate::reference::beams::{BeamReport, BeamSettings};
 use crate::reference::full::{FullReport, FullSettings};
 use crate::reference::path::{PathReport, PathSettings};
 use crate::reference::photon_map::{PhotonMapReport, PhotonMapSettings};
 use crate::reference::photons::PhotonSettings;
-use crate::reference::{Estimate, Layer, Quantity};
+use crate::reference::{Estimate, Quantity};
 use crate::scene::{Scene, Sensor};
 
 /// Everything a result is described by.
@@ -173,10 +173,7 @@ pub fn write(run: &Run, summary: &Summary, path: &Path) -> anyhow::Result<Vec<Pa
 /// `.stderr.R .stderr.G .stderr.B`, and `count.Y`; of beams with `.lo.R` ... and `.hi.R` ... instead.
 fn image(run: &Run, summary: &Summary) -> anyhow::Result<Image> {
     let estimate = run.estimate;
-    let mut image = Image::new(estimate.width, estimate.height);
-    for layer in std::iter::once(&estimate.total).chain(&estimate.layers) {
-        add_layer(&mut image, layer, estimate.quantity);
-    }
+    let mut image = estimate.channels();
     if matches!(run.method, Settings::Photons(_)) {
         image.add_scalar("count.Y", estimate.counts.iter().map(|count| *count as f64));
     }
@@ -263,23 +260,4 @@ fn conventions(method: &Settings, quantity: Quantity) -> String {
          quadrature's bound or standard error); lo and hi are lower and upper bounds, rounded \
          outward (where there is stderr, too: with the confidence that the attribute beams says); NaN is not known"
     )
-}
-
-fn add_layer(image: &mut Image, layer: &Layer, quantity: Quantity) {
-    let triples = |values: &[Rgb]| values.iter().map(|value| value.0).collect::<Vec<_>>();
-    let name = layer.name.of(quantity);
-    image.add_rgb(&name, &triples(&layer.irradiance));
-    if let Some(interval) = &layer.interval {
-        let mut add = |end: &str, values: &[Rgb], rounding| {
-            image.add_rgb_rounded(&format!("{name}.{end}"), &triples(values), rounding);
-        };
-        // What bounds a number bounds it as it is in the file, too.
-        add("lo", &interval.low, Rounding::Down);
-        add("hi", &interval.high, Rounding::Up);
-    }
-    // Deterministic methods have bounds alone; of beams from area lights there are both.
-    let is_random = layer.standard_error.iter().any(|error| !error.is_black());
-    if layer.interval.is_none() || is_random {
-        image.add_rgb(&format!("{name}.stderr"), &triples(&layer.standard_error));
-    }
 }

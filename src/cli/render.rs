@@ -326,7 +326,12 @@ pub(super) fn read_shard(path: &Path) -> anyhow::Result<Part> {
     Part::read_from(BufReader::new(file)).with_context(place)
 }
 
-fn set_threads(threads: Option<u16>) -> anyhow::Result<()> {
+/// Uses so many threads, where a number is given.
+///
+/// # Errors
+///
+/// Where they cannot be started.
+pub(super) fn set_threads(threads: Option<u16>) -> anyhow::Result<()> {
     if let Some(threads) = threads {
         rayon::ThreadPoolBuilder::new()
             .num_threads(usize::from(threads))

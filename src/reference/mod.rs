@@ -8,6 +8,7 @@
 //! point.
 
 pub mod beams;
+mod channels;
 pub mod closed_form;
 mod combine;
 mod estimate;

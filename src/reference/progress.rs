@@ -26,8 +26,8 @@ impl Progress {
         self.passes.fetch_add(1, Ordering::Relaxed);
     }
 
-    /// Begins the next of several methods that make one estimate.
-    pub(super) fn begin_part(&self) {
+    /// Begins the next of several runs, or methods that make one estimate.
+    pub fn begin_part(&self) {
         for counter in [&self.paths, &self.expected_paths, &self.passes] {
             counter.store(0, Ordering::Relaxed);
         }

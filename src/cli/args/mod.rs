@@ -10,11 +10,13 @@ use std::path::PathBuf;
 use clap::{Parser, Subcommand};
 
 pub use method::{PathArgs, PhotonArgs, Samples, ShadingNormalsArg, SharedArgs};
+pub(super) use parse::parse_define;
 pub use parse::parse_fraction;
 pub use probe::ProbeArgs;
 pub use render::{Method, RenderArgs};
 
 use super::compare::CompareArgs;
+use super::validate::ValidateArgs;
 
 /// Ground truth for caustics: how much light do reflection and refraction put on this surface?
 #[derive(Debug, Parser)]
@@ -38,6 +40,8 @@ pub enum Command {
     Merge(MergeArgs),
     /// Say how far two images are apart, and whether their error bars explain it
     Compare(CompareArgs),
+    /// Judge methods by the truth over their settings; write a report of what less error costs
+    Validate(ValidateArgs),
     /// Write the shipped scenes, their meshes at any fineness
     Generate(GenerateArgs),
 }

@@ -1,0 +1,89 @@
+//! What can be typed after `nephroid validate`.
+
+use std::path::PathBuf;
+
+use super::super::args::{parse_define, parse_fraction};
+
+/// `nephroid validate`.
+#[derive(Debug, clap::Args)]
+pub struct ValidateArgs {
+    /// The scene, Mitsuba 3 XML, or a study, TOML
+    #[arg(value_name = "SCENE.xml|STUDY.toml")]
+    pub study: PathBuf,
+
+    /// Set a parameter of the scene file (its `$NAME`)
+    #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = parse_define)]
+    pub define: Vec<(String, String)>,
+
+    /// The folder of the report and its films; made where missing [default: out/NAME.report]
+    #[arg(short, long, value_name = "DIR")]
+    pub output: Option<PathBuf>,
+
+    /// The sensor to fill, by id [default: the study's, else the first irradiancemeter, else the first camera]
+    #[arg(long, value_name = "ID")]
+    pub sensor: Option<String>,
+
+    /// Judge an EXR rendered elsewhere, too; may be given again
+    #[arg(long, value_name = "NAME=FILE.exr", value_parser = parse_candidate)]
+    pub candidate: Vec<(String, PathBuf)>,
+
+    /// Exit code 1 where a method's or candidate's error is above this (or the truth cannot tell); may be given again
+    #[arg(long, value_name = "NAME=ERROR", value_parser = parse_limit)]
+    pub max_error: Vec<(String, f64)>,
+
+    /// The difference that matters, relative to the truth's mean [default: the study's, else 1%]
+    #[arg(long, value_name = "FRACTION", value_parser = parse_fraction)]
+    pub margin: Option<f64>,
+
+    /// Make each run so often, for the median of its seconds [default: the study's, else 1]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub repeats: Option<u32>,
+
+    /// Threads [default: all cores]; figures do not depend on it
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
+
+    /// List the runs, and which of them are done, and make none
+    #[arg(long)]
+    pub list: bool,
+
+    /// Print the figures as JSON: what is written as report.json
+    #[arg(long)]
+    pub json: bool,
+}
+
+fn named(text: &str, allowed: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((name, value)) if !name.is_empty() && !value.is_empty() => {
+            Ok((name.to_owned(), value.to_owned()))
+        }
+        _ => Err(format!("give {allowed}")),
+    }
+}
+
+fn parse_candidate(text: &str) -> Result<(String, PathBuf), String> {
+    let (name, file) = named(text, "NAME=FILE.exr, as in mine=out/mine.exr")?;
+    Ok((name, file.into()))
+}
+
+fn parse_limit(text: &str) -> Result<(String, f64), String> {
+    let (name, limit) = named(text, "NAME=ERROR, as in mine=5%")?;
+    Ok((name, parse_fraction(&limit)?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn limits_and_candidates_have_names() {
+        assert_eq!(parse_limit("mine=5%"), Ok(("mine".to_owned(), 0.05)));
+        assert!(parse_limit("5%").is_err());
+        assert!(parse_limit("mine=0").is_err());
+        assert_eq!(
+            parse_candidate("a=b=c.exr"),
+            Ok(("a".to_owned(), "b=c.exr".into()))
+        );
+        assert!(parse_candidate("=x").is_err());
+    }
+}

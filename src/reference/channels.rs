@@ -1,0 +1,37 @@
+//! From an estimate to the channels of a file.
+
+use super::{Estimate, Layer, Quantity};
+use crate::film::{Image, Rounding};
+use crate::radiometry::Rgb;
+
+impl Estimate {
+    /// Its layers as channels, in its unit, without metadata: `E` (of a camera `L`), `LD`, `LRD`, ..., each with `.R .G .B`
+    /// and `.stderr.R .stderr.G .stderr.B`; of methods with bounds `.lo.R` ... and `.hi.R` ... instead, or both where they draw
+    /// lots, too.
+    pub fn channels(&self) -> Image {
+        let mut image = Image::new(self.width, self.height);
+        for layer in std::iter::once(&self.total).chain(&self.layers) {
+            add_layer(&mut image, layer, self.quantity);
+        }
+        image
+    }
+}
+
+fn add_layer(image: &mut Image, layer: &Layer, quantity: Quantity) {
+    let triples = |values: &[Rgb]| values.iter().map(|value| value.0).collect::<Vec<_>>();
+    let name = layer.name.of(quantity);
+    image.add_rgb(&name, &triples(&layer.irradiance));
+    if let Some(interval) = &layer.interval {
+        let mut add = |end: &str, values: &[Rgb], rounding| {
+            image.add_rgb_rounded(&format!("{name}.{end}"), &triples(values), rounding);
+        };
+        // What bounds a number bounds it as it is in the file, too.
+        add("lo", &interval.low, Rounding::Down);
+        add("hi", &interval.high, Rounding::Up);
+    }
+    // Deterministic methods have bounds alone; of beams from area lights there are both.
+    let is_random = layer.standard_error.iter().any(|error| !error.is_black());
+    if layer.interval.is_none() || is_random {
+        image.add_rgb(&format!("{name}.stderr"), &triples(&layer.standard_error));
+    }
+}

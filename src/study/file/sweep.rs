@@ -1,0 +1,106 @@
+//! Settings to sweep: one value, a list of values, or a range.
+
+use super::table::{Node, Table};
+use super::{FileError, StudyMethod};
+use crate::study::method::{Method, Settings};
+
+/// More values of one range, or more settings of one method, than anybody meant.
+const MOST: usize = 1000;
+
+/// The values that a setting takes, as text.
+pub fn values(node: &Node) -> Result<Vec<String>, FileError> {
+    if let Some(list) = node.list()? {
+        return Ok(list);
+    }
+    match node.table(RANGE) {
+        Some(table) => range(node, table),
+        None => Ok(vec![node.scalar()?]),
+    }
+}
+
+const RANGE: &str = "a range";
+
+/// `{ from = 1000, to = 64000, times = 4 }` or `{ from = 1, to = 9, step = 2 }`, both ends included.
+fn range(node: &Node, mut table: Table) -> Result<Vec<String>, FileError> {
+    let mut number = |key| {
+        let number = table.take(key).map(|node| node.parsed(finite, "numbers"));
+        number.transpose()
+    };
+    let (from, to) = (number("from")?, number("to")?);
+    let (times, step) = (number("times")?, number("step")?);
+    table.finish()?;
+    let (Some(from), Some(to)) = (from, to) else {
+        return Err(node.error(format!(
+            "{}: a range needs \"from\" and \"to\", and \"times\" or \"step\"",
+            node.key()
+        )));
+    };
+    let value = |i: i32| match (times, step) {
+        (Some(times), None) if times > 1.0 && from > 0.0 => Some(from * times.powi(i)),
+        (None, Some(step)) if step > 0.0 => Some(from + step * f64::from(i)),
+        _ => None,
+    };
+    let mut values = Vec::new();
+    // Half a part in a billion: that rounding does not lose the last value.
+    let end = to + 5e-10 * to.abs();
+    for i in 0.. {
+        let value = value(i).ok_or_else(|| {
+            node.error(format!(
+                "{}: a range goes by \"times\" above 1 from a number above 0, or by \"step\" above 0",
+                node.key()
+            ))
+        })?;
+        if value > end {
+            break;
+        }
+        if values.len() == MOST {
+            return Err(node.error(format!(
+                "{}: a range of more than {MOST} values",
+                node.key()
+            )));
+        }
+        values.push(value.to_string());
+    }
+    if values.is_empty() {
+        return Err(node.error(format!("{}: an empty range", node.key())));
+    }
+    Ok(values)
+}
+
+fn finite(text: &str) -> Option<f64> {
+    text.parse().ok().filter(|value: &f64| value.is_finite())
+}
+
+/// One `[[method]]`: the product of all values of its settings, the last key's fastest.
+pub fn method(mut table: Table) -> Result<StudyMethod, FileError> {
+    let node = table.need("method")?;
+    let method = node.scalar()?;
+    Method::new(&method, &Settings::new()).map_err(|error| node.error(error))?;
+    let name = table.take("name").map(|node| node.scalar()).transpose()?;
+    let mut products = vec![Settings::new()];
+    for node in table.rest() {
+        let values = values(&node)?;
+        if products.len().saturating_mul(values.len()) > MOST {
+            return Err(node.error(format!("more than {MOST} runs of one method")));
+        }
+        for value in &values {
+            let alone = Settings::from([(node.key().to_owned(), value.clone())]);
+            Method::new(&method, &alone).map_err(|error| node.error(error))?;
+        }
+        products = products
+            .iter()
+            .flat_map(|settings| {
+                values.iter().map(|value| {
+                    let mut settings = settings.clone();
+                    settings.insert(node.key().to_owned(), value.clone());
+                    settings
+                })
+            })
+            .collect();
+    }
+    Ok(StudyMethod {
+        name: name.unwrap_or_else(|| method.clone()),
+        method,
+        settings: products,
+    })
+}

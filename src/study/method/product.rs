@@ -1,0 +1,207 @@
+//! What a method delivers to a study.
+
+use serde::{Deserialize, Serialize};
+
+use crate::film::Image;
+use crate::radiometry::Rgb;
+use crate::reference::{Estimate, Layer, LayerName, Quantity};
+use crate::transport::signature::Signature;
+
+/// A film and what there is to know of it.
+#[derive(Clone, Debug)]
+pub struct Product {
+    /// The layers as channels, as [`Source`](crate::metric::Source) reads them.
+    pub image: Image,
+    /// What is measured.
+    pub quantity: Quantity,
+    /// All else.
+    pub facts: Facts,
+}
+
+/// What there is to know of a film beside its texels, timings apart: the same on every machine.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Facts {
+    /// The layer that the method is judged by: all light, or the only light that it models.
+    pub judged: String,
+    /// How many independent replicates standard errors come from.
+    pub replicates: Option<u32>,
+    /// Work, counted: noise-free, in the order of importance.
+    pub counters: Vec<Counter>,
+    /// What the method says of its own error, relative, over lit texels of the light it measured itself.
+    pub own_error: Option<f64>,
+    /// What is known of the error of each part of the light.
+    pub spread: Spread,
+    /// Where the flux went.
+    pub ledger: Option<LedgerTable>,
+    /// Whether the budget was used and the error asked for reached.
+    pub complete: bool,
+    /// What is odd about the scene or the run.
+    pub warnings: Vec<String>,
+}
+
+/// Work of one kind.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Counter {
+    /// What was counted.
+    pub name: String,
+    /// How often.
+    pub count: u64,
+}
+
+/// Root mean square over all texels of one (likely) standard error, in the film's unit, by part of the light.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Spread {
+    /// Of light that came by way of mirrors or glass (to a camera: of all light); `None` where it is not known.
+    pub specular: Option<f64>,
+    /// Of direct light on a receiver: of a quadrature's bounds, half their distance.
+    pub direct: f64,
+}
+
+/// Flux by what it met and how it ended \[W\], mean of channels.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LedgerTable {
+    /// Flux that was traced.
+    pub emitted: f64,
+    /// By signature of the events before the end; rows without flux left out.
+    pub rows: Vec<LedgerRow>,
+    /// What ended elsewhere, by difference: of methods that follow only what is received.
+    pub elsewhere: Option<f64>,
+    /// |emitted + gain − Σ rows| / emitted; `None` where part is known by difference.
+    pub closure_error: Option<f64>,
+}
+
+/// One signature's flux \[W\], mean of channels.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LedgerRow {
+    /// The signature.
+    pub after: String,
+    /// In texels of the sensor.
+    pub received: f64,
+    /// In texels, without a specular event.
+    pub direct: f64,
+    /// Left the scene.
+    pub escaped: f64,
+    /// On surfaces.
+    pub absorbed: f64,
+    /// Past the deepest level.
+    pub cut_off: f64,
+}
+
+impl Product {
+    /// A reference's estimate, with its warnings.
+    pub fn of_estimate(
+        estimate: &Estimate,
+        replicates: Option<u32>,
+        started: &str,
+        warnings: Vec<String>,
+    ) -> Self {
+        let counter = |name: &str, count| Counter {
+            name: name.to_owned(),
+            count,
+        };
+        let counters = &estimate.counters;
+        Self {
+            image: estimate.channels(),
+            quantity: estimate.quantity,
+            facts: Facts {
+                judged: estimate.quantity.symbol().to_owned(),
+                replicates,
+                counters: vec![
+                    counter("rays", counters.rays),
+                    counter("node visits", counters.node_visits),
+                    counter("primitive tests", counters.primitive_tests),
+                    counter(started, estimate.paths),
+                ],
+                own_error: estimate.relative_error,
+                spread: Spread::of(estimate),
+                ledger: LedgerTable::of(estimate),
+                complete: !estimate.incomplete,
+                warnings,
+            },
+        }
+    }
+}
+
+impl Spread {
+    /// [`Estimate::relative_error`] is √(Σ σ² / n) / (Σ E / n) over the n lit texels of specular light: so
+    /// Σ σ² = (error · Σ E)² / n.
+    fn of(estimate: &Estimate) -> Self {
+        let direct = estimate
+            .layers
+            .iter()
+            .find(|layer| layer.name == LayerName::Path(Signature::DIRECT));
+        let texels = estimate.total.irradiance.len() as f64;
+        let (mut lit, mut sum) = (0.0, 0.0);
+        for (texel, total) in estimate.total.irradiance.iter().enumerate() {
+            let own = direct.map_or(Rgb::BLACK, |layer| layer.irradiance[texel]);
+            let specular = (*total - own).mean();
+            if specular > 0.0 {
+                lit += 1.0;
+                sum += specular;
+            }
+        }
+        Self {
+            specular: if lit == 0.0 {
+                Some(0.0)
+            } else {
+                estimate
+                    .relative_error
+                    .map(|error| error * sum / (lit * texels).sqrt())
+            },
+            direct: direct.map_or(0.0, |layer| root_mean_square(&bars(layer))),
+        }
+    }
+}
+
+/// One error bar a texel, channels averaged: half the distance of bounds, else the standard error.
+fn bars(layer: &Layer) -> Vec<f64> {
+    match &layer.interval {
+        Some(interval) => {
+            let pairs = interval.low.iter().zip(&interval.high);
+            pairs
+                .map(|(low, high)| 0.5 * (*high - *low).mean())
+                .collect()
+        }
+        None => layer
+            .standard_error
+            .iter()
+            .map(|error| error.mean())
+            .collect(),
+    }
+}
+
+fn root_mean_square(values: &[f64]) -> f64 {
+    let squares: f64 = values.iter().map(|value| value * value).sum();
+    (squares / values.len().max(1) as f64).sqrt()
+}
+
+impl LedgerTable {
+    /// The ledger of an estimate; `None` where no light was traced, and of cameras, which receive none.
+    fn of(estimate: &Estimate) -> Option<Self> {
+        if estimate.quantity != Quantity::Irradiance || estimate.paths == 0 {
+            return None;
+        }
+        let ledger = &estimate.ledger;
+        let named = ledger
+            .rows
+            .iter()
+            .map(|(name, row)| (name.to_string(), row));
+        let rows = named
+            .chain([(LayerName::Other.to_string(), &ledger.other)])
+            .filter(|(_, row)| !row.total().is_black())
+            .map(|(after, row)| LedgerRow {
+                after,
+                received: row.received.mean(),
+                direct: row.direct.mean(),
+                escaped: row.escaped.mean(),
+                absorbed: row.absorbed.mean(),
+                cut_off: row.cut_off.mean(),
+            });
+        Some(Self {
+            emitted: ledger.emitted.mean(),
+            rows: rows.collect(),
+            elsewhere: ledger.elsewhere,
+            closure_error: ledger.closure_error(),
+        })
+    }
+}

@@ -1,0 +1,34 @@
+//! What error costs: methods swept over their settings, judged by a truth, and reported.
+//!
+//! A study names a scene, a truth, and methods with the settings to sweep ([`StudyFile`]; with a scene alone, a sensible default).
+//! Each run fills the same sensor, and is kept in a [`Store`], so that a study that was stopped goes on where it was. Films are
+//! then read back and judged by [`metric`](crate::metric), each row only where the truth is good enough to resolve its error.
+//!
+//! | file | question |
+//! |---|---|
+//! | [`file`], [`plan`] | which runs? |
+//! | [`method`] | how is a film made, and what is counted? |
+//! | [`session`], [`store`] | is it there already? |
+//! | [`truth`] | can the truth tell? |
+//! | [`curve`] | what does less error cost? |
+//! | [`checks`] | could it be a mistake rather than an error? |
+//! | [`report`] | how is all that shown? |
+
+pub mod checks;
+pub mod curve;
+mod error;
+pub mod file;
+pub mod method;
+pub mod plan;
+pub mod report;
+pub mod session;
+pub mod store;
+pub mod truth;
+
+pub use error::StudyError;
+pub use file::StudyFile;
+pub use method::Method;
+pub use plan::{Plan, Run};
+pub use report::{Report, Timings};
+pub use session::{Obtained, Session};
+pub use store::Store;

@@ -1,0 +1,385 @@
+//! From films to figures.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use super::super::checks;
+use super::super::curve::{Order, Point, median, pareto};
+use super::super::file::Candidate;
+use super::super::plan::Run;
+use super::super::session::Session;
+use super::super::store::Stored;
+use super::super::{StudyError, truth};
+use super::figures::{
+    Curve, Gate, GateVerdict, OrderOf, Report, Row, StudyFigures, Timing, Timings, TruthFigures,
+};
+use crate::film::{Image, exr};
+use crate::metric::{self, Comparison, Source};
+use crate::scene::requirements;
+
+/// What a row is made from.
+#[derive(Clone, Debug)]
+pub enum Judged<'a> {
+    /// A run of the study.
+    Run(&'a Run, Stored),
+    /// An image rendered elsewhere; its copy is this file of the store.
+    Candidate(&'a Candidate, String),
+}
+
+/// Who is told which row is being judged: its number from 0, and its label.
+pub type Progressing<'a> = &'a mut dyn FnMut(usize, &str);
+
+/// The folder of films beside the report.
+const FILMS: &str = "runs";
+
+/// Judges films by the truth's: from the files, as anybody can who has them.
+///
+/// # Errors
+///
+/// Where a film cannot be read or compared.
+pub fn build(
+    session: &Session,
+    true_film: &Stored,
+    judged: &[Judged],
+    progressing: Progressing,
+) -> Result<(Report, Timings), StudyError> {
+    let plan = &session.plan;
+    let sensor = session.sensor()?;
+    let truth = Film::read(session, &true_film.exr)?;
+    let mut rows = Vec::new();
+    for (i, one) in judged.iter().enumerate() {
+        progressing(i, &one.label());
+        rows.push(row(session, &truth, true_film, one)?);
+    }
+    mark_pareto(&mut rows);
+    let timings = timings(session, true_film, judged, &rows);
+    let report = Report {
+        version: env!("CARGO_PKG_VERSION"),
+        study: StudyFigures {
+            scene: plan.scene.display().to_string(),
+            scene_hash: session.scene.content_hash().to_owned(),
+            define: plan.define.clone(),
+            sensor: sensor.id.clone(),
+            plugin: sensor.plugin(),
+            size: [truth.source.image.width, truth.source.image.height],
+            quantity: quantity(&truth.source.image),
+            unit: quantity(&truth.source.image).unit(),
+            seed: plan.seed,
+            margin: plan.margin,
+        },
+        requirements: requirements(&session.scene),
+        truth: TruthFigures {
+            method: plan.truth.method.name().to_owned(),
+            settings: plan.truth.given.clone(),
+            file: truth.source.name.clone(),
+            command: command(session, &plan.truth, &truth.source.name),
+            facts: true_film.facts.clone(),
+        },
+        curves: curves(&rows),
+        gates: gates(plan.max_error.iter(), &rows),
+        warnings: session
+            .scene
+            .warnings()
+            .iter()
+            .map(ToString::to_string)
+            .collect(),
+        conventions: CONVENTIONS.to_vec(),
+        rows,
+    };
+    Ok((report, timings))
+}
+
+/// What the numbers mean, for whoever finds the report alone.
+const CONVENTIONS: [&str; 6] = [
+    "error: root mean square difference from the truth over the mean of the truth, both over texels that the truth lights; a fraction",
+    "bias: mean of the image less mean of the truth, over the mean of the truth; a fraction",
+    "truth_error: what is known of the truth's own error, in the terms of error; a row is resolved where it is a tenth of error at most",
+    "all figures are those of nephroid compare on the films beside the report; linear sRGB, channels as they are in the files",
+    "counters are exact and the same on every machine; seconds are in timings.json",
+    "order: error goes as cost to this power, by least squares of logarithms over resolved rows",
+];
+
+/// A film as it is in its file.
+struct Film {
+    source: Source,
+}
+
+impl Film {
+    fn read(session: &Session, name: &str) -> Result<Self, StudyError> {
+        let image = exr::read(&session.store.path(name))?;
+        Ok(Self {
+            source: Source::new(format!("{FILMS}/{name}"), image),
+        })
+    }
+}
+
+fn quantity(image: &Image) -> crate::reference::Quantity {
+    use crate::reference::Quantity::{Irradiance, Radiance};
+    if image.metadata("quantity") == Some(Radiance.name()) {
+        Radiance
+    } else {
+        Irradiance
+    }
+}
+
+impl Judged<'_> {
+    fn label(&self) -> String {
+        match self {
+            Self::Run(run, _) => run.label(),
+            Self::Candidate(candidate, _) => candidate.name.clone(),
+        }
+    }
+}
+
+fn row(
+    session: &Session,
+    truth: &Film,
+    true_film: &Stored,
+    judged: &Judged,
+) -> Result<Row, StudyError> {
+    let settings = metric::Settings {
+        margin: session.plan.margin,
+        ..metric::Settings::default()
+    };
+    let (name, file) = match judged {
+        Judged::Run(run, stored) => (&run.name, &stored.exr),
+        Judged::Candidate(candidate, file) => (&candidate.name, file),
+    };
+    let film = Film::read(session, file)?;
+    let comparison = metric::compare(&truth.source, &film.source, &settings)?;
+    let compare = format!(
+        "nephroid compare {} {} --margin {}",
+        quoted(&truth.source.name),
+        quoted(&film.source.name),
+        session.plan.margin
+    );
+    let (run, facts) = match judged {
+        Judged::Run(run, stored) => (Some(run), Some(stored.facts.clone())),
+        Judged::Candidate(..) => (None, None),
+    };
+    let layer = layer_judged(
+        &comparison,
+        facts.as_ref().map(|facts| facts.judged.as_str()),
+    );
+    let is_direct_shared = layer.is_some_and(|layer| !layer.is_total)
+        || truth::shares_direct(&truth.source.image, &film.source.image);
+    let truth_error =
+        layer.and_then(|layer| truth::error(&true_film.facts, is_direct_shared, layer));
+    let error = layer.and_then(|layer| layer.difference.relative_rmse);
+    Ok(Row {
+        name: name.clone(),
+        label: judged.label(),
+        method: run.map(|run| run.method.name().to_owned()),
+        settings: run.map(|run| run.given.clone()).unwrap_or_default(),
+        command: run.map(|run| command(session, run, &film.source.name)),
+        compare,
+        layer: layer.map(|layer| layer.layer.clone()).unwrap_or_default(),
+        error,
+        bias: layer.and_then(|layer| layer.equivalence.bias.relative),
+        truth_error,
+        resolved: truth::resolves(truth_error, error),
+        pareto: BTreeMap::new(),
+        checks: match (judged, layer) {
+            (Judged::Candidate(..), Some(layer)) => {
+                checks::checks(&truth.source.image, &film.source.image, layer)
+            }
+            _ => Vec::new(),
+        },
+        file: film.source.name,
+        facts,
+        comparison,
+    })
+}
+
+/// The layer of a name, or that of all light.
+fn layer_judged<'a>(comparison: &'a metric::Report, name: Option<&str>) -> Option<&'a Comparison> {
+    let named = comparison
+        .layers
+        .iter()
+        .find(|layer| Some(layer.layer.as_str()) == name);
+    named.or(comparison.layers.first())
+}
+
+/// The command that makes a film.
+fn command(session: &Session, run: &Run, file: &str) -> String {
+    let plan = &session.plan;
+    let define = plan.define.iter();
+    let define: String = define
+        .map(|(key, value)| format!(" -D {}", quoted(&format!("{key}={value}"))))
+        .collect();
+    format!(
+        "nephroid render {}{define} --sensor {} {} --output {}",
+        quoted(&plan.scene.display().to_string()),
+        quoted(&plan.sensor),
+        run.arguments(),
+        quoted(
+            Path::new(file)
+                .file_name()
+                .unwrap_or_default()
+                .to_string_lossy()
+                .as_ref()
+        ),
+    )
+}
+
+/// A word of a shell's command.
+fn quoted(word: &str) -> String {
+    let is_plain = |c: char| c.is_alphanumeric() || "-_./=%+,:".contains(c);
+    if !word.is_empty() && word.chars().all(is_plain) {
+        word.to_owned()
+    } else {
+        format!("'{}'", word.replace('\'', r"'\''"))
+    }
+}
+
+fn count(row: &Row, counter: &str) -> Option<f64> {
+    let counters = &row.facts.as_ref()?.counters;
+    let found = counters.iter().find(|one| one.name == counter)?;
+    Some(found.count as f64)
+}
+
+/// All names of counters, in the order in which they first come.
+fn counters<'a>(rows: impl Iterator<Item = &'a Row>) -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    for counter in rows
+        .filter_map(|row| row.facts.as_ref())
+        .flat_map(|facts| &facts.counters)
+    {
+        if !names.contains(&counter.name) {
+            names.push(counter.name.clone());
+        }
+    }
+    names
+}
+
+fn mark_pareto(rows: &mut [Row]) {
+    for counter in counters(rows.iter()) {
+        for (row, is_on_front) in front(rows, |_, row| count(row, &counter)) {
+            rows[row].pareto.insert(counter.clone(), is_on_front);
+        }
+    }
+}
+
+/// Which of the rows that have a cost and an error are on the front.
+fn front(rows: &[Row], cost: impl Fn(usize, &Row) -> Option<f64>) -> Vec<(usize, bool)> {
+    let with_both = rows.iter().enumerate().filter_map(|(i, row)| {
+        let cost = cost(i, row)?;
+        Some((
+            i,
+            Point {
+                cost,
+                error: row.error?,
+            },
+        ))
+    });
+    let (places, points): (Vec<usize>, Vec<Point>) = with_both.unzip();
+    places.into_iter().zip(pareto(&points)).collect()
+}
+
+fn curves(rows: &[Row]) -> Vec<Curve> {
+    let mut curves: Vec<Curve> = Vec::new();
+    for (i, row) in rows.iter().enumerate() {
+        match curves.iter_mut().find(|curve| curve.name == row.name) {
+            Some(curve) => curve.rows.push(i),
+            None => curves.push(Curve {
+                name: row.name.clone(),
+                rows: vec![i],
+                orders: Vec::new(),
+            }),
+        }
+    }
+    for curve in &mut curves {
+        let costs = counters(curve.rows.iter().map(|i| &rows[*i]));
+        if let Some(first) = costs.first() {
+            let cost = |i: &usize| count(&rows[*i], first).unwrap_or(f64::INFINITY);
+            curve.rows.sort_by(|a, b| cost(a).total_cmp(&cost(b)));
+        }
+        let resolved = || {
+            curve
+                .rows
+                .iter()
+                .map(|i| &rows[*i])
+                .filter(|row| row.resolved)
+        };
+        for cost in costs {
+            let points: Vec<Point> = resolved()
+                .filter_map(|row| {
+                    Some(Point {
+                        cost: count(row, &cost)?,
+                        error: row.error?,
+                    })
+                })
+                .collect();
+            if let Some(order) = Order::fit(&points) {
+                curve.orders.push(OrderOf { cost, order });
+            }
+        }
+    }
+    curves
+}
+
+/// A curve keeps a limit where the best of its settings does.
+fn gates<'a>(limits: impl Iterator<Item = (&'a String, &'a f64)>, rows: &[Row]) -> Vec<Gate> {
+    limits
+        .map(|(name, limit)| {
+            let own = rows.iter().filter(|row| row.name == *name);
+            let known = own.filter_map(|row| Some((row.error?, row.truth_error)));
+            let best = known.min_by(|a, b| a.0.total_cmp(&b.0));
+            let truth_error = best.and_then(|(_, truth)| truth);
+            let verdict = match (best, truth_error) {
+                (Some((error, _)), Some(truth)) if error + truth <= *limit => GateVerdict::Kept,
+                (Some((error, _)), truth) if error - truth.unwrap_or(0.0) > *limit => {
+                    GateVerdict::Exceeded
+                }
+                _ => GateVerdict::Undecided,
+            };
+            Gate {
+                name: name.clone(),
+                limit: *limit,
+                error: best.map(|(error, _)| error),
+                truth_error,
+                verdict,
+            }
+        })
+        .collect()
+}
+
+fn timings(session: &Session, true_film: &Stored, judged: &[Judged], rows: &[Row]) -> Timings {
+    let timing = |label: String, seconds: Vec<f64>, threads: Option<usize>| Timing {
+        label,
+        median: median(&seconds),
+        seconds,
+        threads,
+        pareto: false,
+    };
+    let mut timed: Vec<Timing> = judged
+        .iter()
+        .map(|one| match one {
+            Judged::Run(run, stored) => timing(
+                run.label(),
+                stored.time.seconds.clone(),
+                Some(stored.time.threads),
+            ),
+            Judged::Candidate(candidate, _) => timing(
+                candidate.name.clone(),
+                candidate.seconds.into_iter().collect(),
+                None,
+            ),
+        })
+        .collect();
+    for (row, is_on_front) in front(rows, |i, _| timed[i].median) {
+        timed[row].pareto = is_on_front;
+    }
+    Timings {
+        version: env!("CARGO_PKG_VERSION"),
+        program: session.store.program().to_owned(),
+        machine: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
+        processors: std::thread::available_parallelism().map_or(1, usize::from),
+        truth: timing(
+            session.plan.truth.label(),
+            true_film.time.seconds.clone(),
+            Some(true_film.time.threads),
+        ),
+        rows: timed,
+    }
+}

@@ -1,0 +1,200 @@
+//! The figures of a report.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use super::super::curve::Order;
+use super::super::method::{Facts, Settings};
+use crate::metric;
+use crate::reference::Quantity;
+use crate::scene::Requirement;
+
+/// All that a study found, timings apart. Relative numbers are fractions.
+#[derive(Clone, Debug, Serialize)]
+pub struct Report {
+    /// The program's version.
+    pub version: &'static str,
+    /// What was studied.
+    pub study: StudyFigures,
+    /// What the scene needs modelled.
+    pub requirements: Vec<Requirement>,
+    /// What all rows are judged by.
+    pub truth: TruthFigures,
+    /// One entry a run or candidate.
+    pub rows: Vec<Row>,
+    /// One entry a method.
+    pub curves: Vec<Curve>,
+    /// One entry a limit.
+    pub gates: Vec<Gate>,
+    /// What is odd about the scene or the study.
+    pub warnings: Vec<String>,
+    /// What the numbers mean.
+    pub conventions: Vec<&'static str>,
+}
+
+/// What was studied.
+#[derive(Clone, Debug, Serialize)]
+pub struct StudyFigures {
+    /// The scene file, as it was named.
+    pub scene: String,
+    /// A hash of the scene file, all files it names, and its parameters.
+    pub scene_hash: String,
+    /// Parameters of the scene file.
+    pub define: Vec<(String, String)>,
+    /// The sensor's id.
+    pub sensor: String,
+    /// The sensor's plugin.
+    pub plugin: &'static str,
+    /// Texels a row and rows.
+    pub size: [usize; 2],
+    /// What is measured.
+    pub quantity: Quantity,
+    /// Its unit.
+    pub unit: &'static str,
+    /// Seed of all random choices but the truth's.
+    pub seed: u64,
+    /// The difference that matters, relative to the truth's mean.
+    pub margin: f64,
+}
+
+/// The truth.
+#[derive(Clone, Debug, Serialize)]
+pub struct TruthFigures {
+    /// The method's name.
+    pub method: String,
+    /// Settings that are not defaults.
+    pub settings: Settings,
+    /// The film, beside the report.
+    pub file: String,
+    /// The command that makes the film.
+    pub command: String,
+    /// What there is to know of it.
+    pub facts: Facts,
+}
+
+/// A run or a candidate, judged.
+#[derive(Clone, Debug, Serialize)]
+pub struct Row {
+    /// The name of its curve.
+    pub name: String,
+    /// The curve's name with the settings that are not defaults.
+    pub label: String,
+    /// The method's name; `None` of a candidate.
+    pub method: Option<String>,
+    /// Settings that are not defaults.
+    pub settings: Settings,
+    /// The film, beside the report.
+    pub file: String,
+    /// The command that makes the film; `None` of a candidate.
+    pub command: Option<String>,
+    /// The command that prints the row's figures, in the report's folder.
+    pub compare: String,
+    /// What there is to know of the film; `None` of a candidate.
+    pub facts: Option<Facts>,
+    /// The layer that the row is judged by.
+    pub layer: String,
+    /// √(mean d²) / mean r over lit texels of that layer; `None` where the truth is dark.
+    pub error: Option<f64>,
+    /// The mean's difference, relative, of that layer.
+    pub bias: Option<f64>,
+    /// What the truth's own error may add to `error`, either way.
+    pub truth_error: Option<f64>,
+    /// Whether the truth is good enough to know `error` by.
+    pub resolved: bool,
+    /// By counter: whether no other row has less error for as little cost.
+    pub pareto: BTreeMap<String, bool>,
+    /// What looks like a mistake rather than an approximation.
+    pub checks: Vec<Check>,
+    /// All figures of `nephroid compare`, layer by layer.
+    pub comparison: metric::Report,
+}
+
+/// Something that looks like a mistake.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Check {
+    /// `units`, `orientation` or `shift`.
+    pub kind: &'static str,
+    /// What it looks like, and why.
+    pub message: String,
+}
+
+/// One method over its settings.
+#[derive(Clone, Debug, Serialize)]
+pub struct Curve {
+    /// Its name.
+    pub name: String,
+    /// Its rows, by their place in `rows`, the cheapest (in the first counter) first.
+    pub rows: Vec<usize>,
+    /// The order of its error in each counter that all its rows have, fitted to resolved rows.
+    pub orders: Vec<OrderOf>,
+}
+
+/// The order of an error in a cost.
+#[derive(Clone, Debug, Serialize)]
+pub struct OrderOf {
+    /// The cost.
+    pub cost: String,
+    /// error ∝ cost^exponent.
+    #[serde(flatten)]
+    pub order: Order,
+}
+
+/// A limit on a method's error.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Gate {
+    /// The curve or candidate.
+    pub name: String,
+    /// The largest relative error that it may have.
+    pub limit: f64,
+    /// The smallest that it has, over its settings.
+    pub error: Option<f64>,
+    /// What the truth's own error may add to it, either way.
+    pub truth_error: Option<f64>,
+    /// Which it is.
+    pub verdict: GateVerdict,
+}
+
+/// Whether a limit was kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum GateVerdict {
+    /// The error is below the limit, the truth's own error added.
+    Kept,
+    /// The truth is not good enough to tell.
+    Undecided,
+    /// The error is above the limit, the truth's own error taken off.
+    Exceeded,
+}
+
+/// What runs took, and where they ran.
+#[derive(Clone, Debug, Serialize)]
+pub struct Timings {
+    /// The program's version.
+    pub version: &'static str,
+    /// A hash of the program that ran.
+    pub program: String,
+    /// The operating system and the kind of processor.
+    pub machine: String,
+    /// Processors that the program may use.
+    pub processors: usize,
+    /// The truth.
+    pub truth: Timing,
+    /// As the report's rows.
+    pub rows: Vec<Timing>,
+}
+
+/// What one run took.
+#[derive(Clone, Debug, Serialize)]
+pub struct Timing {
+    /// The run.
+    pub label: String,
+    /// Once for each repeat, from set-up to the film \[s\].
+    pub seconds: Vec<f64>,
+    /// Their median \[s\].
+    pub median: Option<f64>,
+    /// Threads used.
+    pub threads: Option<usize>,
+    /// Whether no other row has less error for as few seconds.
+    pub pareto: bool,
+}

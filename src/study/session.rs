@@ -1,0 +1,115 @@
+//! Obtaining the runs of a plan: from the store, or by making them.
+
+use std::sync::atomic::Ordering;
+use std::time::Instant;
+
+use super::StudyError;
+use super::method::Product;
+use super::plan::{Plan, Run};
+use super::store::{Store, Stored, Time};
+use crate::mitsuba;
+use crate::reference::Progress;
+use crate::scene::{Scene, Sensor};
+
+/// A study under way.
+pub struct Session {
+    /// The scene.
+    pub scene: Scene,
+    /// What is to be done.
+    pub plan: Plan,
+    /// Where films are kept.
+    pub store: Store,
+}
+
+/// A run that is done, and whether it was found in the store.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Obtained {
+    /// The run.
+    pub stored: Stored,
+    /// Whether nothing had to be computed.
+    pub was_kept: bool,
+}
+
+impl Session {
+    /// Reads the scene of a study and plans its runs; films are kept in `store`.
+    ///
+    /// # Errors
+    ///
+    /// Where the scene cannot be read or the study not be planned.
+    pub fn new(file: &super::StudyFile, store: Store) -> Result<Self, StudyError> {
+        let scene = mitsuba::load(&file.scene, &file.define)?;
+        let plan = Plan::new(file, &scene)?;
+        Ok(Self { scene, plan, store })
+    }
+
+    /// The sensor that is filled.
+    ///
+    /// # Errors
+    ///
+    /// Where the scene no longer has it.
+    pub fn sensor(&self) -> Result<&Sensor, StudyError> {
+        let sensors = self.scene.sensors().iter();
+        let mut found = sensors.filter(|sensor| sensor.id == self.plan.sensor);
+        found
+            .next()
+            .ok_or_else(|| StudyError::NoSensor(self.plan.sensor.clone()))
+    }
+
+    /// A run, made where it is not in the store, and as often as its seconds are to be repeated. `None` where it was stopped:
+    /// part of a run is not kept.
+    ///
+    /// # Errors
+    ///
+    /// Where the method cannot work on the scene, or its film not be kept.
+    pub fn obtain(&self, run: &Run, progress: &Progress) -> Result<Option<Obtained>, StudyError> {
+        let sensor = self.sensor()?;
+        let repeats = self.plan.repeats as usize;
+        let kept = self.store.find(&self.scene, sensor, run);
+        let was_kept = kept
+            .as_ref()
+            .is_some_and(|it| it.time.seconds.len() >= repeats);
+        let mut stored = kept;
+        while stored
+            .as_ref()
+            .is_none_or(|it| it.time.seconds.len() < repeats)
+        {
+            progress.begin_part();
+            let start = Instant::now();
+            let product = run.method.run(&self.scene, sensor, progress);
+            let product = product.map_err(|cause| StudyError::Method {
+                run: run.label(),
+                cause: Box::new(cause),
+            })?;
+            if progress.stop.load(Ordering::Relaxed) {
+                return Ok(None);
+            }
+            let seconds = start.elapsed().as_secs_f64();
+            stored = Some(self.keep(run, stored, product, seconds)?);
+        }
+        Ok(stored.map(|stored| Obtained { stored, was_kept }))
+    }
+
+    fn keep(
+        &self,
+        run: &Run,
+        earlier: Option<Stored>,
+        product: Product,
+        seconds: f64,
+    ) -> Result<Stored, StudyError> {
+        let Some(mut stored) = earlier else {
+            let time = Time {
+                seconds: vec![seconds],
+                threads: rayon::current_num_threads(),
+            };
+            let sensor = self.sensor()?;
+            return Ok(self.store.keep(&self.scene, sensor, run, product, time)?);
+        };
+        // The same run again has the same bits, or the program is wrong.
+        if product.facts != stored.facts {
+            return Err(StudyError::NotRepeated(run.label()));
+        }
+        stored.time.seconds.push(seconds);
+        self.store.keep_time(&stored.exr, &stored.time)?;
+        Ok(stored)
+    }
+}

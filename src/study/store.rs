@@ -1,0 +1,230 @@
+//! Films kept in files, found again by what they were made from.
+//!
+//! A run's key is a hash of the scene (its file, all files it names, its parameters), the sensor, the method, all settings and the
+//! program itself. Three files hold a run: `STEM.exr`; `STEM.json`, what there is to know of it, written last, so that it stands
+//! for a whole run; and `STEM.time.json`, what it took, which is apart since it is never the same twice.
+
+use std::io::{self, Write as _};
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use super::method::{Facts, Product};
+use super::plan::Run;
+use crate::film::atomic::{self, WriteError};
+use crate::film::exr::{self, ExrWriteError};
+use crate::scene::{Scene, Sensor};
+
+/// A folder of runs.
+#[derive(Clone, Debug)]
+pub struct Store {
+    folder: PathBuf,
+    /// A hash of the program: another one may compute otherwise.
+    program: String,
+}
+
+/// A run in files.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stored {
+    /// The file's name in the store.
+    pub exr: String,
+    /// What there is to know of it.
+    pub facts: Facts,
+    /// What it took.
+    pub time: Time,
+}
+
+/// What a run took.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Time {
+    /// From set-up to the film, once for each repeat \[s\].
+    pub seconds: Vec<f64>,
+    /// Threads used.
+    pub threads: usize,
+}
+
+/// What is in `STEM.json`.
+#[derive(Serialize, Deserialize)]
+struct Record {
+    /// What the run was made from.
+    key: String,
+    /// A hash of the EXR.
+    exr: String,
+    facts: Facts,
+}
+
+/// Why a run was not kept.
+#[derive(Debug, thiserror::Error)]
+pub enum StoreError {
+    /// The image.
+    #[error(transparent)]
+    Image(#[from] ExrWriteError),
+    /// Another file.
+    #[error(transparent)]
+    Write(#[from] WriteError),
+    /// What was written cannot be read.
+    #[error("cannot use {}: {cause}", path.display())]
+    Io {
+        /// The file or folder.
+        path: PathBuf,
+        /// What the system said.
+        cause: io::Error,
+    },
+}
+
+impl Store {
+    /// The store in a folder, which is made where missing.
+    ///
+    /// # Errors
+    ///
+    /// Where the folder cannot be made, or the program not read.
+    pub fn open(folder: &Path) -> Result<Self, StoreError> {
+        std::fs::create_dir_all(folder).map_err(|cause| io_error(folder, cause))?;
+        let program = std::env::current_exe().map_err(|cause| io_error(folder, cause))?;
+        let bytes = std::fs::read(&program).map_err(|cause| io_error(&program, cause))?;
+        Ok(Self {
+            folder: folder.to_owned(),
+            program: blake3::hash(&bytes).to_hex().to_string(),
+        })
+    }
+
+    /// Where a file of the store is.
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.folder.join(name)
+    }
+
+    /// A hash of the program.
+    pub fn program(&self) -> &str {
+        &self.program
+    }
+
+    /// A run that is whole and unchanged since it was kept; anything else does not count.
+    pub fn find(&self, scene: &Scene, sensor: &Sensor, run: &Run) -> Option<Stored> {
+        let key = self.key(scene, sensor, run);
+        let stem = stem(run, &key);
+        let read = |end: &str| std::fs::read(self.path(&format!("{stem}{end}"))).ok();
+        let record: Record = serde_json::from_slice(&read(".json")?).ok()?;
+        let time = serde_json::from_slice(&read(".time.json")?).ok()?;
+        let is_whole = record.key == key && record.exr == blake3::hash(&read(".exr")?).to_string();
+        is_whole.then(|| Stored {
+            exr: format!("{stem}.exr"),
+            facts: record.facts,
+            time,
+        })
+    }
+
+    /// Keeps a run.
+    ///
+    /// # Errors
+    ///
+    /// Where a file cannot be written; what is left does not count as a run.
+    pub fn keep(
+        &self,
+        scene: &Scene,
+        sensor: &Sensor,
+        run: &Run,
+        product: Product,
+        time: Time,
+    ) -> Result<Stored, StoreError> {
+        let key = self.key(scene, sensor, run);
+        let stem = stem(run, &key);
+        let exr = format!("{stem}.exr");
+        let path = self.path(&exr);
+        exr::write(&path, &described(scene, sensor, run, &product))?;
+        let bytes = std::fs::read(&path).map_err(|cause| io_error(&path, cause))?;
+        self.keep_time(&exr, &time)?;
+        let record = Record {
+            key,
+            exr: blake3::hash(&bytes).to_string(),
+            facts: product.facts,
+        };
+        write_json(&self.path(&format!("{stem}.json")), &record)?;
+        Ok(Stored {
+            exr,
+            facts: record.facts,
+            time,
+        })
+    }
+
+    /// Keeps what a run took.
+    ///
+    /// # Errors
+    ///
+    /// Where the file cannot be written.
+    pub fn keep_time(&self, exr: &str, time: &Time) -> Result<(), StoreError> {
+        let stem = exr.strip_suffix(".exr").unwrap_or(exr);
+        write_json(&self.path(&format!("{stem}.time.json")), time)
+    }
+
+    fn key(&self, scene: &Scene, sensor: &Sensor, run: &Run) -> String {
+        let parts = [
+            self.program.as_str(),
+            scene.content_hash(),
+            &sensor.id,
+            run.method.name(),
+            &run.method.settings().to_string(),
+        ];
+        let mut hasher = blake3::Hasher::new();
+        for part in parts {
+            // With its length: no two lists of parts are the same text.
+            hasher.update(&(part.len() as u64).to_le_bytes());
+            hasher.update(part.as_bytes());
+        }
+        hasher.finalize().to_hex().to_string()
+    }
+}
+
+/// Writes JSON for people, whole or not at all.
+///
+/// # Errors
+///
+/// Where the file cannot be written.
+pub fn write_json(path: &Path, value: &impl Serialize) -> Result<(), StoreError> {
+    atomic::write(path, |file| {
+        serde_json::to_writer_pretty(&mut *file, value)?;
+        writeln!(file)
+    })?;
+    Ok(())
+}
+
+fn io_error(path: &Path, cause: io::Error) -> StoreError {
+    StoreError::Io {
+        path: path.to_owned(),
+        cause,
+    }
+}
+
+/// A name that a person recognises, and the beginning of the key, which makes it the only one.
+fn stem(run: &Run, key: &str) -> String {
+    let allowed = |c: char| c.is_ascii_alphanumeric() || "-.".contains(c);
+    let label = run.label().replace('%', "pct");
+    let mut name: String = label
+        .chars()
+        .map(|c| if allowed(c) { c } else { '-' })
+        .collect();
+    // Names of files end somewhere; the key does not need the rest.
+    name.truncate(100);
+    format!("{name}-{}", &key[..10])
+}
+
+/// The film with what describes it.
+fn described(scene: &Scene, sensor: &Sensor, run: &Run, product: &Product) -> crate::film::Image {
+    let mut image = product.image.clone();
+    let mut settings = run.method.settings();
+    if let (Some(settings), Some(replicates)) = (settings.as_object_mut(), product.facts.replicates)
+    {
+        settings.insert("replicates".to_owned(), replicates.into());
+    }
+    let facts = &product.facts;
+    image.add_metadata("scene", scene.path().display().to_string());
+    image.add_metadata("scene-hash", scene.content_hash());
+    image.add_metadata("sensor", sensor.id.as_str());
+    image.add_metadata("method", run.method.name());
+    image.add_metadata("settings", settings.to_string());
+    image.add_metadata("version", env!("CARGO_PKG_VERSION"));
+    image.add_metadata("complete", if facts.complete { "yes" } else { "no" });
+    image.add_metadata("warnings", serde_json::json!(facts.warnings).to_string());
+    image.add_metadata("quantity", product.quantity.name());
+    image.add_metadata("unit", product.quantity.unit());
+    image
+}
