@@ -70,7 +70,7 @@ pub fn validate(args: &ValidateArgs) -> anyhow::Result<Outcome> {
             continue;
         }
         match work.obtain(run, "")? {
-            Some(obtained) => judged.push(Judged::Run(run, obtained.stored)),
+            Some(obtained) => judged.push(Judged::Run(run, Box::new(obtained.stored))),
             None => return Ok(work.stopped()),
         }
     }

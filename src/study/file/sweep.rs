@@ -75,7 +75,7 @@ fn finite(text: &str) -> Option<f64> {
 pub fn method(mut table: Table) -> Result<StudyMethod, FileError> {
     let node = table.need("method")?;
     let method = node.scalar()?;
-    Method::new(&method, &Settings::new()).map_err(|error| node.error(error))?;
+    Method::new(&method, &Settings::new()).map_err(|error| node.error(error.to_string()))?;
     let name = table.take("name").map(|node| node.scalar()).transpose()?;
     let mut products = vec![Settings::new()];
     for node in table.rest() {
@@ -85,7 +85,7 @@ pub fn method(mut table: Table) -> Result<StudyMethod, FileError> {
         }
         for value in &values {
             let alone = Settings::from([(node.key().to_owned(), value.clone())]);
-            Method::new(&method, &alone).map_err(|error| node.error(error))?;
+            Method::new(&method, &alone).map_err(|error| node.error(error.to_string()))?;
         }
         products = products
             .iter()

@@ -20,14 +20,14 @@ pub struct Text<'a> {
 
 impl Text<'_> {
     /// An error at a place: line and column count from 1, columns in characters.
-    pub fn error(&self, at: &Range<usize>, message: impl ToString) -> FileError {
+    pub fn error(&self, at: &Range<usize>, message: impl Into<String>) -> FileError {
         let before = self.contents.get(..at.start).unwrap_or(self.contents);
         let line = before.rsplit('\n').next().unwrap_or("");
         FileError::Content {
             path: self.path.to_owned(),
             line: before.matches('\n').count() + 1,
             column: line.chars().count() + 1,
-            message: message.to_string(),
+            message: message.into(),
         }
     }
 }
@@ -97,7 +97,7 @@ impl<'a> Table<'a> {
         unknown.map_or(Ok(()), |key| {
             let what = format!("key of {}", self.name);
             let error = SettingError::unknown(what, key.get_ref(), self.known.iter().copied());
-            Err(self.text.error(&key.span(), error))
+            Err(self.text.error(&key.span(), error.to_string()))
         })
     }
 
@@ -118,7 +118,7 @@ impl<'a> Node<'a> {
     }
 
     /// An error at this value.
-    pub fn error(&self, message: impl ToString) -> FileError {
+    pub fn error(&self, message: impl Into<String>) -> FileError {
         self.text.error(&self.value.span(), message)
     }
 

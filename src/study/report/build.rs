@@ -21,7 +21,7 @@ use crate::scene::requirements;
 #[derive(Clone, Debug)]
 pub enum Judged<'a> {
     /// A run of the study.
-    Run(&'a Run, Stored),
+    Run(&'a Run, Box<Stored>),
     /// An image rendered elsewhere; its copy is this file of the store.
     Candidate(&'a Candidate, String),
 }
@@ -203,10 +203,11 @@ fn layer_judged<'a>(comparison: &'a metric::Report, name: Option<&str>) -> Optio
 /// The command that makes a film.
 fn command(session: &Session, run: &Run, file: &str) -> String {
     let plan = &session.plan;
-    let define = plan.define.iter();
-    let define: String = define
-        .map(|(key, value)| format!(" -D {}", quoted(&format!("{key}={value}"))))
-        .collect();
+    let define = plan
+        .define
+        .iter()
+        .map(|(key, value)| format!("{key}={value}"));
+    let define = define.fold(String::new(), |all, one| all + " -D " + &quoted(&one));
     format!(
         "nephroid render {}{define} --sensor {} {} --output {}",
         quoted(&plan.scene.display().to_string()),
