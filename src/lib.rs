@@ -15,6 +15,7 @@
 //! | 3 | [`mitsuba`] | Mitsuba 3 XML and mesh files become a scene |
 //! | 4 | [`transport`] | light-space domains, specular chains, path signatures, deposits |
 //! | 5 | [`mod@reference`] | ways to compute the truth |
+//! | 5 | [`approximation`] | real-time techniques as pipelines of stages |
 //! | 6 | [`metric`] | two images: differences, significance, equivalence
 //! | 8 | [`cli`] | one file a command |
 //!
@@ -42,6 +43,7 @@
     clippy::unreadable_literal
 )]
 
+pub mod approximation;
 pub mod cli;
 pub mod film;
 pub mod generate;

@@ -15,19 +15,23 @@ use super::memory;
 use super::method;
 use super::output::{self, Run, Settings};
 use super::progress;
-use super::sensor::{choose_camera, choose_sensor};
+use super::sensor::{choose_camera, choose_sensor, is_camera};
 use super::summary::{Summary, listed};
+use crate::approximation::{Approximation, Rendering};
 use crate::film::atomic;
+use crate::geometry::TraversalCounters;
 use crate::mitsuba;
+use crate::radiometry::Rgb;
 use crate::reference::beams::{self, BeamError};
 use crate::reference::full::{self, PartDetail};
 use crate::reference::path::{self, PathReport, PathSettings};
 use crate::reference::photon_map::{self, PhotonMapError};
 use crate::reference::photons::shard::Part;
 use crate::reference::photons::{self, RunError, Shard};
-use crate::reference::{Estimate, LayerName, Progress, Quantity};
+use crate::reference::{Estimate, Layer, LayerName, Progress, Quantity};
 use crate::scene::{Emitter, Scene, Sensor};
 use crate::transport::chain_limits::{left_out, left_out_of_image};
+use crate::transport::ledger::Ledger;
 use crate::transport::path_class::PathClass;
 use crate::transport::signature::Signature;
 
@@ -47,6 +51,9 @@ pub fn render(args: &RenderArgs) -> anyhow::Result<Outcome> {
     } else {
         choose_sensor(&scene, args.sensor.as_deref())?
     };
+    if args.method != Some(Method::CausticMap) {
+        anyhow::ensure!(args.set.is_empty(), "--set is for --method caustic-map");
+    }
     let choice = method::choose(args, &scene, sensor)?;
     memory::check_film(&scene, sensor, choice.method, args.shared.layers)?;
     let extension = if args.shard.is_some() { "shard" } else { "exr" };
@@ -67,6 +74,7 @@ pub fn render(args: &RenderArgs) -> anyhow::Result<Outcome> {
         (Method::Path, _) => job.path(),
         (Method::PhotonMap, _) => job.photon_maps(),
         (Method::Full, _) => job.full(),
+        (Method::CausticMap, _) => job.caustic_map(),
         (Method::Photons, None) => job.photons(),
         (Method::Photons, Some(shard)) => job.shard(shard),
     }
@@ -181,6 +189,18 @@ impl Job<'_> {
         self.finish(Settings::Full(&settings, &report), &estimate, warnings)
     }
 
+    fn caustic_map(&self) -> anyhow::Result<Outcome> {
+        let map = self.args.caustic_map()?;
+        let rendering = map.run(self.scene, self.sensor)?;
+        let estimate = as_estimate(&rendering, is_camera(self.sensor));
+        let warnings = vec![format!(
+            "a caustic map is an approximation: of all light it models {} alone, and its error is not known here \
+             (see nephroid attribute)",
+            rendering.signature
+        )];
+        self.finish(Settings::CausticMap(&map, &rendering), &estimate, warnings)
+    }
+
     fn shard(&self, shard: Shard) -> anyhow::Result<Outcome> {
         let (settings, budget) = self.args.photons()?;
         let part =
@@ -230,6 +250,37 @@ impl Job<'_> {
         } else {
             Outcome::Complete
         })
+    }
+}
+
+/// An approximation's image as methods deliver theirs: one layer, of whose error nothing is known.
+fn as_estimate(rendering: &Rendering, is_camera: bool) -> Estimate {
+    let layer = |name| {
+        let mut layer = Layer::dark(name, rendering.values.len());
+        layer.irradiance.clone_from(&rendering.values);
+        layer.standard_error.fill(Rgb::grey(f64::NAN));
+        layer
+    };
+    let work = rendering.total_work();
+    Estimate {
+        quantity: if is_camera {
+            Quantity::Radiance
+        } else {
+            Quantity::Irradiance
+        },
+        width: rendering.width,
+        height: rendering.height,
+        total: layer(LayerName::Total),
+        layers: vec![layer(LayerName::Path(rendering.signature))],
+        counts: vec![0; rendering.values.len()],
+        ledger: Ledger::default(),
+        paths: rendering.work.first().map_or(0, |stage| stage.work.photons),
+        counters: TraversalCounters {
+            rays: work.rays,
+            ..TraversalCounters::default()
+        },
+        relative_error: None,
+        incomplete: false,
     }
 }
 
