@@ -17,6 +17,7 @@
 //! | 5 | [`mod@reference`] | ways to compute the truth |
 //! | 5 | [`approximation`] | real-time techniques as pipelines of stages |
 //! | 6 | [`metric`] | two images: differences, significance, equivalence
+//! | 7 | [`study`] | which stage of an approximation makes its error |
 //! | 8 | [`cli`] | one file a command |
 //!
 //! # Conventions
@@ -55,4 +56,5 @@ pub mod optics;
 pub mod radiometry;
 pub mod reference;
 pub mod scene;
+pub mod study;
 pub mod transport;

@@ -13,6 +13,7 @@ macro_rules! say {
 }
 
 pub mod args;
+pub mod attribute;
 pub mod compare;
 pub mod generate;
 pub mod inspect;
@@ -53,6 +54,7 @@ pub fn main() -> ExitCode {
         Command::Probe(args) => probe::probe(args),
         Command::Merge(args) => merge::merge(args),
         Command::Compare(args) => compare::compare(args),
+        Command::Attribute(args) => attribute::attribute(args),
         Command::Generate(args) => generate::generate(args),
     };
     match outcome {

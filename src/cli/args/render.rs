@@ -3,13 +3,12 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
-use anyhow::Context;
 use clap::ValueEnum;
 
 use super::method::{PathArgs, PhotonArgs, PhotonMapArgs, SharedArgs};
 use super::parse::{parse_define, parse_duration, parse_fraction, parse_shard};
 use super::{MAX_COUNT, SceneArgs};
-use crate::approximation::{Approximation, CausticMap};
+use crate::approximation::CausticMap;
 use crate::reference::beams::{BeamBudget, BeamSettings};
 use crate::reference::full::{FullBudget, FullSettings};
 use crate::reference::path::{PathBudget, PathSettings};
@@ -308,11 +307,7 @@ impl RenderArgs {
                 "{name} is not for --method caustic-map, which takes its settings by --set, as --set photons=512"
             );
         }
-        let mut map = CausticMap::default();
-        for (key, value) in &self.set {
-            map.set(key, value).context("--set")?;
-        }
-        Ok(map)
+        super::caustic_map(&self.set)
     }
 
     fn refuse_paths_options(&self) -> anyhow::Result<()> {
