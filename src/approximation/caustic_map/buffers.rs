@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::settings::{Buffers, Mode};
 use super::view::LightView;
 use crate::approximation::Work;
-use crate::geometry::{Hit, Ray, SurfacePoint, TraversalCounters};
+use crate::geometry::{Element, Hit, Ray, Shape, SurfacePoint, TraversalCounters, World};
 use crate::scene::{Material, Scene};
 use crate::transport::prescribed::next_hit;
 
@@ -35,15 +35,6 @@ pub struct Back {
     pub shape: u32,
 }
 
-/// Why a light's ray makes no photon.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum NoFront {
-    /// It meets nothing specular first.
-    Elsewhere,
-    /// It meets a specular object's surface from inside.
-    Inside(u32),
-}
-
 /// Whether photons of a mode start at a material.
 pub fn takes_part(scene: &Scene, material: &Material, mode: Mode) -> bool {
     match material {
@@ -56,7 +47,8 @@ pub fn takes_part(scene: &Scene, material: &Material, mode: Mode) -> bool {
     }
 }
 
-/// The place where a ray of the light first meets a specular object, unless something hides it.
+/// The place where a ray of the light first meets a specular object; `None` where something hides it, and where light would
+/// enter a refractor by its back.
 #[inline]
 pub fn front(
     scene: &Scene,
@@ -64,18 +56,35 @@ pub fn front(
     mode: Mode,
     buffers: Buffers,
     counters: &mut TraversalCounters,
-) -> Result<Front, NoFront> {
-    let (ray, hit) = next_hit(scene, ray, counters).ok_or(NoFront::Elsewhere)?;
+) -> Option<Front> {
+    let (ray, hit) = next_hit(scene, ray, counters)?;
     if !takes_part(scene, scene.material_of(hit.shape), mode) {
-        return Err(NoFront::Elsewhere);
+        return None;
     }
     let mut point = scene.world().bounce_point(&ray, &hit);
     let is_back = ray.direction.dot(point.geometric_normal) >= 0.0;
     if is_back && mode == Mode::Refraction {
-        return Err(NoFront::Inside(hit.shape));
+        return None;
     }
     store(&mut point, buffers);
-    Ok(Front { ray, hit, point })
+    Some(Front { ray, hit, point })
+}
+
+/// Whether a point is inside a closed surface: from there a ray that meets it does so from behind, whichever ray.
+pub fn is_inside(scene: &Scene, shape: u32, point: DVec3) -> bool {
+    let element = Element { shape, face: None };
+    let surface = &scene.world().shapes()[shape as usize];
+    if matches!(surface, Shape::Rectangle(_) | Shape::Disk(_)) {
+        return false;
+    }
+    let towards = (surface.bounds().center() - point)
+        .try_normalize()
+        .unwrap_or(DVec3::X);
+    let ray = Ray::new(point, towards);
+    let found = scene
+        .world()
+        .meet_element(&ray, element, &mut TraversalCounters::default());
+    found.is_some_and(|(_, met)| towards.dot(met.geometric_normal) > 0.0)
 }
 
 /// The farthest back face along a light's ray, of the object whose front it met.
@@ -128,6 +137,46 @@ pub fn store(point: &mut SurfacePoint, buffers: Buffers) {
     point.shading_normal = each(point.shading_normal).normalize();
 }
 
+/// The receivers by themselves: every surface that is neither specular nor passed as if it were not there.
+#[derive(Debug)]
+pub struct Receivers {
+    world: World,
+    /// Which shape of the scene each is.
+    shapes: Vec<u32>,
+}
+
+impl Receivers {
+    /// Those of a scene.
+    pub fn new(scene: &Scene) -> Self {
+        let all = scene.world().shapes();
+        let receives = |shape: &u32| {
+            let material = scene.material_of(*shape);
+            !material.is_specular(scene.materials()) && !material.is_passed(scene.materials())
+        };
+        let shapes: Vec<u32> = (0..all.len() as u32).filter(receives).collect();
+        let world = World::new(
+            shapes
+                .iter()
+                .map(|&shape| all[shape as usize].clone())
+                .collect(),
+        );
+        Self { world, shapes }
+    }
+
+    /// The first of them along a ray, whatever specular is before it.
+    #[inline]
+    pub fn first(
+        &self,
+        ray: &Ray,
+        counters: &mut TraversalCounters,
+    ) -> Option<(Hit, SurfacePoint)> {
+        let hit = self.world.closest_hit(ray, f64::INFINITY, counters)?;
+        let point = self.world.bounce_point(ray, &hit);
+        let shape = self.shapes[hit.shape as usize];
+        Some((Hit { shape, ..hit }, point))
+    }
+}
+
 /// The nearest receiver in each pixel: its depth, or infinity.
 #[derive(Clone, Debug)]
 pub struct DepthMap {
@@ -136,34 +185,33 @@ pub struct DepthMap {
 }
 
 impl DepthMap {
-    /// Depths of what is not specular, at pixel centres, seen through everything that is.
-    pub fn new(scene: &Scene, view: LightView, buffers: Buffers) -> (Self, Work) {
+    /// Depths of receivers at pixel centres, as if nothing specular were there.
+    pub fn new(receivers: &Receivers, view: LightView, buffers: Buffers) -> (Self, Work) {
         let side = view.side();
-        let rows: Vec<(Vec<f64>, TraversalCounters)> = (0..side)
-            .into_par_iter()
-            .map(|row| {
+        let mut depths = vec![f64::INFINITY; side * side];
+        let counters = depths
+            .par_chunks_mut(side)
+            .enumerate()
+            .map(|(row, depths)| {
                 let mut counters = TraversalCounters::default();
-                let depths = (0..side)
-                    .map(|column| {
-                        let at = DVec2::new(column as f64 + 0.5, row as f64 + 0.5);
-                        let depth = receiver_behind(scene, view.ray(at), &mut counters)
-                            .and_then(|(_, _, point)| view.project(point.position))
-                            .map_or(f64::INFINITY, |seen| seen.depth);
-                        quantised(depth, view.range(), buffers)
-                    })
-                    .collect();
-                (depths, counters)
+                for (column, depth) in depths.iter_mut().enumerate() {
+                    let at = DVec2::new(column as f64 + 0.5, row as f64 + 0.5);
+                    let found = receivers.first(&view.ray(at), &mut counters);
+                    if let Some(seen) = found.and_then(|(_, point)| view.project(point.position)) {
+                        *depth = quantised(seen.depth, &view, buffers);
+                    }
+                }
+                counters
             })
-            .collect();
+            .reduce(TraversalCounters::default, |mut a, b| {
+                a += b;
+                a
+            });
         let mut work = Work {
             bytes: (side * side * 4) as u64,
             ..Work::default()
         };
-        let mut depths = Vec::with_capacity(side * side);
-        for (row, counters) in rows {
-            depths.extend(row);
-            work.add_rays(counters);
-        }
+        work.add_rays(counters);
         (Self { view, depths }, work)
     }
 
@@ -182,34 +230,18 @@ impl DepthMap {
     }
 }
 
-/// The first surface along a ray that is not specular, whatever specular is before it.
-pub fn receiver_behind(
-    scene: &Scene,
-    mut ray: Ray,
-    counters: &mut TraversalCounters,
-) -> Option<(Ray, Hit, SurfacePoint)> {
-    /// Specular faces before a receiver.
-    const MOST: usize = 1024;
-    for _ in 0..MOST {
-        let (here, hit) = next_hit(scene, ray, counters)?;
-        let point = scene.world().bounce_point(&here, &hit);
-        let material = scene.material_of(hit.shape);
-        if !material.is_specular(scene.materials()) {
-            return Some((here, hit, point));
-        }
-        ray = point.spawn(here.direction);
-    }
-    None
-}
-
-/// A depth as a 24-bit depth buffer between `near` and `far` holds it: evenly in 1/depth.
-fn quantised(depth: f64, [near, far]: [f64; 2], buffers: Buffers) -> f64 {
+/// A depth as a 24-bit depth buffer holds it: evenly in 1/depth between the nearest and the farthest, of parallel light in
+/// depth itself.
+fn quantised(depth: f64, view: &LightView, buffers: Buffers) -> f64 {
     const STEPS: f64 = 16_777_215.0;
-    if buffers == Buffers::Exact || !depth.is_finite() {
+    if buffers == Buffers::Exact {
         return depth;
     }
+    let stored = |place: f64| (place.clamp(0.0, 1.0) * STEPS).round() / STEPS;
+    let [near, far] = view.range();
+    if view.is_parallel() {
+        return near + stored((depth - near) / (far - near)) * (far - near);
+    }
     let (a, b) = (1.0 / near, 1.0 / far);
-    let place = ((a - 1.0 / depth) / (a - b)).clamp(0.0, 1.0);
-    let stored = (place * STEPS).round() / STEPS;
-    1.0 / (a - stored * (a - b))
+    1.0 / (a - stored((a - 1.0 / depth) / (a - b)) * (a - b))
 }

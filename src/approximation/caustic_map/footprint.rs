@@ -195,7 +195,7 @@ pub fn deal_beams(tracer: &Tracer, canvas: &Canvas, shift: DVec2, film: &ExactFi
 
 impl Beams<'_> {
     fn corner(&self, at: DVec2, work: &mut BeamWork) -> Option<Corner> {
-        let front = self.tracer.front(at, &mut work.view).ok()?;
+        let front = self.tracer.front(at, &mut work.view)?;
         let exit = self.tracer.exit(at, &front, &mut work.refraction)?;
         let landing = self.tracer.landing(&exit, self.canvas, &mut work.hit)?;
         Some(Corner {

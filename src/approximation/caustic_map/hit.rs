@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
-use super::buffers::{DepthMap, receiver_behind};
+use super::buffers::{DepthMap, Receivers};
 use super::refraction::Exit;
 use super::view::LightView;
 use crate::approximation::Work;
@@ -46,14 +46,21 @@ impl Canvas<'_> {
     }
 }
 
-/// A ray that is traced to the next surface, which must be no specular one.
+/// A ray that is traced to the next surface, which must be no specular one; from an approximate exit point, which may
+/// be inside the object still, to the next receiver.
 pub fn traced(
     scene: &Scene,
+    receivers: &Receivers,
     canvas: &Canvas,
     exit: &Exit,
     counters: &mut TraversalCounters,
 ) -> Option<Landing> {
-    let found = next_hit(scene, exit.ray, counters);
+    let found = if exit.is_exact {
+        next_hit(scene, exit.ray, counters)
+    } else {
+        let found = receivers.first(&exit.ray, counters);
+        found.map(|(hit, _)| (exit.ray, hit))
+    };
     match canvas {
         Canvas::Map(view) => {
             let (ray, hit) = found?;
@@ -109,11 +116,11 @@ fn on_sensor(
 /// step, and takes what is hidden from the light for solid (Szirmay-Kalos et al. 2005; section 6).
 pub fn marched(
     scene: &Scene,
+    receivers: &Receivers,
     canvas: &Canvas,
     exit: &Exit,
     depths: &DepthMap,
-    steps: u32,
-    bisections: u32,
+    [steps, bisections]: [u32; 2],
     work: &mut Work,
 ) -> Option<Landing> {
     let view = depths.view();
@@ -157,8 +164,7 @@ pub fn marched(
         Canvas::Sensor(screen) => {
             let mut counters = TraversalCounters::default();
             let ray = view.ray(seen.at);
-            let found = receiver_behind(scene, ray, &mut counters);
-            let (ray, hit) = found.map_or((ray, None), |(ray, hit, _)| (ray, Some(hit)));
+            let hit = receivers.first(&ray, &mut counters).map(|(hit, _)| hit);
             let landing = on_sensor(scene, screen, &ray, hit, &mut counters);
             work.add_rays(counters);
             landing

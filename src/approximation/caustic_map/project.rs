@@ -3,7 +3,7 @@
 use glam::DVec2;
 use rayon::prelude::*;
 
-use super::buffers::receiver_behind;
+use super::buffers::Receivers;
 use super::footprint::ExactFilm;
 use super::view::LightView;
 use crate::approximation::Work;
@@ -16,6 +16,7 @@ use crate::transport::screen::Screen;
 /// Deals the flux of a map's texels out on a film: each is spread over the surface that the light sees in it.
 pub fn deal_texels(
     scene: &Scene,
+    receivers: &Receivers,
     view: &LightView,
     flux: &[Rgb],
     screen: &Screen,
@@ -24,8 +25,7 @@ pub fn deal_texels(
     let side = view.side();
     let corner = |column: usize, row: usize, counters: &mut TraversalCounters| {
         let ray = view.ray(DVec2::new(column as f64, row as f64));
-        let found = receiver_behind(scene, ray, counters);
-        let (ray, hit) = found.map_or((ray, None), |(ray, hit, _)| (ray, Some(hit)));
+        let hit = receivers.first(&ray, counters).map(|(hit, _)| hit);
         let (end, weight, surface) = screen.end(scene, &ray, hit.as_ref(), counters);
         match end {
             End::Landed(at) => Some((at, weight, surface)),

@@ -25,6 +25,8 @@ pub struct Exit {
     pub lens: Lens,
     /// How the ray changes with the two image coordinates of the light view, by pixel.
     pub derivatives: [RayDerivative; 2],
+    /// Whether it left exactly there: an approximate place may be inside the object still.
+    pub is_exact: bool,
     /// Which smooth surfaces it met: neighbours with the same are one beam.
     pub family: u64,
 }
@@ -197,6 +199,7 @@ pub fn through(
             thickness,
         },
         derivatives,
+        is_exact: true,
         family: surface(scene, &front.hit).wrapping_mul(0x9e37_79b9_7f4a_7c15)
             ^ surface(scene, &hit),
     })
@@ -233,6 +236,7 @@ pub fn reflected(
             thickness: 0.0,
         },
         derivatives,
+        is_exact: true,
         family: surface(scene, &front.hit) << 1 | u64::from(facing > 0.0),
     })
 }
@@ -320,6 +324,7 @@ pub fn image_space(
             thickness,
         },
         derivatives,
+        is_exact: false,
         family: surface(scene, &front.hit),
     })
 }

@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-use super::splat::{Photon, Spread, draw, in_bands, round_weights};
+use super::splat::{Band, Photon, Spread, draw, in_bands};
 use crate::approximation::Work;
 use crate::radiometry::Rgb;
 
@@ -40,48 +40,28 @@ pub fn multi_resolution(side: usize, photons: &[Photon]) -> (Vec<Rgb>, Work) {
         side,
         photons,
         |_| 0.5 * largest,
-        |photon, rows, texels: &mut [Cell], work| {
+        |photon, band| {
+            let before = band.fragments;
             for (index, diameter) in DIAMETERS.into_iter().enumerate() {
-                stamp(photon, index, diameter, side, rows.clone(), texels);
+                // One point holds all four: its fragments are those of the largest, drawn last.
+                band.fragments = before;
+                stamp(photon, index, diameter, band);
             }
-            // One point holds all four.
-            let reach = (largest as i64).pow(2);
-            let share =
-                (rows.end - rows.start) as f64 / (largest + rows.end as f64 - rows.start as f64);
-            work.fragments += (reach as f64 * share) as u64;
         },
     );
     work.splats = photons.len() as u64;
-    // Two maps of four channels, and what is read of them once more.
+    // Two maps of four channels, each read once more.
     work.bytes = (cells.len() * 2 * 4 * 4) as u64;
     work.fetches = 2 * cells.len() as u64;
     (cells.iter().map(combined).collect(), work)
 }
 
-fn stamp(
-    photon: &Photon,
-    index: usize,
-    diameter: f64,
-    side: usize,
-    rows: std::ops::Range<i64>,
-    texels: &mut [Cell],
-) {
-    round_weights(photon.at, diameter, |first, across, down| {
-        for (weight_y, row) in down.iter().zip(first[1]..) {
-            if !rows.contains(&row) {
-                continue;
-            }
-            let line = &mut texels[(row - rows.start) as usize * side..][..side];
-            for (weight_x, column) in across.iter().zip(first[0]..) {
-                let Some(cell) = usize::try_from(column).ok().and_then(|c| line.get_mut(c)) else {
-                    continue;
-                };
-                cell.flux[index] += photon.flux * (weight_x * weight_y);
-                let center = DVec2::new(column as f64 + 0.5, row as f64 + 0.5);
-                let is_inside = center.distance_squared(photon.at) <= 0.25 * diameter * diameter;
-                cell.count[index] += u32::from(is_inside);
-            }
-        }
+fn stamp(photon: &Photon, index: usize, diameter: f64, band: &mut Band<Cell>) {
+    band.draw_round(photon.at, diameter, |cell, weight, [column, row]| {
+        cell.flux[index] += photon.flux * weight;
+        let center = DVec2::new(column as f64 + 0.5, row as f64 + 0.5);
+        let is_inside = center.distance_squared(photon.at) <= 0.25 * diameter * diameter;
+        cell.count[index] += u32::from(is_inside);
     });
 }
 
@@ -116,14 +96,12 @@ impl Level {
             side,
             photons,
             |_| 0.0,
-            |photon, rows, texels: &mut [(Rgb, u32)], work| {
-                let (column, row) = (photon.at.x.floor(), photon.at.y.floor());
-                let is_inside = column >= 0.0 && column < side as f64;
-                if is_inside && rows.contains(&(row as i64)) {
-                    let index = (row as i64 - rows.start) as usize * side + column as usize;
-                    texels[index].0 += photon.flux;
-                    texels[index].1 += 1;
-                    work.fragments += 1;
+            |photon, band: &mut Band<(Rgb, u32)>| {
+                let (column, row) = (photon.at.x.floor() as i64, photon.at.y.floor() as i64);
+                if let Some((flux, count)) = band.texel(column, row) {
+                    *flux += photon.flux;
+                    *count += 1;
+                    band.fragments += 1;
                 }
             },
         );

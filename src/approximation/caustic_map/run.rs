@@ -5,7 +5,7 @@ use std::time::Instant;
 use glam::{DMat2, DVec2};
 use rayon::prelude::*;
 
-use super::buffers::{Back, DepthMap, Front, NoFront, back, takes_part};
+use super::buffers::{Back, DepthMap, Front, Receivers, back, is_inside, takes_part};
 use super::footprint::{ExactFilm, deal_beams};
 use super::hit::{Canvas, Landing};
 use super::lookup::{CausticTexture, CausticTextures};
@@ -40,10 +40,14 @@ pub fn run(
     let film = SensorFilm::new(scene, sensor)?;
     let mode = mode(settings, scene)?;
     let sources = sources(scene)?;
+    if mode == Mode::Refraction {
+        check_outside(scene, &sources)?;
+    }
     let mut pipeline = Pipeline {
         settings,
         scene,
         film: &film,
+        receivers: Receivers::new(scene),
         mode,
         work: settings
             .stages()
@@ -121,10 +125,31 @@ fn sources(scene: &Scene) -> Result<Vec<Source>, ApproximationError> {
     Ok(sources)
 }
 
+/// Refuses points inside a refractor: their light crosses one interface.
+fn check_outside(scene: &Scene, sources: &[Source]) -> Result<(), ApproximationError> {
+    for source in sources {
+        let Source::Point { origin, .. } = *source else {
+            continue;
+        };
+        let found = (0_u32..).zip(scene.objects()).find(|(shape, object)| {
+            let material = scene.material(object.material);
+            takes_part(scene, material, Mode::Refraction) && is_inside(scene, *shape, origin)
+        });
+        if let Some((_, object)) = found {
+            return Err(ApproximationError::LightInside {
+                position: origin.to_array(),
+                shape: object.id.clone(),
+            });
+        }
+    }
+    Ok(())
+}
+
 struct Pipeline<'a> {
     settings: &'a Settings,
     scene: &'a Scene,
     film: &'a SensorFilm,
+    receivers: Receivers,
     mode: Mode,
     work: Vec<StageWork>,
 }
@@ -153,34 +178,36 @@ impl Pipeline<'_> {
         (step * f64::from(frame) + 0.5).fract() - 0.5
     }
 
-    /// The boxes of what is specular, and of that and what receives.
-    fn targets(&self) -> [Bounds; 2] {
+    /// The boxes of what is specular, and of what receives.
+    fn targets(&self) -> [Vec<Bounds>; 2] {
         let shapes = self.scene.world().shapes();
-        let (mut specular, mut all) = (Bounds::EMPTY, Bounds::EMPTY);
-        for (index, shape) in shapes.iter().enumerate() {
-            let material = self.scene.material_of(index as u32);
-            let bounds = shape.bounds();
+        let (mut specular, mut receiving) = (Vec::new(), Vec::new());
+        for (index, shape) in (0_u32..).zip(shapes) {
+            let material = self.scene.material_of(index);
             if takes_part(self.scene, material, self.mode) {
-                specular = specular.union(bounds);
+                specular.push(shape.bounds());
             }
             let measured = self.film.shape();
-            let receives = measured.map_or(is_diffuse(self.scene, material), |shape| {
-                shape == index as u32
-            });
+            let receives =
+                measured.map_or_else(|| is_diffuse(self.scene, material), |shape| shape == index);
             if receives {
-                all = all.union(bounds);
+                receiving.push(shape.bounds());
             }
         }
-        [specular, all.union(specular)]
+        [specular, receiving]
     }
 
     fn frame(&mut self, sources: &[Source], frame: u32) -> Result<Vec<Rgb>, ApproximationError> {
-        let [specular, all] = self.targets();
+        let [specular, receiving] = self.targets();
+        let all = [&specular[..], &receiving[..]].concat();
+        let refractor = specular
+            .iter()
+            .fold(Bounds::EMPTY, |all, one| all.union(*one));
         let settings = self.settings;
         let is_direct = settings.splat == Splat::Exact && settings.lookup == Lookup::Exact;
         let total: f64 = sources
             .iter()
-            .map(|source| flux_bound(source, &specular))
+            .map(|source| flux_bound(source, &refractor))
             .sum();
         let film = ExactFilm::new(self.film.size(), total)?;
         let mut maps = Vec::new();
@@ -196,6 +223,7 @@ impl Pipeline<'_> {
                 .map(|view| Light {
                     source,
                     view,
+                    window: view.window(&refractor),
                     // A photon marches through the picture that its own view has of the scene.
                     depths: depth_map_of(view, &depths),
                 })
@@ -203,7 +231,7 @@ impl Pipeline<'_> {
             if is_direct {
                 for light in &lights {
                     let canvas = Canvas::Sensor(self.film.screen());
-                    self.beams(light, &canvas, Self::shift(frame), &film)?;
+                    self.beams(light, &canvas, Self::shift(frame), &film);
                 }
                 continue;
             }
@@ -220,8 +248,14 @@ impl Pipeline<'_> {
             if settings.lookup == Lookup::Exact {
                 for map in &maps {
                     let screen = this.film.screen();
-                    this.work[LOOKUP].work +=
-                        deal_texels(this.scene, &map.view, &map.flux, &screen, &film);
+                    this.work[LOOKUP].work += deal_texels(
+                        this.scene,
+                        &this.receivers,
+                        &map.view,
+                        &map.flux,
+                        &screen,
+                        &film,
+                    );
                 }
                 let measure = |texel: usize| match this.film.measure(texel) {
                     0.0 => f64::INFINITY,
@@ -249,7 +283,7 @@ impl Pipeline<'_> {
         self.timed(VIEW, |this| {
             let maps = views.iter().map(|view| {
                 let view = view.with_side(this.settings.photons);
-                let (map, work) = DepthMap::new(this.scene, view, this.settings.view);
+                let (map, work) = DepthMap::new(&this.receivers, view, this.settings.view);
                 this.work[VIEW].work += work;
                 map
             });
@@ -257,13 +291,7 @@ impl Pipeline<'_> {
         })
     }
 
-    fn beams(
-        &mut self,
-        light: &Light,
-        canvas: &Canvas,
-        shift: DVec2,
-        film: &ExactFilm,
-    ) -> Result<(), ApproximationError> {
+    fn beams(&mut self, light: &Light, canvas: &Canvas, shift: DVec2, film: &ExactFilm) {
         let backs = self.backs(light);
         self.timed(SPLAT, |this| {
             let tracer = this.tracer(light, &backs);
@@ -277,13 +305,14 @@ impl Pipeline<'_> {
             for (stage, work) in stages {
                 this.work[stage].work += work;
             }
-            Ok(())
-        })
+        });
     }
 
     fn tracer<'b>(&'b self, light: &Light<'b>, backs: &'b [Option<Back>]) -> Tracer<'b> {
         Tracer {
             scene: self.scene,
+            receivers: &self.receivers,
+            window: light.window,
             source: light.source,
             view: light.view,
             mode: self.mode,
@@ -305,13 +334,13 @@ impl Pipeline<'_> {
         if self.settings.splat == Splat::Exact {
             let film = ExactFilm::new([view.side(); 2], total)?;
             for light in lights {
-                self.beams(light, &canvas, shift, &film)?;
+                self.beams(light, &canvas, shift, &film);
             }
             return film.finish();
         }
         let mut photons = Vec::new();
         for light in lights {
-            photons.extend(self.photons(light, &canvas, view, shift)?);
+            photons.extend(self.photons(light, &canvas, view, shift));
         }
         Ok(self.timed(SPLAT, |this| {
             let settings = this.settings;
@@ -343,7 +372,7 @@ impl Pipeline<'_> {
                     let row = (0..side)
                         .map(|column| {
                             let at = DVec2::new(column as f64, row as f64) + 0.5;
-                            let front = tracer.front(at, &mut work).ok()?;
+                            let front = tracer.front(at, &mut work)?;
                             back(tracer.scene, &front, &mut counters)
                         })
                         .collect();
@@ -369,7 +398,7 @@ impl Pipeline<'_> {
         canvas: &Canvas,
         map: &LightView,
         shift: DVec2,
-    ) -> Result<Vec<Photon>, ApproximationError> {
+    ) -> Vec<Photon> {
         let side = light.view.side();
         let backs = self.backs(light);
         let fronts = self.timed(VIEW, |this| {
@@ -378,21 +407,14 @@ impl Pipeline<'_> {
                 .into_par_iter()
                 .map(|row| front_row(&tracer, row, shift))
                 .collect();
-            let (mut fronts, mut inside) = (Vec::new(), None);
-            for (row, from_inside, work) in rows {
+            let mut fronts = Vec::new();
+            for (row, work) in rows {
                 fronts.extend(row);
-                inside = inside.or(from_inside);
                 this.work[VIEW].work += work;
             }
             this.work[VIEW].work.bytes += (side * side * 2 * 12) as u64;
-            match inside {
-                Some(shape) if fronts.is_empty() => Err(ApproximationError::LightInside {
-                    position: light.view.ray(DVec2::ZERO).origin.to_array(),
-                    shape: this.scene.objects()[shape as usize].id.clone(),
-                }),
-                _ => Ok(fronts),
-            }
-        })?;
+            fronts
+        });
         let exits = self.stage(REFRACTION, fronts, |this, front: &Sent<Front>, work| {
             this.tracer(light, &backs).exit(front.at, &front.what, work)
         });
@@ -400,7 +422,7 @@ impl Pipeline<'_> {
             let tracer = this.tracer(light, &backs);
             Some((exit.what, tracer.landing(&exit.what, canvas, work)?))
         });
-        Ok(self.timed(FLUX, |this| {
+        self.timed(FLUX, |this| {
             this.work[FLUX].work.photons += landed.len() as u64;
             let tracer = this.tracer(light, &backs);
             landed
@@ -416,7 +438,7 @@ impl Pipeline<'_> {
                     }
                 })
                 .collect()
-        }))
+        })
     }
 
     /// Runs a stage on every photon that is left, and keeps those that it does not drop, in their order.
@@ -458,6 +480,8 @@ impl Pipeline<'_> {
 struct Light<'a> {
     source: &'a Source,
     view: &'a LightView,
+    /// The part of it that specular objects are in.
+    window: [DVec2; 2],
     depths: Option<&'a DepthMap>,
 }
 
@@ -473,23 +497,17 @@ fn depth_map_of<'a>(view: &LightView, maps: &'a [DepthMap]) -> Option<&'a DepthM
         .or(maps.first())
 }
 
-/// The fronts in one row of a photon buffer, and a shape that was met from inside.
-fn front_row(tracer: &Tracer, row: usize, shift: DVec2) -> (Vec<Sent<Front>>, Option<u32>, Work) {
-    let (mut work, mut inside) = (Work::default(), None);
+/// The fronts in one row of a photon buffer.
+fn front_row(tracer: &Tracer, row: usize, shift: DVec2) -> (Vec<Sent<Front>>, Work) {
+    let mut work = Work::default();
     let fronts = (0..tracer.view.side())
         .filter_map(|column| {
             let at = DVec2::new(column as f64, row as f64) + 0.5 + shift;
-            match tracer.front(at, &mut work) {
-                Ok(what) => Some(Sent { at, what }),
-                Err(NoFront::Inside(shape)) => {
-                    inside = inside.or(Some(shape));
-                    None
-                }
-                Err(NoFront::Elsewhere) => None,
-            }
+            let what = tracer.front(at, &mut work)?;
+            Some(Sent { at, what })
         })
         .collect();
-    (fronts, inside, work)
+    (fronts, work)
 }
 
 /// How wide a photon is drawn, in texels of the map.

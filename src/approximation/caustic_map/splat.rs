@@ -75,13 +75,62 @@ fn half_width(spread: &Spread) -> DVec2 {
     }
 }
 
-/// Runs `draw(photon, rows, band)` for every photon and every band of a map of `side` rows of `V` that it reaches: `rows`
-/// are the band's. Returns the map.
+/// Some rows of a map that one task draws.
+pub struct Band<'a, V> {
+    side: usize,
+    /// The first row.
+    first: i64,
+    texels: &'a mut [V],
+    /// Texels drawn so far, counted again for each splat.
+    pub fragments: u64,
+    /// The weights of a point's columns and rows, kept to save making them.
+    across: Vec<f64>,
+    down: Vec<f64>,
+}
+
+impl<V> Band<'_, V> {
+    /// The texel in a column and a row of the map; `None` outside of the band.
+    #[inline]
+    pub fn texel(&mut self, column: i64, row: i64) -> Option<&mut V> {
+        let row = usize::try_from(row - self.first).ok()?;
+        let column = usize::try_from(column)
+            .ok()
+            .filter(|&column| column < self.side)?;
+        self.texels.get_mut(row * self.side + column)
+    }
+
+    /// Adds to each texel of the band that a round point holds: `add(texel, weight, [column, row])`.
+    #[inline]
+    pub fn draw_round(
+        &mut self,
+        at: DVec2,
+        diameter: f64,
+        mut add: impl FnMut(&mut V, f64, [i64; 2]),
+    ) {
+        let deviation = diameter / DEVIATIONS;
+        let (columns, rows) = (reach(at.x, diameter), reach(at.y, diameter));
+        weights(at.x, columns, deviation, &mut self.across);
+        weights(at.y, rows, deviation, &mut self.down);
+        let last_row = self.first + (self.texels.len() / self.side) as i64 - 1;
+        let (left, right) = (columns.0.max(0), columns.1.min(self.side as i64 - 1));
+        for row in rows.0.max(self.first)..=rows.1.min(last_row) {
+            let down = self.down[(row - rows.0) as usize];
+            let line = &mut self.texels[(row - self.first) as usize * self.side..][..self.side];
+            for column in left..=right {
+                let weight = self.across[(column - columns.0) as usize] * down;
+                add(&mut line[column as usize], weight, [column, row]);
+                self.fragments += 1;
+            }
+        }
+    }
+}
+
+/// Runs `draw(photon, band)` for every photon and every band of a map of `side` rows of `V` that it reaches. Returns the map.
 pub fn in_bands<V: Clone + Default + Send + Sync>(
     side: usize,
     photons: &[Photon],
     half_height: impl Fn(&Photon) -> f64 + Sync,
-    draw: impl Fn(&Photon, std::ops::Range<i64>, &mut [V], &mut Work) + Sync,
+    draw: impl Fn(&Photon, &mut Band<V>) + Sync,
 ) -> (Vec<V>, Work) {
     let bands = side.div_ceil(BAND);
     let mut lists: Vec<Vec<u32>> = vec![Vec::new(); bands];
@@ -101,13 +150,21 @@ pub fn in_bands<V: Clone + Default + Send + Sync>(
         .zip(&lists)
         .enumerate()
         .map(|(band, (texels, list))| {
-            let mut work = Work::default();
-            let first = (band * BAND) as i64;
-            let rows = first..first + (texels.len() / side) as i64;
+            let mut band = Band {
+                side,
+                first: (band * BAND) as i64,
+                texels,
+                fragments: 0,
+                across: Vec::new(),
+                down: Vec::new(),
+            };
             for &index in list {
-                draw(&photons[index as usize], rows.clone(), texels, &mut work);
+                draw(&photons[index as usize], &mut band);
             }
-            work
+            Work {
+                fragments: band.fragments,
+                ..Work::default()
+            }
         })
         .reduce(Work::default, |a, b| a + b);
     (map, work)
@@ -122,11 +179,13 @@ pub fn draw(side: usize, photons: &[Photon]) -> (Vec<Rgb>, Work) {
         side,
         photons,
         |photon| half_width(&photon.spread).y,
-        |photon, rows, texels, work| match photon.spread {
-            Spread::Round(diameter) => draw_round(photon, diameter, side, rows, texels, work),
-            Spread::Ellipse(covariance) => {
-                draw_ellipse(photon, &covariance, side, rows, texels, work);
+        |photon, band| match photon.spread {
+            Spread::Round(diameter) => {
+                band.draw_round(photon.at, diameter, |texel: &mut Rgb, weight, _| {
+                    *texel += photon.flux * weight;
+                });
             }
+            Spread::Ellipse(covariance) => draw_ellipse(photon, &covariance, band),
         },
     );
     work.splats = photons.len() as u64;
@@ -134,48 +193,7 @@ pub fn draw(side: usize, photons: &[Photon]) -> (Vec<Rgb>, Work) {
     (map, work)
 }
 
-fn draw_round(
-    photon: &Photon,
-    diameter: f64,
-    side: usize,
-    rows: std::ops::Range<i64>,
-    texels: &mut [Rgb],
-    work: &mut Work,
-) {
-    round_weights(photon.at, diameter, |first, across, down| {
-        for (weight_y, row) in down.iter().zip(first[1]..) {
-            if !rows.contains(&row) {
-                continue;
-            }
-            let line = &mut texels[(row - rows.start) as usize * side..][..side];
-            for (weight_x, column) in across.iter().zip(first[0]..) {
-                if let Some(texel) = usize::try_from(column).ok().and_then(|c| line.get_mut(c)) {
-                    *texel += photon.flux * (weight_x * weight_y);
-                    work.fragments += 1;
-                }
-            }
-        }
-    });
-}
-
-/// The texels of a round point: its first column and row, weights of its columns and of its rows.
-pub fn round_weights(at: DVec2, diameter: f64, tell: impl FnOnce([i64; 2], &[f64], &[f64])) {
-    let deviation = diameter / DEVIATIONS;
-    let (columns, rows) = (reach(at.x, diameter), reach(at.y, diameter));
-    let (mut across, mut down) = (Vec::new(), Vec::new());
-    weights(at.x, columns, deviation, &mut across);
-    weights(at.y, rows, deviation, &mut down);
-    tell([columns.0, rows.0], &across, &down);
-}
-
-fn draw_ellipse(
-    photon: &Photon,
-    covariance: &DMat2,
-    side: usize,
-    rows: std::ops::Range<i64>,
-    texels: &mut [Rgb],
-    work: &mut Work,
-) {
+fn draw_ellipse(photon: &Photon, covariance: &DMat2, band: &mut Band<Rgb>) {
     let half = half_width(&photon.spread);
     let precision = covariance.inverse();
     let (left, right) = reach(photon.at.x, 2.0 * half.x);
@@ -184,20 +202,15 @@ fn draw_ellipse(
         let offset = DVec2::new(column as f64 + 0.5, row as f64 + 0.5) - photon.at;
         (-0.5 * offset.dot(precision * offset)).exp()
     };
-    let mut sum = 0.0;
-    for row in top..=bottom {
-        for column in left..=right {
-            sum += weight(column, row);
-        }
-    }
+    let texels = || (top..=bottom).flat_map(|row| (left..=right).map(move |column| (column, row)));
+    let sum: f64 = texels().map(|(column, row)| weight(column, row)).sum();
     if sum <= 0.0 || !sum.is_finite() {
         return;
     }
-    for row in top.max(rows.start)..=bottom.min(rows.end - 1) {
-        let line = &mut texels[(row - rows.start) as usize * side..][..side];
-        for column in left.max(0)..=right.min(side as i64 - 1) {
-            line[column as usize] += photon.flux * (weight(column, row) / sum);
-            work.fragments += 1;
+    for (column, row) in texels() {
+        if let Some(texel) = band.texel(column, row) {
+            *texel += photon.flux * (weight(column, row) / sum);
+            band.fragments += 1;
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-use super::buffers::{Back, DepthMap, Front, NoFront, front};
+use super::buffers::{Back, DepthMap, Front, Receivers, front};
 use super::hit::{Canvas, Landing, marched, traced};
 use super::refraction::{Exit, image_space, reflected, through};
 use super::settings::{Flux, Hit, Mode, Refraction, Settings};
@@ -17,6 +17,10 @@ use crate::transport::first_surface::Source;
 pub struct Tracer<'a> {
     /// The scene.
     pub scene: &'a Scene,
+    /// What photons may land on.
+    pub receivers: &'a Receivers,
+    /// The part of the view that specular objects are in: two opposite corners.
+    pub window: [DVec2; 2],
     /// The light.
     pub source: &'a Source,
     /// The photon buffer's view.
@@ -33,7 +37,13 @@ pub struct Tracer<'a> {
 
 impl Tracer<'_> {
     /// Stage `view`.
-    pub fn front(&self, at: DVec2, work: &mut Work) -> Result<Front, NoFront> {
+    pub fn front(&self, at: DVec2, work: &mut Work) -> Option<Front> {
+        work.photons += 1;
+        let [low, high] = self.window;
+        if at.cmplt(low).any() || at.cmpgt(high).any() {
+            work.dropped += 1;
+            return None;
+        }
         let mut counters = TraversalCounters::default();
         let ray = self.view.ray(at);
         let found = front(
@@ -44,8 +54,7 @@ impl Tracer<'_> {
             &mut counters,
         );
         work.add_rays(counters);
-        work.photons += 1;
-        work.dropped += u64::from(found.is_err());
+        work.dropped += u64::from(found.is_none());
         found
     }
 
@@ -74,12 +83,20 @@ impl Tracer<'_> {
         work.photons += 1;
         let landing = match (self.settings.hit, self.depths) {
             (Hit::DepthMap, Some(depths)) => {
-                let (steps, bisections) = (self.settings.steps, self.settings.bisections);
-                marched(self.scene, canvas, exit, depths, steps, bisections, work)
+                let finely = [self.settings.steps, self.settings.bisections];
+                marched(
+                    self.scene,
+                    self.receivers,
+                    canvas,
+                    exit,
+                    depths,
+                    finely,
+                    work,
+                )
             }
             _ => {
                 let mut counters = TraversalCounters::default();
-                let landing = traced(self.scene, canvas, exit, &mut counters);
+                let landing = traced(self.scene, self.receivers, canvas, exit, &mut counters);
                 work.add_rays(counters);
                 landing
             }

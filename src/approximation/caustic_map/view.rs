@@ -39,15 +39,16 @@ const WIDEST: f64 = 1.8;
 const MARGIN: f64 = 1.001;
 
 impl LightView {
-    /// The views that together see all of `target`: one, or for a point with things all around it up to six,
+    /// The views that together see all of some boxes: one, or for a point with things all around it up to six,
     /// the faces of a cube.
-    pub fn around(source: &Source, target: &Bounds, side: u32) -> Vec<Self> {
-        let center = target.center();
+    pub fn around(source: &Source, boxes: &[Bounds], side: u32) -> Vec<Self> {
+        let target = boxes.iter().fold(Bounds::EMPTY, |all, one| all.union(*one));
+        let corners: Vec<DVec3> = boxes.iter().flat_map(Bounds::corners).collect();
         match *source {
             Source::Parallel { direction, .. } => {
+                let center = target.center();
                 let frame = Frame::along(direction, least_aligned(direction));
-                let half = target
-                    .corners()
+                let half = corners
                     .iter()
                     .map(|corner| frame.to_local(*corner - center))
                     .fold(0.0, |half: f64, p| half.max(p.x.abs()).max(p.y.abs()));
@@ -61,14 +62,15 @@ impl LightView {
                     range: [0.005 * reach, 2.02 * reach],
                 }]
             }
-            Source::Point { origin, .. } => Self::pyramids(origin, target, side),
-            Source::Surface { ref place, .. } => Self::pyramids(place.position, target, side),
+            Source::Point { origin, .. } => Self::pyramids(origin, &target, &corners, side),
+            Source::Surface { ref place, .. } => {
+                Self::pyramids(place.position, &target, &corners, side)
+            }
         }
     }
 
-    fn pyramids(origin: DVec3, target: &Bounds, side: u32) -> Vec<Self> {
-        let far = target
-            .corners()
+    fn pyramids(origin: DVec3, target: &Bounds, corners: &[DVec3], side: u32) -> Vec<Self> {
+        let far = corners
             .iter()
             .map(|corner| corner.distance(origin))
             .fold(0.0, f64::max);
@@ -83,40 +85,53 @@ impl LightView {
         };
         if let Some(axis) = (target.center() - origin).try_normalize() {
             let frame = Frame::along(axis, least_aligned(axis));
-            let seen: Vec<DVec3> = target
-                .corners()
-                .iter()
-                .map(|corner| frame.to_local(*corner - origin))
-                .collect();
-            let half = seen.iter().fold(0.0, |half: f64, p| {
+            let seen = || {
+                corners
+                    .iter()
+                    .map(|corner| frame.to_local(*corner - origin))
+            };
+            let half = seen().fold(0.0, |half: f64, p| {
                 half.max((p.x / p.z).abs()).max((p.y / p.z).abs())
             });
-            let ahead = seen
-                .iter()
-                .fold(f64::INFINITY, |ahead: f64, p| ahead.min(p.z));
+            let ahead = seen().fold(f64::INFINITY, |ahead: f64, p| ahead.min(p.z));
             if ahead > 0.0 && half <= WIDEST {
                 return vec![pyramid(frame, half * MARGIN, 0.999 * ahead)];
             }
         }
-        // A cube's face does not see what all corners of lie beyond one of its sides.
+        // In a face of a cube what is `nearest` is at least 1/√3 of that deep.
         let near = (nearest * 0.57).max(1e-3 * far);
         let axes = [DVec3::X, DVec3::Y, DVec3::Z];
         let faces = (0..6).map(|face| {
             let axis = axes[face / 2] * if face % 2 == 0 { 1.0 } else { -1.0 };
             Frame::along(axis, axes[(face / 2 + 1) % 3])
         });
+        // A face does not see what all corners of lie beyond one of its sides.
+        let is_beyond = |frame: &Frame, out: DVec2| {
+            corners.iter().all(|corner| {
+                let p = frame.to_local(*corner - origin);
+                out.dot(p.truncate()) > p.z
+            })
+        };
         faces
             .filter(|frame| {
                 let sides = [DVec2::X, DVec2::NEG_X, DVec2::Y, DVec2::NEG_Y];
-                !sides.iter().any(|out| {
-                    target.corners().iter().all(|corner| {
-                        let p = frame.to_local(*corner - origin);
-                        out.dot(p.truncate()) > p.z
-                    })
-                })
+                !sides.iter().any(|&out| is_beyond(frame, out))
             })
             .map(|frame| pyramid(frame, 1.0, near))
             .collect()
+    }
+
+    /// The part of the image in which a box is seen: two opposite corners; all of it where the box reaches behind the light.
+    pub fn window(&self, bounds: &Bounds) -> [DVec2; 2] {
+        let whole = [DVec2::ZERO, DVec2::splat(f64::from(self.side))];
+        let mut window = [DVec2::INFINITY, DVec2::NEG_INFINITY];
+        for corner in bounds.corners() {
+            let Some(seen) = self.project(corner) else {
+                return whole;
+            };
+            window = [window[0].min(seen.at), window[1].max(seen.at)];
+        }
+        [window[0].max(whole[0]), window[1].min(whole[1])]
     }
 
     /// The same view with other pixels.
