@@ -15,8 +15,9 @@
 //! | 3 | [`mitsuba`] | Mitsuba 3 XML and mesh files become a scene |
 //! | 4 | [`transport`] | light-space domains, specular chains, path signatures, deposits |
 //! | 5 | [`mod@reference`] | ways to compute the truth |
+//! | 5 | [`approximation`] | real-time techniques as pipelines of stages |
 //! | 6 | [`metric`] | two images: differences, significance, equivalence |
-//! | 7 | [`study`] | methods swept over settings, judged by a truth, reported |
+//! | 7 | [`study`] | methods swept over settings, judged by a truth, reported; which stage makes an error |
 //! | 8 | [`cli`] | one file a command |
 //!
 //! # Conventions
@@ -43,6 +44,7 @@
     clippy::unreadable_literal
 )]
 
+pub mod approximation;
 pub mod cli;
 pub mod film;
 pub mod generate;
@@ -54,5 +56,6 @@ pub mod optics;
 pub mod radiometry;
 pub mod reference;
 pub mod scene;
+pub mod setting;
 pub mod study;
 pub mod transport;

@@ -41,6 +41,7 @@ pub fn check_film(
         // Each layer twice, for the two radii, and perhaps seen in two ways; the bias.
         Method::PhotonMap => 4 * photons(3, u64::from(max_layers)),
         Method::Full => full(),
+        Method::CausticMap => caustic_map(),
     };
     let needed = texels.saturating_mul(bytes_a_texel);
     if let Some(available) = available_bytes() {
@@ -125,6 +126,12 @@ fn full() -> u64 {
     let reports = 2 * PAIR;
     let largest = path().max(beams(3, 0)).max(4 * photons(3, 0));
     LAYERS + reports + largest.max(3 * LAYERS / 2)
+}
+
+/// Memory \[bytes\] that a texel takes when a caustic map is looked up: exact sums, values of two frames, the estimate's two layers
+/// and files. The map itself is not the film's.
+fn caustic_map() -> u64 {
+    TRIPLE + 2 * TRIPLE + 2 * PAIR + 3 * PAIR
 }
 
 /// Memory that can be had without swapping, where the system says (Linux).

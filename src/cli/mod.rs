@@ -14,6 +14,7 @@ macro_rules! say {
 }
 
 pub mod args;
+pub mod attribute;
 pub mod compare;
 pub mod generate;
 pub mod inspect;
@@ -56,6 +57,7 @@ pub fn main() -> ExitCode {
         Command::Merge(args) => merge::merge(args),
         Command::Compare(args) => compare::compare(args),
         Command::Validate(args) => validate::validate(args),
+        Command::Attribute(args) => attribute::attribute(args),
         Command::Generate(args) => generate::generate(args),
     };
     match outcome {

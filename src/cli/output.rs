@@ -6,6 +6,7 @@ use std::time::Duration;
 use anyhow::Context;
 
 use super::summary::{Summary, Timing};
+use crate::approximation::{CausticMap, Rendering};
 use crate::film::picture::{self, Content, PictureError, PictureSpec, Scale};
 use crate::film::{Grid, Image, atomic, exr};
 use crate::radiometry::Rgb;
@@ -46,6 +47,8 @@ pub enum Settings<'a> {
     PhotonMap(&'a PhotonMapSettings, &'a PhotonMapReport),
     /// By all methods, each its part.
     Full(&'a FullSettings, &'a FullReport),
+    /// By caustic maps, an approximation.
+    CausticMap(&'a CausticMap, &'a Rendering),
 }
 
 impl Settings<'_> {
@@ -57,6 +60,7 @@ impl Settings<'_> {
             Self::Path(..) => "path",
             Self::PhotonMap(..) => "photon-map",
             Self::Full(..) => "full",
+            Self::CausticMap(..) => "caustic-map",
         }
     }
 
@@ -66,6 +70,7 @@ impl Settings<'_> {
             Self::Path(..) => "paths",
             Self::PhotonMap(..) => "photon maps",
             Self::Full(..) => "all methods",
+            Self::CausticMap(..) => "caustic maps",
             _ => self.name(),
         }
     }
@@ -211,6 +216,16 @@ fn image(run: &Run, summary: &Summary) -> anyhow::Result<Image> {
             image.add_metadata("settings", serde_json::to_string(settings)?);
             image.add_metadata("seed", settings.path.seed.to_string());
             image.add_metadata("full", serde_json::to_string(report)?);
+        }
+        Settings::CausticMap(map, rendering) => {
+            image.add_metadata("settings", serde_json::to_string(&map.settings)?);
+            // Seconds differ from run to run: they are in the timing.
+            let work: Vec<_> = rendering
+                .work
+                .iter()
+                .map(|one| (one.name, one.work))
+                .collect();
+            image.add_metadata("work", serde_json::to_string(&work)?);
         }
     }
     image.add_metadata("version", env!("CARGO_PKG_VERSION"));

@@ -17,6 +17,7 @@ use super::output::{self, Run, Settings};
 use super::progress;
 use super::sensor::{choose_camera, choose_sensor};
 use super::summary::{Summary, listed};
+use crate::approximation::Approximation;
 use crate::film::atomic;
 use crate::mitsuba;
 use crate::reference::beams::{self, BeamError};
@@ -29,6 +30,7 @@ use crate::reference::{Estimate, LayerName, Progress, Quantity};
 use crate::scene::{Emitter, Scene, Sensor};
 use crate::transport::chain_limits::{left_out, left_out_of_image};
 use crate::transport::path_class::PathClass;
+use crate::study::method::approximations::as_estimate;
 use crate::transport::signature::Signature;
 
 /// Runs the command.
@@ -47,6 +49,9 @@ pub fn render(args: &RenderArgs) -> anyhow::Result<Outcome> {
     } else {
         choose_sensor(&scene, args.sensor.as_deref())?
     };
+    if args.method != Some(Method::CausticMap) {
+        anyhow::ensure!(args.set.is_empty(), "--set is for --method caustic-map");
+    }
     let choice = method::choose(args, &scene, sensor)?;
     memory::check_film(&scene, sensor, choice.method, args.shared.layers)?;
     let extension = if args.shard.is_some() { "shard" } else { "exr" };
@@ -67,6 +72,7 @@ pub fn render(args: &RenderArgs) -> anyhow::Result<Outcome> {
         (Method::Path, _) => job.path(),
         (Method::PhotonMap, _) => job.photon_maps(),
         (Method::Full, _) => job.full(),
+        (Method::CausticMap, _) => job.caustic_map(),
         (Method::Photons, None) => job.photons(),
         (Method::Photons, Some(shard)) => job.shard(shard),
     }
@@ -179,6 +185,18 @@ impl Job<'_> {
             }
         }
         self.finish(Settings::Full(&settings, &report), &estimate, warnings)
+    }
+
+    fn caustic_map(&self) -> anyhow::Result<Outcome> {
+        let map = self.args.caustic_map()?;
+        let rendering = map.run(self.scene, self.sensor)?;
+        let estimate = as_estimate(&rendering, self.sensor);
+        let warnings = vec![format!(
+            "a caustic map is an approximation: of all light it models {} alone, and its error is not known here \
+             (see nephroid attribute)",
+            rendering.signature
+        )];
+        self.finish(Settings::CausticMap(&map, &rendering), &estimate, warnings)
     }
 
     fn shard(&self, shard: Shard) -> anyhow::Result<Outcome> {

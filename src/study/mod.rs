@@ -11,9 +11,11 @@
 //! | [`session`], [`store`] | is it there already? |
 //! | [`truth`] | can the truth tell? |
 //! | [`curve`] | what does less error cost? |
+//! | [`attribution`] | which stage of an approximation makes its error? |
 //! | [`checks`] | could it be a mistake rather than an error? |
 //! | [`report`] | how is all that shown? |
 
+pub mod attribution;
 pub mod checks;
 pub mod curve;
 mod error;

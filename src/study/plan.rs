@@ -278,7 +278,14 @@ impl Run {
     /// The arguments of `nephroid render` that make the same film.
     pub fn arguments(&self) -> String {
         let given = self.given.iter();
-        let settings = given.map(|(key, value)| format!(" --{key} {value}"));
+        let is_staged = !self.method.stages().is_empty();
+        let settings = given.map(|(key, value)| {
+            if is_staged {
+                format!(" --set {key}={value}")
+            } else {
+                format!(" --{key} {value}")
+            }
+        });
         format!(
             "--method {}{}",
             self.method.name(),

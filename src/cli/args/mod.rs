@@ -7,6 +7,7 @@ mod render;
 
 use std::path::PathBuf;
 
+use anyhow::Context;
 use clap::{Parser, Subcommand};
 
 pub use method::{PathArgs, PhotonArgs, Samples, ShadingNormalsArg, SharedArgs};
@@ -17,6 +18,7 @@ pub use render::{Method, RenderArgs};
 
 use super::compare::CompareArgs;
 use super::validate::ValidateArgs;
+use crate::approximation::{Approximation, CausticMap};
 
 /// Ground truth for caustics: how much light do reflection and refraction put on this surface?
 #[derive(Debug, Parser)]
@@ -42,6 +44,8 @@ pub enum Command {
     Compare(CompareArgs),
     /// Judge methods by the truth over their settings; write a report of what less error costs
     Validate(ValidateArgs),
+    /// Say which stage of an approximation makes how much of its error
+    Attribute(AttributeArgs),
     /// Write the shipped scenes, their meshes at any fineness
     Generate(GenerateArgs),
 }
@@ -102,6 +106,54 @@ pub struct MergeArgs {
     /// Print the summary as JSON
     #[arg(long)]
     pub json: bool,
+}
+
+/// `nephroid attribute`.
+#[derive(Debug, clap::Args)]
+pub struct AttributeArgs {
+    /// The scene
+    #[command(flatten)]
+    pub scene: SceneArgs,
+
+    /// The sensor to fill, by id [default: the first irradiancemeter]
+    #[arg(long, value_name = "ID")]
+    pub sensor: Option<String>,
+
+    /// Change a setting of the caustic map, e.g. splat=fixed, photons=1024; a wrong one lists all
+    #[arg(long, value_name = "KEY=VALUE", value_parser = parse::parse_define)]
+    pub set: Vec<(String, String)>,
+
+    /// The likely error at which the truth, by beams, is good enough
+    #[arg(long, value_name = "ERROR", value_parser = parse_fraction, default_value = "0.3%")]
+    pub error: f64,
+
+    /// The longest that the truth may take, e.g. 30s, 2m
+    #[arg(long, value_name = "TIME", value_parser = parse::parse_duration)]
+    pub time: Option<std::time::Duration>,
+
+    /// Print as JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+impl AttributeArgs {
+    /// The caustic map asked for.
+    ///
+    /// # Errors
+    ///
+    /// For settings that there are not.
+    pub fn caustic_map(&self) -> anyhow::Result<CausticMap> {
+        caustic_map(&self.set)
+    }
+}
+
+/// A caustic map with these settings.
+fn caustic_map(settings: &[(String, String)]) -> anyhow::Result<CausticMap> {
+    let mut map = CausticMap::default();
+    for (key, value) in settings {
+        map.set(key, value).context("--set")?;
+    }
+    Ok(map)
 }
 
 /// `nephroid generate`.

@@ -10,7 +10,7 @@ use crate::reference::photons::Shard;
 pub fn parse_define(text: &str) -> Result<(String, String), String> {
     match text.split_once('=') {
         Some((name, value)) if !name.is_empty() => Ok((name.to_owned(), value.to_owned())),
-        _ => Err("give NAME=VALUE, as in -D samples=16".to_owned()),
+        _ => Err("give NAME=VALUE, as in samples=16".to_owned()),
     }
 }
 

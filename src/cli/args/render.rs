@@ -6,8 +6,9 @@ use std::time::Duration;
 use clap::ValueEnum;
 
 use super::method::{PathArgs, PhotonArgs, PhotonMapArgs, SharedArgs};
-use super::parse::{parse_duration, parse_fraction, parse_shard};
+use super::parse::{parse_define, parse_duration, parse_fraction, parse_shard};
 use super::{MAX_COUNT, SceneArgs};
+use crate::approximation::CausticMap;
 use crate::reference::beams::{BeamBudget, BeamSettings};
 use crate::reference::full::{FullBudget, FullSettings};
 use crate::reference::path::{PathBudget, PathSettings};
@@ -68,6 +69,10 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub photon_map: PhotonMapArgs,
 
+    /// Change a setting of an approximation, e.g. splat=fixed, photons=1024; a wrong one lists all
+    #[arg(long, value_name = "KEY=VALUE", value_parser = parse_define)]
+    pub set: Vec<(String, String)>,
+
     /// Threads [default: all cores]; results do not depend on it
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
@@ -94,6 +99,8 @@ pub enum Method {
     PhotonMap,
     /// All that a camera sees: caustics by beams, photons and photon maps, the rest by paths
     Full,
+    /// Caustic mapping (Wyman and Davis 2006): a real-time approximation, with its errors; see --set
+    CausticMap,
 }
 
 impl RenderArgs {
@@ -278,6 +285,29 @@ impl RenderArgs {
             relative_error: self.error,
         };
         Ok((settings.agreeing(), budget))
+    }
+
+    /// What the flags mean to caustic maps.
+    ///
+    /// # Errors
+    ///
+    /// For options that only references have, and for settings that there are not.
+    pub fn caustic_map(&self) -> anyhow::Result<CausticMap> {
+        self.refuse_paths_options()?;
+        self.refuse_options_of_photon_maps()?;
+        let of_others = given([
+            ("--photons", self.photons.is_some()),
+            ("--rays", self.rays.is_some()),
+            ("--time", self.time.is_some()),
+            ("--error", self.error.is_some()),
+            ("--shard", self.shard.is_some()),
+        ]);
+        if let Some(name) = of_others {
+            anyhow::bail!(
+                "{name} is not for --method caustic-map, which takes its settings by --set, as --set photons=512"
+            );
+        }
+        super::caustic_map(&self.set)
     }
 
     fn refuse_paths_options(&self) -> anyhow::Result<()> {

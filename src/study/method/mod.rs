@@ -4,6 +4,7 @@
 //! `key=value` text, says all its settings as such text, and fills a sensor with a [`Product`]. Keys are the flags of
 //! `nephroid render` without their dashes. A further method is a further variant, and a line in [`Method::NAMES`].
 
+pub mod approximations;
 pub mod keys;
 mod product;
 mod references;
@@ -14,6 +15,7 @@ pub use keys::{SettingError, Settings};
 pub use product::{Counter, Facts, LedgerRow, LedgerTable, Product, Spread};
 pub use references::{Beams, Full, Path, PhotonMap, Photons};
 
+use crate::approximation::{Approximation, ApproximationError, CausticMap, Stage};
 use crate::reference::Progress;
 use crate::reference::beams::BeamError;
 use crate::reference::full::FullError;
@@ -35,6 +37,8 @@ pub enum Method {
     PhotonMap(PhotonMap),
     /// All that a camera sees, each class of light paths by the method that finds it best.
     Full(Full),
+    /// Caustic maps, an approximation.
+    CausticMap(CausticMap),
 }
 
 /// Why a method filled no sensor.
@@ -55,11 +59,21 @@ pub enum MethodError {
     /// All methods.
     #[error(transparent)]
     Full(#[from] FullError),
+    /// An approximation.
+    #[error(transparent)]
+    Approximation(#[from] ApproximationError),
 }
 
 impl Method {
     /// The names of all methods.
-    pub const NAMES: [&str; 5] = ["beams", "photons", "path", "photon-map", "full"];
+    pub const NAMES: [&str; 6] = [
+        "beams",
+        "photons",
+        "path",
+        "photon-map",
+        "full",
+        "caustic-map",
+    ];
 
     /// The method of a name, with settings; those not given are the defaults of `nephroid render`.
     ///
@@ -73,6 +87,7 @@ impl Method {
             "path" => Self::Path(Path::new(settings)?),
             "photon-map" => Self::PhotonMap(PhotonMap::new(settings)?),
             "full" => Self::Full(Full::new(settings)?),
+            "caustic-map" => Self::CausticMap(approximations::with(settings)?),
             _ => return Err(SettingError::unknown("method", name, Self::NAMES)),
         })
     }
@@ -85,6 +100,7 @@ impl Method {
             Self::Path(_) => "path",
             Self::PhotonMap(_) => "photon-map",
             Self::Full(_) => "full",
+            Self::CausticMap(it) => it.name(),
         }
     }
 
@@ -96,6 +112,15 @@ impl Method {
             Self::Path(it) => it.settings(),
             Self::PhotonMap(it) => it.settings(),
             Self::Full(it) => it.settings(),
+            Self::CausticMap(it) => approximations::settings(it),
+        }
+    }
+
+    /// The stages of an approximation, in the order in which they run; a reference has none.
+    pub fn stages(&self) -> Vec<Stage> {
+        match self {
+            Self::CausticMap(it) => it.stages(),
+            _ => Vec::new(),
         }
     }
 
@@ -121,6 +146,7 @@ impl Method {
             Self::Path(it) => it.run(scene, sensor, progress)?,
             Self::PhotonMap(it) => it.run(scene, sensor, progress)?,
             Self::Full(it) => it.run(scene, sensor, progress)?,
+            Self::CausticMap(it) => approximations::run(it, scene, sensor)?,
         })
     }
 }

@@ -1,0 +1,67 @@
+//! Caustic mapping: photons traced in pictures from the light, drawn into a map that is projected back like a shadow map.
+//!
+//! Wyman and Davis, *Interactive image-space techniques for approximating caustics* (I3D 2006); with splats of variable
+//! size: Wyman and Dachsbacher, *Improving image-space caustics via variable-sized splatting* (Technical Report UICS-06-02,
+//! 2006), whose sections and equations are cited as such.
+//!
+//! | stage | file | variants | exact |
+//! |---|---|---|---|
+//! | `view` | [`buffers`], of [`view`] | positions and normals in `f16`, `f32`; 24-bit depths | `f64` |
+//! | `refraction` | [`refraction`] | `image-space` | the ray is traced |
+//! | `hit` | [`hit`] | `depth-map` | the ray is traced |
+//! | `flux` | [`trace`] | `uniform` | by solid angle |
+//! | `fresnel` | [`refraction`] | `none`, `schlick` | Fresnel's equations |
+//! | `splat` | [`splat`], [`resolve`], [`lens`] | Gaussians, fixed or variable | [`footprint`]: beams |
+//! | `lookup` | [`lookup`] | `nearest`, `bilinear` | [`project`]: none, light is dealt out to the sensor's own texels |
+//!
+//! The light that it models is `LTTD`, or `LRD`; total internal reflection, third interfaces and whatever a photon
+//! meets on its way after the specular object are not modelled.
+
+pub mod buffers;
+pub mod footprint;
+pub mod hit;
+pub mod lens;
+pub mod lookup;
+pub mod project;
+pub mod refraction;
+pub mod resolve;
+mod run;
+pub mod settings;
+pub mod splat;
+pub mod trace;
+pub mod view;
+
+use super::{Approximation, ApproximationError, Rendering, SettingError, Stage};
+use crate::scene::{Scene, Sensor};
+
+pub use settings::Settings;
+
+/// Caustic mapping, with its settings.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct CausticMap {
+    /// What is asked for.
+    pub settings: Settings,
+}
+
+impl Approximation for CausticMap {
+    fn name(&self) -> &'static str {
+        "caustic-map"
+    }
+
+    fn stages(&self) -> Vec<Stage> {
+        self.settings.stages()
+    }
+
+    fn settings(&self) -> Vec<(&'static str, String)> {
+        self.settings.values()
+    }
+
+    fn set(&mut self, key: &str, value: &str) -> Result<(), SettingError> {
+        self.settings.set(key, value)
+    }
+
+    fn run(&self, scene: &Scene, sensor: &Sensor) -> Result<Rendering, ApproximationError> {
+        self.settings.check()?;
+        run::run(&self.settings, scene, sensor)
+    }
+}

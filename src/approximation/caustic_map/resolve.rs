@@ -1,0 +1,209 @@
+//! Stage `splat`, by photon density: maps of several finenesses, of which each texel takes what has enough photons.
+
+use glam::DVec2;
+
+use super::splat::{Band, Photon, Spread, draw, in_bands};
+use crate::approximation::Work;
+use crate::radiometry::Rgb;
+
+/// Diameters of the four splats of section 4.1, in texels.
+pub const DIAMETERS: [f64; 4] = [3.0, 7.0, 11.0, 15.0];
+
+/// Photons of a splat up to which it is not used, and from which on it is used alone (section 4.1).
+const FEW: f64 = 8.0;
+const MANY: f64 = 16.0;
+
+/// A texel of the two maps of section 4.1.
+#[derive(Clone, Copy, Debug, Default)]
+struct Cell {
+    /// Flux \[W\] by each splat.
+    flux: [Rgb; 4],
+    /// Photons whose splat holds the texel.
+    count: [u32; 4],
+}
+
+/// Multi-resolution splatting (section 4.1): flux \[W\] by texel.
+///
+/// Each photon is drawn once, as one point of 15 texels with four Gaussians in it, and counted in the texels that each
+/// of the four circles holds. Then each texel is put together from its finest splat with
+/// more than 8 photons and the next two coarser: from coarse to fine, where the finer one is brighter,
+///
+/// ```text
+/// E ← E + b(c) (Eᵢ − E),   b(c) = 3t² − 2t³,   t = (c − 8) / (16 − 8) in 0..=1
+/// ```
+///
+/// b being the sum of the two upper cubic Bernstein polynomials. (The report says "a Bernstein interpolant" and
+/// "normalized based on the number of splats weighted", not which.)
+pub fn multi_resolution(side: usize, photons: &[Photon]) -> (Vec<Rgb>, Work) {
+    let largest = DIAMETERS[3];
+    let (cells, mut work) = in_bands(
+        side,
+        photons,
+        |_| 0.5 * largest,
+        |photon, band| {
+            let before = band.fragments;
+            for (index, diameter) in DIAMETERS.into_iter().enumerate() {
+                // One point holds all four: its fragments are those of the largest, drawn last.
+                band.fragments = before;
+                stamp(photon, index, diameter, band);
+            }
+        },
+    );
+    work.splats = photons.len() as u64;
+    // Two maps of four channels, each read once more.
+    work.bytes = (cells.len() * 2 * 4 * 4) as u64;
+    work.fetches = 2 * cells.len() as u64;
+    (cells.iter().map(combined).collect(), work)
+}
+
+fn stamp(photon: &Photon, index: usize, diameter: f64, band: &mut Band<Cell>) {
+    band.draw_round(photon.at, diameter, |cell, weight, [column, row]| {
+        cell.flux[index] += photon.flux * weight;
+        let center = DVec2::new(column as f64 + 0.5, row as f64 + 0.5);
+        let is_inside = center.distance_squared(photon.at) <= 0.25 * diameter * diameter;
+        cell.count[index] += u32::from(is_inside);
+    });
+}
+
+fn combined(cell: &Cell) -> Rgb {
+    let weight = |index: usize| {
+        let t = ((f64::from(cell.count[index]) - FEW) / (MANY - FEW)).clamp(0.0, 1.0);
+        t * t * (3.0 - 2.0 * t)
+    };
+    let finest = (0..3).find(|&index| weight(index) > 0.0).unwrap_or(3);
+    let coarsest = (finest + 2).min(3);
+    let mut sum = cell.flux[coarsest];
+    for index in (finest..coarsest).rev() {
+        let finer = cell.flux[index];
+        if finer.mean() > sum.mean() {
+            sum += (finer - sum) * weight(index);
+        }
+    }
+    sum
+}
+
+/// One level of a chain of maps: flux \[W\] and photons by texel.
+struct Level {
+    side: usize,
+    flux: Vec<Rgb>,
+    count: Vec<u32>,
+}
+
+impl Level {
+    /// Photons counted and dealt out to single texels.
+    fn of_points(side: usize, photons: &[Photon]) -> (Self, Work) {
+        let (cells, mut work) = in_bands(
+            side,
+            photons,
+            |_| 0.0,
+            |photon, band: &mut Band<(Rgb, u32)>| {
+                let (column, row) = (photon.at.x.floor() as i64, photon.at.y.floor() as i64);
+                if let Some((flux, count)) = band.texel(column, row) {
+                    *flux += photon.flux;
+                    *count += 1;
+                    band.fragments += 1;
+                }
+            },
+        );
+        work.splats = photons.len() as u64;
+        work.bytes = (cells.len() * 16) as u64;
+        let (flux, count) = cells.into_iter().unzip();
+        (Self { side, flux, count }, work)
+    }
+
+    /// Four texels of this level summed into one; the last of an odd number stands alone.
+    fn coarser(&self) -> Self {
+        let side = self.side.div_ceil(2);
+        let mut level = Self {
+            side,
+            flux: vec![Rgb::BLACK; side * side],
+            count: vec![0; side * side],
+        };
+        for row in 0..self.side {
+            for column in 0..self.side {
+                let (from, to) = (row * self.side + column, row / 2 * side + column / 2);
+                level.flux[to] += self.flux[from];
+                level.count[to] += self.count[from];
+            }
+        }
+        level
+    }
+}
+
+/// Mipmapping by density (section 4): flux \[W\] by texel, each from the finest level of a chain of box-filtered
+/// maps at which its texel has `dense` photons.
+pub fn mip(side: usize, photons: &[Photon], dense: u32) -> (Vec<Rgb>, Work) {
+    let (base, mut work) = Level::of_points(side, photons);
+    let mut levels = vec![base];
+    while let Some(last) = levels.last().filter(|last| last.side > 1) {
+        let next = last.coarser();
+        work.bytes += (next.flux.len() * 16) as u64;
+        levels.push(next);
+    }
+    let map = chosen(side, &levels, dense, &mut work);
+    (map, work)
+}
+
+/// Photons splatted into every level of a chain of maps, as Gaussians of 3 texels of that level (section 4, figure 4): flux
+/// \[W\] by texel, each from the finest level at which its texel has `dense` photons.
+pub fn mip_splat(side: usize, photons: &[Photon], dense: u32) -> (Vec<Rgb>, Work) {
+    let mut work = Work::default();
+    let mut levels = Vec::new();
+    let mut level_side = side;
+    loop {
+        let scale = level_side as f64 / side as f64;
+        let moved: Vec<Photon> = photons
+            .iter()
+            .map(|photon| Photon {
+                at: photon.at * scale,
+                flux: photon.flux,
+                spread: Spread::Round(DIAMETERS[0]),
+            })
+            .collect();
+        let (points, _) = Level::of_points(level_side, &moved);
+        let (flux, done) = draw(level_side, &moved);
+        work += done;
+        levels.push(Level { flux, ..points });
+        if level_side == 1 {
+            break;
+        }
+        level_side = level_side.div_ceil(2);
+    }
+    let map = chosen(side, &levels, dense, &mut work);
+    (map, work)
+}
+
+/// Each texel from the finest level that has `dense` photons there, or else the coarsest: a coarser texel's flux by the
+/// number of texels that it stands for.
+fn chosen(side: usize, levels: &[Level], dense: u32, work: &mut Work) -> Vec<Rgb> {
+    let mut map = Vec::with_capacity(side * side);
+    for row in 0..side {
+        for column in 0..side {
+            let found = levels.iter().enumerate().map(|(index, level)| {
+                let scale = side as f64 / level.side as f64;
+                let place = |at: usize| ((at as f64 + 0.5) / scale) as usize;
+                // Levels of a chain halve exactly; of an odd side they do so by half a texel.
+                let (x, y) = if level.side << index >= side && level.side.is_power_of_two() {
+                    (column >> index, row >> index)
+                } else {
+                    (place(column), place(row))
+                };
+                (
+                    level,
+                    scale,
+                    y.min(level.side - 1) * level.side + x.min(level.side - 1),
+                )
+            });
+            let mut value = Rgb::BLACK;
+            for (level, scale, texel) in found {
+                work.fetches += 1;
+                value = level.flux[texel] / (scale * scale);
+                if level.count[texel] >= dense {
+                    break;
+                }
+            }
+            map.push(value);
+        }
+    }
+    map
+}
