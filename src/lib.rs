@@ -8,7 +8,7 @@
 //!
 //! | floor | room | what happens there |
 //! |---|---|---|
-//! | 0 | [`numeric`], [`radiometry`] | exact sums, sample streams, quadrature; RGB quantities |
+//! | 0 | [`numeric`], [`radiometry`], [`setting`] | exact sums, sample streams, quadrature; RGB quantities; what is wrong with a setting |
 //! | 1 | [`geometry`], [`optics`], [`film`] | rays meet surfaces; interfaces bend light; grids of texels and their files |
 //! | 2 | [`scene`] | immutable, validated: shapes, materials, emitters, sensors, and what they require modelled |
 //! | 2 | [`generate`] | the meshes of the bundled scenes, made from formulas |

@@ -74,6 +74,9 @@ mod tests {
     #[test]
     fn the_nearest_name_is_suggested() {
         let error = SettingError::unknown("setting", "spalt", ["splat", "photons"]);
-        assert!(error.to_string().contains("did you mean \"splat\"?"), "{error}");
+        assert!(
+            error.to_string().contains("did you mean \"splat\"?"),
+            "{error}"
+        );
     }
 }

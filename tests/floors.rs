@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 const FLOORS: &[(&str, u32)] = &[
     ("numeric", 0),
     ("radiometry", 0),
+    ("setting", 0),
     ("geometry", 1),
     ("optics", 1),
     ("film", 1),

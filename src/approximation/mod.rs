@@ -22,8 +22,8 @@ use crate::radiometry::Rgb;
 use crate::scene::{Scene, Sensor};
 use crate::transport::signature::Signature;
 
-pub use caustic_map::CausticMap;
 pub use crate::setting::SettingError;
+pub use caustic_map::CausticMap;
 pub use error::ApproximationError;
 pub use sensor::{IrradianceField, SensorFilm};
 pub use stage::{Stage, StageWork, Work};

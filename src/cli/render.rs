@@ -28,9 +28,9 @@ use crate::reference::photons::shard::Part;
 use crate::reference::photons::{self, RunError, Shard};
 use crate::reference::{Estimate, LayerName, Progress, Quantity};
 use crate::scene::{Emitter, Scene, Sensor};
+use crate::study::method::approximations::as_estimate;
 use crate::transport::chain_limits::{left_out, left_out_of_image};
 use crate::transport::path_class::PathClass;
-use crate::study::method::approximations::as_estimate;
 use crate::transport::signature::Signature;
 
 /// Runs the command.

@@ -119,13 +119,14 @@ impl Attribution {
 
     /// What the falls of single stages do not add up to: the error less the residual less all falls alone.
     pub fn interaction(&self) -> f64 {
-        let alone: f64 = self
-            .stages
-            .iter()
-            .map(|stage| self.all.error - stage.alone.error)
-            .sum();
-        self.all.error - self.residual() - alone
+        let alone = self.stages.iter().map(|stage| stage.alone.error);
+        self.all.error - self.residual() - fall_alone(self.all.error, alone)
     }
+}
+
+/// By how much an error falls with each stage exact alone, all falls added.
+pub fn fall_alone(error: f64, alone: impl Iterator<Item = f64>) -> f64 {
+    alone.map(|alone| error - alone).sum()
 }
 
 /// The truth of a scene by beams, for an approximation of one path signature.

@@ -30,7 +30,7 @@ pub mod truth;
 pub use error::StudyError;
 pub use file::StudyFile;
 pub use method::Method;
-pub use plan::{Plan, Run};
+pub use plan::{Plan, Run, StageRun, StageRuns};
 pub use report::{Report, Timings};
 pub use session::{Obtained, Session};
 pub use store::Store;

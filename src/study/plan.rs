@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use super::file::{Candidate, StudyFile, StudyMethod};
 use super::method::{Method, SettingError, Settings};
+use crate::approximation::{Approximation, CausticMap, Stage};
 use crate::reference::beams;
 use crate::reference::full;
 use crate::reference::path::PathSettings;
@@ -32,10 +33,32 @@ pub struct Plan {
     pub truth: Run,
     /// What is judged, curve by curve.
     pub runs: Vec<Run>,
+    /// Which stage makes an error: one entry an approximation.
+    pub stages: Vec<StageRuns>,
     /// Images rendered elsewhere, which are judged, too.
     pub candidates: Vec<Candidate>,
     /// The largest relative error of each curve or candidate that has a limit.
     pub max_error: BTreeMap<String, f64>,
+}
+
+/// The runs that tell which stage of an approximation makes its error.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StageRuns {
+    /// All stages as they are set.
+    pub all: Run,
+    /// In the order of the pipeline.
+    pub stages: Vec<StageRun>,
+}
+
+/// Runs with a stage exact.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StageRun {
+    /// The stage, as it is set.
+    pub stage: Stage,
+    /// With this stage exact, all others as they are set.
+    pub alone: Run,
+    /// With this stage and all before it exact.
+    pub cumulative: Run,
 }
 
 /// One run of one method.
@@ -94,7 +117,7 @@ impl Plan {
     ///
     /// | sensor, light | truth | methods |
     /// |---|---|---|
-    /// | receiver, no area lights | beams to 0.05 % | beams to 10, 3 and 1 %; 2¹⁴ to 2²² photons |
+    /// | receiver, no area lights | beams to 0.05 % | caustic maps of 128² to 1024² photons, where they can be made; beams to 10, 3 and 1 %; 2¹⁴ to 2²² photons |
     /// | receiver, area lights | 2²⁴ photons | 2¹² to 2²⁰ photons |
     /// | camera | full, 1024 samples a pixel | paths, 4 to 64 samples a pixel |
     ///
@@ -127,6 +150,10 @@ impl Plan {
         for method in &methods {
             all.extend(runs(&seeded(method, file.seed), sensor)?);
         }
+        let mut stages = Vec::new();
+        for method in &methods {
+            stages.extend(stage_runs(method)?);
+        }
         check_names(&methods, &file.candidates)?;
         let names = methods.iter().map(|one| one.name.as_str());
         let names: Vec<&str> = names
@@ -153,9 +180,18 @@ impl Plan {
             time: file.time,
             truth,
             runs: all,
+            stages,
             candidates: file.candidates.clone(),
             max_error: file.max_error.clone(),
         })
+    }
+}
+
+impl Plan {
+    /// How many runs there are, the truth's included.
+    pub fn count(&self) -> usize {
+        let stages = self.stages.iter().map(|one| 1 + 2 * one.stages.len());
+        1 + self.runs.len() + stages.sum::<usize>()
     }
 }
 
@@ -177,6 +213,39 @@ fn runs(method: &StudyMethod, sensor: &Sensor) -> Result<Vec<Run>, PlanError> {
             given: given.clone(),
         })
         .collect())
+}
+
+/// The runs that attribute an approximation's error, with the settings that all its runs share; `None` of a reference.
+fn stage_runs(method: &StudyMethod) -> Result<Option<StageRuns>, SettingError> {
+    let mut shared = method.settings.first().cloned().unwrap_or_default();
+    shared.retain(|key, value| {
+        method
+            .settings
+            .iter()
+            .all(|one| one.get(key) == Some(value))
+    });
+    let run = |given: Settings| -> Result<Run, SettingError> {
+        Ok(Run {
+            name: method.name.clone(),
+            method: Method::new(&method.method, &given)?,
+            given,
+        })
+    };
+    let all = run(shared.clone())?;
+    let mut cumulative = shared.clone();
+    let mut stages = Vec::new();
+    for stage in all.method.stages() {
+        let (key, exact) = (stage.name.to_owned(), stage.exact.to_owned());
+        let mut alone = shared.clone();
+        alone.insert(key.clone(), exact.clone());
+        cumulative.insert(key, exact);
+        stages.push(StageRun {
+            alone: run(alone)?,
+            cumulative: run(cumulative.clone())?,
+            stage,
+        });
+    }
+    Ok((!stages.is_empty()).then_some(StageRuns { all, stages }))
 }
 
 fn check_names(methods: &[StudyMethod], candidates: &[Candidate]) -> Result<(), PlanError> {
@@ -242,16 +311,21 @@ impl Default {
             };
         }
         if beams::is_deterministic(scene) && beams::supports(scene).is_ok() {
+            let mut methods = vec![
+                StudyMethod::swept("beams", "error", &["10%", "3%", "1%"]),
+                StudyMethod::swept(
+                    "photons",
+                    "photons",
+                    &["16384", "65536", "262144", "1048576", "4194304"],
+                ),
+            ];
+            if can_be_mapped(scene, sensor) {
+                let counts = ["128", "256", "512", "1024"];
+                methods.insert(0, StudyMethod::swept("caustic-map", "photons", &counts));
+            }
             return Self {
                 truth: StudyMethod::swept("beams", "error", &["0.05%"]),
-                methods: vec![
-                    StudyMethod::swept("beams", "error", &["10%", "3%", "1%"]),
-                    StudyMethod::swept(
-                        "photons",
-                        "photons",
-                        &["16384", "65536", "262144", "1048576", "4194304"],
-                    ),
-                ],
+                methods,
             };
         }
         Self {
@@ -263,6 +337,15 @@ impl Default {
             )],
         }
     }
+}
+
+/// Whether caustic maps can be made of a scene: a very small one is.
+fn can_be_mapped(scene: &Scene, sensor: &Sensor) -> bool {
+    let mut small = CausticMap::default();
+    small.settings.photons = 4;
+    small.settings.map = 4;
+    small.settings.samples = 1;
+    small.run(scene, sensor).is_ok()
 }
 
 impl Run {

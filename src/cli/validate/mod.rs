@@ -16,8 +16,9 @@ use crate::film::atomic;
 use crate::film::exr;
 use crate::reference::Progress;
 use crate::study::file::Candidate;
-use crate::study::report::{self, GateVerdict, Judged, Report, Timings};
-use crate::study::{Obtained, Run, Session, Store, StudyError, StudyFile};
+use crate::study::report::{self, GateVerdict, Judged, Report, StageFilms, Timings};
+use crate::study::store::Stored;
+use crate::study::{Obtained, Run, Session, StageRuns, Store, StudyError, StudyFile};
 pub use args::ValidateArgs;
 
 /// Runs the command.
@@ -53,7 +54,7 @@ pub fn validate(args: &ValidateArgs) -> anyhow::Result<Outcome> {
         "{}, sensor {}: {} runs, {} candidates; report in {}",
         plan.scene.display(),
         plan.sensor,
-        plan.runs.len() + 1,
+        plan.count(),
         plan.candidates.len(),
         folder.display()
     );
@@ -75,10 +76,26 @@ pub fn validate(args: &ValidateArgs) -> anyhow::Result<Outcome> {
         }
     }
     judged.extend(candidates);
-    let (mut report, timings) =
-        report::build(&session, &truth.stored, &judged, &mut |i, label| {
+    let mut stages = Vec::new();
+    for runs in &plan.stages {
+        if plan.time.is_some_and(|time| start.elapsed() >= time) {
+            left += 1 + 2 * runs.stages.len();
+            continue;
+        }
+        match work.stages(runs)? {
+            Some(films) => stages.push(films),
+            None => return Ok(work.stopped()),
+        }
+    }
+    let (mut report, timings) = report::build(
+        &session,
+        &truth.stored,
+        &judged,
+        &stages,
+        &mut |i, label| {
             eprintln!("judging {} of {}: {label}", i + 1, judged.len());
-        })?;
+        },
+    )?;
     if left > 0 {
         report.warnings.push(format!(
             "{left} runs were not made: the study's time was over"
@@ -100,7 +117,7 @@ struct Work<'a> {
 impl Work<'_> {
     /// A run, with a line on how it went; `None` where it was stopped.
     fn obtain(&mut self, run: &Run, what: &str) -> Result<Option<Obtained>, StudyError> {
-        let all = self.session.plan.runs.len() + 1;
+        let all = self.session.plan.count();
         let place = format!("[{:>2}/{all}] {what}{}", self.done + 1, run.label());
         eprintln!("{place} ...");
         let start = Instant::now();
@@ -122,6 +139,26 @@ impl Work<'_> {
         Ok(obtained)
     }
 
+    /// An approximation with its stages exact, one by one; `None` where it was stopped.
+    fn stages<'r>(&mut self, runs: &'r StageRuns) -> Result<Option<StageFilms<'r>>, StudyError> {
+        let mut film = |run: &Run| -> Result<Option<Stored>, StudyError> {
+            let obtained = self.obtain(run, "stages, ")?;
+            Ok(obtained.map(|obtained| obtained.stored))
+        };
+        let Some(all) = film(&runs.all)? else {
+            return Ok(None);
+        };
+        let mut stages = Vec::new();
+        for stage in &runs.stages {
+            let (Some(alone), Some(cumulative)) = (film(&stage.alone)?, film(&stage.cumulative)?)
+            else {
+                return Ok(None);
+            };
+            stages.push([alone, cumulative]);
+        }
+        Ok(Some(StageFilms { runs, all, stages }))
+    }
+
     /// What is left, by the mean of the runs made so far.
     fn left(&self, runs: usize) -> String {
         let mean = self.fresh.iter().sum::<f64>() / self.fresh.len() as f64;
@@ -136,7 +173,7 @@ impl Work<'_> {
     }
 
     fn stopped(&self) -> Outcome {
-        let all = self.session.plan.runs.len() + 1;
+        let all = self.session.plan.count();
         eprintln!(
             "stopped: {} of {all} runs are kept; the same command goes on from there",
             self.done

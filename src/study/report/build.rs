@@ -13,6 +13,7 @@ use super::super::{StudyError, truth};
 use super::figures::{
     Curve, Gate, GateVerdict, OrderOf, Report, Row, StudyFigures, Timing, Timings, TruthFigures,
 };
+use super::stages::{StageFilms, stage_errors};
 use crate::film::{Image, exr};
 use crate::metric::{self, Comparison, Source};
 use crate::scene::requirements;
@@ -41,6 +42,7 @@ pub fn build(
     session: &Session,
     true_film: &Stored,
     judged: &[Judged],
+    stages: &[StageFilms],
     progressing: Progressing,
 ) -> Result<(Report, Timings), StudyError> {
     let plan = &session.plan;
@@ -76,6 +78,10 @@ pub fn build(
             facts: true_film.facts.clone(),
         },
         curves: curves(&rows),
+        stages: stages
+            .iter()
+            .filter_map(|films| stage_errors(session, &truth.source, films).transpose())
+            .collect::<Result<_, _>>()?,
         gates: gates(plan.max_error.iter(), &rows),
         warnings: session
             .scene
@@ -90,12 +96,13 @@ pub fn build(
 }
 
 /// What the numbers mean, for whoever finds the report alone.
-const CONVENTIONS: [&str; 6] = [
+const CONVENTIONS: [&str; 7] = [
     "error: root mean square difference from the truth over the mean of the truth, both over texels that the truth lights; a fraction",
     "bias: mean of the image less mean of the truth, over the mean of the truth; a fraction",
     "truth_error: what is known of the truth's own error, in the terms of error; a row is resolved where it is a tenth of error at most",
     "all figures are those of nephroid compare on the films beside the report; linear sRGB, channels as they are in the files",
     "counters are exact and the same on every machine; seconds are in timings.json",
+    "stages: error over all texels of the light that an approximation models, light where the truth has none included",
     "order: error goes as cost to this power, by least squares of logarithms over resolved rows",
 ];
 

@@ -25,6 +25,8 @@ pub struct Report {
     pub rows: Vec<Row>,
     /// One entry a method.
     pub curves: Vec<Curve>,
+    /// Which stage makes an error: one entry an approximation.
+    pub stages: Vec<StageErrors>,
     /// One entry a limit.
     pub gates: Vec<Gate>,
     /// What is odd about the scene or the study.
@@ -128,6 +130,42 @@ pub struct Curve {
     pub rows: Vec<usize>,
     /// The order of its error in each counter that all its rows have, fitted to resolved rows.
     pub orders: Vec<OrderOf>,
+}
+
+/// Where an approximation's error comes from, stage by stage.
+#[derive(Clone, Debug, Serialize)]
+pub struct StageErrors {
+    /// Its curve.
+    pub name: String,
+    /// The curve's name with the settings that are not defaults.
+    pub label: String,
+    /// The layer that is judged.
+    pub layer: String,
+    /// The error with all stages as they are set.
+    pub error: f64,
+    /// In the order of the pipeline.
+    pub stages: Vec<StageError>,
+    /// The error with all stages exact: of sampling, and of the truth.
+    pub residual: f64,
+    /// What the falls of single stages do not add up to: errors that hide or cancel each other.
+    pub interaction: f64,
+    /// The part of the light from mirrors and glass that is not modelled at all.
+    pub not_modelled: f64,
+}
+
+/// What one stage does to the error.
+#[derive(Clone, Debug, Serialize)]
+pub struct StageError {
+    /// The stage.
+    pub stage: &'static str,
+    /// As it is set.
+    pub variant: String,
+    /// Its twin without error.
+    pub exact: &'static str,
+    /// The error with this stage exact, all others as they are set.
+    pub alone: f64,
+    /// The error with this stage and all before it exact.
+    pub cumulative: f64,
 }
 
 /// The order of an error in a cost.

@@ -13,15 +13,17 @@ mod build;
 mod figures;
 mod page;
 mod planes;
+mod stages;
 mod text;
 
 use std::path::Path;
 
 pub use build::{Judged, Progressing, build};
 pub use figures::{
-    Check, Curve, Gate, GateVerdict, OrderOf, Report, Row, StudyFigures, Timing, Timings,
-    TruthFigures,
+    Check, Curve, Gate, GateVerdict, OrderOf, Report, Row, StageError, StageErrors, StudyFigures,
+    Timing, Timings, TruthFigures,
 };
+pub use stages::StageFilms;
 pub use text::markdown;
 
 use super::StudyError;

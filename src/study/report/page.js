@@ -268,6 +268,7 @@ async function choose(i) {
 notices();
 lead();
 summary();
+stageErrors();
 controls();
 record();
 // The run that a reader asks for first: the nearest to the truth that is resolved, else the last.

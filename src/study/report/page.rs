@@ -90,6 +90,7 @@ pub fn page(folder: &Path, report: &Report, timings: &Timings) -> Result<String,
         include_str!("format.js"),
         include_str!("viewer.js"),
         include_str!("plot.js"),
+        include_str!("stages.js"),
         include_str!("page.js"),
     ];
     Ok(include_str!("page.html")
