@@ -1,4 +1,5 @@
-//! Seconds and rays to a true error, beams beside Sobol' photons: `cargo bench --bench beams`.
+//! Seconds and rays to a true error, beams beside Sobol' photons: `cargo bench --bench beams`; with `-- --all`, some minutes, on
+//! all scenes.
 //!
 //! True errors are root mean square over the lit texels, relative to their mean, of all specular
 //! layers together, to depth 4 (the bumpy ball: 2): against closed forms where there are such, else
@@ -17,14 +18,17 @@ fn main() {
         "| scene, texels a side | asked | s | CPU s | direct, CPU s | M rays | said | true error | MB | photons' order | photons, s (extrapolated) | ratio |"
     );
     println!("|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|");
-    for contest in [
+    let contests: [fn() -> Contest; 6] = [
         || Contest::known(4, "glass-ball", 256),
+        || Contest::known(4, "sine-water", 256),
         || Contest::known(4, "glass-ball", 512),
         || Contest::known(4, "coffee-cup", 256),
-        || Contest::known(4, "sine-water", 256),
         || Contest::finer(4, "water", 256, 1e-5),
         || Contest::finer(2, "smooth mesh", 256, 3e-4),
-    ] {
+    ];
+    let is_all = std::env::args().any(|argument| argument == "--all");
+    let count = if is_all { contests.len() } else { 2 };
+    for contest in &contests[..count] {
         compare(&contest());
     }
     println!(
