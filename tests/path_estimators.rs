@@ -443,3 +443,29 @@ fn what_cannot_be_an_image_is_an_error_that_says_why() {
         PathError::Setting { .. }
     ));
 }
+
+#[test]
+fn samples_that_are_no_numbers_are_counted_and_fail_the_run() {
+    // 1e200 squared is beyond f64: what is emitted and what reflects it are numbers, their product is none.
+    let bright = "<emitter type=\"constant\"><rgb name=\"radiance\" value=\"1e200\"/></emitter>\
+        <shape type=\"sphere\"><bsdf type=\"conductor\"><rgb name=\"specular_reflectance\" value=\"1e200\"/>\
+        </bsdf></shape>";
+    let scene = scene(&format!("{}{bright}", camera(20.0, &film(4, 4, BOX))));
+    let budget = PathBudget {
+        samples: Some(64),
+        ..PathBudget::default()
+    };
+    let settings = PathSettings::default();
+    let progress = Progress::default();
+    let error = run(&scene, &scene.sensors()[0], settings, &budget, &progress).unwrap_err();
+    // Every sample of the first replicate meets the ball: 2 a pixel.
+    let PathError::NotFinite { count, x, y } = error else {
+        panic!("{error}");
+    };
+    assert_eq!(count, 32);
+    assert!(
+        (0.0..1.0).contains(&x) && (0.0..1.0).contains(&y),
+        "{x} {y}"
+    );
+    assert_eq!(progress.unit(), "paths");
+}

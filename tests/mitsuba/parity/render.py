@@ -48,13 +48,13 @@ def eight_bits(values):
     return ((bits + 0x8000) & 0xFFFF0000).view(np.float32)
 
 
-def write(path, scene_file, mean, error, samples=SAMPLES, seeds=SEEDS):
+def write(path, scene_file, mean, error, samples=SAMPLES, seeds=SEEDS, command="python tests/mitsuba/parity/render.py"):
     channels = np.concatenate([mean.astype(np.float32), eight_bits(error)], axis=2)
     names = ["R", "G", "B", "stderr.R", "stderr.G", "stderr.B"]
     image = mi.Bitmap(np.ascontiguousarray(channels), mi.Bitmap.PixelFormat.MultiChannel, names)
     about = image.metadata()
     about["nephroid:renderer"] = f"Mitsuba {mi.__version__}, {mi.variant()}"
-    about["nephroid:command"] = "python tests/mitsuba/parity/render.py"
+    about["nephroid:command"] = command
     about["nephroid:samples"] = str(samples)
     about["nephroid:seeds"] = f"1000003 * i for i in 1..={seeds}"
     about["nephroid:settings"] = json.dumps({"replicates": seeds})
