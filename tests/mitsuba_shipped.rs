@@ -17,6 +17,7 @@ use nephroid::reference::photons::{self, Budget, PhotonSettings};
 use nephroid::reference::{Layer, Progress};
 use nephroid::scene::{Scene, Sensor};
 use nephroid::transport::chain::ChainSettings;
+use nephroid::transport::path_class::{PathClass, PathClasses};
 use nephroid::transport::scatter::ShadingNormals;
 
 use parity_support::{
@@ -32,11 +33,11 @@ const PHOTONS: u64 = 1 << 21;
 /// Where Mitsuba's `path` sees nothing: the floor is under water that a lamp without size shines on, or turned away.
 const BLACK: [&str; 2] = ["parabolic-mirror", "water"];
 
-/// Light by way of the ball is found by chance there, in both programs: a few samples hold much of it, and no test of 1 % is
-/// possible (`ptracer` below knows better).
-const NOISY: &str = "cornell-glass";
+/// Scenes of some centimetres: Mitsuba's rays start 1e-4 m off a surface (docs/mitsuba.md), which is a part of a pixel there that
+/// these images can tell. They are the same within 1 %, but other images.
+const TINY: [&str; 2] = ["lens", "parabolic-mirror"];
 
-/// Of each test: how often it may fail where all is right.
+/// How often a test of p-values may fail where all is right.
 const LEVEL: f64 = 1e-3;
 
 fn folder() -> PathBuf {
@@ -121,6 +122,8 @@ fn one_scattering(scene: &Scene, sensor: &Sensor, shading_normals: ShadingNormal
         let direct = PathSettings {
             replicates: REPLICATES,
             max_depth: Some(2),
+            // `shipped.py` hides lamps, which it cannot dim.
+            classes: PathClasses::NONE.with(PathClass::Direct),
             ..PathSettings::default()
         };
         let samples = PathBudget {
@@ -133,30 +136,29 @@ fn one_scattering(scene: &Scene, sensor: &Sensor, shading_normals: ShadingNormal
     image_of(&total, traced.width, traced.height)
 }
 
-/// Prints the outcomes and asserts that each is equivalent but those excused, and that no p-value of all is too small (Šidák).
-fn assert_parity(outcomes: &[Outcome], excused: &[&str]) {
+/// Prints the outcomes and asserts that each is the same within 1 %.
+fn assert_equivalent(outcomes: &[Outcome]) {
     for outcome in outcomes {
         println!("{outcome}");
     }
     for outcome in outcomes {
-        let is_excused = excused.contains(&outcome.name.as_str());
-        let wanted = match outcome.verdict {
-            Verdict::Equivalent => true,
-            Verdict::Undecided => is_excused,
-            Verdict::Different => false,
-        };
-        assert!(wanted, "{outcome}");
+        assert_eq!(outcome.verdict, Verdict::Equivalent, "{outcome}");
     }
-    let p_values = || {
-        outcomes
-            .iter()
-            .flat_map(|it| it.uniformity.into_iter().chain([it.extreme]))
-    };
-    let threshold = 1.0 - (1.0 - LEVEL).powf(1.0 / p_values().count() as f64);
-    let least = p_values().fold(1.0, f64::min);
+}
+
+/// Asserts that no p-value of all is too small (Šidák).
+fn assert_no_structure(outcomes: &[Outcome]) {
+    let p_values: Vec<f64> = (outcomes.iter())
+        .filter(|it| !TINY.contains(&it.name.as_str()))
+        .flat_map(|it| it.uniformity.into_iter().chain([it.extreme]))
+        .collect();
+    let threshold = 1.0 - (1.0 - LEVEL).powf(1.0 / p_values.len() as f64);
+    let least = p_values.iter().copied().fold(1.0, f64::min);
     assert!(least >= threshold, "p {least} is below {threshold}");
 }
 
+/// p-values are not judged: a pixel that one or two of 2048 samples decide, at the edge of a shadow or where light by way of
+/// glass is found by chance, has no normal error. `mitsuba_parity.rs` has scenes where all pixels do.
 #[test]
 fn every_shipped_scene_makes_mitsubas_image_by_paths() {
     let mut outcomes = Vec::new();
@@ -183,7 +185,7 @@ fn every_shipped_scene_makes_mitsubas_image_by_paths() {
         }
     }
     assert_eq!(outcomes.len(), 9);
-    assert_parity(&outcomes, &[NOISY]);
+    assert_equivalent(&outcomes);
 }
 
 #[test]
@@ -197,7 +199,8 @@ fn light_from_emitters_makes_the_image_of_mitsubas_ptracer() {
         outcomes.push(outcome(&name, &ours, &mitsuba, sensor.film.filter.radius()));
     }
     assert_eq!(outcomes.len(), 13);
-    assert_parity(&outcomes, &[]);
+    assert_equivalent(&outcomes);
+    assert_no_structure(&outcomes);
 }
 
 /// Mitsuba's meter is blind to lamps without size, and its `ptracer` to meters. A camera that looks at a matt floor sees its
@@ -220,7 +223,8 @@ fn an_irradiancemeters_map_is_what_mitsubas_camera_sees_of_the_floor() {
         outcomes.push(outcome(&name, &ours, &mitsuba, meter.film.filter.radius()));
     }
     assert_eq!(outcomes.len(), 2);
-    assert_parity(&outcomes, &[]);
+    assert_equivalent(&outcomes);
+    assert_no_structure(&outcomes);
 }
 
 #[test]
@@ -232,7 +236,11 @@ fn photons_without_the_adjoint_of_shading_normals_are_another_image() {
     let flux = one_scattering(&scene, &sensor, ShadingNormals::Flux);
     let found = outcome(name, &flux, &mitsuba, sensor.film.filter.radius());
     println!("{found}");
-    assert_eq!(found.verdict, Verdict::Different);
+    // In the mean over the image little is gained or lost: it is where light falls that differs.
+    assert!(
+        found.uniformity.unwrap().max(found.extreme) < 1e-4,
+        "{found}"
+    );
 }
 
 #[test]

@@ -10,8 +10,8 @@ Variant scalar_rgb. Four kinds of images, each with its standard error over seed
 - the same of the scenes here, whose XML this script writes;
 - floor-NAME.exr: what a pinhole camera just over the receiver sees of it, by `ptracer`, 32 x 32 pixels, one for each texel.
 
-For `ptracer` every diffuse reflectance is divided by DIMMING and the image multiplied by it: what is left is light that one
-matt surface scatters, L S* D E, and a part 1/DIMMING of what two scatter.
+For `ptracer` lamps are hidden, every diffuse reflectance is divided by DIMMING and the image multiplied by it: what is left is
+light that one matt surface scatters, L S* D E, and a part 1/DIMMING of what two scatter.
 """
 import math
 import pathlib
@@ -27,13 +27,13 @@ import scenes  # noqa: E402
 SCENES = FOLDER.parents[3] / "scenes"
 DEPTH = 16
 SIDE = 32
-DIMMING = 256.0
+DIMMING = 65536.0
 # Photons a seed. More where emitters shine all round and few photons meet anything.
 PHOTONS = 1 << 18
 MORE_PHOTONS = {"glass-ball": 8, "glass-ball-mesh": 8, "floor-glass-ball": 8, "mirror-ring": 4, "pebble": 4, "lamp-in-glass": 2, "floor-water": 4}
 SAMPLES = 64
-# Light by way of the ball is found by chance.
-MORE_SAMPLES = {"cornell-glass": 512}
+# Light by way of the ball is found by chance; the lens leaves little light that paths find at all.
+MORE_SAMPLES = {"cornell-glass": 512, "lens": 256}
 SHIPPED = ["coffee-cup", "cornell-glass", "cube", "diamond", "glass-ball", "glass-ball-mesh", "lens", "mirror-ring",
            "parabolic-mirror", "prism", "water"]
 # Of the pinhole: its place, and how far it sees on either side.
@@ -95,9 +95,8 @@ def own_scenes():
 
 
 def pinhole(place, half_side):
-    """A camera that looks down from a place over the floor z = 0; columns along x, rows along y."""
-    view = mi.ScalarTransform4f().look_at(origin=place, target=[place[0], place[1], 0], up=[0, -1, 0])
-    # Mitsuba's images are mirrored against look_at's frame: x to the left.
+    """A camera that looks down from a place over the floor z = 0: x to the right, y upwards."""
+    view = mi.ScalarTransform4f().look_at(origin=place, target=[place[0], place[1], 0], up=[0, 1, 0])
     return mi.load_dict({
         "type": "perspective", "fov": 2 * math.degrees(math.atan(half_side / place[2])), "to_world": view,
         "near_clip": 1e-3, "sampler": {"type": "independent"},
@@ -140,8 +139,11 @@ def by_ptracer(name, image, file, sensor=None):
     sensor = sensor or camera_of(scene, 16, 12)
     width, height = sensor.film().crop_size()
     samples = MORE_PHOTONS.get(name, 1) * PHOTONS // (width * height)
-    by = mi.load_dict({"type": "ptracer", "max_depth": DEPTH})
+    by = mi.load_dict({"type": "ptracer", "max_depth": DEPTH, "hide_emitters": True})
     mean, error = render.mean_and_error(scene, sensor, samples, integrator=by)
+    if image.startswith("floor-"):
+        # Row 0 of a receiver's map is where v = 0: the lowest y.
+        mean, error = mean[::-1], error[::-1]
     save(image, file, DIMMING * mean, DIMMING * error, samples)
 
 
