@@ -248,7 +248,7 @@ struct Mitsuba {
 impl Mitsuba {
     /// Starts it; the reason where that is not possible.
     fn start(variant: &str) -> Result<Self, String> {
-        let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/mitsuba.py");
+        let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/render_with_mitsuba.py");
         let mut python = Command::new("python3")
             .arg(script)
             .arg(variant)

@@ -93,16 +93,14 @@ struct Said {
 }
 
 impl Said {
-    fn at(&self, pixel: usize) -> [f64; 3] {
-        let bounds = self.layer.interval.as_ref().unwrap();
-        [&bounds.low, &self.layer.irradiance, &bounds.high].map(|it| it[pixel].mean())
-    }
-}
-
-impl Said {
     /// Half the distance of the sum's bounds, relative.
     fn bar(&self) -> f64 {
         0.5 * (self.sum[1] - self.sum[0]) / total(&self.layer.irradiance)
+    }
+
+    fn at(&self, pixel: usize) -> [f64; 3] {
+        let bounds = self.layer.interval.as_ref().unwrap();
+        [&bounds.low, &self.layer.irradiance, &bounds.high].map(|it| it[pixel].mean())
     }
 }
 

@@ -1,4 +1,4 @@
-"""Renders one image a line of stdin, for benches/mitsuba.rs: `python mitsuba.py VARIANT`.
+"""Renders one image a line of stdin, for benches/mitsuba.rs: `python render_with_mitsuba.py VARIANT`.
 
 A line is JSON: {"scene", "integrator", "max_depth", "width", "height", "samples", "seed"}. The answer is a line of JSON:
 wall and CPU seconds of the render, its compilation left out, and the image's numbers, row by row.
