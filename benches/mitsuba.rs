@@ -18,8 +18,8 @@ use nephroid::reference::photons::{self, Budget, PhotonSettings};
 use nephroid::reference::{Layer, Progress};
 use nephroid::scene::{Crop, Scene, Sensor};
 
-const WIDTH: u32 = 80;
-const HEIGHT: u32 = 60;
+const WIDTH: u32 = 40;
+const HEIGHT: u32 = 30;
 const SEEDS: u64 = 8;
 const DEPTH: u32 = 16;
 
@@ -27,7 +27,7 @@ const DEPTH: u32 = 16;
 const SAMPLES: u64 = 256;
 
 /// Photons of each render by light tracing.
-const PHOTONS: u64 = 1 << 20;
+const PHOTONS: u64 = 1 << 19;
 
 fn main() {
     // `cargo bench` passes `--bench` and filters; there is nothing to choose here.
