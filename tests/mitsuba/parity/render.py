@@ -28,10 +28,10 @@ MORE_SAMPLES = {
 }
 
 
-def mean_and_error(scene, sensor=0, samples=SAMPLES, seeds=SEEDS, **options):
+def mean_and_error(scene, sensor=0, samples=SAMPLES, seeds=SEEDS, first=1, **options):
     """The mean over seeds, and its standard error."""
     # Far from each other: Mitsuba seeds the rows of blocks with numbers that follow on the seed.
-    renders = (np.array(mi.render(scene, sensor=sensor, spp=samples, seed=1_000_003 * (i + 1), **options), dtype=np.float64)[..., :3]
+    renders = (np.array(mi.render(scene, sensor=sensor, spp=samples, seed=1_000_003 * (first + i), **options), dtype=np.float64)[..., :3]
                for i in range(seeds))
     # Welford's sums: no difference of large numbers.
     mean, squares = 0.0, 0.0
