@@ -220,7 +220,8 @@ fn assert_agree(what: &str, a: &Said, b: &Said) {
         100.0 * a.bar(),
         100.0 * b.bar()
     );
-    assert!(judged >= 5, "{what}: {judged} pixels");
+    // The focus of cornell-glass is two of these coarse pixels.
+    assert!(judged >= 2, "{what}: {judged} pixels");
     // Two bounds of 1e-3 that do not meet are rarer than 1e-5 where errors are normal. Pixels of few photons are not, and
     // maps have pixels at a focus or a border whose bias they do not know: some in a hundred.
     assert!(apart * 50 <= judged, "{what}: {apart} of {judged}");
