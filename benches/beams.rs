@@ -1,10 +1,11 @@
-//! Seconds and rays to a true error, beams beside Sobol' photons: `cargo bench --bench beams`.
+//! Seconds and rays to a true error, beams beside Sobol' photons: `cargo bench --bench beams`; with `-- --all`, some minutes, on
+//! all scenes.
 //!
-//! True errors are root mean square over the lit texels of 256 x 256, relative to their mean, of all specular
+//! True errors are root mean square over the lit texels, relative to their mean, of all specular
 //! layers together, to depth 4 (the bumpy ball: 2): against closed forms where there are such, else
 //! against a finer beam run. Photons are far from such errors in the time of a bench: their seconds to the
-//! error asked for are *extrapolated* from two runs, 16 times apart, with the order that the two show. Set-up and
-//! direct light are in everybody's seconds.
+//! true error that beams came to are *extrapolated* from two runs, 16 times apart, with the order that the two show. Set-up and
+//! direct light are in everybody's seconds; what direct light takes of beams' is told beside it.
 
 #[path = "../tests/support/mod.rs"]
 mod support;
@@ -12,20 +13,22 @@ mod support;
 use nephroid::numeric::StreamKind;
 use support::contest::Contest;
 
-const SIDE: usize = 256;
-
 fn main() {
     println!(
-        "| scene, {SIDE} x {SIDE} | asked | s | M rays | true error | MB | photons' order | photons, s (extrapolated) | ratio |"
+        "| scene, texels a side | asked | s | CPU s | direct, CPU s | M rays | said | true error | MB | photons' order | photons, s (extrapolated) | ratio |"
     );
-    println!("|---|--:|--:|--:|--:|--:|--:|--:|--:|");
-    for contest in [
-        || Contest::known(4, "glass-ball", SIDE),
-        || Contest::known(4, "coffee-cup", SIDE),
-        || Contest::known(4, "sine-water", SIDE),
-        || Contest::finer(4, "water", SIDE, 1e-4),
-        || Contest::finer(2, "smooth mesh", SIDE, 3e-4),
-    ] {
+    println!("|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|");
+    let contests: [fn() -> Contest; 6] = [
+        || Contest::known(4, "glass-ball", 256),
+        || Contest::known(4, "sine-water", 256),
+        || Contest::known(4, "glass-ball", 512),
+        || Contest::known(4, "coffee-cup", 256),
+        || Contest::finer(4, "water", 256, 1e-5),
+        || Contest::finer(2, "smooth mesh", 256, 3e-4),
+    ];
+    let is_all = std::env::args().any(|argument| argument == "--all");
+    let count = if is_all { contests.len() } else { 2 };
+    for contest in &contests[..count] {
         compare(&contest());
     }
     println!(
@@ -37,31 +40,38 @@ fn compare(contest: &Contest) {
     let few = contest.photons(StreamKind::Sobol, 1 << 16);
     let many = contest.photons(StreamKind::Sobol, 1 << 20);
     let order = (few.rmse / many.rmse).ln() / 16.0_f64.ln();
-    for asked in [1e-2, 1e-3] {
-        let before = memory::resident();
-        memory::forget_peak();
+    let side = contest.truth.len().isqrt();
+    let before = process::cpu_seconds();
+    contest.direct();
+    let direct = process::cpu_seconds() - before;
+    for asked in [1e-2, 3e-3, 1e-3] {
+        let resident = process::resident();
+        process::forget_peak();
+        let before = process::cpu_seconds();
         let beams = contest.beams(asked);
-        let peak = match (before, memory::peak()) {
+        let cpu = process::cpu_seconds() - before;
+        let peak = match (resident, process::peak()) {
             (Some(before), Some(peak)) => {
                 format!("{:.0}", peak.saturating_sub(before) as f64 / 1e3)
             }
             _ => "?".to_owned(),
         };
-        let photons = many.seconds * (many.rmse / asked).powf(1.0 / order);
+        let photons = many.seconds * (many.rmse / beams.rmse).powf(1.0 / order);
         println!(
-            "| {} | {:.1} % | {:.2} | {:.2} | {:.3} % | {peak} | {order:.2} | {photons:.1} | {:.0} |",
+            "| {}, {side} | {:.1} % | {:.2} | {cpu:.2} | {direct:.2} | {:.2} | {:.3} % | {:.3} % | {peak} | {order:.2} | {photons:.1} | {:.0} |",
             contest.name,
             100.0 * asked,
             beams.seconds,
             beams.rays as f64 / 1e6,
+            100.0 * beams.said.unwrap_or(f64::NAN),
             100.0 * beams.rmse,
             photons / beams.seconds,
         );
     }
 }
 
-/// What Linux tells of this process's memory, in kilobytes; elsewhere nothing is known.
-mod memory {
+/// What Linux tells of this process: memory in kilobytes, and the seconds of all its threads; elsewhere nothing is known.
+mod process {
     use std::fs;
 
     pub fn resident() -> Option<u64> {
@@ -75,6 +85,18 @@ mod memory {
     /// Starts a new peak; where it cannot, the old one stands.
     pub fn forget_peak() {
         let _ = fs::write("/proc/self/clear_refs", "5");
+    }
+
+    /// In steps of 10 ms.
+    pub fn cpu_seconds() -> f64 {
+        let ticks = || {
+            let stat = fs::read_to_string("/proc/self/stat").ok()?;
+            // Behind the name, which may hold anything: `utime` and `stime` are fields 14 and 15 of the line.
+            let (_, fields) = stat.rsplit_once(')')?;
+            let mut times = fields.split_whitespace().skip(11).map(str::parse::<f64>);
+            Some(times.next()?.ok()? + times.next()?.ok()?)
+        };
+        ticks().map_or(f64::NAN, |ticks| ticks / 100.0)
     }
 
     fn field(name: &str) -> Option<u64> {

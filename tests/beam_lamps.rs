@@ -50,15 +50,6 @@ fn beams_from_an_area_light_agree_with_photons_within_their_bounds() {
     let photons = setup.run(&budget).unwrap();
     // Photons' own error is taken off both ends, with the same confidence.
     let of_photons = critical_value(lamps.confidence, 31.0);
-    // What cells are likely to misplace is no scatter, and is stated beside it: relative to the mean of lit texels.
-    let caustic: Vec<f64> = (0..SIDE * SIDE)
-        .map(|texel| {
-            let specular = beams.layers.iter().skip(1);
-            specular.map(|layer| layer.irradiance[texel].mean()).sum()
-        })
-        .collect();
-    let lit = caustic.iter().filter(|value| **value > 0.0).count();
-    let likely = lamps.deterministic_error * caustic.iter().sum::<f64>() / lit as f64;
     for name in ["LTTD", "LRD"] {
         let of = |estimate: &Estimate| {
             let layers = &estimate.layers;
@@ -89,7 +80,9 @@ fn beams_from_an_area_light_agree_with_photons_within_their_bounds() {
             missed += u32::from(truth + slack < low || truth - slack > high);
             if error > 0.0 {
                 let variance = error * error + their_error * their_error;
-                let with_cells = variance + likely * likely;
+                // What cells are likely to misplace is no scatter: a quarter of what bounds hold beside it.
+                let cells = 0.5 * (high - low) - lamps.standard_errors * error;
+                let with_cells = variance + (0.25 * cells.max(0.0)).powi(2);
                 squares += (value - truth).powi(2) / with_cells;
                 all_squares += (value - truth).powi(2) / variance;
             }

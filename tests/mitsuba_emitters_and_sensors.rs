@@ -71,6 +71,23 @@ fn emission_has_mitsubas_numbers() {
 }
 
 #[test]
+fn a_sampling_weight_is_above_zero() {
+    let point = |weight: &str| {
+        emitter(&format!(
+            "<emitter type=\"point\"><float name=\"sampling_weight\" value=\"{weight}\"/></emitter>"
+        ))
+    };
+    assert!(point("0.25").is_ok());
+    for weight in ["0", "-1"] {
+        let said = point(weight).unwrap_err();
+        assert!(
+            said.contains("sampling_weight") && said.contains("must be above 0"),
+            "{said}"
+        );
+    }
+}
+
+#[test]
 fn a_point_stands_at_its_position_or_its_transforms_origin() {
     let at = |element: &str| -> Result<_, String> {
         match emitter(&format!("<emitter type=\"point\">{element}</emitter>"))? {

@@ -158,7 +158,8 @@ fn the_suite_has_every_plugin_that_a_camera_can_meet() {
         "lanczos",
         "mitchell",
         "tent",
-        // integrators
+        // integrators; ptracer in mitsuba_shipped.rs
+        "aov",
         "direct",
         "path",
         "volpath",

@@ -8,9 +8,9 @@ use std::path::Path;
 use nephroid::metric::Verdict;
 use nephroid::mitsuba::load;
 use nephroid::reference::path::PathSettings;
-use nephroid::scene::{Crop, Sensor};
+use nephroid::scene::ReconstructionFilter;
 
-use parity_support::{Outcome, mitsuba_image, outcome, render, samples_of};
+use parity_support::{Outcome, mitsuba_image, outcome, render, samples_of, scaled};
 
 /// The scenes, in the first column.
 const LIST: &str = include_str!("mitsuba/third_party_quick.txt");
@@ -65,26 +65,13 @@ fn third_party_scenes_make_mitsubas_image() {
 fn compare(scenes: &Path, file: &str, image: &Path) -> Outcome {
     let mitsuba = mitsuba_image(image);
     let scene = load(&scenes.join(file), &[]).unwrap_or_else(|error| panic!("{error}"));
-    let sensor = scaled(&scene.sensors()[0], mitsuba.width, mitsuba.height);
+    let mut sensor = scaled(&scene.sensors()[0], mitsuba.width, mitsuba.height);
+    // As in `third_party.py`: pixels are independent.
+    sensor.film.filter = ReconstructionFilter::Box;
     let settings = PathSettings {
         max_depth: Some(DEPTH),
         ..PathSettings::default()
     };
     let ours = render(&scene, &sensor, settings, samples_of(&mitsuba) / SHARE);
     outcome(file, &ours, &mitsuba, sensor.film.filter.radius())
-}
-
-/// The sensor with a film of another size, without its crop.
-fn scaled(sensor: &Sensor, width: usize, height: usize) -> Sensor {
-    let mut sensor = sensor.clone();
-    let [width, height] = [width, height].map(|size| u32::try_from(size).unwrap());
-    sensor.film.width = width;
-    sensor.film.height = height;
-    sensor.film.crop = Crop {
-        offset_x: 0,
-        offset_y: 0,
-        width,
-        height,
-    };
-    sensor
 }

@@ -443,3 +443,28 @@ fn what_cannot_be_an_image_is_an_error_that_says_why() {
         PathError::Setting { .. }
     ));
 }
+
+#[test]
+fn samples_that_are_no_numbers_are_counted_and_fail_the_run() {
+    // The radiance is a number, but not what an even choice of direction makes of it: by a density of 1/4π.
+    let bright = "<emitter type=\"constant\"><rgb name=\"radiance\" value=\"1e308\"/></emitter>\
+        <shape type=\"sphere\"><bsdf type=\"diffuse\"/></shape>";
+    let scene = scene(&format!("{}{bright}", camera(20.0, &film(4, 4, BOX))));
+    let budget = PathBudget {
+        samples: Some(64),
+        ..PathBudget::default()
+    };
+    let settings = PathSettings::default();
+    let progress = Progress::default();
+    let error = run(&scene, &scene.sensors()[0], settings, &budget, &progress).unwrap_err();
+    // Every sample of the first replicate meets the ball, 2 a pixel; half of the directions are below its horizon.
+    let PathError::NotFinite { count, x, y } = error else {
+        panic!("{error}");
+    };
+    assert!((4..=32).contains(&count), "{count}");
+    assert!(
+        (0.0..4.0).contains(&x) && (0.0..4.0).contains(&y),
+        "{x} {y}"
+    );
+    assert_eq!(progress.unit(), "paths");
+}

@@ -59,19 +59,20 @@ fn message(progress: &Progress, elapsed: Duration) -> String {
     if expected == 0 {
         return "setting up".to_owned();
     }
+    let unit = progress.unit();
     let error = progress.relative_error().map(|error| 100.0 * error);
     if let Some(pass) = progress.pass() {
         // Roots are of very different work: no time left can be told from their number.
         let error = error.map_or_else(String::new, |error| {
             format!("; likely error of the pass before {error:.2} %")
         });
-        return format!("pass {pass}: {done} of {expected} roots{error}");
+        return format!("pass {pass}: {done} of {expected} {unit}{error}");
     }
     let rate = done as f64 / elapsed.as_secs_f64();
     let left = expected.saturating_sub(done) as f64 / rate.max(1.0);
     let error = error.map_or_else(String::new, |error| format!(", error {error:.2} %"));
     format!(
-        "{:.1} of {:.1} M photons, {:.2} M/s{error}, {left:.0} s left",
+        "{:.1} of {:.1} M {unit}, {:.2} M/s{error}, {left:.0} s left",
         done as f64 / 1e6,
         expected as f64 / 1e6,
         rate / 1e6,

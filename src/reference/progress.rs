@@ -6,13 +6,15 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 /// the run soon, with what there is.
 #[derive(Debug, Default)]
 pub struct Progress {
-    /// Photons finished; of beams the pieces of light space (roots) that the pass has done.
+    /// Photons, or paths from a camera, finished; of beams the pieces of light space (roots) that the pass has done.
     pub paths: AtomicU64,
     /// What `paths` is expected to come to; 0 while unknown.
     pub expected_paths: AtomicU64,
     /// The pass of beams under way, from 1; 0 for photons, and before the first.
     passes: AtomicU64,
-    /// Bits of the relative error so far; NaN's while unknown.
+    /// Whether `paths` counts paths from a camera.
+    from_camera: AtomicBool,
+    /// Bits of the relative error so far; zero while unknown.
     relative_error: AtomicU64,
     /// Ends the run.
     pub stop: AtomicBool,
@@ -26,11 +28,27 @@ impl Progress {
         self.passes.fetch_add(1, Ordering::Relaxed);
     }
 
+    /// Says that paths from a camera are counted.
+    pub(super) fn count_camera_paths(&self) {
+        self.from_camera.store(true, Ordering::Relaxed);
+    }
+
+    /// What is counted, in the plural.
+    pub fn unit(&self) -> &'static str {
+        match (self.pass(), self.from_camera.load(Ordering::Relaxed)) {
+            (Some(_), _) => "roots",
+            (None, true) => "paths",
+            (None, false) => "photons",
+        }
+    }
+
     /// Begins the next of several runs, or methods that make one estimate.
     pub fn begin_part(&self) {
+        self.from_camera.store(false, Ordering::Relaxed);
         for counter in [&self.paths, &self.expected_paths, &self.passes] {
             counter.store(0, Ordering::Relaxed);
         }
+        self.from_camera.store(false, Ordering::Relaxed);
         self.set_relative_error(None);
     }
 

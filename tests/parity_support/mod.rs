@@ -8,10 +8,10 @@ use nephroid::metric::{Comparison, Pairing, Settings, Side, Source, Verdict};
 use nephroid::mitsuba::load;
 use nephroid::reference::path::{PathBudget, PathSettings, run};
 use nephroid::reference::{Layer, Progress};
-use nephroid::scene::{Scene, Sensor};
+use nephroid::scene::{Crop, Scene, Sensor};
 
 /// Replicates of our images. Mitsuba's have as many seeds: see `tests/mitsuba/parity/render.py`.
-const REPLICATES: u32 = 32;
+pub const REPLICATES: u32 = 32;
 
 /// What tests say of two images of a scene.
 #[derive(Debug)]
@@ -53,7 +53,7 @@ pub fn render(scene: &Scene, sensor: &Sensor, settings: PathSettings, samples: u
 }
 
 /// A layer as an image that `metric` reads.
-fn image_of(layer: &Layer, width: usize, height: usize) -> Image {
+pub fn image_of(layer: &Layer, width: usize, height: usize) -> Image {
     let triples = |values: &[nephroid::radiometry::Rgb]| -> Vec<[f64; 3]> {
         values.iter().map(|value| value.0).collect()
     };
@@ -175,6 +175,21 @@ impl std::fmt::Display for Outcome {
         }
         write!(f, ", extreme p {:.4}", self.extreme)
     }
+}
+
+/// The sensor with a film of another size, without its crop.
+pub fn scaled(sensor: &Sensor, width: usize, height: usize) -> Sensor {
+    let mut sensor = sensor.clone();
+    let [width, height] = [width, height].map(|size| u32::try_from(size).unwrap());
+    sensor.film.width = width;
+    sensor.film.height = height;
+    sensor.film.crop = Crop {
+        offset_x: 0,
+        offset_y: 0,
+        width,
+        height,
+    };
+    sensor
 }
 
 /// The folder of the suite's scenes.

@@ -9,6 +9,8 @@ use nephroid::reference::beams::BeamBudget;
 use nephroid::reference::{Estimate, LayerName};
 use nephroid::scene::Scene;
 use nephroid::transport::chain::ChainSettings;
+use nephroid::transport::direct::direct;
+use nephroid::transport::receiver::Receiver;
 
 use super::beams::{beams_to, beams_within};
 use super::oracles::oracle_to;
@@ -37,6 +39,8 @@ pub struct Trial {
     pub rays: u64,
     /// √(mean squared error) / mean truth over lit texels.
     pub rmse: f64,
+    /// The same as the run itself said.
+    pub said: Option<f64>,
 }
 
 impl Contest {
@@ -102,6 +106,12 @@ impl Contest {
         self.trial(&estimate, start)
     }
 
+    /// Direct light alone, which is part of every run.
+    pub fn direct(&self) {
+        let receiver = Receiver::new(&self.scene, &self.scene.sensors()[0]).unwrap();
+        direct(&self.scene, &receiver, 0, &|| false).unwrap();
+    }
+
     /// A photon run.
     pub fn photons(&self, stream: StreamKind, count: u64) -> Trial {
         let mut photons = Photons::new(count).stream(stream);
@@ -119,6 +129,7 @@ impl Contest {
             seconds: start.elapsed().as_secs_f64(),
             rays: estimate.counters.rays,
             rmse: self.rmse(estimate),
+            said: estimate.relative_error,
         }
     }
 }

@@ -75,8 +75,9 @@ fn not_modelled(plugin: &Plugin) -> LoadError {
 }
 
 fn finish(plugin: Plugin) -> Result<(), LoadError> {
-    // How often an emitter is sampled changes no expected value.
-    plugin.float_or("sampling_weight", 1.0)?;
+    // How often an emitter is sampled changes no expected value; one of weight 0 would be dark in Mitsuba, were it a point or
+    // a direction.
+    plugin.positive_or("sampling_weight", 1.0)?;
     plugin.refuse(Kind::Medium, "media are not modelled")?;
     plugin.finish()
 }

@@ -91,6 +91,7 @@ impl<'a> Setup<'a> {
         let start = Instant::now();
         // A time beyond what the clock can tell is no limit.
         let deadline = budget.time.and_then(|time| start.checked_add(time));
+        self.progress.count_camera_paths();
         let mut rounds = Rounds::new(self.camera.width() * self.camera.height());
         let incomplete = if budget.is_samples_only() {
             let samples = budget.samples.unwrap_or(PathBudget::DEFAULT_SAMPLES);

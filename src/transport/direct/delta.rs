@@ -11,9 +11,9 @@ use crate::transport::domain::chart::Falloff;
 use crate::transport::receiver::Receiver;
 
 /// How often a leaf on a shadow's edge is quartered.
-const SHADOW_LEVELS: u32 = 6;
+pub(super) const SHADOW_LEVELS: u32 = 6;
 
-/// How often all of a texel near a shadow's edge is quartered.
+/// How often all of a texel of several faces near a shadow's edge is quartered.
 const EDGE_LEVELS: u32 = 3;
 
 /// Where else a leaf near an edge looks for the emitter: a grid of 3 x 3 points over the leaf and
@@ -44,10 +44,10 @@ pub(super) struct Glance {
 
 /// A part of a texel, by fractions across it.
 #[derive(Clone, Copy)]
-struct Leaf {
-    from: DVec2,
-    size: f64,
-    level: u32,
+pub(super) struct Leaf {
+    pub(super) from: DVec2,
+    pub(super) size: f64,
+    pub(super) level: u32,
 }
 
 impl Leaf {
@@ -64,6 +64,12 @@ impl Leaf {
             size: 0.5 * self.size,
             level: self.level + 1,
         })
+    }
+
+    /// Each of weight 1/4: exact for polynomials of degree 3 in each direction.
+    pub(super) fn gauss_points(&self) -> [DVec2; 4] {
+        [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)]
+            .map(|(i, j)| self.at(i * GAUSS, j * GAUSS))
     }
 
     /// The point (x, y) sizes from the middle.
@@ -113,6 +119,26 @@ impl DirectLight<'_> {
         if !self.receiver.has_surface(texel) {
             return DirectTexel::default();
         }
+        self.by_cuts(texel, emitter)
+            .unwrap_or_else(|| self.by_quarters(texel, emitter))
+    }
+
+    /// The same along the edge; `None` where the texel's surface is not one smooth one.
+    fn by_cuts(&mut self, texel: usize, emitter: &Emitter) -> Option<DirectTexel> {
+        let mut sum = Sum::NOTHING;
+        let mut pending = vec![Leaf::TEXEL];
+        while let Some(leaf) = pending.pop() {
+            if self.is_coarse(texel, &leaf, emitter) {
+                pending.extend(leaf.quarters());
+            } else {
+                self.cut(texel, &leaf, emitter, &mut sum)?;
+            }
+        }
+        sum.average()
+    }
+
+    /// The same by ever smaller leaves, of any surface.
+    fn by_quarters(&mut self, texel: usize, emitter: &Emitter) -> DirectTexel {
         let mut sum = Sum::NOTHING;
         let mut pending = vec![Leaf::TEXEL];
         while let Some(leaf) = pending.pop() {
@@ -164,8 +190,8 @@ impl DirectLight<'_> {
         };
         let weight = leaf.size * leaf.size / 4.0;
         let mut first = None;
-        for (i, j) in [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)] {
-            let Some(patch) = self.patch(texel, leaf.at(i * GAUSS, j * GAUSS)) else {
+        for at in leaf.gauss_points() {
+            let Some(patch) = self.patch(texel, at) else {
                 continue;
             };
             let (arriving, passed) = self.arriving(&patch.point, emitter);
@@ -245,39 +271,40 @@ impl DirectLight<'_> {
     }
 
     /// A delta emitter's unshadowed irradiance at a point, and the share (0..=1) that passes.
-    fn arriving(&mut self, point: &SurfacePoint, emitter: &Emitter) -> (Rgb, f64) {
-        let normal = point.geometric_normal;
-        let (irradiance, towards, distance) = match emitter {
-            Emitter::Directional {
-                direction,
-                irradiance,
-            } => {
-                let cos = -direction.dot(normal);
-                (*irradiance * cos.max(0.0), -*direction, f64::INFINITY)
-            }
-            Emitter::Point {
-                position,
-                intensity,
-            } => from_point(point, *position, *intensity, Falloff::None),
-            Emitter::Spot {
-                to_world,
-                intensity,
-                ..
-            } => from_point(
-                point,
-                to_world.point(DVec3::ZERO),
-                *intensity,
-                Falloff::of(emitter),
-            ),
-            Emitter::Area { .. } | Emitter::Constant { .. } | Emitter::Envmap(_) => {
-                return (Rgb::BLACK, 0.0);
-            }
-        };
+    pub(super) fn arriving(&mut self, point: &SurfacePoint, emitter: &Emitter) -> (Rgb, f64) {
+        let (irradiance, towards, distance) = unshadowed(point, emitter);
         if irradiance.is_black() {
             return (Rgb::BLACK, 0.0);
         }
         let passed = self.transmittance(point, towards, distance);
         (irradiance, passed)
+    }
+}
+
+/// A delta emitter's irradiance at a point if nothing is in the way, the direction towards it and its distance \[m\]; no other
+/// emitter has any.
+pub(super) fn unshadowed(point: &SurfacePoint, emitter: &Emitter) -> (Rgb, DVec3, f64) {
+    let from = |position, intensity| from_point(point, position, intensity, Falloff::of(emitter));
+    match emitter {
+        Emitter::Directional {
+            direction,
+            irradiance,
+        } => {
+            let cos = -direction.dot(point.geometric_normal);
+            (*irradiance * cos.max(0.0), -*direction, f64::INFINITY)
+        }
+        Emitter::Point {
+            position,
+            intensity,
+        } => from(*position, *intensity),
+        Emitter::Spot {
+            to_world,
+            intensity,
+            ..
+        } => from(to_world.point(DVec3::ZERO), *intensity),
+        Emitter::Area { .. } | Emitter::Constant { .. } | Emitter::Envmap(_) => {
+            (Rgb::BLACK, DVec3::Z, f64::INFINITY)
+        }
     }
 }
 

@@ -2,8 +2,9 @@
 //!
 //! A delta emitter's light is integrated over a texel with 2 x 2 Gauss points. Shadows have sharp
 //! edges, which may run through a texel and yet miss its four points; so a texel is looked at closely
-//! where its points *or its neighbours'* differ in what they see of the emitter. Then it is cut into a
-//! quadtree, at least `EDGE_LEVELS` deep and down to `SHADOW_LEVELS` where any of a leaf's
+//! where its points *or its neighbours'* differ in what they see of the emitter: it is cut along the edge
+//! (`edge.rs`). What its bend leaves uncertain is booked as error. Texels on several faces are
+//! cut into a quadtree instead, at least `EDGE_LEVELS` deep and down to `SHADOW_LEVELS` where any of a leaf's
 //! guards, which stand a little outside of it, sees otherwise than the rest; what is
 //! still mixed there is booked as error. Area lights are integrated over texel and emitter
 //! together by randomised quasi-Monte Carlo.
@@ -12,11 +13,12 @@
 //! differently meet in it, the parts where they do are cut into smaller ones, too (`EDGE_LEVELS`
 //! deep), and what remains uncertain is booked as error.
 //!
-//! A shadow (or a gap in one) narrower than about half a texel can be missed, and beside an edge one
-//! narrower than 1/16 of a texel.
+//! A shadow (or a gap in one) narrower than about half a texel can be missed, and in a texel with an
+//! edge one narrower than 1/8 of it.
 
 mod area;
 mod delta;
+mod edge;
 mod look;
 
 pub use area::REPLICATES as AREA_REPLICATES;

@@ -28,10 +28,10 @@ MORE_SAMPLES = {
 }
 
 
-def mean_and_error(scene, sensor=0, samples=SAMPLES, seeds=SEEDS, **options):
+def mean_and_error(scene, sensor=0, samples=SAMPLES, seeds=SEEDS, first=1, **options):
     """The mean over seeds, and its standard error."""
     # Far from each other: Mitsuba seeds the rows of blocks with numbers that follow on the seed.
-    renders = (np.array(mi.render(scene, sensor=sensor, spp=samples, seed=1_000_003 * (i + 1), **options), dtype=np.float64)[..., :3]
+    renders = (np.array(mi.render(scene, sensor=sensor, spp=samples, seed=1_000_003 * (first + i), **options), dtype=np.float64)[..., :3]
                for i in range(seeds))
     # Welford's sums: no difference of large numbers.
     mean, squares = 0.0, 0.0
@@ -48,13 +48,13 @@ def eight_bits(values):
     return ((bits + 0x8000) & 0xFFFF0000).view(np.float32)
 
 
-def write(path, scene_file, mean, error, samples=SAMPLES, seeds=SEEDS):
+def write(path, scene_file, mean, error, samples=SAMPLES, seeds=SEEDS, command="python tests/mitsuba/parity/render.py"):
     channels = np.concatenate([mean.astype(np.float32), eight_bits(error)], axis=2)
     names = ["R", "G", "B", "stderr.R", "stderr.G", "stderr.B"]
     image = mi.Bitmap(np.ascontiguousarray(channels), mi.Bitmap.PixelFormat.MultiChannel, names)
     about = image.metadata()
     about["nephroid:renderer"] = f"Mitsuba {mi.__version__}, {mi.variant()}"
-    about["nephroid:command"] = "python tests/mitsuba/parity/render.py"
+    about["nephroid:command"] = command
     about["nephroid:samples"] = str(samples)
     about["nephroid:seeds"] = f"1000003 * i for i in 1..={seeds}"
     about["nephroid:settings"] = json.dumps({"replicates": seeds})

@@ -283,9 +283,24 @@ def integrators():
         "path-roulette": integrator("path", integer("rr_depth", 2)),
         "path-hidden-emitters": integrator("path", integer("max_depth", 6), boolean("hide_emitters", True)),
         "volpath": integrator("volpath", integer("max_depth", 6)),
+        "aov": integrator("aov", string("aovs", "depth:depth"), integrator("path", integer("max_depth", 6))),
     }
     for name, by in kinds.items():
         yield f"integrator-{name}", scene(glass + lamp, SKY, by=by)
+
+
+def refraction():
+    """Radiance grows by the square of the index on its way into glass, and falls on its way out."""
+    def glass_around(kind, *inside):
+        # The camera, the ball and the floor are in it; shallow rays are reflected within.
+        return shape("sphere", number("radius", 9), bsdf(kind, number("int_ior", 1.5), *inside))
+
+    lamp = shape("sphere", number("radius", 0.4), AREA)
+    yield "refraction-into-glass", scene(ball(DIFFUSE) + glass_around("dielectric"), SKY)
+    yield "refraction-into-rough-glass", scene(ball(DIFFUSE) + glass_around("roughdielectric", GGX, number("alpha", 0.3)), SKY)
+    # Seen from outside: the lamp through the ball, and a dim sky.
+    yield "refraction-out-of-glass", scene(ball(bsdf("dielectric", number("int_ior", 1.5))), lamp + SKY)
+    yield "refraction-out-of-rough-glass", scene(ball(bsdf("roughdielectric", GGX, number("alpha", 0.3))), lamp + SKY)
 
 
 def pretty(name, text):
@@ -295,7 +310,7 @@ def pretty(name, text):
 
 
 def all_scenes():
-    for group in (bsdfs, emitters, sensors, filters, integrators):
+    for group in (bsdfs, emitters, sensors, filters, integrators, refraction):
         yield from group()
 
 

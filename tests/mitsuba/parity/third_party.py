@@ -1,12 +1,12 @@
 """Renders third-party scenes with Mitsuba, for a comparison that is made on demand.
 
     pip install mitsuba==3.9.1 numpy==2.4.6
-    python tests/mitsuba/parity/third_party.py SCENES OUT
+    python tests/mitsuba/parity/third_party.py SCENES OUT [NAME ...]
     NEPHROID_PARITY_DIR=OUT cargo test --release --test mitsuba_parity_third_party -- --ignored --nocapture
 
 SCENES is the folder that the paths in tests/mitsuba/third_party_quick.txt begin at. The scenes are not part of this
 repository, and neither are their images: OUT should be a temporary folder. Every scene is rendered unmodified but for
-its film, scaled to 32 pixels a row, and its integrator: path, max_depth 8.
+its film, which is 32 pixels wide and has a box filter, so that pixels are independent; and its integrator: path, max_depth 8.
 """
 import pathlib
 import sys
@@ -16,32 +16,42 @@ import render
 LIST = pathlib.Path(__file__).parent.parent / "third_party_quick.txt"
 WIDTH = 32
 DEPTH = 8
+CONFIG = mi.parser.ParserConfig(mi.variant())
 
 
-def scaled_sensor(scene):
-    sensor = scene.sensors()[0]
-    params = mi.traverse(sensor)
-    width, height = params["film.size"]
-    rows = max(1, (WIDTH * int(height) + int(width) // 2) // int(width))
-    params["film.size"] = [WIDTH, rows]
-    params["film.crop_size"] = [WIDTH, rows]
-    params["film.crop_offset"] = [0, 0]
-    params.update()
-    return sensor
+def load_with_small_film(file):
+    """The scene, what the file says of its films replaced."""
+    mi.file_resolver().prepend(str(file.parent))
+    state = mi.parser.parse_file(CONFIG, str(file))
+    mi.parser.transform_all(CONFIG, state)
+    for node in state.nodes:
+        if node.props.plugin_name() == "hdrfilm":
+            width, height = (node.props.get(name, default) for name, default in [("width", 768), ("height", 576)])
+            for name in list(node.props.keys()):
+                if name.startswith("crop_"):
+                    del node.props[name]
+            node.props["width"] = WIDTH
+            node.props["height"] = max(1, (WIDTH * height + width // 2) // width)
+        elif str(node.type) == "ObjectType.ReconstructionFilter":
+            node.props = mi.Properties("box")
+    return mi.parser.instantiate(CONFIG, state)
 
 
 def main():
-    scenes, out = map(pathlib.Path, sys.argv[1:])
+    scenes, out, *chosen = sys.argv[1:]
+    out = pathlib.Path(out)
     out.mkdir(parents=True, exist_ok=True)
     integrator = mi.load_dict({"type": "path", "max_depth": DEPTH})
     for line in LIST.read_text().splitlines():
-        if line.startswith("#"):
-            continue
         name = line.split(" | ")[0]
-        file = scenes / name
+        if line.startswith("#") or chosen and name not in chosen:
+            continue
+        file = pathlib.Path(scenes) / name
         try:
-            scene = mi.load_file(str(file))
-            mean, error = render.mean_and_error(scene, scaled_sensor(scene), integrator=integrator)
+            scene = load_with_small_film(file)
+            if scene.sensors()[0].film().rfilter().is_box_filter() is False:
+                raise ValueError("the film has no filter to replace")
+            mean, error = render.mean_and_error(scene, integrator=integrator)
         except Exception as problem:  # One scene that Mitsuba refuses is no reason to leave the others out.
             print(f"{name}: {problem}", flush=True)
             continue

@@ -1,0 +1,55 @@
+"""Renders one image a line of stdin, for benches/mitsuba.rs: `python render_with_mitsuba.py VARIANT`.
+
+A line is JSON: {"scene", "integrator", "max_depth", "width", "height", "samples", "seed"}. The answer is a line of JSON:
+wall and CPU seconds of the render, its compilation left out, and the image's numbers, row by row.
+"""
+import json
+import os
+import sys
+import time
+
+import mitsuba as mi
+import numpy as np
+
+mi.set_variant(sys.argv[1])
+mi.set_log_level(mi.LogLevel.Error)
+scenes = {}
+
+
+def prepare(job):
+    scene = mi.load_file(job["scene"])
+    sensor = next(it for it in scene.sensors() if it.id() == "camera")
+    params = mi.traverse(sensor)
+    params["film.size"] = params["film.crop_size"] = [job["width"], job["height"]]
+    params.update()
+    integrator = mi.load_dict({"type": job["integrator"], "max_depth": job["max_depth"]})
+    return scene, sensor, integrator
+
+
+def cpu_seconds():
+    times = os.times()
+    return times.user + times.system
+
+
+# Mitsuba's progress bar goes to stdout: answers have a descriptor of their own.
+answers = os.fdopen(os.dup(1), "w")
+os.dup2(2, 1)
+print(json.dumps({"version": mi.__version__}), file=answers, flush=True)
+for line in sys.stdin:
+    job = json.loads(line)
+    key = (job["scene"], job["integrator"])
+    first = key not in scenes
+    if first:
+        scenes[key] = prepare(job)
+    scene, sensor, integrator = scenes[key]
+
+    def render(seed):
+        return np.array(mi.render(scene, sensor=sensor, integrator=integrator, spp=job["samples"], seed=seed))
+
+    if first:
+        render(0)
+    wall, cpu = time.perf_counter(), cpu_seconds()
+    image = render(job["seed"])
+    wall, cpu = time.perf_counter() - wall, cpu_seconds() - cpu
+    values = image[..., :3].astype(float).mean(axis=2).ravel()
+    print(json.dumps({"wall": wall, "cpu": cpu, "values": values.tolist()}), file=answers, flush=True)

@@ -1,0 +1,362 @@
+//! A texel that a shadow's edge runs through: the edge is found by bisection, and the texel cut along it.
+//!
+//! A lattice of points says which cells the edge enters. It crosses a cell's border in two places, which bisection finds, and
+//! bends between them: a third place, on the normal through the chord's middle, tells by how much. So a cell is cut along a
+//! parabola. What the bend moves, chord times sagitta, is booked as the error: it is 1.5 times the
+//! area between chord and parabola, and larger than what a cut with one corner may be off by. Irradiance without shadow is smooth,
+//! and asks for no rays.
+
+use glam::DVec2;
+
+use super::DirectLight;
+use super::delta::{Leaf, SHADOW_LEVELS, unshadowed};
+use super::look::Sum;
+use crate::radiometry::Rgb;
+use crate::scene::Emitter;
+use crate::transport::receiver::Patch;
+
+/// Cells across a texel.
+const CELLS: usize = 8;
+
+/// How often a crossing's interval is halved.
+const BISECTIONS: i32 = 14;
+
+/// The share of a texel that a cut may leave uncertain before its cell is quartered instead.
+const UNCERTAIN: f64 = 1e-4;
+
+/// A square part of a texel, and the share of the emitter that its corners see, counter-clockwise from the least.
+#[derive(Clone, Copy)]
+struct Cell {
+    from: DVec2,
+    size: f64,
+    shares: [f64; 4],
+    /// Whether more is looked at than the corners, should these agree.
+    is_suspicious: bool,
+}
+
+/// Two parts of a cell that see different shares.
+struct Cut {
+    parts: [(Vec<DVec2>, f64); 2],
+    /// Where the edge runs.
+    middle: DVec2,
+    /// Share of the texel that may belong to the other part.
+    uncertain: f64,
+}
+
+/// Why something is not cut.
+#[derive(Clone, Copy, Debug)]
+enum Uncut {
+    /// There is no surface at a point.
+    NoSurface,
+    /// More than one edge, or more than two shares: smaller cells may be simpler.
+    NotSimple,
+}
+
+const CORNERS: [DVec2; 4] = [
+    DVec2::new(0.0, 0.0),
+    DVec2::new(1.0, 0.0),
+    DVec2::new(1.0, 1.0),
+    DVec2::new(0.0, 1.0),
+];
+
+impl Cell {
+    fn corner(&self, index: usize) -> DVec2 {
+        self.from + CORNERS[index % 4] * self.size
+    }
+
+    fn is_even(&self) -> bool {
+        self.shares.iter().all(|share| *share == self.shares[0])
+    }
+
+    fn is_last(&self) -> bool {
+        self.size <= 1.0 / f64::from(1_u32 << SHADOW_LEVELS)
+    }
+
+    fn outline(&self) -> [DVec2; 4] {
+        [0, 1, 2, 3].map(|index| self.corner(index))
+    }
+}
+
+/// What one emitter's light does in one texel.
+struct EdgeTexel<'a, 'b> {
+    light: &'a mut DirectLight<'b>,
+    texel: usize,
+    emitter: &'a Emitter,
+    /// The share that the most of a leaf is taken to see, before cells say otherwise.
+    base: f64,
+}
+
+impl DirectLight<'_> {
+    /// Adds a leaf's part of its texel's light, cut along the shadow's edge; `None` where the leaf's surface is not one smooth
+    /// one.
+    pub(super) fn cut(
+        &mut self,
+        texel: usize,
+        leaf: &Leaf,
+        emitter: &Emitter,
+        sum: &mut Sum,
+    ) -> Option<()> {
+        let across = (CELLS >> leaf.level.min(8)).max(2);
+        let size = leaf.size / across as f64;
+        // One more cell around the leaf: an edge beside it may reach in.
+        let side = across + 3;
+        let mut first = None;
+        let mut shares = Vec::with_capacity(side * side);
+        for index in 0..side * side {
+            let place = DVec2::new((index % side) as f64, (index / side) as f64) - 1.0;
+            let at = self.receiver.clamped(texel, leaf.from + place * size);
+            let patch = self.patch(texel, at)?;
+            if !first.get_or_insert(patch).continues(&patch) {
+                return None;
+            }
+            shares.push(self.arriving(&patch.point, emitter).1);
+        }
+        let of = |column: usize, row: usize| {
+            [(0, 0), (1, 0), (1, 1), (0, 1)].map(|(i, j)| shares[(row + j) * side + column + i])
+        };
+        let is_mixed = |column: usize, row: usize| {
+            let shares = of(column, row);
+            shares.iter().any(|share| *share != shares[0])
+        };
+        let base = of(1, 1)[0];
+        let outline = Cell {
+            from: leaf.from,
+            size: leaf.size,
+            shares: [base; 4],
+            is_suspicious: false,
+        };
+        let (flux, area) = self.gauss(texel, leaf, emitter)?;
+        sum.area += area;
+        sum.flux += flux * base;
+        let mut edge = EdgeTexel {
+            light: self,
+            texel,
+            emitter,
+            base,
+        };
+        for row in 1..=across {
+            for column in 1..=across {
+                let cell = Cell {
+                    from: outline.from + DVec2::new((column - 1) as f64, (row - 1) as f64) * size,
+                    size,
+                    shares: of(column, row),
+                    is_suspicious: (row - 1..=row + 1)
+                        .any(|row| (column - 1..=column + 1).any(|column| is_mixed(column, row))),
+                };
+                edge.cell(cell, sum).ok()?;
+            }
+        }
+        Some(())
+    }
+
+    /// A leaf's flux without shadow \[W\] and its area \[m²\], by 2 x 2 Gauss points.
+    fn gauss(&self, texel: usize, leaf: &Leaf, emitter: &Emitter) -> Option<(Rgb, f64)> {
+        let weight = leaf.size * leaf.size / 4.0;
+        let (mut flux, mut area) = (Rgb::BLACK, 0.0);
+        for at in leaf.gauss_points() {
+            let patch = self.patch(texel, at)?;
+            flux += unshadowed(&patch.point, emitter).0 * (patch.density * weight);
+            area += patch.density * weight;
+        }
+        Some((flux, area))
+    }
+}
+
+impl EdgeTexel<'_, '_> {
+    /// Adds a cell, whole, cut or in quarters.
+    fn cell(&mut self, cell: Cell, sum: &mut Sum) -> Result<(), Uncut> {
+        let mut pending = vec![cell];
+        while let Some(cell) = pending.pop() {
+            if cell.is_even() && (cell.is_last() || !cell.is_suspicious) {
+                self.add(&cell.outline(), cell.shares[0], sum)?;
+                continue;
+            }
+            let cut = match self.along_edge(&cell) {
+                Ok(cut) => Some(cut),
+                Err(Uncut::NotSimple) => None,
+                Err(Uncut::NoSurface) => return Err(Uncut::NoSurface),
+            };
+            if let Some(cut) = cut
+                && (cut.uncertain <= UNCERTAIN || cell.is_last())
+            {
+                let [(_, a), (_, b)] = cut.parts;
+                for (outline, share) in &cut.parts {
+                    self.add(outline, *share, sum)?;
+                }
+                sum.error += self.light_at(cut.middle)? * (cut.uncertain * (a - b).abs());
+                continue;
+            }
+            if cell.is_last() {
+                self.add_mixed(&cell, sum)?;
+                continue;
+            }
+            let quarters = self.quarters(&cell)?;
+            if cell.is_even() && quarters.iter().all(Cell::is_even) {
+                self.add(&cell.outline(), cell.shares[0], sum)?;
+            } else {
+                pending.extend(quarters);
+            }
+        }
+        Ok(())
+    }
+
+    /// The share that a point of the texel sees.
+    fn share(&mut self, at: DVec2) -> Result<f64, Uncut> {
+        let patch = self.patch(at)?;
+        Ok(self.light.arriving(&patch.point, self.emitter).1)
+    }
+
+    fn patch(&self, at: DVec2) -> Result<Patch, Uncut> {
+        let at = self.light.receiver.clamped(self.texel, at);
+        let patch = self.light.patch(self.texel, at);
+        patch.ok_or(Uncut::NoSurface)
+    }
+
+    fn quarters(&mut self, cell: &Cell) -> Result<[Cell; 4], Uncut> {
+        let [a, b, c, d] = cell.shares;
+        let mut at = |x: f64, y: f64| self.share(cell.from + DVec2::new(x, y) * cell.size);
+        let (bottom, right, top, left) =
+            (at(0.5, 0.0)?, at(1.0, 0.5)?, at(0.5, 1.0)?, at(0.0, 0.5)?);
+        let middle = at(0.5, 0.5)?;
+        let size = 0.5 * cell.size;
+        let quarter = |x: f64, y: f64, shares| Cell {
+            from: cell.from + DVec2::new(x, y) * size,
+            size,
+            shares,
+            is_suspicious: true,
+        };
+        Ok([
+            quarter(0.0, 0.0, [a, bottom, middle, left]),
+            quarter(1.0, 0.0, [bottom, b, right, middle]),
+            quarter(1.0, 1.0, [middle, right, c, top]),
+            quarter(0.0, 1.0, [left, middle, top, d]),
+        ])
+    }
+
+    /// Cuts a cell whose corners see two shares, if one edge runs through it.
+    fn along_edge(&mut self, cell: &Cell) -> Result<Cut, Uncut> {
+        let shares = cell.shares;
+        let crossed: Vec<usize> = (0..4)
+            .filter(|&i| shares[i] != shares[(i + 1) % 4])
+            .collect();
+        let [enters, leaves] = crossed[..] else {
+            return Err(Uncut::NotSimple);
+        };
+        let (inner, outer) = (shares[leaves], shares[enters]);
+        if shares
+            .iter()
+            .any(|share| *share != inner && *share != outer)
+        {
+            return Err(Uncut::NotSimple);
+        }
+        let precision = 0.5_f64.powi(BISECTIONS) * cell.size;
+        let mut ends = [DVec2::ZERO; 2];
+        for (end, corner) in ends.iter_mut().zip([enters, leaves]) {
+            let (from, to) = (cell.corner(corner), cell.corner(corner + 1));
+            let (before, after) = (shares[corner], shares[(corner + 1) % 4]);
+            *end = self.crossing(from, to, before, after, precision)?;
+        }
+        let [first, second] = ends;
+        // The inner part lies to the left of the way from `second` to `first`.
+        let chord = first - second;
+        let length = chord.length();
+        let middle = 0.5 * (first + second);
+        let mut sagitta = DVec2::ZERO;
+        if length > precision {
+            let to_inner = chord.perp() / length;
+            let seen = self.share(middle)?;
+            let away = if seen == inner { -to_inner } else { to_inner };
+            let beyond = if seen == inner { outer } else { inner };
+            let mut reach = cell.size / 64.0;
+            loop {
+                if reach > cell.size {
+                    return Err(Uncut::NotSimple);
+                }
+                if self.share(middle + away * reach)? == beyond {
+                    break;
+                }
+                reach *= 2.0;
+            }
+            let found = self.crossing(middle, middle + away * reach, seen, beyond, precision)?;
+            sagitta = found - middle;
+        }
+        // A triangle of the parabola's area, 2/3 of chord times sagitta.
+        let apex = middle + sagitta * (4.0 / 3.0);
+        let part = |from: DVec2, to: DVec2, corners: std::ops::RangeInclusive<usize>| {
+            let mut outline = vec![from];
+            outline.extend(corners.map(|index| cell.corner(index)));
+            outline.extend([to, apex]);
+            outline
+        };
+        Ok(Cut {
+            parts: [
+                (part(first, second, enters + 1..=leaves), inner),
+                (part(second, first, leaves + 1..=enters + 4), outer),
+            ],
+            middle,
+            uncertain: (length + precision) * (sagitta.length() + precision),
+        })
+    }
+
+    /// Where between two points the share changes, to the precision given.
+    fn crossing(
+        &mut self,
+        mut from: DVec2,
+        mut to: DVec2,
+        before: f64,
+        after: f64,
+        precision: f64,
+    ) -> Result<DVec2, Uncut> {
+        while from.distance(to) > precision {
+            let middle = 0.5 * (from + to);
+            let share = self.share(middle)?;
+            if share == before {
+                from = middle;
+            } else if share == after {
+                to = middle;
+            } else {
+                return Err(Uncut::NotSimple);
+            }
+        }
+        Ok(0.5 * (from + to))
+    }
+
+    /// Irradiance without shadow times surface by share of the texel \[W\].
+    fn light_at(&self, at: DVec2) -> Result<Rgb, Uncut> {
+        let patch = self.patch(at)?;
+        Ok(unshadowed(&patch.point, self.emitter).0 * patch.density)
+    }
+
+    /// Adds what a polygon sees more or less than the leaf was taken to, each triangle of a fan by its edges' middles.
+    fn add(&self, outline: &[DVec2], share: f64, sum: &mut Sum) -> Result<(), Uncut> {
+        if share == self.base {
+            return Ok(());
+        }
+        let first = outline[0];
+        for pair in outline[1..].windows(2) {
+            let (second, third) = (pair[0], pair[1]);
+            let area = 0.5 * (second - first).perp_dot(third - first);
+            if area == 0.0 {
+                continue;
+            }
+            for (a, b) in [(first, second), (second, third), (third, first)] {
+                let light = self.light_at(0.5 * (a + b))?;
+                sum.flux += light * ((share - self.base) * area / 3.0);
+            }
+        }
+        Ok(())
+    }
+
+    /// Adds a cell of several edges that is not divided any more: its corners' average, and all that they differ by as error.
+    fn add_mixed(&self, cell: &Cell, sum: &mut Sum) -> Result<(), Uncut> {
+        let share = cell.shares.iter().sum::<f64>() / 4.0;
+        self.add(&cell.outline(), share, sum)?;
+        let [least, most] = [f64::min, f64::max].map(|choose| {
+            let start = cell.shares[0];
+            cell.shares.iter().copied().fold(start, choose)
+        });
+        let middle = cell.from + 0.5 * cell.size;
+        sum.error += self.light_at(middle)? * (cell.size * cell.size * (most - least));
+        Ok(())
+    }
+}

@@ -1,0 +1,216 @@
+//! Direct light of lamps without size, texel by texel, against the areas of shadows.
+
+use glam::DVec2;
+use nephroid::geometry::TraversalCounters;
+use nephroid::mitsuba;
+use nephroid::scene::Scene;
+use nephroid::transport::direct::{DirectTexel, direct};
+use nephroid::transport::receiver::Receiver;
+
+/// Texels a side, on a floor from -1 to 1.
+const SIDE: usize = 64;
+
+/// 1 W/m² from straight above.
+const SUN: &str = r#"<emitter type="directional">
+    <vector name="direction" x="0" y="0" z="-1"/><rgb name="irradiance" value="1"/></emitter>"#;
+
+/// A floor under a light, and a shape between the two.
+fn scene(light: &str, shape: &str) -> Scene {
+    let text = format!(
+        r#"<scene version="3.0.0">
+            {light}
+            {shape}
+            <shape type="rectangle">
+                <bsdf type="diffuse"/>
+                <sensor type="irradiancemeter">
+                    <film type="hdrfilm">
+                        <integer name="width" value="{SIDE}"/>
+                        <integer name="height" value="{SIDE}"/>
+                    </film>
+                </sensor>
+            </shape>
+        </scene>"#
+    );
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("shadow.xml");
+    std::fs::write(&file, text).unwrap();
+    mitsuba::load(&file, &[]).unwrap()
+}
+
+fn measured(scene: &Scene) -> (Vec<DirectTexel>, TraversalCounters) {
+    let receiver = Receiver::new(scene, &scene.sensors()[0]).unwrap();
+    let found = direct(scene, &receiver, 0, &|| false).unwrap();
+    (found.texels, found.counters)
+}
+
+/// The part of the square from `low`, of side `size`, that lies within a polygon, counter-clockwise and
+/// convex: Sutherland and Hodgman.
+fn part_inside(low: DVec2, size: f64, polygon: &[DVec2]) -> f64 {
+    let mut piece: Vec<DVec2> = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]
+        .map(|(x, y)| low + DVec2::new(x, y) * size)
+        .to_vec();
+    for index in 0..polygon.len() {
+        let (a, b) = (polygon[index], polygon[(index + 1) % polygon.len()]);
+        let side = |point: DVec2| (b - a).perp_dot(point - a);
+        let mut kept = Vec::new();
+        for at in 0..piece.len() {
+            let (p, q) = (piece[at], piece[(at + 1) % piece.len()]);
+            let (sp, sq) = (side(p), side(q));
+            if sp >= 0.0 {
+                kept.push(p);
+            }
+            if sp * sq < 0.0 {
+                kept.push(p + (q - p) * (sp / (sp - sq)));
+            }
+        }
+        piece = kept;
+    }
+    let area: f64 = (0..piece.len())
+        .map(|at| piece[at].perp_dot(piece[(at + 1) % piece.len()]))
+        .sum();
+    0.5 * area / (size * size)
+}
+
+/// A circle as a polygon of n sides, which lie within it by radius · π²/(2n²): 2e-8 m, 6e-7 of a texel.
+fn circle(center: DVec2, radius: f64) -> Vec<DVec2> {
+    const SIDES: usize = 12_000;
+    (0..SIDES)
+        .map(|index| {
+            let angle = std::f64::consts::TAU * index as f64 / SIDES as f64;
+            center + radius * DVec2::from_angle(angle)
+        })
+        .collect()
+}
+
+/// The largest error of a texel beyond its bar, the mean error, and the mean bar, all over texels on the edge.
+struct Verdict {
+    beyond: f64,
+    error: f64,
+    bar: f64,
+}
+
+fn judged(texels: &[DirectTexel], shadow: &[DVec2]) -> Verdict {
+    let size = 2.0 / SIDE as f64;
+    let mut verdict = Verdict {
+        beyond: 0.0,
+        error: 0.0,
+        bar: 0.0,
+    };
+    let mut edges = 0.0;
+    for (index, texel) in texels.iter().enumerate() {
+        let low = DVec2::new((index % SIDE) as f64, (index / SIDE) as f64) * size - 1.0;
+        let covered = part_inside(low, size, shadow);
+        let (value, bar) = (texel.irradiance.0[0], texel.error.0[0]);
+        let error = (value - (1.0 - covered)).abs();
+        verdict.beyond = verdict.beyond.max(error - bar);
+        if covered > 0.0 && covered < 1.0 {
+            edges += 1.0;
+            verdict.error += error;
+            verdict.bar += bar;
+        }
+    }
+    verdict.error /= edges;
+    verdict.bar /= edges;
+    verdict
+}
+
+#[test]
+fn a_balls_shadow_is_a_disc_in_every_texel() {
+    let ball = r#"<shape type="sphere">
+        <point name="center" x="0.03" y="-0.05" z="2"/><float name="radius" value="0.61"/>
+    </shape>"#;
+    let (texels, counters) = measured(&scene(SUN, ball));
+    let verdict = judged(&texels, &circle(DVec2::new(0.03, -0.05), 0.61));
+    println!(
+        "beyond {:.1e}, error {:.1e}, bar {:.1e}, {} rays",
+        verdict.beyond, verdict.error, verdict.bar, counters.rays
+    );
+    // The truth's own error: the polygon's.
+    assert!(verdict.beyond <= 1e-6, "{:e}", verdict.beyond);
+    // The disc's radius is 20 texels: in a cell of 1/8 of a texel its edge bends by (1/8)²/(8 · 20) = 1e-4 of a texel at most. Chord
+    // times that, over the 8 to 12 cells of an edge, is 1e-4 of the texel; a chord's ends are known to 2⁻¹⁴ of a cell.
+    assert!(verdict.bar < 2e-4, "{:e}", verdict.bar);
+    // A parabola's own error is of fourth order.
+    assert!(verdict.error < 1e-5, "{:e}", verdict.error);
+}
+
+/// A rectangle at a height of 1 m, turned by an angle: half its sides, and the corners of its shadow.
+fn plate(angle: f64, half: DVec2) -> (Scene, Vec<DVec2>) {
+    let shape = format!(
+        r#"<shape type="rectangle"><transform name="to_world">
+            <scale x="{}" y="{}"/><rotate z="1" angle="{angle}"/><translate x="0.011" y="0.027" z="1"/>
+        </transform></shape>"#,
+        half.x, half.y
+    );
+    let turn = DVec2::from_angle(angle.to_radians());
+    let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
+        .map(|(x, y)| DVec2::new(0.011, 0.027) + turn.rotate(half * DVec2::new(x, y)))
+        .to_vec();
+    (scene(SUN, &shape), corners)
+}
+
+#[test]
+fn a_plates_shadow_is_right_in_every_texel_but_for_what_hides_at_its_corners() {
+    let mut corners = 0.0_f64;
+    for degrees in [0.0, 7.0, 21.5, 33.0, 45.0, 71.0] {
+        let (scene, shadow) = plate(degrees, DVec2::new(0.5, 0.31));
+        let (texels, _) = measured(&scene);
+        let verdict = judged(&texels, &shadow);
+        println!(
+            "{degrees}°: beyond {:.1e}, error {:.1e}, bar {:.1e}",
+            verdict.beyond, verdict.error, verdict.bar
+        );
+        corners = corners.max(verdict.beyond);
+        // Straight edges are known to the precision of bisection, 2⁻¹⁴ of a cell of 1/8; the bar to its sum over the cells, and
+        // a few corners.
+        assert!(verdict.error < 3e-5, "{degrees}: {:e}", verdict.error);
+        assert!(verdict.bar < 3e-4, "{degrees}: {:e}", verdict.bar);
+    }
+    // A corner can poke out between two points of which it is seen by none. Beside an edge these are 1/16 of a texel apart: a right
+    // angle that hides there has an area of (1/16)²/4 at most.
+    assert!(corners <= 1.0 / 1024.0, "{corners:e}");
+}
+
+#[test]
+fn a_lamp_near_the_floor_casts_the_shadow_that_projection_says() {
+    // Texels of 1/32 m, 0.5 m and less from the lamp: quartered before they are cut. A plate of half sides (a, b) at half the
+    // lamp's height has a shadow of twice its size.
+    let lamp = r#"<emitter type="point"><point name="position" x="0" y="0" z="0.5"/>
+        <rgb name="intensity" value="1"/></emitter>"#;
+    let plate = r#"<shape type="rectangle"><transform name="to_world">
+        <scale x="0.2" y="0.13"/><translate z="0.25"/></transform></shape>"#;
+    let scene = scene(lamp, plate);
+    let (texels, _) = measured(&scene);
+    let (half, size) = (DVec2::new(0.4, 0.26), 2.0 / SIDE as f64);
+    let lit = |x: f64, y: f64| x.abs() > half.x || y.abs() > half.y;
+    // h / r³, by midpoints of 1/64 of a texel: off by a second difference, (size / 64)² / (24 · 0.5²) of it, 1e-8, and along
+    // shadow lines, which fall between midpoints, by half a part each way.
+    const PARTS: usize = 64;
+    let mut worst = 0.0_f64;
+    for (index, texel) in texels.iter().enumerate() {
+        let low = DVec2::new((index % SIDE) as f64, (index / SIDE) as f64) * size - 1.0;
+        let (mut truth, mut on_edge) = (0.0, false);
+        let first = lit(low.x, low.y);
+        for part in 0..PARTS * PARTS {
+            let place = DVec2::new((part % PARTS) as f64, (part / PARTS) as f64);
+            let at = low + (place + 0.5) * (size / PARTS as f64);
+            on_edge |= lit(at.x, at.y) != first;
+            if lit(at.x, at.y) {
+                truth += 0.5 / (at.length_squared() + 0.25).powf(1.5);
+            }
+        }
+        truth /= (PARTS * PARTS) as f64;
+        let middle = low + 0.5 * size;
+        let brightest = 0.5 / (middle.length_squared() + 0.25).powf(1.5);
+        // Two lines at most, half a row of midpoints each.
+        let known = if on_edge {
+            brightest / PARTS as f64
+        } else {
+            1e-6 * brightest
+        };
+        let error = (texel.irradiance.0[0] - truth).abs();
+        worst = worst.max((error - texel.error.0[0] - known) / brightest);
+    }
+    println!("beyond {worst:.1e}");
+    assert!(worst <= 1.0 / 1024.0, "{worst:e}");
+}
