@@ -418,6 +418,13 @@ fn what_cannot_be_validated_ends_with_2_and_says_why() {
         &["a.toml", "-o", "r", "--candidate", "mine=nowhere.exr"],
         "nowhere.exr",
     );
+    let mut holed = Image::new(SIZE, SIZE);
+    holed.add_rgb("", &vec![[f64::NAN; 3]; SIZE * SIZE]);
+    exr::write(&folder.path("holed.exr"), &holed).unwrap();
+    refused(
+        &["a.toml", "-o", "r", "--candidate", "mine=holed.exr"],
+        "holed.exr",
+    );
     let mut wide = Image::new(SIZE / 2, SIZE);
     wide.add_rgb("", &vec![[1.0; 3]; SIZE / 2 * SIZE]);
     exr::write(&folder.path("wide.exr"), &wide).unwrap();

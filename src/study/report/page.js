@@ -274,4 +274,4 @@ controls();
 record();
 // The run that a reader asks for first: the nearest to the truth that is resolved, else the last.
 const first = rows.map((row, i) => [row, i]).filter(([row]) => row.resolved).sort(([a], [b]) => a.error - b.error)[0]?.[1] ?? rows.length - 1;
-choose(Math.max(first, 0));
+if (rows.length) choose(first);
