@@ -280,14 +280,14 @@ fn the_truth_scaled_is_a_bias_and_not_a_mistake() {
 #[test]
 fn moved_turned_and_wrongly_scaled_candidates_are_flagged() {
     let folder = Folder::new();
-    // A prism's light has no symmetry that hides how an image lies.
-    let prism = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/prism.xml");
-    let prism = prism.display().to_string();
+    // Ripples have no symmetry that hides how an image lies.
+    let water = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/water.xml");
+    let water = water.display().to_string();
     let size = format!("size={SIZE}");
     let first = ["-D", size.as_str(), "-o", "r"];
     fs::write(
         folder.path("p.toml"),
-        format!("scene = {prism:?}\n[truth]\nmethod = \"beams\"\nerror = \"1%\"\n[[method]]\nmethod = \"beams\"\nerror = \"10%\"\n"),
+        format!("scene = {water:?}\n[truth]\nmethod = \"beams\"\nerror = \"1%\"\n[[method]]\nmethod = \"beams\"\nerror = \"10%\"\n"),
     )
     .unwrap();
     let (report, _, _) = folder.validate(&[&["p.toml"], &first[..]].concat());
@@ -357,7 +357,7 @@ fn a_row_that_the_truth_cannot_resolve_is_said_to_be_so() {
     // The same beams as the truth's: no difference to resolve.
     folder.study(
         "same.toml",
-        "[truth]\nmethod = \"beams\"\nerror = \"5%\"\n[[method]]\nmethod = \"beams\"\nerror = [\"5%\", \"1%\"]\n[[method]]\nmethod = \"photons\"\nphotons = 4096\n",
+        "[truth]\nmethod = \"beams\"\nerror = \"5%\"\n[[method]]\nmethod = \"beams\"\nerror = [\"5%\", \"1%\"]\n[[method]]\nmethod = \"photons\"\nphotons = 64\n",
     );
     let (report, _, _) = folder.validate(&["same.toml", "-o", "r"]);
     for row in report["rows"].as_array().unwrap() {
@@ -417,6 +417,13 @@ fn what_cannot_be_validated_ends_with_2_and_says_why() {
     refused(
         &["a.toml", "-o", "r", "--candidate", "mine=nowhere.exr"],
         "nowhere.exr",
+    );
+    let mut holed = Image::new(SIZE, SIZE);
+    holed.add_rgb("", &vec![[f64::NAN; 3]; SIZE * SIZE]);
+    exr::write(&folder.path("holed.exr"), &holed).unwrap();
+    refused(
+        &["a.toml", "-o", "r", "--candidate", "mine=holed.exr"],
+        "holed.exr",
     );
     let mut wide = Image::new(SIZE / 2, SIZE);
     wide.add_rgb("", &vec![[1.0; 3]; SIZE / 2 * SIZE]);

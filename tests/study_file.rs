@@ -171,7 +171,7 @@ fn what_is_wrong_is_told_with_its_place_and_what_is_allowed() {
         ),
         (
             format!("{method}photons = {{ from = 1, to = 5, stop = 1 }}\n"),
-            "studies/a.toml:4:32: ",
+            "studies/a.toml:4:31: ",
             "did you mean \"step\"?",
         ),
         (

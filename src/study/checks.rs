@@ -17,6 +17,10 @@ const ENERGY: f64 = 0.25;
 /// How near a slip's factor the energy must be: the method's own error of energy, which is seldom more.
 const NEAR: f64 = 0.05;
 
+/// Correlations that differ from 1 by less are 1: values rounded to `f32` take 2⁻⁴⁹ off, and sums over 2²⁰ texels may be off by
+/// 2²⁰ · 2⁻⁵³ of themselves. An image of light that is symmetric correlates alike in several orientations.
+const ROUNDING: f64 = 1e-9;
+
 /// Shifts that are tried, in texels, each way.
 const REACH: isize = 2;
 
@@ -181,7 +185,8 @@ fn orientation(pair: &Pair) -> Option<Check> {
         .filter(|(_, needs_square, _)| !needs_square || width == height)
         .filter_map(|(name, _, turn)| Some((*name, pair.correlation(places(*turn))?)));
     let (name, best) = turned.max_by(|a, b| a.1.total_cmp(&b.1))?;
-    (1.0 - best < EXPLAINED * (1.0 - upright)).then(|| Check {
+    let is_better = 1.0 - best < EXPLAINED * (1.0 - upright) && best - upright > ROUNDING;
+    is_better.then(|| Check {
         kind: "orientation",
         message: format!(
             "it looks {name}: so it correlates with the truth by {best:.4}, as it is by {upright:.4}"

@@ -6,7 +6,7 @@
 //!
 //! | file | question |
 //! |---|---|
-//! | [`file`], [`plan`] | which runs? |
+//! | [`mod@file`], [`plan`] | which runs? |
 //! | [`method`] | how is a film made, and what is counted? |
 //! | [`session`], [`store`] | is it there already? |
 //! | [`truth`] | can the truth tell? |

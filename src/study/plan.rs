@@ -119,7 +119,7 @@ impl Plan {
     /// |---|---|---|
     /// | receiver, no area lights | beams to 0.05 % | caustic maps of 128² to 1024² photons, where they can be made; beams to 10, 3 and 1 %; 2¹⁴ to 2²² photons |
     /// | receiver, area lights | 2²⁴ photons | 2¹² to 2²⁰ photons |
-    /// | camera | full, 1024 samples a pixel | paths, 4 to 64 samples a pixel |
+    /// | camera | full, 256 samples a pixel and 2²⁰ photons | paths, 2 to 32 samples a pixel |
     ///
     /// # Errors
     ///
@@ -303,11 +303,11 @@ impl Default {
             let is_full = full::Plan::new(scene, sensor, &PathSettings::default()).is_ok();
             return Self {
                 truth: if is_full {
-                    StudyMethod::swept("full", "spp", &["1024"])
+                    StudyMethod::swept("full", "spp", &["256"]).with("photons", "1048576")
                 } else {
-                    StudyMethod::swept("path", "spp", &["4096"])
+                    StudyMethod::swept("path", "spp", &["1024"])
                 },
-                methods: vec![StudyMethod::swept("path", "spp", &["4", "16", "64"])],
+                methods: vec![StudyMethod::swept("path", "spp", &["2", "8", "32"])],
             };
         }
         if beams::is_deterministic(scene) && beams::supports(scene).is_ok() {

@@ -83,7 +83,7 @@ impl Session {
             if progress.stop.load(Ordering::Relaxed) {
                 return Ok(None);
             }
-            let seconds = start.elapsed().as_secs_f64();
+            let seconds = product.seconds.unwrap_or(start.elapsed().as_secs_f64());
             stored = Some(self.keep(run, stored, product, seconds)?);
         }
         Ok(stored.map(|stored| Obtained { stored, was_kept }))

@@ -99,6 +99,8 @@ impl Store {
     }
 
     /// A run that is whole and unchanged since it was kept; anything else does not count.
+    ///
+    /// Its numbers are those that were kept, to the last bit: `serde_json` reads them so by its feature `float_roundtrip` only.
     pub fn find(&self, scene: &Scene, sensor: &Sensor, run: &Run) -> Option<Stored> {
         let key = self.key(scene, sensor, run);
         let stem = stem(run, &key);

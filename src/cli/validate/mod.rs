@@ -14,6 +14,7 @@ use super::progress;
 use super::render::set_threads;
 use crate::film::atomic;
 use crate::film::exr;
+use crate::metric::{self, Source};
 use crate::reference::Progress;
 use crate::study::file::Candidate;
 use crate::study::report::{self, GateVerdict, Judged, Report, StageFilms, Timings};
@@ -245,6 +246,13 @@ fn candidates(session: &Session) -> anyhow::Result<Vec<Judged<'_>>> {
             }
             .into());
         }
+        // With itself: what cannot be compared at all is better known now, too.
+        let source = Source::new(candidate.file.display().to_string(), image);
+        let quick = metric::Settings {
+            pixels_per_degree: None,
+            ..metric::Settings::default()
+        };
+        metric::compare(&source, &source, &quick)?;
         let allowed = |c: char| c.is_ascii_alphanumeric() || "-.".contains(c);
         let plain = candidate
             .name

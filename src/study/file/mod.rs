@@ -261,6 +261,15 @@ impl StudyMethod {
         }
     }
 
+    /// The same with one more setting.
+    #[must_use]
+    pub fn with(mut self, key: &str, value: &str) -> Self {
+        for settings in &mut self.settings {
+            settings.insert(key.to_owned(), value.to_owned());
+        }
+        self
+    }
+
     /// Its methods, in order.
     ///
     /// # Errors

@@ -14,6 +14,9 @@ pub struct Product {
     pub image: Image,
     /// What is measured.
     pub quantity: Quantity,
+    /// What the film took by the method's own clock, where it leaves out preparations that a frame does not repeat \[s\]; else
+    /// the whole run counts.
+    pub seconds: Option<f64>,
     /// All else.
     pub facts: Facts,
 }
@@ -103,6 +106,7 @@ impl Product {
         Self {
             image: estimate.channels(),
             quantity: estimate.quantity,
+            seconds: None,
             facts: Facts {
                 judged: estimate.quantity.symbol().to_owned(),
                 replicates,
@@ -117,6 +121,39 @@ impl Product {
                 ledger: LedgerTable::of(estimate),
                 complete: !estimate.incomplete,
                 warnings,
+            },
+        }
+    }
+}
+
+impl Product {
+    /// A film of a method that models one layer of the light alone, which it is judged by: all its light is that layer's. Its
+    /// texels are row by row, in the unit of `quantity`.
+    pub fn of_layer(
+        size: [usize; 2],
+        quantity: Quantity,
+        layer: &str,
+        values: &[Rgb],
+        counters: Vec<Counter>,
+    ) -> Self {
+        let mut image = Image::new(size[0], size[1]);
+        let triples: Vec<[f64; 3]> = values.iter().map(|value| value.0).collect();
+        for name in [quantity.symbol(), layer] {
+            image.add_rgb(name, &triples);
+        }
+        Self {
+            image,
+            quantity,
+            seconds: None,
+            facts: Facts {
+                judged: layer.to_owned(),
+                replicates: None,
+                counters,
+                own_error: None,
+                spread: Spread::default(),
+                ledger: None,
+                complete: true,
+                warnings: Vec::new(),
             },
         }
     }
@@ -203,5 +240,30 @@ impl LedgerTable {
             elsewhere: ledger.elsewhere,
             closure_error: ledger.closure_error(),
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::metric::{Settings, Source, compare};
+
+    #[test]
+    fn a_film_of_one_layer_is_compared_by_that_layer() {
+        let values = [Rgb::grey(1.0), Rgb::grey(3.0)];
+        let product = Product::of_layer([2, 1], Quantity::Irradiance, "LTTD", &values, Vec::new());
+        assert_eq!(product.facts.judged, "LTTD");
+        // The truth has direct light, too, which the method does not model.
+        let mut truth = Image::new(2, 1);
+        truth.add_rgb("E", &[[6.0; 3], [8.0; 3]]);
+        truth.add_rgb("LTTD", &[[1.0; 3], [3.0; 3]]);
+        let sources = [
+            Source::new("truth", truth),
+            Source::new("film", product.image),
+        ];
+        let report = compare(&sources[0], &sources[1], &Settings::default()).unwrap();
+        let named = |name: &str| report.layers.iter().find(|layer| layer.layer == name);
+        assert_eq!(named("LTTD").unwrap().difference.rmse, 0.0);
+        assert_eq!(named("E").unwrap().difference.rmse, 5.0);
     }
 }

@@ -184,7 +184,9 @@ function cost() {
     })),
   }));
   const front = new Set(rows.map((_, i) => i).filter((i) => (axis === 'seconds' ? timings.rows[i].pareto : rows[i].pareto[axis])));
-  costPlot(place('plot'), { curves: lines, axis, front, chosen, choose });
+  // What has an error and no such cost, as a film from elsewhere, is a level.
+  const levels = rows.map((row, i) => ({ row: i, name: row.label, error: row.error, colour: colourOf(row.name) })).filter((level) => !(of(level.row) > 0) && level.error > 0);
+  costPlot(place('plot'), { curves: lines, levels, axis, front, chosen, choose });
 }
 
 function figures(row) {
@@ -246,7 +248,7 @@ function record() {
   ];
   place('environment').append(...items.flatMap(([term, text]) => [element('dt', {}, term), element('dd', {}, String(text))]));
   const copy = (text) => element('button', { type: 'button', onclick: (event) => { navigator.clipboard?.writeText(text); event.target.textContent = 'copied'; } }, 'copy');
-  const lines = [[`truth, ${truthLabel}`, truth.command], ...rows.flatMap((row) => [[row.label, row.command], ['', row.compare]])].filter(([, command]) => command);
+  const lines = [[`truth, ${truthLabel}`, truth.command], ...rows.flatMap((row) => [[row.label, row.command], [row.command ? '' : row.label, row.compare]])].filter(([, command]) => command);
   place('commands').append(element('tbody', {}, ...lines.map(([name, command]) => element('tr', {},
     element('td', { class: 'text' }, name), element('td', { class: 'text wrap' }, element('code', {}, command)), element('td', {}, copy(command))))));
   place('requirements').append(...report.requirements.map((one) => element('li', { class: one.needed ? null : 'muted' }, `${one.feature}: ${one.needed ? 'yes' : 'no'}, ${one.reason}`)));
@@ -273,4 +275,4 @@ controls();
 record();
 // The run that a reader asks for first: the nearest to the truth that is resolved, else the last.
 const first = rows.map((row, i) => [row, i]).filter(([row]) => row.resolved).sort(([a], [b]) => a.error - b.error)[0]?.[1] ?? rows.length - 1;
-choose(Math.max(first, 0));
+if (rows.length) choose(first);

@@ -32,8 +32,9 @@ function padded(values, least) {
 /**
  * Curves of error against cost.
  * curves: [{ name, colour, points: [{ cost, error, bar, resolved, label, row }], orders }]
+ * levels: [{ error, name, colour, row }], errors without a cost
  */
-function costPlot(host, { curves, axis, front, chosen, choose }) {
+function costPlot(host, { curves, levels, axis, front, chosen, choose }) {
   const all = curves.flatMap((curve) => curve.points);
   if (!all.length) {
     host.replaceChildren(element('p', { class: 'muted' }, 'No run has both this cost and an error.'));
@@ -42,7 +43,7 @@ function costPlot(host, { curves, axis, front, chosen, choose }) {
   const { width, height, left, right, top, bottom } = PLOT;
   const [x0, x1] = padded(all.map((point) => point.cost), 0.5);
   const ends = all.flatMap(({ error, bar }) => [error, error + bar, ...(error > bar ? [Math.max(error - bar, error / 3)] : [])]);
-  const [y0, y1] = padded(ends, 0.5);
+  const [y0, y1] = padded([...ends, ...levels.map((level) => level.error)], 0.5);
   const x = (cost) => left + ((Math.log10(cost) - x0) / (x1 - x0)) * (width - left - right);
   const y = (error) => height - bottom - ((Math.log10(error) - y0) / (y1 - y0)) * (height - top - bottom);
   const floor = height - bottom;
@@ -65,6 +66,14 @@ function costPlot(host, { curves, axis, front, chosen, choose }) {
   const path = steps.map((point, i) => (i === 0 ? `M${x(point.cost)} ${y(point.error)}` : `H${x(point.cost)}V${y(point.error)}`));
   svg.append(drawn('path', { class: 'front', d: `${path.join('')}H${width - right}` }));
   const labels = [];
+  for (const { error, name, colour, row } of levels) {
+    const line = drawn('line', {
+      class: 'level', x1: left, x2: width - right, y1: y(error), y2: y(error), stroke: colour, tabindex: 0, role: 'button',
+      'aria-label': `${name}, error ${percent(error)}`, onclick: () => choose(row), onkeydown: (event) => event.key === 'Enter' && choose(row),
+    });
+    svg.append(hint(line, `${name}\nerror ${percent(error)}, ${axis} not known`));
+    labels.push({ at: y(error), colour, name, orders: [] });
+  }
   for (const { name, colour, points, orders } of curves) {
     if (!points.length) continue;
     const line = points.map((point, i) => `${i ? 'L' : 'M'}${x(point.cost)} ${y(point.error)}`).join('');

@@ -84,7 +84,7 @@ class Viewer {
     const difference = own.map((value, i) => value - reference[i]);
     const relative = difference.map((value, i) => (reference[i] > 0 ? (100 * value) / reference[i] : NaN));
     this.films = { truth: reference, run: own, difference, relative, z, referenceBar, ownBar };
-    this.top = percentile(reference, 1);
+    this.top = percentile(reference, 1) || 1;
     this.white = percentile(reference, 0.995) || this.top || 1;
     this.bottom = Math.max(percentile(reference.filter((value) => value > 0), 0.005), this.top * 1e-6) || 1e-6;
     this.reach = {};
