@@ -15,21 +15,23 @@ use super::memory;
 use super::method;
 use super::output::{self, Run, Settings};
 use super::progress;
-use super::sensor::{choose_camera, choose_sensor};
+use super::sensor::{choose_camera, choose_sensor, is_camera};
 use super::summary::{Summary, listed};
-use crate::approximation::Approximation;
+use crate::approximation::{Approximation, Rendering};
 use crate::film::atomic;
+use crate::geometry::TraversalCounters;
 use crate::mitsuba;
+use crate::radiometry::Rgb;
 use crate::reference::beams::{self, BeamError};
 use crate::reference::full::{self, PartDetail};
 use crate::reference::path::{self, PathReport, PathSettings};
 use crate::reference::photon_map::{self, PhotonMapError};
 use crate::reference::photons::shard::Part;
 use crate::reference::photons::{self, RunError, Shard};
-use crate::reference::{Estimate, LayerName, Progress, Quantity};
+use crate::reference::{Estimate, Layer, LayerName, Progress, Quantity};
 use crate::scene::{Emitter, Scene, Sensor};
-use crate::study::method::approximations::as_estimate;
 use crate::transport::chain_limits::{left_out, left_out_of_image};
+use crate::transport::ledger::Ledger;
 use crate::transport::path_class::PathClass;
 use crate::transport::signature::Signature;
 
@@ -190,7 +192,7 @@ impl Job<'_> {
     fn caustic_map(&self) -> anyhow::Result<Outcome> {
         let map = self.args.caustic_map()?;
         let rendering = map.run(self.scene, self.sensor)?;
-        let estimate = as_estimate(&rendering, self.sensor);
+        let estimate = as_estimate(&rendering, is_camera(self.sensor));
         let warnings = vec![format!(
             "a caustic map is an approximation: of all light it models {} alone, and its error is not known here \
              (see nephroid attribute)",
@@ -248,6 +250,37 @@ impl Job<'_> {
         } else {
             Outcome::Complete
         })
+    }
+}
+
+/// An approximation's image as methods deliver theirs: one layer, of whose error nothing is known.
+fn as_estimate(rendering: &Rendering, is_camera: bool) -> Estimate {
+    let layer = |name| {
+        let mut layer = Layer::dark(name, rendering.values.len());
+        layer.irradiance.clone_from(&rendering.values);
+        layer.standard_error.fill(Rgb::grey(f64::NAN));
+        layer
+    };
+    let work = rendering.total_work();
+    Estimate {
+        quantity: if is_camera {
+            Quantity::Radiance
+        } else {
+            Quantity::Irradiance
+        },
+        width: rendering.width,
+        height: rendering.height,
+        total: layer(LayerName::Total),
+        layers: vec![layer(LayerName::Path(rendering.signature))],
+        counts: vec![0; rendering.values.len()],
+        ledger: Ledger::default(),
+        paths: rendering.work.first().map_or(0, |stage| stage.work.photons),
+        counters: TraversalCounters {
+            rays: work.rays,
+            ..TraversalCounters::default()
+        },
+        relative_error: None,
+        incomplete: false,
     }
 }
 

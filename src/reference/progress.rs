@@ -44,7 +44,6 @@ impl Progress {
 
     /// Begins the next of several runs, or methods that make one estimate.
     pub fn begin_part(&self) {
-        self.from_camera.store(false, Ordering::Relaxed);
         for counter in [&self.paths, &self.expected_paths, &self.passes] {
             counter.store(0, Ordering::Relaxed);
         }

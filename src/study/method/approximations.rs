@@ -3,13 +3,10 @@
 use serde_json::Value;
 
 use super::keys::Settings;
-use super::product::{Counter, Facts, Product, Spread};
-use crate::approximation::{Approximation, ApproximationError, Rendering, SettingError};
-use crate::geometry::TraversalCounters;
-use crate::radiometry::Rgb;
-use crate::reference::{Estimate, Layer, LayerName, Quantity};
+use super::product::{Counter, Product};
+use crate::approximation::{Approximation, ApproximationError, SettingError};
+use crate::reference::Quantity;
 use crate::scene::{Scene, Sensor, SensorKind};
-use crate::transport::ledger::Ledger;
 
 /// An approximation with these settings; those not given are its defaults.
 pub(super) fn with<A: Approximation + Default>(given: &Settings) -> Result<A, SettingError> {
@@ -36,8 +33,14 @@ pub(super) fn run<A: Approximation>(
     sensor: &Sensor,
 ) -> Result<Product, ApproximationError> {
     let rendering = approximation.run(scene, sensor)?;
-    let estimate = as_estimate(&rendering, sensor);
+    let is_meter = matches!(sensor.kind, SensorKind::IrradianceMeter { .. });
+    let quantity = if is_meter {
+        Quantity::Irradiance
+    } else {
+        Quantity::Radiance
+    };
     let work = rendering.total_work();
+    let photons = rendering.work.first().map_or(0, |stage| stage.work.photons);
     let counters = [
         ("rays", work.rays),
         ("march steps", work.steps),
@@ -45,57 +48,16 @@ pub(super) fn run<A: Approximation>(
         ("fragments", work.fragments),
         ("texture fetches", work.fetches),
         ("bytes", work.bytes),
-        ("photons", estimate.paths),
+        ("photons", photons),
     ];
+    let counters = counters.map(|(name, count)| Counter {
+        name: name.to_owned(),
+        count,
+    });
+    let size = [rendering.width, rendering.height];
+    let layer = rendering.signature.to_string();
     Ok(Product {
-        image: estimate.channels(),
-        quantity: estimate.quantity,
-        facts: Facts {
-            judged: rendering.signature.to_string(),
-            replicates: None,
-            counters: counters
-                .map(|(name, count)| Counter {
-                    name: name.to_owned(),
-                    count,
-                })
-                .to_vec(),
-            own_error: None,
-            spread: Spread::default(),
-            ledger: None,
-            complete: true,
-            warnings: Vec::new(),
-        },
+        seconds: Some(rendering.seconds()),
+        ..Product::of_layer(size, quantity, &layer, &rendering.values, counters.to_vec())
     })
-}
-
-/// An approximation's image as references deliver theirs: one layer, of whose error nothing is known.
-pub fn as_estimate(rendering: &Rendering, sensor: &Sensor) -> Estimate {
-    let layer = |name| {
-        let mut layer = Layer::dark(name, rendering.values.len());
-        layer.irradiance.clone_from(&rendering.values);
-        layer.standard_error.fill(Rgb::grey(f64::NAN));
-        layer
-    };
-    let is_meter = matches!(sensor.kind, SensorKind::IrradianceMeter { .. });
-    let first = rendering.work.first();
-    Estimate {
-        quantity: if is_meter {
-            Quantity::Irradiance
-        } else {
-            Quantity::Radiance
-        },
-        width: rendering.width,
-        height: rendering.height,
-        total: layer(LayerName::Total),
-        layers: vec![layer(LayerName::Path(rendering.signature))],
-        counts: vec![0; rendering.values.len()],
-        ledger: Ledger::default(),
-        paths: first.map_or(0, |stage| stage.work.photons),
-        counters: TraversalCounters {
-            rays: rendering.total_work().rays,
-            ..TraversalCounters::default()
-        },
-        relative_error: None,
-        incomplete: false,
-    }
 }
