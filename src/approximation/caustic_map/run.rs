@@ -209,7 +209,8 @@ impl Pipeline<'_> {
             .iter()
             .map(|source| flux_bound(source, &refractor))
             .sum();
-        let film = ExactFilm::new(self.film.size(), total)?;
+        let largest = total * self.film.largest_factor(self.scene);
+        let film = ExactFilm::new(self.film.size(), largest)?;
         let mut maps = Vec::new();
         for source in sources {
             let views = LightView::around(source, &all, settings.map);
