@@ -131,19 +131,20 @@ fn a_stage_of_each_kind_is_exact_alone_where_nothing_else_errs() {
 fn frames_shifted_by_parts_of_a_pixel_average_noise_away() {
     let scene = scene_of(&over_floor(&ball(GLASS), 48));
     let truth = truth(&scene, "LTTD", 1e-2);
+    // One texel a photon: all that is wrong is noise, as far as the map's texels are fine enough.
     let noisy = |frames| {
         let settings = [
             ("photons", "96"),
-            ("splat", "mip"),
-            ("dense", "1"),
+            ("splat", "fixed"),
+            ("splat-size", "1"),
             ("frames", frames),
         ];
         error(&exact_but(&settings), &scene, &truth)
     };
     let (one, sixteen) = (noisy("1"), noisy("16"));
     println!("1 frame: {one:.4}, 16 frames: {sixteen:.4}");
-    // Independent frames would have a quarter of the noise; what is bias stays.
-    assert!(sixteen < 0.7 * one, "{one} {sixteen}");
+    // Independent frames would have a quarter of the noise, well-spread ones less.
+    assert!(sixteen < 0.3 * one, "{one} {sixteen}");
 }
 
 #[test]

@@ -84,9 +84,12 @@ pub fn mesh_over_floor(mut mesh: MeshParts, side: usize) -> Scene {
     let fold = |f: fn(DVec3, DVec3) -> DVec3| mesh.positions.iter().copied().reduce(f).unwrap();
     let (low, high) = (fold(DVec3::min), fold(DVec3::max));
     let scale = 2.0 / (high - low).max_element();
+    let upright = |p: DVec3| DVec3::new(p.x, -p.z, p.y);
     for position in &mut mesh.positions {
-        let p = (*position - 0.5 * (low + high)) * scale;
-        *position = DVec3::new(p.x, -p.z, p.y + 1.4);
+        *position = upright((*position - 0.5 * (low + high)) * scale) + DVec3::Z * 1.4;
+    }
+    for normal in mesh.normals.iter_mut().flatten() {
+        *normal = upright(*normal);
     }
     let folder = tempfile::tempdir().unwrap();
     let mut bytes = Vec::new();

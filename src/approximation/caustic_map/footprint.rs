@@ -143,6 +143,9 @@ struct Beams<'a> {
     film: &'a ExactFilm,
 }
 
+/// Rows of pixels that share their lines of corners, as one task.
+const ROWS: usize = 8;
+
 /// Traces the corners of all pixels, their lattice shifted by `shift` pixels, and deals the beams out on a film.
 pub fn deal_beams(tracer: &Tracer, canvas: &Canvas, shift: DVec2, film: &ExactFilm) -> BeamWork {
     let beams = Beams {
@@ -161,8 +164,6 @@ pub fn deal_beams(tracer: &Tracer, canvas: &Canvas, shift: DVec2, film: &ExactFi
             .collect();
         (corners, work)
     };
-    /// Rows of pixels that share their lines of corners, as one task.
-    const ROWS: usize = 8;
     (0..side.div_ceil(ROWS))
         .into_par_iter()
         .map(|task| {
