@@ -146,7 +146,7 @@ fn at_front(view: &LightView, at: glam::DVec2, front: &Front) -> [RayDerivative;
     })
 }
 
-/// 1/d_front [1/m].
+/// `1/d_front` [1/m].
 fn vergence(view: &LightView, at: glam::DVec2, front: &Front) -> f64 {
     if view.is_parallel() {
         0.0
@@ -248,7 +248,7 @@ pub fn reflected(
 /// d̃ = (θt/θi) d_V + (1 − θt/θi) d_N
 /// ```
 ///
-/// where d_V is the object's thickness along the light's ray, to its farthest back face, and d_N the one along the inverted
+/// where `d_V` is the object's thickness along the light's ray, to its farthest back face, and `d_N` the one along the inverted
 /// normal, which a device has precomputed for each vertex (here a ray that is counted). The normal there
 /// is read from the picture of back faces, at the pixel that P₂ is seen in. `None` where that pixel has none, and
 /// where that interface would reflect all: the technique knows no total internal reflection.

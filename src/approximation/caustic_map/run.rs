@@ -354,10 +354,10 @@ impl Pipeline<'_> {
             this.work[VIEW].work.bytes += (side * side * 2 * 12) as u64;
             fronts
         });
-        let exits = self.stage(REFRACTION, fronts, |this, front: &Sent<Front>, work| {
+        let exits = self.stage(REFRACTION, &fronts, |this, front: &Sent<Front>, work| {
             this.tracer(light, &backs).exit(front.at, &front.what, work)
         });
-        let landed = self.stage(HIT, exits, |this, exit: &Sent<Exit>, work| {
+        let landed = self.stage(HIT, &exits, |this, exit: &Sent<Exit>, work| {
             let tracer = this.tracer(light, &backs);
             Some((exit.what, tracer.landing(&exit.what, canvas, work)?))
         });
@@ -384,7 +384,7 @@ impl Pipeline<'_> {
     fn stage<T: Sync, U: Send>(
         &mut self,
         stage: usize,
-        photons: Vec<Sent<T>>,
+        photons: &[Sent<T>],
         step: impl Fn(&Self, &Sent<T>, &mut Work) -> Option<U> + Sync,
     ) -> Vec<Sent<U>> {
         /// Photons a task.

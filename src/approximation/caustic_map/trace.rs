@@ -81,25 +81,22 @@ impl Tracer<'_> {
     /// Stage `hit`.
     pub fn landing(&self, exit: &Exit, canvas: &Canvas, work: &mut Work) -> Option<Landing> {
         work.photons += 1;
-        let landing = match (self.settings.hit, self.depths) {
-            (Hit::DepthMap, Some(depths)) => {
-                let finely = [self.settings.steps, self.settings.bisections];
-                marched(
-                    self.scene,
-                    self.receivers,
-                    canvas,
-                    exit,
-                    depths,
-                    finely,
-                    work,
-                )
-            }
-            _ => {
-                let mut counters = TraversalCounters::default();
-                let landing = traced(self.scene, self.receivers, canvas, exit, &mut counters);
-                work.add_rays(counters);
-                landing
-            }
+        let landing = if let (Hit::DepthMap, Some(depths)) = (self.settings.hit, self.depths) {
+            let finely = [self.settings.steps, self.settings.bisections];
+            marched(
+                self.scene,
+                self.receivers,
+                canvas,
+                exit,
+                depths,
+                finely,
+                work,
+            )
+        } else {
+            let mut counters = TraversalCounters::default();
+            let landing = traced(self.scene, self.receivers, canvas, exit, &mut counters);
+            work.add_rays(counters);
+            landing
         };
         work.dropped += u64::from(landing.is_none());
         landing
