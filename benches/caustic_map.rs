@@ -22,9 +22,9 @@ fn main() {
     };
     println!("{name}, {} threads", rayon::current_num_threads());
     println!(
-        "| splat | ms a frame | view | refraction | hit | splat | lookup | M rays | M fragments |"
+        "| splat | ms a frame | CPU ms | view | refraction | hit | splat | lookup | M rays | M fragments |"
     );
-    println!("|---|--:|--:|--:|--:|--:|--:|--:|--:|");
+    println!("|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|");
     for splat in [
         "fixed",
         "multi-resolution",
@@ -39,9 +39,11 @@ fn main() {
             ("splat", splat),
             ("samples", "1"),
         ]);
+        let before = cpu_seconds();
         let mut frames: Vec<_> = (0..FRAMES)
             .map(|_| map.run(&scene, meter(&scene)).expect("a frame"))
             .collect();
+        let cpu = (cpu_seconds() - before) / FRAMES as f64;
         frames.sort_by(|a, b| a.seconds().total_cmp(&b.seconds()));
         let frame = &frames[FRAMES / 2];
         let stage = |name: &str| {
@@ -50,8 +52,9 @@ fn main() {
         };
         let work = frame.total_work();
         println!(
-            "| {splat} | {:.1} | {:.1} | {:.1} | {:.1} | {:.1} | {:.1} | {:.2} | {:.2} |",
+            "| {splat} | {:.1} | {:.1} | {:.1} | {:.1} | {:.1} | {:.1} | {:.1} | {:.2} | {:.2} |",
             1e3 * frame.seconds(),
+            1e3 * cpu,
             stage("view"),
             stage("refraction"),
             stage("hit"),
@@ -61,4 +64,18 @@ fn main() {
             work.fragments as f64 / 1e6,
         );
     }
+}
+
+/// User and system time of all threads \[s\], where the system says (Linux): what a frame costs however busy the machine is.
+fn cpu_seconds() -> f64 {
+    /// What Linux counts in, on all its platforms.
+    const TICKS_A_SECOND: f64 = 100.0;
+    let Ok(stat) = std::fs::read_to_string("/proc/self/stat") else {
+        return f64::NAN;
+    };
+    // The program's name may hold spaces: fields count from behind it.
+    let after = stat.rsplit(')').next().unwrap_or_default();
+    let ticks = after.split_whitespace().skip(11).take(2);
+    let ticks: f64 = ticks.filter_map(|field| field.parse::<f64>().ok()).sum();
+    ticks / TICKS_A_SECOND
 }

@@ -143,8 +143,9 @@ fn frames_shifted_by_parts_of_a_pixel_average_noise_away() {
     };
     let (one, sixteen) = (noisy("1"), noisy("16"));
     println!("1 frame: {one:.4}, 16 frames: {sixteen:.4}");
-    // Independent frames would have a quarter of the noise, well-spread ones less.
-    assert!(sixteen < 0.3 * one, "{one} {sixteen}");
+    // Independent frames would leave a quarter of the noise, on top of what the map's texels are coarse by; half is clear
+    // of both.
+    assert!(sixteen < 0.5 * one, "{one} {sixteen}");
 }
 
 #[test]
@@ -328,11 +329,13 @@ fn a_lamp_amid_its_receivers_has_a_cube_of_views() {
     let lamp = r#"<emitter type="point"><point name="position" x="-1.5" y="0.1" z="1.9"/><rgb name="intensity" value="100"/></emitter>"#;
     let scene = scene_of(&lit_by(lamp, &ball(GLASS), 32));
     let direct = total(&rendered(&exact_but(&[("photons", "512")]), &scene));
+    // Without the shadow test: the floor is seen at grazing angles, where a depth map shadows itself.
     let by_map = exact_but(&[
         ("photons", "512"),
         ("map", "512"),
         ("lookup", "bilinear"),
-        ("samples", "8"),
+        ("samples", "32"),
+        ("bias", "1"),
     ]);
     let by_map = total(&rendered(&by_map, &scene));
     // Texels of six maps against the floor's own: what is lost at the faces' borders is a texel of 512.

@@ -149,7 +149,8 @@ fn sixteen_photons_a_texel_are_without_noise() {
     let (one, four, sixteen) = (of_map("512"), of_map("256"), of_map("128"));
     println!("noise at 1, 4 and 16 photons a texel: {one:.4} {four:.4} {sixteen:.4}");
     assert!(four < one && sixteen < four, "{one} {four} {sixteen}");
-    assert!(sixteen < 0.25 * one, "{one} {sixteen}");
+    // Independent photons would leave a quarter of the noise; a third is clear of that. What is left is beside a mean of 1.
+    assert!(sixteen < one / 3.0 && sixteen < 0.02, "{one} {sixteen}");
 }
 
 #[test]

@@ -42,9 +42,9 @@ impl SettingError {
             .iter()
             .map(|known| (distance(name, known), known))
             .min_by_key(|(distance, _)| *distance);
-        // More than a third of the letters wrong is another word.
+        // More than half of the letters wrong is another word; a swap of two is two wrong ones.
         let suggestion = nearest
-            .filter(|(distance, known)| 3 * distance <= known.len().max(3))
+            .filter(|(distance, known)| 2 * distance <= known.len())
             .map(|(_, known)| format!("; did you mean {known}?"))
             .unwrap_or_default();
         Self::Unknown {
