@@ -30,6 +30,7 @@ const PRIVATE_CRATES: &[(&str, &str)] = &[
     ("exr", "film"),
     ("image", "film"),
     ("roxmltree", "mitsuba"),
+    ("half", "approximation"),
     ("kiddo", "reference/photon_map"),
     ("tobj", "mitsuba"),
     ("toml", "study/file"),

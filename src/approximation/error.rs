@@ -51,12 +51,10 @@ pub enum ApproximationError {
         /// The shape's id.
         shape: String,
     },
-    /// A texel's sum does not fit.
+    /// A sum does not fit.
     #[error(
-        "the light on a texel of the {what} exceeds 2^30 times the emitted flux: the scene's scale is beyond what can be summed"
+        "the light on one texel or pixel is beyond what can be summed: allowed are emitters of 1e-250 to 1e250 W, and \
+         cameras no nearer to what they see than 1/64 of the typical distance"
     )]
-    Overflow {
-        /// Which grid.
-        what: &'static str,
-    },
+    Overflow,
 }

@@ -73,6 +73,34 @@ impl SensorFilm {
         }
     }
 
+    /// A bound on what flux is multiplied by on the [`screen`](Self::screen), for the scale of sums: 1 of a receiver, of a camera
+    /// 4096 times the median over what it sees.
+    pub fn largest_factor(&self, scene: &Scene) -> f64 {
+        /// The camera is asked this many times along each side of its film.
+        const PLACES: u32 = 16;
+        /// Squared distances vary so much: a surface 64 times nearer than the typical one has room.
+        const HEADROOM: f64 = 4096.0;
+        let Self::Camera(camera) = self else {
+            return 1.0;
+        };
+        let film = DVec2::new(camera.width() as f64, camera.height() as f64);
+        let mut counters = TraversalCounters::default();
+        let mut factors: Vec<f64> = (0..PLACES * PLACES)
+            .filter_map(|index| {
+                let place = DVec2::new(f64::from(index % PLACES), f64::from(index / PLACES));
+                let view = camera.pixel_ray((place + 0.5) / f64::from(PLACES) * film);
+                let (ray, hit) = next_hit(scene, view.ray, &mut counters)?;
+                let point = scene.world().surface_point(&ray, &hit);
+                // As if light came from the camera.
+                let seen =
+                    camera.connect(scene, hit.shape, &point, ray.direction, &mut counters)?;
+                Some(seen.radiance_per_flux.max_channel()).filter(|factor| factor.is_normal())
+            })
+            .collect();
+        factors.sort_by(f64::total_cmp);
+        HEADROOM * factors.get(factors.len() / 2).copied().unwrap_or(1.0)
+    }
+
     /// Averages a field over each texel: the mean over the midpoints of a sub-grid of `samples` x `samples`, weighted by
     /// the area they stand for. Of a camera E ρ/π of the surface that each ray meets first, if it is diffuse.
     ///

@@ -25,16 +25,13 @@ pub struct ExactFilm {
 }
 
 impl ExactFilm {
-    /// An empty film for sums of up to 2^30 times `total`.
+    /// An empty film for sums of magnitudes up to `largest`, kept to 2^-60 of that.
     ///
     /// # Errors
     ///
     /// Where that cannot be represented.
-    pub fn new(size: [usize; 2], total: f64) -> Result<Self, ApproximationError> {
-        /// Room for the factors of cameras that see a surface from near by.
-        const HEADROOM: f64 = 1_073_741_824.0;
-        let overflow = ApproximationError::Overflow { what: "sensor" };
-        let scale = FixedPoint::for_total(total * HEADROOM).map_err(|_| overflow)?;
+    pub fn new(size: [usize; 2], largest: f64) -> Result<Self, ApproximationError> {
+        let scale = FixedPoint::for_total(largest).map_err(|_| ApproximationError::Overflow)?;
         Ok(Self {
             size,
             scale,
@@ -96,7 +93,7 @@ impl ExactFilm {
     /// Where one does not fit.
     pub fn finish(self) -> Result<Vec<Rgb>, ApproximationError> {
         if self.overflowed.into_inner() {
-            return Err(ApproximationError::Overflow { what: "sensor" });
+            return Err(ApproximationError::Overflow);
         }
         let scale = self.scale;
         let value = |sum: &AtomicI64| scale.value_i64(sum.load(Ordering::Relaxed));
@@ -146,6 +143,9 @@ struct Beams<'a> {
     film: &'a ExactFilm,
 }
 
+/// Rows of pixels that share their lines of corners, as one task.
+const ROWS: usize = 8;
+
 /// Traces the corners of all pixels, their lattice shifted by `shift` pixels, and deals the beams out on a film.
 pub fn deal_beams(tracer: &Tracer, canvas: &Canvas, shift: DVec2, film: &ExactFilm) -> BeamWork {
     let beams = Beams {
@@ -164,8 +164,6 @@ pub fn deal_beams(tracer: &Tracer, canvas: &Canvas, shift: DVec2, film: &ExactFi
             .collect();
         (corners, work)
     };
-    /// Rows of pixels that share their lines of corners, as one task.
-    const ROWS: usize = 8;
     (0..side.div_ceil(ROWS))
         .into_par_iter()
         .map(|task| {

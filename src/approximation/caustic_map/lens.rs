@@ -3,41 +3,41 @@
 /// A specular object as a photon meets it: two spherical interfaces, or one mirror, and distances.
 ///
 /// Curvatures are those of the surface with its normal outward, positive where the object is convex: the
-/// report's radii are r_front = 1/`front` and r_back = −1/`back`.
+/// report's radii are `r_front` = 1/`front` and `r_back` = −1/`back`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lens {
-    /// 1/d_front, the light's distance [1/m]: 0 for parallel light.
+    /// `1/d_front`, the light's distance [1/m]: 0 for parallel light.
     pub vergence: f64,
     /// Mean curvature where light enters [1/m].
     pub front: f64,
     /// Mean curvature where it leaves [1/m].
     pub back: f64,
-    /// n_in / n_out.
+    /// `n_in` / `n_out`.
     pub eta: f64,
     /// The distance between the two places \[m\].
     pub thickness: f64,
 }
 
 impl Lens {
-    /// 1/f [1/m], of a thin lens: eq. 2, (n_in − n_out)(1/r_front − 1/r_back) in units of n_out.
+    /// 1/f [1/m], of a thin lens: eq. 2, (`n_in` − `n_out)(1/r_front` − `1/r_back`) in units of `n_out`.
     pub fn power(&self) -> f64 {
         (self.eta - 1.0) * (self.front + self.back)
     }
 
-    /// D_new / D₀ of a thin lens `background` (d_bg, \[m\]) before the receiver: eq. 7.
+    /// `D_new` / D₀ of a thin lens `background` (`d_bg`, \[m\]) before the receiver: eq. 7.
     ///
-    /// With 1/d_image = 1/f − 1/d_front (eq. 1), the quotient (d_bg − d_image) / d_image is
-    /// d_bg (1/f − 1/d_front) − 1: written so, neither an image at infinity nor parallel light is special. The sign, which says
+    /// With `1/d_image` = 1/f − `1/d_front` (eq. 1), the quotient (`d_bg` − `d_image`) / `d_image` is
+    /// `d_bg` (1/f − `1/d_front`) − 1: written so, neither an image at infinity nor parallel light is special. The sign, which says
     /// whether the image is in between, is dropped.
     pub fn thin(&self, background: f64) -> f64 {
         let spread = background * (self.power() - self.vergence) - 1.0;
         spread.abs() / (1.0 + background * self.vergence)
     }
 
-    /// D_new / D₀ of a thick lens: paraxial rays refracted at the two interfaces one after the other
+    /// `D_new` / D₀ of a thick lens: paraxial rays refracted at the two interfaces one after the other
     /// (Born and Wolf, *Principles of Optics*, 7th edition, 4.4).
     ///
-    /// A ray at height 1 with slope 1/d_front has the slope u₁ = (1/d_front − (η−1) front) / η inside, height
+    /// A ray at height 1 with slope `1/d_front` has the slope u₁ = (`1/d_front` − (η−1) front) / η inside, height
     /// y = 1 + thickness · u₁ at the back, and leaves with the slope η u₁ − (η−1) back · y.
     pub fn thick(&self, background: f64) -> f64 {
         let bend = self.eta - 1.0;
@@ -48,7 +48,7 @@ impl Lens {
         (height + background * outside).abs() / unrefracted
     }
 
-    /// D_new / D₀ of a spherical mirror: eq. 7 with 1/f = −2 · curvature, positive curvature being convex.
+    /// `D_new` / D₀ of a spherical mirror: eq. 7 with 1/f = −2 · curvature, positive curvature being convex.
     pub fn mirror(&self, background: f64) -> f64 {
         let spread = background * (-2.0 * self.front - self.vergence) - 1.0;
         spread.abs() / (1.0 + background * self.vergence)

@@ -4,6 +4,7 @@ use glam::{DVec2, DVec3};
 
 use super::buffers::DepthMap;
 use super::settings::Lookup;
+use super::splat::signed;
 use super::view::LightView;
 use crate::approximation::{IrradianceField, Work};
 use crate::geometry::SurfacePoint;
@@ -33,7 +34,7 @@ pub struct CausticTextures {
 
 impl CausticTexture {
     fn texel(&self, column: i64, row: i64) -> Rgb {
-        let last = self.view.side() as i64 - 1;
+        let last = signed(self.view.side()) - 1;
         let (column, row) = (column.clamp(0, last), row.clamp(0, last));
         self.flux[row as usize * self.view.side() + column as usize]
     }

@@ -11,13 +11,14 @@
 //! | `hit` | [`hit`] | `depth-map` | the ray is traced |
 //! | `flux` | [`trace`] | `uniform` | by solid angle |
 //! | `fresnel` | [`refraction`] | `none`, `schlick` | Fresnel's equations |
-//! | `splat` | [`splat`], [`resolve`], [`lens`] | Gaussians, fixed or variable | [`footprint`]: beams |
+//! | `splat` | [`splat`], [`resolve`]; widths by [`lens`] | Gaussians, fixed or variable | [`footprint`]: beams |
 //! | `lookup` | [`lookup`] | `nearest`, `bilinear` | [`project`]: none, light is dealt out to the sensor's own texels |
 //!
 //! The light that it models is `LTTD`, or `LRD`; total internal reflection, third interfaces and whatever a photon
 //! meets on its way after the specular object are not modelled.
 
 pub mod buffers;
+mod demands;
 pub mod footprint;
 pub mod hit;
 pub mod lens;
@@ -28,6 +29,7 @@ pub mod resolve;
 mod run;
 pub mod settings;
 pub mod splat;
+mod spread;
 pub mod trace;
 pub mod view;
 

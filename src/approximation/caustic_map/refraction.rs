@@ -5,7 +5,7 @@ use glam::DVec3;
 
 use super::buffers::{Back, Front, mean_curvature};
 use super::lens::Lens;
-use super::settings::Fresnel;
+use super::settings::{Fresnel, Splat};
 use super::view::LightView;
 use crate::geometry::{Hit, Ray, SurfacePoint, TraversalCounters};
 use crate::optics::{RayDerivative, dielectric_reflectance, refract};
@@ -23,12 +23,34 @@ pub struct Exit {
     pub throughput: Rgb,
     /// The object, as lens equations see it.
     pub lens: Lens,
-    /// How the ray changes with the two image coordinates of the light view, by pixel.
+    /// How the ray changes with the two image coordinates of the light view, by pixel; zero where that is not wanted.
     pub derivatives: [RayDerivative; 2],
     /// Whether it left exactly there: an approximate place may be inside the object still.
     pub is_exact: bool,
     /// Which smooth surfaces it met: neighbours with the same are one beam.
     pub family: u64,
+}
+
+/// What a splat's width depends on, beside where its photon lands: only that is worked out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Wanted {
+    /// Nothing.
+    Nothing,
+    /// The surfaces' mean curvatures.
+    Curvatures,
+    /// The beam's derivatives.
+    Derivatives,
+}
+
+impl Wanted {
+    /// By a variant of stage `splat`.
+    pub fn by(splat: Splat) -> Self {
+        match splat {
+            Splat::ThinLens | Splat::ThickLens => Self::Curvatures,
+            Splat::TwoCurvatures => Self::Derivatives,
+            _ => Self::Nothing,
+        }
+    }
 }
 
 /// A photon's way through one interface.
@@ -146,7 +168,7 @@ fn at_front(view: &LightView, at: glam::DVec2, front: &Front) -> [RayDerivative;
     })
 }
 
-/// 1/d_front [1/m].
+/// `1/d_front` [1/m].
 fn vergence(view: &LightView, at: glam::DVec2, front: &Front) -> f64 {
     if view.is_parallel() {
         0.0
@@ -168,22 +190,31 @@ pub fn through(
     at: glam::DVec2,
     front: &Front,
     fresnel: Fresnel,
+    wanted: Wanted,
     counters: &mut TraversalCounters,
 ) -> Option<Exit> {
     let arriving = front.ray.direction;
     let way = Way::Transmitted;
     let first = cross(scene, front.hit.shape, &front.point, arriving, way, fresnel)?;
-    let turn = turning(scene, &front.hit, &front.point, first.bending);
-    let beam = bent(at_front(view, at, front), arriving, first.bending, turn)?;
     let (inside, hit) = next_hit(scene, front.point.spawn(first.direction), counters)?;
     let point = scene.world().bounce_point(&inside, &hit);
     let second = cross(scene, hit.shape, &point, inside.direction, way, fresnel)?;
     let thickness = point.position.distance(front.point.position);
-    let beam = beam.map(|derivative| {
-        derivative.transferred(inside.direction, thickness, point.geometric_normal)
-    });
-    let turn = turning(scene, &hit, &point, second.bending);
-    let derivatives = bent(beam, inside.direction, second.bending, turn)?;
+    let derivatives = if wanted == Wanted::Derivatives {
+        let turn = turning(scene, &front.hit, &front.point, first.bending);
+        let beam = bent(at_front(view, at, front), arriving, first.bending, turn)?;
+        let beam = beam.map(|derivative| {
+            derivative.transferred(inside.direction, thickness, point.geometric_normal)
+        });
+        let turn = turning(scene, &hit, &point, second.bending);
+        bent(beam, inside.direction, second.bending, turn)?
+    } else {
+        Default::default()
+    };
+    let curvature = |hit: &Hit, point: &SurfacePoint| match wanted {
+        Wanted::Curvatures => mean_curvature(scene, hit, point),
+        _ => 0.0,
+    };
     let eta = match first.bending {
         Bending::Refraction { eta, .. } => eta,
         _ => 1.0,
@@ -193,8 +224,8 @@ pub fn through(
         throughput: first.throughput * second.throughput,
         lens: Lens {
             vergence: vergence(view, at, front),
-            front: mean_curvature(scene, &front.hit, &front.point),
-            back: mean_curvature(scene, &hit, &point),
+            front: curvature(&front.hit, &front.point),
+            back: curvature(&hit, &point),
             eta,
             thickness,
         },
@@ -248,7 +279,7 @@ pub fn reflected(
 /// d̃ = (θt/θi) d_V + (1 − θt/θi) d_N
 /// ```
 ///
-/// where d_V is the object's thickness along the light's ray, to its farthest back face, and d_N the one along the inverted
+/// where `d_V` is the object's thickness along the light's ray, to its farthest back face, and `d_N` the one along the inverted
 /// normal, which a device has precomputed for each vertex (here a ray that is counted). The normal there
 /// is read from the picture of back faces, at the pixel that P₂ is seen in. `None` where that pixel has none, and
 /// where that interface would reflect all: the technique knows no total internal reflection.

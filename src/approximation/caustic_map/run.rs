@@ -2,24 +2,26 @@
 
 use std::time::Instant;
 
-use glam::{DMat2, DVec2};
+use glam::DVec2;
 use rayon::prelude::*;
 
-use super::buffers::{Back, DepthMap, Front, Receivers, back, is_inside, takes_part};
+use super::buffers::{Back, DepthMap, Front, Receivers, back, takes_part};
+use super::demands::{check_outside, flux_bound, is_diffuse, mode, sources};
 use super::footprint::{ExactFilm, deal_beams};
-use super::hit::{Canvas, Landing};
+use super::hit::Canvas;
 use super::lookup::{CausticTexture, CausticTextures};
 use super::project::deal_texels;
 use super::refraction::Exit;
 use super::resolve::{mip, mip_splat, multi_resolution};
 use super::settings::{Frustum, Hit, Lookup, Mode, Refraction, Settings, Splat};
-use super::splat::{DEVIATIONS, Photon, Spread, draw};
+use super::splat::{Photon, draw};
+use super::spread::spread;
 use super::trace::Tracer;
 use super::view::LightView;
 use crate::approximation::{ApproximationError, Rendering, SensorFilm, StageWork, Work};
 use crate::geometry::{Bounds, TraversalCounters};
 use crate::radiometry::Rgb;
-use crate::scene::{Emitter, Material, Scene, Sensor};
+use crate::scene::{Scene, Sensor};
 use crate::transport::first_surface::Source;
 use crate::transport::signature::{Event, Signature};
 
@@ -79,70 +81,6 @@ pub fn run(
         values,
         work: pipeline.work,
     })
-}
-
-/// The mode asked for, or refraction where something refracts.
-fn mode(settings: &Settings, scene: &Scene) -> Result<Mode, ApproximationError> {
-    let has = |mode| {
-        scene
-            .objects()
-            .iter()
-            .any(|object| takes_part(scene, scene.material(object.material), mode))
-    };
-    let mode = settings.mode.unwrap_or(if has(Mode::Refraction) {
-        Mode::Refraction
-    } else {
-        Mode::Reflection
-    });
-    let (does, plugins) = match mode {
-        Mode::Refraction => ("refracts", "dielectric or thindielectric"),
-        Mode::Reflection => ("mirrors", "conductor, dielectric or thindielectric"),
-    };
-    if has(mode) {
-        Ok(mode)
-    } else {
-        Err(ApproximationError::NoSpecular {
-            mode: mode.name(),
-            does,
-            plugins,
-        })
-    }
-}
-
-/// The lights, which must all be points or directions.
-fn sources(scene: &Scene) -> Result<Vec<Source>, ApproximationError> {
-    let refused = scene
-        .emitters()
-        .iter()
-        .find(|emitter| !emitter.is_delta() && !emitter.strength().is_black());
-    if let Some(emitter) = refused.map(Emitter::plugin) {
-        return Err(ApproximationError::Emitter { plugin: emitter });
-    }
-    let sources = Source::all(scene);
-    if sources.is_empty() {
-        return Err(ApproximationError::NoEmitter);
-    }
-    Ok(sources)
-}
-
-/// Refuses points inside a refractor: their light crosses one interface.
-fn check_outside(scene: &Scene, sources: &[Source]) -> Result<(), ApproximationError> {
-    for source in sources {
-        let Source::Point { origin, .. } = *source else {
-            continue;
-        };
-        let found = (0_u32..).zip(scene.objects()).find(|(shape, object)| {
-            let material = scene.material(object.material);
-            takes_part(scene, material, Mode::Refraction) && is_inside(scene, *shape, origin)
-        });
-        if let Some((_, object)) = found {
-            return Err(ApproximationError::LightInside {
-                position: origin.to_array(),
-                shape: object.id.clone(),
-            });
-        }
-    }
-    Ok(())
 }
 
 struct Pipeline<'a> {
@@ -209,7 +147,8 @@ impl Pipeline<'_> {
             .iter()
             .map(|source| flux_bound(source, &refractor))
             .sum();
-        let film = ExactFilm::new(self.film.size(), total)?;
+        let largest = total * self.film.largest_factor(self.scene);
+        let film = ExactFilm::new(self.film.size(), largest)?;
         let mut maps = Vec::new();
         for source in sources {
             let views = LightView::around(source, &all, settings.map);
@@ -415,10 +354,10 @@ impl Pipeline<'_> {
             this.work[VIEW].work.bytes += (side * side * 2 * 12) as u64;
             fronts
         });
-        let exits = self.stage(REFRACTION, fronts, |this, front: &Sent<Front>, work| {
+        let exits = self.stage(REFRACTION, &fronts, |this, front: &Sent<Front>, work| {
             this.tracer(light, &backs).exit(front.at, &front.what, work)
         });
-        let landed = self.stage(HIT, exits, |this, exit: &Sent<Exit>, work| {
+        let landed = self.stage(HIT, &exits, |this, exit: &Sent<Exit>, work| {
             let tracer = this.tracer(light, &backs);
             Some((exit.what, tracer.landing(&exit.what, canvas, work)?))
         });
@@ -445,7 +384,7 @@ impl Pipeline<'_> {
     fn stage<T: Sync, U: Send>(
         &mut self,
         stage: usize,
-        photons: Vec<Sent<T>>,
+        photons: &[Sent<T>],
         step: impl Fn(&Self, &Sent<T>, &mut Work) -> Option<U> + Sync,
     ) -> Vec<Sent<U>> {
         /// Photons a task.
@@ -508,77 +447,4 @@ fn front_row(tracer: &Tracer, row: usize, shift: DVec2) -> (Vec<Sent<Front>>, Wo
         })
         .collect();
     (fronts, work)
-}
-
-/// How wide a photon is drawn, in texels of the map.
-fn spread(
-    settings: &Settings,
-    mode: Mode,
-    view: &LightView,
-    map: &LightView,
-    exit: &Exit,
-    landing: &Landing,
-) -> Spread {
-    // Texels of the map by pixel of the photon buffer.
-    let ratio = view.half() / view.side() as f64 * map.side() as f64 / map.half();
-    let unbent = settings.base_size * ratio;
-    let background = landing.position.distance(exit.ray.origin);
-    let lens = &exit.lens;
-    let bounded = |factor: f64| {
-        let diameter = factor * unbent;
-        // At least a texel, as points on a device are.
-        Spread::Round(
-            if diameter.is_nan() { unbent } else { diameter }
-                .clamp(1.0, settings.largest_splat.max(1.0)),
-        )
-    };
-    match (settings.splat, mode) {
-        (Splat::ThinLens | Splat::ThickLens, Mode::Reflection) => bounded(lens.mirror(background)),
-        (Splat::ThinLens, Mode::Refraction) => bounded(lens.thin(background)),
-        (Splat::ThickLens, Mode::Refraction) => bounded(lens.thick(background)),
-        (Splat::TwoCurvatures, _) => ellipse(settings, map, exit, landing),
-        _ => Spread::Round(settings.splat_size),
-    }
-}
-
-/// The Gaussian of a photon's pixel, σ = `base_size` / 6 pixels, carried to the map by the beam's exact derivatives; never
-/// narrower than a third of a texel, nor larger than the largest splat.
-fn ellipse(settings: &Settings, map: &LightView, exit: &Exit, landing: &Landing) -> Spread {
-    const NARROWEST: f64 = 1.0 / 3.0;
-    let distance = landing.position.distance(exit.ray.origin);
-    let [a, b] = exit.derivatives.map(|derivative| {
-        let on_receiver = derivative.transferred(exit.ray.direction, distance, landing.normal);
-        map.project_derivative(landing.position, on_receiver.position)
-            * (settings.base_size / DEVIATIONS)
-    });
-    let floor = DMat2::from_diagonal(DVec2::splat(NARROWEST * NARROWEST));
-    let covariance = DMat2::from_cols(
-        DVec2::new(a.x * a.x + b.x * b.x, a.x * a.y + b.x * b.y),
-        DVec2::new(a.x * a.y + b.x * b.y, a.y * a.y + b.y * b.y),
-    );
-    let trace = covariance.x_axis.x + covariance.y_axis.y;
-    let largest = (settings.largest_splat / DEVIATIONS).powi(2);
-    if !trace.is_finite() {
-        return Spread::Ellipse(DMat2::from_diagonal(DVec2::splat(largest)));
-    }
-    // The larger variance is between half the trace and the trace.
-    let shrink = (largest / trace.max(f64::MIN_POSITIVE)).min(1.0);
-    Spread::Ellipse(covariance * shrink + floor)
-}
-
-/// A bound on the flux \[W\] that falls on a box.
-fn flux_bound(source: &Source, bounds: &Bounds) -> f64 {
-    let strength = source.strength().max_channel();
-    match source {
-        Source::Parallel { .. } => strength * 4.0 * bounds.radius().powi(2),
-        _ => strength * 4.0 * std::f64::consts::PI,
-    }
-}
-
-/// Whether a camera sees irradiance on it.
-fn is_diffuse(scene: &Scene, material: &Material) -> bool {
-    matches!(material, Material::Diffuse { .. })
-        || material
-            .nested()
-            .any(|id| is_diffuse(scene, scene.material(id)))
 }

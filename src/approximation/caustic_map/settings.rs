@@ -344,7 +344,7 @@ impl Settings {
 }
 
 /// A number between two.
-fn number<T: FromStr + PartialOrd + Display>(
+fn number<T: FromStr + PartialOrd + Display + Copy>(
     key: &str,
     text: &str,
     low: T,

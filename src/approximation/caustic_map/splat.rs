@@ -36,6 +36,11 @@ pub const DEVIATIONS: f64 = 6.0;
 /// bits on any number of threads.
 const BAND: usize = 16;
 
+/// A number of texels, among places that may lie outside of a map.
+pub fn signed(count: usize) -> i64 {
+    i64::try_from(count).unwrap_or(i64::MAX)
+}
+
 /// Where along one axis a point of `diameter` about `center` has its texels' centres: first and last texel, at
 /// least the one that holds its own centre.
 #[inline]
@@ -57,7 +62,9 @@ fn weights(center: f64, (first, last): (i64, i64), deviation: f64, into: &mut Ve
     let sum: f64 = into.iter().sum();
     // A point much narrower than a texel whose centre it misses is all in that texel.
     if sum > 0.0 {
-        into.iter_mut().for_each(|weight| *weight /= sum);
+        for weight in into.iter_mut() {
+            *weight /= sum;
+        }
     } else {
         let share = 1.0 / into.len() as f64;
         into.fill(share);
@@ -111,8 +118,8 @@ impl<V> Band<'_, V> {
         let (columns, rows) = (reach(at.x, diameter), reach(at.y, diameter));
         weights(at.x, columns, deviation, &mut self.across);
         weights(at.y, rows, deviation, &mut self.down);
-        let last_row = self.first + (self.texels.len() / self.side) as i64 - 1;
-        let (left, right) = (columns.0.max(0), columns.1.min(self.side as i64 - 1));
+        let last_row = self.first + signed(self.texels.len() / self.side) - 1;
+        let (left, right) = (columns.0.max(0), columns.1.min(signed(self.side) - 1));
         for row in rows.0.max(self.first)..=rows.1.min(last_row) {
             let down = self.down[(row - rows.0) as usize];
             let line = &mut self.texels[(row - self.first) as usize * self.side..][..self.side];
@@ -136,8 +143,8 @@ pub fn in_bands<V: Clone + Default + Send + Sync>(
     let mut lists: Vec<Vec<u32>> = vec![Vec::new(); bands];
     for (index, photon) in photons.iter().enumerate() {
         let (first, last) = reach(photon.at.y, 2.0 * half_height(photon));
-        let last = last.min(side as i64 - 1);
-        if last >= 0 && first < side as i64 {
+        let last = last.min(signed(side) - 1);
+        if last >= 0 && first < signed(side) {
             let bands = first.max(0) as usize / BAND..=last as usize / BAND;
             lists[bands]
                 .iter_mut()
@@ -152,7 +159,7 @@ pub fn in_bands<V: Clone + Default + Send + Sync>(
         .map(|(band, (texels, list))| {
             let mut band = Band {
                 side,
-                first: (band * BAND) as i64,
+                first: signed(band * BAND),
                 texels,
                 fragments: 0,
                 across: Vec::new(),

@@ -4,7 +4,7 @@ use glam::DVec2;
 
 use super::buffers::{Back, DepthMap, Front, Receivers, front};
 use super::hit::{Canvas, Landing, marched, traced};
-use super::refraction::{Exit, image_space, reflected, through};
+use super::refraction::{Exit, Wanted, image_space, reflected, through};
 use super::settings::{Flux, Hit, Mode, Refraction, Settings};
 use super::view::LightView;
 use crate::approximation::Work;
@@ -62,10 +62,11 @@ impl Tracer<'_> {
     pub fn exit(&self, at: DVec2, front: &Front, work: &mut Work) -> Option<Exit> {
         let mut counters = TraversalCounters::default();
         let (scene, view, fresnel) = (self.scene, self.view, self.settings.fresnel);
+        let wanted = Wanted::by(self.settings.splat);
         let exit = match (self.mode, self.settings.refraction) {
             (Mode::Reflection, _) => reflected(scene, view, at, front, fresnel),
             (Mode::Refraction, Refraction::Exact) => {
-                through(scene, view, at, front, fresnel, &mut counters)
+                through(scene, view, at, front, fresnel, wanted, &mut counters)
             }
             (Mode::Refraction, Refraction::ImageSpace) => {
                 work.fetches += 2;
@@ -81,25 +82,22 @@ impl Tracer<'_> {
     /// Stage `hit`.
     pub fn landing(&self, exit: &Exit, canvas: &Canvas, work: &mut Work) -> Option<Landing> {
         work.photons += 1;
-        let landing = match (self.settings.hit, self.depths) {
-            (Hit::DepthMap, Some(depths)) => {
-                let finely = [self.settings.steps, self.settings.bisections];
-                marched(
-                    self.scene,
-                    self.receivers,
-                    canvas,
-                    exit,
-                    depths,
-                    finely,
-                    work,
-                )
-            }
-            _ => {
-                let mut counters = TraversalCounters::default();
-                let landing = traced(self.scene, self.receivers, canvas, exit, &mut counters);
-                work.add_rays(counters);
-                landing
-            }
+        let landing = if let (Hit::DepthMap, Some(depths)) = (self.settings.hit, self.depths) {
+            let finely = [self.settings.steps, self.settings.bisections];
+            marched(
+                self.scene,
+                self.receivers,
+                canvas,
+                exit,
+                depths,
+                finely,
+                work,
+            )
+        } else {
+            let mut counters = TraversalCounters::default();
+            let landing = traced(self.scene, self.receivers, canvas, exit, &mut counters);
+            work.add_rays(counters);
+            landing
         };
         work.dropped += u64::from(landing.is_none());
         landing

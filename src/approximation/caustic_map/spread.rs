@@ -1,0 +1,65 @@
+//! How wide a photon is drawn: what the variants of stage `splat` with a kernel of their own differ in.
+
+use glam::{DMat2, DVec2};
+
+use super::hit::Landing;
+use super::refraction::Exit;
+use super::settings::{Mode, Settings, Splat};
+use super::splat::{DEVIATIONS, Spread};
+use super::view::LightView;
+
+/// How wide a photon is drawn, in texels of the map.
+pub fn spread(
+    settings: &Settings,
+    mode: Mode,
+    view: &LightView,
+    map: &LightView,
+    exit: &Exit,
+    landing: &Landing,
+) -> Spread {
+    // Texels of the map by pixel of the photon buffer.
+    let ratio = view.half() / view.side() as f64 * map.side() as f64 / map.half();
+    let unbent = settings.base_size * ratio;
+    let background = landing.position.distance(exit.ray.origin);
+    let lens = &exit.lens;
+    let bounded = |factor: f64| {
+        let diameter = factor * unbent;
+        // At least a texel, as points on a device are.
+        Spread::Round(
+            if diameter.is_nan() { unbent } else { diameter }
+                .clamp(1.0, settings.largest_splat.max(1.0)),
+        )
+    };
+    match (settings.splat, mode) {
+        (Splat::ThinLens | Splat::ThickLens, Mode::Reflection) => bounded(lens.mirror(background)),
+        (Splat::ThinLens, Mode::Refraction) => bounded(lens.thin(background)),
+        (Splat::ThickLens, Mode::Refraction) => bounded(lens.thick(background)),
+        (Splat::TwoCurvatures, _) => ellipse(settings, map, exit, landing),
+        _ => Spread::Round(settings.splat_size),
+    }
+}
+
+/// The Gaussian of a photon's pixel, σ = `base_size` / 6 pixels, carried to the map by the beam's exact derivatives; never
+/// narrower than a third of a texel, nor larger than the largest splat.
+fn ellipse(settings: &Settings, map: &LightView, exit: &Exit, landing: &Landing) -> Spread {
+    const NARROWEST: f64 = 1.0 / 3.0;
+    let distance = landing.position.distance(exit.ray.origin);
+    let [a, b] = exit.derivatives.map(|derivative| {
+        let on_receiver = derivative.transferred(exit.ray.direction, distance, landing.normal);
+        map.project_derivative(landing.position, on_receiver.position)
+            * (settings.base_size / DEVIATIONS)
+    });
+    let floor = DMat2::from_diagonal(DVec2::splat(NARROWEST * NARROWEST));
+    let covariance = DMat2::from_cols(
+        DVec2::new(a.x * a.x + b.x * b.x, a.x * a.y + b.x * b.y),
+        DVec2::new(a.x * a.y + b.x * b.y, a.y * a.y + b.y * b.y),
+    );
+    let trace = covariance.x_axis.x + covariance.y_axis.y;
+    let largest = (settings.largest_splat / DEVIATIONS).powi(2);
+    if !trace.is_finite() {
+        return Spread::Ellipse(DMat2::from_diagonal(DVec2::splat(largest)));
+    }
+    // The larger variance is between half the trace and the trace.
+    let shrink = (largest / trace.max(f64::MIN_POSITIVE)).min(1.0);
+    Spread::Ellipse(covariance * shrink + floor)
+}

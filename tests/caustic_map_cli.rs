@@ -1,0 +1,92 @@
+//! `nephroid render --method caustic-map` and `nephroid attribute`, as typed.
+
+use std::path::{Path, PathBuf};
+
+use assert_cmd::Command;
+use nephroid::film::exr;
+
+fn scene() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/glass-ball.xml")
+}
+
+fn nephroid() -> Command {
+    Command::cargo_bin("nephroid").unwrap()
+}
+
+#[test]
+fn a_caustic_map_is_written_with_its_settings_and_a_warning() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("map.exr");
+    let output = nephroid()
+        .arg("render")
+        .arg(scene())
+        .args(["-D", "size=32", "--method", "caustic-map"])
+        .args(["--set", "splat=fixed", "--set", "photons=64"])
+        .arg("-o")
+        .arg(&file)
+        .assert()
+        .success();
+    let said = String::from_utf8_lossy(&output.get_output().stdout).into_owned();
+    assert!(said.contains("approximation"), "{said}");
+    let image = exr::read(&file).unwrap();
+    assert!(image.channel("LTTD.G").is_some());
+    assert_eq!(image.metadata("method"), Some("caustic-map"));
+    let settings = image.metadata("settings").unwrap();
+    assert!(settings.contains(r#""splat":"fixed""#), "{settings}");
+    assert!(settings.contains(r#""photons":64"#), "{settings}");
+    assert!(image.metadata("work").unwrap().contains("fragments"));
+    assert!(file.with_extension("png").is_file());
+}
+
+#[test]
+fn a_wrong_setting_is_refused_with_the_one_that_was_meant() {
+    let refused = |set: &str, method: &str| {
+        let assert = nephroid()
+            .arg("render")
+            .arg(scene())
+            .args(["--method", method, "--set", set])
+            .assert()
+            .code(2);
+        String::from_utf8_lossy(&assert.get_output().stderr).into_owned()
+    };
+    let said = refused("spalt=fixed", "caustic-map");
+    assert!(said.contains("did you mean splat?"), "{said}");
+    let said = refused("photons=0", "caustic-map");
+    assert!(said.contains("allowed are numbers from 1"), "{said}");
+    let said = refused("photons=8", "beams");
+    assert!(said.contains("--method caustic-map"), "{said}");
+}
+
+#[test]
+fn attribution_prints_every_stage_and_what_is_left() {
+    let output = nephroid()
+        .arg("attribute")
+        .arg(scene())
+        .args([
+            "-D",
+            "size=16",
+            "--error",
+            "5%",
+            "--set",
+            "photons=64",
+            "--set",
+            "map=64",
+        ])
+        .assert()
+        .success();
+    let said = String::from_utf8_lossy(&output.get_output().stdout).into_owned();
+    for word in [
+        "view",
+        "refraction",
+        "hit",
+        "flux",
+        "fresnel",
+        "splat",
+        "lookup",
+        "residual",
+        "interaction",
+        "not modelled",
+    ] {
+        assert!(said.contains(word), "{word}: {said}");
+    }
+}
