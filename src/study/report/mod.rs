@@ -14,6 +14,7 @@ mod figures;
 mod page;
 mod planes;
 mod text;
+mod trade;
 
 use std::path::Path;
 
