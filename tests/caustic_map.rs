@@ -372,12 +372,12 @@ fn attribution_adds_up_and_tells_what_is_not_modelled() {
 fn an_unknown_stage_or_setting_is_told_with_what_there_is() {
     let map = CausticMap::default();
     let error = map.with_exact("splatt").unwrap_err().to_string();
-    assert!(error.contains("did you mean splat?"), "{error}");
+    assert!(error.contains("did you mean \"splat\"?"), "{error}");
     let error = CausticMap::default()
         .set("photon", "8")
         .unwrap_err()
         .to_string();
-    assert!(error.contains("did you mean photons?"), "{error}");
+    assert!(error.contains("did you mean \"photons\"?"), "{error}");
 }
 
 #[test]

@@ -50,7 +50,7 @@ fn a_wrong_setting_is_refused_with_the_one_that_was_meant() {
         String::from_utf8_lossy(&assert.get_output().stderr).into_owned()
     };
     let said = refused("spalt=fixed", "caustic-map");
-    assert!(said.contains("did you mean splat?"), "{said}");
+    assert!(said.contains("did you mean \"splat\"?"), "{said}");
     let said = refused("photons=0", "caustic-map");
     assert!(said.contains("allowed are numbers from 1"), "{said}");
     let said = refused("photons=8", "beams");

@@ -4,16 +4,15 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::super::checks;
-use super::super::curve::{Order, Point, median, pareto};
+use super::super::curve::median;
 use super::super::file::Candidate;
 use super::super::plan::Run;
 use super::super::session::Session;
 use super::super::store::Stored;
 use super::super::{StudyError, truth};
-use super::figures::{
-    Curve, Gate, GateVerdict, OrderOf, Report, Row, StudyFigures, Timing, Timings, TruthFigures,
-};
+use super::figures::{Report, Row, StudyFigures, Timing, Timings, TruthFigures};
 use super::stages::{StageFilms, stage_errors};
+use super::trade::{curves, front, gates, mark_pareto};
 use crate::film::{Image, exr};
 use crate::metric::{self, Comparison, Source};
 use crate::scene::requirements;
@@ -238,118 +237,6 @@ fn quoted(word: &str) -> String {
     } else {
         format!("'{}'", word.replace('\'', r"'\''"))
     }
-}
-
-fn count(row: &Row, counter: &str) -> Option<f64> {
-    let counters = &row.facts.as_ref()?.counters;
-    let found = counters.iter().find(|one| one.name == counter)?;
-    Some(found.count as f64)
-}
-
-/// All names of counters, in the order in which they first come.
-fn counters<'a>(rows: impl Iterator<Item = &'a Row>) -> Vec<String> {
-    let mut names: Vec<String> = Vec::new();
-    for counter in rows
-        .filter_map(|row| row.facts.as_ref())
-        .flat_map(|facts| &facts.counters)
-    {
-        if !names.contains(&counter.name) {
-            names.push(counter.name.clone());
-        }
-    }
-    names
-}
-
-fn mark_pareto(rows: &mut [Row]) {
-    for counter in counters(rows.iter()) {
-        for (row, is_on_front) in front(rows, |_, row| count(row, &counter)) {
-            rows[row].pareto.insert(counter.clone(), is_on_front);
-        }
-    }
-}
-
-/// Which of the rows that have a cost and an error are on the front.
-fn front(rows: &[Row], cost: impl Fn(usize, &Row) -> Option<f64>) -> Vec<(usize, bool)> {
-    let with_both = rows.iter().enumerate().filter_map(|(i, row)| {
-        let cost = cost(i, row)?;
-        Some((
-            i,
-            Point {
-                cost,
-                error: row.error?,
-            },
-        ))
-    });
-    let (places, points): (Vec<usize>, Vec<Point>) = with_both.unzip();
-    places.into_iter().zip(pareto(&points)).collect()
-}
-
-fn curves(rows: &[Row]) -> Vec<Curve> {
-    let mut curves: Vec<Curve> = Vec::new();
-    for (i, row) in rows.iter().enumerate() {
-        match curves.iter_mut().find(|curve| curve.name == row.name) {
-            Some(curve) => curve.rows.push(i),
-            None => curves.push(Curve {
-                name: row.name.clone(),
-                rows: vec![i],
-                orders: Vec::new(),
-            }),
-        }
-    }
-    for curve in &mut curves {
-        let costs = counters(curve.rows.iter().map(|i| &rows[*i]));
-        if let Some(first) = costs.first() {
-            let cost = |i: &usize| count(&rows[*i], first).unwrap_or(f64::INFINITY);
-            curve.rows.sort_by(|a, b| cost(a).total_cmp(&cost(b)));
-        }
-        let resolved = || {
-            curve
-                .rows
-                .iter()
-                .map(|i| &rows[*i])
-                .filter(|row| row.resolved)
-        };
-        for cost in costs {
-            let points: Vec<Point> = resolved()
-                .filter_map(|row| {
-                    Some(Point {
-                        cost: count(row, &cost)?,
-                        error: row.error?,
-                    })
-                })
-                .collect();
-            if let Some(order) = Order::fit(&points) {
-                curve.orders.push(OrderOf { cost, order });
-            }
-        }
-    }
-    curves
-}
-
-/// A curve keeps a limit where the best of its settings does.
-fn gates<'a>(limits: impl Iterator<Item = (&'a String, &'a f64)>, rows: &[Row]) -> Vec<Gate> {
-    limits
-        .map(|(name, limit)| {
-            let own = rows.iter().filter(|row| row.name == *name);
-            let known = own.filter_map(|row| Some((row.error?, row.truth_error)));
-            let best = known.min_by(|a, b| a.0.total_cmp(&b.0));
-            let truth_error = best.and_then(|(_, truth)| truth);
-            let verdict = match (best, truth_error) {
-                (Some((error, _)), Some(truth)) if error + truth <= *limit => GateVerdict::Kept,
-                (Some((error, _)), truth) if error - truth.unwrap_or(0.0) > *limit => {
-                    GateVerdict::Exceeded
-                }
-                _ => GateVerdict::Undecided,
-            };
-            Gate {
-                name: name.clone(),
-                limit: *limit,
-                error: best.map(|(error, _)| error),
-                truth_error,
-                verdict,
-            }
-        })
-        .collect()
 }
 
 fn timings(session: &Session, true_film: &Stored, judged: &[Judged], rows: &[Row]) -> Timings {

@@ -15,6 +15,7 @@ mod page;
 mod planes;
 mod stages;
 mod text;
+mod trade;
 
 use std::path::Path;
 
