@@ -330,19 +330,21 @@ fn a_lamp_amid_its_receivers_has_a_cube_of_views() {
     let scene = scene_of(&lit_by(lamp, &ball(GLASS), 32));
     let direct = total(&rendered(&exact_but(&[("photons", "512")]), &scene));
     // Without the shadow test: the floor is seen at grazing angles, where a depth map shadows itself.
-    let by_map = exact_but(&[
-        ("photons", "512"),
-        ("map", "512"),
-        ("lookup", "bilinear"),
-        ("samples", "32"),
-        ("bias", "1"),
-    ]);
-    let by_map = total(&rendered(&by_map, &scene));
-    // Texels of six maps against the floor's own: what is lost at the faces' borders is a texel of 512.
-    assert!(
-        direct > 0.0 && (by_map / direct - 1.0).abs() < 0.02,
-        "{by_map} {direct}"
-    );
+    let lost = |texels| {
+        let map = exact_but(&[
+            ("photons", "512"),
+            ("map", texels),
+            ("lookup", "bilinear"),
+            ("samples", "16"),
+            ("bias", "1"),
+        ]);
+        (total(&rendered(&map, &scene)) / direct - 1.0).abs()
+    };
+    let (coarse, fine) = (lost("256"), lost("1024"));
+    println!("of the light, amiss at M = 256: {coarse:.4}, 1024: {fine:.4}");
+    // Texels that reach over the floor's border are read as if they were all on it: of first order in a texel's size, four
+    // times less; half is clear of how the border happens to lie.
+    assert!(direct > 0.0 && fine < 0.5 * coarse, "{coarse} {fine}");
 }
 
 #[test]
