@@ -1,4 +1,4 @@
-//! Error for the same time, beside Mitsuba: `cargo bench --bench mitsuba`.
+//! Error for the same time, beside Mitsuba: `cargo bench --bench mitsuba -- --all`.
 //!
 //! Both programs render the same scene file by turns, some seeds each, with as many threads. For each pixel the variance of
 //! one render is the scatter over seeds; what is compared is the sum of variances times the time of a render, which no number of
@@ -30,7 +30,10 @@ const SAMPLES: u64 = 256;
 const PHOTONS: u64 = 1 << 19;
 
 fn main() {
-    // `cargo bench` passes `--bench` and filters; there is nothing to choose here.
+    if !std::env::args().any(|argument| argument == "--all") {
+        println!("skipped: some minutes; cargo bench --bench mitsuba -- --all");
+        return;
+    }
     let mut scalar = match Mitsuba::start("scalar_rgb") {
         Ok(mitsuba) => mitsuba,
         Err(reason) => {

@@ -35,7 +35,7 @@ const PRIVATE_CRATES: &[(&str, &str)] = &[
     ("tobj", "mitsuba"),
     ("toml", "study/file"),
     ("base64", "study/report"),
-    ("strsim", "study/method"),
+    ("strsim", "setting.rs"),
     ("clap", "cli"),
     ("indicatif", "cli"),
     ("anyhow", "cli"),

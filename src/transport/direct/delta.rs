@@ -134,6 +134,8 @@ impl DirectLight<'_> {
                 self.cut(texel, &leaf, emitter, &mut sum)?;
             }
         }
+        // What is cut off may be a rounding more than there was.
+        sum.flux = Rgb(sum.flux.0.map(|flux| flux.max(0.0)));
         sum.average()
     }
 

@@ -1,6 +1,6 @@
 //! A texel that a shadow's edge runs through: the edge is found by bisection, and the texel cut along it.
 //!
-//! A lattice of points says which cells the edge enters. It crosses a cell's border in two places, which bisection finds, and
+//! A lattice of points, and Gauss points within its cells, say which cells the edge enters. It crosses a cell's border in two places, which bisection finds, and
 //! bends between them: a third place, on the normal through the chord's middle, tells by how much. So a cell is cut along a
 //! parabola. What the bend moves, chord times sagitta, is booked as the error: it is 1.5 times the
 //! area between chord and parabola, and larger than what a cut with one corner may be off by. Irradiance without shadow is smooth,
@@ -30,7 +30,9 @@ struct Cell {
     from: DVec2,
     size: f64,
     shares: [f64; 4],
-    /// Whether more is looked at than the corners, should these agree.
+    /// What its Gauss points see.
+    inner: [f64; 4],
+    /// Whether more is looked at than these points, should they agree.
     is_suspicious: bool,
 }
 
@@ -41,6 +43,30 @@ struct Cut {
     middle: DVec2,
     /// Share of the texel that may belong to the other part.
     uncertain: f64,
+}
+
+impl Cut {
+    /// Whether a point is in the first part.
+    fn is_first(&self, point: DVec2) -> bool {
+        let outline = &self.parts[0].0;
+        let mut is_inside = false;
+        for (index, a) in outline.iter().enumerate() {
+            let b = outline[(index + 1) % outline.len()];
+            // How often the outline is crossed on the way to the right.
+            if (a.y > point.y) != (b.y > point.y) {
+                let x = a.x + (point.y - a.y) / (b.y - a.y) * (b.x - a.x);
+                is_inside ^= x > point.x;
+            }
+        }
+        is_inside
+    }
+
+    /// Whether a cell's Gauss points see what the part that they are in does.
+    fn agrees_with(&self, cell: &Cell) -> bool {
+        let points = cell.gauss_points();
+        let mut pairs = points.iter().zip(cell.inner);
+        pairs.all(|(at, share)| share == self.parts[usize::from(!self.is_first(*at))].1)
+    }
 }
 
 /// Why something is not cut.
@@ -64,17 +90,33 @@ impl Cell {
         self.from + CORNERS[index % 4] * self.size
     }
 
+    /// Whether all its points see the same.
     fn is_even(&self) -> bool {
-        self.shares.iter().all(|share| *share == self.shares[0])
+        let all = self.shares.iter().chain(&self.inner);
+        all.copied().all(|share| share == self.shares[0])
     }
 
     fn is_last(&self) -> bool {
         self.size <= 1.0 / f64::from(1_u32 << SHADOW_LEVELS)
     }
 
+    fn gauss_points(&self) -> [DVec2; 4] {
+        let leaf = Leaf {
+            from: self.from,
+            size: self.size,
+            level: 0,
+        };
+        leaf.gauss_points()
+    }
+
     fn outline(&self) -> [DVec2; 4] {
         [0, 1, 2, 3].map(|index| self.corner(index))
     }
+}
+
+/// Whether a cell is one of the leaf's, `across` a side, and not of the ring around them.
+fn is_inside(column: usize, row: usize, across: usize) -> bool {
+    (1..=across).contains(&column) && (1..=across).contains(&row)
 }
 
 /// What one emitter's light does in one texel.
@@ -114,17 +156,7 @@ impl DirectLight<'_> {
         let of = |column: usize, row: usize| {
             [(0, 0), (1, 0), (1, 1), (0, 1)].map(|(i, j)| shares[(row + j) * side + column + i])
         };
-        let is_mixed = |column: usize, row: usize| {
-            let shares = of(column, row);
-            shares.iter().any(|share| *share != shares[0])
-        };
         let base = of(1, 1)[0];
-        let outline = Cell {
-            from: leaf.from,
-            size: leaf.size,
-            shares: [base; 4],
-            is_suspicious: false,
-        };
         let (flux, area) = self.gauss(texel, leaf, emitter)?;
         sum.area += area;
         sum.flux += flux * base;
@@ -134,15 +166,26 @@ impl DirectLight<'_> {
             emitter,
             base,
         };
-        for row in 1..=across {
-            for column in 1..=across {
-                let cell = Cell {
-                    from: outline.from + DVec2::new((column - 1) as f64, (row - 1) as f64) * size,
-                    size,
-                    shares: of(column, row),
-                    is_suspicious: (row - 1..=row + 1)
-                        .any(|row| (column - 1..=column + 1).any(|column| is_mixed(column, row))),
-                };
+        // Cells and the ring around them, whose Gauss points are others' concern.
+        let mut cells = Vec::with_capacity((across + 2) * (across + 2));
+        for index in 0..(across + 2) * (across + 2) {
+            let (column, row) = (index % (across + 2), index / (across + 2));
+            let shares = of(column, row);
+            let mut cell = Cell {
+                from: leaf.from + (DVec2::new(column as f64, row as f64) - 1.0) * size,
+                size,
+                shares,
+                inner: [shares[0]; 4],
+                is_suspicious: false,
+            };
+            if is_inside(column, row, across) {
+                cell.inner = edge.inner(&cell).ok()?;
+            }
+            cells.push(cell);
+        }
+        edge.follow(&mut cells, across).ok()?;
+        for (index, cell) in cells.into_iter().enumerate() {
+            if is_inside(index % (across + 2), index / (across + 2), across) {
                 edge.cell(cell, sum).ok()?;
             }
         }
@@ -163,6 +206,30 @@ impl DirectLight<'_> {
 }
 
 impl EdgeTexel<'_, '_> {
+    /// Marks the cells beside an edge as suspicious, and follows narrow shadows from one cell to the next.
+    fn follow(&mut self, cells: &mut [Cell], across: usize) -> Result<(), Uncut> {
+        let wide = across + 2;
+        let mut pending: Vec<usize> = (0..cells.len()).filter(|&i| !cells[i].is_even()).collect();
+        while let Some(index) = pending.pop() {
+            let (column, row) = (index % wide, index / wide);
+            for row in row.max(2) - 1..=(row + 1).min(across) {
+                for column in column.max(2) - 1..=(column + 1).min(across) {
+                    let beside = row * wide + column;
+                    if cells[beside].is_suspicious {
+                        continue;
+                    }
+                    cells[beside].is_suspicious = true;
+                    let cell = cells[beside];
+                    let agrees = |one: &Cell| one.is_even() && one.shares[0] == cell.shares[0];
+                    if cell.is_even() && !self.quarters(&cell)?.iter().all(agrees) {
+                        pending.push(beside);
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
     /// Adds a cell, whole, cut or in quarters.
     fn cell(&mut self, cell: Cell, sum: &mut Sum) -> Result<(), Uncut> {
         let mut pending = vec![cell];
@@ -171,32 +238,51 @@ impl EdgeTexel<'_, '_> {
                 self.add(&cell.outline(), cell.shares[0], sum)?;
                 continue;
             }
-            let cut = match self.along_edge(&cell) {
-                Ok(cut) => Some(cut),
-                Err(Uncut::NotSimple) => None,
-                Err(Uncut::NoSurface) => return Err(Uncut::NoSurface),
-            };
-            if let Some(cut) = cut
-                && (cut.uncertain <= UNCERTAIN || cell.is_last())
-            {
-                let [(_, a), (_, b)] = cut.parts;
-                for (outline, share) in &cut.parts {
-                    self.add(outline, *share, sum)?;
+            if !cell.is_even() {
+                let cut = match self.along_edge(&cell) {
+                    Ok(cut) => Some(cut),
+                    Err(Uncut::NotSimple) => None,
+                    Err(Uncut::NoSurface) => return Err(Uncut::NoSurface),
+                };
+                if let Some(cut) = cut
+                    && cut.uncertain <= UNCERTAIN
+                    && cut.agrees_with(&cell)
+                {
+                    self.add_cut(&cut, sum)?;
+                    continue;
                 }
-                sum.error += self.light_at(cut.middle)? * (cut.uncertain * (a - b).abs());
-                continue;
-            }
-            if cell.is_last() {
-                self.add_mixed(&cell, sum)?;
-                continue;
+                if cell.is_last() {
+                    self.add_mixed(&cell, sum)?;
+                    continue;
+                }
             }
             let quarters = self.quarters(&cell)?;
-            if cell.is_even() && quarters.iter().all(Cell::is_even) {
+            let agrees = |one: &Cell| one.is_even() && one.shares[0] == cell.shares[0];
+            if cell.is_even() && quarters.iter().all(agrees) {
                 self.add(&cell.outline(), cell.shares[0], sum)?;
             } else {
                 pending.extend(quarters);
             }
         }
+        Ok(())
+    }
+
+    /// What a cell's Gauss points see.
+    fn inner(&mut self, cell: &Cell) -> Result<[f64; 4], Uncut> {
+        let mut inner = [0.0; 4];
+        for (share, at) in inner.iter_mut().zip(cell.gauss_points()) {
+            *share = self.share(at)?;
+        }
+        Ok(inner)
+    }
+
+    /// Adds both parts of a cell, and what is uncertain between them.
+    fn add_cut(&self, cut: &Cut, sum: &mut Sum) -> Result<(), Uncut> {
+        let [(_, a), (_, b)] = cut.parts;
+        for (outline, share) in &cut.parts {
+            self.add(outline, *share, sum)?;
+        }
+        sum.error += self.light_at(cut.middle)? * (cut.uncertain * (a - b).abs());
         Ok(())
     }
 
@@ -219,17 +305,22 @@ impl EdgeTexel<'_, '_> {
             (at(0.5, 0.0)?, at(1.0, 0.5)?, at(0.5, 1.0)?, at(0.0, 0.5)?);
         let middle = at(0.5, 0.5)?;
         let size = 0.5 * cell.size;
-        let quarter = |x: f64, y: f64, shares| Cell {
-            from: cell.from + DVec2::new(x, y) * size,
-            size,
-            shares,
-            is_suspicious: true,
+        let mut quarter = |x: f64, y: f64, shares| {
+            let mut quarter = Cell {
+                from: cell.from + DVec2::new(x, y) * size,
+                size,
+                shares,
+                inner: [0.0; 4],
+                is_suspicious: true,
+            };
+            quarter.inner = self.inner(&quarter)?;
+            Ok(quarter)
         };
         Ok([
-            quarter(0.0, 0.0, [a, bottom, middle, left]),
-            quarter(1.0, 0.0, [bottom, b, right, middle]),
-            quarter(1.0, 1.0, [middle, right, c, top]),
-            quarter(0.0, 1.0, [left, middle, top, d]),
+            quarter(0.0, 0.0, [a, bottom, middle, left])?,
+            quarter(1.0, 0.0, [bottom, b, right, middle])?,
+            quarter(1.0, 1.0, [middle, right, c, top])?,
+            quarter(0.0, 1.0, [left, middle, top, d])?,
         ])
     }
 
@@ -347,14 +438,13 @@ impl EdgeTexel<'_, '_> {
         Ok(())
     }
 
-    /// Adds a cell of several edges that is not divided any more: its corners' average, and all that they differ by as error.
+    /// Adds a cell of several edges that is not divided any more: its points' average, and all that they differ by as error.
     fn add_mixed(&self, cell: &Cell, sum: &mut Sum) -> Result<(), Uncut> {
-        let share = cell.shares.iter().sum::<f64>() / 4.0;
-        self.add(&cell.outline(), share, sum)?;
-        let [least, most] = [f64::min, f64::max].map(|choose| {
-            let start = cell.shares[0];
-            cell.shares.iter().copied().fold(start, choose)
-        });
+        let shares = cell.shares.iter().chain(&cell.inner).copied();
+        // Gauss points stand for the cell; corners tell of what is beside it, too.
+        self.add(&cell.outline(), cell.inner.iter().sum::<f64>() / 4.0, sum)?;
+        let least = shares.clone().fold(f64::INFINITY, f64::min);
+        let most = shares.fold(f64::NEG_INFINITY, f64::max);
         let middle = cell.from + 0.5 * cell.size;
         sum.error += self.light_at(middle)? * (cell.size * cell.size * (most - least));
         Ok(())
