@@ -5,8 +5,7 @@ use std::sync::OnceLock;
 use glam::DVec2;
 
 use nephroid::numeric::{Stream, StreamKind};
-use nephroid::reference::beams::{self, BeamBudget, BeamSettings};
-use nephroid::reference::{Estimate, Progress, Quantity};
+use nephroid::reference::{Estimate, Quantity};
 use nephroid::scene::{Scene, Sensor};
 use nephroid::transport::camera::Camera;
 use nephroid::transport::first_surface::{Source, roots};
@@ -17,7 +16,7 @@ use nephroid::transport::signature::Signature;
 
 mod support;
 
-use support::seen::{FloorView, Map, with_films};
+use support::seen::{self, FloorView, Map, with_films};
 
 const WIDTH: usize = 80;
 const HEIGHT: usize = 60;
@@ -39,16 +38,7 @@ fn sensor(id: &str) -> &'static Sensor {
 
 /// The scene by beams.
 fn by_beams(id: &str) -> Estimate {
-    let budget = BeamBudget {
-        relative_error: Some(1e-3),
-        ..BeamBudget::default()
-    };
-    let settings = BeamSettings {
-        max_layers: 64,
-        ..BeamSettings::default()
-    };
-    let (estimate, report) =
-        beams::run(scene(), sensor(id), settings, &budget, &Progress::default()).unwrap();
+    let (estimate, report) = seen::by_beams(scene(), id, 1e-3);
     for one in report.signatures.iter().filter(|_| id == "camera") {
         // Some hundred thousand roundings of numbers up to 1, of either sign.
         assert!(one.balance_error < 1e-12, "{one:?}");

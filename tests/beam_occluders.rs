@@ -2,45 +2,31 @@
 
 mod support;
 
-use nephroid::mitsuba;
 use nephroid::reference::beams::BeamBudget;
 use nephroid::reference::{Estimate, LayerName};
 use nephroid::scene::Scene;
 use support::Photons;
 use support::beams::{beams_to, beams_within};
-use support::scenes::layer;
+use support::scenes::{layer, over_floor};
 
 /// Texels a side of the receiver, which is the square of half width 1 in the plane z = 0.
 const SIDE: usize = 32;
 
 /// A pane of glass of half width 1.5 from z = 1.95 to 2.05, a bead in some place, and a receiver.
 fn pane(emitter: &str, [x, y, z]: [f64; 3], radius: f64) -> Scene {
-    let xml = format!(
-        r#"<scene version="3.0.0">
-  {emitter}
+    let things = format!(
+        r#"{emitter}
   <shape type="cube" id="pane">
     <transform name="to_world"><scale x="1.5" y="1.5" z="0.05"/><translate z="2"/></transform>
-    <bsdf type="dielectric"><float name="int_ior" value="1.5"/><float name="ext_ior" value="1"/></bsdf>
+    <ref id="glass"/>
   </shape>
   <shape type="sphere" id="bead">
     <point name="center" x="{x}" y="{y}" z="{z}"/><float name="radius" value="{radius}"/>
     <bsdf type="diffuse"/>
-  </shape>
-  <shape type="rectangle" id="floor">
-    <bsdf type="diffuse"/>
-    <sensor type="irradiancemeter" id="meter">
-      <film type="hdrfilm">
-        <integer name="width" value="{SIDE}"/><integer name="height" value="{SIDE}"/>
-        <rfilter type="box"/>
-      </film>
-    </sensor>
-  </shape>
-</scene>"#
+  </shape>"#
     );
     let folder = tempfile::tempdir().unwrap();
-    let file = folder.path().join("pane.xml");
-    std::fs::write(&file, xml).unwrap();
-    Scene::new(mitsuba::load_parts(&file, &[]).unwrap()).unwrap()
+    over_floor(folder.path(), &things, SIDE)
 }
 
 fn sun(x: f64, y: f64) -> String {

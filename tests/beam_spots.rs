@@ -4,12 +4,12 @@ mod support;
 
 use std::f64::consts::{PI, TAU};
 
-use nephroid::mitsuba;
 use nephroid::radiometry::Rgb;
 use nephroid::reference::Estimate;
 use nephroid::reference::closed_form::{FlatSlab, Path, RadialMap, RadialSheet, TexelGrid};
 use nephroid::scene::Scene;
 use support::beams::{assert_photons_are_within_bounds, beams_to, known_by};
+use support::scenes::over_floor;
 
 /// Texels a side of the receiver, which is the square of half width 1 in the plane z = 0.
 const SIDE: usize = 32;
@@ -22,26 +22,8 @@ const ALPHA: (f64, usize) = (1e-6, 1 << 16);
 
 /// A scene of an emitter, specular things and the receiver.
 fn scene(emitter: &str, things: &str) -> Scene {
-    let xml = format!(
-        r#"<scene version="3.0.0">
-  {emitter}
-  <bsdf type="dielectric" id="glass"><float name="int_ior" value="1.5"/><float name="ext_ior" value="1"/></bsdf>
-  {things}
-  <shape type="rectangle" id="floor">
-    <bsdf type="diffuse"/>
-    <sensor type="irradiancemeter" id="meter">
-      <film type="hdrfilm">
-        <integer name="width" value="{SIDE}"/><integer name="height" value="{SIDE}"/>
-        <rfilter type="box"/>
-      </film>
-    </sensor>
-  </shape>
-</scene>"#
-    );
     let folder = tempfile::tempdir().unwrap();
-    let file = folder.path().join("spot.xml");
-    std::fs::write(&file, xml).unwrap();
-    Scene::new(mitsuba::load_parts(&file, &[]).unwrap()).unwrap()
+    over_floor(folder.path(), &format!("{emitter}{things}"), SIDE)
 }
 
 /// A spot; angles in degrees.

@@ -5,12 +5,12 @@ mod support;
 use std::path::Path;
 
 use nephroid::generate::{geodesic_sphere, write_ply};
-use nephroid::mitsuba;
 use nephroid::reference::closed_form;
 use nephroid::reference::closed_form::{FlatSlab, TexelGrid};
 use nephroid::reference::{Estimate, LayerName};
 use nephroid::scene::Scene;
 use support::beams::{assert_photons_are_within_bounds, beams_to, known_by};
+use support::scenes::over_floor;
 use support::{Photons, bundled};
 
 /// Texels a side of the receiver, which is the square of half width 1 in the plane z = 0.
@@ -21,24 +21,7 @@ const ALPHA: (f64, usize) = (1e-6, 1 << 16);
 
 /// A scene of these things and the receiver, in a folder where meshes may be.
 fn scene(folder: &Path, things: &str) -> Scene {
-    let xml = format!(
-        r#"<scene version="3.0.0">
-  <bsdf type="dielectric" id="glass"><float name="int_ior" value="1.5"/><float name="ext_ior" value="1"/></bsdf>
-  {things}
-  <shape type="rectangle" id="floor">
-    <bsdf type="diffuse"/>
-    <sensor type="irradiancemeter" id="meter">
-      <film type="hdrfilm">
-        <integer name="width" value="{SIDE}"/><integer name="height" value="{SIDE}"/>
-        <rfilter type="box"/>
-      </film>
-    </sensor>
-  </shape>
-</scene>"#
-    );
-    let file = folder.join("scene.xml");
-    std::fs::write(&file, xml).unwrap();
-    Scene::new(mitsuba::load_parts(&file, &[]).unwrap()).unwrap()
+    over_floor(folder, things, SIDE)
 }
 
 const SUN: &str = r#"<emitter type="directional"><vector name="direction" x="0" y="0" z="-1"/>

@@ -1,68 +1,33 @@
 //! Scanned and modelled meshes, where there are any beside the crate (they are not part of it).
 
 mod geometry_support;
-
-use std::{fs, path::PathBuf};
+#[path = "support/shared_meshes.rs"]
+mod shared_meshes;
 
 use geometry_support::{Random, closest, mesh, world_of};
-use glam::DVec3;
-use nephroid::geometry::{MeshParts, Ray};
-
-/// The binary PLY file of this name, or `None` (said aloud) where there is none.
-///
-/// Only what these files hold: `float x y z`, then faces as `uchar` and three `int`s.
-fn shared(name: &str) -> Option<MeshParts> {
-    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR"))
-        .join("../shared/meshes")
-        .join(name);
-    let Ok(bytes) = fs::read(&path) else {
-        println!("skipped {name}: no such file in ../shared/meshes");
-        return None;
-    };
-    let end = bytes.windows(11).position(|w| w == b"end_header\n")? + 11;
-    let header = String::from_utf8_lossy(&bytes[..end]).into_owned();
-    let count = |element: &str| -> usize {
-        let line = header.lines().find(|line| line.starts_with(element));
-        line.and_then(|line| line.rsplit(' ').next()?.parse().ok())
-            .expect("a count")
-    };
-    let (vertices, faces) = (count("element vertex"), count("element face"));
-    let word = |at: usize| [bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]];
-    let positions = (0..vertices)
-        .map(|i| {
-            let x = |axis: usize| f64::from(f32::from_le_bytes(word(end + 12 * i + 4 * axis)));
-            DVec3::new(x(0), x(1), x(2))
-        })
-        .collect();
-    let first = end + 12 * vertices;
-    let triangles = (0..faces)
-        .map(|i| std::array::from_fn(|k| u32::from_le_bytes(word(first + 13 * i + 1 + 4 * k))))
-        .collect();
-    Some(MeshParts {
-        positions,
-        triangles,
-        ..MeshParts::default()
-    })
-}
+use nephroid::geometry::Ray;
+use shared_meshes::shared_mesh;
 
 /// Closed, and without faces that cut each other, by the folder's own table.
 const CLOSED: [&str; 10] = [
-    "bunny_69k.ply",
-    "dragon_41k.ply",
-    "gargoyle_20k.ply",
-    "gem_round_brilliant.ply",
-    "gem_heart.ply",
-    "teapot_60k_solid.ply",
-    "torus_17k.ply",
-    "glass_cup_44k.ply",
-    "nefertiti_100k.ply",
-    "fertility_20k.ply",
+    "bunny_69k",
+    "dragon_41k",
+    "gargoyle_20k",
+    "gem_round_brilliant",
+    "gem_heart",
+    "teapot_60k_solid",
+    "torus_17k",
+    "glass_cup_44k",
+    "nefertiti_100k",
+    "fertility_20k",
 ];
 
 #[test]
 fn closed_meshes_are_found_closed_and_outward() {
     for name in CLOSED {
-        let Some(parts) = shared(name) else { continue };
+        let Some(parts) = shared_mesh(name) else {
+            continue;
+        };
         let found = mesh(parts).diagnose();
         assert!(found.is_closed() && !found.is_inward(), "{name}: {found}");
     }
@@ -71,13 +36,15 @@ fn closed_meshes_are_found_closed_and_outward() {
 #[test]
 fn open_and_non_manifold_meshes_are_found_out() {
     for (name, open, non_manifold) in [
-        ("bunny_69k_open_scan.ply", 223, 0),
-        ("dragon_48k_nonmanifold.ply", 0, 2094),
-        ("buddha_100k_asis.ply", 0, 50),
-        ("suzanne_base.ply", 42, 1),
-        ("water_pool_4k.ply", 166, 0),
+        ("bunny_69k_open_scan", 223, 0),
+        ("dragon_48k_nonmanifold", 0, 2094),
+        ("buddha_100k_asis", 0, 50),
+        ("suzanne_base", 42, 1),
+        ("water_pool_4k", 166, 0),
     ] {
-        let Some(parts) = shared(name) else { continue };
+        let Some(parts) = shared_mesh(name) else {
+            continue;
+        };
         let found = mesh(parts).diagnose();
         assert_eq!(found.open_edges.count, open, "{name}: {found}");
         assert_eq!(
@@ -90,7 +57,9 @@ fn open_and_non_manifold_meshes_are_found_out() {
 #[test]
 fn no_ray_from_within_a_closed_mesh_gets_out_by_its_vertices_and_edges() {
     for name in CLOSED {
-        let Some(parts) = shared(name) else { continue };
+        let Some(parts) = shared_mesh(name) else {
+            continue;
+        };
         let world = world_of(parts.clone());
         let mut random = Random(17);
         let corner = |face: usize, k: usize| parts.positions[parts.triangles[face][k % 3] as usize];

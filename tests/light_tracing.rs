@@ -16,7 +16,7 @@ use nephroid::transport::camera::Camera;
 
 mod support;
 
-use support::seen::{FloorView, Map, sensor, with_films};
+use support::seen::{self, FloorView, Map, sensor, with_films};
 use support::student;
 
 const WIDTH: usize = 80;
@@ -61,18 +61,7 @@ fn image() -> &'static Estimate {
 }
 
 fn by_beams(scene: &Scene, id: &str) -> Estimate {
-    let budget = BeamBudget {
-        relative_error: Some(1e-3),
-        ..BeamBudget::default()
-    };
-    let settings = BeamSettings {
-        max_layers: 64,
-        ..BeamSettings::default()
-    };
-    let sensor = sensor(scene, id);
-    beams::run(scene, sensor, settings, &budget, &Progress::default())
-        .unwrap()
-        .0
+    seen::by_beams(scene, id, 1e-3).0
 }
 
 #[test]

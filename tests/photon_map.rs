@@ -8,7 +8,6 @@ use glam::{DVec2, DVec3};
 use nephroid::numeric::Moments;
 use nephroid::optics::dielectric_reflectance;
 use nephroid::radiometry::Rgb;
-use nephroid::reference::beams::{self, BeamBudget, BeamSettings};
 use nephroid::reference::photon_map::finish::CONFIDENCE;
 use nephroid::reference::photon_map::{
     self, PhotonMapError, PhotonMapReport, PhotonMapSettings, Seen,
@@ -20,7 +19,7 @@ use nephroid::transport::camera::Camera;
 
 mod support;
 
-use support::seen::{FloorView, Map, sensor, with_films};
+use support::seen::{self, FloorView, Map, sensor, with_films};
 
 const WIDTH: usize = 80;
 const HEIGHT: usize = 60;
@@ -66,18 +65,7 @@ fn mapped(scene: &Scene, settings: PhotonMapSettings, passes: u64) -> (Estimate,
 }
 
 fn by_beams(scene: &Scene, id: &str) -> Estimate {
-    let budget = BeamBudget {
-        relative_error: Some(5e-4),
-        ..BeamBudget::default()
-    };
-    let settings = BeamSettings {
-        max_layers: 64,
-        ..BeamSettings::default()
-    };
-    let sensor = sensor(scene, id);
-    beams::run(scene, sensor, settings, &budget, &Progress::default())
-        .unwrap()
-        .0
+    seen::by_beams(scene, id, 5e-4).0
 }
 
 /// What a pixel sees of the floor through the pane [W/m²/sr], and how far that may be from the truth.

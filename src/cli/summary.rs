@@ -350,20 +350,26 @@ impl Summary {
                 relative(part.relative_error, !part.incomplete)
             )?;
         }
-        if let Some(timing) = &self.timing {
-            writeln!(
-                out,
-                "{} rays in {:.2} s on {} threads: {:.2} M rays/s",
-                self.counters.rays,
-                timing.seconds,
-                timing.threads,
-                timing.rays_per_second / 1e6
-            )?;
-        }
+        self.write_ray_rate(out)?;
         writeln!(
             out,
             "relative standard error over lit pixels, of what is drawn by lot: {}",
             relative(self.relative_error, self.complete)
+        )
+    }
+
+    /// Rays and what they took, where it is known.
+    fn write_ray_rate(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Some(timing) = &self.timing else {
+            return Ok(());
+        };
+        writeln!(
+            out,
+            "{} rays in {:.2} s on {} threads: {:.2} M rays/s",
+            self.counters.rays,
+            timing.seconds,
+            timing.threads,
+            timing.rays_per_second / 1e6
         )
     }
 
@@ -380,16 +386,7 @@ impl Summary {
         } else {
             write_cells(out, report)?;
         }
-        if let Some(timing) = &self.timing {
-            writeln!(
-                out,
-                "{} rays in {:.2} s on {} threads: {:.2} M rays/s",
-                self.counters.rays,
-                timing.seconds,
-                timing.threads,
-                timing.rays_per_second / 1e6
-            )?;
-        }
+        self.write_ray_rate(out)?;
         let balance = report.signatures.iter().map(|one| one.balance_error);
         if let Some(worst) = balance.reduce(f64::max) {
             writeln!(

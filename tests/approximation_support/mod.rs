@@ -1,9 +1,12 @@
 //! What the tests of approximations share: scenes of one object over a floor, their truth by beams, and errors.
 #![allow(dead_code, reason = "every test file uses its own part of this")]
 
+#[path = "../support/shared_meshes.rs"]
+mod shared_meshes;
+
 use std::fmt::Write as _;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use glam::DVec3;
 use nephroid::approximation::{Approximation, CausticMap, Rendering};
@@ -15,6 +18,9 @@ use nephroid::reference::beams::{BeamBudget, BeamSettings, run};
 use nephroid::scene::{Scene, Sensor};
 use nephroid::study::attribution::{Truth, relative_rmse};
 use nephroid::transport::signature::Signature;
+
+#[allow(unused_imports, reason = "every test file uses its own part of this")]
+pub use shared_meshes::shared_mesh;
 
 /// A bundled scene whose sensors have `side` texels a row.
 pub fn bundled(name: &str, side: usize) -> Scene {
@@ -105,42 +111,6 @@ pub fn mesh_over_floor(mut mesh: MeshParts, side: usize) -> Scene {
 /// The stand-in for scanned meshes: 82,000 triangles of a ball with smooth bumps.
 pub fn bumpy_ball_over_floor(side: usize) -> Scene {
     mesh_over_floor(bumpy_ball(1.0, 64), side)
-}
-
-/// A mesh of the folder beside the crate, or `None` (said aloud) where there is none: `float x y z`, then faces as
-/// `uchar` and three `int`s.
-pub fn shared_mesh(name: &str) -> Option<MeshParts> {
-    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR"))
-        .join("../shared/meshes")
-        .join(format!("{name}.ply"));
-    let Ok(bytes) = fs::read(&path) else {
-        println!("skipped {name}: no such file in ../shared/meshes");
-        return None;
-    };
-    let end = bytes.windows(11).position(|w| w == b"end_header\n")? + 11;
-    let header = String::from_utf8_lossy(&bytes[..end]).into_owned();
-    let count = |element: &str| -> usize {
-        let line = header.lines().find(|line| line.starts_with(element));
-        line.and_then(|line| line.rsplit(' ').next()?.parse().ok())
-            .expect("a count")
-    };
-    let (vertices, faces) = (count("element vertex"), count("element face"));
-    let word = |at: usize| [bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]];
-    let positions = (0..vertices)
-        .map(|i| {
-            let x = |axis: usize| f64::from(f32::from_le_bytes(word(end + 12 * i + 4 * axis)));
-            DVec3::new(x(0), x(1), x(2))
-        })
-        .collect();
-    let first = end + 12 * vertices;
-    let triangles = (0..faces)
-        .map(|i| std::array::from_fn(|k| u32::from_le_bytes(word(first + 13 * i + 1 + 4 * k))))
-        .collect();
-    Some(MeshParts {
-        positions,
-        triangles,
-        ..MeshParts::default()
-    })
 }
 
 /// A caustic map with some settings.

@@ -22,6 +22,29 @@ pub fn bundled(name: &str, side: usize) -> Scene {
     loaded(&bundled_file(name), side)
 }
 
+/// Things over a receiver of `side` x `side` texels, the square of half width 1 in the plane z = 0; `<ref id="glass"/>` is glass of
+/// index 1.5. Meshes are looked for in the folder, where the scene's file is written.
+pub fn over_floor(folder: &Path, things: &str, side: usize) -> Scene {
+    let xml = format!(
+        r#"<scene version="3.0.0">
+  <bsdf type="dielectric" id="glass"><float name="int_ior" value="1.5"/><float name="ext_ior" value="1"/></bsdf>
+  {things}
+  <shape type="rectangle" id="floor">
+    <bsdf type="diffuse"/>
+    <sensor type="irradiancemeter" id="meter">
+      <film type="hdrfilm">
+        <integer name="width" value="{side}"/><integer name="height" value="{side}"/>
+        <rfilter type="box"/>
+      </film>
+    </sensor>
+  </shape>
+</scene>"#
+    );
+    let file = folder.join("scene.xml");
+    std::fs::write(&file, xml).unwrap();
+    Scene::new(mitsuba::load_parts(&file, &[]).unwrap()).unwrap()
+}
+
 /// A scene file's scene whose irradiance meters have `side` x `side` texels.
 pub fn loaded(file: &Path, side: usize) -> Scene {
     let mut parts = mitsuba::load_parts(file, &[]).unwrap();

@@ -4,7 +4,8 @@ use glam::DVec2;
 
 use nephroid::geometry::TraversalCounters;
 use nephroid::mitsuba;
-use nephroid::reference::Estimate;
+use nephroid::reference::beams::{self, BeamBudget, BeamReport, BeamSettings};
+use nephroid::reference::{Estimate, Progress};
 use nephroid::scene::{Crop, Scene, Sensor, SensorKind};
 use nephroid::transport::camera::Camera;
 
@@ -30,6 +31,20 @@ pub fn with_films(file: &std::path::Path, pixels: [usize; 2], texels: usize) -> 
 /// The sensor with this id.
 pub fn sensor<'a>(scene: &'a Scene, id: &str) -> &'a Sensor {
     scene.sensors().iter().find(|one| one.id == id).unwrap()
+}
+
+/// Beams to a likely error, with a layer for every signature.
+pub fn by_beams(scene: &Scene, id: &str, relative_error: f64) -> (Estimate, BeamReport) {
+    let budget = BeamBudget {
+        relative_error: Some(relative_error),
+        ..BeamBudget::default()
+    };
+    let settings = BeamSettings {
+        max_layers: 64,
+        ..BeamSettings::default()
+    };
+    let sensor = sensor(scene, id);
+    beams::run(scene, sensor, settings, &budget, &Progress::default()).unwrap()
 }
 
 /// Light from specular chains: value and half the distance of its bounds, texel by texel.

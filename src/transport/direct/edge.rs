@@ -96,6 +96,12 @@ impl Cell {
         all.copied().all(|share| share == self.shares[0])
     }
 
+    /// Whether it and its quarters all see the same.
+    fn is_like(&self, quarters: &[Self; 4]) -> bool {
+        let agrees = |one: &Self| one.is_even() && one.shares[0] == self.shares[0];
+        self.is_even() && quarters.iter().all(agrees)
+    }
+
     fn is_last(&self) -> bool {
         self.size <= 1.0 / f64::from(1_u32 << SHADOW_LEVELS)
     }
@@ -206,22 +212,23 @@ impl DirectLight<'_> {
 }
 
 impl EdgeTexel<'_, '_> {
-    /// Marks the cells beside an edge as suspicious, and follows narrow shadows from one cell to the next.
+    /// Looks closely at the cells beside an edge, and so follows narrow shadows from one cell to the next. What a cell hid makes it
+    /// suspicious.
     fn follow(&mut self, cells: &mut [Cell], across: usize) -> Result<(), Uncut> {
         let wide = across + 2;
         let mut pending: Vec<usize> = (0..cells.len()).filter(|&i| !cells[i].is_even()).collect();
+        let mut is_known: Vec<bool> = cells.iter().map(|cell| !cell.is_even()).collect();
         while let Some(index) = pending.pop() {
             let (column, row) = (index % wide, index / wide);
             for row in row.max(2) - 1..=(row + 1).min(across) {
                 for column in column.max(2) - 1..=(column + 1).min(across) {
                     let beside = row * wide + column;
-                    if cells[beside].is_suspicious {
+                    if std::mem::replace(&mut is_known[beside], true) {
                         continue;
                     }
-                    cells[beside].is_suspicious = true;
-                    let cell = cells[beside];
-                    let agrees = |one: &Cell| one.is_even() && one.shares[0] == cell.shares[0];
-                    if cell.is_even() && !self.quarters(&cell)?.iter().all(agrees) {
+                    let cell = &mut cells[beside];
+                    if !cell.is_like(&self.quarters(cell)?) {
+                        cell.is_suspicious = true;
                         pending.push(beside);
                     }
                 }
@@ -257,8 +264,7 @@ impl EdgeTexel<'_, '_> {
                 }
             }
             let quarters = self.quarters(&cell)?;
-            let agrees = |one: &Cell| one.is_even() && one.shares[0] == cell.shares[0];
-            if cell.is_even() && quarters.iter().all(agrees) {
+            if cell.is_like(&quarters) {
                 self.add(&cell.outline(), cell.shares[0], sum)?;
             } else {
                 pending.extend(quarters);
