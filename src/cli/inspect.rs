@@ -1,12 +1,16 @@
 //! `nephroid inspect`: what a scene holds and requires.
 
+use std::collections::BTreeMap;
+
+use clap::ValueEnum;
 use serde::Serialize;
 
-use super::Outcome;
-use super::args::InspectArgs;
+use super::args::{DEFAULT_LAYERS, InspectArgs, Method};
 use super::render::load;
+use super::sensor::is_camera;
+use super::{Outcome, memory};
 use crate::geometry::{MeshDiagnostics, Shape};
-use crate::scene::{Ignored, Requirement, Scene, SensorKind, Warning, requirements};
+use crate::scene::{Ignored, Requirement, Scene, Sensor, SensorKind, Warning, requirements};
 
 /// What `--json` prints.
 #[derive(Serialize)]
@@ -71,6 +75,8 @@ struct SensorLine<'a> {
     plugin: &'static str,
     on: Option<&'a str>,
     size: [u32; 2],
+    /// What its film takes at most, by method, with the default number of layers.
+    film_bytes: BTreeMap<String, u64>,
 }
 
 /// Runs the command.
@@ -87,6 +93,31 @@ pub fn inspect(args: &InspectArgs) -> anyhow::Result<Outcome> {
         inspection.print();
     }
     Ok(Outcome::Complete)
+}
+
+/// Of the methods that fill such a sensor.
+fn film_bytes(scene: &Scene, sensor: &Sensor) -> BTreeMap<String, u64> {
+    let methods: &[Method] = if is_camera(sensor) {
+        &[
+            Method::Beams,
+            Method::Photons,
+            Method::PhotonMap,
+            Method::Path,
+            Method::Full,
+        ]
+    } else {
+        &[Method::Beams, Method::Photons, Method::CausticMap]
+    };
+    methods
+        .iter()
+        .filter_map(|&method| {
+            let name = method.to_possible_value()?.get_name().to_owned();
+            Some((
+                name,
+                memory::film_bytes(scene, sensor, method, DEFAULT_LAYERS),
+            ))
+        })
+        .collect()
 }
 
 impl<'a> Inspection<'a> {
@@ -136,6 +167,7 @@ impl<'a> Inspection<'a> {
                         _ => None,
                     },
                     size: [sensor.film.crop.width, sensor.film.crop.height],
+                    film_bytes: film_bytes(scene, sensor),
                 })
                 .collect(),
             requirements: requirements(scene),
@@ -176,10 +208,16 @@ impl<'a> Inspection<'a> {
         for sensor in &self.sensors {
             let on = sensor.on.map_or_else(String::new, |on| format!(" on {on}"));
             let [width, height] = sensor.size;
+            let memory: Vec<String> = sensor
+                .film_bytes
+                .iter()
+                .map(|(method, bytes)| format!("{method} {} MB", bytes.div_ceil(1_000_000)))
+                .collect();
             say!(
-                "  {} ({}){on}: {width} x {height}",
+                "  {} ({}){on}: {width} x {height}; film in memory, at most: {}",
                 sensor.id,
-                sensor.plugin
+                sensor.plugin,
+                memory.join(", ")
             );
         }
         say!("\nrequires modelled");

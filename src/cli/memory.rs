@@ -30,20 +30,7 @@ pub fn check_film(
         film.width,
         film.height
     );
-    let texels = u64::from(film.crop.width) * u64::from(film.crop.height);
-    // A camera may see coloured surfaces.
-    let is_grey = is_achromatic(scene) && !is_camera(sensor);
-    let channels = if is_grey { 1 } else { 3 };
-    let bytes_a_texel = match method {
-        Method::Photons => photons(channels, u64::from(max_layers)),
-        Method::Beams => beams(channels, u64::from(max_layers)),
-        Method::Path => path(),
-        // Each layer twice, for the two radii, and perhaps seen in two ways; the bias.
-        Method::PhotonMap => 4 * photons(3, u64::from(max_layers)),
-        Method::Full => full(),
-        Method::CausticMap => caustic_map(),
-    };
-    let needed = texels.saturating_mul(bytes_a_texel);
+    let needed = film_bytes(scene, sensor, method, max_layers);
     if let Some(available) = available_bytes() {
         ensure!(
             needed <= available,
@@ -57,6 +44,27 @@ pub fn check_film(
         );
     }
     Ok(())
+}
+
+/// Memory \[bytes\] that a sensor's film takes when a run takes most, files and all; scene and program come on top.
+///
+/// `max_layers` is the most layers with a path signature of their own.
+pub fn film_bytes(scene: &Scene, sensor: &Sensor, method: Method, max_layers: u32) -> u64 {
+    let film = &sensor.film;
+    let texels = u64::from(film.crop.width) * u64::from(film.crop.height);
+    // A camera may see coloured surfaces.
+    let is_grey = is_achromatic(scene) && !is_camera(sensor);
+    let channels = if is_grey { 1 } else { 3 };
+    let bytes_a_texel = match method {
+        Method::Photons => photons(channels, u64::from(max_layers)),
+        Method::Beams => beams(channels, u64::from(max_layers)),
+        Method::Path => path(),
+        // Each layer twice, for the two radii, and perhaps seen in two ways; the bias.
+        Method::PhotonMap => 4 * photons(3, u64::from(max_layers)),
+        Method::Full => full(),
+        Method::CausticMap => caustic_map(),
+    };
+    texels.saturating_mul(bytes_a_texel)
 }
 
 /// Three `f64`.

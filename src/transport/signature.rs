@@ -4,7 +4,7 @@ use std::fmt;
 use std::str::FromStr;
 
 /// The longest chain of specular events a [`Signature`] can hold.
-pub const MAX_EVENTS: usize = 31;
+pub const MAX_EVENTS: usize = 127;
 
 /// One specular event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -24,7 +24,7 @@ pub enum Event {
 pub struct Signature {
     /// A leading one, then a bit an event from the first on: 1 is a transmission. As a number
     /// it grows with length, then with the letters.
-    code: u32,
+    code: u128,
 }
 
 impl Signature {
@@ -44,7 +44,7 @@ impl Signature {
             "a signature holds {MAX_EVENTS} events"
         );
         Self {
-            code: self.code << 1 | u32::from(event == Event::Transmission),
+            code: self.code << 1 | u128::from(event == Event::Transmission),
         }
     }
 
@@ -71,10 +71,15 @@ impl Signature {
         })
     }
 
-    /// A number that no other signature has.
+    /// A number that no other signature of up to 31 events has, and hardly any longer one.
+    ///
+    /// The words of the code, each spread by a factor of its own before they are joined: a short code is its own key.
     #[inline]
-    pub fn code(self) -> u32 {
-        self.code
+    pub fn key(self) -> u32 {
+        const SPREAD: [u32; 4] = [1, 0x85eb_ca6b, 0xc2b2_ae35, 0x27d4_eb2f];
+        (0..4).fold(0, |key, word| {
+            key ^ ((self.code >> (32 * word)) as u32).wrapping_mul(SPREAD[word])
+        })
     }
 }
 
@@ -135,6 +140,37 @@ mod tests {
         for text in ["", "L", "D", "LXD", "LTT", "TTD", "LTTDD"] {
             assert!(text.parse::<Signature>().is_err(), "{text}");
         }
+    }
+
+    #[test]
+    fn the_longest_path_is_held_and_a_longer_one_refused() {
+        let of = |events: usize| format!("L{}D", "RT".repeat(64)[..events].to_owned());
+        for events in [31, 32, 63, 64, MAX_EVENTS] {
+            let text = of(events);
+            let path: Signature = text.parse().unwrap();
+            assert_eq!((path.len(), path.to_string()), (events, text));
+        }
+        assert!(of(MAX_EVENTS + 1).parse::<Signature>().is_err());
+    }
+
+    #[test]
+    fn a_short_paths_key_is_its_own() {
+        // All 2¹² − 1 signatures of up to 11 events, and long ones that differ in one letter.
+        let mut paths = vec![Signature::DIRECT];
+        for i in 0..(1 << 11) - 1 {
+            paths
+                .extend([Event::Reflection, Event::Transmission].map(|event| paths[i].then(event)));
+        }
+        let long = "R".repeat(MAX_EVENTS);
+        paths.extend((0..MAX_EVENTS).map(|at| {
+            let mut letters = long.clone();
+            letters.replace_range(at..=at, "T");
+            format!("L{letters}D").parse::<Signature>().unwrap()
+        }));
+        let mut keys: Vec<u32> = paths.iter().map(|path| path.key()).collect();
+        keys.sort_unstable();
+        keys.dedup();
+        assert_eq!(keys.len(), paths.len());
     }
 
     #[test]

@@ -304,7 +304,7 @@ fn pane(depth: u32, side: usize) -> (Scene, Vec<Known>) {
     (scene, layers)
 }
 
-/// The wave: its sheet folds above the floor.
+/// The wave. Its crests focus at n/((n − 1) A k²) = 1.04 m: the floor is before that, and the sheet does not fold on it.
 pub const WAVE: SineWave = SineWave {
     depth: 0.8,
     amplitude: 0.012,

@@ -26,7 +26,7 @@ pub struct SharedArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=255))]
     pub replicates: Option<u32>,
 
-    /// Specular events after which flux is cut off, up to 31; of paths the most legs from light to
+    /// Specular events after which flux is cut off, up to 127; of paths the most legs from light to
     /// camera, as Mitsuba's `max_depth` (full: legs) [default: 16; of paths the scene file's, else no limit]
     #[arg(long, value_name = "N")]
     pub max_depth: Option<u32>,
@@ -36,7 +36,7 @@ pub struct SharedArgs {
     pub shading_normals: ShadingNormalsArg,
 
     /// Path signatures with a layer of their own: the brightest (path and full: a layer a class)
-    #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u32).range(0..=1024))]
+    #[arg(long, value_name = "N", default_value_t = DEFAULT_LAYERS, value_parser = clap::value_parser!(u32).range(0..=1024))]
     pub layers: u32,
 }
 
@@ -184,6 +184,9 @@ impl From<Samples> for StreamKind {
         }
     }
 }
+
+/// Signatures with a layer of their own, unless told otherwise.
+pub const DEFAULT_LAYERS: u32 = 8;
 
 /// Specular events of photons and beams, unless asked otherwise.
 const DEFAULT_EVENTS: u32 = 16;

@@ -10,7 +10,7 @@ use std::path::PathBuf;
 use anyhow::Context;
 use clap::{Parser, Subcommand};
 
-pub use method::{PathArgs, PhotonArgs, Samples, ShadingNormalsArg, SharedArgs};
+pub use method::{DEFAULT_LAYERS, PathArgs, PhotonArgs, Samples, ShadingNormalsArg, SharedArgs};
 pub(super) use parse::parse_define;
 pub use parse::parse_fraction;
 pub use probe::ProbeArgs;

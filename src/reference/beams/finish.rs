@@ -96,7 +96,7 @@ impl Outcome<'_> {
     /// By signature, the others last.
     fn layers(&self, pass: &Pass) -> Vec<Layer> {
         let mut order: Vec<&(Option<Signature>, Average)> = pass.layers.iter().collect();
-        order.sort_by_key(|(signature, _)| signature.map_or(u32::MAX, Signature::code));
+        order.sort_by_key(|(signature, _)| (signature.is_none(), *signature));
         order
             .into_iter()
             .map(|(signature, average)| {

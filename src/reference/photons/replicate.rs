@@ -189,7 +189,7 @@ impl<const N: usize, R: Recipient<N>> ChainSink<N> for Sink<'_, R> {
     #[inline]
     fn choice(&mut self, signature: Signature, passes: u32) -> f64 {
         // A path is named by its events and passes: one dimension for each choice along it.
-        let dimension = signature.code() ^ passes.wrapping_mul(0x9e37_79b9);
+        let dimension = signature.key() ^ passes.wrapping_mul(0x9e37_79b9);
         self.choices.at(dimension)
     }
 }

@@ -223,7 +223,15 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
             }
         }
         let area = polygon.area_and_middle().0;
-        self.go_on(polygon, area, Sight::Facet(facet), generic);
+        let is_goal = polygon.events > 0 && polygon.events < self.paths.events();
+        if is_seen || is_goal {
+            self.go_on(polygon, area, Sight::Facet(facet), generic);
+        } else if was_cut {
+            // Within its edges the facet may be behind something else, the receiver may be what it is: a ray will show that.
+            self.pending.push(polygon);
+        } else {
+            self.divide(&polygon, area, Sight::Facet(facet), generic);
+        }
     }
 
     /// The part of a polygon that a straight cut puts on the wrong side of the bent line where
