@@ -340,6 +340,22 @@ fn a_lamp_amid_its_receivers_has_a_cube_of_views() {
         ]);
         (total(&rendered(&map, &scene)) / direct - 1.0).abs()
     };
+    // Photons leave the ball upward, too, and march through several faces of the cube before they are down.
+    let with = |hit| {
+        let map = exact_but(&[
+            ("photons", "256"),
+            ("map", "256"),
+            ("splat", "fixed"),
+            ("hit", hit),
+            ("steps", "512"),
+        ]);
+        let hits = rendered(&map, &scene).work;
+        let hits = hits.iter().find(|stage| stage.name == "hit").unwrap().work;
+        (hits.photons - hits.dropped) as f64
+    };
+    let (marched, traced) = (with("depth-map"), with("exact"));
+    println!("photons on the floor: marched {marched}, traced {traced}");
+    assert!((marched / traced - 1.0).abs() < 0.02, "{marched} {traced}");
     let (coarse, fine) = (lost("256"), lost("1024"));
     println!("of the light, amiss at M = 256: {coarse:.4}, 1024: {fine:.4}");
     // Texels that reach over the floor's border are read as if they were all on it: of first order in a texel's size, four
@@ -368,6 +384,30 @@ fn attribution_adds_up_and_tells_what_is_not_modelled() {
     assert!(found.residual() < 0.1 * found.all.error, "{found:?}");
     let names: Vec<&str> = found.stages.iter().map(|stage| stage.name).collect();
     assert_eq!(names, EXACT.map(|(name, _)| name));
+}
+
+#[test]
+fn attribution_to_a_truth_that_is_unknown_or_unresolved_says_so() {
+    let scene = scene_of(&over_floor(&ball(GLASS), 4));
+    let map = caustic_map(&[("photons", "16"), ("map", "16")]);
+    let with = |value: f64| {
+        attribute(&map, &scene, meter(&scene), |_| {
+            Ok(nephroid::study::attribution::Truth {
+                modelled: vec![Rgb::grey(value); 16],
+                rest: vec![Rgb::BLACK; 16],
+                relative_error: None,
+                is_resolved: false,
+            })
+        })
+    };
+    let unknown = with(f64::NAN).unwrap_err().to_string();
+    assert!(
+        unknown.contains("stopped before its first pass"),
+        "{unknown}"
+    );
+    let dark = with(0.0).unwrap_err().to_string();
+    assert!(dark.contains("no light of path LTTD"), "{dark}");
+    assert!(!with(1.0).unwrap().is_resolved);
 }
 
 #[test]
