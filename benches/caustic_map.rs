@@ -1,4 +1,5 @@
-//! A frame of caustic mapping, stage by stage: `cargo bench --bench caustic_map`.
+//! A frame of caustic mapping, stage by stage: `cargo bench --bench caustic_map`, or of some splats alone:
+//! `cargo bench --bench caustic_map -- thin-lens`.
 //!
 //! 512² photons, a refractor of about 70,000 triangles, exact refraction and hits, a map of 512² with splats of each
 //! kind, read once a texel on a receiver of 512². The median of nine frames; the scene and its trees are built once. The mesh is the
@@ -25,14 +26,20 @@ fn main() {
         "| splat | ms a frame | CPU ms | view | refraction | hit | splat | lookup | M rays | M fragments |"
     );
     println!("|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|");
-    for splat in [
+    let asked: Vec<String> = std::env::args().skip(1).collect();
+    let is_asked = |splat: &str| {
+        let mut named = asked.iter().filter(|one| !one.starts_with("--")).peekable();
+        named.peek().is_none() || named.any(|one| one == splat)
+    };
+    let splats = [
         "fixed",
         "multi-resolution",
         "thin-lens",
         "thick-lens",
         "two-curvatures",
         "mip",
-    ] {
+    ];
+    for splat in splats.into_iter().filter(|splat| is_asked(splat)) {
         let map = caustic_map(&[
             ("refraction", "exact"),
             ("hit", "exact"),

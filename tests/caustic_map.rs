@@ -7,12 +7,18 @@ use approximation_support::{
     rendered, scene_of, truth,
 };
 use glam::{DVec2, DVec3};
+use nephroid::approximation::caustic_map::buffers::{DepthMap, Receivers};
+use nephroid::approximation::caustic_map::hit::marched;
 use nephroid::approximation::caustic_map::lens::Lens;
-use nephroid::approximation::caustic_map::settings::Splat;
-use nephroid::approximation::{Approximation, ApproximationError, CausticMap, Rendering};
+use nephroid::approximation::caustic_map::refraction::Exit;
+use nephroid::approximation::caustic_map::settings::{Buffers, Splat};
+use nephroid::approximation::caustic_map::view::LightView;
+use nephroid::approximation::{Approximation, ApproximationError, CausticMap, Rendering, Work};
+use nephroid::geometry::{Bounds, Ray};
 use nephroid::optics::refract;
 use nephroid::radiometry::Rgb;
-use nephroid::study::attribution::attribute;
+use nephroid::study::attribution::{Truth, attribute};
+use nephroid::transport::first_surface::Source;
 
 const SPLATS: &[Splat] = Splat::ALL;
 
@@ -348,13 +354,52 @@ fn a_lamp_amid_its_receivers_has_a_cube_of_views() {
 }
 
 #[test]
+fn a_march_goes_on_from_one_face_of_a_cube_to_the_next() {
+    // The lamp sees the floor by faces of a cube. The ray starts in the one to the left and lands in the one below.
+    let lamp = r#"<emitter type="point"><point name="position" x="0" y="0" z="1"/><rgb name="intensity" value="1"/></emitter>"#;
+    let scene = scene_of(&lit_by(lamp, "", 4));
+    let source = &Source::all(&scene)[0];
+    let floor = Bounds::from_points([DVec3::new(-2.0, -2.0, 0.0), DVec3::new(2.0, 2.0, 0.0)]);
+    let receivers = Receivers::new(&scene);
+    let depths: Vec<DepthMap> = LightView::around(source, &[floor], 64)
+        .into_iter()
+        .map(|view| DepthMap::new(&receivers, view, Buffers::Exact).0)
+        .collect();
+    let (start, target) = (DVec3::new(-1.5, 0.2, 0.9), DVec3::new(0.3, -0.4, 0.0));
+    let exit = Exit {
+        ray: Ray::new(start, (target - start).normalize()),
+        throughput: Rgb::WHITE,
+        lens: Lens {
+            vergence: 1.0,
+            front: 0.0,
+            back: 0.0,
+            eta: 1.0,
+            thickness: 0.0,
+        },
+        derivatives: Default::default(),
+        is_exact: true,
+        family: 0,
+    };
+    let mut work = Work::default();
+    let found = marched(&exit, &depths, [256, 20], &mut work).unwrap();
+    let off = found.position.distance(target);
+    // The floor is parallel to the face below: its depth is exact there, and the march to half of a 2^20th of a 256th of at
+    // most 3 (the way to the floor's corners).
+    assert!(off < 3.0 / 256.0 / 2_f64.powi(20), "{off}");
+    // One picture alone loses it.
+    for one in depths.chunks(1) {
+        assert!(marched(&exit, one, [256, 20], &mut work).is_none());
+    }
+}
+
+#[test]
 fn attribution_adds_up_and_tells_what_is_not_modelled() {
     let scene = bundled("glass-ball", 32);
     let map = caustic_map(&[("photons", "128"), ("map", "128")]);
     let exact = truth(&scene, "LTTD", 1e-2);
     let found = attribute(&map, &scene, meter(&scene), |signature| {
         assert_eq!(signature.to_string(), "LTTD");
-        Ok(nephroid::study::attribution::Truth {
+        Ok(Truth {
             // Half as much again that no map has.
             rest: exact.modelled.iter().map(|value| *value * 0.5).collect(),
             ..exact
@@ -371,6 +416,30 @@ fn attribution_adds_up_and_tells_what_is_not_modelled() {
 }
 
 #[test]
+fn attribution_to_a_truth_that_is_unknown_or_unresolved_says_so() {
+    let scene = scene_of(&over_floor(&ball(GLASS), 4));
+    let map = caustic_map(&[("photons", "16"), ("map", "16")]);
+    let with = |value: f64| {
+        attribute(&map, &scene, meter(&scene), |_| {
+            Ok(Truth {
+                modelled: vec![Rgb::grey(value); 16],
+                rest: vec![Rgb::BLACK; 16],
+                relative_error: None,
+                is_resolved: false,
+            })
+        })
+    };
+    let unknown = with(f64::NAN).unwrap_err().to_string();
+    assert!(
+        unknown.contains("stopped before its first pass"),
+        "{unknown}"
+    );
+    let dark = with(0.0).unwrap_err().to_string();
+    assert!(dark.contains("no light of path LTTD"), "{dark}");
+    assert!(!with(1.0).unwrap().is_resolved);
+}
+
+#[test]
 fn an_unknown_stage_or_setting_is_told_with_what_there_is() {
     let map = CausticMap::default();
     let error = map.with_exact("splatt").unwrap_err().to_string();
@@ -384,9 +453,6 @@ fn an_unknown_stage_or_setting_is_told_with_what_there_is() {
 
 #[test]
 fn the_look_ups_area_is_that_of_the_traced_texel() {
-    use nephroid::approximation::caustic_map::view::LightView;
-    use nephroid::geometry::Bounds;
-    use nephroid::transport::first_surface::Source;
     let scene = bundled("glass-ball", 4);
     let source = Source::all(&scene)[0];
     let floor = Bounds::from_points([DVec3::new(-2.0, -2.0, 0.0), DVec3::new(2.0, 2.0, 0.0)]);

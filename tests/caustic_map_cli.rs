@@ -58,6 +58,24 @@ fn a_wrong_setting_is_refused_with_the_one_that_was_meant() {
 }
 
 #[test]
+fn attribution_without_the_truth_that_was_asked_for_says_so_and_fails() {
+    // A millionth of a percent takes hours. Whether a pass is through in a blink is the machine's affair: without one there is
+    // no table, with one it is marked.
+    let assert = nephroid()
+        .arg("attribute")
+        .arg(scene())
+        .args(["-D", "size=16", "--error", "0.000001%", "--time", "200ms"])
+        .args(["--set", "photons=16", "--set", "map=16"])
+        .assert()
+        .failure();
+    let said = String::from_utf8_lossy(&assert.get_output().stderr).into_owned();
+    match assert.get_output().status.code() {
+        Some(1) => assert!(said.contains("unresolved"), "{said}"),
+        _ => assert!(said.contains("stopped before its first pass"), "{said}"),
+    }
+}
+
+#[test]
 fn attribution_prints_every_stage_and_what_is_left() {
     let output = nephroid()
         .arg("attribute")

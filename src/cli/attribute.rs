@@ -11,7 +11,7 @@ use crate::reference::Progress;
 use crate::reference::beams::BeamBudget;
 use crate::study::attribution::{self, Attribution};
 
-/// Runs the command.
+/// Runs the command. Its outcome is incomplete where the truth is not as good as was asked for.
 ///
 /// # Errors
 ///
@@ -37,12 +37,28 @@ pub fn attribute(args: &AttributeArgs) -> anyhow::Result<Outcome> {
     } else {
         print(&scene.path().display().to_string(), &found);
     }
-    Ok(Outcome::Complete)
+    Ok(if found.is_resolved {
+        Outcome::Complete
+    } else {
+        eprintln!(
+            "unresolved: the truth has a likely error of {}, not the {} asked for; figures that are smaller say nothing",
+            percent(found.truth_error.unwrap_or(f64::NAN)),
+            percent(args.error)
+        );
+        Outcome::Incomplete
+    })
+}
+
+fn percent(value: f64) -> String {
+    if value.is_nan() {
+        "unknown".to_owned()
+    } else {
+        format!("{:.3} %", 100.0 * value)
+    }
 }
 
 /// Prints the table.
 fn print(scene: &str, found: &Attribution) {
-    let percent = |value: f64| format!("{:.3} %", 100.0 * value);
     say!("{scene}: {} of {}", found.approximation, found.signature);
     say!("");
     say!(
@@ -100,6 +116,11 @@ fn print(scene: &str, found: &Attribution) {
         "  energy           {:>12}  of the truth's",
         percent(found.all.energy_ratio)
     );
-    let truth = found.truth_error.map_or("unknown".to_owned(), percent);
-    say!("  the truth's own  {truth:>12}");
+    let truth = percent(found.truth_error.unwrap_or(f64::NAN));
+    let word = if found.is_resolved {
+        ""
+    } else {
+        "  unresolved: not what was asked for"
+    };
+    say!("  the truth's own  {truth:>12}{word}");
 }

@@ -16,7 +16,7 @@
 use crate::approximation::{Approximation, ApproximationError, Rendering, SettingError, Work};
 use crate::radiometry::Rgb;
 use crate::reference::beams::{self, BeamBudget, BeamError, BeamSettings};
-use crate::reference::{LayerName, Progress};
+use crate::reference::{Estimate, LayerName, Progress};
 use crate::scene::{Scene, Sensor};
 use crate::transport::signature::Signature;
 
@@ -29,6 +29,12 @@ pub enum AttributionError {
     /// The approximation does not run.
     #[error(transparent)]
     Approximation(#[from] ApproximationError),
+    /// Nothing is known of the truth.
+    #[error(
+        "the truth was stopped before its first pass was through: nothing is known of the light of path {0}, and no \
+         error can be told; allow it more time, or a larger error"
+    )]
+    Unknown(Signature),
     /// No light to be relative to.
     #[error(
         "the truth has no light of path {0} on the sensor: an error relative to it is not defined"
@@ -51,6 +57,8 @@ pub struct Truth {
     pub rest: Vec<Rgb>,
     /// The likely error of all of it, relative.
     pub relative_error: Option<f64>,
+    /// Whether that is what was asked for: not where time or rays ran out, or somebody stopped it.
+    pub is_resolved: bool,
 }
 
 /// An approximation held against the truth.
@@ -90,12 +98,14 @@ pub struct Attribution {
     pub all: Outcome,
     /// In the order of the pipeline.
     pub stages: Vec<StageError>,
-    /// The light that it does not model, by all light from mirrors and glass.
+    /// The light that it does not model, by all light from mirrors and glass; NaN where that is not known.
     pub not_modelled: f64,
-    /// Relative RMSE of leaving that light out, by the mean of the modelled light.
+    /// Relative RMSE of leaving that light out, by the mean of the modelled light; NaN where that is not known.
     pub not_modelled_error: f64,
     /// The truth's own likely error, relative.
     pub truth_error: Option<f64>,
+    /// Whether the truth is as good as was asked for. Where it is not, figures below its error say nothing.
+    pub is_resolved: bool,
 }
 
 impl Attribution {
@@ -131,6 +141,9 @@ pub fn fall_alone(error: f64, alone: impl Iterator<Item = f64>) -> f64 {
 
 /// The truth of a scene by beams, for an approximation of one path signature.
 ///
+/// Two runs: one of chains no longer than that signature, to the error that is asked for, and one of all chains, of which only
+/// the sum of the other light is wanted, to ten times that error.
+///
 /// # Errors
 ///
 /// As [`beams::run::Setup::new`] and its run.
@@ -141,30 +154,52 @@ pub fn truth_by_beams(
     budget: &BeamBudget,
     progress: &Progress,
 ) -> Result<Truth, BeamError> {
-    /// Signatures with a layer of their own: the modelled one is hardly ever the tenth brightest.
+    /// Errors of the light that is not modelled are figures of one or two digits.
+    const ROUGHLY: f64 = 10.0;
+    /// Signatures with a layer of their own: the modelled one is hardly ever the seventeenth brightest.
     const LAYERS: usize = 16;
-    let settings = BeamSettings {
+    let short = BeamSettings {
+        max_depth: signature.len() as u32,
+        ..BeamSettings::default()
+    };
+    let (estimate, _) = beams::run(scene, sensor, short, budget, progress)?;
+    let rough = BeamBudget {
+        relative_error: budget.relative_error.map(|error| ROUGHLY * error),
+        ..*budget
+    };
+    let long = BeamSettings {
         max_layers: LAYERS,
         ..BeamSettings::default()
     };
-    let (estimate, _) = beams::run(scene, sensor, settings, budget, progress)?;
+    let (all, _) = beams::run(scene, sensor, long, &rough, progress)?;
     let direct = LayerName::Path(Signature::DIRECT);
     let modelled = LayerName::Path(signature);
-    let texels = estimate.width * estimate.height;
-    let sum = |chosen: &dyn Fn(LayerName) -> bool| {
-        let mut sum = vec![Rgb::BLACK; texels];
-        for layer in estimate.layers.iter().filter(|layer| chosen(layer.name)) {
-            for (sum, value) in sum.iter_mut().zip(&layer.irradiance) {
-                *sum += *value;
-            }
-        }
-        sum
+    let is_good_enough = match (budget.relative_error, estimate.relative_error) {
+        (Some(asked), Some(error)) => error <= asked,
+        _ => true,
     };
     Ok(Truth {
-        modelled: sum(&|name| name == modelled),
-        rest: sum(&|name| name != modelled && name != direct),
+        modelled: sum_of(&estimate, |name| name == modelled),
+        rest: sum_of(&all, |name| name != modelled && name != direct),
         relative_error: estimate.relative_error,
+        is_resolved: is_good_enough && !estimate.incomplete,
     })
+}
+
+/// Some layers of an estimate, added up, texel by texel; NaN where the estimate knows nothing.
+fn sum_of(estimate: &Estimate, is_chosen: impl Fn(LayerName) -> bool) -> Vec<Rgb> {
+    let start = if estimate.total.is_unknown() {
+        Rgb::grey(f64::NAN)
+    } else {
+        Rgb::BLACK
+    };
+    let mut sum = vec![start; estimate.width * estimate.height];
+    for layer in estimate.layers.iter().filter(|layer| is_chosen(layer.name)) {
+        for (sum, value) in sum.iter_mut().zip(&layer.irradiance) {
+            *sum += *value;
+        }
+    }
+    sum
 }
 
 /// Relative RMSE of values against the truth, as this module defines it; `None` where the truth is dark.
@@ -188,7 +223,7 @@ fn total(values: &[Rgb]) -> f64 {
 ///
 /// # Errors
 ///
-/// Where the approximation does not run, the truth cannot be had, or is dark.
+/// Where the approximation does not run, the truth cannot be had, is not known, or is dark.
 pub fn attribute<A: Approximation>(
     approximation: &A,
     scene: &Scene,
@@ -198,6 +233,9 @@ pub fn attribute<A: Approximation>(
     let whole = approximation.run(scene, sensor)?;
     let signature = whole.signature;
     let truth = truth(signature)?;
+    if !truth.modelled.iter().all(|value| value.is_finite()) {
+        return Err(AttributionError::Unknown(signature));
+    }
     let judged = |rendering: &Rendering| {
         let error = relative_rmse(&rendering.values, &truth.modelled)
             .ok_or(AttributionError::Dark(signature))?;
@@ -233,5 +271,6 @@ pub fn attribute<A: Approximation>(
         not_modelled: rest / (rest + modelled),
         not_modelled_error: (squares / lit).sqrt() / (modelled / lit),
         truth_error: truth.relative_error,
+        is_resolved: truth.is_resolved,
     })
 }

@@ -168,6 +168,7 @@ pub fn truth(scene: &Scene, signature: &str, error: f64) -> Truth {
             .clone(),
         rest: Vec::new(),
         relative_error: estimate.relative_error,
+        is_resolved: !estimate.incomplete,
     }
 }
 

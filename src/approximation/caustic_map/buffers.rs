@@ -61,12 +61,12 @@ pub fn front(
     if !takes_part(scene, scene.material_of(hit.shape), mode) {
         return None;
     }
-    let mut point = scene.world().bounce_point(&ray, &hit);
+    let point = scene.world().bounce_point(&ray, &hit);
     let is_back = ray.direction.dot(point.geometric_normal) >= 0.0;
     if is_back && mode == Mode::Refraction {
         return None;
     }
-    store(&mut point, buffers);
+    let point = store(point, buffers)?;
     Some(Front { ray, hit, point })
 }
 
@@ -87,8 +87,14 @@ pub fn is_inside(scene: &Scene, shape: u32, point: DVec3) -> bool {
     found.is_some_and(|(_, met)| towards.dot(met.geometric_normal) > 0.0)
 }
 
-/// The farthest back face along a light's ray, of the object whose front it met.
-pub fn back(scene: &Scene, front: &Front, counters: &mut TraversalCounters) -> Option<Back> {
+/// The farthest back face along a light's ray, of the object whose front it met, as the buffers hold it.
+pub fn back(
+    scene: &Scene,
+    view: &LightView,
+    front: &Front,
+    buffers: Buffers,
+    counters: &mut TraversalCounters,
+) -> Option<Back> {
     /// Faces of one object along one ray: a closed surface has an even number of them.
     const MOST: usize = 256;
     let world = scene.world();
@@ -101,9 +107,12 @@ pub fn back(scene: &Scene, front: &Front, counters: &mut TraversalCounters) -> O
         };
         let point = world.bounce_point(&ray, &hit);
         if hit.shape == front.hit.shape && ray.direction.dot(point.geometric_normal) > 0.0 {
+            let depth = view.project(point.position)?.depth;
+            // Along one ray distances are as depths are.
+            let stored = quantised(depth, view, buffers) / depth;
             found = Some(Back {
-                distance: point.position.distance(start),
-                normal: point.shading_normal,
+                distance: point.position.distance(start) * stored,
+                normal: rounded(point.shading_normal, buffers).normalize(),
                 curvature: mean_curvature(scene, &hit, &point),
                 shape: hit.shape,
             });
@@ -120,21 +129,30 @@ pub fn mean_curvature(scene: &Scene, hit: &Hit, point: &SurfacePoint) -> f64 {
     0.5 * (turn(s) + turn(t))
 }
 
+/// What is left of a vector in a buffer.
+fn rounded(v: DVec3, buffers: Buffers) -> DVec3 {
+    match buffers {
+        Buffers::Exact => v,
+        Buffers::F32 => v.map(|x| f64::from(x as f32)),
+        Buffers::F16 => v.map(|x| f16::from_f64(x).to_f64()),
+    }
+}
+
 /// What is left of a surface point in a buffer. The error of its position grows, so that rays leave the surface from
-/// where it is stored.
-pub fn store(point: &mut SurfacePoint, buffers: Buffers) {
-    let (round, unit): (fn(f64) -> f64, f64) = match buffers {
-        Buffers::Exact => return,
-        Buffers::F32 => (|x| f64::from(x as f32), f64::from(f32::EPSILON)),
-        Buffers::F16 => (|x| f16::from_f64(x).to_f64(), f16::EPSILON.to_f64()),
+/// where it is stored. `None` where it lies beyond what the buffer's numbers reach: 65504 of half floats.
+pub fn store(mut point: SurfacePoint, buffers: Buffers) -> Option<SurfacePoint> {
+    let unit = match buffers {
+        Buffers::Exact => return Some(point),
+        Buffers::F32 => f64::from(f32::EPSILON),
+        Buffers::F16 => f16::EPSILON.to_f64(),
     };
-    let each = |v: DVec3| DVec3::new(round(v.x), round(v.y), round(v.z));
-    let stored = each(point.position);
+    let stored = rounded(point.position, buffers);
     // Half a unit in the last place, and half of the smallest half float.
     point.position_error += stored.abs() * (0.5 * unit) + 3e-8;
     point.position = stored;
-    point.geometric_normal = each(point.geometric_normal).normalize();
-    point.shading_normal = each(point.shading_normal).normalize();
+    point.geometric_normal = rounded(point.geometric_normal, buffers).normalize();
+    point.shading_normal = rounded(point.shading_normal, buffers).normalize();
+    stored.is_finite().then_some(point)
 }
 
 /// The receivers by themselves: every surface that is neither specular nor passed as if it were not there.
@@ -161,6 +179,11 @@ impl Receivers {
                 .collect(),
         );
         Self { world, shapes }
+    }
+
+    /// Whether one of them may hide a part of another, or of itself, from a light.
+    pub fn may_hide(&self) -> bool {
+        !matches!(self.world.shapes(), [Shape::Rectangle(_) | Shape::Disk(_)])
     }
 
     /// The first of them along a ray, whatever specular is before it.
@@ -244,4 +267,41 @@ fn quantised(depth: f64, view: &LightView, buffers: Buffers) -> f64 {
     }
     let (a, b) = (1.0 / near, 1.0 / far);
     1.0 / (a - stored((a - 1.0 / depth) / (a - b)) * (a - b))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn stored(x: f64, buffers: Buffers) -> Option<SurfacePoint> {
+        let point = SurfacePoint {
+            position: DVec3::splat(x),
+            position_error: DVec3::ZERO,
+            geometric_normal: DVec3::Z,
+            shading_normal: DVec3::Z,
+            uv: DVec2::ZERO,
+        };
+        store(point, buffers)
+    }
+
+    #[test]
+    fn what_is_stored_is_within_the_error_that_is_told() {
+        for buffers in [Buffers::Exact, Buffers::F32, Buffers::F16] {
+            for x in [0.0, 1e-7, 0.1, -3.3, 60_000.0] {
+                let point = stored(x, buffers).unwrap();
+                let off = (point.position - DVec3::splat(x)).abs();
+                assert!(
+                    off.cmple(point.position_error).all(),
+                    "{buffers:?} {x}: {off}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_beyond_half_floats_is_not_stored() {
+        assert!(stored(7e4, Buffers::F16).is_none());
+        assert!(stored(7e4, Buffers::F32).is_some());
+        assert!(stored(1e39, Buffers::F32).is_none());
+    }
 }

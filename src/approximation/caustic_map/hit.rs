@@ -4,30 +4,17 @@ use glam::{DVec2, DVec3};
 
 use super::buffers::{DepthMap, Receivers};
 use super::refraction::Exit;
-use super::view::LightView;
+use super::view::{LightView, Projection};
 use crate::approximation::Work;
-use crate::geometry::{Ray, TraversalCounters};
+use crate::geometry::{Hit, Ray, TraversalCounters};
 use crate::radiometry::Rgb;
 use crate::scene::Scene;
 use crate::transport::prescribed::{End, next_hit};
 use crate::transport::screen::Screen;
 
-/// What photons land on.
-#[derive(Clone, Copy, Debug)]
-pub enum Canvas<'a> {
-    /// A caustic map: any receiver, by its place in the light's view.
-    Map(&'a LightView),
-    /// The sensor's own texels.
-    Sensor(Screen<'a>),
-}
-
 /// A photon on a receiver.
 #[derive(Clone, Copy, Debug)]
-pub struct Landing {
-    /// On the canvas, in texels; may lie outside.
-    pub at: DVec2,
-    /// What its flux is multiplied by on the canvas.
-    pub weight: Rgb,
+pub struct Place {
     /// Where it is.
     pub position: DVec3,
     /// The receiver's unit normal; of a march the direction of the light.
@@ -36,55 +23,89 @@ pub struct Landing {
     pub surface: u64,
 }
 
-impl Canvas<'_> {
-    /// Columns and rows.
-    pub fn size(&self) -> [usize; 2] {
-        match self {
-            Self::Map(view) => [view.side(); 2],
-            Self::Sensor(screen) => screen.size(),
-        }
+/// What beams land on.
+#[derive(Clone, Copy, Debug)]
+pub enum Canvas<'a> {
+    /// A caustic map: any receiver, by its place in the light's view.
+    Map(&'a LightView),
+    /// The sensor's own texels.
+    Sensor(Screen<'a>),
+}
+
+/// A corner of a beam on a canvas.
+#[derive(Clone, Copy, Debug)]
+pub struct Landing {
+    /// In texels; may lie outside.
+    pub at: DVec2,
+    /// What its flux is multiplied by on the canvas.
+    pub weight: Rgb,
+    /// The same for corners on one smooth surface.
+    pub surface: u64,
+}
+
+/// What a ray meets that is traced on: the next surface; from an approximate exit point, which may be inside the
+/// object still, the next receiver.
+fn next(
+    scene: &Scene,
+    receivers: &Receivers,
+    exit: &Exit,
+    counters: &mut TraversalCounters,
+) -> Option<(Ray, Hit)> {
+    if exit.is_exact {
+        next_hit(scene, exit.ray, counters)
+    } else {
+        let (hit, _) = receivers.first(&exit.ray, counters)?;
+        Some((exit.ray, hit))
     }
 }
 
-/// A ray that is traced to the next surface, which must be no specular one; from an approximate exit point, which may
-/// be inside the object still, to the next receiver.
+/// A photon whose ray is traced to the next surface, which must be no specular one.
 pub fn traced(
     scene: &Scene,
     receivers: &Receivers,
-    canvas: &Canvas,
+    exit: &Exit,
+    counters: &mut TraversalCounters,
+) -> Option<Place> {
+    let (ray, hit) = next(scene, receivers, exit, counters)?;
+    if scene.material_of(hit.shape).is_specular(scene.materials()) {
+        return None;
+    }
+    let point = scene.world().bounce_point(&ray, &hit);
+    let element = scene.world().element(&hit);
+    Some(Place {
+        position: point.position,
+        normal: point.geometric_normal,
+        surface: u64::from(element.shape) << 32 | u64::from(element.face.unwrap_or(0)),
+    })
+}
+
+/// A corner of a beam that is traced to the sensor.
+pub fn traced_on_sensor(
+    scene: &Scene,
+    receivers: &Receivers,
+    screen: &Screen,
     exit: &Exit,
     counters: &mut TraversalCounters,
 ) -> Option<Landing> {
-    let found = if exit.is_exact {
-        next_hit(scene, exit.ray, counters)
-    } else {
-        let found = receivers.first(&exit.ray, counters);
-        found.map(|(hit, _)| (exit.ray, hit))
-    };
-    match canvas {
-        Canvas::Map(view) => {
-            let (ray, hit) = found?;
-            if scene.material_of(hit.shape).is_specular(scene.materials()) {
-                return None;
-            }
-            let point = scene.world().bounce_point(&ray, &hit);
-            let element = scene.world().element(&hit);
-            Some(Landing {
-                at: view.project(point.position)?.at,
-                weight: Rgb::WHITE,
-                position: point.position,
-                normal: point.geometric_normal,
-                surface: u64::from(element.shape) << 32 | u64::from(element.face.unwrap_or(0)),
-            })
-        }
-        Canvas::Sensor(screen) => {
-            let (ray, hit) = match found {
-                Some((ray, hit)) => (ray, Some(hit)),
-                None => (exit.ray, None),
-            };
-            on_sensor(scene, screen, &ray, hit, counters)
-        }
-    }
+    let found = next(scene, receivers, exit, counters);
+    // A sensor on a plane also knows what would land beyond its border, where nothing is met.
+    let (ray, hit) = found.map_or((exit.ray, None), |(ray, hit)| (ray, Some(hit)));
+    on_sensor(scene, screen, &ray, hit, counters)
+}
+
+/// A corner of a beam that marched to a receiver, where a look-up would place it: along the light's ray.
+pub fn marched_on_sensor(
+    scene: &Scene,
+    receivers: &Receivers,
+    screen: &Screen,
+    depths: &[DepthMap],
+    place: &Place,
+    counters: &mut TraversalCounters,
+) -> Option<Landing> {
+    let (map, seen) = seen_in(depths, place.position)?;
+    let ray = map.view().ray(seen.at);
+    let hit = receivers.first(&ray, counters).map(|(hit, _)| hit);
+    on_sensor(scene, screen, &ray, hit, counters)
 }
 
 /// Where the sensor has what a ray met.
@@ -92,45 +113,47 @@ fn on_sensor(
     scene: &Scene,
     screen: &Screen,
     ray: &Ray,
-    hit: Option<crate::geometry::Hit>,
+    hit: Option<Hit>,
     counters: &mut TraversalCounters,
 ) -> Option<Landing> {
     let (end, weight, surface) = screen.end(scene, ray, hit.as_ref(), counters);
-    let End::Landed(at) = end else {
-        return None;
-    };
-    let point = hit.map(|hit| scene.world().bounce_point(ray, &hit));
-    Some(Landing {
-        at,
-        weight,
-        position: point.map_or(ray.origin, |point| point.position),
-        normal: point.map_or(-ray.direction, |point| point.geometric_normal),
-        surface,
+    match end {
+        End::Landed(at) => Some(Landing {
+            at,
+            weight,
+            surface,
+        }),
+        _ => None,
+    }
+}
+
+/// The first of a light's pictures that a point is in, and where.
+fn seen_in(depths: &[DepthMap], point: DVec3) -> Option<(&DepthMap, Projection)> {
+    depths.iter().find_map(|map| {
+        let seen = map.view().project(point)?;
+        map.view().holds(seen.at).then_some((map, seen))
     })
 }
 
-/// A march through the receivers' depth map: `steps` equal steps along the ray until it is deeper than the map, then
-/// `bisections` of the last step. The way is as long as the range of depths.
+/// A march through the receivers' depths: `steps` equal steps along the ray until it is deeper than what the light sees there, then
+/// `bisections` of the last step. The way is as long as the range of depths. `depths` are all pictures of one light, as a cube's faces
+/// are; the march goes on from one to the next, and ends where none has it.
 ///
 /// The point found is on the map's surface as far as that is sampled; the march may step over what is thinner than a
 /// step, and takes what is hidden from the light for solid (Szirmay-Kalos et al. 2005; section 6).
 pub fn marched(
-    scene: &Scene,
-    receivers: &Receivers,
-    canvas: &Canvas,
     exit: &Exit,
-    depths: &DepthMap,
+    depths: &[DepthMap],
     [steps, bisections]: [u32; 2],
     work: &mut Work,
-) -> Option<Landing> {
-    let view = depths.view();
-    let [_, far] = view.range();
+) -> Option<Place> {
+    let far = depths.first()?.view().range()[1];
     let step = far / f64::from(steps);
     let mut is_below = |distance: f64| -> Option<bool> {
         work.steps += 1;
         work.fetches += 1;
-        let seen = view.project(exit.ray.at(distance))?;
-        Some(seen.depth > depths.at(seen.at)?)
+        let (map, seen) = seen_in(depths, exit.ray.at(distance))?;
+        Some(seen.depth > map.at(seen.at)?)
     };
     let mut below = None;
     for index in 1..=steps {
@@ -151,23 +174,10 @@ pub fn marched(
         }
     }
     let position = exit.ray.at(0.5 * (low + high));
-    let seen = view.project(position)?;
-    match canvas {
-        Canvas::Map(map) => Some(Landing {
-            at: map.project(position)?.at,
-            weight: Rgb::WHITE,
-            position,
-            normal: view.direction_to(position),
-            surface: 0,
-        }),
-        // As a look-up would place it: along the light's ray.
-        Canvas::Sensor(screen) => {
-            let mut counters = TraversalCounters::default();
-            let ray = view.ray(seen.at);
-            let hit = receivers.first(&ray, &mut counters).map(|(hit, _)| hit);
-            let landing = on_sensor(scene, screen, &ray, hit, &mut counters);
-            work.add_rays(counters);
-            landing
-        }
-    }
+    let (map, _) = seen_in(depths, position)?;
+    Some(Place {
+        position,
+        normal: map.view().direction_to(position),
+        surface: 0,
+    })
 }

@@ -62,7 +62,7 @@ impl IrradianceField for CausticTextures {
         for map in &self.maps {
             let position = point.position;
             // The map knows one surface along each of the light's rays: the side that faces it.
-            if map.view.direction_to(position).dot(normal) >= 0.0 {
+            if !map.view.is_before(position, normal) {
                 continue;
             }
             let Some(seen) = map
@@ -72,6 +72,11 @@ impl IrradianceField for CausticTextures {
             else {
                 continue;
             };
+            let flux = map.read(seen.at, self.lookup, work);
+            // Most of a map has no light: nothing is left to be divided, nor shadowed.
+            if flux.is_black() {
+                continue;
+            }
             if let Some(depths) = &map.depths {
                 work.fetches += 1;
                 let [near, far] = depths.view().range();
@@ -84,8 +89,7 @@ impl IrradianceField for CausticTextures {
                     continue;
                 }
             }
-            let area = map.view.seen_area(position, normal);
-            sum += map.read(seen.at, self.lookup, work) / area;
+            sum += flux / map.view.seen_area(position, normal);
         }
         sum
     }

@@ -7,10 +7,10 @@
 //! | stage | file | variants | exact |
 //! |---|---|---|---|
 //! | `view` | [`buffers`], of [`view`] | positions and normals in `f16`, `f32`; 24-bit depths | `f64` |
-//! | `refraction` | [`refraction`] | `image-space` | the ray is traced |
+//! | `refraction` | [`refraction`], of [`interface`] | `image-space` | the ray is traced |
 //! | `hit` | [`hit`] | `depth-map` | the ray is traced |
 //! | `flux` | [`trace`] | `uniform` | by solid angle |
-//! | `fresnel` | [`refraction`] | `none`, `schlick` | Fresnel's equations |
+//! | `fresnel` | [`interface`] | `none`, `schlick` | Fresnel's equations |
 //! | `splat` | [`splat`], [`resolve`]; widths by [`lens`] | Gaussians, fixed or variable | [`footprint`]: beams |
 //! | `lookup` | [`lookup`] | `nearest`, `bilinear` | [`project`]: none, light is dealt out to the sensor's own texels |
 //!
@@ -21,8 +21,10 @@ pub mod buffers;
 mod demands;
 pub mod footprint;
 pub mod hit;
+pub mod interface;
 pub mod lens;
 pub mod lookup;
+mod photons;
 pub mod project;
 pub mod refraction;
 pub mod resolve;

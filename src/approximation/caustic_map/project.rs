@@ -55,16 +55,17 @@ pub fn deal_texels(
                 let b = corner(column + 1, row, &mut counters);
                 let d = corner(column + 1, row + 1, &mut counters);
                 known = Some((column + 1, (b, d)));
-                let corners: Vec<_> = [a, b, c, d].into_iter().flatten().collect();
                 let share = |parts: f64, weight: Rgb| carried * weight / parts;
-                if let [a, b, c, d] = corners[..] {
+                if let [Some(a), Some(b), Some(c), Some(d)] = [a, b, c, d]
+                    && [b.2, c.2, d.2] == [a.2; 3]
+                {
                     for triangle in [[a, b, d], [a, d, c]] {
                         let values = triangle.map(|(_, weight, _)| share(2.0, weight));
                         work.fragments += film.deal(triangle.map(|(at, ..)| at), values);
                     }
                 } else {
-                    // At a receiver's border a texel's light is where its corners are.
-                    for (at, weight, _) in corners {
+                    // At a surface's border a texel's light is where its corners are: what is between two surfaces has none.
+                    for (at, weight, _) in [a, b, c, d].into_iter().flatten() {
                         film.deposit_at(at, share(4.0, weight));
                         work.fragments += 1;
                     }

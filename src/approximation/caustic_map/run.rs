@@ -3,23 +3,21 @@
 use std::time::Instant;
 
 use glam::DVec2;
-use rayon::prelude::*;
 
-use super::buffers::{Back, DepthMap, Front, Receivers, back, takes_part};
+use super::buffers::{Back, DepthMap, Receivers, takes_part};
 use super::demands::{check_outside, flux_bound, is_diffuse, mode, sources};
 use super::footprint::{ExactFilm, deal_beams};
 use super::hit::Canvas;
 use super::lookup::{CausticTexture, CausticTextures};
+use super::photons::{backs, photons};
 use super::project::deal_texels;
-use super::refraction::Exit;
 use super::resolve::{mip, mip_splat, multi_resolution};
 use super::settings::{Frustum, Hit, Lookup, Mode, Refraction, Settings, Splat};
 use super::splat::{Photon, draw};
-use super::spread::spread;
 use super::trace::Tracer;
 use super::view::LightView;
 use crate::approximation::{ApproximationError, Rendering, SensorFilm, StageWork, Work};
-use crate::geometry::{Bounds, TraversalCounters};
+use crate::geometry::Bounds;
 use crate::radiometry::Rgb;
 use crate::scene::{Scene, Sensor};
 use crate::transport::first_surface::Source;
@@ -92,13 +90,6 @@ struct Pipeline<'a> {
     work: Vec<StageWork>,
 }
 
-/// What a pixel of the photon buffer became.
-struct Sent<T> {
-    /// Its image point.
-    at: DVec2,
-    what: T,
-}
-
 impl Pipeline<'_> {
     /// Runs a part of a stage on the clock.
     fn timed<T>(&mut self, stage: usize, part: impl FnOnce(&mut Self) -> T) -> T {
@@ -149,6 +140,7 @@ impl Pipeline<'_> {
             .sum();
         let largest = total * self.film.largest_factor(self.scene);
         let film = ExactFilm::new(self.film.size(), largest)?;
+        let shift = Self::shift(frame);
         let mut maps = Vec::new();
         for source in sources {
             let views = LightView::around(source, &all, settings.map);
@@ -163,30 +155,39 @@ impl Pipeline<'_> {
                     source,
                     view,
                     window: view.window(&refractor),
-                    // A photon marches through the picture that its own view has of the scene.
-                    depths: depth_map_of(view, &depths),
+                    depths: &depths,
                 })
                 .collect();
             if is_direct {
                 for light in &lights {
                     let canvas = Canvas::Sensor(self.film.screen());
-                    self.beams(light, &canvas, Self::shift(frame), &film);
+                    self.beams(light, &canvas, shift, &film);
                 }
                 continue;
             }
-            for (index, view) in views.iter().enumerate() {
-                let flux = self.map(&lights, view, Self::shift(frame), total)?;
+            let fluxes = self.maps(&lights, &views, shift, total)?;
+            for (index, (view, flux)) in views.into_iter().zip(fluxes).enumerate() {
                 maps.push(CausticTexture {
-                    view: *view,
+                    view,
                     flux,
                     depths: depths.get(index).cloned(),
                 });
             }
         }
+        self.looked_up(maps, film)
+    }
+
+    /// Stage `lookup`: what the sensor's texels have of maps, or of a film that has it all.
+    fn looked_up(
+        &mut self,
+        maps: Vec<CausticTexture>,
+        film: ExactFilm,
+    ) -> Result<Vec<Rgb>, ApproximationError> {
+        let settings = self.settings;
         self.timed(LOOKUP, |this| {
             if settings.lookup == Lookup::Exact {
+                let screen = this.film.screen();
                 for map in &maps {
-                    let screen = this.film.screen();
                     this.work[LOOKUP].work += deal_texels(
                         this.scene,
                         &this.receivers,
@@ -214,9 +215,11 @@ impl Pipeline<'_> {
         })
     }
 
-    /// The receivers' depths in each view, where a stage reads them.
+    /// The receivers' depths in each view, where a stage reads them: marches do, and look-ups where receivers may hide one another.
     fn depth_maps(&mut self, views: &[LightView]) -> Vec<DepthMap> {
-        if self.settings.hit == Hit::Exact && self.settings.lookup == Lookup::Exact {
+        let is_marched = self.settings.hit == Hit::DepthMap;
+        let is_tested = self.settings.lookup != Lookup::Exact && self.receivers.may_hide();
+        if !is_marched && !is_tested {
             return Vec::new();
         }
         self.timed(VIEW, |this| {
@@ -254,6 +257,7 @@ impl Pipeline<'_> {
             window: light.window,
             source: light.source,
             view: light.view,
+            pixel_measure: light.view.measure() / (light.view.side() as f64).powi(2),
             mode: self.mode,
             settings: self.settings,
             backs,
@@ -261,37 +265,44 @@ impl Pipeline<'_> {
         }
     }
 
-    /// One caustic map: flux \[W\] by texel.
-    fn map(
+    /// The caustic maps of one light, in its views: flux \[W\] by texel.
+    fn maps(
         &mut self,
         lights: &[Light],
-        view: &LightView,
+        views: &[LightView],
         shift: DVec2,
         total: f64,
-    ) -> Result<Vec<Rgb>, ApproximationError> {
-        let canvas = Canvas::Map(view);
+    ) -> Result<Vec<Vec<Rgb>>, ApproximationError> {
         if self.settings.splat == Splat::Exact {
-            let film = ExactFilm::new([view.side(); 2], total)?;
-            for light in lights {
-                self.beams(light, &canvas, shift, &film);
-            }
-            return film.finish();
-        }
-        let mut photons = Vec::new();
-        for light in lights {
-            photons.extend(self.photons(light, &canvas, view, shift));
-        }
-        Ok(self.timed(SPLAT, |this| {
-            let settings = this.settings;
-            let (map, work) = match settings.splat {
-                Splat::Mip => mip(view.side(), &photons, settings.dense),
-                Splat::MipSplat => mip_splat(view.side(), &photons, settings.dense),
-                Splat::MultiResolution => multi_resolution(view.side(), &photons),
-                _ => draw(view.side(), &photons),
+            let with_beams = |view: &LightView| {
+                let film = ExactFilm::new([view.side(); 2], total)?;
+                for light in lights {
+                    self.beams(light, &Canvas::Map(view), shift, &film);
+                }
+                film.finish()
             };
-            this.work[SPLAT].work += work;
-            map
-        }))
+            return views.iter().map(with_beams).collect();
+        }
+        let mut photons: Vec<Vec<Photon>> = vec![Vec::new(); views.len()];
+        for light in lights {
+            for (all, some) in photons.iter_mut().zip(self.photons(light, views, shift)) {
+                all.extend(some);
+            }
+        }
+        let settings = self.settings;
+        let drawn = views.iter().zip(&photons).map(|(view, photons)| {
+            self.timed(SPLAT, |this| {
+                let (map, work) = match settings.splat {
+                    Splat::Mip => mip(view.side(), photons, settings.dense),
+                    Splat::MipSplat => mip_splat(view.side(), photons, settings.dense),
+                    Splat::MultiResolution => multi_resolution(view.side(), photons),
+                    _ => draw(view.side(), photons),
+                };
+                this.work[SPLAT].work += work;
+                map
+            })
+        });
+        Ok(drawn.collect())
     }
 
     /// The picture of back faces, where refraction reads it.
@@ -302,116 +313,27 @@ impl Pipeline<'_> {
             return Vec::new();
         }
         self.timed(VIEW, |this| {
-            let tracer = this.tracer(light, &[]);
-            let side = light.view.side();
-            let rows: Vec<(Vec<Option<Back>>, Work)> = (0..side)
-                .into_par_iter()
-                .map(|row| {
-                    let (mut work, mut counters) = (Work::default(), TraversalCounters::default());
-                    let row = (0..side)
-                        .map(|column| {
-                            let at = DVec2::new(column as f64, row as f64) + 0.5;
-                            let front = tracer.front(at, &mut work)?;
-                            back(tracer.scene, &front, &mut counters)
-                        })
-                        .collect();
-                    work.add_rays(counters);
-                    (row, work)
-                })
-                .collect();
-            let mut backs = Vec::with_capacity(side * side);
-            for (row, work) in rows {
-                backs.extend(row);
-                // Rasterised once; that the fronts are found again is no photon's work.
-                this.work[VIEW].work.rays += work.rays;
-            }
-            this.work[VIEW].work.bytes += (side * side * 16) as u64;
+            let (backs, work) = backs(&this.tracer(light, &[]));
+            this.work[VIEW].work += work;
             backs
         })
     }
 
-    /// All photons of a light on a map.
-    fn photons(
-        &mut self,
-        light: &Light,
-        canvas: &Canvas,
-        map: &LightView,
-        shift: DVec2,
-    ) -> Vec<Photon> {
-        let side = light.view.side();
+    /// A light's photons on each of its maps. Their stages run side by side, in tiles: the time that they take together is
+    /// shared out by what threads spent in each.
+    fn photons(&mut self, light: &Light, maps: &[LightView], shift: DVec2) -> Vec<Vec<Photon>> {
         let backs = self.backs(light);
-        let fronts = self.timed(VIEW, |this| {
-            let tracer = this.tracer(light, &backs);
-            let rows: Vec<_> = (0..side)
-                .into_par_iter()
-                .map(|row| front_row(&tracer, row, shift))
-                .collect();
-            let mut fronts = Vec::new();
-            for (row, work) in rows {
-                fronts.extend(row);
-                this.work[VIEW].work += work;
+        let start = Instant::now();
+        let (photons, stages) = photons(&self.tracer(light, &backs), maps, shift);
+        let seconds = start.elapsed().as_secs_f64();
+        let all: f64 = stages.iter().map(|done| done.thread_seconds).sum();
+        for (stage, done) in [VIEW, REFRACTION, HIT, FLUX].into_iter().zip(stages) {
+            self.work[stage].work += done.work;
+            if all > 0.0 {
+                self.work[stage].seconds += seconds * done.thread_seconds / all;
             }
-            this.work[VIEW].work.bytes += (side * side * 2 * 12) as u64;
-            fronts
-        });
-        let exits = self.stage(REFRACTION, &fronts, |this, front: &Sent<Front>, work| {
-            this.tracer(light, &backs).exit(front.at, &front.what, work)
-        });
-        let landed = self.stage(HIT, &exits, |this, exit: &Sent<Exit>, work| {
-            let tracer = this.tracer(light, &backs);
-            Some((exit.what, tracer.landing(&exit.what, canvas, work)?))
-        });
-        self.timed(FLUX, |this| {
-            this.work[FLUX].work.photons += landed.len() as u64;
-            let tracer = this.tracer(light, &backs);
-            landed
-                .par_iter()
-                .map(|sent| {
-                    let (exit, landing) = &sent.what;
-                    let low = sent.at - 0.5;
-                    let emitted = tracer.emitted(sent.at, low, low + 1.0);
-                    Photon {
-                        at: landing.at,
-                        flux: emitted * exit.throughput * landing.weight,
-                        spread: spread(this.settings, this.mode, light.view, map, exit, landing),
-                    }
-                })
-                .collect()
-        })
-    }
-
-    /// Runs a stage on every photon that is left, and keeps those that it does not drop, in their order.
-    fn stage<T: Sync, U: Send>(
-        &mut self,
-        stage: usize,
-        photons: &[Sent<T>],
-        step: impl Fn(&Self, &Sent<T>, &mut Work) -> Option<U> + Sync,
-    ) -> Vec<Sent<U>> {
-        /// Photons a task.
-        const TASK: usize = 1024;
-        let parts: Vec<(Vec<Sent<U>>, Work)> = self.timed(stage, |this| {
-            let this = &*this;
-            photons
-                .par_chunks(TASK)
-                .map(|chunk| {
-                    let mut work = Work::default();
-                    let left = chunk
-                        .iter()
-                        .filter_map(|sent| {
-                            let what = step(this, sent, &mut work)?;
-                            Some(Sent { at: sent.at, what })
-                        })
-                        .collect();
-                    (left, work)
-                })
-                .collect()
-        });
-        let mut left = Vec::with_capacity(photons.len());
-        for (part, work) in parts {
-            left.extend(part);
-            self.work[stage].work += work;
         }
-        left
+        photons
     }
 }
 
@@ -421,30 +343,6 @@ struct Light<'a> {
     view: &'a LightView,
     /// The part of it that specular objects are in.
     window: [DVec2; 2],
-    depths: Option<&'a DepthMap>,
-}
-
-/// The depth map of the view with the same axis, or the only one.
-fn depth_map_of<'a>(view: &LightView, maps: &'a [DepthMap]) -> Option<&'a DepthMap> {
-    let middle = DVec2::splat(0.5 * view.side() as f64);
-    let ray = view.ray(middle);
-    maps.iter()
-        .find(|map| {
-            let seen = map.view().project(ray.at(map.view().range()[1]));
-            seen.is_some_and(|seen| map.view().holds(seen.at))
-        })
-        .or(maps.first())
-}
-
-/// The fronts in one row of a photon buffer.
-fn front_row(tracer: &Tracer, row: usize, shift: DVec2) -> (Vec<Sent<Front>>, Work) {
-    let mut work = Work::default();
-    let fronts = (0..tracer.view.side())
-        .filter_map(|column| {
-            let at = DVec2::new(column as f64, row as f64) + 0.5 + shift;
-            let what = tracer.front(at, &mut work)?;
-            Some(Sent { at, what })
-        })
-        .collect();
-    (fronts, work)
+    /// The receivers in all pictures of this light.
+    depths: &'a [DepthMap],
 }

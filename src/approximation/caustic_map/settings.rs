@@ -52,6 +52,17 @@ variants! {
     }
 }
 
+impl Buffers {
+    /// Bytes of a number.
+    pub fn bytes(self) -> u64 {
+        match self {
+            Self::F16 => 2,
+            Self::F32 => 4,
+            Self::Exact => 8,
+        }
+    }
+}
+
 variants! {
     /// How light leaves the specular object.
     Refraction {

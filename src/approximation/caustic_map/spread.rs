@@ -2,7 +2,7 @@
 
 use glam::{DMat2, DVec2};
 
-use super::hit::Landing;
+use super::hit::Place;
 use super::refraction::Exit;
 use super::settings::{Mode, Settings, Splat};
 use super::splat::{DEVIATIONS, Spread};
@@ -15,12 +15,12 @@ pub fn spread(
     view: &LightView,
     map: &LightView,
     exit: &Exit,
-    landing: &Landing,
+    place: &Place,
 ) -> Spread {
     // Texels of the map by pixel of the photon buffer.
     let ratio = view.half() / view.side() as f64 * map.side() as f64 / map.half();
     let unbent = settings.base_size * ratio;
-    let background = landing.position.distance(exit.ray.origin);
+    let background = place.position.distance(exit.ray.origin);
     let lens = &exit.lens;
     let bounded = |factor: f64| {
         let diameter = factor * unbent;
@@ -34,19 +34,19 @@ pub fn spread(
         (Splat::ThinLens | Splat::ThickLens, Mode::Reflection) => bounded(lens.mirror(background)),
         (Splat::ThinLens, Mode::Refraction) => bounded(lens.thin(background)),
         (Splat::ThickLens, Mode::Refraction) => bounded(lens.thick(background)),
-        (Splat::TwoCurvatures, _) => ellipse(settings, map, exit, landing),
+        (Splat::TwoCurvatures, _) => ellipse(settings, map, exit, place),
         _ => Spread::Round(settings.splat_size),
     }
 }
 
 /// The Gaussian of a photon's pixel, σ = `base_size` / 6 pixels, carried to the map by the beam's exact derivatives; never
 /// narrower than a third of a texel, nor larger than the largest splat.
-fn ellipse(settings: &Settings, map: &LightView, exit: &Exit, landing: &Landing) -> Spread {
+fn ellipse(settings: &Settings, map: &LightView, exit: &Exit, place: &Place) -> Spread {
     const NARROWEST: f64 = 1.0 / 3.0;
-    let distance = landing.position.distance(exit.ray.origin);
+    let distance = place.position.distance(exit.ray.origin);
     let [a, b] = exit.derivatives.map(|derivative| {
-        let on_receiver = derivative.transferred(exit.ray.direction, distance, landing.normal);
-        map.project_derivative(landing.position, on_receiver.position)
+        let on_receiver = derivative.transferred(exit.ray.direction, distance, place.normal);
+        map.project_derivative(place.position, on_receiver.position)
             * (settings.base_size / DEVIATIONS)
     });
     let floor = DMat2::from_diagonal(DVec2::splat(NARROWEST * NARROWEST));

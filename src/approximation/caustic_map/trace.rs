@@ -3,8 +3,8 @@
 use glam::DVec2;
 
 use super::buffers::{Back, DepthMap, Front, Receivers, front};
-use super::hit::{Canvas, Landing, marched, traced};
-use super::refraction::{Exit, Wanted, image_space, reflected, through};
+use super::hit::{Canvas, Landing, Place, marched, marched_on_sensor, traced, traced_on_sensor};
+use super::refraction::{Arrival, Exit, Wanted};
 use super::settings::{Flux, Hit, Mode, Refraction, Settings};
 use super::view::LightView;
 use crate::approximation::Work;
@@ -25,14 +25,16 @@ pub struct Tracer<'a> {
     pub source: &'a Source,
     /// The photon buffer's view.
     pub view: &'a LightView,
+    /// The mean over its pixels of what each measures of light space: solid angle \[sr\], of parallel light area \[m²\].
+    pub pixel_measure: f64,
     /// Which light.
     pub mode: Mode,
     /// The variants.
     pub settings: &'a Settings,
     /// The picture of back faces; empty where it is not used.
     pub backs: &'a [Option<Back>],
-    /// The receivers' depths, where they are used.
-    pub depths: Option<&'a DepthMap>,
+    /// The receivers' depths, in all pictures of this light; empty where they are not used.
+    pub depths: &'a [DepthMap],
 }
 
 impl Tracer<'_> {
@@ -61,16 +63,20 @@ impl Tracer<'_> {
     /// Stage `refraction`, and what interfaces take.
     pub fn exit(&self, at: DVec2, front: &Front, work: &mut Work) -> Option<Exit> {
         let mut counters = TraversalCounters::default();
-        let (scene, view, fresnel) = (self.scene, self.view, self.settings.fresnel);
-        let wanted = Wanted::by(self.settings.splat);
+        let arrival = Arrival {
+            scene: self.scene,
+            view: self.view,
+            at,
+            front,
+            fresnel: self.settings.fresnel,
+            wanted: Wanted::by(self.settings.splat),
+        };
         let exit = match (self.mode, self.settings.refraction) {
-            (Mode::Reflection, _) => reflected(scene, view, at, front, fresnel),
-            (Mode::Refraction, Refraction::Exact) => {
-                through(scene, view, at, front, fresnel, wanted, &mut counters)
-            }
+            (Mode::Reflection, _) => arrival.reflected(),
+            (Mode::Refraction, Refraction::Exact) => arrival.through(&mut counters),
             (Mode::Refraction, Refraction::ImageSpace) => {
                 work.fetches += 2;
-                image_space(scene, view, at, front, self.backs, fresnel, &mut counters)
+                arrival.image_space(self.backs, &mut counters)
             }
         };
         work.add_rays(counters);
@@ -79,36 +85,54 @@ impl Tracer<'_> {
         exit
     }
 
-    /// Stage `hit`.
-    pub fn landing(&self, exit: &Exit, canvas: &Canvas, work: &mut Work) -> Option<Landing> {
-        work.photons += 1;
-        let landing = if let (Hit::DepthMap, Some(depths)) = (self.settings.hit, self.depths) {
-            let finely = [self.settings.steps, self.settings.bisections];
-            marched(
-                self.scene,
-                self.receivers,
-                canvas,
-                exit,
-                depths,
-                finely,
-                work,
-            )
-        } else {
-            let mut counters = TraversalCounters::default();
-            let landing = traced(self.scene, self.receivers, canvas, exit, &mut counters);
-            work.add_rays(counters);
-            landing
+    /// Stage `hit` of a photon.
+    pub fn place(&self, exit: &Exit, work: &mut Work) -> Option<Place> {
+        let mut counters = TraversalCounters::default();
+        let place = match self.settings.hit {
+            Hit::DepthMap => {
+                let finely = [self.settings.steps, self.settings.bisections];
+                marched(exit, self.depths, finely, work)
+            }
+            Hit::Exact => traced(self.scene, self.receivers, exit, &mut counters),
         };
-        work.dropped += u64::from(landing.is_none());
+        work.add_rays(counters);
+        work.photons += 1;
+        work.dropped += u64::from(place.is_none());
+        place
+    }
+
+    /// Stage `hit` of a beam's corner.
+    pub fn landing(&self, exit: &Exit, canvas: &Canvas, work: &mut Work) -> Option<Landing> {
+        let (scene, receivers) = (self.scene, self.receivers);
+        let mut counters = TraversalCounters::default();
+        let landing = match (canvas, self.settings.hit) {
+            (Canvas::Map(map), _) => self.place(exit, work).and_then(|place| {
+                Some(Landing {
+                    at: map.project(place.position)?.at,
+                    weight: Rgb::WHITE,
+                    surface: place.surface,
+                })
+            }),
+            (Canvas::Sensor(screen), Hit::Exact) => {
+                work.photons += 1;
+                let landing = traced_on_sensor(scene, receivers, screen, exit, &mut counters);
+                work.dropped += u64::from(landing.is_none());
+                landing
+            }
+            (Canvas::Sensor(screen), Hit::DepthMap) => self.place(exit, work).and_then(|place| {
+                let depths = self.depths;
+                marched_on_sensor(scene, receivers, screen, depths, &place, &mut counters)
+            }),
+        };
+        work.add_rays(counters);
         landing
     }
 
     /// Stage `flux`: flux \[W\] that sets out in a rectangle of the image about `at`.
     pub fn emitted(&self, at: DVec2, low: DVec2, high: DVec2) -> Rgb {
-        let side = self.view.side() as f64;
         let measure = match self.settings.flux {
             Flux::Exact => self.view.measure_of(low, high),
-            Flux::Uniform => self.view.measure() / (side * side) * (high - low).element_product(),
+            Flux::Uniform => self.pixel_measure * (high - low).element_product(),
         };
         let falloff = match self.source {
             Source::Point { falloff, .. } => falloff.factor(self.view.ray(at).direction),

@@ -264,6 +264,17 @@ impl LightView {
         pixel * pixel * depth * depth * depth / offset.dot(normal).abs()
     }
 
+    /// Whether a surface with this `normal` faces the light at `point`.
+    #[inline]
+    pub fn is_before(&self, point: DVec3, normal: DVec3) -> bool {
+        let arriving = if self.is_parallel {
+            self.frame.n
+        } else {
+            point - self.origin
+        };
+        arriving.dot(normal) < 0.0
+    }
+
     /// Towards the surface point: the direction of the light's ray through it, a unit vector.
     pub fn direction_to(&self, point: DVec3) -> DVec3 {
         if self.is_parallel {
