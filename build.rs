@@ -3,10 +3,10 @@
 //!
 //! The same source of the same commit gives the same text: nothing of the machine or the time is in it.
 
-use std::path::Path;
 use std::process::Command;
 
-/// What the program is made of: a change in other files leaves it what it is.
+/// What the program is made of: a change in other files leaves it what it is. A commit alone changes none of them, and so builds
+/// nothing anew: the program names a commit (with what was modified then) that has its source, not always the last one.
 const SOURCES: [&str; 4] = ["src", "build.rs", "Cargo.toml", "Cargo.lock"];
 
 /// What `cargo package` writes into a package.
@@ -15,13 +15,6 @@ const PACKAGED: &str = ".cargo_vcs_info.json";
 fn main() {
     for source in SOURCES {
         println!("cargo:rerun-if-changed={source}");
-    }
-    // Where HEAD is, and every commit and checkout that moves it.
-    for name in ["HEAD", "logs/HEAD"] {
-        let path = git(&["rev-parse", "--git-path", name]);
-        if let Some(path) = path.filter(|path| Path::new(path).exists()) {
-            println!("cargo:rerun-if-changed={path}");
-        }
     }
     let commit = packaged().or_else(checked_out);
     println!(

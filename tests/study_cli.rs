@@ -50,6 +50,18 @@ impl Folder {
         fs::write(self.path(name), contents).unwrap();
     }
 
+    /// The study of two sensors, of a small camera.
+    fn two_sensors(&self) {
+        let sizes = [("640", "24"), ("480", "16"), ("\"512\"", "\"32\"")];
+        let mut xml = fs::read_to_string(scene()).unwrap();
+        for (shipped, small) in sizes {
+            assert!(xml.contains(shipped), "{shipped}");
+            xml = xml.replace(shipped, small);
+        }
+        fs::write(self.path("small.xml"), xml).unwrap();
+        fs::write(self.path("two.toml"), SENSORS).unwrap();
+    }
+
     fn run(&self, arguments: &[&str]) -> Output {
         let mut command = Command::cargo_bin("nephroid").unwrap();
         command
@@ -59,17 +71,18 @@ impl Folder {
             .unwrap()
     }
 
-    /// Validates, and reads the report; the exit code with it.
+    /// Validates, and reads what the report says of the first sensor; the exit code with it.
     fn validate(&self, arguments: &[&str]) -> (Value, Option<i32>, String) {
         let all: Vec<&str> = ["validate"].iter().chain(arguments).copied().collect();
         let output = self.run(&all);
         let said = text(&output.stderr);
+        let first = self.report(&said)["sensors"][0].clone();
+        (first, output.status.code(), said)
+    }
+
+    fn report(&self, said: &str) -> Value {
         let report = fs::read(self.path("r/report.json")).unwrap_or_else(|_| panic!("{said}"));
-        (
-            serde_json::from_slice(&report).unwrap(),
-            output.status.code(),
-            said,
-        )
+        serde_json::from_slice(&report).unwrap()
     }
 
     fn truth(&self, report: &Value) -> Image {
@@ -219,7 +232,7 @@ fn ctrl_c_ends_the_study_without_a_report_and_the_same_command_goes_on() {
     let patience = Duration::from_secs(120);
     while !fs::read_to_string(&said)
         .unwrap()
-        .contains("[ 3/3] photons photons=4000000000 ...")
+        .contains("[ 3/3] photons=4000000000 ...")
     {
         assert!(
             start.elapsed() < patience,
@@ -457,4 +470,91 @@ fn the_page_needs_nothing_else_and_no_text_in_it_ends_its_script() {
     }
     let csv = fs::read_to_string(folder.path("r/report.csv")).unwrap();
     assert_eq!(csv.lines().count(), 6);
+}
+
+/// A receiver and a camera, each with a truth of its own.
+const SENSORS: &str = r#"
+scene = "small.xml"
+sensors = ["floor", "camera"]
+[truth.floor]
+method = "beams"
+error = "1%"
+[truth.camera]
+method = "path"
+spp = 4
+[[method]]
+method = "path"
+spp = 2
+[[method]]
+name = "beams here"
+method = "beams"
+error = "10%"
+sensor = "floor"
+[max-error]
+"path@camera" = 1000
+"#;
+
+#[test]
+fn each_of_several_sensors_has_its_truth_its_runs_its_candidates_and_its_limits() {
+    let folder = Folder::new();
+    folder.two_sensors();
+    let mut grey = Image::new(SIZE, SIZE);
+    grey.add_rgb("", &vec![[1.0; 3]; SIZE * SIZE]);
+    exr::write(&folder.path("grey.exr"), &grey).unwrap();
+    let placed = ["--candidate", "mine@floor=grey.exr", "--max-error", "mine=1000"];
+    let arguments = [&["two.toml", "-o", "r"], &placed[..]].concat();
+    let (_, code, said) = folder.validate(&arguments);
+    assert_eq!(code, Some(0), "{said}");
+    let report = folder.report(&said);
+    let of = |sensor: usize, list: &str, key: &str| -> Vec<String> {
+        let all = report["sensors"][sensor][list].as_array().unwrap();
+        let texts = all.iter().map(|one| one[key].as_str().unwrap().to_owned());
+        texts.collect()
+    };
+    assert_eq!(of(0, "rows", "name"), ["beams here", "mine"]);
+    assert_eq!(of(1, "rows", "name"), ["path"]);
+    assert_eq!(of(0, "gates", "name"), ["mine"]);
+    assert_eq!(of(1, "gates", "name"), ["path"]);
+    assert_eq!(report["sensors"][0]["truth"]["method"], "beams");
+    assert_eq!(report["sensors"][1]["truth"]["method"], "path");
+    assert_eq!(report["sensors"][1]["unit"], "W/m²/sr");
+    let page = fs::read_to_string(folder.path("r/index.html")).unwrap();
+    let data = page.split("id=\"data\">").nth(1).unwrap();
+    let data: Value = serde_json::from_str(data.split("</script>").next().unwrap()).unwrap();
+    assert_eq!(data["pictures"].as_array().unwrap().len(), 2);
+    assert_eq!(data["pictures"][1]["size"], report["sensors"][1]["size"]);
+    let (_, code, said) = folder.validate(&arguments);
+    assert_eq!(code, Some(0), "{said}");
+    assert_eq!(said.matches("kept from before").count(), 4, "{said}");
+}
+
+#[test]
+fn an_image_that_could_be_of_several_sensors_must_name_its_own() {
+    let folder = Folder::new();
+    folder.two_sensors();
+    for (arguments, says) in [
+        (["--candidate", "mine=grey.exr"], "--candidate mine@floor=FILE.exr"),
+        (["--candidate", "mine@flour=grey.exr"], "did you mean \"floor\"?"),
+        (["--max-error", "path@floor=5%"], "did you mean \"path@camera\"?"),
+        (["--sensor", "celing"], "no sensor with id \"celing\""),
+    ] {
+        let output = folder.run(&[&["validate", "two.toml", "-o", "r"], &arguments[..]].concat());
+        let said = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{said}");
+        assert!(said.contains(says), "{said}");
+    }
+}
+
+/// In a package or an archive without its repository it is unknown; here it is a hash, or that.
+#[test]
+fn the_record_names_the_commit_and_the_report_does_not() {
+    let folder = Folder::new();
+    let (_, _, said) = folder.validate(&["a.toml", "-o", "r"]);
+    let timings = fs::read(folder.path("r/timings.json")).unwrap();
+    let timings: Value = serde_json::from_slice(&timings).unwrap();
+    let commit = timings["commit"].as_str().unwrap();
+    let hash = commit.trim_end_matches("-modified");
+    let is_hash = hash.len() >= 40 && hash.chars().all(|c| c.is_ascii_hexdigit());
+    assert!(is_hash || commit == "unknown", "{commit}");
+    assert!(!folder.report(&said).to_string().contains(commit));
 }
