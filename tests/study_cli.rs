@@ -501,7 +501,12 @@ fn each_of_several_sensors_has_its_truth_its_runs_its_candidates_and_its_limits(
     let mut grey = Image::new(SIZE, SIZE);
     grey.add_rgb("", &vec![[1.0; 3]; SIZE * SIZE]);
     exr::write(&folder.path("grey.exr"), &grey).unwrap();
-    let placed = ["--candidate", "mine@floor=grey.exr", "--max-error", "mine=1000"];
+    let placed = [
+        "--candidate",
+        "mine@floor=grey.exr",
+        "--max-error",
+        "mine=1000",
+    ];
     let arguments = [&["two.toml", "-o", "r"], &placed[..]].concat();
     let (_, code, said) = folder.validate(&arguments);
     assert_eq!(code, Some(0), "{said}");
@@ -533,9 +538,18 @@ fn an_image_that_could_be_of_several_sensors_must_name_its_own() {
     let folder = Folder::new();
     folder.two_sensors();
     for (arguments, says) in [
-        (["--candidate", "mine=grey.exr"], "--candidate mine@floor=FILE.exr"),
-        (["--candidate", "mine@flour=grey.exr"], "did you mean \"floor\"?"),
-        (["--max-error", "path@floor=5%"], "did you mean \"path@camera\"?"),
+        (
+            ["--candidate", "mine=grey.exr"],
+            "--candidate mine@floor=FILE.exr",
+        ),
+        (
+            ["--candidate", "mine@flour=grey.exr"],
+            "did you mean \"floor\"?",
+        ),
+        (
+            ["--max-error", "path@floor=5%"],
+            "did you mean \"path@camera\"?",
+        ),
         (["--sensor", "celing"], "no sensor with id \"celing\""),
     ] {
         let output = folder.run(&[&["validate", "two.toml", "-o", "r"], &arguments[..]].concat());

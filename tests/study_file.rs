@@ -348,6 +348,7 @@ fn a_label_and_the_arguments_name_what_is_not_a_default() {
     )
     .unwrap();
     assert_eq!(plan.runs[0].label(), "photons=64 seed=3");
+    assert_eq!(plan.runs[0].label_without_seed(), "photons=64");
     assert_eq!(
         plan.runs[0].arguments(),
         "--method photons --photons 64 --seed 3"

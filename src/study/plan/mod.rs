@@ -356,9 +356,18 @@ fn names<'a>(
 impl Run {
     /// What it is called: its curve and the settings that are not defaults.
     pub fn label(&self) -> String {
+        self.label_of(|_| true)
+    }
+
+    /// The same without the seed, which says nothing of a run that is the only one of its kind.
+    pub fn label_without_seed(&self) -> String {
+        self.label_of(|key| key != "seed")
+    }
+
+    fn label_of(&self, is_told: impl Fn(&str) -> bool) -> String {
+        let told = self.given.iter().filter(|(key, _)| is_told(key));
         // photons=4096, not photons photons=4096: what is swept comes first where it has the method's name.
-        let (named, other): (Vec<_>, Vec<_>) =
-            self.given.iter().partition(|(key, _)| **key == self.name);
+        let (named, other): (Vec<_>, Vec<_>) = told.partition(|(key, _)| **key == self.name);
         let mut label = self.name.clone();
         for (_, value) in named {
             label += &format!("={value}");

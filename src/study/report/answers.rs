@@ -77,13 +77,15 @@ fn reason(stages: &StageErrors) -> Option<String> {
         .filter(|(_, fall)| *fall > NOTABLE * stages.error);
     let named: Vec<String> = notable
         .take(2)
-        .map(|(stage, fall)| format!("{stage} ({} of {})", points(*fall), points(stages.error)))
+        .map(|(stage, fall)| {
+            format!(
+                "{stage} ({} of {})",
+                percent(Some(*fall)),
+                percent(Some(stages.error))
+            )
+        })
         .collect();
     (!named.is_empty()).then(|| format!("Stages that make most of it: {}.", named.join(", ")))
-}
-
-fn points(error: f64) -> String {
-    percent(Some(error))
 }
 
 /// By the order in what the method itself starts, which has no fixed work in it.
@@ -96,7 +98,7 @@ fn price(curve: &Curve) -> Option<String> {
     Some(if is_hopeless {
         format!("More {cost} do not make it less.")
     } else {
-        format!("Half of it costs {factor:.1} times the {cost}.")
+        format!("Half the error costs {factor:.1} times the {cost}.")
     })
 }
 
@@ -145,7 +147,7 @@ mod tests {
         let price = price(&curve(-0.5, Some(0.01)));
         assert_eq!(
             price.as_deref(),
-            Some("Half of it costs 4.0 times the photons.")
+            Some("Half the error costs 4.0 times the photons.")
         );
     }
 

@@ -130,7 +130,7 @@ fn sensor_figures(
         truth: TruthFigures {
             method: plan.truth.method.name().to_owned(),
             settings: plan.truth.given.clone(),
-            label: plan.truth.label(),
+            label: plan.truth.label_without_seed(),
             file: truth.source.name.clone(),
             command: command(session, plan, &plan.truth, &truth.source.name),
             facts: films.truth.facts.clone(),

@@ -85,7 +85,7 @@ pub struct TruthFigures {
     pub method: String,
     /// Settings that are not defaults.
     pub settings: Settings,
-    /// The method's name with these.
+    /// The method's name with these, but for its seed.
     pub label: String,
     /// The film, beside the report.
     pub file: String,
