@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Output;
+use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 use assert_cmd::Command;
@@ -31,10 +32,47 @@ fn scene() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/glass-ball.xml")
 }
 
+/// The films of `STUDY`, made once for all tests: they are found again wherever they are copied to.
+fn films() -> &'static Path {
+    static FILMS: OnceLock<PathBuf> = OnceLock::new();
+    FILMS.get_or_init(|| {
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("study_cli");
+        // Those of an earlier program are of no use, and may be none.
+        let _ = fs::remove_dir_all(&folder);
+        fs::create_dir_all(&folder).unwrap();
+        write_study(&folder.join("a.toml"), STUDY);
+        let mut command = Command::cargo_bin("nephroid").unwrap();
+        let arguments = ["validate", "a.toml", "-o", "r"];
+        let made = command.current_dir(&folder).args(arguments).output();
+        assert!(made.unwrap().status.success());
+        folder.join("r/runs")
+    })
+}
+
+fn write_study(path: &Path, rest: &str) {
+    let contents = format!(
+        "scene = {:?}\ndefine = {{ size = {SIZE} }}\n{rest}",
+        scene().display().to_string()
+    );
+    fs::write(path, contents).unwrap();
+}
+
 impl Folder {
     fn new() -> Self {
         let folder = Self(tempfile::tempdir().unwrap());
         folder.study("a.toml", STUDY);
+        folder
+    }
+
+    /// With the films of `a.toml`, as if it had run there before.
+    fn with_films() -> Self {
+        let folder = Self::new();
+        fs::create_dir_all(folder.path("r/runs")).unwrap();
+        for film in fs::read_dir(films()).unwrap() {
+            let film = film.unwrap();
+            let copy = folder.path("r/runs").join(film.file_name());
+            fs::copy(film.path(), copy).unwrap();
+        }
         folder
     }
 
@@ -43,11 +81,7 @@ impl Folder {
     }
 
     fn study(&self, name: &str, rest: &str) {
-        let contents = format!(
-            "scene = {:?}\ndefine = {{ size = {SIZE} }}\n{rest}",
-            scene().display().to_string()
-        );
-        fs::write(self.path(name), contents).unwrap();
+        write_study(&self.path(name), rest);
     }
 
     /// The study of two sensors, of a small camera.
@@ -131,7 +165,7 @@ fn kinds(row: &Value) -> Vec<&str> {
 
 #[test]
 fn figures_are_those_of_compare_to_the_last_digit() {
-    let folder = Folder::new();
+    let folder = Folder::with_films();
     let (report, code, said) = folder.validate(&["a.toml", "-o", "r"]);
     assert_eq!(code, Some(0), "{said}");
     let rows = report["rows"].as_array().unwrap();
@@ -156,7 +190,7 @@ fn figures_are_those_of_compare_to_the_last_digit() {
 
 #[test]
 fn a_rows_command_makes_its_film() {
-    let folder = Folder::new();
+    let folder = Folder::with_films();
     let (report, _, _) = folder.validate(&["a.toml", "-o", "r"]);
     for name in ["beams", "photons"] {
         let row = row(&report, name);
@@ -181,7 +215,7 @@ fn a_rows_command_makes_its_film() {
 /// Some runs kept and some not is what an interruption leaves, wherever it comes: a run is kept whole or not at all.
 #[test]
 fn a_resumed_study_has_the_same_report_to_the_byte() {
-    let folder = Folder::new();
+    let folder = Folder::with_films();
     folder.validate(&["a.toml", "-o", "r"]);
     let whole = fs::read(folder.path("r/report.json")).unwrap();
     let mut films: Vec<PathBuf> = fs::read_dir(folder.path("r/runs"))
@@ -262,7 +296,7 @@ fn ctrl_c_ends_the_study_without_a_report_and_the_same_command_goes_on() {
 
 #[test]
 fn the_truth_scaled_is_a_bias_and_not_a_mistake() {
-    let folder = Folder::new();
+    let folder = Folder::with_films();
     let (report, _, _) = folder.validate(&["a.toml", "-o", "r"]);
     let truth = folder.truth(&report);
     folder.candidate("mine.exr", &truth, |truth, x, y| {
@@ -345,7 +379,7 @@ fn moved_turned_and_wrongly_scaled_candidates_are_flagged() {
 
 #[test]
 fn a_limit_that_is_exceeded_ends_with_1_and_one_that_is_kept_with_0() {
-    let folder = Folder::new();
+    let folder = Folder::with_films();
     let (report, _, _) = folder.validate(&["a.toml", "-o", "r"]);
     let rows = report["rows"].as_array().unwrap();
     let errors = rows.iter().filter(|row| row["name"] == "photons");
@@ -450,7 +484,7 @@ fn what_cannot_be_validated_ends_with_2_and_says_why() {
 
 #[test]
 fn the_page_needs_nothing_else_and_no_text_in_it_ends_its_script() {
-    let folder = Folder::new();
+    let folder = Folder::with_films();
     let (report, _, _) = folder.validate(&["a.toml", "-o", "r"]);
     let truth = folder.truth(&report);
     folder.candidate("mine.exr", &truth, |truth, x, y| {
@@ -562,7 +596,7 @@ fn an_image_that_could_be_of_several_sensors_must_name_its_own() {
 /// In a package or an archive without its repository it is unknown; here it is a hash, or that.
 #[test]
 fn the_record_names_the_commit_and_the_report_does_not() {
-    let folder = Folder::new();
+    let folder = Folder::with_films();
     let (_, _, said) = folder.validate(&["a.toml", "-o", "r"]);
     let timings = fs::read(folder.path("r/timings.json")).unwrap();
     let timings: Value = serde_json::from_slice(&timings).unwrap();

@@ -80,7 +80,7 @@ impl Session {
             let start = Instant::now();
             let product = run.method.run(&self.scene, sensor, progress);
             let product = product.map_err(|cause| StudyError::Method {
-                run: run.label(),
+                run: format!("{} on sensor \"{}\"", run.label(), sensor.id),
                 cause: Box::new(cause),
             })?;
             if progress.stop.load(Ordering::Relaxed) {

@@ -35,6 +35,11 @@ await test('the summary has a line for each row of report.json, with its error',
   report.rows.forEach((row, i) => assert.ok(lines[i].includes(row.label), lines[i]));
 });
 
+await test('the answers come first, one a curve', async () => {
+  const answers = await page.locator('#answers dd').allInnerTexts();
+  assert.deepEqual(answers, report.answers.map((answer) => answer.sentences.join(' ')));
+});
+
 await test('the summary sorts by error, up and down', async () => {
   const order = () => page.locator('#rows tbody tr').evaluateAll((lines) => lines.map((line) => Number(line.dataset.row)));
   const expected = report.rows.map((row, i) => [row.error, i]).sort(([a], [b]) => a - b).map(([, i]) => i);
@@ -138,6 +143,14 @@ await test('the plot has a mark for each row, tells it at the pointer, and follo
   await page.locator('#plot .mark-point[data-row="0"]').focus();
   await page.keyboard.press('Enter');
   await shown(0);
+});
+
+await test('the plot has the errors of the light that is chosen, and those rows only that are judged by it', async () => {
+  const light = page.locator('[data-control=light]').first();
+  const before = await light.inputValue();
+  await light.selectOption('E');
+  assert.equal(await page.locator('#plot .mark-point').count(), report.rows.filter((row) => row.layer === 'E').length);
+  await light.selectOption(before);
 });
 
 await test('ledger, histogram, record and commands are there', async () => {

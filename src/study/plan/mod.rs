@@ -144,8 +144,8 @@ impl Plan {
     /// | sensor, light | truth | methods |
     /// |---|---|---|
     /// | receiver, no area lights | beams to 0.05 % | caustic maps of 128² to 1024² photons, where they can be made; beams to 10, 3 and 1 %; 2¹⁴ to 2²² photons |
-    /// | receiver, area lights | 2²⁴ photons, direct light by 4096 samples a texel | 2¹² to 2²⁰ photons |
-    /// | camera | full, 256 samples a pixel and 2²⁰ photons | paths, 2 to 32 samples a pixel |
+    /// | receiver, area lights | 2²⁴ photons, direct light by 8192 samples a texel where it is hard | 2¹² to 2²⁰ photons |
+    /// | camera | full, 256 samples a pixel and 2²⁰ photons | full, 2 to 32 samples a pixel and 2¹³ to 2¹⁷ photons; paths, 2 to 32 samples a pixel, 8 alone where they find no caustics |
     ///
     /// # Errors
     ///
