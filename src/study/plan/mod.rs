@@ -368,14 +368,13 @@ impl Run {
         let told = self.given.iter().filter(|(key, _)| is_told(key));
         // photons=4096, not photons photons=4096: what is swept comes first where it has the method's name.
         let (named, other): (Vec<_>, Vec<_>) = told.partition(|(key, _)| **key == self.name);
-        let mut label = self.name.clone();
-        for (_, value) in named {
-            label += &format!("={value}");
-        }
-        for (key, value) in other {
-            label += &format!(" {key}={value}");
-        }
-        label
+        let named = named.iter().map(|(_, value)| format!("={value}"));
+        let other = other.iter().map(|(key, value)| format!(" {key}={value}"));
+        [self.name.clone()]
+            .into_iter()
+            .chain(named)
+            .chain(other)
+            .collect()
     }
 
     /// The arguments of `nephroid render` that make the same film.

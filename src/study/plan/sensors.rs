@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::super::file::{Candidate, StudyFile, StudyMethod};
-use super::super::method::SettingError;
+use super::super::method::{Method, SettingError};
 use super::PlanError;
 use crate::scene::{Scene, Sensor, SensorKind};
 
@@ -78,7 +78,7 @@ pub(super) fn is_meant(
     if !method.sensors.is_empty() {
         return Ok(method.sensors.contains(&sensor.id));
     }
-    let of_cameras = method.methods()?.iter().any(|one| one.is_of_cameras());
+    let of_cameras = method.methods()?.iter().any(Method::is_of_cameras);
     Ok(is_only || !of_cameras || is_camera(sensor))
 }
 

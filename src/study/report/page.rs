@@ -170,9 +170,10 @@ impl Film {
             names.iter().find_map(|name| mean(image, name, end))
         };
         let names = ["E", "L", ""];
-        let colour = match names.contains(&layer) {
-            true => names.iter().find_map(|name| colour(image, name)),
-            false => colour(image, layer),
+        let colour = if names.contains(&layer) {
+            names.iter().find_map(|name| colour(image, name))
+        } else {
+            colour(image, layer)
         };
         let bar = match (mean("lo"), mean("hi")) {
             (Some(low), Some(high)) => {
