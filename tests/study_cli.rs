@@ -582,7 +582,7 @@ fn an_image_that_could_be_of_several_sensors_must_name_its_own() {
         ),
         (
             ["--max-error", "path@floor=5%"],
-            "did you mean \"path@camera\"?",
+            "there are beams here, path, beams here@floor, path@camera",
         ),
         (["--sensor", "celing"], "no sensor with id \"celing\""),
     ] {
