@@ -16,7 +16,7 @@ use nephroid::scene::{
     Crop, Emitter, Film, Material, MaterialId, Object, ReconstructionFilter, Scene, SceneParts,
     Sensor, SensorKind, ShapeId, SourcePosition,
 };
-use nephroid::transport::direct::{DirectTexel, direct};
+use nephroid::transport::direct::{AREA_SAMPLES, DirectTexel, direct};
 use nephroid::transport::receiver::Receiver;
 
 mod support;
@@ -134,7 +134,9 @@ fn lit(mesh: Mesh, columns: u32, rows: u32) -> (Scene, Receiver, Vec<DirectTexel
     };
     let scene = scene(Shape::Mesh(mesh), film(columns, rows), vec![lamp]);
     let receiver = receiver(&scene);
-    let texels = direct(&scene, &receiver, 0, &|| false).unwrap().texels;
+    let texels = direct(&scene, &receiver, 0, AREA_SAMPLES, &|| false)
+        .unwrap()
+        .texels;
     (scene, receiver, texels)
 }
 
@@ -315,7 +317,9 @@ fn a_cropped_film_measures_its_part() {
         whole.0.emitters().to_vec(),
     );
     let receiver = receiver(&part);
-    let texels = direct(&part, &receiver, 0, &|| false).unwrap().texels;
+    let texels = direct(&part, &receiver, 0, AREA_SAMPLES, &|| false)
+        .unwrap()
+        .texels;
     for row in 0..4 {
         for column in 0..7 {
             let (a, b) = (row * 7 + column, (row + 5) * 12 + column + 2);
@@ -481,7 +485,7 @@ fn area_lights_fall_on_meshes_as_on_rectangles() {
         .unwrap()
     };
     let measured = |scene: &Scene| {
-        direct(scene, &receiver(scene), 0, &|| false)
+        direct(scene, &receiver(scene), 0, AREA_SAMPLES, &|| false)
             .unwrap()
             .texels
     };
@@ -526,7 +530,9 @@ fn texels_of_discs_and_spheres_average_by_area() {
     };
     let scene = scene(Shape::Disk(disk), film(16, 4), vec![lamp]);
     let receiver = receiver(&scene);
-    let texels = direct(&scene, &receiver, 0, &|| false).unwrap().texels;
+    let texels = direct(&scene, &receiver, 0, AREA_SAMPLES, &|| false)
+        .unwrap()
+        .texels;
     let cos = |radius: f64| 1.0 / radius.hypot(1.0);
     for (texel, measured) in texels.iter().enumerate() {
         let (inner, outer) = ((texel % 16) as f64 / 16.0, (texel % 16 + 1) as f64 / 16.0);

@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Output;
+use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 use assert_cmd::Command;
@@ -31,10 +32,47 @@ fn scene() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/glass-ball.xml")
 }
 
+/// The films of `STUDY`, made once for all tests: they are found again wherever they are copied to.
+fn films() -> &'static Path {
+    static FILMS: OnceLock<PathBuf> = OnceLock::new();
+    FILMS.get_or_init(|| {
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("study_cli");
+        // Those of an earlier program are of no use, and may be none.
+        let _ = fs::remove_dir_all(&folder);
+        fs::create_dir_all(&folder).unwrap();
+        write_study(&folder.join("a.toml"), STUDY);
+        let mut command = Command::cargo_bin("nephroid").unwrap();
+        let arguments = ["validate", "a.toml", "-o", "r"];
+        let made = command.current_dir(&folder).args(arguments).output();
+        assert!(made.unwrap().status.success());
+        folder.join("r/runs")
+    })
+}
+
+fn write_study(path: &Path, rest: &str) {
+    let contents = format!(
+        "scene = {:?}\ndefine = {{ size = {SIZE} }}\n{rest}",
+        scene().display().to_string()
+    );
+    fs::write(path, contents).unwrap();
+}
+
 impl Folder {
     fn new() -> Self {
         let folder = Self(tempfile::tempdir().unwrap());
         folder.study("a.toml", STUDY);
+        folder
+    }
+
+    /// With the films of `a.toml`, as if it had run there before.
+    fn with_films() -> Self {
+        let folder = Self::new();
+        fs::create_dir_all(folder.path("r/runs")).unwrap();
+        for film in fs::read_dir(films()).unwrap() {
+            let film = film.unwrap();
+            let copy = folder.path("r/runs").join(film.file_name());
+            fs::copy(film.path(), copy).unwrap();
+        }
         folder
     }
 
@@ -43,11 +81,19 @@ impl Folder {
     }
 
     fn study(&self, name: &str, rest: &str) {
-        let contents = format!(
-            "scene = {:?}\ndefine = {{ size = {SIZE} }}\n{rest}",
-            scene().display().to_string()
-        );
-        fs::write(self.path(name), contents).unwrap();
+        write_study(&self.path(name), rest);
+    }
+
+    /// The study of two sensors, of a small camera.
+    fn two_sensors(&self) {
+        let sizes = [("640", "24"), ("480", "16"), ("\"512\"", "\"32\"")];
+        let mut xml = fs::read_to_string(scene()).unwrap();
+        for (shipped, small) in sizes {
+            assert!(xml.contains(shipped), "{shipped}");
+            xml = xml.replace(shipped, small);
+        }
+        fs::write(self.path("small.xml"), xml).unwrap();
+        fs::write(self.path("two.toml"), SENSORS).unwrap();
     }
 
     fn run(&self, arguments: &[&str]) -> Output {
@@ -59,17 +105,18 @@ impl Folder {
             .unwrap()
     }
 
-    /// Validates, and reads the report; the exit code with it.
+    /// Validates, and reads what the report says of the first sensor; the exit code with it.
     fn validate(&self, arguments: &[&str]) -> (Value, Option<i32>, String) {
         let all: Vec<&str> = ["validate"].iter().chain(arguments).copied().collect();
         let output = self.run(&all);
         let said = text(&output.stderr);
+        let first = self.report(&said)["sensors"][0].clone();
+        (first, output.status.code(), said)
+    }
+
+    fn report(&self, said: &str) -> Value {
         let report = fs::read(self.path("r/report.json")).unwrap_or_else(|_| panic!("{said}"));
-        (
-            serde_json::from_slice(&report).unwrap(),
-            output.status.code(),
-            said,
-        )
+        serde_json::from_slice(&report).unwrap()
     }
 
     fn truth(&self, report: &Value) -> Image {
@@ -118,7 +165,7 @@ fn kinds(row: &Value) -> Vec<&str> {
 
 #[test]
 fn figures_are_those_of_compare_to_the_last_digit() {
-    let folder = Folder::new();
+    let folder = Folder::with_films();
     let (report, code, said) = folder.validate(&["a.toml", "-o", "r"]);
     assert_eq!(code, Some(0), "{said}");
     let rows = report["rows"].as_array().unwrap();
@@ -143,7 +190,7 @@ fn figures_are_those_of_compare_to_the_last_digit() {
 
 #[test]
 fn a_rows_command_makes_its_film() {
-    let folder = Folder::new();
+    let folder = Folder::with_films();
     let (report, _, _) = folder.validate(&["a.toml", "-o", "r"]);
     for name in ["beams", "photons"] {
         let row = row(&report, name);
@@ -168,7 +215,7 @@ fn a_rows_command_makes_its_film() {
 /// Some runs kept and some not is what an interruption leaves, wherever it comes: a run is kept whole or not at all.
 #[test]
 fn a_resumed_study_has_the_same_report_to_the_byte() {
-    let folder = Folder::new();
+    let folder = Folder::with_films();
     folder.validate(&["a.toml", "-o", "r"]);
     let whole = fs::read(folder.path("r/report.json")).unwrap();
     let mut films: Vec<PathBuf> = fs::read_dir(folder.path("r/runs"))
@@ -219,7 +266,7 @@ fn ctrl_c_ends_the_study_without_a_report_and_the_same_command_goes_on() {
     let patience = Duration::from_secs(120);
     while !fs::read_to_string(&said)
         .unwrap()
-        .contains("[ 3/3] photons photons=4000000000 ...")
+        .contains("[ 3/3] photons=4000000000 ...")
     {
         assert!(
             start.elapsed() < patience,
@@ -249,7 +296,7 @@ fn ctrl_c_ends_the_study_without_a_report_and_the_same_command_goes_on() {
 
 #[test]
 fn the_truth_scaled_is_a_bias_and_not_a_mistake() {
-    let folder = Folder::new();
+    let folder = Folder::with_films();
     let (report, _, _) = folder.validate(&["a.toml", "-o", "r"]);
     let truth = folder.truth(&report);
     folder.candidate("mine.exr", &truth, |truth, x, y| {
@@ -332,7 +379,7 @@ fn moved_turned_and_wrongly_scaled_candidates_are_flagged() {
 
 #[test]
 fn a_limit_that_is_exceeded_ends_with_1_and_one_that_is_kept_with_0() {
-    let folder = Folder::new();
+    let folder = Folder::with_films();
     let (report, _, _) = folder.validate(&["a.toml", "-o", "r"]);
     let rows = report["rows"].as_array().unwrap();
     let errors = rows.iter().filter(|row| row["name"] == "photons");
@@ -437,7 +484,7 @@ fn what_cannot_be_validated_ends_with_2_and_says_why() {
 
 #[test]
 fn the_page_needs_nothing_else_and_no_text_in_it_ends_its_script() {
-    let folder = Folder::new();
+    let folder = Folder::with_films();
     let (report, _, _) = folder.validate(&["a.toml", "-o", "r"]);
     let truth = folder.truth(&report);
     folder.candidate("mine.exr", &truth, |truth, x, y| {
@@ -457,4 +504,105 @@ fn the_page_needs_nothing_else_and_no_text_in_it_ends_its_script() {
     }
     let csv = fs::read_to_string(folder.path("r/report.csv")).unwrap();
     assert_eq!(csv.lines().count(), 6);
+}
+
+/// A receiver and a camera, each with a truth of its own.
+const SENSORS: &str = r#"
+scene = "small.xml"
+sensors = ["floor", "camera"]
+[truth.floor]
+method = "beams"
+error = "1%"
+[truth.camera]
+method = "path"
+spp = 4
+[[method]]
+method = "path"
+spp = 2
+[[method]]
+name = "beams here"
+method = "beams"
+error = "10%"
+sensor = "floor"
+[max-error]
+"path@camera" = 1000
+"#;
+
+#[test]
+fn each_of_several_sensors_has_its_truth_its_runs_its_candidates_and_its_limits() {
+    let folder = Folder::new();
+    folder.two_sensors();
+    let mut grey = Image::new(SIZE, SIZE);
+    grey.add_rgb("", &vec![[1.0; 3]; SIZE * SIZE]);
+    exr::write(&folder.path("grey.exr"), &grey).unwrap();
+    let placed = [
+        "--candidate",
+        "mine@floor=grey.exr",
+        "--max-error",
+        "mine=1000",
+    ];
+    let arguments = [&["two.toml", "-o", "r"], &placed[..]].concat();
+    let (_, code, said) = folder.validate(&arguments);
+    assert_eq!(code, Some(0), "{said}");
+    let report = folder.report(&said);
+    let of = |sensor: usize, list: &str, key: &str| -> Vec<String> {
+        let all = report["sensors"][sensor][list].as_array().unwrap();
+        let texts = all.iter().map(|one| one[key].as_str().unwrap().to_owned());
+        texts.collect()
+    };
+    assert_eq!(of(0, "rows", "name"), ["beams here", "mine"]);
+    assert_eq!(of(1, "rows", "name"), ["path"]);
+    assert_eq!(of(0, "gates", "name"), ["mine"]);
+    assert_eq!(of(1, "gates", "name"), ["path"]);
+    assert_eq!(report["sensors"][0]["truth"]["method"], "beams");
+    assert_eq!(report["sensors"][1]["truth"]["method"], "path");
+    assert_eq!(report["sensors"][1]["unit"], "W/m²/sr");
+    let page = fs::read_to_string(folder.path("r/index.html")).unwrap();
+    let data = page.split("id=\"data\">").nth(1).unwrap();
+    let data: Value = serde_json::from_str(data.split("</script>").next().unwrap()).unwrap();
+    assert_eq!(data["pictures"].as_array().unwrap().len(), 2);
+    assert_eq!(data["pictures"][1]["size"], report["sensors"][1]["size"]);
+    let (_, code, said) = folder.validate(&arguments);
+    assert_eq!(code, Some(0), "{said}");
+    assert_eq!(said.matches("kept from before").count(), 4, "{said}");
+}
+
+#[test]
+fn an_image_that_could_be_of_several_sensors_must_name_its_own() {
+    let folder = Folder::new();
+    folder.two_sensors();
+    for (arguments, says) in [
+        (
+            ["--candidate", "mine=grey.exr"],
+            "--candidate mine@floor=FILE.exr",
+        ),
+        (
+            ["--candidate", "mine@flour=grey.exr"],
+            "did you mean \"floor\"?",
+        ),
+        (
+            ["--max-error", "path@floor=5%"],
+            "there are beams here, path, beams here@floor, path@camera",
+        ),
+        (["--sensor", "celing"], "no sensor with id \"celing\""),
+    ] {
+        let output = folder.run(&[&["validate", "two.toml", "-o", "r"], &arguments[..]].concat());
+        let said = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{said}");
+        assert!(said.contains(says), "{said}");
+    }
+}
+
+/// In a package or an archive without its repository it is unknown; here it is a hash, or that.
+#[test]
+fn the_record_names_the_commit_and_the_report_does_not() {
+    let folder = Folder::with_films();
+    let (_, _, said) = folder.validate(&["a.toml", "-o", "r"]);
+    let timings = fs::read(folder.path("r/timings.json")).unwrap();
+    let timings: Value = serde_json::from_slice(&timings).unwrap();
+    let commit = timings["commit"].as_str().unwrap();
+    let hash = commit.trim_end_matches("-modified");
+    let is_hash = hash.len() >= 40 && hash.chars().all(|c| c.is_ascii_hexdigit());
+    assert!(is_hash || commit == "unknown", "{commit}");
+    assert!(!folder.report(&said).to_string().contains(commit));
 }

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use nephroid::mitsuba;
 use nephroid::study::plan::PlanError;
-use nephroid::study::{Method, Plan, StudyFile};
+use nephroid::study::{Method, Plan, SensorPlan, StudyFile};
 
 fn parse(contents: &str) -> StudyFile {
     StudyFile::parse(Path::new("studies/a.toml"), contents).unwrap()
@@ -24,8 +24,15 @@ fn scene(name: &str) -> PathBuf {
         .join(name)
 }
 
+/// The plan of a study of one sensor of a shipped scene, small.
+fn plan(name: &str, rest: &str) -> Result<SensorPlan, PlanError> {
+    let mut plans = plans(name, rest)?.sensors;
+    assert_eq!(plans.len(), 1);
+    Ok(plans.remove(0))
+}
+
 /// The plan of a study of a shipped scene, small.
-fn plan(name: &str, rest: &str) -> Result<Plan, PlanError> {
+fn plans(name: &str, rest: &str) -> Result<Plan, PlanError> {
     let path = scene(name);
     let contents = format!("scene = {:?}\n{rest}", path.display().to_string());
     let file = StudyFile::parse(Path::new("a.toml"), &contents).unwrap();
@@ -65,7 +72,7 @@ mine = "5%"
 "#,
     );
     assert_eq!(study.scene, Path::new("studies/../scenes/glass-ball.xml"));
-    assert_eq!(study.sensor.as_deref(), Some("floor"));
+    assert_eq!(study.sensors, ["floor"]);
     let define: Vec<(&str, &str)> = study
         .define
         .iter()
@@ -77,7 +84,7 @@ mine = "5%"
         (study.margin, study.time),
         (Some(0.02), Some(Duration::from_secs(120)))
     );
-    assert_eq!(study.truth.unwrap().settings[0]["error"], "0.1%");
+    assert_eq!(study.truths[&None].settings[0]["error"], "0.1%");
     // The product of both lists.
     let few = &study.methods[0];
     assert_eq!((few.name.as_str(), few.method.as_str()), ("few", "photons"));
@@ -200,6 +207,16 @@ fn what_is_wrong_is_told_with_its_place_and_what_is_allowed() {
             "needs a key \"file\"",
         ),
         (
+            "scene = \"a.xml\"\nsensor = \"a\"\nsensors = [\"b\"]\n".to_owned(),
+            "studies/a.toml:3:11: ",
+            "either sensor or sensors",
+        ),
+        (
+            "scene = \"a.xml\"\n[truth.floor]\nmethod = \"beam\"\n".to_owned(),
+            "studies/a.toml:3:10: ",
+            "did you mean \"beams\"?",
+        ),
+        (
             "scene = \"a.xml\"\nmethod = 3\n".to_owned(),
             "studies/a.toml:2:10: ",
             "[[method]]",
@@ -258,7 +275,54 @@ fn a_scene_with_an_area_light_is_judged_by_photons_of_a_seed_of_their_own() {
 fn a_camera_is_judged_by_all_methods_together() {
     let plan = plan("glass-ball.xml", "sensor = \"camera\"\n").unwrap();
     assert_eq!(plan.truth.method.name(), "full");
-    assert!(plan.runs.iter().all(|run| run.method.name() == "path"));
+    let names: Vec<&str> = plan.runs.iter().map(|run| run.method.name()).collect();
+    // Of a point light paths find no caustic: one row of them tells so.
+    assert_eq!(names, ["path", "full", "full", "full"]);
+}
+
+#[test]
+fn a_method_runs_on_the_sensors_that_it_names_else_on_all_that_it_can_fill() {
+    let plan = plans(
+        "glass-ball.xml",
+        r#"sensors = ["camera", "floor"]
+[[method]]
+method = "path"
+[[method]]
+method = "photons"
+photons = 64
+[[method]]
+name = "here"
+method = "beams"
+sensor = "floor"
+"#,
+    )
+    .unwrap();
+    let names = |at: usize| -> Vec<&str> {
+        let runs = plan.sensors[at].runs.iter();
+        runs.map(|run| run.name.as_str()).collect()
+    };
+    assert_eq!(names(0), ["path", "photons"]);
+    assert_eq!(names(1), ["photons", "here"]);
+    let truths = plan.sensors.iter().map(|one| one.truth.method.name());
+    assert_eq!(truths.collect::<Vec<_>>(), ["full", "beams"]);
+}
+
+#[test]
+fn a_limit_on_one_sensor_goes_before_that_on_all() {
+    let plan = plans(
+        "glass-ball.xml",
+        r#"sensors = ["camera", "floor"]
+[[method]]
+method = "photons"
+photons = 64
+[max-error]
+photons = 0.5
+"photons@floor" = 0.1
+"#,
+    )
+    .unwrap();
+    let limits = plan.sensors.iter().map(|one| one.max_error["photons"]);
+    assert_eq!(limits.collect::<Vec<_>>(), [0.5, 0.1]);
 }
 
 #[test]
@@ -266,6 +330,10 @@ fn what_cannot_be_planned_is_refused_with_what_can() {
     let message = |rest: &str| plan("glass-ball.xml", rest).unwrap_err().to_string();
     let sensor = message("sensor = \"flour\"\n");
     assert!(sensor.contains("\"floor\" (irradiancemeter)"), "{sensor}");
+    let twice = message("sensors = [\"floor\", \"floor\"]\n");
+    assert!(twice.contains("named twice"), "{twice}");
+    let nowhere = message("[[method]]\nmethod = \"photons\"\nsensor = \"camera\"\n");
+    assert!(nowhere.contains("there are floor"), "{nowhere}");
     let path = message("[[method]]\nmethod = \"path\"\n");
     assert!(path.contains("beams and photons"), "{path}");
     let twice = message("[[method]]\nmethod = \"photons\"\n[[method]]\nmethod = \"photons\"\n");
@@ -281,7 +349,8 @@ fn a_label_and_the_arguments_name_what_is_not_a_default() {
         "seed = 3\n[[method]]\nmethod = \"photons\"\nphotons = 64\n",
     )
     .unwrap();
-    assert_eq!(plan.runs[0].label(), "photons photons=64 seed=3");
+    assert_eq!(plan.runs[0].label(), "photons=64 seed=3");
+    assert_eq!(plan.runs[0].label_without_seed(), "photons=64");
     assert_eq!(
         plan.runs[0].arguments(),
         "--method photons --photons 64 --seed 3"

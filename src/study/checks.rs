@@ -42,7 +42,7 @@ pub fn checks(truth: &Image, candidate: &Image, layer: &Comparison) -> Vec<Check
 }
 
 /// The mean of a layer's channels; of all light under any of its names.
-fn plane(image: &Image, layer: &Comparison) -> Option<Vec<f64>> {
+pub(super) fn plane(image: &Image, layer: &Comparison) -> Option<Vec<f64>> {
     let names: &[&str] = if layer.is_total {
         &["E", "L", ""]
     } else {

@@ -1,7 +1,7 @@
 //! What error costs: methods swept over their settings, judged by a truth, and reported.
 //!
-//! A study names a scene, a truth, and methods with the settings to sweep ([`StudyFile`]; with a scene alone, a sensible default).
-//! Each run fills the same sensor, and is kept in a [`Store`], so that a study that was stopped goes on where it was. Films are
+//! A study names a scene, sensors, a truth, and methods with the settings to sweep ([`StudyFile`]; with a scene alone, a sensible default).
+//! Each run fills one sensor, and is kept in a [`Store`], so that a study that was stopped goes on where it was. Films are
 //! then read back and judged by [`metric`](crate::metric), each row only where the truth is good enough to resolve its error.
 //!
 //! | file | question |
@@ -30,7 +30,7 @@ pub mod truth;
 pub use error::StudyError;
 pub use file::StudyFile;
 pub use method::Method;
-pub use plan::{Plan, Run, StageRun, StageRuns};
+pub use plan::{Plan, Run, SensorPlan, StageRun, StageRuns};
 pub use report::{Report, Timings};
 pub use session::{Obtained, Session};
 pub use store::Store;

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use super::StudyError;
 use super::method::Product;
-use super::plan::{Plan, Run};
+use super::plan::{Plan, Run, SensorPlan};
 use super::store::{Store, Stored, Time};
 use crate::mitsuba;
 use crate::reference::Progress;
@@ -42,27 +42,30 @@ impl Session {
         Ok(Self { scene, plan, store })
     }
 
-    /// The sensor that is filled.
+    /// The sensor of a plan.
     ///
     /// # Errors
     ///
-    /// Where the scene no longer has it.
-    pub fn sensor(&self) -> Result<&Sensor, StudyError> {
-        let sensors = self.scene.sensors().iter();
-        let mut found = sensors.filter(|sensor| sensor.id == self.plan.sensor);
-        found
-            .next()
-            .ok_or_else(|| StudyError::NoSensor(self.plan.sensor.clone()))
+    /// Where the scene does not have it.
+    pub fn sensor(&self, plan: &SensorPlan) -> Result<&Sensor, StudyError> {
+        let mut sensors = self.scene.sensors().iter();
+        sensors
+            .find(|sensor| sensor.id == plan.sensor)
+            .ok_or_else(|| StudyError::NoSensor(plan.sensor.clone()))
     }
 
-    /// A run, made where it is not in the store, and as often as its seconds are to be repeated. `None` where it was stopped:
+    /// A run on a sensor, made where it is not in the store, and as often as its seconds are to be repeated. `None` where it was stopped:
     /// part of a run is not kept.
     ///
     /// # Errors
     ///
     /// Where the method cannot work on the scene, or its film not be kept.
-    pub fn obtain(&self, run: &Run, progress: &Progress) -> Result<Option<Obtained>, StudyError> {
-        let sensor = self.sensor()?;
+    pub fn obtain(
+        &self,
+        sensor: &Sensor,
+        run: &Run,
+        progress: &Progress,
+    ) -> Result<Option<Obtained>, StudyError> {
         let repeats = self.plan.repeats as usize;
         let kept = self.store.find(&self.scene, sensor, run);
         let was_kept = kept
@@ -77,20 +80,21 @@ impl Session {
             let start = Instant::now();
             let product = run.method.run(&self.scene, sensor, progress);
             let product = product.map_err(|cause| StudyError::Method {
-                run: run.label(),
+                run: format!("{} on sensor \"{}\"", run.label(), sensor.id),
                 cause: Box::new(cause),
             })?;
             if progress.stop.load(Ordering::Relaxed) {
                 return Ok(None);
             }
             let seconds = product.seconds.unwrap_or(start.elapsed().as_secs_f64());
-            stored = Some(self.keep(run, stored, product, seconds)?);
+            stored = Some(self.keep(sensor, run, stored, product, seconds)?);
         }
         Ok(stored.map(|stored| Obtained { stored, was_kept }))
     }
 
     fn keep(
         &self,
+        sensor: &Sensor,
         run: &Run,
         earlier: Option<Stored>,
         product: Product,
@@ -101,7 +105,6 @@ impl Session {
                 seconds: vec![seconds],
                 threads: rayon::current_num_threads(),
             };
-            let sensor = self.sensor()?;
             return Ok(self.store.keep(&self.scene, sensor, run, product, time)?);
         };
         // The same run again has the same bits, or the program is wrong.

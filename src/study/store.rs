@@ -103,7 +103,7 @@ impl Store {
     /// Its numbers are those that were kept, to the last bit: `serde_json` reads them so by its feature `float_roundtrip` only.
     pub fn find(&self, scene: &Scene, sensor: &Sensor, run: &Run) -> Option<Stored> {
         let key = self.key(scene, sensor, run);
-        let stem = stem(run, &key);
+        let stem = stem(sensor, run, &key);
         let read = |end: &str| std::fs::read(self.path(&format!("{stem}{end}"))).ok();
         let record: Record = serde_json::from_slice(&read(".json")?).ok()?;
         let time = serde_json::from_slice(&read(".time.json")?).ok()?;
@@ -129,7 +129,7 @@ impl Store {
         time: Time,
     ) -> Result<Stored, StoreError> {
         let key = self.key(scene, sensor, run);
-        let stem = stem(run, &key);
+        let stem = stem(sensor, run, &key);
         let exr = format!("{stem}.exr");
         let path = self.path(&exr);
         exr::write(&path, &described(scene, sensor, run, &product))?;
@@ -197,16 +197,18 @@ fn io_error(path: &Path, cause: io::Error) -> StoreError {
 }
 
 /// A name that a person recognises, and the beginning of the key, which makes it the only one.
-fn stem(run: &Run, key: &str) -> String {
-    let allowed = |c: char| c.is_ascii_alphanumeric() || "-.".contains(c);
+fn stem(sensor: &Sensor, run: &Run, key: &str) -> String {
     let label = run.label().replace('%', "pct");
-    let mut name: String = label
-        .chars()
-        .map(|c| if allowed(c) { c } else { '-' })
-        .collect();
-    // Names of files end somewhere; the key does not need the rest.
-    name.truncate(100);
+    let name = file_name(&format!("{}-{label}", sensor.id));
     format!("{name}-{}", &key[..10])
+}
+
+/// A text as the name of a file: plain letters, numbers, hyphens and dots, a hundred at most.
+pub fn file_name(text: &str) -> String {
+    let allowed = |c: char| c.is_ascii_alphanumeric() || "-.".contains(c);
+    let plain = text.chars().map(|c| if allowed(c) { c } else { '-' });
+    // Names of files end somewhere; the key does not need the rest.
+    plain.take(100).collect()
 }
 
 /// The film with what describes it.

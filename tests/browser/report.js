@@ -3,38 +3,17 @@
 // node report.js FOLDER SCREENSHOTS, with the browser's path in CHROMIUM.
 
 import assert from 'node:assert/strict';
-import { mkdirSync, readFileSync, statSync } from 'node:fs';
+import { readFileSync, statSync } from 'node:fs';
 import { join } from 'node:path';
-import { chromium } from 'playwright-core';
+import { open, pixels as pixelsOf } from './page.js';
 
 const [folder, shots] = process.argv.slice(2);
-const report = JSON.parse(readFileSync(join(folder, 'report.json'), 'utf8'));
-mkdirSync(shots, { recursive: true });
-
-const browser = await chromium.launch({ executablePath: process.env.CHROMIUM, args: ['--no-sandbox'] });
-const page = await browser.newPage({ viewport: { width: 1280, height: 900 } });
-const said = [];
-const asked = [];
-// It is this test that reads pixels back, and is told so.
-const isOurs = (message) => message.text().includes('willReadFrequently');
-page.on('console', (message) => ['error', 'warning'].includes(message.type()) && !isOurs(message) && said.push(message.text()));
-page.on('pageerror', (error) => said.push(error.message));
-page.on('request', (request) => asked.push(request.url()));
-
-let done = 0;
-async function test(name, check) {
-  await check();
-  done += 1;
-  console.log(`ok ${done} ${name}`);
-}
-
-/** A number that changes when any pixel of a pane does. */
-const pixels = (pane) => page.evaluate((kind) => {
-  const canvas = document.querySelector(`[data-pane=${kind}] canvas`);
-  const bytes = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data;
-  return bytes.reduce((hash, byte) => (Math.imul(hash, 31) + byte) | 0, 7);
-}, pane);
-const shown = (row) => page.waitForFunction((i) => document.body.dataset.shown === String(i), row);
+const whole = JSON.parse(readFileSync(join(folder, 'report.json'), 'utf8'));
+// What is tested of one sensor is of the first.
+const report = whole.sensors[0];
+const { page, said, asked, test, close } = await open(folder, shots);
+const pixels = (pane) => pixelsOf(page, pane);
+const shown = (row) => page.waitForFunction((i) => document.querySelector('article').dataset.shown === String(i), row);
 const first = '[data-pane=truth] .pane';
 
 /** Something done must change the panes named, and only those. */
@@ -46,8 +25,6 @@ async function changes(panes, act) {
   assert.deepEqual(all.filter((_, i) => before[i] !== after[i]), panes);
 }
 
-await page.goto(`file://${join(folder, 'index.html')}`);
-await page.waitForFunction(() => document.body.dataset.shown !== undefined);
 const last = report.rows.length - 1;
 
 await test('the page is below 15 MB', () => assert.ok(statSync(join(folder, 'index.html')).size < 15e6));
@@ -56,6 +33,11 @@ await test('the summary has a line for each row of report.json, with its error',
   const lines = await page.locator('#rows tbody tr').allInnerTexts();
   assert.equal(lines.length, report.rows.length);
   report.rows.forEach((row, i) => assert.ok(lines[i].includes(row.label), lines[i]));
+});
+
+await test('the answers come first, one a curve', async () => {
+  const answers = await page.locator('#answers dd').allInnerTexts();
+  assert.deepEqual(answers, report.answers.map((answer) => answer.sentences.join(' ')));
 });
 
 await test('the summary sorts by error, up and down', async () => {
@@ -94,8 +76,16 @@ await test('exposure changes all panes, colours and scale those of light, the ma
 
 await test('wheel, drag and keys move all panes together, and a double click fits', async () => {
   const start = await Promise.all(['truth', 'run', 'map'].map(pixels));
-  const box = await page.locator(first).boundingBox();
-  const centre = [box.x + box.width / 2, box.y + box.height / 2];
+  const middle = async () => {
+    await page.locator(first).scrollIntoViewIfNeeded();
+    const box = await page.locator(first).boundingBox();
+    return [box.x + box.width / 2, box.y + box.height / 2];
+  };
+  await page.mouse.move(...await middle());
+  // A pane that is not in focus lets the page scroll.
+  await changes([], () => page.mouse.wheel(0, 40).then(() => page.waitForTimeout(200)));
+  await page.focus(first);
+  const centre = await middle();
   await page.mouse.move(...centre);
   await changes(['truth', 'run', 'map'], () => page.mouse.wheel(0, -600).then(() => page.waitForTimeout(100)));
   await changes(['truth', 'run', 'map'], async () => {
@@ -125,8 +115,9 @@ await test('the wipe shows the run beside the truth in one pane, and its blade m
 
 await test('the texel under the pointer is told with the values of report.json', async () => {
   const { worst } = report.rows[last].comparison.layers.find((layer) => layer.layer === report.rows[last].layer).difference;
+  await page.locator(first).scrollIntoViewIfNeeded();
   const box = await page.locator(first).boundingBox();
-  const [width, height] = report.study.size;
+  const [width, height] = report.size;
   await page.mouse.move(box.x + ((worst.x + 0.5) / width) * box.width, box.y + ((worst.y + 0.5) / height) * box.height);
   const text = (await page.innerText('#readout')).replaceAll('−', '-');
   assert.ok(text.includes(`texel (${worst.x}, ${worst.y})`), text);
@@ -154,6 +145,14 @@ await test('the plot has a mark for each row, tells it at the pointer, and follo
   await shown(0);
 });
 
+await test('the plot has the errors of the light that is chosen, and those rows only that are judged by it', async () => {
+  const light = page.locator('[data-control=light]').first();
+  const before = await light.inputValue();
+  await light.selectOption('E');
+  assert.equal(await page.locator('#plot .mark-point').count(), report.rows.filter((row) => row.layer === 'E').length);
+  await light.selectOption(before);
+});
+
 await test('ledger, histogram, record and commands are there', async () => {
   assert.equal(await page.locator('#histogram .bin').count(), 20);
   // Approximations keep no ledger.
@@ -163,7 +162,7 @@ await test('ledger, histogram, record and commands are there', async () => {
   await shown(kept);
   assert.equal(await page.locator('#ledger tbody tr').count(), report.rows[kept].facts.ledger.rows.length);
   assert.equal(await page.locator('#waterfalls table tbody tr').count(), report.stages[0].stages.length);
-  assert.ok((await page.innerText('#environment')).includes(report.study.scene_hash));
+  assert.ok((await page.innerText('#environment')).includes(whole.study.scene_hash));
   assert.ok((await page.innerText('#commands')).includes(report.rows[last].command));
 });
 
@@ -190,5 +189,4 @@ await test('nothing went wrong and nothing was asked of a network', () => {
   assert.deepEqual(asked.filter((url) => !/^(file|data|blob):/.test(url)), []);
 });
 
-await browser.close();
-console.log(`${done} tests passed; screenshots in ${shots}`);
+await close();

@@ -9,7 +9,7 @@ use nephroid::reference::beams::BeamBudget;
 use nephroid::reference::{Estimate, LayerName};
 use nephroid::scene::Scene;
 use nephroid::transport::chain::ChainSettings;
-use nephroid::transport::direct::direct;
+use nephroid::transport::direct::{AREA_SAMPLES, direct};
 use nephroid::transport::receiver::Receiver;
 
 use super::beams::{beams_to, beams_within};
@@ -109,7 +109,7 @@ impl Contest {
     /// Direct light alone, which is part of every run.
     pub fn direct(&self) {
         let receiver = Receiver::new(&self.scene, &self.scene.sensors()[0]).unwrap();
-        direct(&self.scene, &receiver, 0, &|| false).unwrap();
+        direct(&self.scene, &receiver, 0, AREA_SAMPLES, &|| false).unwrap();
     }
 
     /// A photon run.

@@ -50,6 +50,10 @@ pub struct PhotonArgs {
     /// Specular events up to which photons follow every branch, later one at random [default: 2]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=31))]
     pub split_depth: Option<u32>,
+
+    /// Samples of a texel and an area light for direct light on a receiver, where it is hard to measure [default: 128]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(128..=1 << 24))]
+    pub direct_samples: Option<u32>,
 }
 
 /// Settings that only paths have.
@@ -217,6 +221,7 @@ impl SharedArgs {
                 shading_normals: self.shading_normals.into(),
             },
             max_layers: self.layers as usize,
+            direct_samples: photon.direct_samples.unwrap_or(default.direct_samples),
         }
     }
 

@@ -109,12 +109,14 @@ impl RenderArgs {
         let PhotonArgs {
             samples,
             split_depth,
+            direct_samples,
         } = &self.photon;
         given([
             ("--photons", self.photons.is_some()),
             ("--shard", self.shard.is_some()),
             ("--samples", samples.is_some()),
             ("--split-depth", split_depth.is_some()),
+            ("--direct-samples", direct_samples.is_some()),
         ])
     }
 
@@ -228,6 +230,7 @@ impl RenderArgs {
             ("--rays", self.rays.is_some()),
             ("--shard", self.shard.is_some()),
             ("--split-depth", self.photon.split_depth.is_some()),
+            ("--direct-samples", self.photon.direct_samples.is_some()),
         ]);
         if let Some(name) = of_others {
             anyhow::bail!(

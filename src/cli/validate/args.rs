@@ -19,16 +19,17 @@ pub struct ValidateArgs {
     #[arg(short, long, value_name = "DIR")]
     pub output: Option<PathBuf>,
 
-    /// The sensor to fill, by id [default: the study's, else the first irradiancemeter, else the first camera]
+    /// A sensor to fill, by id; may be given again [default: the study's, else the first irradiancemeter, else the first camera]
     #[arg(long, value_name = "ID")]
-    pub sensor: Option<String>,
+    pub sensor: Vec<String>,
 
-    /// Judge an EXR rendered elsewhere, too; may be given again
-    #[arg(long, value_name = "NAME=FILE.exr", value_parser = parse_candidate)]
-    pub candidate: Vec<(String, PathBuf)>,
+    /// Judge an EXR rendered elsewhere, too, on the only sensor or on the one that is named; may be given again
+    #[arg(long, value_name = "NAME[@SENSOR]=FILE.exr", value_parser = parse_candidate)]
+    pub candidate: Vec<(String, Option<String>, PathBuf)>,
 
-    /// Exit code 1 where a method's or candidate's error is above this (or the truth cannot tell); may be given again
-    #[arg(long, value_name = "NAME=ERROR", value_parser = parse_limit)]
+    /// Exit code 1 where a method's or candidate's error is above this (or the truth cannot tell), on every sensor that has it or on
+    /// the one that is named; may be given again
+    #[arg(long, value_name = "NAME[@SENSOR]=ERROR", value_parser = parse_limit)]
     pub max_error: Vec<(String, f64)>,
 
     /// The difference that matters, relative to the truth's mean [default: the study's, else 1%]
@@ -61,13 +62,20 @@ fn named(text: &str, allowed: &str) -> Result<(String, String), String> {
     }
 }
 
-fn parse_candidate(text: &str) -> Result<(String, PathBuf), String> {
-    let (name, file) = named(text, "NAME=FILE.exr, as in mine=out/mine.exr")?;
-    Ok((name, file.into()))
+fn parse_candidate(text: &str) -> Result<(String, Option<String>, PathBuf), String> {
+    let allowed = "NAME=FILE.exr or NAME@SENSOR=FILE.exr, as in mine=out/mine.exr";
+    let (name, file) = named(text, allowed)?;
+    Ok(match name.rsplit_once('@') {
+        None => (name, None, file.into()),
+        Some((name, sensor)) if !name.is_empty() && !sensor.is_empty() => {
+            (name.to_owned(), Some(sensor.to_owned()), file.into())
+        }
+        Some(_) => return Err(format!("give {allowed}")),
+    })
 }
 
 fn parse_limit(text: &str) -> Result<(String, f64), String> {
-    let (name, limit) = named(text, "NAME=ERROR, as in mine=5%")?;
+    let (name, limit) = named(text, "NAME=ERROR or NAME@SENSOR=ERROR, as in mine=5%")?;
     Ok((name, parse_fraction(&limit)?))
 }
 
@@ -82,8 +90,14 @@ mod tests {
         assert!(parse_limit("mine=0").is_err());
         assert_eq!(
             parse_candidate("a=b=c.exr"),
-            Ok(("a".to_owned(), "b=c.exr".into()))
+            Ok(("a".to_owned(), None, "b=c.exr".into()))
         );
+        assert_eq!(
+            parse_candidate("a@floor=b.exr"),
+            Ok(("a".to_owned(), Some("floor".to_owned()), "b.exr".into()))
+        );
+        assert!(parse_candidate("@floor=b.exr").is_err());
+        assert!(parse_candidate("a@=b.exr").is_err());
         assert!(parse_candidate("=x").is_err());
     }
 }

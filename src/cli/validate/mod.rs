@@ -1,6 +1,7 @@
 //! `nephroid validate`: what error costs, as a report.
 
 mod args;
+mod candidates;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -13,13 +14,11 @@ use super::Outcome;
 use super::progress;
 use super::render::set_threads;
 use crate::film::atomic;
-use crate::film::exr;
-use crate::metric::{self, Source};
 use crate::reference::Progress;
 use crate::study::file::Candidate;
-use crate::study::report::{self, GateVerdict, Judged, Report, StageFilms, Timings};
+use crate::study::report::{self, GateVerdict, Judged, Report, SensorFilms, StageFilms, Timings};
 use crate::study::store::Stored;
-use crate::study::{Obtained, Run, Session, StageRuns, Store, StudyError, StudyFile};
+use crate::study::{Obtained, Run, SensorPlan, Session, StageRuns, Store, StudyError, StudyFile};
 pub use args::ValidateArgs;
 
 /// Runs the command.
@@ -49,54 +48,42 @@ pub fn validate(args: &ValidateArgs) -> anyhow::Result<Outcome> {
         start,
         fresh: Vec::new(),
         done: 0,
+        left_out: 0,
     };
     let plan = &session.plan;
+    let ids = plan.sensors.iter().map(|one| one.sensor.as_str());
+    let candidates = plan.sensors.iter().map(|one| one.candidates.len());
     eprintln!(
-        "{}, sensor {}: {} runs, {} candidates; report in {}",
+        "{}, {} {}: {} runs, {} candidates; report in {}",
         plan.scene.display(),
-        plan.sensor,
+        if plan.sensors.len() == 1 {
+            "sensor"
+        } else {
+            "sensors"
+        },
+        ids.collect::<Vec<_>>().join(", "),
         plan.count(),
-        plan.candidates.len(),
+        candidates.sum::<usize>(),
         folder.display()
     );
     // Before the first run: an image of the wrong size is better known now.
-    let candidates = candidates(&session)?;
-    let Some(truth) = work.obtain(&plan.truth, "truth, ")? else {
-        return Ok(work.stopped());
-    };
-    let mut judged = Vec::new();
-    let mut left = 0;
-    for run in &plan.runs {
-        if plan.time.is_some_and(|time| start.elapsed() >= time) {
-            left += 1;
-            continue;
-        }
-        match work.obtain(run, "")? {
-            Some(obtained) => judged.push(Judged::Run(run, Box::new(obtained.stored))),
-            None => return Ok(work.stopped()),
+    let mut copies = Vec::new();
+    for sensor in &plan.sensors {
+        copies.push(candidates::copy(&session, sensor)?);
+    }
+    let mut films = Vec::new();
+    for (sensor, copied) in plan.sensors.iter().zip(copies) {
+        match work.sensor(sensor, copied)? {
+            Filled::All(one) => films.push(*one),
+            Filled::TimeOver => (),
+            Filled::Stopped => return Ok(work.stopped()),
         }
     }
-    judged.extend(candidates);
-    let mut stages = Vec::new();
-    for runs in &plan.stages {
-        if plan.time.is_some_and(|time| start.elapsed() >= time) {
-            left += 1 + 2 * runs.stages.len();
-            continue;
-        }
-        match work.stages(runs)? {
-            Some(films) => stages.push(films),
-            None => return Ok(work.stopped()),
-        }
-    }
-    let (mut report, timings) = report::build(
-        &session,
-        &truth.stored,
-        &judged,
-        &stages,
-        &mut |i, label| {
-            eprintln!("judging {} of {}: {label}", i + 1, judged.len());
-        },
-    )?;
+    let rows: usize = films.iter().map(|one| one.judged.len()).sum();
+    let (mut report, timings) = report::build(&session, &films, &mut |i, label| {
+        eprintln!("judging {} of {rows}: {label}", i + 1);
+    })?;
+    let left = work.left_out;
     if left > 0 {
         report.warnings.push(format!(
             "{left} runs were not made: the study's time was over"
@@ -110,19 +97,96 @@ struct Work<'a> {
     session: &'a Session,
     progress: &'a Progress,
     start: Instant,
-    /// Seconds of runs that were not in the store.
+    /// Seconds of runs that were not in the store, the truths' apart: those take longest.
     fresh: Vec<f64>,
     done: usize,
+    /// Runs that the study's time did not suffice for.
+    left_out: usize,
 }
 
-impl Work<'_> {
+/// How far a sensor came.
+enum Filled<'a> {
+    /// As far as the study's time allows.
+    All(Box<SensorFilms<'a>>),
+    /// Not even to its truth.
+    TimeOver,
+    /// It was stopped.
+    Stopped,
+}
+
+impl<'a> Work<'a> {
+    /// All runs of a sensor, with the candidates that are there already.
+    fn sensor(
+        &mut self,
+        plan: &'a SensorPlan,
+        candidates: Vec<Judged<'a>>,
+    ) -> Result<Filled<'a>, StudyError> {
+        let is_first = self.done == 0;
+        // The first truth is computed in any case: without any film there is no report.
+        if !is_first && self.is_time_over() {
+            self.left_out += plan.count();
+            return Ok(Filled::TimeOver);
+        }
+        let Some(truth) = self.obtain(plan, &plan.truth, "truth, ")? else {
+            return Ok(Filled::Stopped);
+        };
+        let mut films = SensorFilms {
+            plan,
+            truth: truth.stored,
+            judged: Vec::new(),
+            stages: Vec::new(),
+        };
+        for run in &plan.runs {
+            if self.is_time_over() {
+                self.left_out += 1;
+                continue;
+            }
+            match self.obtain(plan, run, "")? {
+                Some(obtained) => films
+                    .judged
+                    .push(Judged::Run(run, Box::new(obtained.stored))),
+                None => return Ok(Filled::Stopped),
+            }
+        }
+        films.judged.extend(candidates);
+        for runs in &plan.stages {
+            if self.is_time_over() {
+                self.left_out += 1 + 2 * runs.stages.len();
+                continue;
+            }
+            match self.stages(plan, runs)? {
+                Some(one) => films.stages.push(one),
+                None => return Ok(Filled::Stopped),
+            }
+        }
+        Ok(Filled::All(Box::new(films)))
+    }
+
+    fn is_time_over(&self) -> bool {
+        let time = self.session.plan.time;
+        time.is_some_and(|time| self.start.elapsed() >= time)
+    }
+
     /// A run, with a line on how it went; `None` where it was stopped.
-    fn obtain(&mut self, run: &Run, what: &str) -> Result<Option<Obtained>, StudyError> {
+    fn obtain(
+        &mut self,
+        plan: &SensorPlan,
+        run: &Run,
+        what: &str,
+    ) -> Result<Option<Obtained>, StudyError> {
         let all = self.session.plan.count();
-        let place = format!("[{:>2}/{all}] {what}{}", self.done + 1, run.label());
+        let on = if self.session.plan.sensors.len() > 1 {
+            format!("{}: ", plan.sensor)
+        } else {
+            String::new()
+        };
+        let place = format!("[{:>2}/{all}] {on}{what}{}", self.done + 1, run.label());
         eprintln!("{place} ...");
         let start = Instant::now();
-        let obtained = progress::watch(self.progress, || self.session.obtain(run, self.progress))?;
+        let sensor = self.session.sensor(plan)?;
+        let obtained = progress::watch(self.progress, || {
+            self.session.obtain(sensor, run, self.progress)
+        })?;
         if self.progress.stop.load(Ordering::Relaxed) {
             return Ok(None);
         }
@@ -132,7 +196,9 @@ impl Work<'_> {
             let how = if obtained.was_kept {
                 "kept from before".to_owned()
             } else {
-                self.fresh.push(seconds);
+                if *run != plan.truth {
+                    self.fresh.push(seconds);
+                }
                 format!("{seconds:.1} s")
             };
             eprintln!("{place}: {how}{}", self.left(all - self.done));
@@ -141,9 +207,13 @@ impl Work<'_> {
     }
 
     /// An approximation with its stages exact, one by one; `None` where it was stopped.
-    fn stages<'r>(&mut self, runs: &'r StageRuns) -> Result<Option<StageFilms<'r>>, StudyError> {
+    fn stages<'r>(
+        &mut self,
+        plan: &SensorPlan,
+        runs: &'r StageRuns,
+    ) -> Result<Option<StageFilms<'r>>, StudyError> {
         let mut film = |run: &Run| -> Result<Option<Stored>, StudyError> {
-            let obtained = self.obtain(run, "stages, ")?;
+            let obtained = self.obtain(plan, run, "stages, ")?;
             Ok(obtained.map(|obtained| obtained.stored))
         };
         let Some(all) = film(&runs.all)? else {
@@ -160,7 +230,7 @@ impl Work<'_> {
         Ok(Some(StageFilms { runs, all, stages }))
     }
 
-    /// What is left, by the mean of the runs made so far.
+    /// What is left, by the mean of the runs made so far, the truths apart.
     fn left(&self, runs: usize) -> String {
         let mean = self.fresh.iter().sum::<f64>() / self.fresh.len() as f64;
         if runs == 0 || self.fresh.is_empty() {
@@ -198,13 +268,14 @@ fn study(args: &ValidateArgs) -> anyhow::Result<StudyFile> {
         file.define.retain(|(name, _)| name != key);
         file.define.push((key.clone(), value.clone()));
     }
-    if args.sensor.is_some() {
-        file.sensor.clone_from(&args.sensor);
+    if !args.sensor.is_empty() {
+        file.sensors.clone_from(&args.sensor);
     }
     file.margin = args.margin.or(file.margin);
     file.repeats = args.repeats.unwrap_or(file.repeats);
-    let given = args.candidate.iter().map(|(name, path)| Candidate {
+    let given = args.candidate.iter().map(|(name, sensor, path)| Candidate {
         name: name.clone(),
+        sensor: sensor.clone(),
         file: path.clone(),
         seconds: None,
     });
@@ -222,61 +293,23 @@ fn folder(args: &ValidateArgs) -> PathBuf {
     })
 }
 
-/// Copies the candidates into the store, beside the films that they are shown with.
-fn candidates(session: &Session) -> anyhow::Result<Vec<Judged<'_>>> {
-    let film = &session.sensor()?.film;
-    let expected = [film.crop.width as usize, film.crop.height as usize];
-    let mut judged = Vec::new();
-    for (i, candidate) in session.plan.candidates.iter().enumerate() {
-        let image = exr::read(&candidate.file)?;
-        let size = [image.width, image.height];
-        if size != expected {
-            let is_turned = size == [expected[1], expected[0]];
-            return Err(StudyError::Size {
-                file: candidate.file.display().to_string(),
-                size,
-                sensor: session.plan.sensor.clone(),
-                expected,
-                hint: if is_turned {
-                    ": are rows and columns exchanged?"
-                } else {
-                    ""
-                }
-                .to_owned(),
-            }
-            .into());
-        }
-        // With itself: what cannot be compared at all is better known now, too.
-        let source = Source::new(candidate.file.display().to_string(), image);
-        let quick = metric::Settings {
-            pixels_per_degree: None,
-            ..metric::Settings::default()
-        };
-        metric::compare(&source, &source, &quick)?;
-        let allowed = |c: char| c.is_ascii_alphanumeric() || "-.".contains(c);
-        let plain = candidate
-            .name
-            .chars()
-            .map(|c| if allowed(c) { c } else { '-' });
-        let name = format!("candidate-{}-{}.exr", i + 1, plain.collect::<String>());
-        let bytes =
-            std::fs::read(&candidate.file).with_context(|| candidate.file.display().to_string())?;
-        atomic::write(&session.store.path(&name), |file| {
-            std::io::Write::write_all(file, &bytes)
-        })?;
-        judged.push(Judged::Candidate(candidate, name));
-    }
-    Ok(judged)
-}
-
 fn list(session: &Session) -> anyhow::Result<()> {
-    let sensor = session.sensor()?;
-    for (run, what) in std::iter::once((&session.plan.truth, "truth, "))
-        .chain(session.plan.runs.iter().map(|run| (run, "")))
-    {
-        let kept = session.store.find(&session.scene, sensor, run);
-        let state = kept.map_or("to do", |_| "kept");
-        say!("{state:<6} {what}{}", run.label());
+    for plan in &session.plan.sensors {
+        let sensor = session.sensor(plan)?;
+        let stages = plan.stages.iter().flat_map(|runs| {
+            let each = runs.stages.iter();
+            let staged = each.flat_map(|stage| [&stage.alone, &stage.cumulative]);
+            [&runs.all].into_iter().chain(staged)
+        });
+        let all = [(&plan.truth, "truth, ")]
+            .into_iter()
+            .chain(plan.runs.iter().map(|run| (run, "")))
+            .chain(stages.map(|run| (run, "stages, ")));
+        for (run, what) in all {
+            let kept = session.store.find(&session.scene, sensor, run);
+            let state = kept.map_or("to do", |_| "kept");
+            say!("{state:<6} {}: {what}{}", plan.sensor, run.label());
+        }
     }
     Ok(())
 }
@@ -296,15 +329,13 @@ fn finish(
         say!("{}", report::markdown(report, timings).trim_end());
         say!("\nwrote {}", folder.join("index.html").display());
     }
-    for row in &report.rows {
+    for row in report.sensors.iter().flat_map(|sensor| &sensor.rows) {
         for check in &row.checks {
             eprintln!("warning: {}: {}", row.label, check.message);
         }
     }
-    let is_kept = report
-        .gates
-        .iter()
-        .all(|gate| gate.verdict == GateVerdict::Kept);
+    let mut gates = report.sensors.iter().flat_map(|sensor| &sensor.gates);
+    let is_kept = gates.all(|gate| gate.verdict == GateVerdict::Kept);
     Ok(match (is_kept, left) {
         (false, _) => Outcome::Apart,
         (true, 0) => Outcome::Complete,

@@ -16,7 +16,7 @@ use super::survey::{Found, survey};
 use crate::geometry::TraversalCounters;
 use crate::reference::{Estimate, Progress, Target};
 use crate::scene::{Scene, Sensor};
-use crate::transport::direct::{Direct, direct};
+use crate::transport::direct::{AREA_SAMPLES, Direct, direct};
 use crate::transport::facets::table::Facets;
 use crate::transport::first_surface::{SharedPlaces, Source, roots};
 use crate::transport::guard::Guard;
@@ -156,9 +156,13 @@ impl<'a> Setup<'a> {
         let limit = Limit::new(budget, self.progress);
         let direct = match &self.target {
             Target::Receiver(receiver) => Some(
-                direct(self.scene, receiver, self.settings.seed, &|| {
-                    limit.is_reached()
-                })
+                direct(
+                    self.scene,
+                    receiver,
+                    self.settings.seed,
+                    AREA_SAMPLES,
+                    &|| limit.is_reached(),
+                )
                 .unwrap_or_else(|| Direct::unknown(receiver.texels())),
             ),
             Target::Camera { .. } => None,

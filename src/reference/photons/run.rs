@@ -111,7 +111,12 @@ impl<'a> Setup<'a> {
             return None;
         };
         let stop = || self.is_over(deadline);
-        let measured = direct(self.scene, receiver, self.settings.seed, &stop);
+        let PhotonSettings {
+            seed,
+            direct_samples,
+            ..
+        } = self.settings;
+        let measured = direct(self.scene, receiver, seed, direct_samples, &stop);
         Some(measured.unwrap_or_else(|| Direct::unknown(receiver.texels())))
     }
 

@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use crate::numeric::StreamKind;
 use crate::transport::chain::ChainSettings;
+use crate::transport::direct::AREA_SAMPLES;
 
 /// How photons are started, followed and counted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
@@ -21,10 +22,13 @@ pub struct PhotonSettings {
     pub chains: ChainSettings,
     /// Path signatures with a layer of their own; the brightest of a pilot run get one.
     pub max_layers: usize,
+    /// On a receiver: samples of a texel and an area light for their direct light, where a shadow's edge is near or they scatter
+    /// much; [`AREA_SAMPLES`] elsewhere, and where fewer are asked for.
+    pub direct_samples: u32,
 }
 
 impl Default for PhotonSettings {
-    /// 32 replicates of Sobol' points, seed 0, eight layers.
+    /// 32 replicates of Sobol' points, seed 0, eight layers, direct light by [`AREA_SAMPLES`].
     fn default() -> Self {
         Self {
             stream: StreamKind::Sobol,
@@ -32,6 +36,7 @@ impl Default for PhotonSettings {
             replicates: 32,
             chains: ChainSettings::default(),
             max_layers: 8,
+            direct_samples: AREA_SAMPLES,
         }
     }
 }

@@ -13,7 +13,7 @@ use toml::de::DeTable;
 
 use super::method::keys::fraction;
 use super::method::{Method, Settings};
-use table::{Table, Text};
+use table::{Node, Table, Text};
 
 /// What a study is to do, as its file says; what it does not say is left to the [plan](super::plan).
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -22,8 +22,8 @@ pub struct StudyFile {
     pub is_default: bool,
     /// The scene file; relative paths are relative to the study's file.
     pub scene: PathBuf,
-    /// The sensor's id.
-    pub sensor: Option<String>,
+    /// The sensors' ids; where there are none the plan chooses one.
+    pub sensors: Vec<String>,
     /// Parameters of the scene file.
     pub define: Vec<(String, String)>,
     /// Seed of all random choices but the truth's.
@@ -34,13 +34,13 @@ pub struct StudyFile {
     pub margin: Option<f64>,
     /// No run begins after so much time.
     pub time: Option<Duration>,
-    /// The truth's method, with one value for each setting.
-    pub truth: Option<StudyMethod>,
+    /// The truth's method, with one value for each setting: by sensor, or for all that have none of their own.
+    pub truths: BTreeMap<Option<String>, StudyMethod>,
     /// Methods and their settings.
     pub methods: Vec<StudyMethod>,
     /// Images rendered elsewhere.
     pub candidates: Vec<Candidate>,
-    /// The largest relative error that a method may have, by name.
+    /// The largest relative error that a method may have, by `NAME` or `NAME@SENSOR`.
     pub max_error: BTreeMap<String, f64>,
 }
 
@@ -51,6 +51,8 @@ pub struct StudyMethod {
     pub name: String,
     /// The method's name.
     pub method: String,
+    /// The sensors that it is meant for; where there are none all that it can fill.
+    pub sensors: Vec<String>,
     /// One entry a run.
     pub settings: Vec<Settings>,
 }
@@ -60,6 +62,8 @@ pub struct StudyMethod {
 pub struct Candidate {
     /// What it is called.
     pub name: String,
+    /// The sensor that it is of; may be left out where a study has one.
+    pub sensor: Option<String>,
     /// The EXR.
     pub file: PathBuf,
     /// What it took, where that is known \[s\].
@@ -131,13 +135,13 @@ impl StudyFile {
         let study = Self {
             is_default: false,
             scene: folder.join(table.need("scene")?.scalar()?),
-            sensor: table.take("sensor").map(|node| node.scalar()).transpose()?,
+            sensors: sensors(&mut table)?,
             define: define(&mut table)?,
             seed: whole(&mut table, "seed")?.unwrap_or(0),
             repeats: repeats(&mut table)?,
             margin: positive(&mut table, "margin")?,
             time: time(&mut table)?,
-            truth: truth(&mut table)?,
+            truths: truths(&mut table)?,
             methods: methods(&mut table)?,
             candidates: candidates(&mut table, folder)?,
             max_error: max_error(&mut table)?,
@@ -197,15 +201,41 @@ fn time(table: &mut Table) -> Result<Option<Duration>, FileError> {
         .transpose()
 }
 
-fn truth(table: &mut Table) -> Result<Option<StudyMethod>, FileError> {
-    let Some(node) = table.take("truth") else {
-        return Ok(None);
-    };
-    let method = sweep::method(node.need_table("[truth]")?)?;
-    if method.settings.len() != 1 {
-        return Err(node.error("[truth] is one run: no lists and no ranges"));
+/// `sensor = "floor"` or `sensors = ["floor", "camera"]`.
+fn sensors(table: &mut Table) -> Result<Vec<String>, FileError> {
+    let one = table.take("sensor");
+    let several = table.take("sensors");
+    match (one, several) {
+        (Some(_), Some(node)) => Err(node.error("give either sensor or sensors")),
+        (Some(node), None) => Ok(vec![node.scalar()?]),
+        (None, Some(node)) => match node.list()? {
+            Some(list) => Ok(list),
+            None => Err(node.error("sensors is a list, [\"floor\", \"camera\"]")),
+        },
+        (None, None) => Ok(Vec::new()),
     }
-    Ok(Some(method))
+}
+
+/// `[truth]` for all sensors, or `[truth.ID]` for each.
+fn truths(table: &mut Table) -> Result<BTreeMap<Option<String>, StudyMethod>, FileError> {
+    let Some(node) = table.take("truth") else {
+        return Ok(BTreeMap::new());
+    };
+    let truth = |node: &Node, name| {
+        let method = sweep::method(node.need_table(name)?)?;
+        if method.settings.len() != 1 {
+            return Err(node.error(format!("{name} is one run: no lists and no ranges")));
+        }
+        Ok(method)
+    };
+    let by_sensor: Vec<Node> = node.need_table("[truth]")?.rest().collect();
+    if by_sensor.is_empty() || !by_sensor.iter().all(Node::is_table) {
+        return Ok(BTreeMap::from([(None, truth(&node, "[truth]")?)]));
+    }
+    by_sensor
+        .iter()
+        .map(|one| Ok((Some(one.key().to_owned()), truth(one, "[truth.SENSOR]")?)))
+        .collect()
 }
 
 fn methods(table: &mut Table) -> Result<Vec<StudyMethod>, FileError> {
@@ -226,6 +256,7 @@ fn candidates(table: &mut Table, folder: &Path) -> Result<Vec<Candidate>, FileEr
     let candidates = tables.into_iter().map(|mut table| {
         let candidate = Candidate {
             name: table.need("name")?.scalar()?,
+            sensor: table.take("sensor").map(|node| node.scalar()).transpose()?,
             file: folder.join(table.need("file")?.scalar()?),
             seconds: positive(&mut table, "seconds")?,
         };
@@ -257,6 +288,7 @@ impl StudyMethod {
         Self {
             name: method.to_owned(),
             method: method.to_owned(),
+            sensors: Vec::new(),
             settings: settings.collect(),
         }
     }

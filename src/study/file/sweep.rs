@@ -77,6 +77,11 @@ pub fn method(mut table: Table) -> Result<StudyMethod, FileError> {
     let method = node.scalar()?;
     Method::new(&method, &Settings::new()).map_err(|error| node.error(error.to_string()))?;
     let name = table.take("name").map(|node| node.scalar()).transpose()?;
+    let sensors = table.take("sensor").map(|node| match node.list()? {
+        Some(list) => Ok(list),
+        None => Ok(vec![node.scalar()?]),
+    });
+    let sensors = sensors.transpose()?.unwrap_or_default();
     let mut products = vec![Settings::new()];
     for node in table.rest() {
         let values = values(&node)?;
@@ -101,6 +106,7 @@ pub fn method(mut table: Table) -> Result<StudyMethod, FileError> {
     Ok(StudyMethod {
         name: name.unwrap_or_else(|| method.clone()),
         method,
+        sensors,
         settings: products,
     })
 }

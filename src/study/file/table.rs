@@ -175,6 +175,11 @@ impl<'a> Node<'a> {
         values.collect::<Result<_, _>>().map(Some)
     }
 
+    /// Whether it is a table.
+    pub fn is_table(&self) -> bool {
+        self.value.get_ref().as_table().is_some()
+    }
+
     /// Its table, called so in messages; `None` for what is no table.
     pub fn table(&self, name: &'a str) -> Option<Table<'a>> {
         let content = self.value.get_ref().as_table()?;

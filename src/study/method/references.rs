@@ -18,6 +18,9 @@ use crate::transport::scatter::ShadingNormals;
 /// The largest number of photons or samples: as of `nephroid render`.
 const MAX_COUNT: u64 = 1 << 48;
 
+/// Samples of a texel and an area light: as of `nephroid render`.
+const DIRECT_SAMPLES: std::ops::RangeInclusive<u32> = 128..=1 << 24;
+
 const SAMPLES: [(&str, StreamKind); 2] =
     [("sobol", StreamKind::Sobol), ("random", StreamKind::Random)];
 
@@ -159,11 +162,15 @@ impl Beams {
 impl Photons {
     pub(super) fn new(given: &Settings) -> Result<Self, SettingError> {
         let mut keys = Keys::new("photons", given);
+        let mut settings = photon_settings(&mut keys, PhotonSettings::default())?;
+        settings.direct_samples = keys
+            .whole("direct-samples", DIRECT_SAMPLES)?
+            .unwrap_or(settings.direct_samples);
         let made = Self {
             photons: keys
                 .whole("photons", 1..=MAX_COUNT)?
                 .unwrap_or(Budget::DEFAULT_PHOTONS),
-            settings: photon_settings(&mut keys, PhotonSettings::default())?,
+            settings,
         };
         keys.finish()?;
         Ok(made)

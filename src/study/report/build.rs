@@ -6,13 +6,17 @@ use std::path::Path;
 use super::super::checks;
 use super::super::curve::median;
 use super::super::file::Candidate;
-use super::super::plan::Run;
+use super::super::plan::{Run, SensorPlan};
 use super::super::session::Session;
 use super::super::store::Stored;
 use super::super::{StudyError, truth};
-use super::figures::{Report, Row, StudyFigures, Timing, Timings, TruthFigures};
+use super::answers::{answers, half_in};
+use super::figures::{
+    Curve, Report, Row, SensorFigures, SensorTimings, StageErrors, StudyFigures, Timing, Timings,
+    TruthFigures,
+};
 use super::stages::{StageFilms, stage_errors};
-use super::trade::{curves, front, gates, mark_pareto};
+use super::trade::{curves, front, gates, mark_pareto, orders_in_seconds};
 use crate::film::{Image, exr};
 use crate::metric::{self, Comparison, Source};
 use crate::scene::requirements;
@@ -32,72 +36,118 @@ pub type Progressing<'a> = &'a mut dyn FnMut(usize, &str);
 /// The folder of films beside the report.
 const FILMS: &str = "runs";
 
-/// Judges films by the truth's: from the files, as anybody can who has them.
+/// The films of one sensor.
+#[derive(Clone, Debug)]
+pub struct SensorFilms<'a> {
+    /// What was planned.
+    pub plan: &'a SensorPlan,
+    /// The truth.
+    pub truth: Stored,
+    /// Runs and candidates.
+    pub judged: Vec<Judged<'a>>,
+    /// Approximations with their stages exact.
+    pub stages: Vec<StageFilms<'a>>,
+}
+
+/// Judges films by the truths': from the files, as anybody can who has them.
 ///
 /// # Errors
 ///
 /// Where a film cannot be read or compared.
 pub fn build(
     session: &Session,
-    true_film: &Stored,
-    judged: &[Judged],
-    stages: &[StageFilms],
+    films: &[SensorFilms],
     progressing: Progressing,
 ) -> Result<(Report, Timings), StudyError> {
     let plan = &session.plan;
-    let sensor = session.sensor()?;
-    let truth = Film::read(session, &true_film.exr)?;
-    let mut rows = Vec::new();
-    for (i, one) in judged.iter().enumerate() {
-        progressing(i, &one.label());
-        rows.push(row(session, &truth, true_film, one)?);
+    let mut sensors = Vec::new();
+    let mut timed = Vec::new();
+    let mut done = 0;
+    for one in films {
+        let mut next = |label: &str| {
+            progressing(done, label);
+            done += 1;
+        };
+        let (figures, timings) = sensor_figures(session, one, &mut next)?;
+        sensors.push(figures);
+        timed.push(timings);
     }
-    mark_pareto(&mut rows);
-    let timings = timings(session, true_film, judged, &rows);
+    let warnings = session.scene.warnings().iter();
     let report = Report {
         version: env!("CARGO_PKG_VERSION"),
         study: StudyFigures {
             scene: plan.scene.display().to_string(),
             scene_hash: session.scene.content_hash().to_owned(),
             define: plan.define.clone(),
-            sensor: sensor.id.clone(),
-            plugin: sensor.plugin(),
-            size: [truth.source.image.width, truth.source.image.height],
-            quantity: quantity(&truth.source.image),
-            unit: quantity(&truth.source.image).unit(),
             seed: plan.seed,
             margin: plan.margin,
         },
         requirements: requirements(&session.scene),
-        truth: TruthFigures {
-            method: plan.truth.method.name().to_owned(),
-            settings: plan.truth.given.clone(),
-            file: truth.source.name.clone(),
-            command: command(session, &plan.truth, &truth.source.name),
-            facts: true_film.facts.clone(),
-        },
-        curves: curves(&rows),
-        stages: stages
-            .iter()
-            .filter_map(|films| stage_errors(session, &truth.source, films).transpose())
-            .collect::<Result<_, _>>()?,
-        gates: gates(plan.max_error.iter(), &rows),
-        warnings: session
-            .scene
-            .warnings()
-            .iter()
-            .map(ToString::to_string)
-            .collect(),
+        sensors,
+        warnings: warnings.map(ToString::to_string).collect(),
         conventions: CONVENTIONS.to_vec(),
-        rows,
+    };
+    let timings = Timings {
+        version: env!("CARGO_PKG_VERSION"),
+        commit: env!("NEPHROID_COMMIT"),
+        program: session.store.program().to_owned(),
+        machine: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
+        processors: std::thread::available_parallelism().map_or(1, usize::from),
+        sensors: timed,
     };
     Ok((report, timings))
 }
 
+fn sensor_figures(
+    session: &Session,
+    films: &SensorFilms,
+    next: &mut dyn FnMut(&str),
+) -> Result<(SensorFigures, SensorTimings), StudyError> {
+    let plan = films.plan;
+    let sensor = session.sensor(plan)?;
+    let truth = Film::read(session, &films.truth.exr)?;
+    let mut rows = Vec::new();
+    for one in &films.judged {
+        next(&one.label());
+        rows.push(row(session, films, &truth, one)?);
+    }
+    mark_pareto(&mut rows);
+    let curves = curves(&rows);
+    let timings = timings(films, &rows, &curves);
+    let stages: Vec<StageErrors> = films
+        .stages
+        .iter()
+        .filter_map(|films| stage_errors(session, &truth.source, films).transpose())
+        .collect::<Result<_, _>>()?;
+    let quantity = quantity(&truth.source.image);
+    let figures = SensorFigures {
+        sensor: sensor.id.clone(),
+        plugin: sensor.plugin(),
+        size: [truth.source.image.width, truth.source.image.height],
+        quantity,
+        unit: quantity.unit(),
+        answers: answers(&rows, &curves, &stages),
+        truth: TruthFigures {
+            method: plan.truth.method.name().to_owned(),
+            settings: plan.truth.given.clone(),
+            label: plan.truth.label_without_seed(),
+            file: truth.source.name.clone(),
+            command: command(session, plan, &plan.truth, &truth.source.name),
+            facts: films.truth.facts.clone(),
+        },
+        gates: gates(plan.max_error.iter(), &rows),
+        curves,
+        stages,
+        rows,
+    };
+    Ok((figures, timings))
+}
+
 /// What the numbers mean, for whoever finds the report alone.
-const CONVENTIONS: [&str; 7] = [
+const CONVENTIONS: [&str; 8] = [
     "error: root mean square difference from the truth over the mean of the truth, both over texels that the truth lights; a fraction",
     "bias: mean of the image less mean of the truth, over the mean of the truth; a fraction",
+    "half_in: the smallest part of all texels that holds half of the sum of squared differences, channels averaged",
     "truth_error: what is known of the truth's own error, in the terms of error; a row is resolved where it is a tenth of error at most",
     "all figures are those of nephroid compare on the films beside the report; linear sRGB, channels as they are in the files",
     "counters are exact and the same on every machine; seconds are in timings.json",
@@ -139,8 +189,8 @@ impl Judged<'_> {
 
 fn row(
     session: &Session,
+    films: &SensorFilms,
     truth: &Film,
-    true_film: &Stored,
     judged: &Judged,
 ) -> Result<Row, StudyError> {
     let settings = metric::Settings {
@@ -170,18 +220,19 @@ fn row(
     let is_direct_shared = layer.is_some_and(|layer| !layer.is_total)
         || truth::shares_direct(&truth.source.image, &film.source.image);
     let truth_error =
-        layer.and_then(|layer| truth::error(&true_film.facts, is_direct_shared, layer));
+        layer.and_then(|layer| truth::error(&films.truth.facts, is_direct_shared, layer));
     let error = layer.and_then(|layer| layer.difference.relative_rmse);
     Ok(Row {
         name: name.clone(),
         label: judged.label(),
         method: run.map(|run| run.method.name().to_owned()),
         settings: run.map(|run| run.given.clone()).unwrap_or_default(),
-        command: run.map(|run| command(session, run, &film.source.name)),
+        command: run.map(|run| command(session, films.plan, run, &film.source.name)),
         compare,
         layer: layer.map(|layer| layer.layer.clone()).unwrap_or_default(),
         error,
         bias: layer.and_then(|layer| layer.equivalence.bias.relative),
+        half_in: layer.and_then(|layer| half_in(&truth.source.image, &film.source.image, layer)),
         truth_error,
         resolved: truth::resolves(truth_error, error),
         pareto: BTreeMap::new(),
@@ -207,7 +258,7 @@ fn layer_judged<'a>(comparison: &'a metric::Report, name: Option<&str>) -> Optio
 }
 
 /// The command that makes a film.
-fn command(session: &Session, run: &Run, file: &str) -> String {
+fn command(session: &Session, sensor: &SensorPlan, run: &Run, file: &str) -> String {
     let plan = &session.plan;
     let define = plan
         .define
@@ -217,7 +268,7 @@ fn command(session: &Session, run: &Run, file: &str) -> String {
     format!(
         "nephroid render {}{define} --sensor {} {} --output {}",
         quoted(&plan.scene.display().to_string()),
-        quoted(&plan.sensor),
+        quoted(&sensor.sensor),
         run.arguments(),
         quoted(
             Path::new(file)
@@ -239,7 +290,7 @@ fn quoted(word: &str) -> String {
     }
 }
 
-fn timings(session: &Session, true_film: &Stored, judged: &[Judged], rows: &[Row]) -> Timings {
+fn timings(films: &SensorFilms, rows: &[Row], curves: &[Curve]) -> SensorTimings {
     let timing = |label: String, seconds: Vec<f64>, threads: Option<usize>| Timing {
         label,
         median: median(&seconds),
@@ -247,14 +298,14 @@ fn timings(session: &Session, true_film: &Stored, judged: &[Judged], rows: &[Row
         threads,
         pareto: false,
     };
+    let of_run = |run: &Run, stored: &Stored| {
+        let threads = Some(stored.time.threads);
+        timing(run.label(), stored.time.seconds.clone(), threads)
+    };
+    let judged = films.judged.iter();
     let mut timed: Vec<Timing> = judged
-        .iter()
         .map(|one| match one {
-            Judged::Run(run, stored) => timing(
-                run.label(),
-                stored.time.seconds.clone(),
-                Some(stored.time.threads),
-            ),
+            Judged::Run(run, stored) => of_run(run, stored),
             Judged::Candidate(candidate, _) => timing(
                 candidate.name.clone(),
                 candidate.seconds.into_iter().collect(),
@@ -265,16 +316,10 @@ fn timings(session: &Session, true_film: &Stored, judged: &[Judged], rows: &[Row
     for (row, is_on_front) in front(rows, |i, _| timed[i].median) {
         timed[row].pareto = is_on_front;
     }
-    Timings {
-        version: env!("CARGO_PKG_VERSION"),
-        program: session.store.program().to_owned(),
-        machine: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
-        processors: std::thread::available_parallelism().map_or(1, usize::from),
-        truth: timing(
-            session.plan.truth.label(),
-            true_film.time.seconds.clone(),
-            Some(true_film.time.threads),
-        ),
+    SensorTimings {
+        sensor: films.plan.sensor.clone(),
+        truth: of_run(&films.plan.truth, &films.truth),
+        orders: orders_in_seconds(curves, rows, |i| timed[i].median),
         rows: timed,
     }
 }

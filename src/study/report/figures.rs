@@ -19,16 +19,8 @@ pub struct Report {
     pub study: StudyFigures,
     /// What the scene needs modelled.
     pub requirements: Vec<Requirement>,
-    /// What all rows are judged by.
-    pub truth: TruthFigures,
-    /// One entry a run or candidate.
-    pub rows: Vec<Row>,
-    /// One entry a method.
-    pub curves: Vec<Curve>,
-    /// Which stage makes an error: one entry an approximation.
-    pub stages: Vec<StageErrors>,
-    /// One entry a limit.
-    pub gates: Vec<Gate>,
+    /// One entry a sensor.
+    pub sensors: Vec<SensorFigures>,
     /// What is odd about the scene or the study.
     pub warnings: Vec<String>,
     /// What the numbers mean.
@@ -44,9 +36,18 @@ pub struct StudyFigures {
     pub scene_hash: String,
     /// Parameters of the scene file.
     pub define: Vec<(String, String)>,
-    /// The sensor's id.
+    /// Seed of all random choices but the truths'.
+    pub seed: u64,
+    /// The difference that matters, relative to the truth's mean.
+    pub margin: f64,
+}
+
+/// What was found on one sensor.
+#[derive(Clone, Debug, Serialize)]
+pub struct SensorFigures {
+    /// Its id.
     pub sensor: String,
-    /// The sensor's plugin.
+    /// Its plugin.
     pub plugin: &'static str,
     /// Texels a row and rows.
     pub size: [usize; 2],
@@ -54,10 +55,27 @@ pub struct StudyFigures {
     pub quantity: Quantity,
     /// Its unit.
     pub unit: &'static str,
-    /// Seed of all random choices but the truth's.
-    pub seed: u64,
-    /// The difference that matters, relative to the truth's mean.
-    pub margin: f64,
+    /// What a reader asks first, in sentences: one entry a curve.
+    pub answers: Vec<Answer>,
+    /// What all rows are judged by.
+    pub truth: TruthFigures,
+    /// One entry a run or candidate.
+    pub rows: Vec<Row>,
+    /// One entry a method.
+    pub curves: Vec<Curve>,
+    /// Which stage makes an error: one entry an approximation.
+    pub stages: Vec<StageErrors>,
+    /// One entry a limit.
+    pub gates: Vec<Gate>,
+}
+
+/// How wrong a curve is at its best, where, why, and what less error would cost.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Answer {
+    /// The curve.
+    pub name: String,
+    /// Sentences, in the order of the questions.
+    pub sentences: Vec<String>,
 }
 
 /// The truth.
@@ -67,6 +85,8 @@ pub struct TruthFigures {
     pub method: String,
     /// Settings that are not defaults.
     pub settings: Settings,
+    /// The method's name with these, but for its seed.
+    pub label: String,
     /// The film, beside the report.
     pub file: String,
     /// The command that makes the film.
@@ -100,6 +120,9 @@ pub struct Row {
     pub error: Option<f64>,
     /// The mean's difference, relative, of that layer.
     pub bias: Option<f64>,
+    /// Where the error is: the part of all texels that holds half of the squared difference of that layer; of those that hold most
+    /// of it, as few as do.
+    pub half_in: Option<f64>,
     /// What the truth's own error may add to `error`, either way.
     pub truth_error: Option<f64>,
     /// Whether the truth is good enough to know `error` by.
@@ -210,16 +233,30 @@ pub enum GateVerdict {
 pub struct Timings {
     /// The program's version.
     pub version: &'static str,
+    /// The commit that the program was built from, with `-modified` where its source was changed since; `unknown` where it was built
+    /// outside of its repository.
+    pub commit: &'static str,
     /// A hash of the program that ran.
     pub program: String,
     /// The operating system and the kind of processor.
     pub machine: String,
     /// Processors that the program may use.
     pub processors: usize,
+    /// As the report's sensors.
+    pub sensors: Vec<SensorTimings>,
+}
+
+/// What the runs of one sensor took.
+#[derive(Clone, Debug, Serialize)]
+pub struct SensorTimings {
+    /// The sensor's id.
+    pub sensor: String,
     /// The truth.
     pub truth: Timing,
     /// As the report's rows.
     pub rows: Vec<Timing>,
+    /// The order of each curve's error in seconds, fitted to resolved rows; by its place among the report's curves.
+    pub orders: Vec<Option<OrderOf>>,
 }
 
 /// What one run took.

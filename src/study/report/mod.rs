@@ -9,6 +9,7 @@
 //!
 //! Figures are those of [`metric::compare`](crate::metric::compare) on the films as they are stored: `nephroid compare` prints the same digits.
 
+mod answers;
 mod build;
 mod figures;
 mod page;
@@ -19,10 +20,10 @@ mod trade;
 
 use std::path::Path;
 
-pub use build::{Judged, Progressing, build};
+pub use build::{Judged, Progressing, SensorFilms, build};
 pub use figures::{
-    Check, Curve, Gate, GateVerdict, OrderOf, Report, Row, StageError, StageErrors, StudyFigures,
-    Timing, Timings, TruthFigures,
+    Answer, Check, Curve, Gate, GateVerdict, OrderOf, Report, Row, SensorFigures, SensorTimings,
+    StageError, StageErrors, StudyFigures, Timing, Timings, TruthFigures,
 };
 pub use stages::StageFilms;
 pub use text::markdown;

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::super::StudyError;
-use super::figures::{Report, Timings};
+use super::figures::{Report, SensorFigures, Timings};
 use super::planes::{Digits, Plane, reduced};
 use crate::film::{Image, exr};
 use crate::metric::{Maps, Pairing, Side, Source};
@@ -19,6 +19,13 @@ const LARGEST: usize = 14_000_000;
 struct Data<'a> {
     report: &'a Report,
     timings: &'a Timings,
+    /// As the report's sensors.
+    pictures: Vec<Pictures>,
+}
+
+/// The images of one sensor.
+#[derive(Serialize)]
+struct Pictures {
     /// Texels a row and rows of the images.
     size: [usize; 2],
     /// Texels of the films that one of theirs is the mean of, each way.
@@ -26,10 +33,13 @@ struct Data<'a> {
     planes: Vec<Plane>,
 }
 
-/// A film's images at full size, channels averaged.
+/// A film's images at full size.
 struct Film {
     file: String,
+    /// Channels averaged.
     value: Vec<f32>,
+    /// Red, green and blue, where they are not the same.
+    colour: Option<[Vec<f32>; 3]>,
     /// One standard error, or half the distance of bounds; `None` where the film has neither.
     bar: Option<Vec<f32>>,
     z: Option<Vec<f32>>,
@@ -41,47 +51,32 @@ struct Film {
 ///
 /// Where a film cannot be read or compared.
 pub fn page(folder: &Path, report: &Report, timings: &Timings) -> Result<String, StudyError> {
-    let read = |file: &str| exr::read(&folder.join(file));
-    let truth = Source::new(report.truth.file.clone(), read(&report.truth.file)?);
-    let total = report.study.quantity.symbol();
-    let mut films = vec![Film::of(&truth.image, &report.truth.file, total)];
-    for row in &report.rows {
-        let other = Source::new(row.file.clone(), read(&row.file)?);
-        let mut film = Film::of(&other.image, &row.file, &row.layer);
-        let pairing = Pairing::new(&truth, &other, Side::A, std::slice::from_ref(&row.layer))?;
-        let z = pairing.pairs.first().and_then(|pair| Maps::of(pair).z);
-        film.z = z.map(|grid| grid.iter().copied().collect());
-        films.push(film);
-    }
-    // Rows that are judged by one layer are shown beside that layer of the truth.
-    let layers = report
-        .rows
+    let films: Vec<Vec<Film>> = report
+        .sensors
         .iter()
-        .map(|row| row.layer.as_str())
-        .filter(|layer| *layer != total);
-    for layer in layers.collect::<std::collections::BTreeSet<_>>() {
-        films.push(Film::of(
-            &truth.image,
-            &format!("{}#{layer}", report.truth.file),
-            layer,
-        ));
-    }
-    let size = report.study.size;
-    let mut step = 1;
-    let planes = loop {
-        let planes = encoded(&films, size, step);
-        let bytes: usize = planes.iter().map(|plane| plane.data.len()).sum();
-        if bytes <= LARGEST || step >= size[0].max(size[1]) {
-            break planes;
+        .map(|sensor| films(folder, sensor))
+        .collect::<Result<_, _>>()?;
+    let mut pictures: Vec<Pictures> = films
+        .iter()
+        .zip(&report.sensors)
+        .map(|(films, sensor)| Pictures::new(films, sensor.size, 1))
+        .collect();
+    // The sensor that takes most room gives way, until all fit.
+    while pictures.iter().map(Pictures::bytes).sum::<usize>() > LARGEST {
+        let sizes = pictures.iter().map(Pictures::bytes).enumerate();
+        let Some((most, _)) = sizes.max_by_key(|(_, bytes)| *bytes) else {
+            break;
+        };
+        let (size, step) = (report.sensors[most].size, 2 * pictures[most].step);
+        if step > size[0].max(size[1]) {
+            break;
         }
-        step *= 2;
-    };
+        pictures[most] = Pictures::new(&films[most], size, step);
+    }
     let data = Data {
         report,
         timings,
-        size: size.map(|n| n.div_ceil(step)),
-        step,
-        planes,
+        pictures,
     };
     // A text in the data must not end the script that it is in.
     let json = serde_json::to_string(&data)?.replace('<', "\\u003c");
@@ -91,6 +86,7 @@ pub fn page(folder: &Path, report: &Report, timings: &Timings) -> Result<String,
         include_str!("viewer.js"),
         include_str!("plot.js"),
         include_str!("stages.js"),
+        include_str!("sensor.js"),
         include_str!("page.js"),
     ];
     Ok(include_str!("page.html")
@@ -101,26 +97,65 @@ pub fn page(folder: &Path, report: &Report, timings: &Timings) -> Result<String,
         .replacen("{{data}}", &json, 1))
 }
 
-fn encoded(films: &[Film], size: [usize; 2], step: usize) -> Vec<Plane> {
-    let images: Vec<_> = films
+/// The films of a sensor: the truth, each row, and the truth's layers that rows are judged by.
+fn films(folder: &Path, sensor: &SensorFigures) -> Result<Vec<Film>, StudyError> {
+    let read = |file: &str| exr::read(&folder.join(file));
+    let truth = Source::new(sensor.truth.file.clone(), read(&sensor.truth.file)?);
+    let total = sensor.quantity.symbol();
+    let mut films = vec![Film::of(&truth.image, &sensor.truth.file, total)];
+    for row in &sensor.rows {
+        let other = Source::new(row.file.clone(), read(&row.file)?);
+        let mut film = Film::of(&other.image, &row.file, &row.layer);
+        let pairing = Pairing::new(&truth, &other, Side::A, std::slice::from_ref(&row.layer))?;
+        let z = pairing.pairs.first().and_then(|pair| Maps::of(pair).z);
+        film.z = z.map(|grid| grid.iter().copied().collect());
+        films.push(film);
+    }
+    // Rows that are judged by one layer are shown beside that layer of the truth.
+    let layers = sensor
+        .rows
         .iter()
-        .enumerate()
-        .flat_map(|(i, film)| {
+        .map(|row| row.layer.as_str())
+        .filter(|layer| *layer != total);
+    for layer in layers.collect::<std::collections::BTreeSet<_>>() {
+        films.push(Film::of(
+            &truth.image,
+            &format!("{}#{layer}", sensor.truth.file),
+            layer,
+        ));
+    }
+    Ok(films)
+}
+
+impl Pictures {
+    fn new(films: &[Film], size: [usize; 2], step: usize) -> Self {
+        let mut images = Vec::new();
+        for (i, film) in films.iter().enumerate() {
             let digits = if i == 0 { Digits::Five } else { Digits::Four };
-            [
-                Some((film, "value", &film.value, digits)),
-                film.bar.as_ref().map(|bar| (film, "bar", bar, Digits::Two)),
-                film.z.as_ref().map(|z| (film, "z", z, Digits::Two)),
-            ]
-        })
-        .flatten()
-        .collect();
-    images
-        .into_par_iter()
-        .map(|(film, kind, values, digits)| {
-            Plane::new(&film.file, kind, &reduced(values, size, step), digits)
-        })
-        .collect()
+            images.push((film, "value", &film.value, digits));
+            images.extend(film.bar.as_ref().map(|bar| (film, "bar", bar, Digits::Two)));
+            images.extend(film.z.as_ref().map(|z| (film, "z", z, Digits::Two)));
+            let names = ["red", "green", "blue"].into_iter();
+            let channels = names.zip(film.colour.iter().flatten());
+            // A screen has 8 bits, of which the darkest step is 0.8 % and all others are more.
+            images.extend(channels.map(|(name, values)| (film, name, values, Digits::Two)));
+        }
+        let planes = images
+            .into_par_iter()
+            .map(|(film, kind, values, digits)| {
+                Plane::new(&film.file, kind, &reduced(values, size, step), digits)
+            })
+            .collect();
+        Self {
+            size: size.map(|n| n.div_ceil(step)),
+            step,
+            planes,
+        }
+    }
+
+    fn bytes(&self) -> usize {
+        self.planes.iter().map(|plane| plane.data.len()).sum()
+    }
 }
 
 impl Film {
@@ -134,6 +169,12 @@ impl Film {
             };
             names.iter().find_map(|name| mean(image, name, end))
         };
+        let names = ["E", "L", ""];
+        let colour = if names.contains(&layer) {
+            names.iter().find_map(|name| colour(image, name))
+        } else {
+            colour(image, layer)
+        };
         let bar = match (mean("lo"), mean("hi")) {
             (Some(low), Some(high)) => {
                 let pairs = low.iter().zip(&high);
@@ -144,6 +185,7 @@ impl Film {
         Self {
             file: file.to_owned(),
             value: mean("").unwrap_or_default(),
+            colour,
             bar,
             z: None,
         }
@@ -171,6 +213,20 @@ fn mean(image: &Image, layer: &str, end: &str) -> Option<Vec<f32>> {
             .map(|i| mean(i) as f32)
             .collect(),
     )
+}
+
+/// The channels of a layer; `None` where they are the same.
+fn colour(image: &Image, layer: &str) -> Option<[Vec<f32>; 3]> {
+    let dot = if layer.is_empty() { "" } else { "." };
+    let channel = |component: &str| {
+        let channel = image.channel(&format!("{layer}{dot}{component}"))?;
+        Some(channel.samples.clone())
+    };
+    let channels = [channel("R")?, channel("G")?, channel("B")?];
+    let bits = |values: &[f32]| values.iter().map(|it| it.to_bits()).collect::<Vec<_>>();
+    let red = bits(&channels[0]);
+    let is_grey = channels[1..].iter().all(|other| bits(other) == red);
+    (!is_grey).then_some(channels)
 }
 
 /// Text for HTML.

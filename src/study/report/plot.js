@@ -33,8 +33,9 @@ function padded(values, least) {
  * Curves of error against cost.
  * curves: [{ name, colour, points: [{ cost, error, bar, resolved, label, row }], orders }]
  * levels: [{ error, name, colour, row }], errors without a cost
+ * light: the layer that the errors are of
  */
-function costPlot(host, { curves, levels, axis, front, chosen, choose }) {
+function costPlot(host, { curves, levels, axis, light, front, chosen, choose }) {
   const all = curves.flatMap((curve) => curve.points);
   if (!all.length) {
     host.replaceChildren(element('p', { class: 'muted' }, 'No run has both this cost and an error.'));
@@ -60,7 +61,7 @@ function costPlot(host, { curves, levels, axis, front, chosen, choose }) {
     drawn('line', { class: 'axis', x1: left, x2: width - right, y1: floor, y2: floor }),
     drawn('line', { class: 'axis', x1: left, x2: left, y1: top, y2: floor }),
     drawn('text', { class: 'title', x: (left + width - right) / 2, y: height - 12, 'text-anchor': 'middle' }, axis),
-    drawn('text', { class: 'title', x: left - 58, y: top - 9 }, 'error'),
+    drawn('text', { class: 'title', x: left - 58, y: top - 9 }, `error in ${light}`),
   );
   const steps = all.filter((point) => front.has(point.row)).sort((a, b) => a.cost - b.cost);
   const path = steps.map((point, i) => (i === 0 ? `M${x(point.cost)} ${y(point.error)}` : `H${x(point.cost)}V${y(point.error)}`));

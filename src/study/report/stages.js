@@ -39,26 +39,20 @@ function waterfall({ label, error, stages, residual }, colour) {
   return element('div', { class: 'plot' }, svg);
 }
 
-/** All approximations' waterfalls, each with its table. */
-function stageErrors() {
-  const { stages } = report;
-  if (!stages.length) return;
-  place('stages').hidden = false;
-  place('to-stages').hidden = false;
-  for (const one of stages) {
-    const table = element('table');
-    const error = (title, key) => ({ title, value: (stage) => stage[key], show: (stage) => percent(stage[key]) });
-    sortable(table, [
-      { title: 'stage', text: true, value: (stage) => stage.stage, show: (stage) => stage.stage },
-      { title: 'as set', text: true, value: (stage) => stage.variant, show: (stage) => stage.variant },
-      error('alone', 'alone'), error('with all before', 'cumulative'),
-    ], one.stages);
-    place('waterfalls').append(
-      element('h3', {}, `${one.label}, ${one.layer}`),
-      waterfall(one, colourOf(one.name)),
-      element('p', { class: 'lead' }, `Error ${percent(one.error)}; with all stages exact ${percent(one.residual)}; interaction ${signedPercent(one.interaction)}. `
-        + `${percent(one.not_modelled)} of the light from mirrors and glass is not modelled at all.`),
-      element('div', { class: 'scroll' }, table),
-    );
-  }
+/** An approximation's waterfall with its table. */
+function stageErrors(one, colour) {
+  const table = element('table');
+  const error = (title, key) => ({ title, value: (stage) => stage[key], show: (stage) => percent(stage[key]) });
+  sortable(table, [
+    { title: 'stage', text: true, value: (stage) => stage.stage, show: (stage) => stage.stage },
+    { title: 'as set', text: true, value: (stage) => stage.variant, show: (stage) => stage.variant },
+    error('alone', 'alone'), error('with all before', 'cumulative'),
+  ], one.stages);
+  return [
+    element('h3', {}, `${one.label}, ${one.layer}`),
+    waterfall(one, colour),
+    element('p', { class: 'lead' }, `Error ${percent(one.error)}; with all stages exact ${percent(one.residual)}; interaction ${signedPercent(one.interaction)}. `
+      + `${percent(one.not_modelled)} of the light from mirrors and glass is not modelled at all.`),
+    element('div', { class: 'scroll' }, table),
+  ];
 }

@@ -2,43 +2,61 @@
 
 use std::fmt::Write as _;
 
-use super::figures::{GateVerdict, Report, Row, Timings};
+use super::figures::{
+    GateVerdict, Report, Row, SensorFigures, SensorTimings, Timing, Timings, TruthFigures,
+};
 use crate::metric::Comparison;
+use crate::reference::Quantity;
 
 /// A line a row; numbers as in the JSON, empty where there is none.
 pub fn csv(report: &Report, timings: &Timings) -> String {
     let mut out = String::from(
-        "name,label,layer,error,truth_error,resolved,bias,rmse,rel_mse,smape,ssim,flip,energy_ratio,verdict,rays,seconds,file\n",
+        "sensor,name,label,layer,error,truth_error,resolved,bias,half_in,rmse,rel_mse,smape,ssim,flip,energy_ratio,verdict,rays,seconds,file\n",
     );
-    for (row, timing) in report.rows.iter().zip(&timings.rows) {
-        let judged = judged(row);
-        let figure = |figure: fn(&Comparison) -> Option<f64>| number(judged.and_then(figure));
-        let rays = row.facts.as_ref().and_then(|facts| facts.counters.first());
-        let cells = [
-            field(&row.name),
-            field(&row.label),
-            field(&row.layer),
-            number(row.error),
-            number(row.truth_error),
-            row.resolved.to_string(),
-            number(row.bias),
-            figure(|it| Some(it.difference.rmse)),
-            figure(|it| it.difference.rel_mse),
-            figure(|it| it.difference.smape),
-            figure(|it| it.similarity.map(|similarity| similarity.ssim)),
-            figure(|it| it.flip.map(|flip| flip.mean)),
-            figure(|it| it.difference.energy_ratio),
-            judged
-                .map_or("", |it| it.equivalence.verdict.name())
-                .to_owned(),
-            rays.map_or(String::new(), |rays| rays.count.to_string()),
-            number(timing.median),
-            field(&row.file),
-        ];
-        // Writing to a string does not fail.
-        let _ = writeln!(out, "{}", cells.join(","));
+    for (sensor, timings) in report.sensors.iter().zip(&timings.sensors) {
+        for (row, timing) in sensor.rows.iter().zip(&timings.rows) {
+            // Writing to a string does not fail.
+            let _ = writeln!(out, "{},{}", field(&sensor.sensor), line(row, timing));
+        }
     }
     out
+}
+
+fn line(row: &Row, timing: &Timing) -> String {
+    let judged = judged(row);
+    let figure = |figure: fn(&Comparison) -> Option<f64>| number(judged.and_then(figure));
+    let cells = [
+        field(&row.name),
+        field(&row.label),
+        field(&row.layer),
+        number(row.error),
+        number(row.truth_error),
+        row.resolved.to_string(),
+        number(row.bias),
+        number(row.half_in),
+        figure(|it| Some(it.difference.rmse)),
+        figure(|it| it.difference.rel_mse),
+        figure(|it| it.difference.smape),
+        figure(|it| it.similarity.map(|similarity| similarity.ssim)),
+        figure(|it| it.flip.map(|flip| flip.mean)),
+        figure(|it| it.difference.energy_ratio),
+        judged
+            .map_or("", |it| it.equivalence.verdict.name())
+            .to_owned(),
+        rays(row).map_or(String::new(), |rays| rays.to_string()),
+        number(timing.median),
+        field(&row.file),
+    ];
+    cells.join(",")
+}
+
+/// Rays traced.
+fn rays(row: &Row) -> Option<u64> {
+    let counters = &row.facts.as_ref()?.counters;
+    counters
+        .iter()
+        .find(|counter| counter.name == "rays")
+        .map(|counter| counter.count)
 }
 
 /// The comparison of the layer that a row is judged by.
@@ -64,69 +82,92 @@ fn field(text: &str) -> String {
 
 /// What a pull request's reader wants to know.
 pub fn markdown(report: &Report, timings: &Timings) -> String {
-    let study = &report.study;
-    let [width, height] = study.size;
-    let mut out = format!(
-        "## nephroid validate: {}\n\nSensor `{}`, {width} x {height} texels, {} \\[{}\\]. Truth: {}, {}.\n\n",
-        study.scene,
-        study.sensor,
-        study.quantity.name(),
-        study.unit,
-        timings.truth.label,
-        own_error(report),
+    let mut out = format!("## nephroid validate: {}\n", report.study.scene);
+    for (sensor, timings) in report.sensors.iter().zip(&timings.sensors) {
+        out.push_str(&section(sensor, timings));
+    }
+    out.push_str(
+        "\nError: root mean square difference over the truth's mean, over lit texels. Not resolved: the truth's own error \
+         is more than a tenth of it.\n",
     );
-    out.push_str("| run | error | bias | rays | seconds | |\n|---|--:|--:|--:|--:|---|\n");
-    for (row, timing) in report.rows.iter().zip(&timings.rows) {
-        let rays = row.facts.as_ref().and_then(|facts| facts.counters.first());
+    for sensor in &report.sensors {
+        for gate in &sensor.gates {
+            let verdict = match gate.verdict {
+                GateVerdict::Kept => "kept",
+                GateVerdict::Undecided => "**undecided**",
+                GateVerdict::Exceeded => "**exceeded**",
+            };
+            let place = if report.sensors.len() > 1 {
+                format!(" on `{}`", sensor.sensor)
+            } else {
+                String::new()
+            };
+            let _ = writeln!(
+                out,
+                "\nLimit of {} on `{}`{place}: {verdict} ({}).",
+                percent(Some(gate.limit)),
+                gate.name,
+                percent(gate.error)
+            );
+        }
+    }
+    out
+}
+
+/// One sensor.
+fn section(sensor: &SensorFigures, timings: &SensorTimings) -> String {
+    let [width, height] = sensor.size;
+    let mut out = format!(
+        "\nSensor `{}`, {width} x {height} {}, {} \\[{}\\]. Truth: {}, {}.\n\n",
+        sensor.sensor,
+        match sensor.quantity {
+            Quantity::Irradiance => "texels",
+            Quantity::Radiance => "pixels",
+        },
+        sensor.quantity.name(),
+        sensor.unit,
+        sensor.truth.label,
+        own_error(&sensor.truth),
+    );
+    for answer in &sensor.answers {
+        let _ = writeln!(out, "- **{}** {}", answer.name, answer.sentences.join(" "));
+    }
+    out.push_str("\n| run | error | bias | rays | seconds | |\n|---|--:|--:|--:|--:|---|\n");
+    for (row, timing) in sensor.rows.iter().zip(&timings.rows) {
         let _ = writeln!(
             out,
             "| {} | {} | {} | {} | {} | {} |",
             row.label.replace('|', "\\|"),
             percent(row.error),
             signed_percent(row.bias),
-            rays.map_or("-".to_owned(), |rays| format!("{:.3e}", rays.count as f64)),
+            rays(row).map_or("-".to_owned(), |rays| format!("{:.3e}", rays as f64)),
             timing
                 .median
                 .map_or("-".to_owned(), |seconds| format!("{seconds:.2}")),
-            remarks(row),
-        );
-    }
-    out.push_str(
-        "\nError: root mean square difference over the truth's mean, over lit texels. Not resolved: the truth's own error \
-         is more than a tenth of it.\n",
-    );
-    for gate in &report.gates {
-        let verdict = match gate.verdict {
-            GateVerdict::Kept => "kept",
-            GateVerdict::Undecided => "**undecided**",
-            GateVerdict::Exceeded => "**exceeded**",
-        };
-        let _ = writeln!(
-            out,
-            "\nLimit of {} on `{}`: {verdict} ({}).",
-            percent(Some(gate.limit)),
-            gate.name,
-            percent(gate.error)
+            remarks(sensor, row),
         );
     }
     out
 }
 
 /// What the truth says of its own error.
-fn own_error(report: &Report) -> String {
-    let error = report.truth.facts.own_error;
+fn own_error(truth: &TruthFigures) -> String {
+    let error = truth.facts.own_error;
     error.map_or("its error unknown".to_owned(), |error| {
         format!("its own error {}", percent(Some(error)))
     })
 }
 
-fn remarks(row: &Row) -> String {
+fn remarks(sensor: &SensorFigures, row: &Row) -> String {
+    let is_of_one_layer = row.layer != sensor.quantity.symbol();
+    let layer = is_of_one_layer.then(|| format!("{} only", row.layer));
     let unresolved = (!row.resolved).then(|| "not resolved".to_owned());
     let incomplete = row.facts.as_ref().is_some_and(|facts| !facts.complete);
     let incomplete = incomplete.then(|| "incomplete".to_owned());
     let checks = row.checks.iter().map(|check| check.message.clone());
-    let all: Vec<String> = unresolved
+    let all: Vec<String> = layer
         .into_iter()
+        .chain(unresolved)
         .chain(incomplete)
         .chain(checks)
         .collect();

@@ -1,7 +1,12 @@
 //! Rows against each other: curves with their orders, fronts, and limits.
 
+use std::collections::BTreeSet;
+
 use super::super::curve::{Order, Point, pareto};
 use super::figures::{Curve, Gate, GateVerdict, OrderOf, Row};
+
+/// What the axis of seconds is called, beside the names of counters.
+pub(super) const SECONDS: &str = "seconds";
 
 fn count(row: &Row, counter: &str) -> Option<f64> {
     let counters = &row.facts.as_ref()?.counters;
@@ -32,20 +37,24 @@ pub(super) fn mark_pareto(rows: &mut [Row]) {
     }
 }
 
-/// Which of the rows that have a cost and an error are on the front.
+/// Which of the rows that have a cost and an error are on the front: among those that are judged by the same light, since errors
+/// of one layer and of all light are not of one kind.
 pub(super) fn front(rows: &[Row], cost: impl Fn(usize, &Row) -> Option<f64>) -> Vec<(usize, bool)> {
-    let with_both = rows.iter().enumerate().filter_map(|(i, row)| {
-        let cost = cost(i, row)?;
-        Some((
-            i,
-            Point {
-                cost,
-                error: row.error?,
-            },
-        ))
-    });
-    let (places, points): (Vec<usize>, Vec<Point>) = with_both.unzip();
-    places.into_iter().zip(pareto(&points)).collect()
+    let mut all = Vec::new();
+    let layers: BTreeSet<&str> = rows.iter().map(|row| row.layer.as_str()).collect();
+    for layer in layers {
+        let own = rows
+            .iter()
+            .enumerate()
+            .filter(|(_, row)| row.layer == layer);
+        let with_both = own.filter_map(|(i, row)| {
+            let (cost, error) = (cost(i, row)?, row.error?);
+            Some((i, Point { cost, error }))
+        });
+        let (places, points): (Vec<usize>, Vec<Point>) = with_both.unzip();
+        all.extend(places.into_iter().zip(pareto(&points)));
+    }
+    all
 }
 
 /// One curve a name, with its orders.
@@ -67,28 +76,46 @@ pub(super) fn curves(rows: &[Row]) -> Vec<Curve> {
             let cost = |i: &usize| count(&rows[*i], first).unwrap_or(f64::INFINITY);
             curve.rows.sort_by(|a, b| cost(a).total_cmp(&cost(b)));
         }
-        let resolved = || {
-            curve
-                .rows
-                .iter()
-                .map(|i| &rows[*i])
-                .filter(|row| row.resolved)
-        };
-        for cost in costs {
-            let points: Vec<Point> = resolved()
-                .filter_map(|row| {
-                    Some(Point {
-                        cost: count(row, &cost)?,
-                        error: row.error?,
-                    })
-                })
-                .collect();
-            if let Some(order) = Order::fit(&points) {
-                curve.orders.push(OrderOf { cost, order });
-            }
+        for name in costs {
+            let orders = order(&curve.rows, rows, &name, |_, row| count(row, &name));
+            curve.orders.extend(orders);
         }
     }
     curves
+}
+
+/// The order of each curve's error in seconds.
+pub(super) fn orders_in_seconds(
+    curves: &[Curve],
+    rows: &[Row],
+    seconds: impl Fn(usize) -> Option<f64>,
+) -> Vec<Option<OrderOf>> {
+    let orders = curves
+        .iter()
+        .map(|curve| order(&curve.rows, rows, SECONDS, |i, _| seconds(i)));
+    orders.collect()
+}
+
+/// The order of the error in a cost, fitted to those rows of a curve that are resolved.
+fn order(
+    curve: &[usize],
+    rows: &[Row],
+    name: &str,
+    cost: impl Fn(usize, &Row) -> Option<f64>,
+) -> Option<OrderOf> {
+    let resolved = curve.iter().filter(|i| rows[**i].resolved);
+    let points: Vec<Point> = resolved
+        .filter_map(|i| {
+            Some(Point {
+                cost: cost(*i, &rows[*i])?,
+                error: rows[*i].error?,
+            })
+        })
+        .collect();
+    Some(OrderOf {
+        cost: name.to_owned(),
+        order: Order::fit(&points)?,
+    })
 }
 
 /// A curve keeps a limit where the best of its settings does.

@@ -19,6 +19,12 @@ function percentile(values, part) {
   return sorted.length ? sorted[Math.min(sorted.length - 1, Math.floor(part * sorted.length))] : 0;
 }
 
+/** Linear light (0 to 1) on a screen: the curve of sRGB. */
+function screen(light) {
+  const part = Math.min(1, Math.max(0, light));
+  return part <= 0.0031308 ? 12.92 * part : 1.055 * part ** (1 / 2.4) - 0.055;
+}
+
 const MAPS = {
   relative: { name: 'relative difference', unit: '%' },
   difference: { name: 'difference', unit: null },
@@ -26,13 +32,15 @@ const MAPS = {
 };
 
 class Viewer {
-  constructor(data, host, readout) {
-    this.data = data;
-    [this.width, this.height] = data.size;
+  /** pictures: { size, step, planes, unit, truth: the truth's file, name: of the viewer, for ids } */
+  constructor(pictures, host, readout) {
+    this.data = pictures;
+    [this.width, this.height] = pictures.size;
     this.host = host;
     this.readout = readout;
-    this.unit = data.report.study.unit;
-    this.planes = new Map(data.planes.map((plane) => [`${plane.file} ${plane.kind}`, plane]));
+    this.unit = pictures.unit;
+    this.hasColour = pictures.planes.some((plane) => plane.kind === 'red');
+    this.planes = new Map(pictures.planes.map((plane) => [`${plane.file} ${plane.kind}`, plane]));
     this.decoded = new Map();
     this.pictures = new Map();
     this.state = { colours: 'light', scale: 'log', exposure: 0, map: 'relative', wipe: false, at: 0.5 };
@@ -51,6 +59,8 @@ class Viewer {
     const figure = element('figure', { 'data-pane': kind }, element('figcaption', {}, name, range), frame, scale);
     const pane = { kind, canvas, frame, name, range, scale, figure };
     frame.addEventListener('wheel', (event) => {
+      // Who scrolls past is not to be caught: only a pane in focus zooms, or a pinch, which comes with ctrlKey.
+      if (document.activeElement !== frame && !event.ctrlKey) return;
       event.preventDefault();
       this.zoom(Math.exp(-event.deltaY / 400), this.texel(pane, event));
     }, { passive: false });
@@ -73,14 +83,21 @@ class Viewer {
 
   /** Shows a row of the report. */
   async show(row) {
-    const { truth } = this.data.report;
-    const ofLayer = `${truth.file}#${row.layer}`;
-    const file = this.planes.has(`${ofLayer} value`) ? ofLayer : truth.file;
+    this.wanted = row;
+    const { truth } = this.data;
+    const ofLayer = `${truth}#${row.layer}`;
+    const file = this.planes.has(`${ofLayer} value`) ? ofLayer : truth;
     const [reference, own, referenceBar, ownBar, z] = await Promise.all([
       this.numbers(file, 'value'), this.numbers(row.file, 'value'),
       this.numbers(file, 'bar'), this.numbers(row.file, 'bar'), this.numbers(row.file, 'z'),
     ]);
+    const colour = (film, grey) => Promise.all(['red', 'green', 'blue'].map((kind) => this.numbers(film, kind)))
+      .then((channels) => (channels[0] ? channels : [grey, grey, grey]));
+    const coloured = this.hasColour ? { truth: await colour(file, reference), run: await colour(row.file, own) } : null;
+    // Another run may have been chosen in the meantime.
+    if (this.wanted !== row) return;
     this.row = row;
+    this.coloured = coloured;
     const difference = own.map((value, i) => value - reference[i]);
     const relative = difference.map((value, i) => (reference[i] > 0 ? (100 * value) / reference[i] : NaN));
     this.films = { truth: reference, run: own, difference, relative, z, referenceBar, ownBar };
@@ -124,7 +141,7 @@ class Viewer {
   picture(kind) {
     if (this.pictures.has(kind)) return this.pictures.get(kind);
     const { values, low, high, isLog, colours: scale } = this.content(kind);
-    const table = colours(scale);
+    const table = colours(scale === 'rgb' ? 'grey' : scale);
     const image = new ImageData(this.width, this.height);
     const [from, to] = isLog ? [Math.log(low), Math.log(high)] : [low, high];
     const isGrey = scale === 'grey' && !isLog;
@@ -134,9 +151,15 @@ class Viewer {
         image.data.set(kind === 'map' ? [128, 128, 128, 255] : [255, 0, 255, 255], 4 * i);
         continue;
       }
+      if (scale === 'rgb') {
+        // The scale is that of the mean; channels keep their ratios to it, and are cut off where they are beyond the screen's.
+        const factor = isLog ? Math.max(0, part) / (values[i] || 1) : 1 / high;
+        for (let c = 0; c < 3; c++) image.data[4 * i + c] = 255 * screen(this.coloured[kind][c][i] * factor);
+        image.data[4 * i + 3] = 255;
+        continue;
+      }
       part = Math.min(1, Math.max(0, part));
-      // Linear light on a screen: the curve of sRGB.
-      if (isGrey) part = part <= 0.0031308 ? 12.92 * part : 1.055 * part ** (1 / 2.4) - 0.055;
+      if (isGrey) part = screen(part);
       const colour = 3 * Math.round(255 * part);
       image.data[4 * i] = table[colour];
       image.data[4 * i + 1] = table[colour + 1];
@@ -194,8 +217,8 @@ class Viewer {
     pane.name.textContent = this.state.wipe && pane.kind === 'truth' ? `truth | ${this.row.label}` : names[pane.kind];
     pane.range.textContent = unit;
     pane.frame.setAttribute('aria-label', `${pane.name.textContent}, from ${number(low)} to ${number(high)} ${unit}`);
-    const id = `scale-${pane.kind}`;
-    const stops = STOPS[scale].map((colour, i, all) => drawn('stop', { offset: i / (all.length - 1), 'stop-color': colour }));
+    const id = `${this.data.name}-${pane.kind}`;
+    const stops = STOPS[scale === 'rgb' ? 'grey' : scale].map((colour, i, all) => drawn('stop', { offset: i / (all.length - 1), 'stop-color': colour }));
     const places = isLog ? logTicks(low, high).map((value) => [value, Math.log(value / low) / Math.log(high / low)])
       : [0, 0.25, 0.5, 0.75, 1].map((part) => [low + part * (high - low), part]);
     pane.scale.replaceChildren(

@@ -2,6 +2,8 @@
 
 use glam::{DVec2, DVec3};
 
+use super::delta::Glance;
+use super::look::Passed;
 use super::{DirectLight, DirectTexel, GAUSS};
 use crate::geometry::SurfacePoint;
 use crate::numeric::Stream;
@@ -12,11 +14,12 @@ use crate::transport::domain::surface::{Area, LightSurface, Part, surface_point}
 /// Replicates of the quadrature over an area light; their scatter is the error.
 pub const REPLICATES: u32 = 16;
 
-/// Samples of a texel and an area light, in each replicate.
-const SAMPLES: u32 = 8;
+/// Samples of a texel and an area light, in each replicate, where no more are asked for.
+pub(super) const SAMPLES: u32 = 8;
 
-/// Largest relative error of a light's irradiance without shadow that is taken without sampling.
-const SMOOTH_ERROR: f64 = 1e-3;
+/// Largest relative error of a light's irradiance without shadow that is taken without sampling, and above which a texel
+/// gets the samples that are asked for.
+pub(super) const SMOOTH_ERROR: f64 = 1e-3;
 
 /// The corners of a texel or a light, a hair inside: off the walls that either may touch.
 const CORNERS: [(f64, f64); 4] = {
@@ -30,35 +33,41 @@ const CORNERS: [(f64, f64); 4] = {
 };
 
 impl DirectLight<'_> {
-    /// Average over a texel of an area light: E = ∫ L cos θ cos θ′ / r² dA over light and texel.
+    /// Average over a texel of an area light: E = ∫ L cos θ cos θ′ / r² dA over light and texel, with `each` samples in each
+    /// replicate.
     pub(super) fn area(
         &mut self,
         texel: usize,
         emitter: &Emitter,
         light: &LightSurface,
         stream: &Stream,
-    ) -> DirectTexel {
+        each: u32,
+    ) -> Glance {
         let Emitter::Area { radiance, .. } = emitter else {
-            return DirectTexel::default();
+            return Glance::DARK;
         };
         if let Some((value, error)) = self.unshadowed(texel, light) {
-            return DirectTexel {
-                irradiance: *radiance * value,
-                error: *radiance * error,
+            return Glance {
+                value: DirectTexel {
+                    irradiance: *radiance * value,
+                    error: *radiance * error,
+                },
+                passed: Passed::NOTHING_SEEN.with_share(1.0),
             };
         }
         if !self.receiver.has_surface(texel) {
-            return DirectTexel::default();
+            return Glance::DARK;
         }
         let texel_area = self.receiver.texel_area(texel);
         let mut sum = 0.0;
         let mut sum_squares = 0.0;
         let mut unshadowed = 0.0;
         let mut is_found = false;
+        let mut all_passed = Passed::NOTHING_SEEN;
         for replicate in 0..REPLICATES {
             let stream = stream.split(u64::from(replicate));
             let mut mean = 0.0;
-            for sample in 0..SAMPLES {
+            for sample in 0..each {
                 let [u, v, s, t] = stream.point4(u64::from(sample));
                 let Some(patch) = self.patch(texel, DVec2::new(u, v)) else {
                     continue;
@@ -66,30 +75,39 @@ impl DirectLight<'_> {
                 is_found = true;
                 let (arriving, passed) = self.area_sample(&patch.point, light, DVec2::new(s, t));
                 let arriving = arriving * (patch.density / texel_area);
+                if arriving > 0.0 {
+                    all_passed = all_passed.with_share(passed);
+                }
                 mean += arriving * passed;
                 unshadowed += arriving;
             }
-            mean /= f64::from(SAMPLES);
+            mean /= f64::from(each);
             sum += mean;
             sum_squares += mean * mean;
         }
         if !is_found {
-            return self.area_at_home(texel, *radiance, light, stream);
+            return Glance {
+                value: self.area_at_home(texel, *radiance, light, stream),
+                passed: all_passed,
+            };
         }
         let n = f64::from(REPLICATES);
         let variance = ((sum_squares - sum * sum / n) / (n - 1.0)).max(0.0);
         // Stratified samples often agree on how many of them see the light, in all replicates:
         // then their scatter is none, but the edge is known to one sample only.
-        let samples = n * f64::from(SAMPLES);
-        let is_mixed = sum > 0.0 && sum * f64::from(SAMPLES) < unshadowed;
+        let samples = n * f64::from(each);
+        let is_mixed = sum > 0.0 && sum * f64::from(each) < unshadowed;
         let one_sample = if is_mixed {
             unshadowed / (samples * samples)
         } else {
             0.0
         };
-        DirectTexel {
-            irradiance: *radiance * (sum / n),
-            error: *radiance * (variance / n).sqrt().hypot(one_sample),
+        Glance {
+            value: DirectTexel {
+                irradiance: *radiance * (sum / n),
+                error: *radiance * (variance / n).sqrt().hypot(one_sample),
+            },
+            passed: all_passed,
         }
     }
 

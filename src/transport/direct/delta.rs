@@ -39,7 +39,18 @@ pub(super) fn is_near_edge(first: &[Glance], texel: usize, receiver: &Receiver) 
 /// A texel's irradiance from few points, and what these see of the emitter.
 pub(super) struct Glance {
     pub(super) value: DirectTexel,
-    passed: Passed,
+    pub(super) passed: Passed,
+}
+
+impl Glance {
+    /// Where no light can be.
+    pub(super) const DARK: Self = Self {
+        value: DirectTexel {
+            irradiance: Rgb::BLACK,
+            error: Rgb::BLACK,
+        },
+        passed: Passed::NOTHING_SEEN,
+    };
 }
 
 /// A part of a texel, by fractions across it.

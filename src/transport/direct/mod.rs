@@ -7,7 +7,8 @@
 //! cut into a quadtree instead, at least `EDGE_LEVELS` deep and down to `SHADOW_LEVELS` where any of a leaf's
 //! guards, which stand a little outside of it, sees otherwise than the rest; what is
 //! still mixed there is booked as error. Area lights are integrated over texel and emitter
-//! together by randomised quasi-Monte Carlo.
+//! together by randomised quasi-Monte Carlo, with `AREA_SAMPLES` a texel; where more are asked for, texels about shadows' edges,
+//! and those whose scatter is large, are sampled anew with so many.
 //!
 //! Averages are by surface area. Where a mesh covers a texel in part, or faces that stretch or lean
 //! differently meet in it, the parts where they do are cut into smaller ones, too (`EDGE_LEVELS`
@@ -22,6 +23,9 @@ mod edge;
 mod look;
 
 pub use area::REPLICATES as AREA_REPLICATES;
+
+/// Samples of a texel and an area light where no more are asked for.
+pub const AREA_SAMPLES: u32 = AREA_REPLICATES * area::SAMPLES;
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
@@ -63,11 +67,13 @@ pub struct Direct {
     pub counters: TraversalCounters,
 }
 
-/// Measures `LD` on every texel of the receiver; `None` where `stop` said so before the end.
+/// Measures `LD` on every texel of the receiver, with so many samples of a texel and an area light where light is hard to
+/// measure; `None` where `stop` said so before the end.
 pub fn direct(
     scene: &Scene,
     receiver: &Receiver,
     seed: u64,
+    samples: u32,
     stop: &(dyn Fn() -> bool + Sync),
 ) -> Option<Direct> {
     let stream = Stream::new(StreamKind::Sobol, seed).split(0x4c44);
@@ -89,8 +95,23 @@ pub fn direct(
     for (index, (emitter, surface)) in scene.emitters().iter().zip(&surfaces).enumerate() {
         let measured = if let Some(surface) = surface {
             let stream = stream.split(index as u64);
+            let area = |at: &mut DirectLight, texel: usize, stream: &Stream, each: u32| {
+                at.area(texel, emitter, surface, &stream.split(texel as u64), each)
+            };
+            let first = result.by_row(scene, receiver, stop, |at, texel| {
+                area(at, texel, &stream, area::SAMPLES)
+            })?;
+            let each = samples / AREA_REPLICATES;
+            // Points of their own: that texels were chosen by the first ones does not bias what the second ones find.
+            let again = stream.split(AGAIN);
             result.by_row(scene, receiver, stop, |at, texel| {
-                at.area(texel, emitter, surface, &stream.split(texel as u64))
+                let value = first[texel].value;
+                let is_hard = delta::is_near_edge(&first, texel, receiver) || is_rough(&value);
+                if each > area::SAMPLES && is_hard {
+                    area(at, texel, &again, each).value
+                } else {
+                    value
+                }
             })?
         } else {
             let first =
@@ -109,6 +130,14 @@ pub fn direct(
         }
     }
     Some(result)
+}
+
+/// The stream of second samples; texels' are counted from 0.
+const AGAIN: u64 = u64::MAX;
+
+/// Whether the scatter of a texel's samples is large.
+fn is_rough(texel: &DirectTexel) -> bool {
+    texel.error.max_channel() > area::SMOOTH_ERROR * texel.irradiance.max_channel()
 }
 
 impl Direct {

@@ -1,16 +1,19 @@
 //! Which runs a study makes: what its file says, and sensible defaults for what it does not.
 
+mod default;
+mod sensors;
+
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::time::Duration;
 
 use super::file::{Candidate, StudyFile, StudyMethod};
 use super::method::{Method, SettingError, Settings};
-use crate::approximation::{Approximation, CausticMap, Stage};
+use crate::approximation::Stage;
 use crate::reference::beams;
-use crate::reference::full;
-use crate::reference::path::PathSettings;
-use crate::scene::{Scene, Sensor, SensorKind};
+use crate::scene::{Scene, Sensor};
+use default::Default;
+use sensors::is_camera;
 
 /// The runs of a study.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,8 +22,6 @@ pub struct Plan {
     pub scene: PathBuf,
     /// Parameters of the scene file.
     pub define: Vec<(String, String)>,
-    /// The sensor's id.
-    pub sensor: String,
     /// Seed of all random choices but the truth's.
     pub seed: u64,
     /// The difference that matters, relative to the truth's mean.
@@ -29,6 +30,15 @@ pub struct Plan {
     pub repeats: u32,
     /// No run begins after so much time.
     pub time: Option<Duration>,
+    /// What each sensor is filled by, in the order of the report.
+    pub sensors: Vec<SensorPlan>,
+}
+
+/// The runs of one sensor.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SensorPlan {
+    /// The sensor's id.
+    pub sensor: String,
     /// What all others are judged by.
     pub truth: Run,
     /// What is judged, curve by curve.
@@ -88,6 +98,22 @@ pub enum PlanError {
         /// Those there are.
         there: String,
     },
+    /// A sensor named twice.
+    #[error("sensor \"{0}\" is named twice")]
+    SensorTwice(String),
+    /// A candidate that could be of several sensors.
+    #[error(
+        "candidate \"{candidate}\" names no sensor, and the study has several ({sensors}): give sensor = \"{first}\", \
+         or --candidate {candidate}@{first}=FILE.exr"
+    )]
+    Unplaced {
+        /// The candidate's name.
+        candidate: String,
+        /// The sensors' ids.
+        sensors: String,
+        /// The first of them.
+        first: String,
+    },
     /// A method of cameras on a receiver.
     #[error(
         "{method} starts at cameras, and sensor \"{sensor}\" is an irradiancemeter: allowed are beams and photons"
@@ -98,7 +124,7 @@ pub enum PlanError {
         /// The sensor's id.
         sensor: String,
     },
-    /// A name used twice.
+    /// A name used twice on one sensor.
     #[error("two methods or candidates are called \"{0}\": give one another name")]
     Twice(String),
 }
@@ -118,18 +144,57 @@ impl Plan {
     /// | sensor, light | truth | methods |
     /// |---|---|---|
     /// | receiver, no area lights | beams to 0.05 % | caustic maps of 128² to 1024² photons, where they can be made; beams to 10, 3 and 1 %; 2¹⁴ to 2²² photons |
-    /// | receiver, area lights | 2²⁴ photons | 2¹² to 2²⁰ photons |
-    /// | camera | full, 256 samples a pixel and 2²⁰ photons | paths, 2 to 32 samples a pixel |
+    /// | receiver, area lights | 2²⁴ photons, direct light by 8192 samples a texel where it is hard | 2¹² to 2²⁰ photons |
+    /// | camera | full, 256 samples a pixel and 2²⁰ photons | full, 2 to 32 samples a pixel and 2¹³ to 2¹⁷ photons; paths, 2 to 32 samples a pixel, 8 alone where they find no caustics |
     ///
     /// # Errors
     ///
-    /// Where there is no such sensor, a method cannot fill it, or a name is used twice.
+    /// Where there is no such sensor, a method cannot fill it, a name is used twice, or a limit is on nothing.
     pub fn new(file: &StudyFile, scene: &Scene) -> Result<Self, PlanError> {
-        let sensor = choose_sensor(scene, file)?;
+        let chosen = sensors::choose(scene, file)?;
+        sensors::check(file, &chosen)?;
+        let mut plans = Vec::new();
+        for sensor in &chosen {
+            plans.push(SensorPlan::new(file, scene, sensor, chosen.len() == 1)?);
+        }
+        check_used(file, &plans)?;
+        Ok(Self {
+            scene: file.scene.clone(),
+            define: file.define.clone(),
+            seed: file.seed,
+            margin: file.margin.unwrap_or(DEFAULT_MARGIN),
+            repeats: file.repeats.max(1),
+            time: file.time,
+            sensors: plans,
+        })
+    }
+
+    /// How many runs there are, the truths included.
+    pub fn count(&self) -> usize {
+        self.sensors.iter().map(SensorPlan::count).sum()
+    }
+}
+
+impl SensorPlan {
+    fn new(
+        file: &StudyFile,
+        scene: &Scene,
+        sensor: &Sensor,
+        is_only: bool,
+    ) -> Result<Self, PlanError> {
         let default = Default::of(scene, sensor);
-        let truth = file.truth.as_ref().unwrap_or(&default.truth);
+        let truth = file
+            .truths
+            .get(&Some(sensor.id.clone()))
+            .or_else(|| file.truths.get(&None))
+            .unwrap_or(&default.truth);
         let is_empty = file.methods.is_empty() && file.candidates.is_empty();
-        let mut methods = file.methods.clone();
+        let mut methods = Vec::new();
+        for method in &file.methods {
+            if sensors::is_meant(method, sensor, is_only)? {
+                methods.push(method.clone());
+            }
+        }
         if file.is_default || is_empty {
             methods.extend(default.methods);
         }
@@ -147,51 +212,75 @@ impl Plan {
         };
         let truth = runs(&seeded(truth, file.seed.wrapping_add(TRUTH_SEED)), sensor)?;
         let mut all = Vec::new();
-        for method in &methods {
-            all.extend(runs(&seeded(method, file.seed), sensor)?);
-        }
         let mut stages = Vec::new();
         for method in &methods {
+            all.extend(runs(&seeded(method, file.seed), sensor)?);
             stages.extend(stage_runs(method)?);
         }
-        check_names(&methods, &file.candidates)?;
-        let names = methods.iter().map(|one| one.name.as_str());
-        let names: Vec<&str> = names
-            .chain(file.candidates.iter().map(|one| one.name.as_str()))
-            .collect();
-        if let Some(unknown) = file
-            .max_error
-            .keys()
-            .find(|key| !names.contains(&key.as_str()))
-        {
-            return Err(SettingError::unknown("method or candidate", unknown, names).into());
-        }
+        let candidates = sensors::candidates(file, sensor);
+        let names = names(&methods, &candidates)?;
+        let max_error = sensors::limits(&file.max_error, &sensor.id, &names);
         // A study's truth has one value for each setting, and so one run.
         let Some(truth) = truth.into_iter().next() else {
             return Err(SettingError::value("truth", "", "one run").into());
         };
         Ok(Self {
-            scene: file.scene.clone(),
-            define: file.define.clone(),
             sensor: sensor.id.clone(),
-            seed: file.seed,
-            margin: file.margin.unwrap_or(DEFAULT_MARGIN),
-            repeats: file.repeats.max(1),
-            time: file.time,
             truth,
             runs: all,
             stages,
-            candidates: file.candidates.clone(),
-            max_error: file.max_error.clone(),
+            max_error,
+            candidates,
         })
     }
-}
 
-impl Plan {
     /// How many runs there are, the truth's included.
     pub fn count(&self) -> usize {
         let stages = self.stages.iter().map(|one| 1 + 2 * one.stages.len());
         1 + self.runs.len() + stages.sum::<usize>()
+    }
+
+    /// The names of curves and candidates, each once.
+    fn names(&self) -> Vec<&str> {
+        let mut names: Vec<&str> = Vec::new();
+        let runs = self.runs.iter().map(|run| run.name.as_str());
+        for name in runs.chain(self.candidates.iter().map(|one| one.name.as_str())) {
+            if !names.contains(&name) {
+                names.push(name);
+            }
+        }
+        names
+    }
+}
+
+/// Refuses limits on what no sensor has, and methods that no sensor is filled by.
+fn check_used(file: &StudyFile, plans: &[SensorPlan]) -> Result<(), PlanError> {
+    let mut names: Vec<String> = Vec::new();
+    for plan in plans {
+        for name in plan.names() {
+            names.extend([name.to_owned(), format!("{name}@{}", plan.sensor)]);
+        }
+    }
+    // Those without a sensor first: of two that are as near, the one that most studies mean.
+    names.sort_by_key(|name| name.contains('@'));
+    names.dedup();
+    let is_unknown = |key: &&String| !names.contains(key);
+    if let Some(unknown) = file.max_error.keys().find(is_unknown) {
+        let names = names.iter().map(String::as_str);
+        return Err(SettingError::unknown("method or candidate", unknown, names).into());
+    }
+    let is_used = |name: &String| {
+        let mut runs = plans.iter().flat_map(|plan| &plan.runs);
+        runs.any(|run| run.name == *name)
+    };
+    match file.methods.iter().find(|method| !is_used(&method.name)) {
+        Some(method) => Err(PlanError::NotACamera {
+            method: method.method.clone(),
+            sensor: plans
+                .first()
+                .map_or_else(String::new, |plan| plan.sensor.clone()),
+        }),
+        None => Ok(()),
     }
 }
 
@@ -248,114 +337,44 @@ fn stage_runs(method: &StudyMethod) -> Result<Option<StageRuns>, SettingError> {
     Ok((!stages.is_empty()).then_some(StageRuns { all, stages }))
 }
 
-fn check_names(methods: &[StudyMethod], candidates: &[Candidate]) -> Result<(), PlanError> {
-    let names = methods.iter().map(|one| &one.name);
-    let mut seen: Vec<&String> = Vec::new();
-    for name in names.chain(candidates.iter().map(|one| &one.name)) {
+/// The names of curves and candidates.
+fn names<'a>(
+    methods: &'a [StudyMethod],
+    candidates: &'a [Candidate],
+) -> Result<Vec<&'a str>, PlanError> {
+    let mut seen: Vec<&str> = Vec::new();
+    let names = methods.iter().map(|one| one.name.as_str());
+    for name in names.chain(candidates.iter().map(|one| one.name.as_str())) {
         if seen.contains(&name) {
-            return Err(PlanError::Twice(name.clone()));
+            return Err(PlanError::Twice(name.to_owned()));
         }
         seen.push(name);
     }
-    Ok(())
-}
-
-fn is_camera(sensor: &Sensor) -> bool {
-    !matches!(sensor.kind, SensorKind::IrradianceMeter { .. })
-}
-
-/// The sensor asked for, else the first irradiancemeter, else the first camera.
-fn choose_sensor<'a>(scene: &'a Scene, file: &StudyFile) -> Result<&'a Sensor, PlanError> {
-    let sensors = scene.sensors();
-    let found = match &file.sensor {
-        Some(id) => sensors.iter().find(|sensor| sensor.id == *id),
-        None => sensors
-            .iter()
-            .find(|sensor| !is_camera(sensor))
-            .or(sensors.first()),
-    };
-    found.ok_or_else(|| PlanError::Sensor {
-        scene: file.scene.clone(),
-        wanted: match &file.sensor {
-            Some(id) => format!("no sensor with id \"{id}\""),
-            None => "no sensor".to_owned(),
-        },
-        there: if sensors.is_empty() {
-            "none".to_owned()
-        } else {
-            let named = sensors
-                .iter()
-                .map(|it| format!("\"{}\" ({})", it.id, it.plugin()));
-            named.collect::<Vec<_>>().join(", ")
-        },
-    })
-}
-
-/// What is done where nothing is said.
-struct Default {
-    truth: StudyMethod,
-    methods: Vec<StudyMethod>,
-}
-
-impl Default {
-    fn of(scene: &Scene, sensor: &Sensor) -> Self {
-        if is_camera(sensor) {
-            let is_full = full::Plan::new(scene, sensor, &PathSettings::default()).is_ok();
-            return Self {
-                truth: if is_full {
-                    StudyMethod::swept("full", "spp", &["256"]).with("photons", "1048576")
-                } else {
-                    StudyMethod::swept("path", "spp", &["1024"])
-                },
-                methods: vec![StudyMethod::swept("path", "spp", &["2", "8", "32"])],
-            };
-        }
-        if beams::is_deterministic(scene) && beams::supports(scene).is_ok() {
-            let mut methods = vec![
-                StudyMethod::swept("beams", "error", &["10%", "3%", "1%"]),
-                StudyMethod::swept(
-                    "photons",
-                    "photons",
-                    &["16384", "65536", "262144", "1048576", "4194304"],
-                ),
-            ];
-            if can_be_mapped(scene, sensor) {
-                let counts = ["128", "256", "512", "1024"];
-                methods.insert(0, StudyMethod::swept("caustic-map", "photons", &counts));
-            }
-            return Self {
-                truth: StudyMethod::swept("beams", "error", &["0.05%"]),
-                methods,
-            };
-        }
-        Self {
-            truth: StudyMethod::swept("photons", "photons", &["16777216"]),
-            methods: vec![StudyMethod::swept(
-                "photons",
-                "photons",
-                &["4096", "16384", "65536", "262144", "1048576"],
-            )],
-        }
-    }
-}
-
-/// Whether caustic maps can be made of a scene: a very small one is.
-fn can_be_mapped(scene: &Scene, sensor: &Sensor) -> bool {
-    let mut small = CausticMap::default();
-    small.settings.photons = 4;
-    small.settings.map = 4;
-    small.settings.samples = 1;
-    small.run(scene, sensor).is_ok()
+    Ok(seen)
 }
 
 impl Run {
     /// What it is called: its curve and the settings that are not defaults.
     pub fn label(&self) -> String {
-        let settings = self
-            .given
-            .iter()
-            .map(|(key, value)| format!(" {key}={value}"));
-        format!("{}{}", self.name, settings.collect::<String>())
+        self.label_of(|_| true)
+    }
+
+    /// The same without the seed, which says nothing of a run that is the only one of its kind.
+    pub fn label_without_seed(&self) -> String {
+        self.label_of(|key| key != "seed")
+    }
+
+    fn label_of(&self, is_told: impl Fn(&str) -> bool) -> String {
+        let told = self.given.iter().filter(|(key, _)| is_told(key));
+        // photons=4096, not photons photons=4096: what is swept comes first where it has the method's name.
+        let (named, other): (Vec<_>, Vec<_>) = told.partition(|(key, _)| **key == self.name);
+        let named = named.iter().map(|(_, value)| format!("={value}"));
+        let other = other.iter().map(|(key, value)| format!(" {key}={value}"));
+        [self.name.clone()]
+            .into_iter()
+            .chain(named)
+            .chain(other)
+            .collect()
     }
 
     /// The arguments of `nephroid render` that make the same film.

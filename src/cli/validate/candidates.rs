@@ -1,0 +1,63 @@
+//! Images rendered elsewhere: checked, and copied beside the films that they are shown with.
+
+use anyhow::Context;
+
+use crate::film::{atomic, exr};
+use crate::metric::{self, Source};
+use crate::study::report::Judged;
+use crate::study::store::file_name;
+use crate::study::{SensorPlan, Session, StudyError};
+
+/// Copies the candidates of a sensor into the store.
+///
+/// # Errors
+///
+/// Where one cannot be read, is not of the sensor's size, or cannot be compared with anything.
+pub fn copy<'a>(session: &Session, plan: &'a SensorPlan) -> anyhow::Result<Vec<Judged<'a>>> {
+    let film = &session.sensor(plan)?.film;
+    let expected = [film.crop.width as usize, film.crop.height as usize];
+    let mut judged = Vec::new();
+    for (i, candidate) in plan.candidates.iter().enumerate() {
+        let image = exr::read(&candidate.file)?;
+        let size = [image.width, image.height];
+        if size != expected {
+            let is_turned = size == [expected[1], expected[0]];
+            return Err(StudyError::Size {
+                file: candidate.file.display().to_string(),
+                size,
+                sensor: plan.sensor.clone(),
+                expected,
+                hint: if is_turned {
+                    ": are rows and columns exchanged?"
+                } else {
+                    ""
+                }
+                .to_owned(),
+            }
+            .into());
+        }
+        // With itself: what cannot be compared at all is better known now, too.
+        let source = Source::new(candidate.file.display().to_string(), image);
+        let quick = metric::Settings {
+            pixels_per_degree: None,
+            ..metric::Settings::default()
+        };
+        metric::compare(&source, &source, &quick)?;
+        let name = format!(
+            "{}.exr",
+            file_name(&format!(
+                "{}-candidate-{}-{}",
+                plan.sensor,
+                i + 1,
+                candidate.name
+            ))
+        );
+        let bytes =
+            std::fs::read(&candidate.file).with_context(|| candidate.file.display().to_string())?;
+        atomic::write(&session.store.path(&name), |file| {
+            std::io::Write::write_all(file, &bytes)
+        })?;
+        judged.push(Judged::Candidate(candidate, name));
+    }
+    Ok(judged)
+}

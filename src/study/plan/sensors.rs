@@ -1,0 +1,104 @@
+//! Which sensors a study fills, and what is meant for which of them.
+
+use std::collections::BTreeMap;
+
+use super::super::file::{Candidate, StudyFile, StudyMethod};
+use super::super::method::{Method, SettingError};
+use super::PlanError;
+use crate::scene::{Scene, Sensor, SensorKind};
+
+/// Whether a sensor measures radiance.
+pub(super) fn is_camera(sensor: &Sensor) -> bool {
+    !matches!(sensor.kind, SensorKind::IrradianceMeter { .. })
+}
+
+/// The sensors asked for, in that order; else the first irradiancemeter, else the first camera.
+pub(super) fn choose<'a>(scene: &'a Scene, file: &StudyFile) -> Result<Vec<&'a Sensor>, PlanError> {
+    let sensors = scene.sensors();
+    let refused = |wanted: String| {
+        let named = sensors
+            .iter()
+            .map(|it| format!("\"{}\" ({})", it.id, it.plugin()));
+        PlanError::Sensor {
+            scene: file.scene.clone(),
+            wanted,
+            there: if sensors.is_empty() {
+                "none".to_owned()
+            } else {
+                named.collect::<Vec<_>>().join(", ")
+            },
+        }
+    };
+    if file.sensors.is_empty() {
+        let mut meters = sensors.iter().filter(|sensor| !is_camera(sensor));
+        let first = meters.next().or(sensors.first());
+        return Ok(vec![first.ok_or_else(|| refused("no sensor".to_owned()))?]);
+    }
+    let mut chosen: Vec<&Sensor> = Vec::new();
+    for id in &file.sensors {
+        let found = sensors.iter().find(|sensor| sensor.id == *id);
+        let found = found.ok_or_else(|| refused(format!("no sensor with id \"{id}\"")))?;
+        if chosen.iter().any(|one| one.id == *id) {
+            return Err(PlanError::SensorTwice(id.clone()));
+        }
+        chosen.push(found);
+    }
+    Ok(chosen)
+}
+
+/// Refuses what names a sensor that the study does not fill, or none where there are several to choose from.
+pub(super) fn check(file: &StudyFile, sensors: &[&Sensor]) -> Result<(), PlanError> {
+    let ids = || sensors.iter().map(|sensor| sensor.id.as_str());
+    let truths = file.truths.keys().flatten();
+    let methods = file.methods.iter().flat_map(|method| &method.sensors);
+    let candidates = file.candidates.iter().filter_map(|one| one.sensor.as_ref());
+    for id in truths.chain(methods).chain(candidates) {
+        if !ids().any(|known| known == id) {
+            return Err(SettingError::unknown("sensor of the study", id, ids()).into());
+        }
+    }
+    let unplaced = file.candidates.iter().find(|one| one.sensor.is_none());
+    match unplaced {
+        Some(candidate) if sensors.len() > 1 => Err(PlanError::Unplaced {
+            candidate: candidate.name.clone(),
+            sensors: ids().collect::<Vec<_>>().join(", "),
+            first: sensors[0].id.clone(),
+        }),
+        _ => Ok(()),
+    }
+}
+
+/// Whether a method is meant for a sensor: for those it names, else for all that it can fill. On the only sensor of a study it is
+/// meant in any case, and an error where it cannot fill it.
+pub(super) fn is_meant(
+    method: &StudyMethod,
+    sensor: &Sensor,
+    is_only: bool,
+) -> Result<bool, SettingError> {
+    if !method.sensors.is_empty() {
+        return Ok(method.sensors.contains(&sensor.id));
+    }
+    let of_cameras = method.methods()?.iter().any(Method::is_of_cameras);
+    Ok(is_only || !of_cameras || is_camera(sensor))
+}
+
+/// The images that are meant for a sensor.
+pub(super) fn candidates(file: &StudyFile, sensor: &Sensor) -> Vec<Candidate> {
+    let own = |one: &&Candidate| one.sensor.as_ref().is_none_or(|id| *id == sensor.id);
+    file.candidates.iter().filter(own).cloned().collect()
+}
+
+/// The limits on a sensor's curves: of `NAME` on every sensor that has it, of `NAME@SENSOR` on that one, which goes before.
+pub(super) fn limits(
+    limits: &BTreeMap<String, f64>,
+    sensor: &str,
+    names: &[&str],
+) -> BTreeMap<String, f64> {
+    let own = names.iter().filter_map(|name| {
+        let limit = limits
+            .get(&format!("{name}@{sensor}"))
+            .or_else(|| limits.get(*name))?;
+        Some(((*name).to_owned(), *limit))
+    });
+    own.collect()
+}

@@ -1,0 +1,174 @@
+//! What a reader asks first, in sentences: how wrong, where, why, and what would less error cost?
+
+use super::super::checks::plane;
+use super::figures::{Answer, Curve, OrderOf, Row, StageErrors};
+use super::text::percent;
+use crate::film::Image;
+use crate::metric::Comparison;
+
+/// Where more work halves the error at more than this many times the work, it does not help.
+const HOPELESS: f64 = 1000.0;
+
+/// Stages that take off less than this part of the error are not what it is made of.
+const NOTABLE: f64 = 0.1;
+
+/// One answer a curve.
+pub(super) fn answers(rows: &[Row], curves: &[Curve], stages: &[StageErrors]) -> Vec<Answer> {
+    let answer = |curve: &Curve| {
+        let known = curve.rows.iter().map(|i| &rows[*i]);
+        let best = known
+            .filter(|row| row.error.is_some())
+            .min_by(|a, b| a.error.unwrap_or(0.0).total_cmp(&b.error.unwrap_or(0.0)))?;
+        let why = stages.iter().find(|one| one.name == curve.name);
+        let sentences = [
+            Some(how_wrong(best, curve.rows.len() > 1)),
+            best.resolved.then(|| place(best)).flatten(),
+            why.and_then(reason),
+            price(curve),
+        ];
+        Some(Answer {
+            name: curve.name.clone(),
+            sentences: sentences.into_iter().flatten().collect(),
+        })
+    };
+    curves.iter().filter_map(answer).collect()
+}
+
+fn how_wrong(best: &Row, is_best_of_several: bool) -> String {
+    let at_best = if is_best_of_several {
+        format!(" at best ({})", best.label)
+    } else {
+        String::new()
+    };
+    if !best.resolved {
+        return format!(
+            "Its error{at_best} is {}, which the truth cannot tell from its own, {}.",
+            percent(best.error),
+            percent(best.truth_error)
+        );
+    }
+    let bias = best.bias.filter(|bias| bias.abs() > 0.005);
+    let amount = bias.map_or(String::new(), |bias| {
+        let less = if bias < 0.0 { "too little" } else { "too much" };
+        format!(", with {} {less} light", percent(Some(bias.abs())))
+    });
+    format!("Its error{at_best} is {}{amount}.", percent(best.error))
+}
+
+fn place(best: &Row) -> Option<String> {
+    let half = best.half_in?;
+    Some(format!(
+        "Half of the squared error is in {} of the texels.",
+        percent(Some(half))
+    ))
+}
+
+/// The stages that make most of it: by how far the error falls as each becomes exact after those before it.
+fn reason(stages: &StageErrors) -> Option<String> {
+    let mut before = stages.error;
+    let mut falls: Vec<(&str, f64)> = Vec::new();
+    for stage in &stages.stages {
+        falls.push((stage.stage, before - stage.cumulative));
+        before = stage.cumulative;
+    }
+    falls.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let notable = falls
+        .iter()
+        .filter(|(_, fall)| *fall > NOTABLE * stages.error);
+    let named: Vec<String> = notable
+        .take(2)
+        .map(|(stage, fall)| {
+            format!(
+                "{stage} ({} of {})",
+                percent(Some(*fall)),
+                percent(Some(stages.error))
+            )
+        })
+        .collect();
+    (!named.is_empty()).then(|| format!("Stages that make most of it: {}.", named.join(", ")))
+}
+
+/// By the order in what the method itself starts, which has no fixed work in it.
+fn price(curve: &Curve) -> Option<String> {
+    let OrderOf { cost, order } = curve.orders.last()?;
+    // Two points have no scatter, and a slope that its scatter explains is none.
+    let spread = order.standard_error.unwrap_or(0.0);
+    let factor = (-1.0 / order.exponent).exp2();
+    let is_hopeless = order.exponent + 2.0 * spread >= 0.0 || factor > HOPELESS;
+    Some(if is_hopeless {
+        format!("More {cost} do not make it less.")
+    } else {
+        format!("Half the error costs {factor:.1} times the {cost}.")
+    })
+}
+
+/// The smallest part of all texels that holds half of Σ d², d the difference of channels' means; `None` where there is none.
+pub(super) fn half_in(truth: &Image, film: &Image, layer: &Comparison) -> Option<f64> {
+    half_of(&plane(truth, layer)?, &plane(film, layer)?)
+}
+
+fn half_of(truth: &[f64], film: &[f64]) -> Option<f64> {
+    let squares = truth.iter().zip(film).map(|(t, f)| (f - t) * (f - t));
+    let mut squares: Vec<f64> = squares.filter(|square| square.is_finite()).collect();
+    squares.sort_by(|a, b| b.total_cmp(a));
+    let half = 0.5 * squares.iter().sum::<f64>();
+    let mut sum = 0.0;
+    let above = squares.iter().take_while(|square| {
+        let is_needed = sum < half;
+        sum += **square;
+        is_needed
+    });
+    let count = above.count();
+    (half > 0.0).then(|| count as f64 / truth.len() as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::study::curve::Order;
+
+    fn curve(exponent: f64, standard_error: Option<f64>) -> Curve {
+        Curve {
+            name: "photons".to_owned(),
+            rows: vec![0],
+            orders: vec![OrderOf {
+                cost: "photons".to_owned(),
+                order: Order {
+                    exponent,
+                    standard_error,
+                    points: 3,
+                },
+            }],
+        }
+    }
+
+    #[test]
+    fn independent_samples_halve_their_error_at_four_times_the_price() {
+        let price = price(&curve(-0.5, Some(0.01)));
+        assert_eq!(
+            price.as_deref(),
+            Some("Half the error costs 4.0 times the photons.")
+        );
+    }
+
+    #[test]
+    fn a_slope_that_its_scatter_explains_promises_nothing() {
+        for (exponent, spread) in [(-0.5, Some(0.3)), (0.1, None), (-1e-3, Some(1e-5))] {
+            let price = price(&curve(exponent, spread));
+            assert_eq!(price.as_deref(), Some("More photons do not make it less."));
+        }
+    }
+
+    #[test]
+    fn half_of_the_error_is_in_as_few_texels_as_hold_it() {
+        // Squares 9, 1, 1, 1, and 0 twice: the first holds three quarters. Of four equal ones, two hold half.
+        let truth = [0.0; 6];
+        assert_eq!(
+            half_of(&truth, &[1.0, 0.0, 3.0, 1.0, 0.0, -1.0]),
+            Some(1.0 / 6.0)
+        );
+        assert_eq!(half_of(&truth[..4], &[1.0, -1.0, 1.0, 1.0]), Some(0.5));
+        assert_eq!(half_of(&truth, &truth), None);
+        assert_eq!(half_of(&[0.0, 0.0], &[f64::NAN, 1.0]), Some(0.5));
+    }
+}
