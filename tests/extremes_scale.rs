@@ -1,0 +1,85 @@
+//! A scene has no size: in other units it has the same light.
+//!
+//! Lengths are scaled by s and radiant intensities by s², so that irradiance [W/m²] stays as it is.
+
+mod extremes_support;
+
+use extremes_support::{
+    BALL, DIAMOND, Placement, RING, Template, WATER, beams, distance, photons, red,
+};
+use nephroid::reference::Estimate;
+
+/// Each kind of shape, emitter and mesh is in one of them.
+const SCENES: [Template; 4] = [BALL, RING, DIAMOND, WATER];
+
+/// Texels a side.
+const SIDE: usize = 16;
+
+/// Every number that two runs deliver about every texel.
+fn assert_same_bits(name: &str, home: &Estimate, scaled: &Estimate) {
+    assert_eq!(home.layers.len(), scaled.layers.len(), "{name}");
+    assert_eq!(home.counters, scaled.counters, "{name}");
+    for (a, b) in home.layers.iter().zip(&scaled.layers) {
+        assert_eq!(a.name, b.name, "{name}");
+        let at = |a: &[nephroid::radiometry::Rgb], b: &[nephroid::radiometry::Rgb]| {
+            let bits = |value: &nephroid::radiometry::Rgb| value.0.map(f64::to_bits);
+            a.iter().zip(b).position(|(a, b)| bits(a) != bits(b))
+        };
+        assert_eq!(at(&a.irradiance, &b.irradiance), None, "{name} {}", a.name);
+        assert_eq!(
+            at(&a.standard_error, &b.standard_error),
+            None,
+            "{name} {}: error",
+            a.name
+        );
+        if let (Some(a_bounds), Some(b_bounds)) = (&a.interval, &b.interval) {
+            assert_eq!(at(&a_bounds.low, &b_bounds.low), None, "{name} {}", a.name);
+            assert_eq!(
+                at(&a_bounds.high, &b_bounds.high),
+                None,
+                "{name} {}",
+                a.name
+            );
+        }
+    }
+}
+
+/// A power of two rounds nothing, so nothing may change: not a bit of any value or error, not a ray.
+#[test]
+fn scaled_by_powers_of_two_maps_have_the_same_bits() {
+    for template in SCENES {
+        let runs = |scale: f64| {
+            let scene = template.scene(Placement::scaled(scale), SIDE);
+            [beams(&scene, 1e-2, 4), photons(&scene, 1 << 15, 4)]
+        };
+        let home = runs(1.0);
+        for exponent in [-20, -7, 1, 20] {
+            let scaled = runs(f64::powi(2.0, exponent));
+            for (method, (a, b)) in ["beams", "photons"].iter().zip(home.iter().zip(&scaled)) {
+                assert_same_bits(
+                    &format!("{} by {method}, 2^{exponent}", template.name),
+                    a,
+                    b,
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn in_other_units_maps_are_the_same_to_a_billionth() {
+    for template in SCENES {
+        let runs = |scale: f64| {
+            let scene = template.scene(Placement::scaled(scale), SIDE);
+            [beams(&scene, 1e-2, 4), photons(&scene, 1 << 15, 4)]
+        };
+        let home = runs(1.0);
+        for scale in [1e-6, 1e-3, 1e3, 1e6] {
+            let scaled = runs(scale);
+            for (method, (a, b)) in ["beams", "photons"].iter().zip(home.iter().zip(&scaled)) {
+                let apart = distance(&red(&a.total), &red(&b.total));
+                println!("{:10} {method:8} x {scale:e}: {apart:.1e}", template.name);
+            }
+        }
+    }
+}
