@@ -372,7 +372,7 @@ fn light_about_to_be_reflected_totally_is_known_to_its_conditioning() {
         "from glass into air, radians before the critical angle: E of LTD / truth − 1 by beams"
     );
     let critical = (1.0 / 1.5_f64).asin();
-    for inside in [1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12] {
+    for inside in [1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12_f64] {
         let direction = |angle: f64| DVec3::new(angle.sin(), 0.0, -angle.cos());
         // The ray leaves at √(2 · inside · tan θc) over the interface: this near, it is shifted by less than 1.
         let depth = 0.5 * inside.sqrt();

@@ -79,6 +79,9 @@ fn in_other_units_maps_are_the_same_to_a_billionth() {
             for (method, (a, b)) in ["beams", "photons"].iter().zip(home.iter().zip(&scaled)) {
                 let apart = distance(&red(&a.total), &red(&b.total));
                 println!("{:10} {method:8} x {scale:e}: {apart:.1e}", template.name);
+                for (x, y) in a.layers.iter().zip(&b.layers) {
+                    println!("      {} {:.1e}", x.name, distance(&red(x), &red(y)));
+                }
             }
         }
     }
