@@ -4,7 +4,7 @@ mod extremes_support;
 mod geometry_support;
 
 use extremes_support::{
-    BALL, DIAMOND, Placement, RING, U, WATER, beams, distance, layer, photons, red,
+    BALL, DIAMOND, ORACLE, Placement, RING, U, WATER, beams, distance, judged, layer, photons, red,
 };
 use geometry_support::{Random, bumpy_torus, closest, icosphere, placed, world_of};
 use glam::{DVec2, DVec3};
@@ -63,9 +63,9 @@ fn landing(scene: &Scene, ray: Ray, signature: &str) -> Option<DVec3> {
 /// A ray through the ball lands where the same ray landed at home, to the rounding of coordinates times what the optics
 /// make of it.
 ///
-/// Each of the lamp, the sphere's centre, three hits and starts and the receiver is rounded to u |p| on each axis, |p| ≤ 0.7 · 2^k · √3
-/// here... whichever is moved by δ, the landing moves by up to (1 + |dr/db|) δ, with r(b) the landing by the ray's distance from
-/// the axis: taken from neighbouring rays at home.
+/// The lamp, the sphere's centre, the two hits and their starts, the receiver and the landing are rounded to u 2^k on each axis
+/// at most. Where one is moved by δ, the landing moves by up to (1 + |dr/db|) δ, with r(b) the landing by the ray's distance
+/// from the axis: taken from neighbouring rays at home.
 #[test]
 fn landings_of_rays_move_as_conditioning_says() {
     println!(
@@ -208,6 +208,12 @@ fn known() -> GlassBall {
     }
 }
 
+/// How far a map may change when its scene is moved by 2^k: six places of a path are rounded to √3 u 2^k, a landing moves by up
+/// to `spread` times that, and a texel's flux by what crosses its four sides.
+fn allowed(size: f64, spread: f64, texel: f64) -> f64 {
+    6.0 * 3f64.sqrt() * U * size * (1.0 + spread) * 4.0 / texel
+}
+
 #[test]
 fn the_glass_balls_map_is_as_good_anywhere_as_at_home() {
     let truth = known()
@@ -215,26 +221,22 @@ fn the_glass_balls_map_is_as_good_anywhere_as_at_home() {
         .map(&TexelGrid::square(2.0, SIDE));
     let run = |offset: DVec3| {
         let scene = BALL.scene(Placement::moved(offset), SIDE);
-        let found = beams(&scene, 1e-3, 2);
-        let of = layer(&found, "LTTD").expect("a caustic").clone();
-        let bounds = of.interval.clone().expect("bounds");
-        let brightest = truth.iter().copied().fold(0.0, f64::max);
-        for (texel, truth) in truth.iter().enumerate() {
-            let (low, high) = (bounds.low[texel].0[0], bounds.high[texel].0[0]);
-            // The closed form is known to 1e-9 of the brightest texel.
-            let slack = 1e-9 * brightest;
-            assert!(
-                low - slack <= *truth && *truth <= high + slack,
-                "{offset}: texel {texel} is {truth}, not in {low}..={high}"
-            );
-        }
-        let by_photons = red(layer(&photons(&scene, 1 << 18, 2), "LTTD").expect("photons"));
-        (red(&of), by_photons)
+        let by_beams = beams(&scene, 1e-3, 2);
+        let by_beams = layer(&by_beams, "LTTD").expect("a caustic");
+        let (missed, _) = judged(by_beams, &truth);
+        let reach = allowed(offset.length(), STEEPEST, 4.0 / SIDE as f64);
+        assert!(
+            missed <= ORACLE + reach,
+            "{offset}: {missed:e} out of bounds"
+        );
+        let by_photons = photons(&scene, 1 << 18, 2);
+        let by_photons = red(layer(&by_photons, "LTTD").expect("a caustic"));
+        (red(by_beams), by_photons)
     };
     let home = run(DVec3::ZERO);
-    let error = rmse(&truth, &home.0);
     println!(
-        "glass ball, offset: error of beams (at home {error:.2e}); change of their map; change of photons' map"
+        "glass ball moved: error of beams, root mean square (at home {:.3e}); change of their map, and of photons', worst texel; allowed",
+        rmse(&truth, &home.0)
     );
     let places = [10.0, 100.0]
         .map(|x| DVec3::new(x, -x, x))
@@ -242,19 +244,26 @@ fn the_glass_balls_map_is_as_good_anywhere_as_at_home() {
         .chain([10, 15, 20, 24].map(offset));
     for place in places {
         let away = run(place);
+        let [by_beams, by_photons] = [distance(&home.0, &away.0), distance(&home.1, &away.1)];
+        let allowed = allowed(place.length(), STEEPEST, 4.0 / SIDE as f64);
         println!(
-            "  {:9.0}: {:.2e}; {:.1e}; {:.1e}",
+            "  by {:9.0}: {:.3e}; {by_beams:.1e}, {by_photons:.1e}; {allowed:.1e}",
             place.length(),
             rmse(&truth, &away.0),
-            distance(&home.0, &away.0),
-            distance(&home.1, &away.1)
         );
+        assert!(by_beams <= allowed, "{place}: {by_beams:e}");
+        assert!(by_photons <= allowed, "{place}: {by_photons:e}");
     }
 }
 
+/// Landings move by up to twenty times what a surface does, in glass near grazing and in facets of diamond: see the ball's, above.
+const STEEPEST: f64 = 20.0;
+
 #[test]
 fn maps_of_meshes_and_metal_move_with_their_scenes() {
-    println!("change of the beams' map, and of the photons', relative to the brightest texel");
+    println!(
+        "scene moved by 2^k: change of the map by beams and by photons, worst texel, relative to the brightest; allowed"
+    );
     for template in [RING, DIAMOND, WATER] {
         let run = |offset: DVec3| {
             let scene = template.scene(Placement::moved(offset), 16);
@@ -266,12 +275,21 @@ fn maps_of_meshes_and_metal_move_with_their_scenes() {
         let home = run(DVec3::ZERO);
         for exponent in [10, 17, 24] {
             let away = run(offset(exponent));
+            let size = f64::powi(2.0, exponent);
+            // The smallest receiver is 1.6 wide.
+            let allowed = allowed(size, STEEPEST, 1.6 / 16.0);
+            let changes = [0, 1].map(|method| distance(&home[method], &away[method]));
             println!(
-                "  {:10} 2^{exponent}: {:.1e}; {:.1e}",
-                template.name,
-                distance(&home[0], &away[0]),
-                distance(&home[1], &away[1])
+                "  {:10} 2^{exponent}: {:.1e}, {:.1e}; {allowed:.1e}",
+                template.name, changes[0], changes[1],
             );
+            for change in changes {
+                assert!(
+                    change <= allowed,
+                    "{} 2^{exponent}: {change:e}",
+                    template.name
+                );
+            }
         }
     }
 }

@@ -6,12 +6,12 @@ pub mod double_double;
 use std::path::Path;
 
 use glam::DVec3;
-use nephroid::mitsuba;
+use nephroid::mitsuba::{self, LoadError};
 use nephroid::reference::beams::{BeamBudget, BeamSettings, run};
 use nephroid::reference::photons::run::Setup;
 use nephroid::reference::photons::{Budget, PhotonSettings};
 use nephroid::reference::{Estimate, Layer, LayerName, Progress};
-use nephroid::scene::{Scene, Sensor, SensorKind};
+use nephroid::scene::{Scene, SceneParts, Sensor, SensorKind};
 
 /// The unit roundoff of `f64`, 2⁻⁵³: half a unit in the last place of 1.
 pub const U: f64 = f64::EPSILON / 2.0;
@@ -143,9 +143,22 @@ impl Placement {
 
 impl Template {
     /// The scene read from a file, its receiver with `side` x `side` texels.
-    ///
-    /// Numbers are written with as many digits as tell them apart: the file says exactly what is meant.
     pub fn scene(&self, place: Placement, side: usize) -> Scene {
+        scene(&self.placed(place), self.mesh, side)
+    }
+
+    /// Why the scene cannot be read.
+    pub fn error(&self, place: Placement) -> String {
+        match load(&self.placed(place), self.mesh, 1) {
+            Ok(_) => panic!("{} can be read", self.name),
+            Err(error) => error.to_string(),
+        }
+    }
+
+    /// The text with all numbers in it.
+    ///
+    /// They are written with as many digits as tell them apart: the file says exactly what is meant.
+    fn placed(&self, place: Placement) -> String {
         let Placement { scale, offset } = place;
         let placed = format!(
             r#"<scale value="{scale:?}"/><translate x="{:?}" y="{:?}" z="{:?}"/>"#,
@@ -157,12 +170,17 @@ impl Template {
             let intensity: f64 = xml[from + 6..to].parse().expect("a number");
             xml.replace_range(from..=to, &format!("{:?}", intensity * (scale * scale)));
         }
-        scene(&xml, self.mesh, side)
+        xml
     }
 }
 
 /// A scene of shapes and emitters, read from a file; `{meter}` stands for a sensor of `side` x `side` texels.
 pub fn scene(things: &str, mesh: Option<&str>, side: usize) -> Scene {
+    let parts = load(things, mesh, side).expect("a scene that can be read");
+    Scene::new(parts).expect("a valid scene")
+}
+
+fn load(things: &str, mesh: Option<&str>, side: usize) -> Result<SceneParts, LoadError> {
     let meter = format!(
         r#"<sensor type="irradiancemeter"><film type="hdrfilm"><integer name="width" value="{side}"/>
         <integer name="height" value="{side}"/><rfilter type="box"/></film></sensor>"#
@@ -180,8 +198,7 @@ pub fn scene(things: &str, mesh: Option<&str>, side: usize) -> Scene {
     }
     let file = folder.path().join("scene.xml");
     std::fs::write(&file, xml).expect("the scene's file");
-    let parts = mitsuba::load_parts(&file, &[]).expect("a scene that can be read");
-    Scene::new(parts).expect("a valid scene")
+    mitsuba::load_parts(&file, &[])
 }
 
 /// The scene's irradiance meter.
@@ -236,15 +253,37 @@ pub fn red(layer: &Layer) -> Vec<f64> {
     layer.irradiance.iter().map(|value| value.0[0]).collect()
 }
 
+/// By how much a layer's bounds miss the truth at worst, and how far its values are off: relative to the brightest texel.
+///
+/// NaN where a texel is not known.
+pub fn judged(layer: &Layer, truth: &[f64]) -> (f64, f64) {
+    let bounds = layer.interval.as_ref().expect("beams have bounds");
+    let brightest = truth.iter().copied().fold(0.0, f64::max);
+    let missed = truth.iter().enumerate().map(|(texel, truth)| {
+        (bounds.low[texel].0[0] - truth).max(truth - bounds.high[texel].0[0])
+    });
+    (worst(missed) / brightest, distance(truth, &red(layer)))
+}
+
+/// The largest of some numbers and 0; NaN where any is.
+fn worst(numbers: impl Iterator<Item = f64>) -> f64 {
+    numbers.fold(
+        0.0,
+        |worst: f64, one| {
+            if one.is_nan() { one } else { worst.max(one) }
+        },
+    )
+}
+
 /// How far two maps are apart: the largest difference of a texel, relative to the first map's brightest texel.
 ///
 /// NaN where anything is, so that no comparison with it holds.
 pub fn distance(first: &[f64], second: &[f64]) -> f64 {
     let brightest = first.iter().copied().fold(0.0, f64::max);
-    let apart = first.iter().zip(second).map(|(a, b)| (a - b).abs());
-    let worst = apart.fold(
-        0.0,
-        |worst: f64, one| if one.is_nan() { one } else { worst.max(one) },
-    );
-    if worst == 0.0 { 0.0 } else { worst / brightest }
+    let apart = worst(first.iter().zip(second).map(|(a, b)| (a - b).abs()));
+    if apart == 0.0 { 0.0 } else { apart / brightest }
 }
+
+/// The closed forms of round scenes know a texel to 1e-12 of the flux of the circles that meet it; a circle is no longer than some
+/// hundred texels, and a texel is 1e-1 of the brightest: 1e-9 of the brightest texel.
+pub const ORACLE: f64 = 1e-9;
