@@ -20,7 +20,7 @@ mi.set_variant("scalar_rgb")
 
 SIDE = 64
 HALF = 2.0
-PHOTONS = 1 << 21
+PHOTONS = 1 << 19
 RENDERS = 2  # for each half
 
 
