@@ -199,7 +199,7 @@ struct Rays {
 ///
 /// Each of 2 N events and the landing takes the roundings of a place (16 u, see `Sphere`) and of a direction (16 u), whose lever
 /// is up to 4 long: 64 u, amplified by what a neighbouring ray lands farther off. The closed form's angles round alike. Flux takes 2 N
-/// factors 1 − F of 16 roundings, and follows the angles as much as a neighbouring ray's does.
+/// factors 1 − F, each of 16 roundings of 1 and so by up to 1/√(what is left) more, and follows the angles as much as a neighbouring ray's does.
 fn rays(shells: &Shells, most: f64) -> Rays {
     let scene = shells.scene(1);
     let events = 2.0 * shells.radii.len() as f64 + 1.0;
@@ -224,7 +224,7 @@ fn rays(shells: &Shells, most: f64) -> Rays {
         assert!(place <= allowed_place, "{shells:?}, sin i {sin}: {place:e}");
         let fading = 1.0 + (beside.1 / passed - 1.0).abs() / step;
         let flux = (flux / passed - 1.0).abs();
-        let allowed_flux = events * 64.0 * U * fading;
+        let allowed_flux = events * 64.0 * U * fading / passed.sqrt();
         assert!(
             flux <= allowed_flux,
             "{shells:?}, sin i {sin}: flux {flux:e}"
@@ -261,7 +261,7 @@ fn lamp() -> String {
 }
 
 /// E of a ball of index 1 + x is that of no ball, by a smooth function of x: both are closed forms of the light through it, and all
-/// other light is next to nothing (F = x²/4 and less) or does not change (LD).
+/// other light is next to nothing (LRD) or does not change (LD).
 #[test]
 fn glass_that_is_next_to_nothing_changes_next_to_nothing() {
     println!(
@@ -283,8 +283,9 @@ fn glass_that_is_next_to_nothing_changes_next_to_nothing() {
             .map(|texel| nothing[texel] + (through[texel] - straight[texel]))
             .collect();
         let (all_missed, _) = judged(&by_beams.total, &all);
-        // Reflected light is at most the share x² that is left at grazing incidence.
-        assert!(all_missed <= ORACLE + x * x, "{x:e}: {all_missed:e}");
+        // What is reflected instead: F is (x/2c²)² where c² > x, and ∫ F c dc is x/8 of the ball's light, in a ring that is
+        // brighter for being narrow, by less than 8. Beams do not follow so little.
+        assert!(all_missed <= ORACLE + x.abs(), "{x:e}: {all_missed:e}");
         let rays = rays(&shells, 0.99);
         println!(
             "  {x:+.0e}: {missed:.1e}, {all_missed:.1e}; {:+.1e}, {:+.1e}; {:.1e}, {:.2}",
@@ -468,7 +469,11 @@ fn surfaces_at_the_same_place_are_met_once_and_the_scene_says_so() {
         ("a block that stands on the floor", cube(0.25, 0.0), 1),
         ("a block above it", cube(0.25 + 1e-12, 0.0), 0),
         ("a block beside the floor", cube(0.25, 2.25), 0),
-        ("a block on a block", cube(1.25, 0.0) + &cube(0.75, 0.0), 1),
+        (
+            "two blocks in one place",
+            cube(0.75, 0.0) + &cube(0.75, 0.0),
+            1,
+        ),
         (
             "blocks that share an edge",
             cube(1.25, 0.5) + &cube(0.75, 0.0),

@@ -20,8 +20,8 @@ mi.set_variant("scalar_rgb")
 
 SIDE = 64
 HALF = 2.0
-PHOTONS = 1 << 19
-RENDERS = 2  # for each half
+PHOTONS = 1 << 20
+RENDERS = 3  # for each half
 
 
 def fresnel(cos, eta):
@@ -35,7 +35,7 @@ def fresnel(cos, eta):
 
 def truth(radii=(1.0,), indices=(1.0, 1.5), lamp=4.0, center=1.4, intensity=100.0, reflections=6):
     """All light on the floor [W/m^2]: direct, reflected, and through all surfaces with up to some reflections inside the innermost."""
-    rings, around = 20000, 512
+    rings, around = 12000, 256
     u = (np.arange(rings) + 0.5) / rings
     widest = min(indices[m] * r for i, r in enumerate(radii) for m in (i, i + 1)) / (indices[0] * radii[0])
     i = math.asin(min(widest, 1.0)) * u
