@@ -19,8 +19,8 @@
 /// r_p =  a ((η² + 1) cos² θᵢ − 1) / (η² cos θᵢ + w)²
 /// ```
 ///
-/// in which nothing cancels for η near 1: there F is about a²/16, and keeps its digits. At Brewster's angle r_p
-/// cancels, but r_s does not. Near the critical angle w is ill-conditioned: a relative error of cos θᵢ counts
+/// in which nothing cancels for η near 1: there F is about a²/16, and keeps its digits. At Brewster's angle `r_p`
+/// cancels, but `r_s` does not. Near the critical angle w is ill-conditioned: a relative error of cos θᵢ counts
 /// (cos θᵢ / w)² times in it.
 ///
 /// - `cos_incident`: cos θᵢ in 0..=1, on the side light arrives from.
