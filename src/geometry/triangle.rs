@@ -99,7 +99,10 @@ impl ShearedRay {
             return None; // the image has no area
         }
         let inverse = 1.0 / sum;
-        let distance = (u * a.depth + v * b.depth + w * c.depth) * (self.shear[2] * inverse);
+        // From one corner on: of a triangle far away the depths are large and their differences
+        // exact, so that the mean's roundings are relative to the triangle, not to its distance.
+        let from_a = (v * (b.depth - a.depth) + w * (c.depth - a.depth)) * inverse;
+        let distance = (a.depth + from_a) * self.shear[2];
         // Also false for NaN.
         (distance > 0.0).then_some(TriangleHit {
             distance,

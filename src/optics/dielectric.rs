@@ -11,9 +11,17 @@
 /// F   = (r_s² + r_p²) / 2
 /// ```
 ///
-/// (Born and Wolf, *Principles of Optics*, 7th edition, 1.5.2 (21a)). The product
-/// η cos θₜ is the square root of (η − 1)(η + 1) + cos² θᵢ: written so, nothing cancels
-/// near the critical angle or for η near 1.
+/// (Born and Wolf, *Principles of Optics*, 7th edition, 1.5.2 (21a)). With a = (η − 1)(η + 1) the product
+/// w = η cos θₜ is √(a + cos² θᵢ), and multiplying each r by its own denominator leaves
+///
+/// ```text
+/// r_s = −a / (cos θᵢ + w)²
+/// r_p =  a ((η² + 1) cos² θᵢ − 1) / (η² cos θᵢ + w)²
+/// ```
+///
+/// in which nothing cancels for η near 1: there F is about a²/16, and keeps its digits. At Brewster's angle `r_p`
+/// cancels, but `r_s` does not. Near the critical angle w is ill-conditioned: a relative error of cos θᵢ counts
+/// (cos θᵢ / w)² times in it.
 ///
 /// - `cos_incident`: cos θᵢ in 0..=1, on the side light arrives from.
 /// - `eta`: `n_transmitted / n_incident`; `1.33` enters water from air.
@@ -29,15 +37,21 @@
 /// ```
 #[inline]
 pub fn dielectric_reflectance(cos_incident: f64, eta: f64) -> f64 {
-    let eta_cos_squared = (eta - 1.0) * (eta + 1.0) + cos_incident * cos_incident;
+    let a = (eta - 1.0) * (eta + 1.0);
+    let cos_squared = cos_incident * cos_incident;
+    let eta_cos_squared = a + cos_squared;
     if eta_cos_squared <= 0.0 || cos_incident <= 0.0 {
         return if eta == 1.0 { 0.0 } else { 1.0 };
     }
     let eta_cos_transmitted = eta_cos_squared.sqrt();
-    let r_s = (cos_incident - eta_cos_transmitted) / (cos_incident + eta_cos_transmitted);
-    let eta_squared_cos = eta * eta * cos_incident;
-    let r_p = (eta_squared_cos - eta_cos_transmitted) / (eta_squared_cos + eta_cos_transmitted);
-    0.5 * (r_s * r_s + r_p * r_p)
+    let eta_squared = eta * eta;
+    let s_even = cos_incident + eta_cos_transmitted;
+    let p_even = eta_squared * cos_incident + eta_cos_transmitted;
+    let r_s = a / (s_even * s_even);
+    // In two quotients: the square of the denominator would overflow from η = 1e77 on.
+    let r_p = (a / p_even) * (((eta_squared + 1.0) * cos_squared - 1.0) / p_even);
+    // At grazing incidence both are 1 but for rounding, which may be upward.
+    (0.5 * (r_s * r_s + r_p * r_p)).min(1.0)
 }
 
 /// Reflectance of a plane-parallel pane, all internal reflections summed without interference.

@@ -1,5 +1,6 @@
 //! What a scene holds: immutable and validated.
 
+mod coincidence;
 mod emitter;
 mod environment;
 mod integrator;
@@ -103,7 +104,7 @@ impl Scene {
     /// Checks the parts as a whole, looks the meshes over and builds the search tree.
     ///
     /// What is odd about a mesh becomes a warning: an open refractor still bends light, only
-    /// not as a solid would.
+    /// not as a solid would. So does an interface at the same place as another surface.
     ///
     /// # Errors
     ///
@@ -112,6 +113,11 @@ impl Scene {
         validate::check(&parts)?;
         let mut warnings = parts.warnings;
         warnings.extend(validate::mesh_warnings(
+            &parts.shapes,
+            &parts.objects,
+            &parts.materials,
+        ));
+        warnings.extend(coincidence::warnings(
             &parts.shapes,
             &parts.objects,
             &parts.materials,

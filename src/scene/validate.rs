@@ -135,7 +135,7 @@ pub(super) fn mesh_warnings(
 }
 
 /// Whether a material means different things inside and outside a solid.
-fn needs_inside(material: &Material, all: &[Material]) -> bool {
+pub(super) fn needs_inside(material: &Material, all: &[Material]) -> bool {
     match material {
         Material::Dielectric {
             interior_ior,

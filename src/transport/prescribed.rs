@@ -296,7 +296,11 @@ impl<'a, const N: usize> PathFollower<'a, N> {
     fn sees(&mut self, arrival: &Arrival, chart: &Chart) -> bool {
         let scene = self.scene;
         let own = chart.shape();
-        let near = arrival.distance * (1.0 - 1e-9);
+        // Another surface at the place itself is not in front of it. Both distances are sums of coordinates, each with
+        // some sixteen roundings, which count by 1/cos θ: up to 64 times. What is nearer than that to grazing is no light to speak of.
+        let place = arrival.ray.at(arrival.distance);
+        let size = arrival.distance + place.length() + arrival.ray.origin.length();
+        let near = arrival.distance - 16.0 * 64.0 * (0.5 * f64::EPSILON) * size;
         // The surface itself is met again within rounding, at a grazing angle within its square
         // root. Light that a tube lets in that near to grazing is its square.
         let own_near = near - 1e-6 * scene.world().shapes()[own as usize].bounds().radius();

@@ -129,7 +129,7 @@ impl Sphere {
     /// improvements for ray/sphere intersection*, Ray Tracing Gems (2019), chapter 7: the
     /// discriminant is r² minus the squared distance of center and line, which keeps its digits
     /// where the sphere is small and far; the nearer root is c/q, which keeps its digits where
-    /// the origin is on the surface.
+    /// the origin is on the surface, or, farther off, the difference that it stands for.
     #[inline]
     pub(in crate::geometry) fn distance(&self, ray: &Ray) -> Option<f64> {
         let from_center = ray.origin - self.center;
@@ -146,7 +146,14 @@ impl Sphere {
         let half_chord = discriminant.sqrt();
         let distance = if approach >= 0.0 {
             let far = approach + half_chord;
-            if c > 0.0 { c / far } else { far }
+            if c <= 0.0 {
+                far
+            } else if approach > 2.0 * half_chord {
+                // Little cancels, and c's roundings, some of |f|², stay out of it.
+                approach - half_chord
+            } else {
+                c / far
+            }
         } else {
             c / (approach - half_chord)
         };

@@ -37,9 +37,12 @@ pub fn quarters<T: Copy>([a, b, c]: [T; 3], [bc, ca, ab]: [T; 3]) -> [[T; 3]; 4]
 const CAP_BANDS: u32 = 8;
 const CAP_SECTORS: u32 = 16;
 
-/// The angle of incidence ends a hair before grazing, where light would neither enter nor miss.
-/// The light left out is (1e-9)² of the ball's.
-const CAP_END: f64 = FRAC_PI_2 * (1.0 - 1e-9);
+/// Round surfaces end this part of an angle before grazing, where light would neither enter nor miss. The light
+/// left out is (1e-9)² of the surface's.
+const HAIR: f64 = 1e-9;
+
+/// Where the angle of incidence on a ball ends.
+const CAP_END: f64 = FRAC_PI_2 * (1.0 - HAIR);
 
 /// Analytic parameters are divided into this many strips each way.
 const PARAMETER_STRIPS: u32 = 16;
@@ -164,9 +167,11 @@ fn lit_ranges(cylinder: &Cylinder, source: &Source) -> Vec<[f64; 2]> {
     }
     let azimuth = across.dot(y).atan2(across.dot(x)) / TAU;
     let half = radius_over_distance.acos() / TAU;
+    // As of a ball's cap: at grazing itself the last digit would tell inside from outside.
+    let (outside, inside) = (half * (1.0 - HAIR), half * (1.0 + HAIR));
     vec![
-        [azimuth - half, azimuth + half],
-        [azimuth + half, azimuth - half + 1.0],
+        [azimuth - outside, azimuth + outside],
+        [azimuth + inside, azimuth - inside + 1.0],
     ]
 }
 

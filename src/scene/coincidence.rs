@@ -1,0 +1,188 @@
+//! Interfaces at the same place, of which light meets only one.
+//!
+//! A ray that leaves a surface starts beyond it by a bound on rounding, and so beyond any other surface at the same
+//! place: water modelled as a solid of its own that fills a glass has two surfaces where it touches it, and
+//! light would go from glass to air without ever entering the water. No order of two surfaces at one place follows from
+//! the scene, so none is made up: the scene says where it is so.
+
+use std::collections::HashSet;
+
+use glam::{DVec2, DVec3};
+
+use super::validate::needs_inside;
+use super::{Material, Object, Warning};
+use crate::geometry::{Mesh, Shape};
+
+/// One warning for each pair of shapes with surfaces at the same place, at least one of which refracts.
+///
+/// Looked at are pairs of spheres and of cylinders, flat shapes with each other and with a mesh's faces, and
+/// faces of two meshes over the same three points.
+pub(super) fn warnings(
+    shapes: &[Shape],
+    objects: &[Object],
+    materials: &[Material],
+) -> Vec<Warning> {
+    let material = |index: usize| &materials[objects[index].material.0 as usize];
+    let refractors: Vec<usize> = (0..shapes.len())
+        .filter(|&index| needs_inside(material(index), materials))
+        .collect();
+    let mut warnings = Vec::new();
+    for &refractor in &refractors {
+        for other in 0..shapes.len() {
+            // Pairs of refractors once.
+            let seen = other <= refractor && refractors.binary_search(&other).is_ok();
+            if seen || *material(other) == Material::Null {
+                continue;
+            }
+            if coincide(&shapes[refractor], &shapes[other]) {
+                let [a, b] = [refractor, other].map(|index| &objects[index].id);
+                warnings.push(Warning {
+                    at: Some(objects[refractor.max(other)].declared_at.clone()),
+                    message: format!(
+                        "shapes \"{a}\" and \"{b}\" have surfaces at the same place, of which light meets only one: \
+                         move them apart, or give their common surface once, with int_ior and ext_ior of its two sides"
+                    ),
+                });
+            }
+        }
+    }
+    warnings
+}
+
+/// Up to here, relative to coordinates and sizes, surfaces are at the same place: rays start up to 32 roundings off one,
+/// and the other is as uncertain.
+const ROOM: f64 = 64.0 * (0.5 * f64::EPSILON);
+
+/// Whether some area of one shape is at the same place as some of the other.
+fn coincide(a: &Shape, b: &Shape) -> bool {
+    let [first, second] = [a.bounds(), b.bounds()];
+    let size = [first, second]
+        .map(|bounds| bounds.min.abs().max(bounds.max.abs()).max_element())
+        .into_iter()
+        .fold(0.0, f64::max);
+    let room = ROOM * size;
+    if first.min.cmpgt(second.max + room).any() || second.min.cmpgt(first.max + room).any() {
+        return false;
+    }
+    match (a, b) {
+        (Shape::Sphere(a), Shape::Sphere(b)) => {
+            a.center().distance(b.center()) + (a.radius() - b.radius()).abs() <= room
+        }
+        (Shape::Cylinder(a), Shape::Cylinder(b)) => {
+            let across = |point: DVec3| {
+                let from_base = point - a.base();
+                (from_base - a.axis() * from_base.dot(a.axis())).length()
+            };
+            let end = b.base() + b.axis() * b.length();
+            let heights = [b.base(), end].map(|point| (point - a.base()).dot(a.axis()));
+            let [low, high] = [heights[0].min(heights[1]), heights[0].max(heights[1])];
+            (a.radius() - b.radius()).abs() <= room
+                && across(b.base()).max(across(end)) <= room
+                && low.max(0.0) + room < high.min(a.length())
+        }
+        (Shape::Mesh(a), Shape::Mesh(b)) => share_a_face(a, b),
+        (Shape::Mesh(mesh), flat) | (flat, Shape::Mesh(mesh)) => {
+            let Some(outline) = Outline::of(flat) else {
+                return false;
+            };
+            (0..mesh.triangle_count() as u32).any(|face| {
+                let corners = mesh.corners(face);
+                outline.is_in_plane(&corners, room) && outline.overlaps(&corners, room)
+            })
+        }
+        _ => match (Outline::of(a), Outline::of(b)) {
+            (Some(a), Some(b)) => a.is_in_plane(&b.corners, room) && a.overlaps(&b.corners, room),
+            _ => false,
+        },
+    }
+}
+
+/// Whether two meshes have a face over the same three points.
+fn share_a_face(a: &Mesh, b: &Mesh) -> bool {
+    let key = |mesh: &Mesh, face: u32| {
+        // Adding +0 makes −0 and +0 the same key.
+        let bits = |corner: DVec3| corner.to_array().map(|x| (x + 0.0).to_bits());
+        let mut corners = mesh.corners(face).map(bits);
+        corners.sort_unstable();
+        corners
+    };
+    let [few, many] = if a.triangle_count() < b.triangle_count() {
+        [a, b]
+    } else {
+        [b, a]
+    };
+    let faces = |mesh: &Mesh| 0..mesh.triangle_count() as u32;
+    let known: HashSet<_> = faces(few).map(|face| key(few, face)).collect();
+    faces(many).any(|face| known.contains(&key(many, face)))
+}
+
+/// A convex polygon: a flat shape, or nearly all of it.
+struct Outline {
+    corners: Vec<DVec3>,
+    /// Unit vectors along the plane, at a right angle.
+    axes: [DVec3; 2],
+    normal: DVec3,
+}
+
+impl Outline {
+    /// Of a rectangle, or of a disc with straight lines between 32 places of its rim.
+    fn of(shape: &Shape) -> Option<Self> {
+        let (corners, normal): (Vec<DVec3>, DVec3) = match shape {
+            Shape::Rectangle(rectangle) => {
+                let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+                let point = |uv: [f64; 2]| rectangle.point(DVec2::from(uv));
+                (corners.map(point).to_vec(), rectangle.normal())
+            }
+            Shape::Disk(disk) => {
+                let [u, v] = disk.half_axes();
+                let rim = (0..32).map(|i| {
+                    let (sin, cos) = (std::f64::consts::TAU * f64::from(i) / 32.0).sin_cos();
+                    disk.center() + u * cos + v * sin
+                });
+                (rim.collect(), disk.normal())
+            }
+            _ => return None,
+        };
+        let (s, t) = normal.any_orthonormal_pair();
+        Some(Self {
+            corners,
+            axes: [s, t],
+            normal,
+        })
+    }
+
+    fn is_in_plane(&self, points: &[DVec3], room: f64) -> bool {
+        let height = |point: &DVec3| (*point - self.corners[0]).dot(self.normal).abs();
+        points.iter().all(|point| height(point) <= room)
+    }
+
+    /// Whether a convex polygon in the plane has area in common with this: no edge of either has all of the
+    /// other on its far side (the separating axis theorem).
+    fn overlaps(&self, other: &[DVec3], room: f64) -> bool {
+        let flat = |points: &[DVec3]| -> Vec<DVec2> {
+            let place = |point: &DVec3| {
+                let offset = *point - self.corners[0];
+                DVec2::new(offset.dot(self.axes[0]), offset.dot(self.axes[1]))
+            };
+            points.iter().map(place).collect()
+        };
+        let (a, b) = (flat(&self.corners), flat(other));
+        let reach = |points: &[DVec2], across: DVec2| {
+            points
+                .iter()
+                .map(|point| point.dot(across))
+                .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], at| {
+                    [low.min(at), high.max(at)]
+                })
+        };
+        let is_between = |polygon: &[DVec2]| {
+            (0..polygon.len()).any(|i| {
+                let edge = polygon[(i + 1) % polygon.len()] - polygon[i];
+                let across = edge.perp().normalize_or_zero();
+                let ([a_low, a_high], [b_low, b_high]) = (reach(&a, across), reach(&b, across));
+                across == DVec2::ZERO || a_high <= b_low + room || b_high <= a_low + room
+            })
+        };
+        !is_between(&a) && !is_between(&b)
+    }
+}

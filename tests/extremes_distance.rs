@@ -1,0 +1,264 @@
+//! Far and near: surfaces and lights from a ten-thousandth to a hundred million radii away, and receivers in a focus.
+
+mod extremes_support;
+mod geometry_support;
+
+use extremes_support::double_double::{Exact, Exact3};
+use extremes_support::{ORACLE, U, beams, judged, layer, photons, red, scene};
+use geometry_support::{Random, closest, world_of};
+use glam::{DMat4, DVec3};
+use nephroid::geometry::{MeshParts, Ray, Shape, Sphere, Transform, World};
+use nephroid::reference::closed_form::{AxialLight, GlassBall, Path, TexelGrid};
+use nephroid::scene::Scene;
+
+/// Distances of rays' starts from what they meet, in radii.
+const DISTANCES: [f64; 9] = [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8];
+
+/// Rays for each distance.
+const RAYS: usize = 20_000;
+
+/// The distance at which a ray meets a sphere from outside, and the tangent of its angle of incidence, for the `f64` numbers of
+/// ray and sphere taken as exact.
+fn exact_sphere_hit(ray: &Ray, center: DVec3, radius: f64) -> (Exact, f64) {
+    let (direction, radius) = (Exact3::from(ray.direction), Exact::from(radius));
+    let from_center = Exact3::from(ray.origin) - Exact3::from(center);
+    // |f + t d|² = r², with |d|² as it is: 1 to rounding only.
+    let a = direction.dot(direction);
+    let approach = -from_center.dot(direction) / a;
+    let miss = from_center + direction.scaled(approach);
+    let half_chord_squared = radius * radius - miss.dot(miss);
+    let half_chord = (half_chord_squared / a).sqrt();
+    let tangent = (miss.dot(miss) / half_chord_squared).sqrt();
+    (approach - half_chord, tangent.value())
+}
+
+/// Where the ray's line passes the centre is known to the roundings of f (1 u of D, the distance of the centre), of f·d (3 u),
+/// of its product with d and the sum (2 u): 6 u D, which moves the hit by tan i as much, i the angle of incidence. The
+/// quotient c/(approach + h): |f|² 3 (and r² as much), difference, sum and quotient 1 each, f·d 3 and f 1: 10 u; their
+/// difference, farther off, takes 5 u. |d| is 1 to 2 u.
+fn sphere_bound(center_distance: f64, tangent: f64) -> f64 {
+    U * center_distance * (12.0 + 6.0 * tangent)
+}
+
+#[test]
+fn spheres_are_hit_to_a_few_ulps_from_any_distance() {
+    println!(
+        "sphere: error of the hit's distance in ulps of it, within 0.6 radii of the middle; anywhere, of what is allowed"
+    );
+    let mut random = Random(11);
+    for distance in DISTANCES {
+        let (mut worst_ulps, mut of_bound) = (0.0_f64, 0.0_f64);
+        for _ in 0..RAYS {
+            let radius = f64::powf(10.0, random.signed());
+            let center = random.in_cube() * radius;
+            let to_world =
+                DMat4::from_translation(center) * DMat4::from_scale(DVec3::splat(radius));
+            let to_world = Transform::from_matrix(to_world).expect("can be inverted");
+            let sphere = Sphere::new(&to_world, false).expect("round");
+            let (center, radius) = (sphere.center(), sphere.radius());
+            let world = World::new(vec![Shape::Sphere(sphere)]);
+            let outward = random.direction();
+            let start = center + outward * (radius * (1.0 + distance));
+            let across = outward.any_orthonormal_vector() * (radius * 0.999 * random.unit());
+            let ray = Ray::new(start, (center + across - start).normalize());
+            let (exact, tangent) = exact_sphere_hit(&ray, center, radius);
+            let hit = closest(&world, &ray).expect("aimed at the inside");
+            let error = exact.error_of(hit.distance);
+            let bound = sphere_bound((start - center).length(), tangent);
+            assert!(
+                error <= bound,
+                "{distance:e} radii: {error:e}, allowed {bound:e}"
+            );
+            of_bound = of_bound.max(error / bound);
+            // sin i < 0.6: tan i < 0.75.
+            if tangent < 0.75 {
+                let ulp = exact.value().next_up() - exact.value();
+                worst_ulps = worst_ulps.max(error / ulp);
+            }
+        }
+        println!("  {distance:.0e}: {worst_ulps:5.2} ulps; {of_bound:4.2}");
+    }
+}
+
+/// The distance at which a ray meets a triangle's plane, the tangent of its angle of incidence, and whether it meets the inside,
+/// at least a part of 1e-6 of the triangle's height away from each edge.
+fn exact_triangle_hit(ray: &Ray, corners: &[DVec3; 3]) -> (Exact, f64, bool) {
+    let [a, b, c] = corners.map(Exact3::from);
+    let (origin, direction) = (Exact3::from(ray.origin), Exact3::from(ray.direction));
+    let normal = (b - a).cross(c - a);
+    let along = direction.dot(normal);
+    let distance = (a - origin).dot(normal) / along;
+    let hit = origin + direction.scaled(distance);
+    let squared = normal.dot(normal);
+    let weight = |p: Exact3, q: Exact3| ((q - p).cross(hit - p).dot(normal) / squared).value();
+    let inside = [weight(a, b), weight(b, c), weight(c, a)]
+        .iter()
+        .all(|weight| *weight > 1e-6);
+    let cos = (along / (normal.length() * direction.length()))
+        .value()
+        .abs();
+    (
+        distance,
+        ((1.0 - cos) * (1.0 + cos)).max(0.0).sqrt() / cos,
+        inside,
+    )
+}
+
+#[test]
+fn triangles_are_hit_within_four_ulps_from_any_distance() {
+    println!(
+        "triangle: error of the hit's distance in ulps of it, steeper than 45°; anywhere, of what is allowed"
+    );
+    let mut random = Random(12);
+    for distance in DISTANCES {
+        let (mut worst_ulps, mut of_bound) = (0.0_f64, 0.0_f64);
+        for _ in 0..RAYS {
+            let corners = std::array::from_fn(|_| random.in_cube());
+            let [a, b, c] = corners;
+            let world = world_of(MeshParts {
+                positions: corners.to_vec(),
+                triangles: vec![[0, 1, 2]],
+                ..MeshParts::default()
+            });
+            let (x, y) = (random.unit().sqrt(), random.unit());
+            let aim = a * (1.0 - x) + b * (x * (1.0 - y)) + c * (x * y);
+            let start = aim + random.direction() * distance;
+            let ray = Ray::new(start, (aim - start).normalize());
+            let (exact, tangent, inside) = exact_triangle_hit(&ray, &corners);
+            if !inside || tangent > 1e3 {
+                continue;
+            }
+            let hit = closest(&world, &ray).expect("aimed at the inside");
+            let error = exact.error_of(hit.distance);
+            // A corner's image is off by the roundings of its differences to the start (1 u of the
+            // distance), of the shear (1.5: quotient and product by the direction) and of the shear's product
+            // and difference (2): 6 u of it on each axis, 9 u across, which moves the hit by tan i as
+            // much. Depths, weights' sum, quotient and products are each rounded: 8 u. |d| is 1 to 2 u.
+            let reach = exact.value() + 4.0;
+            let bound = U * reach * (10.0 + 9.0 * tangent);
+            assert!(
+                error <= bound,
+                "{distance:e} away: {error:e}, allowed {bound:e}"
+            );
+            of_bound = of_bound.max(error / bound);
+            if tangent < 1.0 && distance > 4.0 {
+                let ulp = exact.value().next_up() - exact.value();
+                assert!(
+                    error <= 4.0 * ulp,
+                    "{distance:e} away: {} ulps",
+                    error / ulp
+                );
+                worst_ulps = worst_ulps.max(error / ulp);
+            }
+        }
+        println!("  {distance:.0e}: {worst_ulps:5.2} ulps; {of_bound:4.2}");
+    }
+}
+
+/// Texels a side.
+const SIDE: usize = 16;
+/// Half the receiver's width, in radii of the ball.
+const HALF: f64 = 2.0;
+
+/// A glass ball of radius 1 under a light, its centre `height` over the receiver.
+fn ball(light: &str, height: f64, half: f64, side: usize) -> Scene {
+    scene(
+        &format!(
+            r#"{light}
+<shape type="sphere">
+  <point name="center" x="0" y="0" z="{height:?}"/>
+  <bsdf type="dielectric"><float name="int_ior" value="1.5"/><float name="ext_ior" value="1"/></bsdf>
+</shape>
+<shape type="rectangle">
+  <transform name="to_world"><scale x="{half:?}" y="{half:?}"/></transform>
+  <bsdf type="diffuse"/>{{meter}}
+</shape>"#
+        ),
+        None,
+        side,
+    )
+}
+
+#[test]
+fn a_lamp_may_be_a_ten_thousandth_of_a_radius_or_a_million_radii_from_the_ball() {
+    println!(
+        "lamp over a ball, radii from its surface: error of beams asked for 1e-2, worst texel, and how far the truth is out of their \
+         bounds; all light by photons, and the sum of their texels' errors"
+    );
+    for gap in [1e-4, 1e-2, 1e0, 1e2, 1e4, 1e6] {
+        let (center, lamp) = (1.4, 2.4 + gap);
+        // What falls on the ball is about as much from any distance.
+        let intensity = 100.0 * (1.0 + gap) * (1.0 + gap);
+        let light = format!(
+            r#"<emitter type="point"><point name="position" x="0" y="0" z="{lamp:?}"/><rgb name="intensity" value="{intensity:?}"/></emitter>"#
+        );
+        let scene = ball(&light, center, HALF, SIDE);
+        let known = GlassBall {
+            radius: 1.0,
+            center_height: center,
+            ior: 1.5,
+            light: AxialLight::Point {
+                height: lamp,
+                intensity,
+            },
+        };
+        let by_beams = beams(&scene, 1e-2, 2);
+        let by_photons = photons(&scene, 1 << 17, 2);
+        for (signature, path) in [
+            ("LD", Path::Direct),
+            ("LRD", Path::Reflected(1)),
+            ("LTTD", Path::Through(0)),
+        ] {
+            let truth = known.sheet(path).map(&TexelGrid::square(HALF, SIDE));
+            // From near by the ball shades all of the receiver, and reflects nothing onto it.
+            if truth.iter().all(|e| *e == 0.0) {
+                continue;
+            }
+            let found = layer(&by_beams, signature).expect("beams find it");
+            let (missed, off) = judged(found, &truth);
+            assert!(missed <= ORACLE, "{gap:e} {signature}: {missed:e}");
+            print!("  {gap:.0e} {signature:6}: {off:.1e}, {missed:.1e}");
+            let found = layer(&by_photons, signature).expect("photons find it");
+            let all: f64 = truth.iter().sum();
+            let away = red(found).iter().sum::<f64>() / all - 1.0;
+            // The sum's error is at most the sum of the texels'; direct light is by quadrature, which is
+            // good to 1e-4 where a shadow's edge is in it.
+            let error = found.standard_error.iter().map(|it| it.0[0]).sum::<f64>() / all;
+            assert!(
+                away.abs() <= 3.0 * error + 1e-4,
+                "{gap:e} {signature}: {away:e}"
+            );
+            println!("; {away:+.1e} ± {error:.1e}");
+        }
+    }
+}
+
+/// A ball has spherical aberration: in the paraxial focus r = O(i³), and E is infinite at a point. Texels are not.
+#[test]
+fn a_receiver_in_the_focus_is_as_good_as_one_beside_it() {
+    println!(
+        "receiver so far from a ball's paraxial focus: error of beams asked for 1e-2, worst texel, and how far the truth is out of their bounds"
+    );
+    let light = r#"<emitter type="directional"><vector name="direction" x="0" y="0" z="-1"/><rgb name="irradiance" value="1000"/></emitter>"#;
+    let half = 0.5;
+    // Odd: the focus is in a texel's middle; even: on a corner of four.
+    for side in [15, 16] {
+        for away in [-1e-3, -1e-6, -1e-9, 0.0, 1e-9, 1e-6, 1e-3] {
+            // n R / (2 (n − 1)) = 1.5 from the centre.
+            let center = 1.5 + away;
+            let known = GlassBall {
+                radius: 1.0,
+                center_height: center,
+                ior: 1.5,
+                light: AxialLight::Parallel { irradiance: 1000.0 },
+            };
+            let found = beams(&ball(light, center, half, side), 1e-2, 2);
+            let grid = TexelGrid::square(half, side);
+            let truth = known.sheet(Path::Through(0)).map(&grid);
+            let found = layer(&found, "LTTD").expect("light in the focus");
+            let (missed, off) = judged(found, &truth);
+            println!("  {side} {away:+.0e}: {off:.1e}, {missed:.1e}");
+            assert!(missed <= ORACLE, "{away:e}: {missed:e}");
+        }
+    }
+}
