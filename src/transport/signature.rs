@@ -73,13 +73,14 @@ impl Signature {
 
     /// A number that no other signature of up to 31 events has, and hardly any longer one.
     ///
-    /// The words of the code, each spread by a factor of its own before they are joined: a short code is its own key.
+    /// A short code is its own key; what a long one has beyond 32 bits is mixed into it by multiplications and shifts.
     #[inline]
     pub fn key(self) -> u32 {
-        const SPREAD: [u32; 4] = [1, 0x85eb_ca6b, 0xc2b2_ae35, 0x27d4_eb2f];
-        (0..4).fold(0, |key, word| {
-            key ^ ((self.code >> (32 * word)) as u32).wrapping_mul(SPREAD[word])
-        })
+        let [low, high] = [32, 96].map(|shift| (self.code >> shift) as u64);
+        let mut mixed =
+            low.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ high.wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        mixed = (mixed ^ (mixed >> 32)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        self.code as u32 ^ (mixed ^ (mixed >> 32)) as u32
     }
 }
 
