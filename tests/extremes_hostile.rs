@@ -119,7 +119,13 @@ enum Kind {
     Exr,
 }
 
-const KINDS: [Kind; 5] = [Kind::Obj, Kind::AsciiPly, Kind::BinaryPly, Kind::Serialized, Kind::Exr];
+const KINDS: [Kind; 5] = [
+    Kind::Obj,
+    Kind::AsciiPly,
+    Kind::BinaryPly,
+    Kind::Serialized,
+    Kind::Exr,
+];
 
 impl Kind {
     /// A well-formed file: a ball of `20 · 4^size` faces, or an image of as many texels.
@@ -137,9 +143,15 @@ impl Kind {
     fn elements(self) -> &'static str {
         match self {
             Self::Obj => r#"<shape type="obj"><string name="filename" value="it"/></shape>"#,
-            Self::AsciiPly | Self::BinaryPly => r#"<shape type="ply"><string name="filename" value="it"/></shape>"#,
-            Self::Serialized => r#"<shape type="serialized"><string name="filename" value="it"/></shape>"#,
-            Self::Exr => r#"<shape type="sphere"><bsdf type="diffuse"><texture type="bitmap" name="reflectance"><string name="filename" value="it"/></texture></bsdf></shape>"#,
+            Self::AsciiPly | Self::BinaryPly => {
+                r#"<shape type="ply"><string name="filename" value="it"/></shape>"#
+            }
+            Self::Serialized => {
+                r#"<shape type="serialized"><string name="filename" value="it"/></shape>"#
+            }
+            Self::Exr => {
+                r#"<shape type="sphere"><bsdf type="diffuse"><texture type="bitmap" name="reflectance"><string name="filename" value="it"/></texture></bsdf></shape>"#
+            }
         }
     }
 
@@ -155,7 +167,9 @@ impl Kind {
         let file = self.honest(3);
         let [small, large] = [&self.honest(0), &file].map(|bytes| {
             let outcome = self.load(bytes);
-            outcome.result.unwrap_or_else(|error| panic!("{self:?}: {error}"));
+            outcome
+                .result
+                .unwrap_or_else(|error| panic!("{self:?}: {error}"));
             outcome.peak as f64
         });
         small + large * length as f64 / file.len() as f64
@@ -168,7 +182,10 @@ fn noise(width: usize, height: usize) -> Vec<u8> {
     let mut image = Image::new(width, height);
     for name in ["R", "G", "B"] {
         let samples = (0..width * height).map(|_| random.unit() as f32).collect();
-        image.channels.push(Channel { name: name.to_owned(), samples });
+        image.channels.push(Channel {
+            name: name.to_owned(),
+            samples,
+        });
     }
     written(&image)
 }
@@ -271,20 +288,44 @@ fn counts_that_a_file_cannot_hold_reserve_nothing() {
     };
     let mut cases = Vec::new();
     for format in ["ascii", "binary_little_endian", "binary_big_endian"] {
-        cases.push((Kind::AsciiPly, header(format, 1 << 60, 1), "announces 1152921504606846976"));
-        cases.push((Kind::AsciiPly, header(format, 3, 1 << 60), "announces 1152921504606846976"));
-        cases.push((Kind::AsciiPly, header(format, 3, u64::MAX), "announces 18446744073709551615"));
+        cases.push((
+            Kind::AsciiPly,
+            header(format, 1 << 60, 1),
+            "announces 1152921504606846976",
+        ));
+        cases.push((
+            Kind::AsciiPly,
+            header(format, 3, 1 << 60),
+            "announces 1152921504606846976",
+        ));
+        cases.push((
+            Kind::AsciiPly,
+            header(format, 3, u64::MAX),
+            "announces 18446744073709551615",
+        ));
     }
     // Every face takes a byte at least, says a reader that counts lists as empty.
     let mut padded = header("binary_little_endian", 0, 100_000);
     padded.resize(100_000, 0);
     cases.push((Kind::BinaryPly, padded, "announces 100000"));
-    for (vertices, faces) in [(u64::from(u32::MAX), 1), (3, u64::from(u32::MAX)), (1 << 60, 1)] {
+    for (vertices, faces) in [
+        (u64::from(u32::MAX), 1),
+        (3, u64::from(u32::MAX)),
+        (1 << 60, 1),
+    ] {
         let mut contents = serialized_contents(&icosphere(0));
         contents[11..19].copy_from_slice(&vertices.to_le_bytes());
         contents[19..27].copy_from_slice(&faces.to_le_bytes());
-        let expected = if vertices == 1 << 60 { "more than 32 bits" } else { "announces" };
-        cases.push((Kind::Serialized, serialized(&contents, Compression::best()), expected));
+        let expected = if vertices == 1 << 60 {
+            "more than 32 bits"
+        } else {
+            "announces"
+        };
+        cases.push((
+            Kind::Serialized,
+            serialized(&contents, Compression::best()),
+            expected,
+        ));
     }
     for size in [1 << 12, 1 << 14, 1 << 16, 1 << 31] {
         // RLE, ZIPS, ZIP, PXR24, B44: none of them shrinks so much.
@@ -298,7 +339,10 @@ fn counts_that_a_file_cannot_hold_reserve_nothing() {
         let (peak, seconds) = (outcome.peak, outcome.seconds);
         let error = outcome.refusal(expected);
         assert!(error.contains(expected), "{kind:?}: {error}");
-        assert!((peak as f64) < allowed, "{kind:?}, {error}: {peak} bytes of heap, {allowed} are allowed");
+        assert!(
+            (peak as f64) < allowed,
+            "{kind:?}, {error}: {peak} bytes of heap, {allowed} are allowed"
+        );
         assert!(seconds < 1.0, "{kind:?}, {error}: {seconds} s");
     }
 }
@@ -306,15 +350,30 @@ fn counts_that_a_file_cannot_hold_reserve_nothing() {
 /// A file of one black texel with another number for its compression and a window of `size` x `size`.
 fn exr_that_claims(size: i64, compression: u8) -> Vec<u8> {
     let mut image = Image::new(1, 1);
-    image.channels.push(Channel { name: "Y".to_owned(), samples: vec![0.0] });
+    image.channels.push(Channel {
+        name: "Y".to_owned(),
+        samples: vec![0.0],
+    });
     let mut bytes = written(&image);
     let find = |bytes: &[u8], name: &[u8]| {
-        bytes.windows(name.len()).position(|window| window == name).unwrap() + name.len() + 4
+        bytes
+            .windows(name.len())
+            .position(|window| window == name)
+            .unwrap()
+            + name.len()
+            + 4
     };
     let at = find(&bytes, b"compression\0compression\0");
     bytes[at] = compression;
-    for window in [b"dataWindow\0box2i\0", b"displayWindow\0box2i\0".as_slice()[..17].try_into().unwrap()] {
-        let Some(_) = bytes.windows(17).position(|it| it == window) else { continue };
+    for window in [
+        b"dataWindow\0box2i\0",
+        b"displayWindow\0box2i\0".as_slice()[..17]
+            .try_into()
+            .unwrap(),
+    ] {
+        let Some(_) = bytes.windows(17).position(|it| it == window) else {
+            continue;
+        };
         let at = find(&bytes, window);
         let last = i32::try_from(size - 1).unwrap_or(i32::MAX);
         bytes[at..at + 4].copy_from_slice(&0_i32.to_le_bytes());
@@ -338,7 +397,10 @@ fn compressed_zeros_do_not_fill_the_memory() {
     let mut name = 0x1000_u32.to_le_bytes().to_vec();
     name.extend(zeros.iter().map(|_| b'x'));
     drop(zeros);
-    for (contents, expected) in [(mesh, "announces 20000000 vertices"), (name, "name has more than")] {
+    for (contents, expected) in [
+        (mesh, "announces 20000000 vertices"),
+        (name, "name has more than"),
+    ] {
         let bytes = serialized(&contents, Compression::fast());
         drop(contents);
         let allowed = TIMES_HONEST * Kind::Serialized.honest_peak(bytes.len());
@@ -346,7 +408,10 @@ fn compressed_zeros_do_not_fill_the_memory() {
         let peak = outcome.peak;
         let error = outcome.refusal(expected);
         assert!(error.contains(expected), "{error}");
-        assert!((peak as f64) < allowed, "{error}: {peak} bytes of heap, {allowed} are allowed");
+        assert!(
+            (peak as f64) < allowed,
+            "{error}: {peak} bytes of heap, {allowed} are allowed"
+        );
     }
 }
 
@@ -359,36 +424,84 @@ fn scene_files_that_grow_while_they_are_read_are_refused() {
         assert!(outcome.result.is_ok());
         outcome.peak as f64 * (1.0 + length as f64 / plain.len() as f64)
     };
-    let entities: String = (1..64).map(|n| format!("<!ENTITY e{n} \"&e{};&e{};\">", n - 1, n - 1)).collect();
-    let bomb = format!("<!DOCTYPE s [<!ENTITY e0 \"xxxxxxxx\">{entities}]><scene version=\"3.0.0\">&e63;</scene>");
+    let entities: String = (1..64)
+        .map(|n| format!("<!ENTITY e{n} \"&e{};&e{};\">", n - 1, n - 1))
+        .collect();
+    let bomb = format!(
+        "<!DOCTYPE s [<!ENTITY e0 \"xxxxxxxx\">{entities}]><scene version=\"3.0.0\">&e63;</scene>"
+    );
     let deep = "<shape type=\"shapegroup\">".repeat(1_000_000);
     let long = "x".repeat(1 << 19);
     let parameters: String = (0..100_000)
         .map(|n| format!("<default name=\"p{n}\" value=\"$a$a\"/>\n"))
         .collect();
     // Every `$a` is compared with names of every length.
-    let names: String = (1..1500).map(|n| format!("<default name=\"{}\" value=\"1\"/>\n", "a".repeat(n))).collect();
-    let names = format!("{names}<string name=\"{}\" value=\"x\"/>", "$a".repeat(500_000));
-    let group = format!("<shape type=\"shapegroup\" id=\"g\">{}</shape>", "<shape type=\"sphere\"/>".repeat(20_000));
+    let names: String = (1..1500)
+        .map(|n| format!("<default name=\"{}\" value=\"1\"/>\n", "a".repeat(n)))
+        .collect();
+    let names = format!(
+        "{names}<string name=\"{}\" value=\"x\"/>",
+        "$a".repeat(500_000)
+    );
+    let group = format!(
+        "<shape type=\"shapegroup\" id=\"g\">{}</shape>",
+        "<shape type=\"sphere\"/>".repeat(20_000)
+    );
     let instances = "<shape type=\"instance\"><ref id=\"g\"/></shape>\n".repeat(20_000);
     let cases = [
         ("an entity bomb", bomb, "not well-formed XML"),
         ("elements a million deep", scene_of(&deep), ""),
-        ("elements a million deep and back", scene_of(&format!("{deep}{}", "</shape>".repeat(1_000_000))), "more than 64 levels deep"),
-        ("plain tags a million deep and back", scene_of(&format!("{}{}", "<a>".repeat(1_000_000), "</a>".repeat(1_000_000))), ""),
-        ("a hundred thousand long parameters", scene_of(&format!("<default name=\"a\" value=\"{long}\"/>{parameters}")), "come to more than"),
-        ("names of fifteen hundred lengths", scene_of(&names), "is longer than"),
-        ("four hundred million instances", scene_of(&format!("{group}{instances}")), "instances"),
+        (
+            "elements a million deep and back",
+            scene_of(&format!("{deep}{}", "</shape>".repeat(1_000_000))),
+            "more than 64 levels deep",
+        ),
+        (
+            "plain tags a million deep and back",
+            scene_of(&format!(
+                "{}{}",
+                "<a>".repeat(1_000_000),
+                "</a>".repeat(1_000_000)
+            )),
+            "",
+        ),
+        (
+            "a hundred thousand long parameters",
+            scene_of(&format!(
+                "<default name=\"a\" value=\"{long}\"/>{parameters}"
+            )),
+            "come to more than",
+        ),
+        (
+            "names of fifteen hundred lengths",
+            scene_of(&names),
+            "is longer than",
+        ),
+        (
+            "four hundred million instances",
+            scene_of(&format!("{group}{instances}")),
+            "instances",
+        ),
     ];
     for (case, text, expected) in cases {
         let allowed = TIMES_HONEST * honest(text.len());
         let outcome = load_text(text.as_bytes());
         let (peak, seconds) = (outcome.peak, outcome.seconds);
-        println!("{case}: {} bytes, {peak} bytes of heap, {seconds:.2} s", text.len());
+        println!(
+            "{case}: {} bytes, {peak} bytes of heap, {seconds:.2} s",
+            text.len()
+        );
         let error = outcome.refusal(case);
         assert!(error.contains(expected), "{case}: {error}");
-        assert!(error.len() < 10_000, "{case}: a message of {} bytes", error.len());
-        assert!((peak as f64) < allowed, "{case}: {peak} bytes of heap, {allowed} are allowed");
+        assert!(
+            error.len() < 10_000,
+            "{case}: a message of {} bytes",
+            error.len()
+        );
+        assert!(
+            (peak as f64) < allowed,
+            "{case}: {peak} bytes of heap, {allowed} are allowed"
+        );
     }
 }
 
@@ -396,19 +509,30 @@ fn scene_files_that_grow_while_they_are_read_are_refused() {
 fn includes_end_however_they_are_nested() {
     let _alone = alone();
     let folder = TempDir::new().unwrap();
-    let write = |name: String, elements: &str| std::fs::write(folder.path().join(name), scene_of(elements)).unwrap();
+    let write = |name: String, elements: &str| {
+        std::fs::write(folder.path().join(name), scene_of(elements)).unwrap()
+    };
     let include = |name: &str| format!("<include filename=\"{name}\"/>\n");
     // A hundred thousand files, each of which includes the next.
     for n in 0..100_000 {
-        write(format!("chain{n}.xml"), &include(&format!("chain{}.xml", n + 1)));
+        write(
+            format!("chain{n}.xml"),
+            &include(&format!("chain{}.xml", n + 1)),
+        );
     }
     // Fifteen, each of which includes the next ten times: 10¹⁴ in all.
     for n in 0..15 {
-        write(format!("tree{n}.xml"), &include(&format!("tree{}.xml", n + 1)).repeat(10));
+        write(
+            format!("tree{n}.xml"),
+            &include(&format!("tree{}.xml", n + 1)).repeat(10),
+        );
     }
     write("tree15.xml".to_owned(), "");
     // A hundred thousand times the same, and itself by other names.
-    write("flat.xml".to_owned(), &include("tree15.xml").repeat(100_000));
+    write(
+        "flat.xml".to_owned(),
+        &include("tree15.xml").repeat(100_000),
+    );
     write("self.xml".to_owned(), &include("./././self.xml").repeat(10));
     for (name, expected) in [
         ("chain0.xml", "more than 15 levels deep"),
@@ -417,7 +541,10 @@ fn includes_end_however_they_are_nested() {
         ("self.xml", "includes"),
     ] {
         let outcome = load(&folder.path().join(name));
-        println!("{name}: {} bytes of heap, {:.2} s", outcome.peak, outcome.seconds);
+        println!(
+            "{name}: {} bytes of heap, {:.2} s",
+            outcome.peak, outcome.seconds
+        );
         let peak = outcome.peak;
         let error = outcome.refusal(name);
         assert!(error.contains(expected), "{name}: {error}");
@@ -430,7 +557,9 @@ fn includes_end_however_they_are_nested() {
 fn specks(corners: impl Iterator<Item = [DVec3; 3]>) -> MeshParts {
     let positions: Vec<DVec3> = corners.flatten().collect();
     MeshParts {
-        triangles: (0..positions.len() as u32 / 3).map(|face| [3 * face, 3 * face + 1, 3 * face + 2]).collect(),
+        triangles: (0..positions.len() as u32 / 3)
+            .map(|face| [3 * face, 3 * face + 1, 3 * face + 2])
+            .collect(),
         positions,
         ..MeshParts::default()
     }
@@ -442,31 +571,66 @@ fn meshes_made_to_be_slow_are_read_in_time() {
     const COUNT: u32 = 100_000;
     let at = |place: DVec3| [place, place + DVec3::X, place + DVec3::Y];
     let cases = [
-        ("triangles in one place, apart by rounding", specks((0..COUNT).map(|n| at(DVec3::Z * (f64::from(n) * 1e-15))))),
-        ("triangles in a row", specks((0..COUNT).map(|n| at(DVec3::X * f64::from(n))))),
-        ("triangles in a tower", specks((0..COUNT).map(|n| at(DVec3::Z * f64::from(n))))),
-        ("triangles round one another", specks((0..COUNT).map(|n| at(DVec3::ZERO).map(|p| (p - DVec3::new(1.0, 1.0, 0.0) / 3.0) * f64::from(n + 1))))),
-        ("triangles each half as large as the last", specks((0..COUNT).map(|n| at(DVec3::ZERO).map(|p| p * 0.999_f64.powi(n as i32))))),
+        (
+            "triangles in one place, apart by rounding",
+            specks((0..COUNT).map(|n| at(DVec3::Z * (f64::from(n) * 1e-15)))),
+        ),
+        (
+            "triangles in a row",
+            specks((0..COUNT).map(|n| at(DVec3::X * f64::from(n)))),
+        ),
+        (
+            "triangles in a tower",
+            specks((0..COUNT).map(|n| at(DVec3::Z * f64::from(n)))),
+        ),
+        (
+            "triangles round one another",
+            specks((0..COUNT).map(|n| {
+                at(DVec3::ZERO).map(|p| (p - DVec3::new(1.0, 1.0, 0.0) / 3.0) * f64::from(n + 1))
+            })),
+        ),
+        (
+            "triangles each half as large as the last",
+            specks((0..COUNT).map(|n| at(DVec3::ZERO).map(|p| p * 0.999_f64.powi(n as i32)))),
+        ),
         ("positions whose hashes collide", colliding(COUNT)),
     ];
     for (case, mesh) in cases {
         let outcome = Kind::BinaryPly.load(&ply(&mesh, "binary_little_endian"));
-        println!("{case}: {} bytes of heap, {:.2} s", outcome.peak, outcome.seconds);
+        println!(
+            "{case}: {} bytes of heap, {:.2} s",
+            outcome.peak, outcome.seconds
+        );
         if let Err(error) = outcome.result {
             panic!("{case}: {error}");
         }
     }
     let polygon: String = (1..=300_000).map(|n| format!(" {n}")).collect();
-    let vertices: String = (0..300_000).map(|n| format!("v {} {} 0\n", n % 1000, n / 1000)).collect();
-    let star: String = (2..300_000).map(|n| format!("f 1 {n} {}\n", n + 1)).collect();
-    let normals: String = (0..200_000).map(|n| format!("vn 0 {n} 1\nf 1//{} 2 3\n", n + 1)).collect();
+    let vertices: String = (0..300_000)
+        .map(|n| format!("v {} {} 0\n", n % 1000, n / 1000))
+        .collect();
+    let star: String = (2..300_000)
+        .map(|n| format!("f 1 {n} {}\n", n + 1))
+        .collect();
+    let normals: String = (0..200_000)
+        .map(|n| format!("vn 0 {n} 1\nf 1//{} 2 3\n", n + 1))
+        .collect();
     for (case, text) in [
-        ("a face of 300 000 corners", format!("{vertices}f{polygon}\n")),
+        (
+            "a face of 300 000 corners",
+            format!("{vertices}f{polygon}\n"),
+        ),
         ("300 000 faces round a vertex", format!("{vertices}{star}")),
-        ("a vertex with 200 000 normals", format!("{vertices}{normals}")),
+        (
+            "a vertex with 200 000 normals",
+            format!("{vertices}{normals}"),
+        ),
     ] {
         let outcome = Kind::Obj.load(text.as_bytes());
-        println!("{case}: {} bytes of heap, {:.2} s", outcome.peak, outcome.seconds);
+        println!(
+            "{case}: {} bytes of heap, {:.2} s",
+            outcome.peak, outcome.seconds
+        );
         if let Err(error) = outcome.result {
             panic!("{case}: {error}");
         }
@@ -496,7 +660,13 @@ fn colliding(faces: u32) -> MeshParts {
             positions.push(DVec3::new(x, y, z));
         }
     }
-    specks(positions.chunks_exact(3).map(|corners| [corners[0], corners[1], corners[2]]).collect::<Vec<_>>().into_iter())
+    specks(
+        positions
+            .chunks_exact(3)
+            .map(|corners| [corners[0], corners[1], corners[2]])
+            .collect::<Vec<_>>()
+            .into_iter(),
+    )
 }
 
 #[cfg(unix)]
@@ -517,13 +687,21 @@ fn devices_and_pipes_are_no_files() {
         for elements in [
             format!("<shape type=\"obj\"><string name=\"filename\" value=\"{name}\"/></shape>"),
             format!("<shape type=\"ply\"><string name=\"filename\" value=\"{name}\"/></shape>"),
-            format!("<shape type=\"serialized\"><string name=\"filename\" value=\"{name}\"/></shape>"),
-            format!("<emitter type=\"envmap\"><string name=\"filename\" value=\"{name}\"/></emitter>"),
+            format!(
+                "<shape type=\"serialized\"><string name=\"filename\" value=\"{name}\"/></shape>"
+            ),
+            format!(
+                "<emitter type=\"envmap\"><string name=\"filename\" value=\"{name}\"/></emitter>"
+            ),
             format!("<include filename=\"{name}\"/>"),
             Kind::Exr.elements().replace("it", &name.to_string()),
         ] {
             let outcome = load_elements(&elements);
-            assert!(outcome.peak < 1 << 20, "{elements}: {} bytes of heap", outcome.peak);
+            assert!(
+                outcome.peak < 1 << 20,
+                "{elements}: {} bytes of heap",
+                outcome.peak
+            );
             let error = outcome.refusal(&elements);
             assert!(!error.is_empty());
         }
@@ -541,20 +719,31 @@ fn only_what_the_file_names_is_read_and_nothing_is_written() {
         std::fs::write(path, contents).unwrap();
     };
     let triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
-    let shape = |name: &str| format!("<shape type=\"obj\"><string name=\"filename\" value=\"{name}\"/></shape>");
+    let shape = |name: &str| {
+        format!("<shape type=\"obj\"><string name=\"filename\" value=\"{name}\"/></shape>")
+    };
     write("above.obj", triangle);
     write("scene/parts/below.obj", triangle);
-    write("scene/parts/part.xml", &scene_of("<path value=\"deeper\"/>"));
+    write(
+        "scene/parts/part.xml",
+        &scene_of("<path value=\"deeper\"/>"),
+    );
     write("scene/parts/deeper/deep.obj", triangle);
     // What mesh files name is not read: neither materials nor textures.
     write("scene/plain.obj", triangle);
-    write("scene/names.obj", &format!("mtllib /dev/zero\nusemtl x\nmap_Kd ../above.obj\n{triangle}"));
+    write(
+        "scene/names.obj",
+        &format!("mtllib /dev/zero\nusemtl x\nmap_Kd ../above.obj\n{triangle}"),
+    );
     let load = |elements: &str| {
         write("scene/scene.xml", &scene_of(elements));
         load(&root.path().join("scene/scene.xml")).result
     };
     let listing = |folder: &Path| {
-        let mut names: Vec<_> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+        let mut names: Vec<_> = std::fs::read_dir(folder)
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name())
+            .collect();
         names.sort();
         names
     };
@@ -566,7 +755,11 @@ fn only_what_the_file_names_is_read_and_nothing_is_written() {
     let before = listing(&root.path().join("scene"));
     // ... what is not is not looked for: neither above nor below, nor where an include looked.
     for missing in ["above.obj", "below.obj", "deep.obj"] {
-        let error = load(&format!("<include filename=\"parts/part.xml\"/>{}", shape(missing))).unwrap_err();
+        let error = load(&format!(
+            "<include filename=\"parts/part.xml\"/>{}",
+            shape(missing)
+        ))
+        .unwrap_err();
         assert!(error.contains("cannot be read"), "{error}");
     }
     assert_eq!(listing(&root.path().join("scene")), before);

@@ -185,7 +185,12 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Image, String> {
     }
     let Vec2(width, height) = part.layer_size;
     // Numbers of 2 or 4 bytes.
-    let texel: usize = part.channels.list.iter().map(|c| c.sample_type.bytes_per_sample()).sum();
+    let texel: usize = part
+        .channels
+        .list
+        .iter()
+        .map(|c| c.sample_type.bytes_per_sample())
+        .sum();
     let needed = (width as u64)
         .saturating_mul(height as u64)
         .saturating_mul(texel as u64);

@@ -13,8 +13,18 @@ pub type Mutation = (f64, u8, Vec<u8>);
 
 /// Numbers that readers stumble over: around what 8, 32 and 64 bits hold, and what is no length.
 const NUMBERS: [&str; 12] = [
-    "0", "-1", "1", "255", "2147483647", "4294967295", "4294967296", "1152921504606846976", "18446744073709551615",
-    "1e999", "nan", "1e-320",
+    "0",
+    "-1",
+    "1",
+    "255",
+    "2147483647",
+    "4294967295",
+    "4294967296",
+    "1152921504606846976",
+    "18446744073709551615",
+    "1e999",
+    "nan",
+    "1e-320",
 ];
 
 /// One to four changes; half of them near the beginning, where headers are.
@@ -53,7 +63,10 @@ pub fn mutate(original: &[u8], mutations: &[Mutation]) -> Vec<u8> {
                     continue;
                 };
                 let first = at + skipped;
-                let digits = bytes[first..].iter().take_while(|byte| is_digit(byte)).count();
+                let digits = bytes[first..]
+                    .iter()
+                    .take_while(|byte| is_digit(byte))
+                    .count();
                 let number = NUMBERS[usize::from(with[0]) % NUMBERS.len()];
                 drop(bytes.splice(first..first + digits, number.bytes()));
             }
@@ -93,7 +106,10 @@ pub fn ply(mesh: &MeshParts, format: &str) -> Vec<u8> {
         if is_text {
             bytes.extend(format!("{} {} {}\n", position.x, position.y, position.z).bytes());
         } else {
-            position.to_array().iter().for_each(|x| bytes.extend(x.to_le_bytes()));
+            position
+                .to_array()
+                .iter()
+                .for_each(|x| bytes.extend(x.to_le_bytes()));
         }
     }
     for [a, b, c] in &mesh.triangles {
@@ -101,7 +117,9 @@ pub fn ply(mesh: &MeshParts, format: &str) -> Vec<u8> {
             bytes.extend(format!("3 {a} {b} {c}\n").bytes());
         } else {
             bytes.push(3);
-            [a, b, c].iter().for_each(|index| bytes.extend(index.to_le_bytes()));
+            [a, b, c]
+                .iter()
+                .for_each(|index| bytes.extend(index.to_le_bytes()));
         }
     }
     bytes
@@ -114,7 +132,10 @@ pub fn serialized_contents(mesh: &MeshParts) -> Vec<u8> {
     bytes.extend((mesh.positions.len() as u64).to_le_bytes());
     bytes.extend((mesh.triangles.len() as u64).to_le_bytes());
     for position in &mesh.positions {
-        position.to_array().iter().for_each(|x| bytes.extend(x.to_le_bytes()));
+        position
+            .to_array()
+            .iter()
+            .for_each(|x| bytes.extend(x.to_le_bytes()));
     }
     for index in mesh.triangles.iter().flatten() {
         bytes.extend(index.to_le_bytes());
