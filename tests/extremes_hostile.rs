@@ -8,7 +8,7 @@ mod mutation_support;
 
 use std::path::{Path, PathBuf};
 use std::sync::mpsc;
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
 use flate2::Compression;
@@ -164,15 +164,24 @@ impl Kind {
     /// The heap \[bytes\] that an honest file of this length may take: the smallest file's, and for each byte
     /// what a larger one takes.
     fn honest_peak(self, length: usize) -> f64 {
-        let file = self.honest(3);
-        let [small, large] = [&self.honest(0), &file].map(|bytes| {
-            let outcome = self.load(bytes);
-            outcome
-                .result
-                .unwrap_or_else(|error| panic!("{self:?}: {error}"));
-            outcome.peak as f64
+        /// What the smallest file takes, and a byte of a larger one.
+        static MEASURED: [OnceLock<(f64, f64)>; 5] = [const { OnceLock::new() }; 5];
+        let (least, a_byte) = *MEASURED[self as usize].get_or_init(|| {
+            let file = self.honest(3);
+            let [small, large] = [&self.honest(0), &file].map(|bytes| {
+                let outcome = self.load(bytes);
+                outcome
+                    .result
+                    .unwrap_or_else(|error| panic!("{self:?}: {error}"));
+                outcome.peak as f64
+            });
+            println!(
+                "{self:?}: {:.0} bytes of heap for a byte",
+                large / file.len() as f64
+            );
+            (small, large / file.len() as f64)
         });
-        small + large * length as f64 / file.len() as f64
+        least + a_byte * length as f64
     }
 }
 
@@ -288,21 +297,9 @@ fn counts_that_a_file_cannot_hold_reserve_nothing() {
     };
     let mut cases = Vec::new();
     for format in ["ascii", "binary_little_endian", "binary_big_endian"] {
-        cases.push((
-            Kind::AsciiPly,
-            header(format, 1 << 60, 1),
-            "announces 1152921504606846976",
-        ));
-        cases.push((
-            Kind::AsciiPly,
-            header(format, 3, 1 << 60),
-            "announces 1152921504606846976",
-        ));
-        cases.push((
-            Kind::AsciiPly,
-            header(format, 3, u64::MAX),
-            "announces 18446744073709551615",
-        ));
+        cases.push((Kind::AsciiPly, header(format, 1 << 60, 1), "announces"));
+        cases.push((Kind::AsciiPly, header(format, 3, 1 << 60), "announces"));
+        cases.push((Kind::AsciiPly, header(format, 3, u64::MAX), "announces"));
     }
     // Every face takes a byte at least, says a reader that counts lists as empty.
     let mut padded = header("binary_little_endian", 0, 100_000);
@@ -415,15 +412,18 @@ fn compressed_zeros_do_not_fill_the_memory() {
     }
 }
 
+/// The heap \[bytes\] that an honest scene file of this length may take: one of a thousand balls, and for each byte what
+/// such a file takes.
+fn honest_scene_peak(length: usize) -> f64 {
+    let plain = "<shape type=\"sphere\"/>\n".repeat(1000);
+    let outcome = load_elements(&plain);
+    assert!(outcome.result.is_ok());
+    outcome.peak as f64 * (1.0 + length as f64 / plain.len() as f64)
+}
+
 #[test]
 fn scene_files_that_grow_while_they_are_read_are_refused() {
     let _alone = alone();
-    let honest = |length: usize| {
-        let plain = "<shape type=\"sphere\"/>\n".repeat(1000);
-        let outcome = load_elements(&plain);
-        assert!(outcome.result.is_ok());
-        outcome.peak as f64 * (1.0 + length as f64 / plain.len() as f64)
-    };
     let entities: String = (1..64)
         .map(|n| format!("<!ENTITY e{n} \"&e{};&e{};\">", n - 1, n - 1))
         .collect();
@@ -484,7 +484,7 @@ fn scene_files_that_grow_while_they_are_read_are_refused() {
         ),
     ];
     for (case, text, expected) in cases {
-        let allowed = TIMES_HONEST * honest(text.len());
+        let allowed = TIMES_HONEST * honest_scene_peak(text.len());
         let outcome = load_text(text.as_bytes());
         let (peak, seconds) = (outcome.peak, outcome.seconds);
         println!(
@@ -548,8 +548,13 @@ fn includes_end_however_they_are_nested() {
         let peak = outcome.peak;
         let error = outcome.refusal(name);
         assert!(error.contains(expected), "{name}: {error}");
-        // Of 2¹⁴ files, their names, of some hundred bytes, and versions: no contents.
-        assert!(peak < (1 << 14) * 1000, "{name}: {peak} bytes of heap");
+        // 2¹⁴ files, of which names of some hundred bytes and versions are kept: no contents.
+        let length = std::fs::metadata(folder.path().join(name)).unwrap().len() as usize;
+        let allowed = TIMES_HONEST * honest_scene_peak(length) + f64::from(1 << 14) * 500.0;
+        assert!(
+            (peak as f64) < allowed,
+            "{name}: {peak} bytes of heap, {allowed} are allowed"
+        );
     }
 }
 
