@@ -65,10 +65,10 @@ pub(super) fn is_needed(boxes: &[Aabb]) -> bool {
         clusters = (0..clusters.len())
             .filter_map(|index| {
                 let partner = nearest[index];
-                if nearest[partner] != index {
-                    Some(clusters[index])
-                } else {
+                if nearest[partner] == index {
                     (index < partner).then(|| clusters[index].union(&clusters[partner]))
+                } else {
+                    Some(clusters[index])
                 }
             })
             .collect();
