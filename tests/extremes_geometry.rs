@@ -139,9 +139,14 @@ fn no_ray_of_a_billion_aimed_at_vertices_and_edges_leaves_a_closed_mesh() {
     assert_that_nothing_leaks(1_000_000_000);
 }
 
-/// Loads a glass mesh over a floor of 4 x 4 in the light of a sun that shines along `sun`. `name`: of the mesh file, whose
-/// ending is its plugin; `more`: of the shape's element.
+/// Loads a glass mesh over a floor of 4 x 4; see [`load_over`].
 fn load(name: &str, mesh: &[u8], more: &str, sun: DVec3) -> Result<Scene, String> {
+    load_over(2.0, name, mesh, more, sun)
+}
+
+/// Loads a glass mesh over a floor of half width `half` in the light of a sun that shines along `sun`. `name`: of the mesh
+/// file, whose ending is its plugin; `more`: of the shape's element.
+fn load_over(half: f64, name: &str, mesh: &[u8], more: &str, sun: DVec3) -> Result<Scene, String> {
     let folder = TempDir::new().unwrap();
     std::fs::write(folder.path().join(name), mesh).unwrap();
     let plugin = name.rsplit('.').next().unwrap();
@@ -150,7 +155,7 @@ fn load(name: &str, mesh: &[u8], more: &str, sun: DVec3) -> Result<Scene, String
 <emitter type="directional"><vector name="direction" x="{}" y="{}" z="{}"/><rgb name="irradiance" value="1"/></emitter>
 <shape type="{plugin}"><string name="filename" value="{name}"/>{more}
 <bsdf type="dielectric"><float name="int_ior" value="{IOR}"/><float name="ext_ior" value="1"/></bsdf></shape>
-<shape type="rectangle"><transform name="to_world"><scale value="2"/></transform>
+<shape type="rectangle"><transform name="to_world"><scale value="{half}"/></transform>
 <sensor type="irradiancemeter"><film type="hdrfilm"><integer name="width" value="16"/><integer name="height" value="16"/><rfilter type="box"/></film></sensor></shape>
 </scene>"#,
         sun.x, sun.y, sun.z
@@ -283,20 +288,6 @@ fn inside_out(mut parts: MeshParts) -> MeshParts {
 
 #[test]
 fn slivers_reflect_their_share_as_exactly_as_their_normals_are_known() {
-    assert_slivers_share_light(1);
-}
-
-/// Fails from 1e4 on: a quarter of the light that passes meets the sliver that it leaves once more. Its start is moved off the face by 16u
-/// of the edges, but a sliver tells the distance to itself only to about u · length² / width, since the edge functions are
-/// divided by the area. The start would have to be moved so far.
-#[test]
-#[ignore = "known to fail: light meets the sliver that it leaves"]
-fn slivers_of_all_lengths_reflect_their_share() {
-    assert_slivers_share_light(4);
-}
-
-/// Tries sheets of slivers of length : width 1, 1e2 ... 10^(2 · `most`).
-fn assert_slivers_share_light(most: i32) {
     /// How far a sliver's normal is off, in u · length / width: a vertex that is turned is rounded by 4u of its length on each of
     /// three axes, and two of them tilt a face by twice that over its width (14); the products of long
     /// edges in the normal itself are rounded to 3u of their length, over the width again (6).
@@ -306,7 +297,7 @@ fn assert_slivers_share_light(most: i32) {
         DQuat::from_rotation_z(37_f64.to_radians()) * DQuat::from_rotation_x(-60_f64.to_radians());
     let angle = 60_f64.to_radians();
     let sun = turn * DVec3::new(0.0, angle.sin(), -angle.cos());
-    for decades in 0..=most {
+    for decades in 0..=4 {
         let length = 10_f64.powi(decades);
         let strips = 10_u32.pow(decades as u32);
         let width = 1.0 / f64::from(strips);
@@ -330,7 +321,14 @@ fn assert_slivers_share_light(most: i32) {
         let placing = format!(
             r#"{FLAT}<transform name="to_world"><rotate x="1" angle="-60"/><rotate z="1" angle="37"/><translate z="1"/></transform>"#
         );
-        let scene = load("sheet.obj", &obj(&sheet), &placing, sun).unwrap();
+        let scene = load_over(
+            2.0 + 0.05 * length,
+            "sheet.obj",
+            &obj(&sheet),
+            &placing,
+            sun,
+        )
+        .unwrap();
         let estimate = photons(&scene);
         let aspect = length / width;
         let tilt = TILT * f64::EPSILON / 2.0 * aspect;
@@ -349,7 +347,12 @@ fn assert_slivers_share_light(most: i32) {
             "aspect {aspect:e}: {found}, not {}",
             reflectance(angle)
         );
-        assert_share(passed + found, 1.0, "reflected or transmitted");
+        // The sums are rounded to parts of all light, most of which passes the narrow sheet by.
+        let all = estimate.ledger.emitted.mean() / met(&estimate);
+        assert!(
+            (passed + found - 1.0).abs() < ROUNDING * all,
+            "aspect {aspect:e}: {passed} and {found}"
+        );
     }
 }
 
