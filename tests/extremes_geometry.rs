@@ -132,7 +132,7 @@ fn no_ray_of_a_million_aimed_at_vertices_and_edges_leaves_a_closed_mesh() {
     assert_that_nothing_leaks(1_200_000);
 }
 
-/// Takes ten minutes on two cores: `cargo test --release --test extremes_geometry a_billion -- --ignored`.
+/// Takes twenty CPU-minutes: `cargo test --release --test extremes_geometry a_billion -- --ignored`.
 #[test]
 #[ignore = "a billion rays"]
 fn no_ray_of_a_billion_aimed_at_vertices_and_edges_leaves_a_closed_mesh() {
