@@ -1,12 +1,13 @@
 //! No bytes make the reader panic: scene and mesh files, cut, spliced and overwritten at random.
 
 mod mitsuba_support;
-
-use std::io::Write;
+mod mutation_support;
 
 use flate2::Compression;
-use flate2::write::ZlibEncoder;
+use glam::DVec3;
 use mitsuba_support::Folder;
+use mutation_support::{mutate, mutations, serialized_contents};
+use nephroid::geometry::MeshParts;
 use proptest::prelude::*;
 
 /// Loading the result may fail or not; that it returns is the test.
@@ -51,53 +52,12 @@ fn binary_ply() -> Vec<u8> {
 
 /// One mesh of a triangle; `stored` without compression, so that a changed byte reaches the reader.
 fn serialized() -> Vec<u8> {
-    let mut mesh = 0x1000_u32.to_le_bytes().to_vec();
-    mesh.push(0);
-    mesh.extend(3_u64.to_le_bytes());
-    mesh.extend(1_u64.to_le_bytes());
-    for number in [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0_f32] {
-        mesh.extend(number.to_le_bytes());
-    }
-    (0..3_u32).for_each(|index| mesh.extend(index.to_le_bytes()));
-    let mut bytes = vec![0x1c, 0x04, 0x04, 0x00];
-    let mut encoder = ZlibEncoder::new(&mut bytes, Compression::none());
-    encoder.write_all(&mesh).unwrap();
-    encoder.finish().unwrap();
-    bytes.extend(0_u64.to_le_bytes());
-    bytes.extend(1_u32.to_le_bytes());
-    bytes
-}
-
-/// A change to a file: where (as a fraction), what kind, and with what.
-type Mutation = (f64, u8, Vec<u8>);
-
-fn mutations() -> impl Strategy<Value = Vec<Mutation>> {
-    let printable = proptest::collection::vec(
-        proptest::sample::select(b" 0159-.e/<>\"=$&;:,#xyz\n".to_vec()),
-        1..6,
-    );
-    let any = proptest::collection::vec(any::<u8>(), 1..6);
-    proptest::collection::vec((0.0..1.0, 0_u8..4, prop_oneof![printable, any]), 1..5)
-}
-
-fn mutate(original: &[u8], mutations: &[Mutation]) -> Vec<u8> {
-    let mut bytes = original.to_vec();
-    for (place, kind, with) in mutations {
-        let at = ((bytes.len() as f64) * place) as usize;
-        let end = (at + with.len()).min(bytes.len());
-        match kind {
-            0 => bytes.truncate(at),
-            1 => drop(bytes.splice(at..at, with.iter().copied())),
-            2 => drop(bytes.splice(at..end, with.iter().copied())),
-            // A piece of the file again, somewhere else.
-            _ => {
-                let piece =
-                    original[original.len().min(at / 2)..original.len().min(end * 2)].to_vec();
-                drop(bytes.splice(at..at, piece));
-            }
-        }
-    }
-    bytes
+    let triangle = MeshParts {
+        positions: vec![DVec3::ZERO, DVec3::X, DVec3::Y],
+        triangles: vec![[0, 1, 2]],
+        ..MeshParts::default()
+    };
+    mutation_support::serialized(&serialized_contents(&triangle), Compression::none())
 }
 
 fn load_mesh(plugin: &str, bytes: &[u8]) -> Result<(), String> {

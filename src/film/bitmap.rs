@@ -28,6 +28,10 @@ pub enum Encoding {
 /// What an image may take in memory before it is refused as damaged, bytes.
 const LARGEST: u64 = 1 << 32;
 
+/// Bytes of an image for each byte of file, before it is refused as damaged: a black PNG comes to 1032
+/// (zlib's limit), black JPEG, BMP and TGA files to a few hundred.
+const MAX_EXPANSION: u64 = 1 << 12;
+
 impl Bitmap {
     /// An image of `texels`, row by row; `None` unless they fill a rectangle of that width.
     pub fn new(width: usize, texels: Vec<[f32; 3]>) -> Option<Self> {
@@ -115,7 +119,7 @@ impl Bitmap {
 /// The image, and whether it has one channel.
 fn decode(bytes: &[u8]) -> ImageResult<(DynamicImage, bool)> {
     let mut limits = Limits::default();
-    limits.max_alloc = Some(LARGEST);
+    limits.max_alloc = Some(LARGEST.min(MAX_EXPANSION * bytes.len() as u64));
     if bytes.starts_with(b"#?") {
         // Radiance's files may call themselves by other names than "RADIANCE": Mitsuba's say "RGBE".
         let mut decoder = HdrDecoder::with_strictness(bytes, false)?;

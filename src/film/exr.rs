@@ -19,9 +19,24 @@ use super::image::{Channel, Image, ImageError};
 /// What this program's attributes begin with in a file.
 const PREFIX: &str = "nephroid:";
 
-/// Bytes of samples allowed for a byte of file. Compressed scan lines of one colour reach some
-/// 10⁴ (PIZ, 32 lines a block); a file that claims more is damaged or made to exhaust memory.
-const MAX_EXPANSION: u64 = 1 << 17;
+/// Bytes of samples allowed for a byte of file; one that claims more is damaged or made to exhaust memory.
+///
+/// What each compression reaches for an image of one colour, at most: two bytes of RLE stand for 128, zlib
+/// shrinks to 1/1032, B44 to 14 and B44A to 3 bytes for 16 halves. PIZ has no such limit: its blocks of
+/// 32 lines shrink to some 100 bytes however long the lines are; 2¹⁷ is what lines of 10⁵ texels take.
+fn max_expansion(compression: Compression) -> u64 {
+    match compression {
+        Compression::Uncompressed => 1,
+        Compression::RLE => 64,
+        Compression::B44 | Compression::B44A => 11,
+        // PXR24 leaves out a byte in four before it is deflated.
+        Compression::ZIP1 | Compression::ZIP16 | Compression::PXR24 => 1376,
+        _ => 1 << 17,
+    }
+}
+
+/// Bytes that a block takes at least: 8 in the table of blocks, its line and length, and a byte.
+const LEAST_BLOCK: usize = 17;
 
 /// Why an image was not written.
 #[derive(Debug, thiserror::Error)]
@@ -169,10 +184,20 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Image, String> {
         return Err("deep samples: allowed are flat ones".to_owned());
     }
     let Vec2(width, height) = part.layer_size;
-    let samples = (width as u64)
+    // Numbers of 2 or 4 bytes.
+    let texel: usize = part
+        .channels
+        .list
+        .iter()
+        .map(|c| c.sample_type.bytes_per_sample())
+        .sum();
+    let needed = (width as u64)
         .saturating_mul(height as u64)
-        .saturating_mul(part.channels.list.len() as u64);
-    if samples.saturating_mul(4) / MAX_EXPANSION > bytes.len() as u64 {
+        .saturating_mul(texel as u64);
+    // Each block has a place in a table, a header and contents.
+    let is_too_large = needed / max_expansion(part.compression) > bytes.len() as u64
+        || part.chunk_count > bytes.len() / LEAST_BLOCK;
+    if is_too_large {
         return Err(format!(
             "damaged: claims {width} x {height} texels of {} channels in a file of {} bytes",
             part.channels.list.len(),

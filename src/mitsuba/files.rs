@@ -64,12 +64,22 @@ impl Files {
 
     /// The contents of the file at `path`; read and hashed at the first call.
     ///
+    /// What the first file names must be plain files: others (devices, pipes) may never end. The first, which
+    /// the caller names, may be a pipe.
+    ///
     /// # Errors
     ///
     /// Where it cannot be read, a phrase that says why.
     pub fn read(&mut self, path: &Path) -> Result<Arc<[u8]>, String> {
         if let Some(bytes) = self.read.get(path) {
             return Ok(Arc::clone(bytes));
+        }
+        let is_special = std::fs::metadata(path).is_ok_and(|it| !it.is_file() && !it.is_dir());
+        if is_special && !self.read.is_empty() {
+            return Err(format!(
+                "{} cannot be read: it is a device or a pipe, not a file",
+                path.display()
+            ));
         }
         let bytes: Arc<[u8]> = std::fs::read(path)
             .map_err(|error| format!("{} cannot be read: {error}", path.display()))?

@@ -10,6 +10,7 @@ use obvhs::{
 };
 
 use super::{
+    balanced,
     simd::WIDTH,
     tree::{BoxTree, Child, Frame, Node},
 };
@@ -52,7 +53,11 @@ pub(super) fn build(boxes: &[Bounds]) -> BoxTree {
             )
         })
         .collect();
-    let binary = build_bvh2(&narrow, parameters(), &mut Duration::default());
+    let binary = if balanced::is_needed(&narrow) {
+        balanced::build(&narrow)
+    } else {
+        build_bvh2(&narrow, parameters(), &mut Duration::default())
+    };
     let mut tree = BoxTree {
         bounds,
         frame,

@@ -1,6 +1,7 @@
 //! Finding candidates: which primitives may a ray hit. The only room that knows obvhs.
 //!
 //! - [`build`]: obvhs' binary tree over boxes, collapsed into nodes of eight children.
+//! - [`balanced`]: a plain tree for boxes that obvhs would take too long over.
 //! - [`tree`]: the nodes, and the search through them, in `f32`.
 //! - [`ray`]: a ray in a tree's own frame, and the derivation of its error bound.
 //! - [`pack`]: eight triangles in a leaf, and the filter that spares most of the exact tests.
@@ -9,6 +10,7 @@
 //! Nothing here decides a hit. Boxes and filter may let too much through, never too little; the
 //! exact `f64` tests behind them see the same primitives on every processor.
 
+mod balanced;
 mod build;
 mod pack;
 mod ray;

@@ -2,17 +2,38 @@
 
 use std::{
     collections::{HashMap, HashSet},
-    hash::{BuildHasherDefault, Hasher},
+    hash::{BuildHasher, Hasher, RandomState},
 };
 
-/// A map with keys of mesh data, which nobody crafts to collide: hashed four times sooner than
-/// by the standard library's hash, which is made for hostile keys.
-pub(super) type Map<K, V> = HashMap<K, V, BuildHasherDefault<Mixer>>;
+/// A map with keys of mesh data, hashed four times sooner than by the standard library's hash.
+///
+/// Its order changes from run to run; no result may depend on it.
+pub(super) type Map<K, V> = HashMap<K, V, Seeded>;
 /// The set to go with it.
-pub(super) type Set<K> = HashSet<K, BuildHasherDefault<Mixer>>;
+pub(super) type Set<K> = HashSet<K, Seeded>;
+
+/// Starts each table's hashes at a secret of its own: with a known start, anybody could write a file whose
+/// positions all collide, and a mesh of 10⁵ of them would take minutes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Seeded(u64);
+
+impl Default for Seeded {
+    fn default() -> Self {
+        Self(RandomState::new().hash_one(0_u8))
+    }
+}
+
+impl BuildHasher for Seeded {
+    type Hasher = Mixer;
+
+    #[inline]
+    fn build_hasher(&self) -> Mixer {
+        Mixer(self.0)
+    }
+}
 
 /// Multiplies and folds, eight bytes at a time.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Mixer(u64);
 
 impl Mixer {

@@ -297,9 +297,10 @@ impl Mesh {
     /// A bound on the absolute error, per axis, of the position of any hit on a face.
     pub fn position_error(&self, face: u32) -> DVec3 {
         let [a, b, c] = self.corners(face);
-        let reach = (b - a).abs().max((c - a).abs()).element_sum();
+        let (ab, ac) = (b - a, c - a);
+        let reach = ab.abs().max(ac.abs()).element_sum();
         let farthest = a.abs().max(b.abs()).max(c.abs());
-        UNIT_ROUNDOFF * (farthest + 16.0 * reach)
+        UNIT_ROUNDOFF * (farthest + plane_error(reach, ab.cross(ac).length()) * reach)
     }
 
     /// For each face the lowest-numbered face with the same three positions, unless that is the
@@ -344,14 +345,13 @@ impl Mesh {
         let shading = interpolated.unwrap_or(normal);
         let sign = if self.flip_normals { -1.0 } else { 1.0 };
         // The point itself: the last sum costs u|p|, differences, products and their sum 4u of
-        // the edges. A ray that starts there finds the plane's distance from differences to the
-        // vertices (u), their shear (3u), products (2u) and their sums (3u), each relative to
-        // the edges, so 4 + 9 = 13u of the longest edge's L1 norm decide its side; 16 for margin.
+        // the edges; what is uncertain of the plane's distance comes on top.
         let position = a + (ab * b1 + ac * b2);
         let reach = ab.abs().max(ac.abs()).element_sum();
         SurfacePoint {
             position,
-            position_error: UNIT_ROUNDOFF * (position.abs() + 16.0 * reach),
+            position_error: UNIT_ROUNDOFF
+                * (position.abs() + plane_error(reach, twice_area) * reach),
             geometric_normal: normal * sign,
             shading_normal: shading * sign,
             uv: if self.uvs.is_empty() {
@@ -361,6 +361,25 @@ impl Mesh {
                 ta * b0 + tb * b1 + tc * b2
             },
         }
+    }
+}
+
+/// By how many u · `reach` a point of a face, and the distance that a ray from there finds to the face's plane, may be off
+/// together; `reach` is the L1 norm of the longest edges, `twice_area` that of the face.
+///
+/// The point costs 4. The ray finds the distance from differences to the vertices (1), their shear (3), products (2)
+/// and their sums (3): 13 in all, and 16 for margin. That a vertex' image is off moves the plane no farther than the vertex.
+/// But the edge functions' own products are rounded by u rᵢ rⱼ (r: distances of the vertices), and each is multiplied by the third
+/// vertex' depth and divided by the image's area: 3 r₁ r₂ r₃ / (2 A), with r₁ r₂ r₃ at most 4/27 of the longest edge's cube on a
+/// sliver. What the image's area is smaller by, the distance to the plane is shorter than that along the ray.
+#[inline]
+fn plane_error(reach: f64, twice_area: f64) -> f64 {
+    let thin = 13.0 + 0.5 * reach * reach / twice_area;
+    // No face is met where it has no area; one of almost none is known to its own length.
+    if thin.is_finite() {
+        thin.clamp(16.0, 1.0 / UNIT_ROUNDOFF)
+    } else {
+        16.0
     }
 }
 

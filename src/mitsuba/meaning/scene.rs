@@ -17,6 +17,10 @@ use crate::scene::{
     Emitter, Ignored, Integrator, Material, Object, Sensor, ShapeId, Texture, Warning,
 };
 
+/// How many shapes instances may show in all: each is a shape of its own here, so that a small file of groups and
+/// instances would say more than any memory holds.
+const MOST_INSTANCED: usize = 1 << 18;
+
 /// What a scene means, forms not yet built.
 #[derive(Debug)]
 pub struct Meaning {
@@ -67,6 +71,7 @@ pub fn read(tree: &Tree, files: &mut Files) -> Result<Meaning, LoadError> {
         sensors: Vec::new(),
         integrator: None,
         attached: HashSet::new(),
+        instanced: 0,
         ids: Ids::new(tree),
     };
     for property in &tree.root().properties {
@@ -106,6 +111,8 @@ struct SceneReader<'t, 'f> {
     integrator: Option<Integrator>,
     /// Emitters that belong to a shape.
     attached: HashSet<ObjectIndex>,
+    /// How many shapes instances show so far.
+    instanced: usize,
     ids: Ids,
 }
 
@@ -187,6 +194,12 @@ impl SceneReader<'_, '_> {
         let prefix = self.ids.of(tree, instance, "") + "/";
         let group = Plugin::new(tree, group);
         for (member, _) in group.children(Kind::Shape) {
+            self.instanced += 1;
+            if self.instanced > MOST_INSTANCED {
+                return Err(Plugin::new(tree, instance).error(format!(
+                    "is one of instances that show more than {MOST_INSTANCED} shapes in all, which is all that is allowed"
+                )));
+            }
             if matches!(
                 tree.object(member).plugin.as_str(),
                 "shapegroup" | "instance"

@@ -44,8 +44,10 @@ pub fn parse(bytes: &[u8]) -> Result<MeshParts, MeshFileError> {
 /// The numbers of a body, one after the other. `f64` holds every type exactly.
 trait Numbers {
     fn next(&mut self, scalar: Scalar) -> Result<f64, MeshFileError>;
-    /// How many numbers of a type the rest can hold at most.
-    fn room_for(&self, scalar: Scalar) -> usize;
+    /// The fewest bytes that a number of a type takes.
+    fn least_bytes(scalar: Scalar) -> usize;
+    /// How many bytes are left.
+    fn rest(&self) -> usize;
     fn place(&self) -> Place;
 }
 
@@ -86,9 +88,12 @@ impl Numbers for Ascii<'_> {
         })
     }
 
-    fn room_for(&self, _: Scalar) -> usize {
-        // A digit and a blank each.
-        self.rest.len().div_ceil(2)
+    fn least_bytes(_: Scalar) -> usize {
+        2 // a digit and a blank
+    }
+
+    fn rest(&self) -> usize {
+        self.rest.len() + 1 // the last blank may be missing
     }
 
     fn place(&self) -> Place {
@@ -131,8 +136,12 @@ impl<const BIG_ENDIAN: bool> Numbers for Binary<'_, BIG_ENDIAN> {
         })
     }
 
-    fn room_for(&self, scalar: Scalar) -> usize {
-        (self.bytes.len() - self.at) / scalar.bytes()
+    fn least_bytes(scalar: Scalar) -> usize {
+        scalar.bytes()
+    }
+
+    fn rest(&self) -> usize {
+        self.bytes.len() - self.at
     }
 
     fn place(&self) -> Place {
@@ -162,28 +171,31 @@ fn read(elements: &[Element], mut numbers: impl Numbers) -> Result<MeshParts, Me
     Ok(parts)
 }
 
-/// Fails where the header announces more items than the rest of the file can hold.
-///
-/// An element of lists only needs at least the lists' lengths.
-fn check_room(element: &Element, numbers: &impl Numbers) -> Result<(), MeshFileError> {
-    let smallest = |property: &ply_header::Property| match property.layout {
-        Layout::Number(scalar) | Layout::List { length: scalar, .. } => scalar,
-    };
-    match element
-        .properties
-        .iter()
-        .map(|property| numbers.room_for(smallest(property)))
-        .min()
-    {
-        Some(room) if element.count > room => {
-            let message = format!(
-                "the header announces {} of \"{}\", but the file ends before",
-                element.count, element.name
-            );
-            Err(MeshFileError::new(numbers.place(), message))
+/// Fails where the header announces more items than the rest of the file can hold: what is reserved
+/// for them is never more than what a file of this length may need.
+fn check_room<N: Numbers>(element: &Element, numbers: &N) -> Result<(), MeshFileError> {
+    let least = |property: &ply_header::Property| match property.layout {
+        Layout::Number(scalar) => N::least_bytes(scalar),
+        Layout::List { length, item } => {
+            let corners = if is_polygon(property) { 3 } else { 0 };
+            N::least_bytes(length) + corners * N::least_bytes(item)
         }
-        _ => Ok(()),
+    };
+    let each: usize = element.properties.iter().map(least).sum();
+    if each > 0 && element.count > numbers.rest() / each {
+        let message = format!(
+            "the header announces {} of \"{}\", but the file ends before",
+            element.count, element.name
+        );
+        return Err(MeshFileError::new(numbers.place(), message));
     }
+    Ok(())
+}
+
+/// Whether a property is the list of a face's corners.
+fn is_polygon(property: &ply_header::Property) -> bool {
+    matches!(property.name.as_str(), "vertex_indices" | "vertex_index")
+        && matches!(property.layout, Layout::List { .. })
 }
 
 /// What a property of a vertex is good for: the slot it goes to.
@@ -281,10 +293,6 @@ fn read_faces(
     numbers: &mut impl Numbers,
     parts: &mut MeshParts,
 ) -> Result<(), MeshFileError> {
-    let is_polygon = |property: &ply_header::Property| {
-        matches!(property.name.as_str(), "vertex_indices" | "vertex_index")
-            && matches!(property.layout, Layout::List { .. })
-    };
     if !element.properties.iter().any(is_polygon) {
         return Err(MeshFileError::new(
             Place::File,

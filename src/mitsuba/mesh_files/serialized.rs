@@ -23,6 +23,13 @@ const DOUBLE_PRECISION: u32 = 0x2000;
 /// How many numbers are read at a time: a count in the file reserves no more than this.
 const BLOCK: usize = 1 << 14;
 
+/// Bytes of a mesh for each byte it is compressed to. The dullest of honest meshes, flat grids with
+/// constant normals, come to 6; zlib's own limit is 1032, which a file made to exhaust memory reaches.
+const MAX_EXPANSION: u64 = 64;
+
+/// Mitsuba knows no limit; a file of nothing but a name would be read for minutes.
+const LONGEST_NAME: usize = 1 << 16;
+
 /// The mesh with this number, counted from 0.
 pub fn parse(bytes: &[u8], shape_index: u32) -> Result<MeshParts, MeshFileError> {
     let version = header(bytes, 0)?;
@@ -34,16 +41,17 @@ pub fn parse(bytes: &[u8], shape_index: u32) -> Result<MeshParts, MeshFileError>
     header(bytes, start)?;
     let mut stream = Stream {
         start,
+        compressed: bytes.len() - start - 4,
         decoder: ZlibDecoder::new(&bytes[start + 4..]),
     };
     let flags = u32::from_le_bytes(stream.take()?);
     if version == 4 {
-        // The shape's name.
-        while stream.take::<1>()? != [0] {}
+        stream.skip_name()?;
     }
     let vertex_count = stream.count("vertices")?;
     let triangle_count = stream.count("triangles")?;
     let is_double = flags & DOUBLE_PRECISION != 0;
+    stream.check_room(vertex_count, triangle_count, flags)?;
     let positions = stream.vectors(vertex_count, is_double)?;
     let normals = (flags & HAS_NORMALS != 0)
         .then(|| stream.vectors(vertex_count, is_double))
@@ -123,6 +131,8 @@ fn offset(bytes: &[u8], version: u16, shape_index: u32) -> Result<usize, MeshFil
 /// The decompressed contents of a mesh.
 struct Stream<'a> {
     start: usize,
+    /// How many bytes follow the mesh's header.
+    compressed: usize,
     decoder: ZlibDecoder<&'a [u8]>,
 }
 
@@ -132,6 +142,41 @@ impl Stream<'_> {
             let message = format!("the mesh that begins here cannot be decompressed: {error}");
             MeshFileError::new(Place::Byte(self.start), message)
         })
+    }
+
+    /// The shape's name, with the zero at its end.
+    fn skip_name(&mut self) -> Result<(), MeshFileError> {
+        for _ in 0..=LONGEST_NAME {
+            if self.take::<1>()? == [0] {
+                return Ok(());
+            }
+        }
+        let message = format!("the mesh's name has more than {LONGEST_NAME} bytes");
+        Err(MeshFileError::new(Place::Byte(self.start), message))
+    }
+
+    /// Fails where the mesh announces more than what is compressed here can hold.
+    fn check_room(
+        &self,
+        vertices: usize,
+        triangles: usize,
+        flags: u32,
+    ) -> Result<(), MeshFileError> {
+        let numbers = [(HAS_NORMALS, 3), (HAS_UVS, 2), (HAS_COLORS, 3)]
+            .iter()
+            .filter(|(flag, _)| flags & flag != 0)
+            .fold(3, |sum, (_, numbers)| sum + numbers);
+        let size = if flags & DOUBLE_PRECISION == 0 { 4 } else { 8 };
+        // Both counts are below 2³², so nothing overflows.
+        let needed = vertices as u64 * numbers * size + triangles as u64 * 12;
+        if needed / MAX_EXPANSION <= self.compressed as u64 {
+            return Ok(());
+        }
+        let message = format!(
+            "the mesh announces {vertices} vertices and {triangles} triangles, but only {} bytes follow; {MAX_EXPANSION} bytes for each are allowed",
+            self.compressed
+        );
+        Err(MeshFileError::new(Place::Byte(self.start), message))
     }
 
     fn take<const N: usize>(&mut self) -> Result<[u8; N], MeshFileError> {

@@ -2,11 +2,22 @@
 
 use std::collections::{BTreeSet, HashMap};
 
+use super::shortened;
+
 /// How long an attribute may become.
 ///
 /// Defaults may use earlier defaults, so that thirty lines that each double the last would fill
 /// any memory. The longest honest attributes, measured spectra, have some kilobytes.
 const LONGEST: usize = 1 << 20;
+
+/// How much parameters may add to all attributes together, bytes.
+///
+/// A line of fifty bytes may say an attribute of [`LONGEST`]; many would fill any memory. It is 16 bytes for
+/// each of a million attributes.
+const MOST_IN_ALL: usize = 1 << 24;
+
+/// How long a name may be: each `$` is compared with names of every length.
+const LONGEST_NAME: usize = 128;
 
 /// The values that `$name` stands for.
 #[derive(Debug, Default)]
@@ -14,6 +25,8 @@ pub struct Parameters {
     known: HashMap<String, Parameter>,
     /// Of all names: the longest that fits is meant, so that `$spp` does not hide `$spp_final`.
     lengths: BTreeSet<usize>,
+    /// How many bytes parameters became so far.
+    added: usize,
 }
 
 #[derive(Debug)]
@@ -38,7 +51,17 @@ impl Parameters {
     }
 
     /// A `<default>`: counts unless the parameter has a value already.
-    pub fn set_default(&mut self, name: &str, value: &str) {
+    ///
+    /// # Errors
+    ///
+    /// Where the name is absurdly long.
+    pub fn set_default(&mut self, name: &str, value: &str) -> Result<(), String> {
+        if name.len() > LONGEST_NAME {
+            return Err(format!(
+                "the name \"{}\" is longer than {LONGEST_NAME} bytes",
+                shortened(name)
+            ));
+        }
         if !self.known.contains_key(name) {
             let parameter = Parameter {
                 value: value.to_owned(),
@@ -47,6 +70,7 @@ impl Parameters {
             self.known.insert(name.to_owned(), parameter);
             self.lengths.insert(name.len());
         }
+        Ok(())
     }
 
     /// The longest name that `text` begins with.
@@ -84,6 +108,12 @@ impl Parameters {
             if let Some(parameter) = self.known.get_mut(name) {
                 parameter.used = true;
                 result.push_str(&parameter.value);
+                self.added += parameter.value.len();
+            }
+            if self.added > MOST_IN_ALL {
+                return Err(format!(
+                    "the parameters replaced so far come to more than {MOST_IN_ALL} bytes"
+                ));
             }
             if result.len() > LONGEST {
                 return Err(format!(
@@ -100,7 +130,7 @@ impl Parameters {
         let end = after
             .find(|c: char| !c.is_ascii_alphanumeric() && c != '_')
             .unwrap_or(after.len());
-        let name = &after[..end];
+        let name = shortened(&after[..end]);
         format!(
             "parameter ${name} has no value: give one with -D {name}=... or <default name=\"{name}\" value=\"...\"/> (known here: {})",
             if self.known.is_empty() {
@@ -148,9 +178,9 @@ mod tests {
     #[test]
     fn the_caller_wins_over_a_default_and_the_first_default_over_the_second() {
         let mut parameters = given(&[("a", "caller")]);
-        parameters.set_default("a", "file");
-        parameters.set_default("b", "first");
-        parameters.set_default("b", "second");
+        parameters.set_default("a", "file").unwrap();
+        parameters.set_default("b", "first").unwrap();
+        parameters.set_default("b", "second").unwrap();
         assert_eq!(parameters.substitute("$a/$b").unwrap(), "caller/first");
     }
 
@@ -177,7 +207,9 @@ mod tests {
                 Ok(value) => value,
                 Err(message) => return assert!(message.contains("longer than"), "{message}"),
             };
-            parameters.set_default(&format!("p{}", step + 1), &value);
+            parameters
+                .set_default(&format!("p{}", step + 1), &value)
+                .unwrap();
         }
         panic!("64 doublings went through");
     }

@@ -19,6 +19,12 @@ use crate::scene::{SourcePosition, Warning};
 /// How deep includes may nest; Mitsuba's limit.
 const MAX_INCLUDE_DEPTH: usize = 15;
 
+/// How many files and how many bytes of them may be included in all, each as often as it is.
+///
+/// Fifteen files that each include the next ten times say 10¹⁵. Scenes include some tens.
+const MOST_INCLUDES: usize = 1 << 14;
+const MOST_INCLUDED_BYTES: usize = 1 << 28;
+
 /// Reads a main file and all it includes, upgrades old files and resolves references.
 ///
 /// # Errors
@@ -31,6 +37,7 @@ pub fn read(path: &Path, given: &[(String, String)], files: &mut Files) -> Resul
         files,
         open: Vec::new(),
         named: HashMap::new(),
+        included_bytes: 0,
     };
     reader.file(path, None)?;
     if let Some(name) = reader.parameters.unused() {
@@ -51,6 +58,8 @@ struct Reader<'a> {
     open: Vec<PathBuf>,
     /// The line of every named property so far: a scene may hold any number of them.
     named: HashMap<(ObjectIndex, String), u32>,
+    /// The length of all includes so far.
+    included_bytes: usize,
 }
 
 /// The file that elements are read from.
@@ -70,6 +79,9 @@ impl Reader<'_> {
             .files
             .read(path)
             .map_err(|message| LoadError::of_file(path, message))?;
+        if included_at.is_some() {
+            self.included_bytes += bytes.len();
+        }
         let text = std::str::from_utf8(&bytes).map_err(|error| {
             let line = 1 + line_ends(&bytes[..error.valid_up_to()]);
             LoadError::of_file(
@@ -332,8 +344,7 @@ impl Reader<'_> {
                 if name.is_empty() {
                     return Err("the name must not be empty".to_owned());
                 }
-                self.parameters.set_default(name, value);
-                Ok(())
+                self.parameters.set_default(name, value)
             }
             "path" => {
                 allow(&["value"])?;
@@ -405,6 +416,15 @@ impl Reader<'_> {
                 element.at,
                 format!(
                     "<include>: files include each other more than {MAX_INCLUDE_DEPTH} levels deep"
+                ),
+            );
+        }
+        // The first of the files is the main one.
+        if self.tree.files.len() > MOST_INCLUDES || self.included_bytes > MOST_INCLUDED_BYTES {
+            return self.fail(
+                element.at,
+                format!(
+                    "<include>: the includes before it are {MOST_INCLUDES} files or {MOST_INCLUDED_BYTES} bytes, which is all that is allowed"
                 ),
             );
         }

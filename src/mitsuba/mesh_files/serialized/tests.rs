@@ -135,9 +135,15 @@ fn wrong_headers_and_versions_are_named() {
 fn a_count_that_the_stream_does_not_hold_is_an_error_not_an_allocation() {
     let mut mesh = contents(4, true, 0);
     let count = 4 + "a name\0".len();
-    mesh[count..count + 8].copy_from_slice(&u64::from(u32::MAX).to_le_bytes());
-    let error = parse(&file(4, &[mesh.clone()]), 0).unwrap_err().to_string();
-    assert!(error.contains("cannot be decompressed"), "{error}");
+    // One vertex more than there are, and more than any compression holds.
+    for (vertices, expected) in [
+        (5, "cannot be decompressed"),
+        (u32::MAX, "announces 4294967295 vertices"),
+    ] {
+        mesh[count..count + 8].copy_from_slice(&u64::from(vertices).to_le_bytes());
+        let error = parse(&file(4, &[mesh.clone()]), 0).unwrap_err().to_string();
+        assert!(error.contains(expected), "{error}");
+    }
     mesh[count + 4] = 1;
     let error = parse(&file(4, &[mesh]), 0).unwrap_err().to_string();
     assert!(error.contains("more than 32 bits"), "{error}");

@@ -1,0 +1,4 @@
+//! No bytes make the reader of `obj` meshes panic.
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| nephroid_fuzz::load_mesh("obj", bytes));

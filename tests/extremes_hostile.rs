@@ -1,0 +1,771 @@
+//! Files made to break the program: each is refused or read, in little time and memory, and without a panic.
+//!
+//! What an honest file needs is measured, not guessed: the heap that a well-formed file of the same format takes at
+//! most, for each of its bytes. A hostile file may take four times that.
+
+mod geometry_support;
+mod mutation_support;
+
+use std::path::{Path, PathBuf};
+use std::sync::mpsc;
+use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
+use std::time::{Duration, Instant};
+
+use flate2::Compression;
+use geometry_support::icosphere;
+use glam::DVec3;
+use mutation_support::{mutate, mutations, obj, ply, serialized, serialized_contents};
+use nephroid::film::{Channel, Image, exr};
+use nephroid::geometry::MeshParts;
+use nephroid::mitsuba;
+use nephroid::reference::Progress;
+use nephroid::reference::photons::run::Setup;
+use nephroid::reference::photons::{Budget, PhotonSettings};
+use nephroid::scene::Scene;
+use peak_alloc::PeakAlloc;
+use proptest::prelude::*;
+use tempfile::TempDir;
+
+#[global_allocator]
+static HEAP: PeakAlloc = PeakAlloc;
+
+/// The issue's bars.
+const LONGEST: Duration = Duration::from_secs(10);
+const TIMES_HONEST: f64 = 4.0;
+
+/// The heap is one for all tests of this file: one at a time.
+fn alone() -> MutexGuard<'static, ()> {
+    static ONE: Mutex<()> = Mutex::new(());
+    ONE.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// What came of reading a file.
+struct Outcome<T> {
+    result: Result<T, String>,
+    seconds: f64,
+    /// The most that the heap grew by, bytes.
+    peak: usize,
+}
+
+impl<T> Outcome<T> {
+    /// The error of what must not be read.
+    fn refusal(self, case: &str) -> String {
+        match self.result {
+            Err(error) => error,
+            Ok(_) => panic!("{case} is read"),
+        }
+    }
+}
+
+/// Runs `read` under a watch.
+///
+/// # Panics
+///
+/// Where it panics, or takes longer than [`LONGEST`].
+fn watched<T: Send + 'static>(
+    case: &str,
+    read: impl FnOnce() -> Result<T, String> + Send + 'static,
+) -> Outcome<T> {
+    let (sender, receiver) = mpsc::channel();
+    HEAP.reset_peak_usage();
+    let before = HEAP.current_usage();
+    let start = Instant::now();
+    // Tests have stacks of 2 MB, and so has this.
+    std::thread::spawn(move || drop(sender.send(read())));
+    let result = match receiver.recv_timeout(LONGEST) {
+        Ok(result) => result,
+        Err(mpsc::RecvTimeoutError::Timeout) => panic!("{case} takes more than {LONGEST:?}"),
+        Err(mpsc::RecvTimeoutError::Disconnected) => panic!("{case} makes the reader panic"),
+    };
+    Outcome {
+        result,
+        seconds: start.elapsed().as_secs_f64(),
+        peak: HEAP.peak_usage().saturating_sub(before),
+    }
+}
+
+fn load(path: &Path) -> Outcome<Scene> {
+    let case = path.display().to_string();
+    let path = path.to_owned();
+    watched(&case, move || {
+        mitsuba::load(&path, &[]).map_err(|error| error.to_string())
+    })
+}
+
+fn scene_of(elements: &str) -> String {
+    format!("<scene version=\"3.0.0\">\n{elements}\n</scene>\n")
+}
+
+/// A folder with a scene file of these elements.
+fn folder_with(elements: &str) -> (TempDir, PathBuf) {
+    let folder = TempDir::new().unwrap();
+    let file = folder.path().join("scene.xml");
+    std::fs::write(&file, scene_of(elements)).unwrap();
+    (folder, file)
+}
+
+fn load_elements(elements: &str) -> Outcome<Scene> {
+    let (_folder, file) = folder_with(elements);
+    load(&file)
+}
+
+/// A kind of file that holds a mesh or an image, and a scene that names it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    Obj,
+    AsciiPly,
+    BinaryPly,
+    Serialized,
+    Exr,
+}
+
+const KINDS: [Kind; 5] = [
+    Kind::Obj,
+    Kind::AsciiPly,
+    Kind::BinaryPly,
+    Kind::Serialized,
+    Kind::Exr,
+];
+
+impl Kind {
+    /// A well-formed file: a ball of `20 · 4^size` faces, or an image of as many texels.
+    fn honest(self, size: u32) -> Vec<u8> {
+        let ball = || icosphere(size);
+        match self {
+            Self::Obj => obj(&ball()),
+            Self::AsciiPly => ply(&ball(), "ascii"),
+            Self::BinaryPly => ply(&ball(), "binary_little_endian"),
+            Self::Serialized => serialized(&serialized_contents(&ball()), Compression::none()),
+            Self::Exr => noise(20 << size, 1 << size),
+        }
+    }
+
+    fn elements(self) -> &'static str {
+        match self {
+            Self::Obj => r#"<shape type="obj"><string name="filename" value="it"/></shape>"#,
+            Self::AsciiPly | Self::BinaryPly => {
+                r#"<shape type="ply"><string name="filename" value="it"/></shape>"#
+            }
+            Self::Serialized => {
+                r#"<shape type="serialized"><string name="filename" value="it"/></shape>"#
+            }
+            Self::Exr => {
+                r#"<shape type="sphere"><bsdf type="diffuse"><texture type="bitmap" name="reflectance"><string name="filename" value="it"/></texture></bsdf></shape>"#
+            }
+        }
+    }
+
+    fn load(self, bytes: &[u8]) -> Outcome<Scene> {
+        let (folder, file) = folder_with(self.elements());
+        std::fs::write(folder.path().join("it"), bytes).unwrap();
+        load(&file)
+    }
+
+    /// The heap \[bytes\] that an honest file of this length may take: the smallest file's, and for each byte
+    /// what a larger one takes.
+    fn honest_peak(self, length: usize) -> f64 {
+        /// What the smallest file takes, and a byte of a larger one.
+        static MEASURED: [OnceLock<(f64, f64)>; 5] = [const { OnceLock::new() }; 5];
+        let (least, a_byte) = *MEASURED[self as usize].get_or_init(|| {
+            let file = self.honest(3);
+            let [small, large] = [&self.honest(0), &file].map(|bytes| {
+                let outcome = self.load(bytes);
+                outcome
+                    .result
+                    .unwrap_or_else(|error| panic!("{self:?}: {error}"));
+                outcome.peak as f64
+            });
+            println!(
+                "{self:?}: {:.0} bytes of heap for a byte",
+                large / file.len() as f64
+            );
+            (small, large / file.len() as f64)
+        });
+        least + a_byte * length as f64
+    }
+}
+
+/// An image that does not compress.
+fn noise(width: usize, height: usize) -> Vec<u8> {
+    let mut random = geometry_support::Random(3);
+    let mut image = Image::new(width, height);
+    for name in ["R", "G", "B"] {
+        let samples = (0..width * height).map(|_| random.unit() as f32).collect();
+        image.channels.push(Channel {
+            name: name.to_owned(),
+            samples,
+        });
+    }
+    written(&image)
+}
+
+fn written(image: &Image) -> Vec<u8> {
+    let folder = TempDir::new().unwrap();
+    let file = folder.path().join("it.exr");
+    exr::write(&file, image).unwrap();
+    std::fs::read(&file).unwrap()
+}
+
+/// A scene with a little of all that a scene file may say.
+const SCENE: &str = r##"<?xml version="1.0"?>
+<scene version="3.0.0"><default name="size" value="8"/>
+<integrator type="path"><integer name="max_depth" value="$size"/></integrator>
+<emitter type="point"><point name="position" x="0" y="0" z="4"/><rgb name="intensity" value="100, 90, 80"/></emitter>
+<emitter type="directional"><vector name="direction" x="0" y="0.1" z="-1"/><rgb name="irradiance" value="1"/></emitter>
+<bsdf type="dielectric" id="glass"><float name="int_ior" value="1.5"/><float name="ext_ior" value="1.0"/></bsdf><alias id="glass" as="ice"/>
+<shape type="sphere"><point name="center" x="0" y="0" z="1.4"/><float name="radius" value="0.5"/><ref id="ice"/></shape>
+<shape type="cube"><transform name="to_world"><scale value="0.3"/><rotate x="1" angle="30"/><translate x="1" z="1"/></transform><ref id="glass"/></shape>
+<shape type="cylinder"><point name="p0" x="-1" y="0" z="0.5"/><point name="p1" x="-1" y="1" z="1"/><float name="radius" value="0.2"/><bsdf type="conductor"><string name="material" value="Al"/></bsdf></shape>
+<shape type="disk"><transform name="to_world"><translate x="-1" y="-1" z="1"/></transform><bsdf type="mask"><float name="opacity" value="0.5"/><bsdf type="twosided"><bsdf type="conductor"/></bsdf></bsdf></shape>
+<shape type="shapegroup" id="group"><shape type="sphere"><ref id="glass"/></shape></shape>
+<shape type="instance"><ref id="group"/><transform name="to_world"><matrix value="0.1 0 0 0 0 0.1 0 1 0 0 0.1 1 0 0 0 1"/></transform></shape>
+<shape type="rectangle"><bsdf type="diffuse"><rgb name="reflectance" value="#ff8000"/></bsdf>
+<sensor type="irradiancemeter"><film type="hdrfilm"><integer name="width" value="$size"/><integer name="height" value="$size"/><rfilter type="box"/></film></sensor></shape>
+</scene>
+"##;
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 128, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn a_changed_mesh_or_image_takes_at_most_four_times_what_an_honest_one_takes(changes in mutations()) {
+        let _alone = alone();
+        for kind in KINDS {
+            let original = kind.honest(2);
+            let changed = mutate(&original, &changes);
+            let outcome = kind.load(&changed);
+            let allowed = TIMES_HONEST * kind.honest_peak(changed.len());
+            prop_assert!(
+                outcome.peak as f64 <= allowed,
+                "{kind:?}: {} bytes of heap for a file of {} bytes; {allowed} are allowed", outcome.peak, changed.len()
+            );
+        }
+    }
+
+    #[test]
+    fn a_changed_scene_is_refused_or_runs(changes in mutations()) {
+        let _alone = alone();
+        let honest = 2.0 * load_text(SCENE.as_bytes()).peak as f64;
+        let changed = mutate(SCENE.as_bytes(), &changes);
+        let outcome = load_text(&changed);
+        let allowed = TIMES_HONEST * honest * (changed.len() as f64 / SCENE.len() as f64).max(1.0);
+        prop_assert!(outcome.peak as f64 <= allowed, "{} bytes of heap; {allowed} are allowed", outcome.peak);
+        if let Ok(scene) = outcome.result {
+            let changed = String::from_utf8_lossy(&changed).into_owned();
+            drop(watched(&changed, move || a_few_photons(&scene)));
+        }
+    }
+}
+
+fn load_text(text: &[u8]) -> Outcome<Scene> {
+    let folder = TempDir::new().unwrap();
+    let file = folder.path().join("scene.xml");
+    std::fs::write(&file, text).unwrap();
+    load(&file)
+}
+
+/// Runs photons on all small films; what is refused is refused.
+fn a_few_photons(scene: &Scene) -> Result<(), String> {
+    for sensor in scene.sensors() {
+        // Larger ones are honest, and the command line says what they take.
+        if sensor.film.width.max(sensor.film.height) > 64 {
+            continue;
+        }
+        let progress = Progress::default();
+        let budget = Budget {
+            photons: Some(256),
+            ..Budget::default()
+        };
+        let estimate = Setup::new(scene, sensor, PhotonSettings::default(), &progress)
+            .and_then(|setup| setup.run(&budget))
+            .map_err(|error| error.to_string())?;
+        let closure = estimate.ledger.closure_error();
+        assert!(closure.is_none_or(|error| error < 1e-12), "{closure:?}");
+    }
+    Ok(())
+}
+
+#[test]
+fn counts_that_a_file_cannot_hold_reserve_nothing() {
+    let _alone = alone();
+    let header = |format: &str, vertices: u64, faces: u64| {
+        format!(
+            "ply\nformat {format} 1.0\nelement vertex {vertices}\nproperty float x\nproperty float y\nproperty float z\n\
+             element face {faces}\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"
+        )
+        .into_bytes()
+    };
+    let mut cases = Vec::new();
+    for format in ["ascii", "binary_little_endian", "binary_big_endian"] {
+        cases.push((Kind::AsciiPly, header(format, 1 << 60, 1), "announces"));
+        cases.push((Kind::AsciiPly, header(format, 3, 1 << 60), "announces"));
+        cases.push((Kind::AsciiPly, header(format, 3, u64::MAX), "announces"));
+    }
+    // Every face takes a byte at least, says a reader that counts lists as empty.
+    let mut padded = header("binary_little_endian", 0, 100_000);
+    padded.resize(100_000, 0);
+    cases.push((Kind::BinaryPly, padded, "announces 100000"));
+    for (vertices, faces) in [
+        (u64::from(u32::MAX), 1),
+        (3, u64::from(u32::MAX)),
+        (1 << 60, 1),
+    ] {
+        let mut contents = serialized_contents(&icosphere(0));
+        contents[11..19].copy_from_slice(&vertices.to_le_bytes());
+        contents[19..27].copy_from_slice(&faces.to_le_bytes());
+        let expected = if vertices == 1 << 60 {
+            "more than 32 bits"
+        } else {
+            "announces"
+        };
+        cases.push((
+            Kind::Serialized,
+            serialized(&contents, Compression::best()),
+            expected,
+        ));
+    }
+    for size in [1 << 12, 1 << 14, 1 << 16, 1 << 31] {
+        // RLE, ZIPS, ZIP, PXR24, B44: none of them shrinks so much.
+        for compression in [0, 1, 2, 3, 5, 6, 7] {
+            cases.push((Kind::Exr, exr_that_claims(size, compression), ""));
+        }
+    }
+    for (kind, bytes, expected) in cases {
+        let allowed = TIMES_HONEST * kind.honest_peak(bytes.len());
+        let outcome = kind.load(&bytes);
+        let (peak, seconds) = (outcome.peak, outcome.seconds);
+        let error = outcome.refusal(expected);
+        assert!(error.contains(expected), "{kind:?}: {error}");
+        assert!(
+            (peak as f64) < allowed,
+            "{kind:?}, {error}: {peak} bytes of heap, {allowed} are allowed"
+        );
+        assert!(seconds < 1.0, "{kind:?}, {error}: {seconds} s");
+    }
+}
+
+/// A file of one black texel with another number for its compression and a window of `size` x `size`.
+fn exr_that_claims(size: i64, compression: u8) -> Vec<u8> {
+    let mut image = Image::new(1, 1);
+    image.channels.push(Channel {
+        name: "Y".to_owned(),
+        samples: vec![0.0],
+    });
+    let mut bytes = written(&image);
+    let find = |bytes: &[u8], name: &[u8]| {
+        bytes
+            .windows(name.len())
+            .position(|window| window == name)
+            .unwrap()
+            + name.len()
+            + 4
+    };
+    let at = find(&bytes, b"compression\0compression\0");
+    bytes[at] = compression;
+    for window in [
+        b"dataWindow\0box2i\0",
+        b"displayWindow\0box2i\0".as_slice()[..17]
+            .try_into()
+            .unwrap(),
+    ] {
+        let Some(_) = bytes.windows(17).position(|it| it == window) else {
+            continue;
+        };
+        let at = find(&bytes, window);
+        let last = i32::try_from(size - 1).unwrap_or(i32::MAX);
+        bytes[at..at + 4].copy_from_slice(&0_i32.to_le_bytes());
+        bytes[at + 4..at + 8].copy_from_slice(&0_i32.to_le_bytes());
+        bytes[at + 8..at + 12].copy_from_slice(&last.to_le_bytes());
+        bytes[at + 12..at + 16].copy_from_slice(&last.to_le_bytes());
+    }
+    bytes
+}
+
+#[test]
+fn compressed_zeros_do_not_fill_the_memory() {
+    let _alone = alone();
+    // 2²⁸ bytes of zeros in 260 kB: a mesh of 2²² vertices, and a name without an end.
+    let zeros = vec![0_u8; 1 << 28];
+    let mut mesh = 0x1000_u32.to_le_bytes().to_vec();
+    mesh.push(0);
+    mesh.extend(20_000_000_u64.to_le_bytes());
+    mesh.extend(1_u64.to_le_bytes());
+    mesh.extend(&zeros);
+    let mut name = 0x1000_u32.to_le_bytes().to_vec();
+    name.extend(zeros.iter().map(|_| b'x'));
+    drop(zeros);
+    for (contents, expected) in [
+        (mesh, "announces 20000000 vertices"),
+        (name, "name has more than"),
+    ] {
+        let bytes = serialized(&contents, Compression::fast());
+        drop(contents);
+        let allowed = TIMES_HONEST * Kind::Serialized.honest_peak(bytes.len());
+        let outcome = Kind::Serialized.load(&bytes);
+        let peak = outcome.peak;
+        let error = outcome.refusal(expected);
+        assert!(error.contains(expected), "{error}");
+        assert!(
+            (peak as f64) < allowed,
+            "{error}: {peak} bytes of heap, {allowed} are allowed"
+        );
+    }
+}
+
+/// The heap \[bytes\] that an honest scene file of this length may take: one of a thousand balls, and for each byte what
+/// such a file takes.
+fn honest_scene_peak(length: usize) -> f64 {
+    let plain = "<shape type=\"sphere\"/>\n".repeat(1000);
+    let outcome = load_elements(&plain);
+    assert!(outcome.result.is_ok());
+    outcome.peak as f64 * (1.0 + length as f64 / plain.len() as f64)
+}
+
+#[test]
+fn scene_files_that_grow_while_they_are_read_are_refused() {
+    let _alone = alone();
+    let entities: String = (1..64)
+        .map(|n| format!("<!ENTITY e{n} \"&e{};&e{};\">", n - 1, n - 1))
+        .collect();
+    let bomb = format!(
+        "<!DOCTYPE s [<!ENTITY e0 \"xxxxxxxx\">{entities}]><scene version=\"3.0.0\">&e63;</scene>"
+    );
+    let deep = "<shape type=\"shapegroup\">".repeat(1_000_000);
+    let long = "x".repeat(1 << 19);
+    let parameters: String = (0..100_000)
+        .map(|n| format!("<default name=\"p{n}\" value=\"$a$a\"/>\n"))
+        .collect();
+    // Every `$a` is compared with names of every length.
+    let names: String = (1..1500)
+        .map(|n| format!("<default name=\"{}\" value=\"1\"/>\n", "a".repeat(n)))
+        .collect();
+    let names = format!(
+        "{names}<string name=\"{}\" value=\"x\"/>",
+        "$a".repeat(500_000)
+    );
+    let group = format!(
+        "<shape type=\"shapegroup\" id=\"g\">{}</shape>",
+        "<shape type=\"sphere\"/>".repeat(20_000)
+    );
+    let instances = "<shape type=\"instance\"><ref id=\"g\"/></shape>\n".repeat(20_000);
+    let cases = [
+        ("an entity bomb", bomb, "not well-formed XML"),
+        ("elements a million deep", scene_of(&deep), ""),
+        (
+            "elements a million deep and back",
+            scene_of(&format!("{deep}{}", "</shape>".repeat(1_000_000))),
+            "more than 64 levels deep",
+        ),
+        (
+            "plain tags a million deep and back",
+            scene_of(&format!(
+                "{}{}",
+                "<a>".repeat(1_000_000),
+                "</a>".repeat(1_000_000)
+            )),
+            "",
+        ),
+        (
+            "a hundred thousand long parameters",
+            scene_of(&format!(
+                "<default name=\"a\" value=\"{long}\"/>{parameters}"
+            )),
+            "come to more than",
+        ),
+        (
+            "names of fifteen hundred lengths",
+            scene_of(&names),
+            "is longer than",
+        ),
+        (
+            "four hundred million instances",
+            scene_of(&format!("{group}{instances}")),
+            "instances",
+        ),
+    ];
+    for (case, text, expected) in cases {
+        let allowed = TIMES_HONEST * honest_scene_peak(text.len());
+        let outcome = load_text(text.as_bytes());
+        let (peak, seconds) = (outcome.peak, outcome.seconds);
+        println!(
+            "{case}: {} bytes, {peak} bytes of heap, {seconds:.2} s",
+            text.len()
+        );
+        let error = outcome.refusal(case);
+        assert!(error.contains(expected), "{case}: {error}");
+        assert!(
+            error.len() < 10_000,
+            "{case}: a message of {} bytes",
+            error.len()
+        );
+        assert!(
+            (peak as f64) < allowed,
+            "{case}: {peak} bytes of heap, {allowed} are allowed"
+        );
+    }
+}
+
+#[test]
+fn includes_end_however_they_are_nested() {
+    let _alone = alone();
+    let folder = TempDir::new().unwrap();
+    let write = |name: String, elements: &str| {
+        std::fs::write(folder.path().join(name), scene_of(elements)).unwrap()
+    };
+    let include = |name: &str| format!("<include filename=\"{name}\"/>\n");
+    // A hundred thousand files, each of which includes the next.
+    for n in 0..100_000 {
+        write(
+            format!("chain{n}.xml"),
+            &include(&format!("chain{}.xml", n + 1)),
+        );
+    }
+    // Fifteen, each of which includes the next ten times: 10¹⁴ in all.
+    for n in 0..15 {
+        write(
+            format!("tree{n}.xml"),
+            &include(&format!("tree{}.xml", n + 1)).repeat(10),
+        );
+    }
+    write("tree15.xml".to_owned(), "");
+    // A hundred thousand times the same, and itself by other names.
+    write(
+        "flat.xml".to_owned(),
+        &include("tree15.xml").repeat(100_000),
+    );
+    write("self.xml".to_owned(), &include("./././self.xml").repeat(10));
+    for (name, expected) in [
+        ("chain0.xml", "more than 15 levels deep"),
+        ("tree0.xml", "which is all that is allowed"),
+        ("flat.xml", "which is all that is allowed"),
+        ("self.xml", "includes"),
+    ] {
+        let outcome = load(&folder.path().join(name));
+        println!(
+            "{name}: {} bytes of heap, {:.2} s",
+            outcome.peak, outcome.seconds
+        );
+        let peak = outcome.peak;
+        let error = outcome.refusal(name);
+        assert!(error.contains(expected), "{name}: {error}");
+        // 2¹⁴ files, of which names of some hundred bytes and versions are kept: no contents.
+        let length = std::fs::metadata(folder.path().join(name)).unwrap().len() as usize;
+        let allowed = TIMES_HONEST * honest_scene_peak(length) + f64::from(1 << 14) * 500.0;
+        assert!(
+            (peak as f64) < allowed,
+            "{name}: {peak} bytes of heap, {allowed} are allowed"
+        );
+    }
+}
+
+/// A mesh of triangles, one round each of these points.
+fn specks(corners: impl Iterator<Item = [DVec3; 3]>) -> MeshParts {
+    let positions: Vec<DVec3> = corners.flatten().collect();
+    MeshParts {
+        triangles: (0..positions.len() as u32 / 3)
+            .map(|face| [3 * face, 3 * face + 1, 3 * face + 2])
+            .collect(),
+        positions,
+        ..MeshParts::default()
+    }
+}
+
+#[test]
+fn meshes_made_to_be_slow_are_read_in_time() {
+    let _alone = alone();
+    const COUNT: u32 = 100_000;
+    let at = |place: DVec3| [place, place + DVec3::X, place + DVec3::Y];
+    let cases = [
+        (
+            "triangles in one place, apart by rounding",
+            specks((0..COUNT).map(|n| at(DVec3::Z * (f64::from(n) * 1e-15)))),
+        ),
+        (
+            "triangles in a row",
+            specks((0..COUNT).map(|n| at(DVec3::X * f64::from(n)))),
+        ),
+        (
+            "triangles in a tower",
+            specks((0..COUNT).map(|n| at(DVec3::Z * f64::from(n)))),
+        ),
+        (
+            "triangles round one another",
+            specks((0..COUNT).map(|n| {
+                at(DVec3::ZERO).map(|p| (p - DVec3::new(1.0, 1.0, 0.0) / 3.0) * f64::from(n + 1))
+            })),
+        ),
+        (
+            "triangles each half as large as the last",
+            specks((0..COUNT).map(|n| at(DVec3::ZERO).map(|p| p * 0.999_f64.powi(n as i32)))),
+        ),
+        ("positions whose hashes collide", colliding(COUNT)),
+    ];
+    for (case, mesh) in cases {
+        let outcome = Kind::BinaryPly.load(&ply(&mesh, "binary_little_endian"));
+        println!(
+            "{case}: {} bytes of heap, {:.2} s",
+            outcome.peak, outcome.seconds
+        );
+        if let Err(error) = outcome.result {
+            panic!("{case}: {error}");
+        }
+    }
+    let polygon: String = (1..=100_000).map(|n| format!(" {n}")).collect();
+    let vertices: String = (0..100_000)
+        .map(|n| format!("v {} {} 0\n", n % 1000, n / 1000))
+        .collect();
+    let star: String = (2..100_000)
+        .map(|n| format!("f 1 {n} {}\n", n + 1))
+        .collect();
+    let normals: String = (0..100_000)
+        .map(|n| format!("vn 0 {n} 1\nf 1//{} 2 3\n", n + 1))
+        .collect();
+    for (case, text) in [
+        (
+            "a face of 100 000 corners",
+            format!("{vertices}f{polygon}\n"),
+        ),
+        ("100 000 faces round a vertex", format!("{vertices}{star}")),
+        (
+            "a vertex with 100 000 normals",
+            format!("{vertices}{normals}"),
+        ),
+    ] {
+        let outcome = Kind::Obj.load(text.as_bytes());
+        println!(
+            "{case}: {} bytes of heap, {:.2} s",
+            outcome.peak, outcome.seconds
+        );
+        if let Err(error) = outcome.result {
+            panic!("{case}: {error}");
+        }
+    }
+    let balls = "<shape type=\"sphere\"/>\n".repeat(50_000);
+    let outcome = load_elements(&balls);
+    println!("50 000 balls in one place: {:.2} s", outcome.seconds);
+    assert!(outcome.result.is_ok());
+}
+
+/// Triangles of positions that all had the same hash while the hash had no secret: the multiplication of two
+/// coordinates' bits is undone by the third's.
+fn colliding(faces: u32) -> MeshParts {
+    const START: u64 = 0x9e37_79b9_7f4a_7c15;
+    let mix = |state: u64, word: u64| {
+        let product = u128::from(state ^ word ^ START) * 0xbf58_476d_1ce4_e5b9;
+        (product as u64) ^ ((product >> 64) as u64)
+    };
+    let mut positions = Vec::new();
+    let mut n = 0_u32;
+    while positions.len() < 3 * faces as usize {
+        n += 1;
+        let (x, y) = (1.0 + f64::from(n) * 1e-6, 1.0_f64);
+        let state = mix(mix(0, x.to_bits()), y.to_bits());
+        let z = f64::from_bits(state ^ 0x1234_5678);
+        if z.is_finite() && z.abs() < 1e60 && z.abs() > 1e-60 {
+            positions.push(DVec3::new(x, y, z));
+        }
+    }
+    specks(
+        positions
+            .chunks_exact(3)
+            .map(|corners| [corners[0], corners[1], corners[2]])
+            .collect::<Vec<_>>()
+            .into_iter(),
+    )
+}
+
+#[cfg(unix)]
+#[test]
+fn devices_and_pipes_are_no_files() {
+    let _alone = alone();
+    let pipe = TempDir::new().unwrap();
+    let pipe = pipe.path().join("pipe");
+    let folder = pipe.parent().unwrap();
+    std::fs::create_dir_all(folder).unwrap();
+    let made = std::process::Command::new("mkfifo").arg(&pipe).status();
+    let mut names = vec![PathBuf::from("/dev/zero"), folder.to_owned()];
+    if made.is_ok_and(|status| status.success()) {
+        names.push(pipe.clone());
+    }
+    for name in names {
+        let name = name.display();
+        for elements in [
+            format!("<shape type=\"obj\"><string name=\"filename\" value=\"{name}\"/></shape>"),
+            format!("<shape type=\"ply\"><string name=\"filename\" value=\"{name}\"/></shape>"),
+            format!(
+                "<shape type=\"serialized\"><string name=\"filename\" value=\"{name}\"/></shape>"
+            ),
+            format!(
+                "<emitter type=\"envmap\"><string name=\"filename\" value=\"{name}\"/></emitter>"
+            ),
+            format!("<include filename=\"{name}\"/>"),
+            Kind::Exr.elements().replace("it", &name.to_string()),
+        ] {
+            let outcome = load_elements(&elements);
+            assert!(
+                outcome.peak < 1 << 20,
+                "{elements}: {} bytes of heap",
+                outcome.peak
+            );
+            let error = outcome.refusal(&elements);
+            assert!(!error.is_empty());
+        }
+    }
+    std::fs::remove_dir_all(folder).unwrap();
+}
+
+#[test]
+fn only_what_the_file_names_is_read_and_nothing_is_written() {
+    let _alone = alone();
+    let root = TempDir::new().unwrap();
+    let write = |name: &str, contents: &str| {
+        let path = root.path().join(name);
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(path, contents).unwrap();
+    };
+    let triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    let shape = |name: &str| {
+        format!("<shape type=\"obj\"><string name=\"filename\" value=\"{name}\"/></shape>")
+    };
+    write("above.obj", triangle);
+    write("scene/parts/below.obj", triangle);
+    write(
+        "scene/parts/part.xml",
+        &scene_of("<path value=\"deeper\"/>"),
+    );
+    write("scene/parts/deeper/deep.obj", triangle);
+    // What mesh files name is not read: neither materials nor textures.
+    write("scene/plain.obj", triangle);
+    write(
+        "scene/names.obj",
+        &format!("mtllib /dev/zero\nusemtl x\nmap_Kd ../above.obj\n{triangle}"),
+    );
+    let load = |elements: &str| {
+        write("scene/scene.xml", &scene_of(elements));
+        load(&root.path().join("scene/scene.xml")).result
+    };
+    let listing = |folder: &Path| {
+        let mut names: Vec<_> = std::fs::read_dir(folder)
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name())
+            .collect();
+        names.sort();
+        names
+    };
+    assert!(load(&shape("plain.obj")).is_ok());
+    assert!(load(&shape("names.obj")).is_ok());
+    // What is named with its way is found, ...
+    assert!(load(&shape("../above.obj")).is_ok());
+    assert!(load(&shape("parts/below.obj")).is_ok());
+    let before = listing(&root.path().join("scene"));
+    // ... what is not is not looked for: neither above nor below, nor where an include looked.
+    for missing in ["above.obj", "below.obj", "deep.obj"] {
+        let error = load(&format!(
+            "<include filename=\"parts/part.xml\"/>{}",
+            shape(missing)
+        ))
+        .unwrap_err();
+        assert!(error.contains("cannot be read"), "{error}");
+    }
+    assert_eq!(listing(&root.path().join("scene")), before);
+}
