@@ -125,9 +125,13 @@ fn one_photon_is_a_result_without_an_error_bar() {
             layer.name
         );
     }
-    // Its flux is all there is, and it is somewhere: 1 photon of at most 32 branches, rounded 2⁻⁶⁰ each.
+    // Its flux is all there is, and it is somewhere: 1 photon of at most 32 branches, rounded 2⁻⁶⁰ each; and u for each of eight rows
+    // that are added up.
     let closure = estimate.ledger.closure_error().unwrap();
-    assert!(closure <= 32.0 * 2f64.powi(-60), "{closure:e}");
+    assert!(
+        closure <= 32.0 * 2f64.powi(-60) + 4.0 * f64::EPSILON,
+        "{closure:e}"
+    );
 }
 
 /// Texels share the receiver exactly: beams of one tolerance deal the same light to one texel or to 64 x 64. Both know it to
@@ -161,7 +165,7 @@ fn one_texel_gets_what_four_thousand_get() {
 }
 
 /// The film of 2²⁶ texels: what its texels sum to is what the ledger says it received. Each photon is in one texel, rounded to a
-/// quantum by both; the mean of a texel is rounded once: n 2⁻⁶¹ + 2⁻⁵³, and the sum here is exact.
+/// quantum by both; the mean of a texel is rounded once: n 2⁻⁶⁰ + 2⁻⁵³, and the sum here is exact.
 #[test]
 #[ignore = "a minute, and 16 GB of memory"]
 fn a_film_of_8192_x_8192_texels_sums_to_what_it_received() {
@@ -181,7 +185,7 @@ fn a_film_of_8192_x_8192_texels_sums_to_what_it_received() {
         "{texels} W in texels, {ledger} W in the ledger: {:.1e}",
         texels / ledger - 1.0
     );
-    assert!((texels / ledger - 1.0).abs() <= count as f64 * 2f64.powi(-61) + f64::EPSILON);
+    assert!((texels / ledger - 1.0).abs() <= count as f64 * 2f64.powi(-60) + 0.5 * f64::EPSILON);
 }
 
 /// The photons of a stone in which light goes on and on, followed to this many events.
@@ -272,10 +276,10 @@ fn signatures_past_the_limit_are_in_the_ledger_and_in_the_last_layer() {
             .any(|layer| layer.name == LayerName::Other)
     );
     let [a, b] = [&few, &many].map(|estimate| estimate.ledger.sum().received.mean());
-    assert!((a / b - 1.0).abs() < 66.0 * f64::EPSILON, "{a} against {b}");
+    assert!((a / b - 1.0).abs() < 33.0 * f64::EPSILON, "{a} against {b}");
     let scene = bundled("diamond", 16);
     let [a, b] = [&few, &many].map(|estimate| caustic_flux(&scene, estimate));
-    assert!((a / b - 1.0).abs() < 66.0 * f64::EPSILON, "{a} against {b}");
+    assert!((a / b - 1.0).abs() < 33.0 * f64::EPSILON, "{a} against {b}");
     for estimate in [&few, &many] {
         let (texels, ledger) = (
             caustic_flux(&scene, estimate),

@@ -24,6 +24,7 @@ use nephroid::reference::photons::{Budget, PhotonSettings};
 use nephroid::scene::Scene;
 use peak_alloc::PeakAlloc;
 use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
 use tempfile::TempDir;
 
 #[global_allocator]
@@ -225,7 +226,7 @@ const SCENE: &str = r##"<?xml version="1.0"?>
 "##;
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 128, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 128, failure_persistence: None, rng_seed: RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
     #[test]
     fn a_changed_mesh_or_image_takes_at_most_four_times_what_an_honest_one_takes(changes in mutations()) {
@@ -279,8 +280,19 @@ fn a_few_photons(scene: &Scene) -> Result<(), String> {
         let estimate = Setup::new(scene, sensor, PhotonSettings::default(), &progress)
             .and_then(|setup| setup.run(&budget))
             .map_err(|error| error.to_string())?;
+        // A film's quantum is that of the brightest channel: what is dim beside it closes to as much less.
+        let emitted = estimate.ledger.emitted;
+        let dimmest = emitted
+            .0
+            .into_iter()
+            .filter(|&flux| flux > 0.0)
+            .fold(f64::INFINITY, f64::min);
+        let allowed = 1e-12 * (emitted.max_channel() / dimmest).max(1.0);
         let closure = estimate.ledger.closure_error();
-        assert!(closure.is_none_or(|error| error < 1e-12), "{closure:?}");
+        assert!(
+            closure.is_none_or(|error| error < allowed),
+            "{closure:?}, {allowed:e} allowed"
+        );
     }
     Ok(())
 }
@@ -325,9 +337,10 @@ fn counts_that_a_file_cannot_hold_reserve_nothing() {
         ));
     }
     for size in [1 << 12, 1 << 14, 1 << 16, 1 << 31] {
-        // RLE, ZIPS, ZIP, PXR24, B44: none of them shrinks so much.
-        for compression in [0, 1, 2, 3, 5, 6, 7] {
-            cases.push((Kind::Exr, exr_that_claims(size, compression), ""));
+        // None, RLE, ZIPS, ZIP, PIZ, PXR24, B44, B44A: none of them shrinks so much. The crate itself refuses 2³¹.
+        let expected = if size == 1 << 31 { "" } else { "claims" };
+        for compression in 0..8 {
+            cases.push((Kind::Exr, exr_that_claims(size, compression), expected));
         }
     }
     for (kind, bytes, expected) in cases {
@@ -363,14 +376,9 @@ fn exr_that_claims(size: i64, compression: u8) -> Vec<u8> {
     let at = find(&bytes, b"compression\0compression\0");
     bytes[at] = compression;
     for window in [
-        b"dataWindow\0box2i\0",
-        b"displayWindow\0box2i\0".as_slice()[..17]
-            .try_into()
-            .unwrap(),
+        b"dataWindow\0box2i\0".as_slice(),
+        b"displayWindow\0box2i\0".as_slice(),
     ] {
-        let Some(_) = bytes.windows(17).position(|it| it == window) else {
-            continue;
-        };
         let at = find(&bytes, window);
         let last = i32::try_from(size - 1).unwrap_or(i32::MAX);
         bytes[at..at + 4].copy_from_slice(&0_i32.to_le_bytes());
@@ -640,10 +648,26 @@ fn meshes_made_to_be_slow_are_read_in_time() {
             panic!("{case}: {error}");
         }
     }
-    let balls = "<shape type=\"sphere\"/>\n".repeat(50_000);
-    let outcome = load_elements(&balls);
-    println!("50 000 balls in one place: {:.2} s", outcome.seconds);
-    assert!(outcome.result.is_ok());
+    // Glass, so that they are looked at for surfaces at the same place; and each round the last, so that none are.
+    let ball = |radius: f64| {
+        format!(
+            "<shape type=\"sphere\"><float name=\"radius\" value=\"{radius}\"/><bsdf type=\"dielectric\"/></shape>\n"
+        )
+    };
+    let nested: String = (1..=50_000).map(|i| ball(1e-3 * f64::from(i))).collect();
+    for (case, balls) in [
+        ("in one place", ball(1.0).repeat(50_000)),
+        ("round one another", nested),
+    ] {
+        let outcome = load_elements(&balls);
+        println!("50 000 balls of glass {case}: {:.2} s", outcome.seconds);
+        let scene = outcome.result.expect("balls are a scene");
+        assert!(
+            scene.warnings().len() < 100,
+            "{case}: {} warnings",
+            scene.warnings().len()
+        );
+    }
 }
 
 /// Triangles of positions that all had the same hash while the hash had no secret: the multiplication of two
@@ -699,7 +723,9 @@ fn devices_and_pipes_are_no_files() {
                 "<emitter type=\"envmap\"><string name=\"filename\" value=\"{name}\"/></emitter>"
             ),
             format!("<include filename=\"{name}\"/>"),
-            Kind::Exr.elements().replace("it", &name.to_string()),
+            Kind::Exr
+                .elements()
+                .replace("\"it\"", &format!("\"{name}\"")),
         ] {
             let outcome = load_elements(&elements);
             assert!(
@@ -708,7 +734,7 @@ fn devices_and_pipes_are_no_files() {
                 outcome.peak
             );
             let error = outcome.refusal(&elements);
-            assert!(!error.is_empty());
+            assert!(error.contains("cannot be read"), "{elements}: {error}");
         }
     }
     std::fs::remove_dir_all(folder).unwrap();

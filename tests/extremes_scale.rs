@@ -32,6 +32,12 @@ fn assert_same_bits(name: &str, home: &Estimate, scaled: &Estimate) {
             "{name} {}: error",
             a.name
         );
+        assert_eq!(
+            a.interval.is_some(),
+            b.interval.is_some(),
+            "{name} {}",
+            a.name
+        );
         if let (Some(a_bounds), Some(b_bounds)) = (&a.interval, &b.interval) {
             assert_eq!(at(&a_bounds.low, &b_bounds.low), None, "{name} {}", a.name);
             assert_eq!(

@@ -51,7 +51,9 @@ pub fn dielectric_reflectance(cos_incident: f64, eta: f64) -> f64 {
     // In two quotients: the square of the denominator would overflow from η = 1e77 on.
     let r_p = (a / p_even) * (((eta_squared + 1.0) * cos_squared - 1.0) / p_even);
     // At grazing incidence both are 1 but for rounding, which may be upward.
-    (0.5 * (r_s * r_s + r_p * r_p)).min(1.0)
+    let reflectance = 0.5 * (r_s * r_s + r_p * r_p);
+    // Not `min`, which would make total reflection of NaN.
+    if reflectance > 1.0 { 1.0 } else { reflectance }
 }
 
 /// Reflectance of a plane-parallel pane, all internal reflections summed without interference.

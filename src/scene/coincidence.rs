@@ -11,9 +11,16 @@ use glam::{DVec2, DVec3};
 
 use super::validate::needs_inside;
 use super::{Material, Object, Warning};
-use crate::geometry::{Mesh, Shape};
+use crate::geometry::{Bounds, Mesh, Shape};
 
-/// One warning for each pair of shapes with surfaces at the same place, at least one of which refracts.
+/// No more pairs are named: a scene of a thousand equal balls is one mistake.
+const MOST_NAMED: usize = 32;
+
+/// No more pairs are compared: about a second's work.
+const MOST_COMPARED: usize = 1 << 28;
+
+/// One warning for each pair of shapes with surfaces at the same place, at least one of which refracts; one more
+/// where there may be pairs that are not named.
 ///
 /// Looked at are pairs of spheres and of cylinders, flat shapes with each other and with a mesh's faces, and
 /// faces of two meshes over the same three points.
@@ -23,47 +30,82 @@ pub(super) fn warnings(
     materials: &[Material],
 ) -> Vec<Warning> {
     let material = |index: usize| &materials[objects[index].material.0 as usize];
-    let refractors: Vec<usize> = (0..shapes.len())
-        .filter(|&index| needs_inside(material(index), materials))
+    let refracts: Vec<bool> = (0..shapes.len())
+        .map(|index| needs_inside(material(index), materials))
         .collect();
-    let mut warnings = Vec::new();
-    for &refractor in &refractors {
-        for other in 0..shapes.len() {
-            // Pairs of refractors once.
-            let seen = other <= refractor && refractors.binary_search(&other).is_ok();
-            if seen || *material(other) == Material::Null {
+    if !refracts.contains(&true) {
+        return Vec::new();
+    }
+    // Along x, so that only shapes are compared whose extents there overlap.
+    let mut along_x: Vec<(usize, Bounds)> = (0..shapes.len())
+        .filter(|&index| *material(index) != Material::Null)
+        .map(|index| (index, shapes[index].bounds()))
+        .collect();
+    along_x.sort_by(|(_, a), (_, b)| a.min.x.total_cmp(&b.min.x));
+    let most_room = along_x
+        .iter()
+        .map(|(_, bounds)| room(bounds, bounds))
+        .fold(0.0, f64::max);
+    let (mut pairs, mut compared) = (Vec::new(), 0);
+    'all: for (place, (first, bounds)) in along_x.iter().enumerate() {
+        for (second, other) in &along_x[place + 1..] {
+            if other.min.x > bounds.max.x + most_room {
+                break;
+            }
+            compared += 1;
+            if compared == MOST_COMPARED {
+                break 'all;
+            }
+            let room = room(bounds, other);
+            let is_apart = bounds.min.cmpgt(other.max + room).any()
+                || other.min.cmpgt(bounds.max + room).any();
+            if is_apart || !(refracts[*first] || refracts[*second]) {
                 continue;
             }
-            if coincide(&shapes[refractor], &shapes[other]) {
-                let [a, b] = [refractor, other].map(|index| &objects[index].id);
-                warnings.push(Warning {
-                    at: Some(objects[refractor.max(other)].declared_at.clone()),
-                    message: format!(
-                        "shapes \"{a}\" and \"{b}\" have surfaces at the same place, of which light meets only one: \
-                         move them apart, or give their common surface once, with int_ior and ext_ior of its two sides"
-                    ),
-                });
+            if coincide(&shapes[*first], &shapes[*second], room) {
+                pairs.push([*first.min(second), *first.max(second)]);
+            }
+            if pairs.len() == MOST_NAMED {
+                break 'all;
             }
         }
     }
-    warnings
+    let are_all_known = pairs.len() < MOST_NAMED && compared < MOST_COMPARED;
+    pairs.sort_unstable();
+    let unknown = Warning {
+        at: None,
+        message: "too many shapes overlap to tell all that have surfaces at the same place"
+            .to_owned(),
+    };
+    pairs
+        .into_iter()
+        .map(|[first, second]| {
+            let (a, b) = (&objects[first], &objects[second]);
+            Warning {
+                at: Some(b.declared_at.clone()),
+                message: format!(
+                    "shapes \"{}\" and \"{}\" have surfaces at the same place, of which light meets only one: \
+                     move them apart, or give their common surface once, with int_ior and ext_ior of its two sides",
+                    a.id, b.id
+                ),
+            }
+        })
+        .chain((!are_all_known).then_some(unknown))
+        .collect()
 }
 
 /// Up to here, relative to coordinates and sizes, surfaces are at the same place: rays start up to 32 roundings off one,
 /// and the other is as uncertain.
 const ROOM: f64 = 64.0 * (0.5 * f64::EPSILON);
 
-/// Whether some area of one shape is at the same place as some of the other.
-fn coincide(a: &Shape, b: &Shape) -> bool {
-    let [first, second] = [a.bounds(), b.bounds()];
-    let size = [first, second]
-        .map(|bounds| bounds.min.abs().max(bounds.max.abs()).max_element())
-        .into_iter()
-        .fold(0.0, f64::max);
-    let room = ROOM * size;
-    if first.min.cmpgt(second.max + room).any() || second.min.cmpgt(first.max + room).any() {
-        return false;
-    }
+/// How far apart surfaces of two shapes may be and count as being at the same place.
+fn room(a: &Bounds, b: &Bounds) -> f64 {
+    let reach = |bounds: &Bounds| bounds.min.abs().max(bounds.max.abs()).max_element();
+    ROOM * reach(a).max(reach(b))
+}
+
+/// Whether some area of one shape is within `room` of some of the other.
+fn coincide(a: &Shape, b: &Shape, room: f64) -> bool {
     match (a, b) {
         (Shape::Sphere(a), Shape::Sphere(b)) => {
             a.center().distance(b.center()) + (a.radius() - b.radius()).abs() <= room

@@ -298,7 +298,7 @@ impl Mesh {
     pub fn position_error(&self, face: u32) -> DVec3 {
         let [a, b, c] = self.corners(face);
         let (ab, ac) = (b - a, c - a);
-        let reach = ab.abs().max(ac.abs()).element_sum();
+        let reach = ab.abs().max(ac.abs()).max((ac - ab).abs()).element_sum();
         let farthest = a.abs().max(b.abs()).max(c.abs());
         UNIT_ROUNDOFF * (farthest + plane_error(reach, ab.cross(ac).length()) * reach)
     }
@@ -347,7 +347,7 @@ impl Mesh {
         // The point itself: the last sum costs u|p|, differences, products and their sum 4u of
         // the edges; what is uncertain of the plane's distance comes on top.
         let position = a + (ab * b1 + ac * b2);
-        let reach = ab.abs().max(ac.abs()).element_sum();
+        let reach = ab.abs().max(ac.abs()).max((ac - ab).abs()).element_sum();
         SurfacePoint {
             position,
             position_error: UNIT_ROUNDOFF
@@ -371,10 +371,11 @@ impl Mesh {
 /// and their sums (3): 13 in all, and 16 for margin. That a vertex' image is off moves the plane no farther than the vertex.
 /// But the edge functions' own products are rounded by u rᵢ rⱼ (r: distances of the vertices), and each is multiplied by the third
 /// vertex' depth and divided by the image's area: 3 r₁ r₂ r₃ / (2 A), with r₁ r₂ r₃ at most 4/27 of the longest edge's cube on a
-/// sliver. What the image's area is smaller by, the distance to the plane is shorter than that along the ray.
+/// sliver: 4/9, times 3 where the ray runs along a diagonal of space, whose shear stretches the image by √3 each way. The image's area
+/// is less than the face's by the cosine by which the distance to the plane is less than that along the ray: these cancel.
 #[inline]
 fn plane_error(reach: f64, twice_area: f64) -> f64 {
-    let thin = 13.0 + 0.5 * reach * reach / twice_area;
+    let thin = 13.0 + 1.5 * reach * reach / twice_area;
     // No face is met where it has no area; one of almost none is known to its own length.
     if thin.is_finite() {
         thin.clamp(16.0, 1.0 / UNIT_ROUNDOFF)

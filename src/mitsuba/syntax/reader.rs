@@ -23,7 +23,7 @@ const MAX_INCLUDE_DEPTH: usize = 15;
 ///
 /// Fifteen files that each include the next ten times say 10¹⁵. Scenes include some tens.
 const MOST_INCLUDES: usize = 1 << 14;
-const MOST_INCLUDED_BYTES: usize = 1 << 28;
+const MOST_INCLUDED_BYTES: usize = 1 << 24;
 
 /// Reads a main file and all it includes, upgrades old files and resolves references.
 ///
