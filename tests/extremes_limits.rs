@@ -160,6 +160,20 @@ fn signal(child: &Child, name: &str) {
     assert!(kill.unwrap().success());
 }
 
+/// Interrupts a program until it ends: one that was started in the background of a shell ignores what comes before it listens.
+fn interrupt(child: &mut Child) {
+    for _ in 0..4 {
+        signal(child, "-INT");
+        let sent = Instant::now();
+        while sent.elapsed() < Duration::from_secs(10) {
+            if child.try_wait().unwrap().is_some() {
+                return;
+            }
+            thread::sleep(Duration::from_millis(5));
+        }
+    }
+}
+
 /// Runs that last some seconds, interrupted after each of these times \[ms\]: while the program starts, reads, surveys, traces, goes
 /// from pass to pass.
 const MOMENTS: [u64; 8] = [0, 3, 10, 30, 100, 300, 700, 1500];
@@ -178,9 +192,9 @@ fn an_interrupt_at_any_moment_leaves_no_file_or_one_that_is_marked() {
         for moment in MOMENTS {
             let path = folder.path().join("a.exr");
             let start = Instant::now();
-            let child = render(64, &path, arguments).spawn().unwrap();
+            let mut child = render(64, &path, arguments).spawn().unwrap();
             thread::sleep(Duration::from_millis(moment));
-            signal(&child, "-INT");
+            interrupt(&mut child);
             let output = child.wait_with_output().unwrap();
             // A pass or a round is left in its middle: seconds at most, on a machine however busy.
             assert!(

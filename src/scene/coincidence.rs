@@ -16,8 +16,11 @@ use crate::geometry::{Bounds, Mesh, Shape};
 /// No more pairs are named: a scene of a thousand equal balls is one mistake.
 const MOST_NAMED: usize = 32;
 
-/// No more pairs are compared: about a second's work.
-const MOST_COMPARED: usize = 1 << 28;
+/// No more work is spent on comparing, in comparisons of two boxes: about a second's.
+const MOST_WORK: usize = 1 << 28;
+
+/// What comparing two shapes takes, in the same.
+const WORK_OF_SHAPES: usize = 16;
 
 /// One warning for each pair of shapes with surfaces at the same place, at least one of which refracts; one more
 /// where there may be pairs that are not named.
@@ -46,14 +49,14 @@ pub(super) fn warnings(
         .iter()
         .map(|(_, bounds)| room(bounds, bounds))
         .fold(0.0, f64::max);
-    let (mut pairs, mut compared) = (Vec::new(), 0);
+    let (mut pairs, mut work) = (Vec::new(), 0);
     'all: for (place, (first, bounds)) in along_x.iter().enumerate() {
         for (second, other) in &along_x[place + 1..] {
             if other.min.x > bounds.max.x + most_room {
                 break;
             }
-            compared += 1;
-            if compared == MOST_COMPARED {
+            work += 1;
+            if work >= MOST_WORK {
                 break 'all;
             }
             let room = room(bounds, other);
@@ -62,6 +65,7 @@ pub(super) fn warnings(
             if is_apart || !(refracts[*first] || refracts[*second]) {
                 continue;
             }
+            work += WORK_OF_SHAPES;
             if coincide(&shapes[*first], &shapes[*second], room) {
                 pairs.push([*first.min(second), *first.max(second)]);
             }
@@ -70,7 +74,7 @@ pub(super) fn warnings(
             }
         }
     }
-    let are_all_known = pairs.len() < MOST_NAMED && compared < MOST_COMPARED;
+    let are_all_known = pairs.len() < MOST_NAMED && work < MOST_WORK;
     pairs.sort_unstable();
     let unknown = Warning {
         at: None,
