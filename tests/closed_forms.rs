@@ -20,11 +20,12 @@ use nephroid::generate::write_ply;
 use nephroid::geometry::{MeshParts, Shape};
 use nephroid::numeric::StreamKind;
 use nephroid::reference::closed_form::{
-    AxialLight, CupLight, FlatFacets, FlatSlab, GlassBall, MirrorCup, ParabolicMirror,
-    ParallelLight, Path, SineWater, SineWave, TexelGrid, lambert_irradiance, point_irradiance,
+    CupLight, FlatFacets, FlatSlab, MirrorCup, ParabolicMirror, ParallelLight, Path, SineWater,
+    SineWave, TexelGrid, lambert_irradiance, point_irradiance,
 };
 use nephroid::reference::{Estimate, LayerName};
 use nephroid::scene::Scene;
+use support::oracles::BALL;
 use support::scenes::layer;
 use support::{Compared, Photons, bundled, bundled_file, loaded, student};
 
@@ -83,17 +84,6 @@ fn assert_direct_light_is_within_its_bound(estimate: &Estimate, truth: &[f64]) {
 }
 
 // ---- glass-ball: a lamp straight above a ball straight above a floor -------------------------
-
-/// The scene `glass-ball`.
-const BALL: GlassBall = GlassBall {
-    radius: 1.0,
-    center_height: 1.4,
-    ior: 1.5,
-    light: AxialLight::Point {
-        height: 4.0,
-        intensity: 100.0,
-    },
-};
 
 fn ball_grid(side: usize) -> TexelGrid {
     TexelGrid::square(2.0, side)

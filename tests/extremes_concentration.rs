@@ -6,11 +6,12 @@ use std::f64::consts::TAU;
 use std::fmt::Write as _;
 use std::fs;
 
-use nephroid::reference::closed_form::{AxialLight, GlassBall, ParabolicMirror, Path, TexelGrid};
+use nephroid::reference::closed_form::{ParabolicMirror, Path, TexelGrid};
 use nephroid::reference::{Estimate, Layer, LayerName};
 use nephroid::scene::Scene;
 use support::beams::{beams, held};
 use support::bundled_file;
+use support::oracles::BALL;
 use support::scenes::{Photons, loaded, over_floor};
 
 fn layer<'a>(estimate: &'a Estimate, name: &str) -> &'a Layer {
@@ -121,17 +122,6 @@ fn a_dish_gathers_all_its_light_in_one_texel() {
         );
     }
 }
-
-/// The ball of the scene `glass-ball`, known in closed form.
-const BALL: GlassBall = GlassBall {
-    radius: 1.0,
-    center_height: 1.4,
-    ior: 1.5,
-    light: AxialLight::Point {
-        height: 4.0,
-        intensity: 100.0,
-    },
-};
 
 /// The scene `glass-ball` over a receiver of another half width \[m\].
 fn ball_over(half_width: f64, side: usize) -> Scene {

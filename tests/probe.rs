@@ -10,21 +10,11 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use glam::DVec2;
 use nephroid::optics::dielectric_reflectance;
-use nephroid::reference::closed_form::{AxialLight, GlassBall, Path};
+use nephroid::reference::closed_form::Path;
 
 use probe_support::{of, probe_at, sign_changes, sum};
+use support::oracles::BALL;
 use support::{Photons, bundled};
-
-/// The scene `glass-ball`.
-const BALL: GlassBall = GlassBall {
-    radius: 1.0,
-    center_height: 1.4,
-    ior: 1.5,
-    light: AxialLight::Point {
-        height: 4.0,
-        intensity: 100.0,
-    },
-};
 
 /// Generic directions: no symmetry of the cells.
 fn around(radius: f64, number: u32) -> DVec2 {

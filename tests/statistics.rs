@@ -5,12 +5,13 @@
 mod support;
 
 use nephroid::numeric::StreamKind;
-use nephroid::reference::closed_form::{AxialLight, GlassBall, Path, TexelGrid};
+use nephroid::reference::closed_form::{Path, TexelGrid};
 use nephroid::reference::{Estimate, LayerName};
 use nephroid::scene::Scene;
 use nephroid::transport::ledger::Row;
 use nephroid::transport::scatter::ShadingNormals;
 use nephroid::transport::signature::Signature;
+use support::oracles::BALL;
 use support::scenes::{layer, sensor_area};
 use support::{Compared, Photons, bundled, student};
 
@@ -19,16 +20,6 @@ const ALPHA: f64 = 1e-6;
 const COMPARISONS: usize = 1000;
 
 const STREAMS: [StreamKind; 2] = [StreamKind::Sobol, StreamKind::Random];
-
-const BALL: GlassBall = GlassBall {
-    radius: 1.0,
-    center_height: 1.4,
-    ior: 1.5,
-    light: AxialLight::Point {
-        height: 4.0,
-        intensity: 100.0,
-    },
-};
 
 fn truth(path: Path, side: usize) -> Vec<f64> {
     BALL.sheet(path).map(&TexelGrid::square(2.0, side))
