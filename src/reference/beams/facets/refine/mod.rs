@@ -1,17 +1,18 @@
 //! Polygons of light, leg by leg.
 
+mod cut;
+mod divide;
+
 use glam::DVec2;
 
-use super::chart_of;
-use super::land::{Landing, deposit_astray, land, node};
+use super::land::{Landing, land};
 use super::leg::{Goal, Legs, Way};
-use super::polygon::{Cut, Polygon, Sight};
-use crate::geometry::{Shape, TraversalCounters};
+use super::polygon::{Polygon, Sight};
+use crate::geometry::TraversalCounters;
 use crate::reference::beams::deposit::Patch;
 use crate::reference::beams::film::BeamFilm;
 use crate::reference::beams::refine::{Balance, Refiner};
 use crate::transport::facets::path::{FacetLight, FacetPaths};
-use crate::transport::first_surface::{Chart, Root, Source};
 use crate::transport::guard::Guard;
 use crate::transport::prescribed::{End, next_hit};
 use crate::transport::screen::Screen;
@@ -24,9 +25,6 @@ const NOTHING: f64 = 1e-15;
 
 /// Light that bends round a facet's edge is slack up to this part of a polygon, and cut off beyond.
 const MOST_ASTRAY: f64 = 1.0 / 64.0;
-
-/// At most this many things that are not flat are passed over in search of the next facet.
-const MAX_OBSTACLES: u32 = 8;
 
 /// Cuts the light of one source and one signature that meets flat facets.
 pub struct FacetRefiner<'a, 'f, const N: usize> {
@@ -170,93 +168,6 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
         }
     }
 
-    /// Cuts out what meets a facet, as a ray showed or as may be; the rest waits.
-    fn cut_out(
-        &mut self,
-        mut polygon: Polygon<N>,
-        facet: u32,
-        is_seen: bool,
-        generic: &mut Refiner<'_, '_, N>,
-    ) {
-        let facets = self.paths.facets();
-        polygon.cuts += 1;
-        let weight = self.strength * polygon.largest_weight();
-        let direction = polygon.corners[0].ray.direction;
-        let mut values = Vec::with_capacity(polygon.corners.len());
-        let mut was_cut = false;
-        for edge in facets.edges(facets.get(facet), direction) {
-            values.clear();
-            values.extend(polygon.corners.iter().map(|corner| edge.side(&corner.ray)));
-            match polygon.cut(&values, self.paths) {
-                Cut::Above => {}
-                Cut::Below => {
-                    if is_seen {
-                        // A ray through it met the facet: a sliver on the facet's edge.
-                        self.settle(polygon, Sight::Facet(facet), generic);
-                    } else if was_cut {
-                        // The light that may meet the facet is on the other side of the cut.
-                        self.pending.push(polygon);
-                    } else {
-                        let area = polygon.area_and_middle().0;
-                        self.divide(&polygon, area, Sight::Facet(facet), generic);
-                    }
-                    return;
-                }
-                Cut::Through(parts) => {
-                    let area = polygon.area_and_middle().0;
-                    let astray = self.bow(&polygon, &parts.line, &values, |light| {
-                        edge.side(&light.ray)
-                    }) * area;
-                    if astray * weight > self.tolerance && self.is_worth_halving(&polygon, area) {
-                        self.part(&polygon, area, generic);
-                        return;
-                    }
-                    let mut rest = polygon.with(parts.below);
-                    polygon.corners = parts.above;
-                    // What this cut put astray is on either side of its line.
-                    for part in [&mut rest, &mut polygon] {
-                        part.astray = (part.share_of_astray(area) + astray).min(part.area());
-                    }
-                    self.pending.push(rest);
-                    was_cut = true;
-                }
-            }
-        }
-        let area = polygon.area_and_middle().0;
-        let is_goal = polygon.events > 0 && polygon.events < self.paths.events();
-        if is_seen || is_goal {
-            self.go_on(polygon, area, Sight::Facet(facet), generic);
-        } else if was_cut {
-            // Within its edges the facet may be behind something else, the receiver may be what it is: a ray will show that.
-            self.pending.push(polygon);
-        } else {
-            self.divide(&polygon, area, Sight::Facet(facet), generic);
-        }
-    }
-
-    /// The part of a polygon that a straight cut puts on the wrong side of the bent line where
-    /// `side` is zero; 0 for parallel light.
-    ///
-    /// The function falls from its largest to its smallest value over the polygon's width; a value of
-    /// ε in the middle of the cut tells that the line is ε / (largest − smallest) of the width away.
-    /// The area between an arc and its chord is 2/3 of height and length; ends may be off as well.
-    fn bow(
-        &self,
-        polygon: &Polygon<N>,
-        line: &[DVec2; 2],
-        values: &[f64],
-        side: impl Fn(&FacetLight<N>) -> f64,
-    ) -> f64 {
-        if matches!(self.paths.source(), Source::Parallel { .. }) {
-            return 0.0;
-        }
-        let range = values.iter().fold(f64::NEG_INFINITY, |l, &v| l.max(v))
-            - values.iter().fold(f64::INFINITY, |l, &v| l.min(v));
-        let middle = 0.5 * (line[0] + line[1]);
-        let light = self.paths.follow(&polygon.chain, polygon.events, middle);
-        side(&light).abs() / range
-    }
-
     /// Of light that may not all meet the same: halves it where that is worth while, or else takes it
     /// for what was seen, and all of it for astray.
     fn settle(&mut self, mut polygon: Polygon<N>, sight: Sight, generic: &mut Refiner<'_, '_, N>) {
@@ -389,104 +300,5 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
         } else {
             self.give_back(polygon, generic);
         }
-    }
-
-    /// Of a polygon that something without edges may be in the way of: halves it, or lets
-    /// cells find the border. Where these see none, all of its light is slack.
-    fn divide(
-        &mut self,
-        polygon: &Polygon<N>,
-        area: f64,
-        sight: Sight,
-        generic: &mut Refiner<'_, '_, N>,
-    ) {
-        if self.is_worth_halving(polygon, area)
-            && let Some(halves) = polygon.halves(self.paths)
-        {
-            self.pending.extend(halves);
-            return;
-        }
-        let chart = self.chart(polygon);
-        for corners in polygon.fan() {
-            let cut_before = generic.balance.cut_cells;
-            generic.refine(&Root {
-                chart,
-                corners: corners.map(|corner| corner.at),
-            });
-            if generic.balance.cut_cells == cut_before {
-                self.doubt(polygon.with(corners.to_vec()), sight);
-            }
-        }
-    }
-
-    /// Books all light of a polygon as slack where it falls if nothing but facets is in its way.
-    fn doubt(&mut self, mut polygon: Polygon<N>, sight: Sight) {
-        let mut sight = Some(sight);
-        while polygon.events < self.paths.events() {
-            let facet = match sight.take() {
-                _ if polygon.events == 0 => polygon.chain[0],
-                Some(Sight::Facet(facet)) => facet,
-                _ => match self.next_facet(&polygon) {
-                    Some(facet) => facet,
-                    None => return,
-                },
-            };
-            if polygon.events > 0 {
-                polygon.chain.push(facet);
-            }
-            self.meet(&mut polygon, facet);
-        }
-        let place = |light: &FacetLight<N>| node(self.paths, *self.screen, light);
-        let Some(corners) = polygon
-            .corners
-            .iter()
-            .map(place)
-            .collect::<Option<Vec<_>>>()
-        else {
-            return;
-        };
-        let area = polygon.area_and_middle().0;
-        self.balance.slack += deposit_astray(self.film, &corners, area, area);
-    }
-
-    /// The facet that a polygon's middle would meet next if all that is not flat were not there.
-    fn next_facet(&mut self, polygon: &Polygon<N>) -> Option<u32> {
-        let scene = self.paths.scene();
-        let middle = polygon.area_and_middle().1;
-        let light: FacetLight<N> = self.paths.follow(&polygon.chain, polygon.events, middle);
-        if !light.is_on_its_way() {
-            return None;
-        }
-        let mut ray = self
-            .paths
-            .search_ray(&light, &polygon.chain, polygon.events);
-        for _ in 0..MAX_OBSTACLES {
-            let (along, hit) = next_hit(scene, ray, &mut self.counters)?;
-            if let Some(facet) = self.paths.facets().of(hit.shape, hit.face) {
-                return Some(facet);
-            }
-            ray = scene
-                .world()
-                .bounce_point(&along, &hit)
-                .spawn(along.direction);
-        }
-        None
-    }
-
-    /// Lets cells do the rest.
-    fn give_back(&mut self, polygon: &Polygon<N>, generic: &mut Refiner<'_, '_, N>) {
-        let chart = self.chart(polygon);
-        for corners in polygon.fan() {
-            let corners = corners.map(|corner| corner.at);
-            generic.refine(&Root { chart, corners });
-        }
-    }
-
-    /// The chart of a polygon's coordinates.
-    fn chart(&self, polygon: &Polygon<N>) -> Chart {
-        let facets = self.paths.facets();
-        let facet = polygon.chain[0];
-        let shape = &self.paths.scene().world().shapes()[facets.get(facet).shape as usize];
-        chart_of(facets, facet, matches!(shape, Shape::Mesh(_)))
     }
 }

@@ -1,0 +1,115 @@
+//! Polygons that no straight cut tells apart: halved, or left to cells.
+
+use super::FacetRefiner;
+use crate::geometry::Shape;
+use crate::reference::beams::facets::chart_of;
+use crate::reference::beams::facets::land::{deposit_astray, node};
+use crate::reference::beams::facets::polygon::{Polygon, Sight};
+use crate::reference::beams::refine::Refiner;
+use crate::transport::facets::path::FacetLight;
+use crate::transport::first_surface::{Chart, Root};
+use crate::transport::prescribed::next_hit;
+
+/// At most this many things that are not flat are passed over in search of the next facet.
+const MAX_OBSTACLES: u32 = 8;
+
+impl<const N: usize> FacetRefiner<'_, '_, N> {
+    /// Of a polygon that something without edges may be in the way of: halves it, or lets
+    /// cells find the border. Where these see none, all of its light is slack.
+    pub(super) fn divide(
+        &mut self,
+        polygon: &Polygon<N>,
+        area: f64,
+        sight: Sight,
+        generic: &mut Refiner<'_, '_, N>,
+    ) {
+        if self.is_worth_halving(polygon, area)
+            && let Some(halves) = polygon.halves(self.paths)
+        {
+            self.pending.extend(halves);
+            return;
+        }
+        let chart = self.chart(polygon);
+        for corners in polygon.fan() {
+            let cut_before = generic.balance.cut_cells;
+            generic.refine(&Root {
+                chart,
+                corners: corners.map(|corner| corner.at),
+            });
+            if generic.balance.cut_cells == cut_before {
+                self.doubt(polygon.with(corners.to_vec()), sight);
+            }
+        }
+    }
+
+    /// Books all light of a polygon as slack where it falls if nothing but facets is in its way.
+    fn doubt(&mut self, mut polygon: Polygon<N>, sight: Sight) {
+        let mut sight = Some(sight);
+        while polygon.events < self.paths.events() {
+            let facet = match sight.take() {
+                _ if polygon.events == 0 => polygon.chain[0],
+                Some(Sight::Facet(facet)) => facet,
+                _ => match self.next_facet(&polygon) {
+                    Some(facet) => facet,
+                    None => return,
+                },
+            };
+            if polygon.events > 0 {
+                polygon.chain.push(facet);
+            }
+            self.meet(&mut polygon, facet);
+        }
+        let place = |light: &FacetLight<N>| node(self.paths, *self.screen, light);
+        let Some(corners) = polygon
+            .corners
+            .iter()
+            .map(place)
+            .collect::<Option<Vec<_>>>()
+        else {
+            return;
+        };
+        let area = polygon.area_and_middle().0;
+        self.balance.slack += deposit_astray(self.film, &corners, area, area);
+    }
+
+    /// The facet that a polygon's middle would meet next if all that is not flat were not there.
+    fn next_facet(&mut self, polygon: &Polygon<N>) -> Option<u32> {
+        let scene = self.paths.scene();
+        let middle = polygon.area_and_middle().1;
+        let light: FacetLight<N> = self.paths.follow(&polygon.chain, polygon.events, middle);
+        if !light.is_on_its_way() {
+            return None;
+        }
+        let mut ray = self
+            .paths
+            .search_ray(&light, &polygon.chain, polygon.events);
+        for _ in 0..MAX_OBSTACLES {
+            let (along, hit) = next_hit(scene, ray, &mut self.counters)?;
+            if let Some(facet) = self.paths.facets().of(hit.shape, hit.face) {
+                return Some(facet);
+            }
+            ray = scene
+                .world()
+                .bounce_point(&along, &hit)
+                .spawn(along.direction);
+        }
+        None
+    }
+
+    /// Lets cells do the rest.
+    pub(super) fn give_back(&mut self, polygon: &Polygon<N>, generic: &mut Refiner<'_, '_, N>) {
+        let chart = self.chart(polygon);
+        for corners in polygon.fan() {
+            let corners = corners.map(|corner| corner.at);
+            generic.refine(&Root { chart, corners });
+        }
+    }
+
+    /// The chart of a polygon's coordinates.
+    fn chart(&self, polygon: &Polygon<N>) -> Chart {
+        let facets = self.paths.facets();
+        let facet = polygon.chain[0];
+        let shape = &self.paths.scene().world().shapes()[facets.get(facet).shape as usize];
+        chart_of(facets, facet, matches!(shape, Shape::Mesh(_)))
+    }
+}
