@@ -26,6 +26,28 @@ pub(super) enum Goal {
     Away,
 }
 
+impl Goal {
+    /// Where a ray's line gets to a facet's or a flat receiver's plane; `None` for other goals.
+    pub(super) fn place(
+        self,
+        paths: &FacetPaths<'_>,
+        screen: &Screen<'_>,
+        ray: &Ray,
+    ) -> Option<DVec3> {
+        match (self, screen) {
+            (Self::Facet(facet), _) => Some(paths.facets().get(facet).meet(ray)?.position),
+            (Self::Receiver, Screen::Receiver(receiver)) => {
+                let shapes = paths.scene().world().shapes();
+                let Shape::Rectangle(rectangle) = &shapes[receiver.shape() as usize] else {
+                    return None;
+                };
+                Some(ray.at(rectangle.meet_beyond(ray)?.0))
+            }
+            (Self::Receiver, Screen::Camera { .. }) | (Self::Away, _) => None,
+        }
+    }
+}
+
 /// What may be in the way of a leg.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Way {
@@ -188,18 +210,8 @@ impl<'a, 'f> Legs<'a, 'f> {
     /// A line up to its goal; `None` where that is not before it.
     fn line(&self, ray: &Ray, goal: Goal) -> Option<Line> {
         let end = match goal {
-            Goal::Facet(facet) => self.paths.facets().get(facet).meet(ray)?.position,
-            Goal::Receiver => {
-                let Screen::Receiver(receiver) = self.screen else {
-                    return None;
-                };
-                let shapes = self.paths.scene().world().shapes();
-                let Shape::Rectangle(rectangle) = &shapes[receiver.shape() as usize] else {
-                    return None;
-                };
-                ray.at(rectangle.meet_beyond(ray)?.0)
-            }
             Goal::Away => ray.at(self.guard.way_out(ray.origin)),
+            _ => goal.place(self.paths, self.screen, ray)?,
         };
         // At an edge that two facets share, the distance is zero, give or take its rounding.
         let is_ahead = (end - ray.origin).dot(ray.direction) >= -self.flatness;

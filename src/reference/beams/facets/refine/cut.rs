@@ -2,68 +2,75 @@
 
 use glam::DVec2;
 
-use super::FacetRefiner;
-use crate::reference::beams::facets::polygon::{Cut, Polygon, Sight};
+use super::{FacetRefiner, MAX_CUTS};
+use crate::reference::beams::facets::leg::Goal;
+use crate::reference::beams::facets::polygon::{Cut, Parts, Polygon, Sight};
 use crate::reference::beams::refine::Refiner;
 use crate::transport::facets::path::FacetLight;
 use crate::transport::first_surface::Source;
 
 impl<const N: usize> FacetRefiner<'_, '_, N> {
-    /// Cuts out what meets a facet, as a ray showed or as may be; the rest waits.
+    /// Cuts out what a facet's outline holds, where a ray met the facet or, short of a goal, it may be in
+    /// the way; the rest waits.
     pub(super) fn cut_out(
         &mut self,
         mut polygon: Polygon<N>,
         facet: u32,
-        is_seen: bool,
+        short_of: Option<Goal>,
         generic: &mut Refiner<'_, '_, N>,
     ) {
-        let facets = self.paths.facets();
         polygon.cuts += 1;
-        let weight = self.strength * polygon.largest_weight();
+        if polygon.cuts > MAX_CUTS {
+            self.give_back(&polygon, generic);
+            return;
+        }
+        let facets = self.paths.facets();
         let direction = polygon.corners[0].ray.direction;
         let mut values = Vec::with_capacity(polygon.corners.len());
         let mut was_cut = false;
         for edge in facets.edges(facets.get(facet), direction) {
+            let side = |light: &FacetLight<N>| edge.side(&light.ray);
             values.clear();
-            values.extend(polygon.corners.iter().map(|corner| edge.side(&corner.ray)));
+            values.extend(polygon.corners.iter().map(side));
             match polygon.cut(&values, self.paths) {
                 Cut::Above => {}
                 Cut::Below => {
-                    if is_seen {
+                    if short_of.is_none() {
                         // A ray through it met the facet: a sliver on the facet's edge.
                         self.settle(polygon, Sight::Facet(facet), generic);
                     } else if was_cut {
                         // The light that may meet the facet is on the other side of the cut.
                         self.pending.push(polygon);
                     } else {
-                        let area = polygon.area_and_middle().0;
+                        let area = polygon.area();
                         self.divide(&polygon, area, Sight::Facet(facet), generic);
                     }
                     return;
                 }
                 Cut::Through(parts) => {
-                    let area = polygon.area_and_middle().0;
-                    let astray = self.bow(&polygon, &parts.line, &values, |light| {
-                        edge.side(&light.ray)
-                    }) * area;
-                    if astray * weight > self.tolerance && self.is_worth_halving(&polygon, area) {
-                        self.part(&polygon, area, generic);
+                    let Some([mut inside, rest]) =
+                        self.split(&polygon, parts, &values, side, generic)
+                    else {
                         return;
-                    }
-                    let mut rest = polygon.with(parts.below);
-                    polygon.corners = parts.above;
-                    // What this cut put astray is on either side of its line.
-                    for part in [&mut rest, &mut polygon] {
-                        part.astray = (part.share_of_astray(area) + astray).min(part.area());
-                    }
+                    };
                     self.pending.push(rest);
+                    // All edges of a facet are one cut.
+                    inside.cuts = polygon.cuts;
+                    polygon = inside;
                     was_cut = true;
                 }
             }
         }
-        let area = polygon.area_and_middle().0;
-        let is_goal = polygon.events > 0 && polygon.events < self.paths.events();
-        if is_seen || is_goal {
+        let area = polygon.area();
+        let is_goal = self.may_go_to_a_facet(&polygon);
+        let Some(goal) = short_of else {
+            self.go_on(polygon, area, Sight::Facet(facet), generic);
+            return;
+        };
+        if !was_cut && self.cut_where_surfaces_cross(&polygon, facet, goal, generic) {
+            return;
+        }
+        if is_goal {
             self.go_on(polygon, area, Sight::Facet(facet), generic);
         } else if was_cut {
             // Within its edges the facet may be behind something else, the receiver may be what it is: a ray will show that.
@@ -71,6 +78,72 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
         } else {
             self.divide(&polygon, area, Sight::Facet(facet), generic);
         }
+    }
+
+    /// Cuts a polygon whose leg starts or ends on either side of a facet's plane, all of it within the
+    /// facet's outline: the facet crosses the surface that the leg starts or ends on.
+    fn cut_where_surfaces_cross(
+        &mut self,
+        polygon: &Polygon<N>,
+        facet: u32,
+        goal: Goal,
+        generic: &mut Refiner<'_, '_, N>,
+    ) -> bool {
+        let (paths, screen) = (self.paths, self.screen);
+        let plane = paths.facets().get(facet);
+        let start = |light: &FacetLight<N>| Some(plane.height(light.ray.origin));
+        let end = |light: &FacetLight<N>| {
+            let place = goal.place(paths, screen, &light.ray)?;
+            Some(plane.height(place))
+        };
+        self.cut_along(polygon, start, generic) || self.cut_along(polygon, end, generic)
+    }
+
+    /// Cuts a polygon where a function is zero that is linear along its edges; both parts wait.
+    /// `false` where it is nowhere zero, or not known everywhere.
+    fn cut_along(
+        &mut self,
+        polygon: &Polygon<N>,
+        side: impl Fn(&FacetLight<N>) -> Option<f64>,
+        generic: &mut Refiner<'_, '_, N>,
+    ) -> bool {
+        let values: Option<Vec<f64>> = polygon.corners.iter().map(&side).collect();
+        let Some(values) = values else {
+            return false;
+        };
+        let Cut::Through(parts) = polygon.cut(&values, self.paths) else {
+            return false;
+        };
+        let bent = |light: &FacetLight<N>| side(light).unwrap_or(f64::INFINITY);
+        if let Some(both) = self.split(polygon, parts, &values, bent, generic) {
+            self.pending.extend(both);
+        }
+        true
+    }
+
+    /// The parts of a polygon above and below a cut, each with what the cut put astray. `None` where the
+    /// cut's line is too bent for it to be straight: the polygon is halved instead.
+    fn split(
+        &mut self,
+        polygon: &Polygon<N>,
+        parts: Parts<N>,
+        values: &[f64],
+        side: impl Fn(&FacetLight<N>) -> f64,
+        generic: &mut Refiner<'_, '_, N>,
+    ) -> Option<[Polygon<N>; 2]> {
+        let area = polygon.area();
+        let weight = self.strength * polygon.largest_weight();
+        let astray = self.bow(polygon, &parts.line, values, side) * area;
+        if astray * weight > self.tolerance && self.is_worth_halving(polygon, area) {
+            self.part(polygon, area, generic);
+            return None;
+        }
+        Some([parts.above, parts.below].map(|corners| {
+            let mut part = polygon.with(corners);
+            // What this cut put astray is on either side of its line.
+            part.astray = (part.share_of_astray(area) + astray).min(part.area());
+            part
+        }))
     }
 
     /// The part of a polygon that a straight cut puts on the wrong side of the bent line where

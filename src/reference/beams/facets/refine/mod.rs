@@ -114,7 +114,7 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
         }
         match self.sight(&polygon, middle) {
             Sight::Facet(facet) if !Self::is_entry(&polygon, facet) => {
-                self.cut_out(polygon, facet, true, generic);
+                self.cut_out(polygon, facet, None, generic);
             }
             sight => self.go_on(polygon, area, sight, generic),
         }
@@ -140,6 +140,11 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
         polygon.events == 0 && polygon.chain[0] == facet
     }
 
+    /// Whether a polygon's next event may be on whatever facet it meets.
+    fn may_go_to_a_facet(&self, polygon: &Polygon<N>) -> bool {
+        polygon.events > 0 && polygon.events < self.paths.events()
+    }
+
     /// What light at coordinates `at` meets next.
     fn sight(&mut self, polygon: &Polygon<N>, at: DVec2) -> Sight {
         let scene = self.paths.scene();
@@ -159,7 +164,7 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
         let Some(hit) = hit else {
             return Sight::Away;
         };
-        let is_between = polygon.events > 0 && polygon.events < self.paths.events();
+        let is_between = self.may_go_to_a_facet(polygon);
         let material = scene.material_of(hit.shape);
         match self.paths.facets().of(hit.shape, hit.face) {
             Some(facet) => Sight::Facet(facet),
@@ -195,7 +200,7 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
         let event = polygon.events;
         let goal = match sight {
             Sight::Facet(facet)
-                if event < self.paths.events() && event > 0 || Self::is_entry(&polygon, facet) =>
+                if self.may_go_to_a_facet(&polygon) || Self::is_entry(&polygon, facet) =>
             {
                 Goal::Facet(facet)
             }
@@ -234,7 +239,7 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
                     }
                 }
                 Way::Facet(facet) => {
-                    self.cut_out(polygon, facet, false, generic);
+                    self.cut_out(polygon, facet, Some(goal), generic);
                     return;
                 }
                 Way::Obstructed => {
