@@ -1,7 +1,7 @@
 //! What the last leg of a light path falls on: the texel or pixel for a photon, film coordinates for the end of a
 //! prescribed path.
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 
 use super::camera::Camera;
 use super::chain::Arrival;
@@ -94,6 +94,36 @@ impl Screen<'_> {
             }
         }
     }
+
+    /// Whether no light that ends on a surface of `shape` within the convex hull of `places` lands; what else may
+    /// hide it from a camera is not looked for.
+    pub fn is_out_of_sight(
+        &self,
+        scene: &Scene,
+        shape: u32,
+        places: impl Iterator<Item = DVec3> + Clone,
+    ) -> bool {
+        match self {
+            Self::Receiver(receiver) => receiver.shape() != shape,
+            Self::Camera { camera, .. } => {
+                if !camera.may_see_surface(scene, shape) {
+                    return true;
+                }
+                let [low, high] = near_film(camera);
+                let is_beyond = |beyond: fn(DVec2, DVec2, DVec2) -> bool| {
+                    places.clone().all(|place| {
+                        let seen = camera.project(place);
+                        seen.is_some_and(|seen| beyond(seen.at, low, high))
+                    })
+                };
+                // The same side for all: what is between them is beyond it, too.
+                is_beyond(|at, low, _| at.x < low.x)
+                    || is_beyond(|at, low, _| at.y < low.y)
+                    || is_beyond(|at, _, high| at.x > high.x)
+                    || is_beyond(|at, _, high| at.y > high.y)
+            }
+        }
+    }
 }
 
 /// The plane of a rectangle goes on beyond its border where nothing else is in the way: then
@@ -142,13 +172,19 @@ fn on_camera(
     counters: &mut TraversalCounters,
 ) -> Option<(DVec2, Rgb)> {
     let point = scene.world().surface_point(ray, hit);
-    let film = DVec2::new(camera.width() as f64, camera.height() as f64);
     let at = camera.project(point.position)?.at;
-    let is_near = at.cmpge(-film).all() && at.cmple(2.0 * film).all();
+    let [low, high] = near_film(camera);
+    let is_near = at.cmpge(low).all() && at.cmple(high).all();
     let seen = is_near
         .then(|| camera.connect(scene, hit.shape, &point, ray.direction, counters))
         .flatten()?;
     Some((seen.at, seen.radiance_per_flux))
+}
+
+/// The corners of a film three times as wide and high, about the camera's.
+fn near_film(camera: &Camera) -> [DVec2; 2] {
+    let film = DVec2::new(camera.width() as f64, camera.height() as f64);
+    [-film, 2.0 * film]
 }
 
 /// A number for the smooth surface that was hit: its brightness to the camera jumps between flat

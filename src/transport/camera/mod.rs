@@ -327,6 +327,14 @@ impl Camera {
         Some((pixel, seen.radiance_per_flux))
     }
 
+    /// Whether a shape's surface is diffuse and not black on either side, so that light on it may be seen.
+    pub fn may_see_surface(&self, scene: &Scene, shape: u32) -> bool {
+        let material = scene.material_of(shape);
+        [true, false]
+            .iter()
+            .any(|&front| reflectance(scene, material, front).is_some_and(|seen| !seen.is_black()))
+    }
+
     /// The view through film coordinates `at` (pixels of the crop; may lie outside of it) and the middle of the lens.
     ///
     /// The inverse of [`project`](Self::project). Its radiance needs no weight: a pixel's is the average over it.

@@ -9,17 +9,18 @@ use super::legs::{Leg, Met, way_out};
 use crate::geometry::{Hull, Shape};
 
 impl Guard<'_> {
-    /// Whether anything may be in a hull. Of flat faces near it, `is_in_the_way` is asked by
-    /// shape and face (0 of a rectangle): the caller knows planes and edges better than a hull does.
+    /// Whether any of the watched shapes may be in a hull. Of flat faces near it, `is_in_the_way` is asked
+    /// by shape and face (0 of a rectangle): the caller knows planes and edges better than a hull does.
     pub fn may_be_between(
         &self,
         hull: &Hull,
+        is_watched: impl Fn(u32) -> bool,
         mut is_in_the_way: impl FnMut(u32, u32) -> bool,
     ) -> bool {
         let world = self.scene.world();
         self.surfaces.iter().enumerate().any(|(index, surface)| {
             let shape = index as u32;
-            if surface.passed || apart(&surface.bounds, hull.bounds()) {
+            if surface.passed || !is_watched(shape) || apart(&surface.bounds, hull.bounds()) {
                 return false;
             }
             match &world.shapes()[index] {

@@ -2,11 +2,12 @@
 
 mod cut;
 mod divide;
+mod stop;
 
 use glam::DVec2;
 
 use super::land::{Landing, land};
-use super::leg::{Goal, Legs, Way};
+use super::leg::{Goal, Legs, Watch, Way};
 use super::polygon::{Polygon, Sight};
 use crate::geometry::TraversalCounters;
 use crate::reference::beams::deposit::Patch;
@@ -204,22 +205,13 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
             {
                 Goal::Facet(facet)
             }
-            Sight::Facet(_) => {
-                // It is met where it must not be. On the way to the first facet: that light has
-                // a root of its own.
-                self.book(&polygon, area);
+            // It is met where it must not be.
+            Sight::Facet(_) | Sight::Blocked(_) => {
+                self.stop(polygon, area, sight, generic);
                 return;
             }
             Sight::Sensor => Goal::Receiver,
             Sight::Away => Goal::Away,
-            Sight::Blocked(shape) => {
-                if self.legs.is_kept_back(&polygon, shape, &mut self.counters) {
-                    self.book(&polygon, area);
-                } else {
-                    self.divide(&polygon, area, sight, generic);
-                }
-                return;
-            }
             Sight::Curved => {
                 self.give_back(&polygon, generic);
                 return;
@@ -227,9 +219,8 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
         };
         // What is astray as a whole may be in the way of whatever it likes.
         if polygon.astray < area {
-            let flux = area * self.strength * polygon.largest_weight();
-            let allowed = (self.tolerance / flux).min(MOST_ASTRAY);
-            match self.legs.way(&polygon, goal, allowed) {
+            let allowed = self.allowed(&polygon, area);
+            match self.legs.way(&polygon, goal, Watch::Everything, allowed) {
                 Way::Clear { astray } => {
                     // What cuts along the same edges put astray is the same light.
                     polygon.astray = polygon.astray.max(astray * area).min(area);
@@ -277,6 +268,12 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
                 }
             }
         }
+    }
+
+    /// Which part of a polygon may be astray: light that bends round an edge.
+    fn allowed(&self, polygon: &Polygon<N>, area: f64) -> f64 {
+        let flux = area * self.strength * polygon.largest_weight();
+        (self.tolerance / flux).min(MOST_ASTRAY)
     }
 
     /// A polygon's next event, on a facet that is the last of its chain.

@@ -2,14 +2,16 @@
 //!
 //! Rays through a polygon show what they meet; what is beside them may be smaller than the
 //! polygon. So the hulls of its leg are asked for everything that may be in them. Flat faces that
-//! are, mostly neighbours of those that the leg starts and ends on, are judged by their edges.
+//! are, mostly neighbours of those that the leg starts and ends on, are judged by their edges (`across.rs`).
+
+mod across;
 
 use glam::{DVec2, DVec3};
 
-use super::polygon::{Polygon, is_below};
+use super::polygon::Polygon;
 use crate::geometry::{Hull, Ray, Shape, TraversalCounters};
 use crate::transport::facets::path::{FacetLight, FacetPaths};
-use crate::transport::facets::table::Facet;
+use crate::transport::facets::table::Facets;
 use crate::transport::first_surface::Source;
 use crate::transport::guard::Guard;
 use crate::transport::prescribed::next_hit;
@@ -69,6 +71,31 @@ struct Line {
     end: DVec3,
 }
 
+/// What is looked for in the space that a leg sweeps.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Watch {
+    /// Whatever may be there.
+    Everything,
+    /// This facet alone.
+    Facet(u32),
+    /// This shape alone.
+    Shape(u32),
+}
+
+impl Watch {
+    fn is_shape(self, shape: u32, facets: &Facets) -> bool {
+        match self {
+            Self::Everything => true,
+            Self::Facet(facet) => facets.get(facet).shape == shape,
+            Self::Shape(only) => only == shape,
+        }
+    }
+
+    fn is_facet(self, facet: u32) -> bool {
+        !matches!(self, Self::Facet(only) if only != facet)
+    }
+}
+
 /// Looks for what is in the way of legs.
 pub(super) struct Legs<'a, 'f> {
     paths: &'f FacetPaths<'a>,
@@ -107,12 +134,13 @@ impl<'a, 'f> Legs<'a, 'f> {
         matches!(self.paths.source(), Source::Parallel { .. })
     }
 
-    /// What may be in the way of a polygon's next leg; a facet is not where `allowed` of the light
-    /// or less may meet it, but that part counts as astray.
+    /// What of `watch` may be in the way of a polygon's next leg; a facet is not where `allowed` of the
+    /// light or less may meet it, but that part counts as astray.
     pub(super) fn way<const N: usize>(
         &mut self,
         polygon: &Polygon<N>,
         goal: Goal,
+        watch: Watch,
         allowed: f64,
     ) -> Way {
         let is_known = match (goal, self.screen) {
@@ -130,6 +158,34 @@ impl<'a, 'f> Legs<'a, 'f> {
         if self.sweep(polygon, goal).is_none() {
             return Way::Obstructed;
         }
+        self.look(polygon, goal, None, watch, allowed)
+    }
+
+    /// What of `watch` may be in the way of a polygon's next leg to a shape that is not flat;
+    /// obstructed, too, where the shape may not keep back all of its light.
+    pub(super) fn way_to_blocker<const N: usize>(
+        &mut self,
+        polygon: &Polygon<N>,
+        shape: u32,
+        watch: Watch,
+        allowed: f64,
+        counters: &mut TraversalCounters,
+    ) -> Way {
+        if self.sweep_to(polygon, shape, counters).is_none() {
+            return Way::Obstructed;
+        }
+        self.look(polygon, Goal::Away, Some(shape), watch, allowed)
+    }
+
+    /// What may be in the hulls of a leg.
+    fn look<const N: usize>(
+        &self,
+        polygon: &Polygon<N>,
+        goal: Goal,
+        blocker: Option<u32>,
+        watch: Watch,
+        allowed: f64,
+    ) -> Way {
         let (mut astray, mut in_the_way) = (0.0, None);
         let mut seen: Vec<u32> = Vec::new();
         let from = polygon
@@ -137,13 +193,15 @@ impl<'a, 'f> Legs<'a, 'f> {
             .checked_sub(1)
             .map(|last| polygon.chain[last]);
         let facets = self.paths.facets();
+        let is_watched = |shape| blocker != Some(shape) && watch.is_shape(shape, facets);
         let is_obstructed = self.hulls.iter().any(|hull| {
-            self.guard.may_be_between(hull, |shape, face| {
+            self.guard.may_be_between(hull, is_watched, |shape, face| {
                 // A face without area is in nobody's way.
                 let Some(facet) = facets.of(shape, face) else {
                     return false;
                 };
-                if from == Some(facet) || matches!(goal, Goal::Facet(to) if to == facet) {
+                let is_end = from == Some(facet) || matches!(goal, Goal::Facet(to) if to == facet);
+                if is_end || !watch.is_facet(facet) {
                     return false;
                 }
                 let Some(part) = self.part_across(hull, facet, from, goal, allowed) else {
@@ -218,136 +276,54 @@ impl<'a, 'f> Legs<'a, 'f> {
         is_ahead.then_some(Line { ray: *ray, end })
     }
 
-    /// Which part of the leg's light may meet a facet that is near it: 0 where that is beside it,
-    /// `None` where only cutting tells.
-    fn part_across(
-        &self,
-        hull: &Hull,
-        facet: u32,
-        from: Option<u32>,
-        goal: Goal,
-        allowed: f64,
-    ) -> Option<f64> {
-        let facets = self.paths.facets();
-        let other = facets.get(facet);
-        let outline = facets.outline(other);
-        let first = self.lines[0].ray.direction;
-        let ahead = |plane: &Facet| plane.normal().dot(first).signum();
-        let is_behind_start = from.is_some_and(|from| {
-            let plane = facets.get(from);
-            let ahead = ahead(plane);
-            outline
-                .iter()
-                .all(|&point| plane.height(point) * ahead <= self.flatness)
-        });
-        let is_beyond_end = || {
-            let plane = match (goal, self.screen) {
-                (Goal::Facet(to), _) => Some(facets.get(to)),
-                (Goal::Receiver, Screen::Receiver(receiver)) => facets
-                    .of(receiver.shape(), 0)
-                    .map(|facet| facets.get(facet)),
-                _ => None,
-            };
-            plane.is_some_and(|plane| {
-                let ahead = ahead(plane);
-                outline
-                    .iter()
-                    .all(|&point| plane.height(point) * ahead >= -self.flatness)
-            })
-        };
-        if is_behind_start
-            || is_beyond_end()
-            || !hull.may_overlap_points(outline, &[other.normal()])
-            || self.is_on_one_side(other)
-        {
-            return Some(0.0);
-        }
-        let side = other.normal().dot(first);
-        let is_one_sided = self.is_affine()
-            || self
-                .lines
-                .iter()
-                .all(|line| other.normal().dot(line.ray.direction) * side > 0.0);
-        let part = self.part_within(other, first, allowed)?;
-        if is_one_sided {
-            return Some(part);
-        }
-        // Some of the light comes from its other side, from where its edges turn the other way.
-        Some(part + self.part_within(other, -first, allowed)?)
-    }
-
-    /// Which part of the leg's light may pass between a facet's edges as they are seen along
-    /// `direction`: the least that an edge lets through; `None` where a cut along them would tell
-    /// more than `allowed` of it apart.
-    fn part_within(&self, facet: &Facet, direction: DVec3, allowed: f64) -> Option<f64> {
-        let mut least: Option<f64> = None;
-        for edge in self.paths.facets().edges(facet, direction) {
-            let sides = self.lines.iter().map(|line| edge.side(&line.ray));
-            let rounding = edge.rounding(&self.lines[0].ray);
-            if is_below(sides.clone(), rounding) {
-                return Some(0.0);
-            }
-            if self.is_affine() {
-                continue;
-            }
-            // Lines along which polygons were cut are bent: their ends, and what is between them, are
-            // a little on the other side.
-            let (low, high) = sides.clone().fold((0.0_f64, 0.0_f64), |(low, high), side| {
-                (low.min(side), high.max(side))
-            });
-            let part = high / (high - low);
-            // Straight cuts end at corners: what bends over the edge between them is in none.
-            let is_uncut = is_below(sides.take(self.corners), rounding);
-            if is_uncut || part <= allowed {
-                least = Some(least.map_or(part, |least| least.min(part)));
-            }
-        }
-        least
-    }
-
-    /// Whether a facet's plane does not pass between the leg's corners.
-    fn is_on_one_side(&self, facet: &Facet) -> bool {
-        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-        for line in &self.lines {
-            for point in [line.ray.origin, line.end] {
-                let height = facet.height(point);
-                (low, high) = (low.min(height), high.max(height));
-            }
-        }
-        low >= -self.flatness || high <= self.flatness
-    }
-
-    /// Whether a shape that is not flat keeps back all of a polygon.
-    pub(super) fn is_kept_back<const N: usize>(
-        &self,
+    /// Finds the lines and hulls of a leg to a shape that is not flat; `None` where that may not keep
+    /// back all of its light.
+    fn sweep_to<const N: usize>(
+        &mut self,
         polygon: &Polygon<N>,
         shape: u32,
         counters: &mut TraversalCounters,
-    ) -> bool {
+    ) -> Option<()> {
+        self.lines.clear();
+        self.hulls.clear();
+        self.corners = polygon.corners.len();
         let mut meet = |at: DVec2| {
             let light: FacetLight<N> = self.paths.follow(&polygon.chain, polygon.events, at);
             let ray = self
                 .paths
                 .search_ray(&light, &polygon.chain, polygon.events);
-            let (ray, hit) = next_hit(self.paths.scene(), ray, counters)?;
-            (hit.shape == shape).then_some((light.ray.origin, ray.at(hit.distance), hit.face))
+            let (along, hit) = next_hit(self.paths.scene(), ray, counters)?;
+            let line = Line {
+                ray: light.ray,
+                end: along.at(hit.distance),
+            };
+            (hit.shape == shape).then_some((line, hit.face))
         };
-        polygon.fan().all(|triangle| {
+        for corner in &polygon.corners {
+            self.lines.push(meet(corner.at)?.0);
+        }
+        for triangle in polygon.fan() {
             let [a, b, c] = triangle.map(|corner| corner.at);
             let six = [a, b, c, 0.5 * (b + c), 0.5 * (c + a), 0.5 * (a + b)];
-            let mut found = [(DVec3::ZERO, DVec3::ZERO, 0); 6];
+            let mut found = [(self.lines[0], 0); 6];
             for (place, at) in found.iter_mut().zip(six) {
-                match meet(at) {
-                    Some(met) => *place = met,
-                    None => return false,
-                }
+                *place = meet(at)?;
             }
-            self.guard.is_kept_back(
-                found.map(|one| one.0),
-                found.map(|one| one.1),
-                shape,
-                found.map(|one| one.2),
-            )
-        })
+            let starts = found.map(|(line, _)| line.ray.origin);
+            let ends = found.map(|(line, _)| line.end);
+            let faces = found.map(|(_, face)| face);
+            if !self.guard.is_kept_back(starts, ends, shape, faces) {
+                return None;
+            }
+            self.lines.extend(found[3..].iter().map(|(line, _)| *line));
+            self.hulls.push(Hull::new(&starts, &ends));
+        }
+        Some(())
+    }
+
+    /// Whether the sensor sees nothing of where the leg ends, on a surface of this shape.
+    pub(super) fn is_end_unseen(&self, shape: u32) -> bool {
+        let ends = self.lines.iter().map(|line| line.end);
+        self.screen.is_out_of_sight(self.paths.scene(), shape, ends)
     }
 }

@@ -1,0 +1,128 @@
+//! Facets that are near a leg: whether its light may pass through them.
+
+use glam::DVec3;
+
+use super::{Goal, Legs, Line};
+use crate::geometry::Hull;
+use crate::reference::beams::facets::polygon::is_below;
+use crate::transport::facets::table::Facet;
+use crate::transport::screen::Screen;
+
+impl Legs<'_, '_> {
+    /// Which part of the leg's light may meet a facet that is near it: 0 where that is beside it,
+    /// `None` where only cutting tells.
+    pub(super) fn part_across(
+        &self,
+        hull: &Hull,
+        facet: u32,
+        from: Option<u32>,
+        goal: Goal,
+        allowed: f64,
+    ) -> Option<f64> {
+        let facets = self.paths.facets();
+        let other = facets.get(facet);
+        let outline = facets.outline(other);
+        let first = self.lines[0].ray.direction;
+        let ahead = |plane: &Facet| plane.normal().dot(first).signum();
+        let is_behind_start = from.is_some_and(|from| {
+            let plane = facets.get(from);
+            let ahead = ahead(plane);
+            outline
+                .iter()
+                .all(|&point| plane.height(point) * ahead <= self.flatness)
+        });
+        let is_beyond_end = || {
+            let plane = match (goal, self.screen) {
+                (Goal::Facet(to), _) => Some(facets.get(to)),
+                (Goal::Receiver, Screen::Receiver(receiver)) => facets
+                    .of(receiver.shape(), 0)
+                    .map(|facet| facets.get(facet)),
+                _ => None,
+            };
+            plane.is_some_and(|plane| {
+                let ahead = ahead(plane);
+                outline
+                    .iter()
+                    .all(|&point| plane.height(point) * ahead >= -self.flatness)
+            })
+        };
+        if is_behind_start
+            || is_beyond_end()
+            || !hull.may_overlap_points(outline, &[other.normal()])
+        {
+            return Some(0.0);
+        }
+        if let Some(part) = self.part_through(other, allowed) {
+            return Some(part);
+        }
+        let side = other.normal().dot(first);
+        let is_one_sided = self.is_affine()
+            || self
+                .lines
+                .iter()
+                .all(|line| other.normal().dot(line.ray.direction) * side > 0.0);
+        let part = self.part_within(other, first, allowed)?;
+        if is_one_sided {
+            return Some(part);
+        }
+        // Some of the light comes from its other side, from where its edges turn the other way.
+        Some(part + self.part_within(other, -first, allowed)?)
+    }
+
+    /// Which part of the leg's light may pass between a facet's edges as they are seen along
+    /// `direction`: the least that an edge lets through; `None` where a cut along them would tell
+    /// more than `allowed` of it apart.
+    fn part_within(&self, facet: &Facet, direction: DVec3, allowed: f64) -> Option<f64> {
+        let mut least: Option<f64> = None;
+        for edge in self.paths.facets().edges(facet, direction) {
+            let sides = self.lines.iter().map(|line| edge.side(&line.ray));
+            let rounding = edge.rounding(&self.lines[0].ray);
+            if is_below(sides.clone(), rounding) {
+                return Some(0.0);
+            }
+            if self.is_affine() {
+                continue;
+            }
+            // Lines along which polygons were cut are bent: their ends, and what is between them, are
+            // a little on the other side.
+            let (low, high) = sides.clone().fold((0.0_f64, 0.0_f64), |(low, high), side| {
+                (low.min(side), high.max(side))
+            });
+            let part = high / (high - low);
+            // Straight cuts end at corners: what bends over the edge between them is in none.
+            let is_uncut = is_below(sides.take(self.corners), rounding);
+            if is_uncut || part <= allowed {
+                least = Some(least.map_or(part, |least| least.min(part)));
+            }
+        }
+        least
+    }
+
+    /// Which part of the leg's light may pass through a facet's plane: 0 where that is not between
+    /// starts and ends; `None` where only cutting tells more than `allowed` of it apart.
+    fn part_through(&self, facet: &Facet, allowed: f64) -> Option<f64> {
+        let range = |place: fn(&Line) -> DVec3| {
+            let heights = self.lines.iter().map(|line| facet.height(place(line)));
+            heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), height| {
+                (low.min(height), high.max(height))
+            })
+        };
+        let (start_low, start_high) = range(|line| line.ray.origin);
+        let (low, high) = range(|line| line.end);
+        if start_low.min(low) >= -self.flatness || start_high.max(high) <= self.flatness {
+            return Some(0.0);
+        }
+        if self.is_affine() {
+            return None;
+        }
+        // All starts on one side, and ends that bulge through the plane between corners that do not.
+        let part = if start_low >= -self.flatness {
+            -low / (high - low)
+        } else if start_high <= self.flatness {
+            high / (high - low)
+        } else {
+            return None;
+        };
+        (part <= allowed).then_some(part)
+    }
+}

@@ -1,0 +1,84 @@
+//! Polygons that something ends before their goal.
+//!
+//! The middle of a polygon met it; what its light might go to instead may still be before it, beside the
+//! middle: the facet that the polygon starts on where another surface crosses it, the next glass, the
+//! receiver, whatever a camera sees.
+
+use super::FacetRefiner;
+use crate::reference::beams::facets::land::{deposit_astray, node};
+use crate::reference::beams::facets::leg::{Goal, Watch, Way};
+use crate::reference::beams::facets::polygon::{Polygon, Sight};
+use crate::reference::beams::refine::Refiner;
+use crate::transport::screen::Screen;
+
+impl<const N: usize> FacetRefiner<'_, '_, N> {
+    /// Books a polygon that ends on a facet or a blocker, or finds what of it does not.
+    pub(super) fn stop(
+        &mut self,
+        polygon: Polygon<N>,
+        area: f64,
+        sight: Sight,
+        generic: &mut Refiner<'_, '_, N>,
+    ) {
+        let (watch, allowed) = (self.watch(&polygon), self.allowed(&polygon, area));
+        let (goal, shape, way) = match sight {
+            Sight::Facet(facet) => {
+                let goal = Goal::Facet(facet);
+                let shape = self.paths.facets().get(facet).shape;
+                (goal, shape, self.legs.way(&polygon, goal, watch, allowed))
+            }
+            Sight::Blocked(shape) => {
+                let counters = &mut self.counters;
+                let way = self
+                    .legs
+                    .way_to_blocker(&polygon, shape, watch, allowed, counters);
+                (Goal::Away, shape, way)
+            }
+            // Nothing ends these.
+            Sight::Sensor | Sight::Away | Sight::Curved => {
+                self.give_back(&polygon, generic);
+                return;
+            }
+        };
+        let is_seen_by_camera = || {
+            matches!(self.screen, Screen::Camera { .. })
+                && polygon.events == self.paths.events()
+                && !self.legs.is_end_unseen(shape)
+        };
+        match way {
+            Way::Clear { .. } if is_seen_by_camera() => self.give_back(&polygon, generic),
+            Way::Clear { astray } if astray == 0.0 => self.book(&polygon, area),
+            Way::Clear { astray } => {
+                self.doubt_stop(&polygon, astray * area, area);
+                self.book(&polygon, area);
+            }
+            Way::Facet(facet) => self.cut_out(polygon, facet, Some(goal), generic),
+            Way::Obstructed => self.divide(&polygon, area, sight, generic),
+        }
+    }
+
+    /// What light of a polygon might go to instead of what ends it.
+    fn watch(&self, polygon: &Polygon<N>) -> Watch {
+        match self.screen {
+            // What is first met on the way to the first facet has a root of its own.
+            _ if polygon.events == 0 => Watch::Facet(polygon.chain[0]),
+            Screen::Receiver(receiver) if polygon.events == self.paths.events() => {
+                Watch::Shape(receiver.shape())
+            }
+            Screen::Receiver(_) | Screen::Camera { .. } => Watch::Everything,
+        }
+    }
+
+    /// Of a polygon that ends before its goal: a part of it may land.
+    fn doubt_stop(&mut self, polygon: &Polygon<N>, astray: f64, area: f64) {
+        if polygon.events < self.paths.events() {
+            return;
+        }
+        let nodes: Vec<_> = polygon
+            .corners
+            .iter()
+            .filter_map(|light| node(self.paths, *self.screen, light))
+            .collect();
+        self.balance.slack += deposit_astray(self.film, &nodes, astray, area);
+    }
+}
