@@ -141,7 +141,7 @@ fn on_receiver(
     {
         let point = scene.world().surface_point(ray, hit);
         return match receiver.place(&point, ray.direction) {
-            Some(at) => (End::Landed(at), Rgb::WHITE, 0),
+            Some(at) => (End::Landed(at), Rgb::WHITE, half_turn(shape, point.uv)),
             None => (End::Stopped, Rgb::BLACK, 0),
         };
     }
@@ -156,6 +156,19 @@ fn on_receiver(
         Some(_) => (End::Stopped, Rgb::BLACK, 0),
         None => (End::Escaped, Rgb::BLACK, 0),
     }
+}
+
+/// A number for each half of a round surface's turn: where one turn ends and the next begins, film
+/// coordinates jump.
+#[inline]
+fn half_turn(shape: &Shape, uv: DVec2) -> u64 {
+    let turn = match shape {
+        Shape::Disk(_) => uv.y,
+        Shape::Sphere(_) | Shape::Cylinder(_) => uv.x,
+        Shape::Rectangle(_) | Shape::Mesh(_) => return 0,
+    };
+    // Clear of the bits that say how a path ended.
+    u64::from(turn < 0.5) << 4
 }
 
 /// Where a camera sees the point that was hit, and the pixel's radiance by flux arriving there.
