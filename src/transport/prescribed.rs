@@ -209,6 +209,29 @@ impl<'a, const N: usize> PathFollower<'a, N> {
         least: f64,
         found: &mut impl FnMut(Signature, PathEnd<N>),
     ) {
+        let mut found_one = |signature, path, _| found(signature, path);
+        self.follow_some(
+            chart,
+            at,
+            [max_depth, max_depth],
+            least,
+            &mut |_| 0.0,
+            &mut found_one,
+        );
+    }
+
+    /// As [`follow_all`](Self::follow_all), but from `split_depth` events on one branch only, chosen with the
+    /// probability of its share by a number in 0..1 that `choice` makes of the events so far; `found`
+    /// is told the probability of all choices on the way, too.
+    pub fn follow_some(
+        &mut self,
+        chart: &Chart,
+        at: DVec2,
+        [split_depth, max_depth]: [u32; 2],
+        least: f64,
+        choice: &mut impl FnMut(Signature) -> f64,
+        found: &mut impl FnMut(Signature, PathEnd<N>, f64),
+    ) {
         let world = self.scene.world();
         let Some((place, arrival)) = self.start(chart, at) else {
             return;
@@ -222,11 +245,14 @@ impl<'a, const N: usize> PathFollower<'a, N> {
             place.point,
             chart.shape(),
             arrival.ray.direction,
-            Flux::<N>::WHITE,
+            (Flux::<N>::WHITE, 1.0),
             Signature::DIRECT,
         )];
-        while let Some((point, shape, direction, throughput, signature)) = pending.pop() {
-            if signature.len() >= max_depth as usize {
+        while let Some((point, shape, direction, (throughput, probability), signature)) =
+            pending.pop()
+        {
+            let events = signature.len();
+            if events >= max_depth as usize {
                 continue;
             }
             let material = self.scene.material_of(shape);
@@ -237,7 +263,22 @@ impl<'a, const N: usize> PathFollower<'a, N> {
                 direction,
                 self.shading_normals,
             );
-            for way in [Way::Reflected, Way::Transmitted] {
+            const WAYS: [Way; 2] = [Way::Reflected, Way::Transmitted];
+            let chosen = (events >= split_depth as usize).then(|| {
+                let [reflected, transmitted] = WAYS.map(|way| meeting.share_of(way));
+                let share = reflected / (reflected + transmitted);
+                if choice(signature) < share {
+                    (Way::Reflected, share)
+                } else {
+                    (Way::Transmitted, 1.0 - share)
+                }
+            });
+            for way in WAYS {
+                let probability = match chosen {
+                    Some((only, share)) if only == way => probability * share,
+                    Some(_) => continue,
+                    None => probability,
+                };
                 let share = meeting.share_of(way);
                 let (Some(event), Some(branch)) = (way.event(), meeting.branch::<N>(way)) else {
                     continue;
@@ -249,10 +290,11 @@ impl<'a, const N: usize> PathFollower<'a, N> {
                 let signature = signature.then(event);
                 let ray = point.spawn(branch.direction);
                 let path = self.land(ray, throughput, emitted, family, |_, _| ());
-                found(signature, path);
+                found(signature, path, probability);
                 if let Some((ray, hit)) = self.next_hit(ray) {
                     let point = world.bounce_point(&ray, &hit);
-                    pending.push((point, hit.shape, branch.direction, throughput, signature));
+                    let light = (throughput, probability);
+                    pending.push((point, hit.shape, branch.direction, light, signature));
                 }
             }
         }

@@ -1,18 +1,20 @@
 //! Which path signatures bring light to the sensor.
 
 mod places;
+mod rare;
 
 use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
+use self::rare::look_for_rare;
 use super::pass::Light;
 use crate::scene::Scene;
 use crate::transport::prescribed::{End, PathFollower};
 use crate::transport::scatter::ShadingNormals;
 use crate::transport::screen::Screen;
 use crate::transport::signature::Signature;
-use places::{Place, places_on};
+use places::{Place, places_of};
 
 /// About how many places of the first surfaces are looked at.
 const PLACES: usize = 1 << 12;
@@ -42,8 +44,9 @@ pub struct Survey {
     pub signatures: BTreeMap<Signature, Found>,
 }
 
-/// Follows all branches of some thousand paths spread over all first surfaces, and of some more
-/// between neighbours of them that saw different things.
+/// Follows all branches of some thousand paths spread over all first surfaces, of some more
+/// between neighbours of them that saw different things, and single branches of as many more as it takes to
+/// see rare light.
 pub fn survey(
     scene: &Scene,
     lights: &[Light],
@@ -60,13 +63,8 @@ pub fn survey(
                 PathFollower::<3>::new(scene, source, screen, Signature::DIRECT, shading_normals);
             look_at(&mut follower, place, max_depth)
         };
-        let roots = light.roots(scene);
-        let shapes = roots.chunk_by(|a, b| a.chart.shape() == b.chart.shape());
-        let a_shape = places.div_ceil(shapes.clone().count().max(1));
-        let a_shape = a_shape.max(LEAST_PLACES / lights.len()).max(1);
-        let seen: Vec<Seen> = shapes
-            .flat_map(|roots| places_on(scene, source, roots, a_shape))
-            .collect::<Vec<_>>()
+        let least = LEAST_PLACES / lights.len();
+        let seen: Vec<Seen> = places_of(scene, light, places, least)
             .into_par_iter()
             .map(|place| Seen::new(place, look))
             .collect();
@@ -78,6 +76,10 @@ pub fn survey(
             one.flux += sight.flux;
             one.peak = one.peak.max(sight.throughput / strength);
         }
+    }
+    let rare = look_for_rare(scene, lights, screen, max_depth, shading_normals);
+    for (signature, found) in rare {
+        all.signatures.entry(signature).or_insert(found);
     }
     all
 }

@@ -2,6 +2,7 @@
 
 use glam::DVec2;
 
+use crate::reference::beams::pass::Light;
 use crate::scene::Scene;
 use crate::transport::first_surface::{Chart, Root, Source};
 
@@ -27,14 +28,20 @@ impl Place {
     }
 }
 
+/// About `count` places on what a light meets first, at least `least` and one on each shape.
+pub(super) fn places_of(scene: &Scene, light: &Light, count: usize, least: usize) -> Vec<Place> {
+    let roots = light.roots(scene);
+    let shapes = roots.chunk_by(|a, b| a.chart.shape() == b.chart.shape());
+    let a_shape = count.div_ceil(shapes.clone().count().max(1));
+    let a_shape = a_shape.max(least).max(1);
+    shapes
+        .flat_map(|roots| places_on(scene, &light.source, roots, a_shape))
+        .collect()
+}
+
 /// `count` places on a shape, spread over its roots by how much light falls on them and by their
 /// area: so that the bright ones are not passed over, however many others there are.
-pub(super) fn places_on(
-    scene: &Scene,
-    source: &Source,
-    roots: &[Root],
-    count: usize,
-) -> Vec<Place> {
+fn places_on(scene: &Scene, source: &Source, roots: &[Root], count: usize) -> Vec<Place> {
     let lit: Vec<f64> = roots
         .iter()
         .map(|root| {
