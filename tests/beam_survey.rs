@@ -5,9 +5,12 @@ mod support;
 use std::path::Path;
 
 use nephroid::generate::{geodesic_sphere, write_ply};
+use nephroid::reference::beams::{BeamSettings, run::Setup as BeamSetup};
 use nephroid::reference::closed_form;
 use nephroid::reference::closed_form::{FlatSlab, TexelGrid};
-use nephroid::reference::{Estimate, LayerName};
+use nephroid::reference::photons::run::Setup as PhotonSetup;
+use nephroid::reference::photons::{Budget, PhotonSettings};
+use nephroid::reference::{Estimate, LayerName, Progress};
 use nephroid::scene::Scene;
 use support::beams::{assert_photons_are_within_bounds, beams_to, known_by};
 use support::scenes::over_floor;
@@ -241,6 +244,71 @@ fn what_photons_find_the_survey_finds() {
         println!("{name}: {found} of {}", report.signatures.len());
         assert!(found >= 2, "{name}");
     }
+}
+
+/// A tube of glass and a disk of thin glass beside it, whose light falls on a plate that a camera sees from near by: of thousands of
+/// places that are spread over both, few send light there, and fewer by way of both or of the tube's inside.
+#[test]
+fn what_photons_find_of_dim_light_before_a_camera_the_survey_finds() {
+    const DEPTH: u32 = 5;
+    let things = r#"<scene version="3.0.0">
+  <emitter type="point"><point name="position" x="-7.72" y="0.29" z="2.69"/><rgb name="intensity" value="64"/></emitter>
+  <shape type="cylinder"><transform name="to_world"><scale x="0.17" y="0.17" z="0.34"/>
+    <rotate x="0.685014" y="-0.585409" z="-0.433649" angle="-44"/>
+    <rotate x="0.674764" y="0.668732" z="-0.312236" angle="-84"/>
+    <translate x="-0.53" y="0.07" z="-0.51"/></transform>
+    <bsdf type="dielectric"><float name="int_ior" value="1.8"/><float name="ext_ior" value="1"/></bsdf></shape>
+  <shape type="disk"><transform name="to_world"><scale x="0.3" y="0.3"/>
+    <rotate x="0.314638" y="-0.645058" z="0.69635" angle="152"/>
+    <rotate x="-0.918875" y="0.01267" z="-0.394346" angle="-56"/>
+    <translate x="-1.2" y="0.28" z="-0.47"/></transform>
+    <bsdf type="thindielectric"><float name="int_ior" value="2.4"/></bsdf></shape>
+  <shape type="rectangle"><transform name="to_world"><scale x="0.3" y="0.3"/><rotate x="1" angle="10"/>
+    <lookat origin="1.38,0,-0.59" target="0.43,0,-0.29" up="-0.47,-0.86,-0.19"/></transform>
+    <bsdf type="diffuse"/></shape>
+  <sensor type="perspective" id="camera"><float name="fov" value="90"/>
+    <transform name="to_world"><lookat origin="0.1,-0.45,-0.31" target="1.47,0,-0.6" up="0.65,-0.1,0.76"/></transform>
+    <film type="hdrfilm"><integer name="width" value="12"/><integer name="height" value="12"/><rfilter type="box"/></film>
+  </sensor></scene>"#;
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("scene.xml");
+    std::fs::write(&file, things).unwrap();
+    let scene = Scene::new(nephroid::mitsuba::load_parts(&file, &[]).unwrap()).unwrap();
+    let progress = Progress::default();
+    let settings = BeamSettings {
+        max_depth: DEPTH,
+        ..BeamSettings::default()
+    };
+    let setup = BeamSetup::new(&scene, &scene.sensors()[0], settings, &progress).unwrap();
+    let surveyed: Vec<_> = setup.signatures().collect();
+    let mut photons = PhotonSettings {
+        max_layers: 64,
+        ..PhotonSettings::default()
+    };
+    photons.chains.max_depth = DEPTH;
+    let budget = Budget {
+        photons: Some(1 << 22),
+        ..Budget::default()
+    };
+    let witness = PhotonSetup::new(&scene, &scene.sensors()[0], photons, &progress)
+        .and_then(|setup| setup.run(&budget))
+        .unwrap();
+    let sum =
+        |values: &[nephroid::radiometry::Rgb]| values.iter().map(|rgb| rgb.mean()).sum::<f64>();
+    let total = sum(&witness.total.irradiance);
+    let mut found = 0;
+    for layer in &witness.layers {
+        let LayerName::Path(signature) = layer.name else {
+            continue;
+        };
+        let share = sum(&layer.irradiance) / total;
+        println!("{signature}: {:.2} %", 100.0 * share);
+        if !signature.is_empty() && share > 5e-3 {
+            found += 1;
+            assert!(surveyed.contains(&signature), "{signature} is not followed");
+        }
+    }
+    assert!(found >= 5, "{found}");
 }
 
 #[test]

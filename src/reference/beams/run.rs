@@ -141,6 +141,11 @@ impl<'a> Setup<'a> {
         self.signatures.is_empty()
     }
 
+    /// What light comes to the sensor, as far as the survey saw, the brightest first.
+    pub fn signatures(&self) -> impl Iterator<Item = Signature> + '_ {
+        self.signatures.iter().map(|(signature, _)| *signature)
+    }
+
     /// Follows one signature only: for tests and measurements of it.
     pub fn only(&mut self, signature: Signature) {
         self.signatures.retain(|(one, _)| *one == signature);
