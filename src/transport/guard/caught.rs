@@ -15,7 +15,7 @@ impl Guard<'_> {
     pub(super) fn is_caught(&self, leg: &Leg) -> bool {
         let shapes = self.scene.world().shapes();
         match leg.to {
-            Met::Source | Met::Nothing => true,
+            Met::Source | Met::Eye | Met::Nothing => true,
             Met::Plane(shape) => match &shapes[shape as usize] {
                 Shape::Rectangle(rectangle) => is_one_sided(leg, rectangle.normal()),
                 _ => false,

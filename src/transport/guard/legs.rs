@@ -18,6 +18,8 @@ pub(super) enum Met {
     Surface(u32),
     /// The plane of this shape, the receiver: the rectangle or what is beyond its border.
     Plane(u32),
+    /// The camera that sees where light landed.
+    Eye,
     /// Nothing any more.
     Nothing,
 }
@@ -198,8 +200,17 @@ fn read<const N: usize>(
         End::Landed(_) => {
             let shape = match follower.screen() {
                 Screen::Receiver(receiver) => receiver.shape(),
-                // Light landed on the surface that it met.
-                Screen::Camera { .. } => return Some(()),
+                Screen::Camera { camera, .. } => {
+                    // Light landed on the surface that it met, as far as the camera sees that.
+                    let seen = camera.project(end.at)?;
+                    let at = end.at + seen.towards * seen.distance;
+                    stops.push(Stop {
+                        at,
+                        met: Met::Eye,
+                        face: 0,
+                    });
+                    return Some(());
+                }
             };
             if let Shape::Rectangle(rectangle) = &follower.scene().world().shapes()[shape as usize]
             {
