@@ -50,14 +50,11 @@ fn assert_same_bits(name: &str, home: &Estimate, scaled: &Estimate) {
     }
 }
 
-/// The relative error that beams are asked for.
-const ASKED: f64 = 1e-2;
-
 /// A scene's map by both methods, scaled.
 fn maps(template: &Template, scale: f64) -> [(&'static str, Estimate); 2] {
     let scene = template.scene(Placement::scaled(scale), SIDE);
     [
-        ("beams", beams(&scene, ASKED, 4)),
+        ("beams", beams(&scene, 1e-2, 4)),
         ("photons", photons(&scene, 1 << 14, 4)),
     ]
 }
@@ -81,8 +78,7 @@ fn scaled_by_powers_of_two_maps_have_the_same_bits() {
 }
 
 /// A scene in millimetres or kilometres has other roundings. They count as often as a path amplifies them: by hundreds at most
-/// here, of some 1e-16 each. What decides where beams are divided may flip: in the diamond, whether a polygon on a facet's very edge is
-/// cut or given to cells, which find the border to the error asked for and no better. Elsewhere nothing flips.
+/// here, of some 1e-16 each. What decides where beams are divided does not flip.
 #[test]
 fn in_other_units_maps_are_the_same_to_a_billionth() {
     println!("scaled by s: largest change of a texel, relative to the brightest");
@@ -93,10 +89,8 @@ fn in_other_units_maps_are_the_same_to_a_billionth() {
             for ((method, a), (_, b)) in home.iter().zip(&scaled) {
                 let apart = distance(&red(&a.total), &red(&b.total));
                 println!("  {:10} {method:8} x {scale:e}: {apart:.1e}", template.name);
-                let may_flip = template.name == "diamond" && *method == "beams";
-                let allowed = if may_flip { ASKED } else { 1e-9 };
                 assert!(
-                    apart <= allowed,
+                    apart <= 1e-9,
                     "{} by {method} x {scale:e}: {apart:e}",
                     template.name
                 );

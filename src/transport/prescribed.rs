@@ -232,6 +232,7 @@ impl<'a, const N: usize> PathFollower<'a, N> {
         choice: &mut impl FnMut(Signature) -> f64,
         found: &mut impl FnMut(Signature, PathEnd<N>, f64),
     ) {
+        const WAYS: [Way; 2] = [Way::Reflected, Way::Transmitted];
         let world = self.scene.world();
         let Some((place, arrival)) = self.start(chart, at) else {
             return;
@@ -263,7 +264,6 @@ impl<'a, const N: usize> PathFollower<'a, N> {
                 direction,
                 self.shading_normals,
             );
-            const WAYS: [Way; 2] = [Way::Reflected, Way::Transmitted];
             let chosen = (events >= split_depth as usize).then(|| {
                 let [reflected, transmitted] = WAYS.map(|way| meeting.share_of(way));
                 let share = reflected / (reflected + transmitted);

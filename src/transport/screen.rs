@@ -97,12 +97,7 @@ impl Screen<'_> {
 
     /// Whether no light that ends on a surface of `shape` within the convex hull of `places` lands; what else may
     /// hide it from a camera is not looked for.
-    pub fn is_out_of_sight(
-        &self,
-        scene: &Scene,
-        shape: u32,
-        places: impl Iterator<Item = DVec3> + Clone,
-    ) -> bool {
+    pub fn is_out_of_sight(&self, scene: &Scene, shape: u32, places: &[DVec3]) -> bool {
         match self {
             Self::Receiver(receiver) => receiver.shape() != shape,
             Self::Camera { camera, .. } => {
@@ -111,7 +106,7 @@ impl Screen<'_> {
                 }
                 let [low, high] = near_film(camera);
                 let is_beyond = |beyond: fn(DVec2, DVec2, DVec2) -> bool| {
-                    places.clone().all(|place| {
+                    places.iter().all(|&place| {
                         let seen = camera.project(place);
                         seen.is_some_and(|seen| beyond(seen.at, low, high))
                     })

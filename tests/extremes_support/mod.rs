@@ -83,7 +83,7 @@ pub const DIAMOND: Template = Template {
 </emitter>
 <shape type="ply">
   <string name="filename" value="diamond.ply"/><boolean name="face_normals" value="true"/>
-  <transform name="to_world">{placed}</transform>
+  <transform name="to_world"><rotate y="1" angle="165"/><translate z="0.4"/>{placed}</transform>
   <bsdf type="dielectric"><float name="int_ior" value="2.418"/><float name="ext_ior" value="1"/></bsdf>
 </shape>
 <shape type="rectangle">

@@ -323,7 +323,8 @@ impl<'a, 'f> Legs<'a, 'f> {
 
     /// Whether the sensor sees nothing of where the leg ends, on a surface of this shape.
     pub(super) fn is_end_unseen(&self, shape: u32) -> bool {
-        let ends = self.lines.iter().map(|line| line.end);
-        self.screen.is_out_of_sight(self.paths.scene(), shape, ends)
+        let ends: Vec<DVec3> = self.lines.iter().map(|line| line.end).collect();
+        self.screen
+            .is_out_of_sight(self.paths.scene(), shape, &ends)
     }
 }

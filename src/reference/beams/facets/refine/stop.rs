@@ -47,7 +47,6 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
         };
         match way {
             Way::Clear { .. } if is_seen_by_camera() => self.give_back(&polygon, generic),
-            Way::Clear { astray } if astray == 0.0 => self.book(&polygon, area),
             Way::Clear { astray } => {
                 self.doubt_stop(&polygon, astray * area, area);
                 self.book(&polygon, area);
@@ -71,7 +70,7 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
 
     /// Of a polygon that ends before its goal: a part of it may land.
     fn doubt_stop(&mut self, polygon: &Polygon<N>, astray: f64, area: f64) {
-        if polygon.events < self.paths.events() {
+        if astray <= 0.0 || polygon.events < self.paths.events() {
             return;
         }
         let nodes: Vec<_> = polygon
