@@ -5,10 +5,11 @@
 
 mod geometry_support;
 
-use geometry_support::{Random, closest, icosphere, mesh, placed};
+use geometry_support::{Random, closest, icosphere, mesh, placed, world_of};
 use glam::{DMat4, DVec3};
 use nephroid::geometry::{
-    Bounds, Cylinder, Disk, Ray, Rectangle, Shape, Sphere, SurfacePoint, Transform, World,
+    Bounds, Cylinder, Disk, MeshParts, Ray, Rectangle, Shape, Sphere, SurfacePoint, Transform,
+    World,
 };
 use proptest::prelude::*;
 
@@ -94,6 +95,67 @@ fn spawned_rays_never_meet_the_surface_they_leave_on_the_wrong_side() {
                 assert_no_self_hits(shape, 20_000, (100 * i + 10 * j + k) as u64);
             }
         }
+    }
+}
+
+/// A face whose third vertex is `height` from the edge between the others, at the part `along` of it: obtuse where that is well inside,
+/// in any order and place.
+fn sliver(height: f64, along: f64, scale: f64, random: &mut Random) -> MeshParts {
+    let x = random.direction();
+    let across = random.direction();
+    let y = (across - x * across.dot(x)).normalize();
+    let home = random.in_cube() * scale;
+    let mut positions = vec![
+        home,
+        home + x * scale,
+        home + (x * along + y * height) * scale,
+    ];
+    positions.rotate_left(random.below(3));
+    MeshParts {
+        positions,
+        triangles: vec![[0, 1, 2]],
+        ..MeshParts::default()
+    }
+}
+
+/// Ten thousand rays on each of some slivers, up to a million times longer than wide; directions nearer to the face than its
+/// normal is known (a few u by length / width) may go either way.
+#[test]
+fn what_leaves_a_sliver_does_not_meet_it_again() {
+    let mut random = Random(41);
+    for exponent in 0..=6 {
+        let height = 10f64.powi(-exponent);
+        let mut left = 0;
+        for along in [0.5, 0.27, 0.9, 1e-3, 0.0, 1.0, 1.3] {
+            for scale in [1e-3, 1.0, 1e3] {
+                let parts = sliver(height, along, scale, &mut random);
+                let [a, b, c] = std::array::from_fn(|vertex| parts.positions[vertex]);
+                let world = world_of(parts);
+                // A vertex that was placed is off by 4u of its place on each axis, and the products of edges by as much.
+                let least = 32.0 * f64::EPSILON / height;
+                for _ in 0..500 {
+                    let (u, v) = (random.unit().sqrt(), random.unit());
+                    let aim = a * (1.0 - u) + b * (u * (1.0 - v)) + c * (u * v);
+                    let start = aim + random.direction() * (3.0 * scale);
+                    let ray = Ray::new(start, (aim - start).normalize());
+                    let Some(hit) = closest(&world, &ray) else {
+                        continue;
+                    };
+                    let point = world.surface_point(&ray, &hit);
+                    let direction = leaving(&point, &mut random);
+                    if direction.dot(point.geometric_normal).abs() < least {
+                        continue;
+                    }
+                    left += 1;
+                    assert!(
+                        closest(&world, &point.spawn(direction)).is_none(),
+                        "height 1e-{exponent}, at {along}, scale {scale:e}: {ray:?}, {direction}"
+                    );
+                }
+            }
+        }
+        println!("length / width 1e{exponent}: {left} rays");
+        assert!(left > 4000, "{left}");
     }
 }
 
