@@ -18,8 +18,8 @@ use crate::transport::signature::Signature;
 /// has, eight are expected; none is seen with a probability of e⁻⁸.
 const LANDINGS: usize = 1 << 13;
 
-/// No more places are looked at than this, in all rounds but the last.
-const MOST_PLACES: usize = 1 << 16;
+/// Rounds at most: of 2¹², 2¹³, 2¹⁴ and 2¹⁵ places, about.
+const ROUNDS: u32 = 4;
 
 /// Events up to which every branch is followed.
 const SPLIT_DEPTH: u32 = 2;
@@ -39,8 +39,11 @@ pub(super) fn look_for_rare(
     shading_normals: ShadingNormals,
 ) -> BTreeMap<Signature, Found> {
     let mut all = BTreeMap::new();
-    let (mut count, mut looked_at, mut landed) = (PLACES, 0, 0);
-    while looked_at < MOST_PLACES && landed < LANDINGS {
+    let mut landed = 0;
+    for count in (0..ROUNDS).map(|round| PLACES << round) {
+        if landed >= LANDINGS {
+            break;
+        }
         let mut round: BTreeMap<Signature, Found> = BTreeMap::new();
         for (index, light) in lights.iter().enumerate() {
             let stream = Stream::new(StreamKind::Random, SEED)
@@ -65,7 +68,6 @@ pub(super) fn look_for_rare(
             let seen: Vec<Vec<(Signature, Found)>> =
                 places.par_iter().enumerate().map(look).collect();
             let strength = light.source.strength().mean();
-            looked_at += places.len();
             landed += seen.iter().filter(|sights| !sights.is_empty()).count();
             // In the order of places: the same sums on any threads.
             for (signature, found) in seen.into_iter().flatten() {
@@ -75,7 +77,6 @@ pub(super) fn look_for_rare(
             }
         }
         all.extend(round);
-        count *= 2;
     }
     all
 }
