@@ -242,7 +242,7 @@ fn what_photons_find_the_survey_finds() {
             found += 1;
             assert!(
                 signature.is_empty() || surveyed.contains(signature),
-                "{name}: {signature} is not followed"
+                "{name}: {signature} is not found"
             );
         }
         println!("{name}: {found} of {}", surveyed.len());
@@ -309,7 +309,7 @@ fn what_photons_find_of_dim_light_before_a_camera_the_survey_finds() {
         println!("{signature}: {:.2} %", 100.0 * share);
         if !signature.is_empty() && share > 5e-3 {
             found += 1;
-            assert!(surveyed.contains(&signature), "{signature} is not followed");
+            assert!(surveyed.contains(&signature), "{signature} is not found");
         }
     }
     assert!(found >= 5, "{found}");

@@ -96,7 +96,8 @@ impl Screen<'_> {
     }
 
     /// Whether no light that ends on a surface of `shape` within the convex hull of `places` lands; what else may
-    /// hide it from a camera is not looked for.
+    /// hide it from a camera is not looked for. Places before or beyond the clip planes count as in sight:
+    /// of the others each side of the film is a plane through the camera, so one side of it holds their hull, too.
     pub fn is_out_of_sight(&self, scene: &Scene, shape: u32, places: &[DVec3]) -> bool {
         match self {
             Self::Receiver(receiver) => receiver.shape() != shape,

@@ -36,6 +36,8 @@ pub(super) struct Leg {
     pub(super) to_faces: [u32; 6],
     /// Of a last leg without light for the receiver: the receiver.
     pub(super) dark_over: Option<u32>,
+    /// Of a last leg without light for a camera: it might see what is between the ends.
+    pub(super) may_be_seen: bool,
 }
 
 impl Leg {
@@ -127,6 +129,7 @@ pub(super) fn record<const N: usize>(
             from_faces: faces(from),
             to_faces: faces(to),
             dark_over: receiver.filter(|_| is_dark),
+            may_be_seen: is_dark && receiver.is_none() && may_be_seen(follower, met, &points(to)),
         });
     }
     let is_finite = |leg: &Leg| {
@@ -147,6 +150,19 @@ pub(super) fn record<const N: usize>(
         one_family,
         hidden,
     }
+}
+
+/// Whether a camera might see a surface between six places on it; it sees none of these.
+fn may_be_seen<const N: usize>(
+    follower: &PathFollower<'_, N>,
+    met: Met,
+    places: &[DVec3; 6],
+) -> bool {
+    let Met::Surface(shape) = met else {
+        return false;
+    };
+    let screen = follower.screen();
+    !screen.is_out_of_sight(follower.scene(), shape, places)
 }
 
 /// Where some of six last legs without light for the sensor end on other things than the rest, all

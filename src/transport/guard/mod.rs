@@ -112,14 +112,19 @@ impl<'a> Guard<'a> {
             };
         }
         let mut found = already;
+        // Later legs have no bit: they are looked at again each time.
+        let mut later = true;
         for (index, leg) in record.legs.iter().enumerate() {
-            let bit = 1 << index;
-            if found.legs & bit == 0 && self.is_clear(leg, index == 0) {
-                found.legs |= bit;
+            match 1_u32.checked_shl(index as u32) {
+                Some(bit) if found.legs & bit == 0 && self.is_clear(leg, index == 0) => {
+                    found.legs |= bit;
+                }
+                Some(_) => {}
+                None => later = later && self.is_clear(leg, false),
             }
         }
         let wanted = u32::MAX >> (32 - record.legs.len().clamp(1, 32));
-        found.all = record.one_family && found.legs & wanted == wanted;
+        found.all = record.one_family && later && found.legs & wanted == wanted;
         found
     }
 
@@ -134,6 +139,9 @@ impl<'a> Guard<'a> {
     }
 
     fn is_clear(&self, leg: &Leg, is_first: bool) -> bool {
+        if leg.may_be_seen {
+            return false;
+        }
         // The first leg is drawn from its end: it need not be caught.
         if !is_first && !self.is_caught(leg) || !self.misses_the_extension(leg) {
             return false;

@@ -54,6 +54,7 @@ impl Guard<'_> {
             from_faces: [0; 6],
             to_faces: faces,
             dark_over: None,
+            may_be_seen: false,
         };
         self.is_hidden(&leg)
     }

@@ -3,13 +3,13 @@
 //! On flat faces every (entry facet, next facet, ...) chain is a family of light of its own, and cells that
 //! are divided blindly drown in the families' borders. But these borders are known: light changes
 //! families where it passes an edge of a facet. So a polygon of the light that meets a facet
-//! first is followed leg by leg (`refine.rs`): a ray through its middle finds a facet, the facet's
+//! first is followed leg by leg (`refine/`): a ray through its middle finds a facet, the facet's
 //! edges cut out the part of the polygon that goes there, and what is left over is asked again.
 //! Each cut parts a polygon in two, so that nothing is lost or counted twice. What has made all
 //! its events lands (`land.rs`) as a fan of triangles.
 //!
 //! One ray does not see what is beside it. So a polygon goes on only where nothing else may be in
-//! the space that its leg sweeps (`leg.rs`): a facet that is there is cut out, too; next to what is
+//! the space that its leg sweeps (`leg/`): a facet that is there is cut out, too; next to what is
 //! not flat, polygons are halved down to the tolerance, and cells find the border, or all light
 //! of what is left is slack.
 //!

@@ -79,7 +79,8 @@ pub fn survey(
     }
     let rare = look_for_rare(scene, lights, screen, max_depth, shading_normals);
     for (signature, found) in rare {
-        all.signatures.entry(signature).or_insert(found);
+        let known = all.signatures.entry(signature).or_insert(found);
+        known.peak = known.peak.max(found.peak);
     }
     all
 }

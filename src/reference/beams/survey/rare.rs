@@ -14,12 +14,12 @@ use crate::transport::scatter::ShadingNormals;
 use crate::transport::screen::Screen;
 use crate::transport::signature::Signature;
 
-/// Enough light has landed once so many places sent some: of a signature that one in a thousand of them
-/// has, eight are expected; none is seen with a probability of e⁻⁸.
+/// Enough light has landed once so many places sent some: of a signature that one in a thousand of these
+/// landings has, eight are expected; none is seen with a probability of about e⁻⁸.
 const LANDINGS: usize = 1 << 13;
 
-/// Rounds at most: of 2¹², 2¹³, 2¹⁴ and 2¹⁵ places, about.
-const ROUNDS: u32 = 4;
+/// Rounds at most: of about 2¹³, 2¹⁴ and 2¹⁵ places. All branches from 2¹² were followed before.
+const ROUNDS: u32 = 3;
 
 /// Events up to which every branch is followed.
 const SPLIT_DEPTH: u32 = 2;
@@ -29,8 +29,8 @@ const SEED: u64 = 0x5352_5645_5900;
 
 /// What single paths from ever more places show.
 ///
-/// Each round spreads its places over all first surfaces anew, twice as many as the round before; the last one tells fluxes,
-/// but of what it did not see.
+/// Each round spreads its places over all first surfaces anew, twice as many as the round before. The last that saw a signature
+/// tells its flux: of what only an earlier one saw, that is too much rather than too little.
 pub(super) fn look_for_rare(
     scene: &Scene,
     lights: &[Light],
@@ -40,7 +40,7 @@ pub(super) fn look_for_rare(
 ) -> BTreeMap<Signature, Found> {
     let mut all = BTreeMap::new();
     let mut landed = 0;
-    for count in (0..ROUNDS).map(|round| PLACES << round) {
+    for count in (1..=ROUNDS).map(|round| PLACES << round) {
         if landed >= LANDINGS {
             break;
         }

@@ -115,7 +115,8 @@ impl Legs<'_, '_> {
         if self.is_affine() {
             return None;
         }
-        // All starts on one side, and ends that bulge through the plane between corners that do not.
+        // All starts on one side, and ends that are a little through the plane: of what was cut along it, as that line is bent.
+        // Of the range of heights that is a part p; of the area no more than 1 − (1 − p)² of a triangle on that side.
         let part = if start_low >= -self.flatness {
             -low / (high - low)
         } else if start_high <= self.flatness {
@@ -123,6 +124,7 @@ impl Legs<'_, '_> {
         } else {
             return None;
         };
+        let part = 2.0 * part;
         (part <= allowed).then_some(part)
     }
 }

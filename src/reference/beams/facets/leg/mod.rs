@@ -287,8 +287,12 @@ impl<'a, 'f> Legs<'a, 'f> {
         self.lines.clear();
         self.hulls.clear();
         self.corners = polygon.corners.len();
+        let state = polygon.corners[0].state;
         let mut meet = |at: DVec2| {
             let light: FacetLight<N> = self.paths.follow(&polygon.chain, polygon.events, at);
+            if light.state != state {
+                return None;
+            }
             let ray = self
                 .paths
                 .search_ray(&light, &polygon.chain, polygon.events);

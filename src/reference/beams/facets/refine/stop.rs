@@ -48,7 +48,7 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
         match way {
             Way::Clear { .. } if is_seen_by_camera() => self.give_back(&polygon, generic),
             Way::Clear { astray } => {
-                self.doubt_stop(&polygon, astray * area, area);
+                self.doubt_stop(&polygon, (astray * area).max(polygon.astray), area);
                 self.book(&polygon, area);
             }
             Way::Facet(facet) => self.cut_out(polygon, facet, Some(goal), generic),
