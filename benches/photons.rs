@@ -125,6 +125,8 @@ fn rates(name: &str, scene: &Scene, split_depth: u32) {
 }
 
 fn time_to_error(name: &str, scene: &Scene, stream: StreamKind) {
+    let is_all = std::env::args().any(|argument| argument == "--all");
+    let most = if is_all { 16 } else { 1 };
     let settings = PhotonSettings {
         stream,
         ..PhotonSettings::default()
@@ -132,7 +134,7 @@ fn time_to_error(name: &str, scene: &Scene, stream: StreamKind) {
     let to = |error: f64| {
         let budget = Budget {
             relative_error: Some(error),
-            time: Some(std::time::Duration::from_secs(4)),
+            time: Some(std::time::Duration::from_secs(most)),
             ..Budget::default()
         };
         let (estimate, seconds) = measure(scene, settings, &budget);
@@ -140,7 +142,7 @@ fn time_to_error(name: &str, scene: &Scene, stream: StreamKind) {
         let text = if reached {
             format!("{seconds:.2}")
         } else {
-            "> 4".to_owned()
+            format!("> {most}")
         };
         (text, estimate.paths)
     };

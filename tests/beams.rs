@@ -7,6 +7,7 @@ mod support;
 use std::f64::consts::TAU;
 use std::path::Path;
 use std::process::{Command, Output};
+use std::sync::OnceLock;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
@@ -46,13 +47,38 @@ const SCENES: [&str; 10] = [
 
 // ---- balance ------------------------------------------------------------------------------------
 
+/// A shipped scene at 64 x 64 texels, to a tenth.
+struct Coarse {
+    name: &'static str,
+    scene: Scene,
+    estimate: Estimate,
+    report: BeamReport,
+}
+
+/// All of them, run once for all tests.
+fn coarse() -> &'static [Coarse] {
+    static RUNS: OnceLock<Vec<Coarse>> = OnceLock::new();
+    RUNS.get_or_init(|| {
+        let run = |name| {
+            let scene = bundled(name, 64);
+            let (estimate, report) = beams(&scene, 0.1);
+            Coarse {
+                name,
+                scene,
+                estimate,
+                report,
+            }
+        };
+        SCENES.map(run).into_iter().collect()
+    })
+}
+
 /// Sums on the film are integers, of a quantum of 2⁻⁶² of the flux or less; each of n deposits in
 /// a texel is rounded once. 10⁶ deposits are off by 10⁶ · 2⁻⁶² · 64 < 1e-11 of a texel's flux at the very worst, by
 /// the root of that at random: 1e-12 of all light is asked for.
 #[test]
 fn the_films_sum_is_what_the_cells_booked_in_every_signature() {
-    for name in SCENES {
-        let (_, report) = beams(&bundled(name, 64), 0.1);
+    for Coarse { name, report, .. } in coarse() {
         assert!(!report.signatures.is_empty(), "{name}");
         for one in &report.signatures {
             assert!(
@@ -70,10 +96,14 @@ fn the_films_sum_is_what_the_cells_booked_in_every_signature() {
 #[test]
 fn values_lie_within_their_bounds_and_the_ledger_has_their_sums() {
     let mut lifted = 0;
-    for name in SCENES {
-        let scene = bundled(name, 64);
-        let receiver = Receiver::new(&scene, meter(&scene)).unwrap();
-        let (estimate, report) = beams(&scene, 0.1);
+    for Coarse {
+        name,
+        scene,
+        estimate,
+        report,
+    } in coarse()
+    {
+        let receiver = Receiver::new(scene, meter(scene)).unwrap();
         for layer in std::iter::once(&estimate.total).chain(&estimate.layers) {
             let bounds = layer.interval.as_ref().unwrap();
             for (texel, value) in layer.irradiance.iter().enumerate() {

@@ -92,8 +92,9 @@ const BINS: Bins = Bins {
     columns: 16,
 };
 
-/// Quadrature may be off by this share of all samples in a bin: a hundredth of one sample's.
-const QUADRATURE: f64 = 1e-2 / SAMPLES as f64;
+/// Quadrature may be off by this share of all samples in a bin: a tenth of one sample's, where bins expect 5 or more and scatter
+/// by 2.2 or more.
+const QUADRATURE: f64 = 1e-1 / SAMPLES as f64;
 
 #[test]
 fn samples_follow_their_density() {
@@ -189,12 +190,12 @@ fn weights_add_up_to_the_value_and_no_surface_makes_light() {
                 let c = if mode == Transport::Flux { 0 } else { 2 };
                 {
                     let integral: f64 = BINS
-                        .integrals(|wo| bsdf.eval(wi, wo, mode).0[c], 1e-7)
+                        .integrals(|wo| bsdf.eval(wi, wo, mode).0[c], 1e-6)
                         .iter()
                         .sum();
-                    // Five standard errors: one in 10⁶ by chance. Quadrature is off by its sum of tolerances
+                    // Five standard errors: one in 10⁶ by chance. Quadrature is off by the sum of 192 bins' tolerances
                     // and, where a turned normal cuts the value off, by the smallest squares cut.
-                    let error = 5.0 * found.spread[1].0[c] + 1e-5 + 1e-4 * integral;
+                    let error = 5.0 * found.spread[1].0[c] + 2e-4 + 1e-4 * integral;
                     assert!(
                         (found.spread[0].0[c] - integral).abs() <= error,
                         "{case}\n{theta}, {phi}, {mode:?}: weights {}, integral {integral}",

@@ -439,18 +439,18 @@ fn the_same_bits_come_from_any_number_of_threads() {
             },
             ..FullSettings::default()
         };
-        let images = [1, 2, 5].map(|threads| {
+        let [alone, together] = [1, 3].map(|threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
             let (image, report) = pool
                 .unwrap()
-                .install(|| full(&scene, settings, &budget(32, 1 << 16)));
+                .install(|| full(&scene, settings, &budget(8, 1 << 14)));
             let bounds = image.total.interval.clone().unwrap();
             let ends = bounds.low.iter().chain(&bounds.high);
             let mut bits: Vec<u64> = ends.flat_map(|it| it.0.map(f64::to_bits)).collect();
             bits.extend(path_support::bits(&image));
             (bits, serde_json::to_string(&report).unwrap())
         });
-        assert!(images[0] == images[1] && images[0] == images[2]);
+        assert!(alone == together);
     }
 }
 
@@ -471,7 +471,7 @@ fn each_method_has_its_own_limit_and_its_part_of_the_time() {
     assert!(found.incomplete && found.total.is_unknown());
     assert!(report.parts.iter().all(|part| part.incomplete));
     // With some, each has a share: none could do its part in no time.
-    let (found, report) = full(&scene, with_small_maps(), &timed(Duration::from_secs(12)));
+    let (found, report) = full(&scene, with_small_maps(), &timed(Duration::from_secs(6)));
     assert!(!found.incomplete && !found.total.is_unknown());
     assert!(
         report
