@@ -129,15 +129,7 @@ fn through_sphere(
 
 #[test]
 fn a_glass_balls_layers_agree_with_random_rays() {
-    let ball = GlassBall {
-        radius: 1.0,
-        center_height: 1.4,
-        ior: 1.5,
-        light: AxialLight::Point {
-            height: 4.0,
-            intensity: 100.0,
-        },
-    };
+    let ball = GlassBall::SHIPPED;
     let grid = TexelGrid::square(2.0, 32);
     let fine = TexelGrid::square(0.4, 32);
     let rays = 1_000_000;

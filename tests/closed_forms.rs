@@ -20,12 +20,11 @@ use nephroid::generate::write_ply;
 use nephroid::geometry::{MeshParts, Shape};
 use nephroid::numeric::StreamKind;
 use nephroid::reference::closed_form::{
-    CupLight, FlatFacets, FlatSlab, MirrorCup, ParabolicMirror, ParallelLight, Path, SineWater,
-    SineWave, TexelGrid, lambert_irradiance, point_irradiance,
+    CupLight, FlatFacets, FlatSlab, GlassBall, MirrorCup, ParabolicMirror, ParallelLight, Path,
+    SineWater, SineWave, TexelGrid, lambert_irradiance, point_irradiance,
 };
 use nephroid::reference::{Estimate, LayerName};
 use nephroid::scene::Scene;
-use support::oracles::BALL;
 use support::scenes::layer;
 use support::{Compared, Photons, bundled, bundled_file, loaded, student};
 
@@ -101,7 +100,7 @@ fn the_glass_balls_flux_is_right_in_every_path() {
     let photons = Photons::new(1 << 22);
     let estimate = photons.estimate(&scene);
     let compare = |path: Path, largest_share: f64| {
-        let truth = BALL.sheet(path).map(&ball_grid(1));
+        let truth = GlassBall::SHIPPED.sheet(path).map(&ball_grid(1));
         Compared::new(&scene, &photons, &estimate, &path.signature(), &truth)
             .photons_carry_at_most(largest_share)
     };
@@ -127,7 +126,7 @@ fn the_glass_balls_light_falls_into_the_right_regions() {
         let scene = bundled("glass-ball", side);
         let photons = Photons::new(1 << 20);
         let estimate = photons.estimate(&scene);
-        let truth = BALL.sheet(path).map(&ball_grid(side));
+        let truth = GlassBall::SHIPPED.sheet(path).map(&ball_grid(side));
         let it = Compared::new(&scene, &photons, &estimate, &path.signature(), &truth)
             .photons_carry_at_most(largest_share);
         println!("{}: {:?}", it.name, it.agreement());
@@ -141,7 +140,9 @@ fn the_glass_balls_light_falls_into_the_right_regions() {
 fn the_glass_balls_texels_scatter_about_the_truth_as_their_error_bars_say() {
     const SIDE: usize = 128;
     let scene = bundled("glass-ball", SIDE);
-    let truth = BALL.sheet(Path::Through(0)).map(&ball_grid(SIDE));
+    let truth = GlassBall::SHIPPED
+        .sheet(Path::Through(0))
+        .map(&ball_grid(SIDE));
     for stream in STREAMS {
         let photons = Photons::new(1 << 21).stream(stream);
         let estimate = photons.estimate(&scene);
@@ -158,7 +159,7 @@ fn the_glass_balls_texels_scatter_about_the_truth_as_their_error_bars_say() {
 fn the_glass_balls_shadow_is_a_disc() {
     let scene = bundled("glass-ball", 64);
     let estimate = Photons::new(64).estimate(&scene);
-    let truth = BALL.sheet(Path::Direct).map(&ball_grid(64));
+    let truth = GlassBall::SHIPPED.sheet(Path::Direct).map(&ball_grid(64));
     assert_direct_light_is_within_its_bound(&estimate, &truth);
 }
 
@@ -179,13 +180,13 @@ fn bar_the_glass_ball_at_default_settings_is_right_to_1_2_percent() {
     let grid = ball_grid(SIDE);
     let lamp = DVec3::new(0.0, 0.0, 4.0);
     let bare = grid.map(|texel| point_irradiance(lamp, 100.0, texel));
-    let truth = BALL.sheet(Path::Through(0)).map(&grid);
+    let truth = GlassBall::SHIPPED.sheet(Path::Through(0)).map(&grid);
     let caustic = |texel: usize| truth[texel] > bare[texel];
     let layer = Compared::new(&scene, &photons, &estimate, "LTTD", &truth);
     let it = layer.agreement_of(caustic);
     println!("LTTD, caustic: {it:?}");
     // For the record: where the light is faint a texel gets few photons or none, and no error bar worth its name.
-    let reflected = BALL.sheet(Path::Reflected(1)).map(&grid);
+    let reflected = GlassBall::SHIPPED.sheet(Path::Reflected(1)).map(&grid);
     let other = Compared::new(&scene, &photons, &estimate, "LRD", &reflected);
     for (layer, truth) in [(&layer, &truth), (&other, &reflected)] {
         let seen = |texel: usize| layer.estimate[texel] > 0.0;

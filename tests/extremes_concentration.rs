@@ -6,12 +6,11 @@ use std::f64::consts::TAU;
 use std::fmt::Write as _;
 use std::fs;
 
-use nephroid::reference::closed_form::{ParabolicMirror, Path, TexelGrid};
+use nephroid::reference::closed_form::{GlassBall, ParabolicMirror, Path, TexelGrid};
 use nephroid::reference::{Estimate, Layer, LayerName};
 use nephroid::scene::Scene;
 use support::beams::{beams, held};
 use support::bundled_file;
-use support::oracles::BALL;
 use support::scenes::{Photons, loaded, over_floor};
 
 fn layer<'a>(estimate: &'a Estimate, name: &str) -> &'a Layer {
@@ -145,7 +144,7 @@ fn bounds_hold_where_a_fold_touches_a_line_between_texels() {
     let mut faults = String::new();
     let mut judged = 0;
     for (path, line) in [(Path::Through(0), 9), (Path::Through(0), 23)] {
-        let sheet = BALL.sheet(path);
+        let sheet = GlassBall::SHIPPED.sheet(path);
         for fold in sheet.fold_radii() {
             for beside in [0.0, 1e-9, -1e-9] {
                 let half_width = (SIDE / 2) as f64 * (fold + beside) / f64::from(line);

@@ -10,10 +10,9 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use glam::DVec2;
 use nephroid::optics::dielectric_reflectance;
-use nephroid::reference::closed_form::Path;
+use nephroid::reference::closed_form::{GlassBall, Path};
 
 use probe_support::{of, probe_at, sign_changes, sum};
-use support::oracles::BALL;
 use support::{Photons, bundled};
 
 /// Generic directions: no symmetry of the cells.
@@ -96,7 +95,7 @@ const STEEP_ENOUGH: f64 = 0.04;
 #[test]
 fn a_probe_of_the_ball_finds_every_preimage_and_its_irradiance() {
     let scene = bundled("glass-ball", 16);
-    let fold = BALL.sheet(Path::Through(0)).fold_radii()[0];
+    let fold = GlassBall::SHIPPED.sheet(Path::Through(0)).fold_radii()[0];
     let mut three = 0;
     let mut one = 0;
     for number in 0..12 {
@@ -136,7 +135,7 @@ fn a_probe_of_the_ball_finds_every_preimage_and_its_irradiance() {
 #[test]
 fn the_balls_shadow_is_dark_and_direct_light_obeys_the_inverse_square() {
     let scene = bundled("glass-ball", 16);
-    let shadow = BALL.shadow_radius();
+    let shadow = GlassBall::SHIPPED.shadow_radius();
     for (radius, lit) in [(shadow * 0.999, false), (shadow * 1.001, true)] {
         let probed = probe_at(&scene, 2.0, around(radius, 3), 0);
         let direct = of(&probed, "LD");
@@ -153,7 +152,7 @@ fn the_balls_shadow_is_dark_and_direct_light_obeys_the_inverse_square() {
 #[test]
 fn across_the_balls_fold_two_preimages_are_born_and_the_distance_to_it_is_known() {
     let scene = bundled("glass-ball", 16);
-    let fold = BALL.sheet(Path::Through(0)).fold_radii()[0];
+    let fold = GlassBall::SHIPPED.sheet(Path::Through(0)).fold_radii()[0];
     for distance in [1e-2, 1e-4, 1e-6, 1e-8] {
         let inside = probe_at(&scene, 2.0, around(fold - distance, 5), 2);
         let outside = probe_at(&scene, 2.0, around(fold + distance, 5), 2);

@@ -5,13 +5,12 @@
 mod support;
 
 use nephroid::numeric::StreamKind;
-use nephroid::reference::closed_form::{Path, TexelGrid};
+use nephroid::reference::closed_form::{GlassBall, Path, TexelGrid};
 use nephroid::reference::{Estimate, LayerName};
 use nephroid::scene::Scene;
 use nephroid::transport::ledger::Row;
 use nephroid::transport::scatter::ShadingNormals;
 use nephroid::transport::signature::Signature;
-use support::oracles::BALL;
 use support::scenes::{layer, sensor_area};
 use support::{Compared, Photons, bundled, student};
 
@@ -22,7 +21,9 @@ const COMPARISONS: usize = 1000;
 const STREAMS: [StreamKind; 2] = [StreamKind::Sobol, StreamKind::Random];
 
 fn truth(path: Path, side: usize) -> Vec<f64> {
-    BALL.sheet(path).map(&TexelGrid::square(2.0, side))
+    GlassBall::SHIPPED
+        .sheet(path)
+        .map(&TexelGrid::square(2.0, side))
 }
 
 /// Mean and standard error of independent numbers.

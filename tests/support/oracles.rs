@@ -9,7 +9,7 @@ use nephroid::geometry::{MeshParts, Shape};
 use nephroid::numeric::quadrature::GaussLegendre;
 use nephroid::optics::dielectric_reflectance;
 use nephroid::reference::closed_form::{
-    AxialLight, Bundled, FlatFacets, FlatSlab, GlassBall, ParallelLight, Path, SineWave, TexelGrid,
+    Bundled, FlatFacets, FlatSlab, ParallelLight, Path, SineWave, TexelGrid,
 };
 use nephroid::scene::Scene;
 use nephroid::transport::signature::Signature;
@@ -30,17 +30,6 @@ pub const NAMES: [&str; 8] = [
     "pane",
     "sine-water",
 ];
-
-/// The ball of the scene `glass-ball`, known in closed form.
-pub const BALL: GlassBall = GlassBall {
-    radius: 1.0,
-    center_height: 1.4,
-    ior: 1.5,
-    light: AxialLight::Point {
-        height: 4.0,
-        intensity: 100.0,
-    },
-};
 
 /// A scene, and what there is to know of its receiver.
 pub struct Oracle {

@@ -69,8 +69,20 @@ impl Bundled {
             .map(|solved| Form::Facets(Box::new(solved)))
         };
         let mut all = vec![
-            known("glass-ball", 2.0, &body, false, Form::Ball(GLASS_BALL)),
-            known("glass-ball-mesh", 2.0, &body, true, Form::Ball(GLASS_BALL)),
+            known(
+                "glass-ball",
+                2.0,
+                &body,
+                false,
+                Form::Ball(GlassBall::SHIPPED),
+            ),
+            known(
+                "glass-ball-mesh",
+                2.0,
+                &body,
+                true,
+                Form::Ball(GlassBall::SHIPPED),
+            ),
             known("coffee-cup", 4.0, &mirror, false, Form::Cup(COFFEE_CUP)),
             known("mirror-ring", 2.0, &mirror, false, Form::Cup(MIRROR_RING)),
             known(
@@ -119,16 +131,6 @@ impl Bundled {
         }
     }
 }
-
-const GLASS_BALL: GlassBall = GlassBall {
-    radius: 1.0,
-    center_height: 1.4,
-    ior: 1.5,
-    light: AxialLight::Point {
-        height: 4.0,
-        intensity: 100.0,
-    },
-};
 
 const COFFEE_CUP: MirrorCup = MirrorCup {
     radius: 4.0,

@@ -61,6 +61,17 @@ pub struct GlassBall {
 }
 
 impl GlassBall {
+    /// That of the shipped scene `glass-ball`.
+    pub const SHIPPED: Self = Self {
+        radius: 1.0,
+        center_height: 1.4,
+        ior: 1.5,
+        light: AxialLight::Point {
+            height: 4.0,
+            intensity: 100.0,
+        },
+    };
+
     /// One path's light on the plane.
     pub fn sheet(&self, path: Path) -> RadialSheet {
         match path {
@@ -202,15 +213,7 @@ mod tests {
     use super::*;
 
     /// The bundled scene.
-    const BALL: GlassBall = GlassBall {
-        radius: 1.0,
-        center_height: 1.4,
-        ior: 1.5,
-        light: AxialLight::Point {
-            height: 4.0,
-            intensity: 100.0,
-        },
-    };
+    const BALL: GlassBall = GlassBall::SHIPPED;
 
     #[test]
     fn all_paths_together_carry_what_falls_on_the_ball() {
