@@ -134,14 +134,21 @@ fn a_cameras_image_is_that_of_photons_connected_to_it() {
             }
             let at = a + (b - a) * place.x + (c - a) * place.y;
             let mut found = Vec::new();
-            follower.follow_all(&root.chart, at, 16, 1e-9, &mut |_, path| {
-                if let End::Landed(at) = path.end
-                    && camera.pixel(at).is_some()
-                {
-                    let radiance = path.throughput.0[0] * path.emitted * area;
-                    found.push((bin(at.x as usize, at.y as usize), radiance));
-                }
-            });
+            follower.follow_some(
+                &root.chart,
+                at,
+                [16; 2],
+                1e-9,
+                &mut |_| 0.0,
+                &mut |_, path, _| {
+                    if let End::Landed(at) = path.end
+                        && camera.pixel(at).is_some()
+                    {
+                        let radiance = path.throughput.0[0] * path.emitted * area;
+                        found.push((bin(at.x as usize, at.y as usize), radiance));
+                    }
+                },
+            );
             // All of a photon's branches into a bin are one sample.
             found.sort_by_key(|(bin, _)| *bin);
             for branches in found.chunk_by(|a, b| a.0 == b.0) {

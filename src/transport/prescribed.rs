@@ -198,31 +198,10 @@ impl<'a, const N: usize> PathFollower<'a, N> {
         dark(End::Stopped, emitted, &family)
     }
 
-    /// All paths from a place up to `max_depth` events, every branch with at least `least` of the
-    /// light; tells `found` how each ended, with its signature. Whether the source sees the place is
-    /// looked at.
-    pub fn follow_all(
-        &mut self,
-        chart: &Chart,
-        at: DVec2,
-        max_depth: u32,
-        least: f64,
-        found: &mut impl FnMut(Signature, PathEnd<N>),
-    ) {
-        let mut found_one = |signature, path, _| found(signature, path);
-        self.follow_some(
-            chart,
-            at,
-            [max_depth, max_depth],
-            least,
-            &mut |_| 0.0,
-            &mut found_one,
-        );
-    }
-
-    /// As [`follow_all`](Self::follow_all), but from `split_depth` events on one branch only, chosen with the
-    /// probability of its share by a number in 0..1 that `choice` makes of the events so far; `found`
-    /// is told the probability of all choices on the way, too.
+    /// Paths from a place up to `max_depth` events: all branches of the first `split_depth` events with at least
+    /// `least` of the light, and from there on one branch only, chosen with the probability of its share by
+    /// a number in 0..1 that `choice` makes of the events so far. Tells `found` of each path its signature, how it
+    /// ended, and the probability of all choices on the way. Whether the source sees the place is looked at.
     pub fn follow_some(
         &mut self,
         chart: &Chart,

@@ -61,7 +61,7 @@ pub fn survey(
         let look = |place: &Place| {
             let mut follower =
                 PathFollower::<3>::new(scene, source, screen, Signature::DIRECT, shading_normals);
-            look_at(&mut follower, place, max_depth)
+            look_at(&mut follower, place, [max_depth; 2], |_| 0.0)
         };
         let least = LEAST_PLACES / lights.len();
         let seen: Vec<Seen> = places_of(scene, light, places, least)
@@ -69,20 +69,25 @@ pub fn survey(
             .map(|place| Seen::new(place, look))
             .collect();
         let between = look_between(&seen, places, look);
-        let strength = source.strength().mean();
-        // Sums of few values in a fixed order: the same on any threads.
         for sight in seen.iter().chain(&between).flat_map(|seen| &seen.sights) {
-            let one = all.signatures.entry(sight.signature).or_default();
-            one.flux += sight.flux;
-            one.peak = one.peak.max(sight.throughput / strength);
+            all.add(sight);
         }
     }
     let rare = look_for_rare(scene, lights, screen, max_depth, shading_normals);
-    for (signature, found) in rare {
+    for (signature, found) in rare.signatures {
         let known = all.signatures.entry(signature).or_insert(found);
         known.peak = known.peak.max(found.peak);
     }
     all
+}
+
+impl Survey {
+    /// Floats are summed: always in the order of places, the same on any threads.
+    fn add(&mut self, sight: &Sight) {
+        let one = self.signatures.entry(sight.signature).or_default();
+        one.flux += sight.flux;
+        one.peak = one.peak.max(sight.delivered);
+    }
 }
 
 /// A path that landed.
@@ -90,8 +95,8 @@ struct Sight {
     signature: Signature,
     /// What it brings for its part of the root \[W\].
     flux: f64,
-    /// Times the source's strength.
-    throughput: f64,
+    /// What it delivers of what sets out.
+    delivered: f64,
 }
 
 /// A place, and all paths from there that landed, in the order of their signatures.
@@ -165,21 +170,29 @@ fn at<'a>(index: usize, first: &'a [Seen], second: &'a [Seen]) -> &'a Seen {
         .unwrap_or_else(|| &second[index - first.len()])
 }
 
-/// The paths from one place that land.
-fn look_at(follower: &mut PathFollower<3>, place: &Place, max_depth: u32) -> Vec<Sight> {
+/// The paths from one place that land: all branches of the first events, up to a split depth, and from there on
+/// one branch of each, that [`follow_some`](PathFollower::follow_some) takes by `choice`, up to a depth.
+fn look_at(
+    follower: &mut PathFollower<3>,
+    place: &Place,
+    depths: [u32; 2],
+    mut choice: impl FnMut(Signature) -> f64,
+) -> Vec<Sight> {
+    let strength = follower.source().strength().mean();
     let mut found = Vec::new();
-    follower.follow_all(
+    follower.follow_some(
         &place.chart,
         place.at,
-        max_depth,
+        depths,
         LEAST_THROUGHPUT,
-        &mut |signature, path| {
+        &mut choice,
+        &mut |signature, path, probability| {
             if matches!(path.end, End::Landed(_)) {
                 let throughput = path.throughput.rgb().mean();
                 found.push(Sight {
                     signature,
-                    flux: throughput * path.emitted * place.area,
-                    throughput,
+                    flux: throughput * path.emitted * place.area / probability,
+                    delivered: throughput / strength,
                 });
             }
         },

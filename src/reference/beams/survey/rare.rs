@@ -1,15 +1,13 @@
 //! Signatures that bring little light.
 
-use std::collections::BTreeMap;
-
 use rayon::prelude::*;
 
 use super::places::{Place, places_of};
-use super::{Found, LEAST_PLACES, LEAST_THROUGHPUT, PLACES};
+use super::{LEAST_PLACES, PLACES, Sight, Survey, look_at};
 use crate::numeric::{Stream, StreamKind};
 use crate::reference::beams::pass::Light;
 use crate::scene::Scene;
-use crate::transport::prescribed::{End, PathFollower};
+use crate::transport::prescribed::PathFollower;
 use crate::transport::scatter::ShadingNormals;
 use crate::transport::screen::Screen;
 use crate::transport::signature::Signature;
@@ -37,14 +35,14 @@ pub(super) fn look_for_rare(
     screen: &Screen,
     max_depth: u32,
     shading_normals: ShadingNormals,
-) -> BTreeMap<Signature, Found> {
-    let mut all = BTreeMap::new();
+) -> Survey {
+    let mut all = Survey::default();
     let mut landed = 0;
     for count in (1..=ROUNDS).map(|round| PLACES << round) {
         if landed >= LANDINGS {
             break;
         }
-        let mut round: BTreeMap<Signature, Found> = BTreeMap::new();
+        let mut round = Survey::default();
         for (index, light) in lights.iter().enumerate() {
             let stream = Stream::new(StreamKind::Random, SEED)
                 .split(count as u64)
@@ -61,48 +59,18 @@ pub(super) fn look_for_rare(
                     Signature::DIRECT,
                     shading_normals,
                 );
-                look_at(&mut follower, place, max_depth, |signature| {
-                    stream.extra(index as u64, signature.len() as u32)
+                let depths = [SPLIT_DEPTH, max_depth];
+                look_at(&mut follower, place, depths, |signature| {
+                    stream.extra(index as u64, signature.key())
                 })
             };
-            let seen: Vec<Vec<(Signature, Found)>> =
-                places.par_iter().enumerate().map(look).collect();
-            let strength = light.source.strength().mean();
+            let seen: Vec<Vec<Sight>> = places.par_iter().enumerate().map(look).collect();
             landed += seen.iter().filter(|sights| !sights.is_empty()).count();
-            // In the order of places: the same sums on any threads.
-            for (signature, found) in seen.into_iter().flatten() {
-                let one = round.entry(signature).or_default();
-                one.flux += found.flux;
-                one.peak = one.peak.max(found.peak / strength);
+            for sight in seen.iter().flatten() {
+                round.add(sight);
             }
         }
-        all.extend(round);
+        all.signatures.extend(round.signatures);
     }
     all
-}
-
-/// What one path from a place, or some that share their first events, brings to the sensor.
-fn look_at(
-    follower: &mut PathFollower<3>,
-    place: &Place,
-    max_depth: u32,
-    mut choice: impl FnMut(Signature) -> f64,
-) -> Vec<(Signature, Found)> {
-    let mut found = Vec::new();
-    follower.follow_some(
-        &place.chart,
-        place.at,
-        [SPLIT_DEPTH, max_depth],
-        LEAST_THROUGHPUT,
-        &mut choice,
-        &mut |signature, path, probability| {
-            if matches!(path.end, End::Landed(_)) {
-                let throughput = path.throughput.rgb().mean();
-                let flux = throughput * path.emitted * place.area / probability;
-                let peak = throughput;
-                found.push((signature, Found { flux, peak }));
-            }
-        },
-    );
-    found
 }
