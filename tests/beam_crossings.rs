@@ -205,3 +205,32 @@ fn photons_agree_on_a_ball_below_a_pane() {
         assert!(judged >= 5, "{light}: {judged}");
     }
 }
+
+/// A lamp just above a pane lights a spot that none of its corners sees; receivers are round, and the middle of the pane's light
+/// goes beside them.
+#[test]
+fn photons_agree_below_a_pane_that_a_lamp_is_close_to() {
+    let lamp = r#"<emitter type="point"><point name="position" x="-0.02" y="-0.086" z="0.16"/>
+  <rgb name="intensity" value="0.0625"/></emitter>"#;
+    let pane = cube(
+        r#"<scale x="0.72" y="1.18" z="0.028"/><rotate x="0.383" y="-0.57" z="0.727" angle="58.3"/>
+  <rotate x="0.779" y="-0.178" z="-0.601" angle="-49.6"/><translate x="0.338" y="0.083" z="0.143"/>"#,
+    );
+    let place = r#"<translate x="0.08" y="0.355" z="-0.453"/>"#;
+    for (plugin, shape) in [
+        ("disk", r#"<scale x="1.5" y="1.5"/>"#),
+        ("sphere", r#"<scale value="0.4"/>"#),
+        (
+            "cylinder",
+            r#"<scale x="0.2" y="0.2" z="2"/><translate z="-1"/><rotate x="1" angle="90"/>"#,
+        ),
+    ] {
+        let receiver = receiver(plugin, &format!("{shape}{place}"));
+        let scene = scene(&[lamp, &pane, &receiver], SIDE);
+        let (estimate, _) = beams_to(2, &scene, 0.02);
+        let judged =
+            assert_photons_are_within_bounds(plugin, &scene, (2, &estimate), 1 << 20, ALPHA);
+        println!("{plugin}: {judged} texels");
+        assert!(judged >= 20, "{plugin}: {judged}");
+    }
+}

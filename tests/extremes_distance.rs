@@ -3,11 +3,15 @@
 mod extremes_support;
 mod geometry_support;
 
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
 use extremes_support::double_double::{Exact, Exact3};
 use extremes_support::{ORACLE, U, beams, judged, layer, photons, red, scene};
 use geometry_support::{Random, closest, world_of};
 use glam::{DMat4, DVec3};
 use nephroid::geometry::{MeshParts, Ray, Shape, Sphere, Transform, World};
+use nephroid::numeric::quadrature::GaussLegendre;
+use nephroid::optics::dielectric_reflectance;
 use nephroid::reference::closed_form::{AxialLight, GlassBall, Path, TexelGrid};
 use nephroid::scene::Scene;
 
@@ -230,6 +234,73 @@ fn a_lamp_may_be_a_ten_thousandth_of_a_radius_or_a_million_radii_from_the_ball()
             );
             println!("; {away:+.1e} ± {error:.1e}");
         }
+    }
+}
+
+/// A point's light goes through a pane of thickness t a height g below it, and falls on a disc d below the pane: at the angle θ to
+/// the pane's normal it comes in at the radius (g + d) tan θ + t tan θ', and its flux within that angle is
+/// 2π I ∫ (1 − F)² sin θ dθ.
+///
+/// The pane lies askew, so that the brightest place of it is nowhere near a corner or the middle of what it is divided into:
+/// flat surfaces are not divided for the light's sake alone, and a lamp just above one lights a spot that none of its corners sees.
+#[test]
+fn a_lamp_may_be_a_hundred_thousandth_of_a_panes_width_from_it() {
+    const RADIUS: f64 = 0.5;
+    const BELOW: f64 = 0.2;
+    const THICKNESS: f64 = 0.05;
+    const IOR: f64 = 1.5;
+    println!(
+        "lamp over a pane, by its half width: error of beams asked for 1e-2, worst texel, and how far the truth is out of their bounds"
+    );
+    let rule = GaussLegendre::new(64).expect("a rule of 64 points");
+    for gap in [1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 1e0] {
+        let (lamp, middle) = (BELOW + THICKNESS + gap, BELOW + 0.5 * THICKNESS);
+        let scene = scene(
+            &format!(
+                r#"<emitter type="point"><point name="position" x="0" y="0" z="{lamp:?}"/><rgb name="intensity" value="1"/></emitter>
+<shape type="cube">
+  <transform name="to_world"><scale x="1.2" y="0.9" z="{half:?}"/><rotate z="1" angle="20"/><translate x="0.2" y="0.1" z="{middle:?}"/></transform>
+  <bsdf type="dielectric"><float name="int_ior" value="{IOR}"/><float name="ext_ior" value="1"/></bsdf>
+</shape>
+<shape type="disk">
+  <transform name="to_world"><scale value="{RADIUS:?}"/></transform>
+  <bsdf type="diffuse"/>{{meter}}
+</shape>"#,
+                half = 0.5 * THICKNESS
+            ),
+            None,
+            SIDE,
+        );
+        let inside = |angle: f64| (angle.sin() / IOR).asin();
+        let radius = |angle: f64| (gap + BELOW) * angle.tan() + THICKNESS * inside(angle).tan();
+        let passed = |angle: f64| (1.0 - dielectric_reflectance(angle.cos(), IOR)).powi(2);
+        // Radii grow with the angle: 60 halvings leave an ulp.
+        let angle_at = |wanted: f64| {
+            let half = |[low, high]: [f64; 2], _| {
+                let angle = 0.5 * (low + high);
+                if radius(angle) < wanted {
+                    [angle, high]
+                } else {
+                    [low, angle]
+                }
+            };
+            (0..60).fold([0.0, FRAC_PI_2], half)[0]
+        };
+        // All of a ring's texels are alike.
+        let rings: Vec<f64> = (0..SIDE)
+            .map(|ring| {
+                let [from, to] = [ring, ring + 1].map(|edge| RADIUS * edge as f64 / SIDE as f64);
+                let within = |angle: f64| TAU * passed(angle) * angle.sin();
+                let flux = rule.integrate(angle_at(from), angle_at(to), within);
+                flux / (PI * (to - from) * (to + from))
+            })
+            .collect();
+        let truth: Vec<f64> = (0..SIDE * SIDE).map(|texel| rings[texel % SIDE]).collect();
+        let found = beams(&scene, 1e-2, 2);
+        let found = layer(&found, "LTTD").expect("light through the pane");
+        let (missed, off) = judged(found, &truth);
+        println!("  {gap:.0e}: {off:.1e}, {missed:.1e}");
+        assert!(missed <= ORACLE, "{gap:e}: {missed:e}");
     }
 }
 

@@ -11,7 +11,7 @@ use std::path::Path;
 
 use glam::DVec2;
 use nephroid::generate::{bumpy_ball, write_ply};
-use nephroid::geometry::{Hit, Ray, TraversalCounters};
+use nephroid::geometry::{Hit, Ray, Shape, TraversalCounters};
 use nephroid::mitsuba;
 use nephroid::numeric::{Stream, StreamKind};
 use nephroid::scene::Scene;
@@ -86,12 +86,16 @@ struct Way {
 
 /// Whether anything is in front of a place on the first surface, by more than rounding: a place that
 /// is off by δ is met δ / cos i too soon, and where a surface of radius r is grazed, by the half
-/// chord √(2 r δ) on either side at most. A surface point and a ray's start are each off by up to 32 u
+/// chord √(2 r δ) on either side at most, or as much longer as a ray runs along a tube rather than across it. A surface point and a ray's start are each off by up to 32 u
 /// of their coordinates (`position_error`), u = ε/2.
 fn is_hidden(scene: &Scene, ray: &Ray, hit: &Hit) -> bool {
     let normal = scene.world().surface_point(ray, hit).geometric_normal;
     let off = 32.0 * f64::EPSILON * (ray.origin.length() + hit.distance);
-    let chord = (8.0 * scene.world().bounds().radius() * off).sqrt();
+    let across = match &scene.world().shapes()[hit.shape as usize] {
+        Shape::Cylinder(tube) => ray.direction.cross(tube.axis()).length(),
+        _ => 1.0,
+    };
+    let chord = (8.0 * scene.world().bounds().radius() * off).sqrt() / across;
     let near = hit.distance - (off / normal.dot(ray.direction).abs()).min(chord);
     let mut counters = TraversalCounters::default();
     scene.world().any_hit(ray, near, |_| true, &mut counters)
@@ -106,7 +110,7 @@ fn way(scene: &Scene, follower: &mut PathFollower<1>, chart: &Chart, at: DVec2) 
         }
         met.push(hit.map(|hit| {
             let flat = match &scene.world().shapes()[hit.shape as usize] {
-                nephroid::geometry::Shape::Mesh(mesh) => !mesh.has_vertex_normals(),
+                Shape::Mesh(mesh) => !mesh.has_vertex_normals(),
                 _ => false,
             };
             (hit.shape, if flat { hit.face } else { 0 })

@@ -315,8 +315,8 @@ fn out_of_reach(scene: &Scene, settings: &PathSettings) -> Option<String> {
 }
 
 fn no_caustic(is_dark: bool) -> Vec<String> {
-    let warning = "no light can meet a surface that mirrors or refracts and get to the sensor: there \
-                   is no caustic, only direct light";
+    let warning = "no light was found that meets a surface which mirrors or refracts, and gets to the \
+                   sensor: no caustic, only direct light";
     is_dark.then(|| warning.to_owned()).into_iter().collect()
 }
 

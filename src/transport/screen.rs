@@ -122,7 +122,7 @@ impl Screen<'_> {
     }
 }
 
-/// The plane of a rectangle goes on beyond its border where nothing else is in the way: then
+/// The plane of a rectangle or disc goes on beyond its border where nothing else is in the way: then
 /// the border needs no attention, the film's edge cuts what lands there.
 #[inline]
 fn on_receiver(
@@ -141,12 +141,13 @@ fn on_receiver(
             None => (End::Stopped, Rgb::BLACK, 0),
         };
     }
-    if let Shape::Rectangle(rectangle) = shape
-        && rectangle.normal().dot(ray.direction) < 0.0
-        && let Some((distance, uv)) = rectangle.meet_beyond(ray)
+    if let Some([_, normal]) = shape.plane()
+        && normal.dot(ray.direction) < 0.0
+        && let Some((distance, uv)) = shape.meet_beyond(ray)
         && hit.is_none_or(|hit| hit.distance > distance)
     {
-        return (End::Landed(receiver.film_place(uv)), Rgb::WHITE, 0);
+        let end = End::Landed(receiver.film_place(uv));
+        return (end, Rgb::WHITE, half_turn(shape, uv));
     }
     match hit {
         Some(_) => (End::Stopped, Rgb::BLACK, 0),

@@ -110,6 +110,14 @@ impl Disk {
         (x * x + y * y <= 1.0).then_some(distance)
     }
 
+    /// Where a ray meets the plane of the disc, beyond its rim too: the distance, > 0, and the surface
+    /// parameters, r of any size.
+    pub(super) fn meet_beyond(&self, ray: &Ray) -> Option<(f64, DVec2)> {
+        let (distance, from_center) = meet_plane(ray, self.center, self.normal)?;
+        let [x, y] = [self.dual_u, self.dual_v].map(|dual| dual.dot(from_center));
+        Some((distance, DVec2::new(x.hypot(y), turn_fraction(y, x))))
+    }
+
     #[inline]
     pub(in crate::geometry) fn surface_point(&self, ray: &Ray, distance: f64) -> SurfacePoint {
         let from_center = (ray.origin - self.center) + ray.direction * distance;

@@ -67,6 +67,30 @@ impl Shape {
     }
 }
 
+impl Shape {
+    /// A point of the plane that a rectangle or disc lies in, and its unit normal; `None` for other
+    /// shapes.
+    #[inline]
+    pub fn plane(&self) -> Option<[DVec3; 2]> {
+        match self {
+            Self::Rectangle(rectangle) => Some([rectangle.center(), rectangle.normal()]),
+            Self::Disk(disk) => Some([disk.center(), disk.normal()]),
+            Self::Sphere(_) | Self::Cylinder(_) | Self::Mesh(_) => None,
+        }
+    }
+
+    /// Where a ray meets that plane, beyond the shape's border too: the distance, > 0, and the surface
+    /// parameters, which go on there as they do within. `None` where it does not, and for other shapes.
+    #[inline]
+    pub fn meet_beyond(&self, ray: &Ray) -> Option<(f64, DVec2)> {
+        match self {
+            Self::Rectangle(rectangle) => rectangle.meet_beyond(ray),
+            Self::Disk(disk) => disk.meet_beyond(ray),
+            Self::Sphere(_) | Self::Cylinder(_) | Self::Mesh(_) => None,
+        }
+    }
+}
+
 /// Why a shape cannot be made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ShapeError {

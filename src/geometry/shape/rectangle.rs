@@ -117,7 +117,7 @@ impl Rectangle {
 
     /// Where a ray meets the plane of the parallelogram, beyond its border too: the distance, > 0,
     /// and the surface parameters, of any size.
-    pub fn meet_beyond(&self, ray: &Ray) -> Option<(f64, DVec2)> {
+    pub(super) fn meet_beyond(&self, ray: &Ray) -> Option<(f64, DVec2)> {
         let (distance, from_center) = meet_plane(ray, self.center, self.normal)?;
         let xy = DVec2::new(self.dual_u.dot(from_center), self.dual_v.dot(from_center));
         Some((distance, 0.5 * (xy + 1.0)))

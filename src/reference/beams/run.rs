@@ -136,7 +136,7 @@ impl<'a> Setup<'a> {
         })
     }
 
-    /// Whether no light can meet a specular surface and get to the sensor.
+    /// Whether no light was found that meets a specular surface and gets to the sensor.
     pub fn is_dark(&self) -> bool {
         self.signatures.is_empty()
     }

@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3};
 
 use super::chart::Chart;
-use super::roots::middles;
+use super::fan::{Fan, angle};
 use super::source::Source;
 use crate::geometry::World;
 use crate::transport::domain::chart::Falloff;
@@ -27,12 +27,6 @@ pub struct ConeOverlap {
     /// directions to it are all the same but for rounding.
     pub relative_size: f64,
 }
-
-/// A direction from the cone's tip to a place is known to this many units of rounding of the coordinates it
-/// comes from, by their distance: a place is a product of a matrix and a sum of three vectors (16 roundings at
-/// most), the difference and its length add 6, and an angle compares two such directions by 9 more. A patch that
-/// is seen at a smaller angle is a point, however often it is divided.
-const ROUNDINGS: f64 = 64.0;
 
 /// A patch's six nodes do not show how its surface bulges between them: this much may be added to the
 /// angle they are seen at. (An arc of less than a radian bulges by less than a quarter of its half
@@ -61,43 +55,18 @@ impl Cone {
 
     /// Compares it with a triangle of a chart's coordinates.
     pub fn overlap(&self, world: &World, chart: &Chart, corners: [DVec2; 3]) -> ConeOverlap {
-        let [a, b, c] = corners;
-        let [bc, ca, ab] = middles(corners);
-        let nodes = [a, b, c, bc, ca, ab];
-        let mut rounding: f64 = 0.0;
-        let directions = nodes.map(|at| {
-            chart.place(world, at).map_or(DVec3::ZERO, |place| {
-                let position = place.point.position;
-                let offset = position - self.origin;
-                let size = position.length().max(self.origin.length());
-                // Of the tip itself there is no direction.
-                if offset.length() > 0.0 {
-                    let relative = f64::EPSILON * (size / offset.length()).max(1.0);
-                    rounding = rounding.max(ROUNDINGS * relative);
-                }
-                offset.normalize_or_zero()
-            })
-        });
-        let middle = directions.iter().sum::<DVec3>().normalize_or_zero();
-        let radius = directions
-            .iter()
-            .map(|direction| angle(middle, *direction))
-            .fold(0.0, f64::max);
+        let fan = Fan::of_triangle(self.origin, world, chart, corners);
         // From so near, a patch is all round.
-        let is_wide = radius > 1.0;
-        let nearest = angle(middle, self.axis) - BULGE * radius - rounding;
+        let is_wide = fan.radius > 1.0;
+        let nearest = angle(fan.middle, self.axis) - BULGE * fan.radius - fan.rounding;
         ConeOverlap {
             is_possible: is_wide || nearest <= self.cutoff_angle,
-            relative_size: if radius <= rounding {
+            // A patch that is a point is one however often it is divided.
+            relative_size: if fan.is_point() {
                 0.0
             } else {
-                radius / self.cutoff_angle
+                fan.radius / self.cutoff_angle
             },
         }
     }
-}
-
-/// Between unit vectors \[rad\]; without loss of accuracy for small ones.
-fn angle(a: DVec3, b: DVec3) -> f64 {
-    a.cross(b).length().atan2(a.dot(b))
 }

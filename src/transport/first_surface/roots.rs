@@ -6,6 +6,7 @@ use glam::{DVec2, DVec3};
 
 use super::chart::Chart;
 use super::cone::Cone;
+use super::fan::Fan;
 use super::source::Source;
 use crate::geometry::{Cylinder, Mesh, Ray, Shape, TraversalCounters};
 use crate::scene::Scene;
@@ -82,30 +83,32 @@ pub fn roots(scene: &Scene, source: &Source) -> Vec<Root> {
             Shape::Mesh(mesh) => add_faces(&mut roots, scene, index, mesh, source),
         }
     }
-    match Cone::of(source) {
-        Some(cone) => in_cone(scene, &cone, roots),
+    match source.origin() {
+        Some(origin) => parted(scene, origin, Cone::of(source).as_ref(), roots),
         None => roots,
     }
 }
 
-/// What of the roots a cone may reach, in parts no larger than a quarter of it: so that no cone
-/// passes between the nodes of any.
-fn in_cone(scene: &Scene, cone: &Cone, mut pending: Vec<Root>) -> Vec<Root> {
-    let mut reached = Vec::new();
+/// The roots in parts whose corners tell how much light there is on them: of all that are seen at a wide angle, and of
+/// those a spot's cone may reach no larger ones than a quarter of it, so that no cone passes between the nodes of any.
+fn parted(scene: &Scene, origin: DVec3, cone: Option<&Cone>, mut pending: Vec<Root>) -> Vec<Root> {
+    let world = scene.world();
+    let mut done = Vec::with_capacity(pending.len());
     pending.reverse();
     while let Some(Root { chart, corners }) = pending.pop() {
-        let overlap = cone.overlap(scene.world(), &chart, corners);
-        if !overlap.is_possible {
+        let overlap = cone.map(|cone| cone.overlap(world, &chart, corners));
+        if overlap.is_some_and(|overlap| !overlap.is_possible) {
             continue;
         }
-        if overlap.relative_size <= LARGEST_IN_CONE {
-            reached.push(Root { chart, corners });
-            continue;
+        let is_too_large = overlap.is_some_and(|one| one.relative_size > LARGEST_IN_CONE);
+        if is_too_large || Fan::of_triangle(origin, world, &chart, corners).is_too_wide() {
+            let parts = quarters(corners, middles(corners));
+            pending.extend(parts.map(|corners| Root { chart, corners }));
+        } else {
+            done.push(Root { chart, corners });
         }
-        let parts = quarters(corners, middles(corners));
-        pending.extend(parts.map(|corners| Root { chart, corners }));
     }
-    reached
+    done
 }
 
 /// A rectangle of coordinates, cut into triangles.

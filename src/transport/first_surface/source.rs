@@ -190,6 +190,15 @@ impl Source {
         }
     }
 
+    /// Where all light starts; `None` of parallel light.
+    pub fn origin(&self) -> Option<DVec3> {
+        match self {
+            Self::Point { origin, .. } => Some(*origin),
+            Self::Surface { place, .. } => Some(place.position),
+            Self::Parallel { .. } => None,
+        }
+    }
+
     /// Whether light is parallel, from infinitely far away.
     pub fn is_parallel(&self) -> bool {
         matches!(self, Self::Parallel { .. })

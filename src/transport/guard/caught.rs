@@ -16,10 +16,9 @@ impl Guard<'_> {
         let shapes = self.scene.world().shapes();
         match leg.to {
             Met::Source | Met::Eye | Met::Nothing => true,
-            Met::Plane(shape) => match &shapes[shape as usize] {
-                Shape::Rectangle(rectangle) => is_one_sided(leg, rectangle.normal()),
-                _ => false,
-            },
+            Met::Plane(shape) => shapes[shape as usize]
+                .plane()
+                .is_some_and(|[_, normal]| is_one_sided(leg, normal)),
             Met::Surface(shape) => match &shapes[shape as usize] {
                 Shape::Sphere(ball) => leg.starts_on(shape) || ball_catches(leg, ball),
                 Shape::Rectangle(rectangle) => rectangle_catches(leg, rectangle),

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::trail::{Ending, Straight, Trail};
-use crate::geometry::{Bounds, Hit, Ray, Shape};
+use crate::geometry::{Bounds, Hit, Ray};
 use crate::scene::Scene;
 use crate::transport::first_surface::Chart;
 use crate::transport::prescribed::{End, PathFollower};
@@ -16,7 +16,7 @@ pub(super) enum Met {
     Source,
     /// A shape.
     Surface(u32),
-    /// The plane of this shape, the receiver: the rectangle or what is beyond its border.
+    /// The plane of this shape, the receiver: the rectangle or disc, or what is beyond its border.
     Plane(u32),
     /// The camera that sees where light landed.
     Eye,
@@ -228,11 +228,11 @@ fn read<const N: usize>(
                     return Some(());
                 }
             };
-            if let Shape::Rectangle(rectangle) = &follower.scene().world().shapes()[shape as usize]
-            {
+            let receiver = &follower.scene().world().shapes()[shape as usize];
+            if receiver.plane().is_some() {
                 let distance = match hit {
                     Some(hit) if hit.shape == shape => hit.distance,
-                    _ => rectangle.meet_beyond(&ray)?.0,
+                    _ => receiver.meet_beyond(&ray)?.0,
                 };
                 *end = Stop {
                     at: ray.at(distance),

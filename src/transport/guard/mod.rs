@@ -166,16 +166,15 @@ impl<'a> Guard<'a> {
         let Some(receiver) = leg.dark_over else {
             return true;
         };
-        let Shape::Rectangle(rectangle) = &self.scene.world().shapes()[receiver as usize] else {
+        let Some([center, normal]) = self.scene.world().shapes()[receiver as usize].plane() else {
             return true;
         };
         if leg.starts_on(receiver) {
             return true;
         }
-        let (center, normal) = (rectangle.center(), rectangle.normal());
         let [low, high] = range(&leg.start.map(|point| normal.dot(point - center)));
         if high <= 0.0 {
-            return true; // from behind, light meets nothing but the rectangle itself
+            return true; // from behind, light meets nothing but the receiver itself
         }
         let keeps_above = match leg.to {
             Met::Nothing => range(&leg.along().map(|along| normal.dot(along)))[0] >= 0.0,

@@ -2,6 +2,7 @@
 
 use glam::DVec2;
 
+use super::leg::rectangle;
 use super::polygon::Polygon;
 use crate::film::coverage::deal;
 use crate::geometry::TraversalCounters;
@@ -31,7 +32,7 @@ pub(super) enum Landing<const N: usize> {
     },
     /// Its image is not flat enough.
     TooBent,
-    /// The sensor's place for light is not known before a search.
+    /// The sensor's place for light is not known before a search, or lines are not lines there.
     NotForced,
 }
 
@@ -44,6 +45,9 @@ pub(super) fn land<const N: usize>(
     polygon: &Polygon<N>,
     tolerance: f64,
 ) -> Landing<N> {
+    if rectangle(paths, &screen).is_none() {
+        return Landing::NotForced;
+    }
     let place = |light: &FacetLight<N>| node(paths, screen, light);
     let Some(corners) = polygon
         .corners
@@ -119,7 +123,7 @@ pub(super) fn node<const N: usize>(
     light: &FacetLight<N>,
 ) -> Option<Node<N>> {
     let mut counters = TraversalCounters::default();
-    let (end, factor, _) = screen.end(paths.scene(), &light.ray, None, &mut counters);
+    let (end, factor, mark) = screen.end(paths.scene(), &light.ray, None, &mut counters);
     let End::Landed(landing) = end else {
         return None;
     };
@@ -130,7 +134,8 @@ pub(super) fn node<const N: usize>(
         turned_back: false,
         weight: light.throughput * Flux::of(strength * factor) * light.emitted,
         emitted: light.emitted * strength.mean(),
-        family: light.state,
+        // Of light in one state, what the sensor tells apart.
+        family: light.state ^ mark,
     })
 }
 
@@ -190,28 +195,30 @@ pub(super) fn deposit_astray<const N: usize>(
     }
     // A small image has its borders in all of its texels.
     if astray >= area || (high - low).max_element() <= SMALL_IMAGE {
-        add_slack(film, corners.iter(), slack);
+        add_slack(film, corners, slack);
     } else {
         for (index, corner) in corners.iter().enumerate() {
             let next = &corners[(index + 1) % corners.len()];
-            add_slack(film, [corner, next].into_iter(), slack);
+            add_slack(film, &[*corner, *next], slack);
         }
     }
     slack
 }
 
-/// Slack on the texels of a box round landings, as far as they are on the film.
-fn add_slack<'n, const N: usize>(
-    film: &BeamFilm<N>,
-    nodes: impl Iterator<Item = &'n Node<N>>,
-    slack: Flux<N>,
-) {
+/// Slack on the texels of a box round landings, as far as they are on the film. Where the line is between them at
+/// which a disc's turn begins anew, the box is all around the disc.
+fn add_slack<const N: usize>(film: &BeamFilm<N>, nodes: &[Node<N>], slack: Flux<N>) {
     let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
-    for at in nodes.filter_map(|node| node.landing) {
+    for at in nodes.iter().filter_map(|node| node.landing) {
         low = low.min(at);
         high = high.max(at);
     }
     let [columns, rows] = film.size();
+    if nodes.iter().any(|node| node.family != nodes[0].family) {
+        // Its center is on that line, too.
+        low = DVec2::ZERO;
+        high.y = rows as f64;
+    }
     let last = DVec2::new(columns as f64, rows as f64) - 1.0;
     let low = low.floor().max(DVec2::ZERO);
     let high = high.floor().min(last);

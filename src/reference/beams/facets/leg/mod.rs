@@ -29,25 +29,34 @@ pub(super) enum Goal {
 }
 
 impl Goal {
-    /// Where a ray's line gets to a facet's or a flat receiver's plane; `None` for other goals.
+    /// Whether it is known before a search where light gets to: of what a camera sees it is not, nor on a receiver
+    /// where lines are not lines of the film.
+    fn is_known(self, paths: &FacetPaths<'_>, screen: &Screen<'_>) -> bool {
+        !matches!(self, Self::Receiver) || rectangle(paths, screen).is_some()
+    }
+
+    /// Where a ray's line gets to a facet's or a rectangular receiver's plane; `None` for other goals.
     pub(super) fn place(
         self,
         paths: &FacetPaths<'_>,
         screen: &Screen<'_>,
         ray: &Ray,
     ) -> Option<DVec3> {
-        match (self, screen) {
-            (Self::Facet(facet), _) => Some(paths.facets().get(facet).meet(ray)?.position),
-            (Self::Receiver, Screen::Receiver(receiver)) => {
-                let shapes = paths.scene().world().shapes();
-                let Shape::Rectangle(rectangle) = &shapes[receiver.shape() as usize] else {
-                    return None;
-                };
-                Some(ray.at(rectangle.meet_beyond(ray)?.0))
-            }
-            (Self::Receiver, Screen::Camera { .. }) | (Self::Away, _) => None,
+        match self {
+            Self::Facet(facet) => Some(paths.facets().get(facet).meet(ray)?.position),
+            Self::Receiver => Some(ray.at(rectangle(paths, screen)?.meet_beyond(ray)?.0)),
+            Self::Away => None,
         }
     }
+}
+
+/// The receiver, if it is a rectangle: on its film lines of the plane are lines, on a disc's, which is polar, they are not.
+pub(super) fn rectangle<'a>(paths: &FacetPaths<'a>, screen: &Screen<'_>) -> Option<&'a Shape> {
+    let Screen::Receiver(receiver) = screen else {
+        return None;
+    };
+    let shape = &paths.scene().world().shapes()[receiver.shape() as usize];
+    matches!(shape, Shape::Rectangle(_)).then_some(shape)
 }
 
 /// What may be in the way of a leg.
@@ -83,7 +92,7 @@ pub(super) enum Watch {
 }
 
 impl Watch {
-    fn is_shape(self, shape: u32, facets: &Facets) -> bool {
+    fn may_hold_shape(self, shape: u32, facets: &Facets) -> bool {
         match self {
             Self::Everything => true,
             Self::Facet(facet) => facets.get(facet).shape == shape,
@@ -91,7 +100,7 @@ impl Watch {
         }
     }
 
-    fn is_facet(self, facet: u32) -> bool {
+    fn may_hold_facet(self, facet: u32) -> bool {
         !matches!(self, Self::Facet(only) if only != facet)
     }
 }
@@ -143,15 +152,7 @@ impl<'a, 'f> Legs<'a, 'f> {
         watch: Watch,
         allowed: f64,
     ) -> Way {
-        let is_known = match (goal, self.screen) {
-            (Goal::Receiver, Screen::Receiver(receiver)) => matches!(
-                self.paths.scene().world().shapes()[receiver.shape() as usize],
-                Shape::Rectangle(_)
-            ),
-            (Goal::Receiver, Screen::Camera { .. }) => false,
-            _ => true,
-        };
-        if !is_known {
+        if !goal.is_known(self.paths, self.screen) {
             // What lands there is followed by other means.
             return Way::Clear { astray: 0.0 };
         }
@@ -193,7 +194,7 @@ impl<'a, 'f> Legs<'a, 'f> {
             .checked_sub(1)
             .map(|last| polygon.chain[last]);
         let facets = self.paths.facets();
-        let is_watched = |shape| blocker != Some(shape) && watch.is_shape(shape, facets);
+        let is_watched = |shape| blocker != Some(shape) && watch.may_hold_shape(shape, facets);
         let is_obstructed = self.hulls.iter().any(|hull| {
             self.guard.may_be_between(hull, is_watched, |shape, face| {
                 // A face without area is in nobody's way.
@@ -201,7 +202,7 @@ impl<'a, 'f> Legs<'a, 'f> {
                     return false;
                 };
                 let is_end = from == Some(facet) || matches!(goal, Goal::Facet(to) if to == facet);
-                if is_end || !watch.is_facet(facet) {
+                if is_end || !watch.may_hold_facet(facet) {
                     return false;
                 }
                 let Some(part) = self.part_across(hull, facet, from, goal, allowed) else {

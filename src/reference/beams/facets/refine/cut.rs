@@ -62,7 +62,6 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
             }
         }
         let area = polygon.area();
-        let is_goal = self.may_go_to_a_facet(&polygon);
         let Some(goal) = short_of else {
             self.go_on(polygon, area, Sight::Facet(facet), generic);
             return;
@@ -70,7 +69,7 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
         if !was_cut && self.cut_where_surfaces_cross(&polygon, facet, goal, generic) {
             return;
         }
-        if is_goal {
+        if self.may_go_to_a_facet(&polygon) {
             self.go_on(polygon, area, Sight::Facet(facet), generic);
         } else if was_cut {
             // Within its edges the facet may be behind something else, the receiver may be what it is: a ray will show that.
@@ -99,7 +98,8 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
         self.cut_along(polygon, start, generic) || self.cut_along(polygon, end, generic)
     }
 
-    /// Cuts a polygon where a function is zero that is linear along its edges; both parts wait.
+    /// Cuts a polygon where a function is zero that is linear along its edges for parallel light, and nearly so for
+    /// light from a point; both parts wait.
     /// `false` where it is nowhere zero, or not known everywhere.
     fn cut_along(
         &mut self,

@@ -6,6 +6,7 @@ mod stop;
 
 use glam::DVec2;
 
+use self::stop::Stopper;
 use super::land::{Landing, land};
 use super::leg::{Goal, Legs, Watch, Way};
 use super::polygon::{Polygon, Sight};
@@ -14,6 +15,7 @@ use crate::reference::beams::deposit::Patch;
 use crate::reference::beams::film::BeamFilm;
 use crate::reference::beams::refine::{Balance, Refiner};
 use crate::transport::facets::path::{FacetLight, FacetPaths};
+use crate::transport::first_surface::Fan;
 use crate::transport::guard::Guard;
 use crate::transport::prescribed::{End, next_hit};
 use crate::transport::screen::Screen;
@@ -88,10 +90,37 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
             astray: 0.0,
             cuts: 0,
         });
+        self.part_wide();
         while generic.may_go_on()
             && let Some(polygon) = self.pending.pop()
         {
             self.follow(polygon, generic);
+        }
+    }
+
+    /// Halves what the source sees at so wide an angle that corners do not tell how much light there is.
+    fn part_wide(&mut self) {
+        let Some(origin) = self.paths.source().origin() else {
+            return;
+        };
+        let mut wide = std::mem::take(&mut self.pending);
+        while let Some(mut polygon) = wide.pop() {
+            let facet = self.paths.facets().get(polygon.chain[0]);
+            let places = polygon
+                .corners
+                .iter()
+                .map(|light| facet.point(light.at).position);
+            let halves = if Fan::new(origin, places).is_too_wide() && polygon.cuts < MAX_CUTS {
+                polygon.halves(self.paths)
+            } else {
+                None
+            };
+            if let Some(halves) = halves {
+                wide.extend(halves);
+            } else {
+                polygon.cuts = 0;
+                self.pending.push(polygon);
+            }
         }
     }
 
@@ -206,8 +235,12 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
                 Goal::Facet(facet)
             }
             // It is met where it must not be.
-            Sight::Facet(_) | Sight::Blocked(_) => {
-                self.stop(polygon, area, sight, generic);
+            Sight::Facet(facet) => {
+                self.stop(polygon, area, Stopper::Facet(facet), generic);
+                return;
+            }
+            Sight::Blocked(shape) => {
+                self.stop(polygon, area, Stopper::Shape(shape), generic);
                 return;
             }
             Sight::Sensor => Goal::Receiver,
@@ -247,7 +280,10 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
                 self.meet(&mut polygon, facet);
                 self.pending.push(polygon);
             }
-            Goal::Away => self.book(&polygon, area),
+            Goal::Away => {
+                self.doubt_stop(&polygon, polygon.astray, area);
+                self.book(&polygon, area);
+            }
             Goal::Receiver => {
                 let landing = land(
                     self.paths,

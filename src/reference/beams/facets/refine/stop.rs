@@ -11,33 +11,46 @@ use crate::reference::beams::facets::polygon::{Polygon, Sight};
 use crate::reference::beams::refine::Refiner;
 use crate::transport::screen::Screen;
 
+/// What ends a polygon.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Stopper {
+    /// A facet that light does not go on from.
+    Facet(u32),
+    /// A shape that is not flat.
+    Shape(u32),
+}
+
+impl From<Stopper> for Sight {
+    fn from(stopper: Stopper) -> Self {
+        match stopper {
+            Stopper::Facet(facet) => Self::Facet(facet),
+            Stopper::Shape(shape) => Self::Blocked(shape),
+        }
+    }
+}
+
 impl<const N: usize> FacetRefiner<'_, '_, N> {
     /// Books a polygon that ends on a facet or a blocker, or finds what of it does not.
     pub(super) fn stop(
         &mut self,
         polygon: Polygon<N>,
         area: f64,
-        sight: Sight,
+        stopper: Stopper,
         generic: &mut Refiner<'_, '_, N>,
     ) {
         let (watch, allowed) = (self.watch(&polygon), self.allowed(&polygon, area));
-        let (goal, shape, way) = match sight {
-            Sight::Facet(facet) => {
+        let (goal, shape, way) = match stopper {
+            Stopper::Facet(facet) => {
                 let goal = Goal::Facet(facet);
                 let shape = self.paths.facets().get(facet).shape;
                 (goal, shape, self.legs.way(&polygon, goal, watch, allowed))
             }
-            Sight::Blocked(shape) => {
+            Stopper::Shape(shape) => {
                 let counters = &mut self.counters;
                 let way = self
                     .legs
                     .way_to_blocker(&polygon, shape, watch, allowed, counters);
                 (Goal::Away, shape, way)
-            }
-            // Nothing ends these.
-            Sight::Sensor | Sight::Away | Sight::Curved => {
-                self.give_back(&polygon, generic);
-                return;
             }
         };
         let is_seen_by_camera = || {
@@ -47,12 +60,15 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
         };
         match way {
             Way::Clear { .. } if is_seen_by_camera() => self.give_back(&polygon, generic),
+            Way::Clear { astray } if astray > allowed && self.is_worth_halving(&polygon, area) => {
+                self.part(&polygon, area, generic);
+            }
             Way::Clear { astray } => {
                 self.doubt_stop(&polygon, (astray * area).max(polygon.astray), area);
                 self.book(&polygon, area);
             }
             Way::Facet(facet) => self.cut_out(polygon, facet, Some(goal), generic),
-            Way::Obstructed => self.divide(&polygon, area, sight, generic),
+            Way::Obstructed => self.divide(&polygon, area, stopper.into(), generic),
         }
     }
 
@@ -69,7 +85,7 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
     }
 
     /// Of a polygon that ends before its goal: a part of it may land.
-    fn doubt_stop(&mut self, polygon: &Polygon<N>, astray: f64, area: f64) {
+    pub(super) fn doubt_stop(&mut self, polygon: &Polygon<N>, astray: f64, area: f64) {
         if astray <= 0.0 || polygon.events < self.paths.events() {
             return;
         }
