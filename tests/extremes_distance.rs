@@ -14,6 +14,7 @@ use nephroid::numeric::quadrature::GaussLegendre;
 use nephroid::optics::dielectric_reflectance;
 use nephroid::reference::closed_form::{AxialLight, GlassBall, Path, TexelGrid};
 use nephroid::scene::Scene;
+use nephroid::transport::first_surface::{Source, roots};
 
 /// Distances of rays' starts from what they meet, in radii.
 const DISTANCES: [f64; 9] = [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8];
@@ -35,6 +36,12 @@ fn exact_sphere_hit(ray: &Ray, center: DVec3, radius: f64) -> (Exact, f64) {
     let tangent = (miss.dot(miss) / half_chord_squared).sqrt();
     (approach - half_chord, tangent.value())
 }
+
+/// Units in the last place of a hit's distance that are promised within 37° of the normal (tan i < 3/4). Newton's step leaves
+/// the roundings of f, of t d and of their sum, 1 u of D each along the ray and as much across it, times tan i, and those of
+/// the step and the difference, 1 u of t: 3 (1 + 3/4) u D + 2 u t if all add up, which they hardly do. An ulp is u t at least and
+/// 2 u t at most; D is 2 t one radius away, and t far off.
+const ULPS: f64 = 4.0;
 
 /// Where the ray's line passes the centre is known to the roundings of f (1 u of D, the distance of the centre), of f·d (3 u),
 /// of its product with d and the sum (2 u): 6 u D, which moves the hit by tan i as much, i the angle of incidence. The
@@ -81,6 +88,7 @@ fn spheres_are_hit_to_a_few_ulps_from_any_distance() {
             }
         }
         println!("  {distance:.0e}: {worst_ulps:5.2} ulps; {of_bound:4.2}");
+        assert!(worst_ulps <= ULPS, "{distance:e} radii: {worst_ulps} ulps");
     }
 }
 
@@ -241,10 +249,10 @@ fn a_lamp_may_be_a_ten_thousandth_of_a_radius_or_a_million_radii_from_the_ball()
 /// the pane's normal it comes in at the radius (g + d) tan θ + t tan θ', and its flux within that angle is
 /// 2π I ∫ (1 − F)² sin θ dθ.
 ///
-/// The pane lies askew, so that the brightest place of it is nowhere near a corner or the middle of what it is divided into:
-/// flat surfaces are not divided for the light's sake alone, and a lamp just above one lights a spot that none of its corners sees.
+/// The pane lies askew, so that the brightest place of it is nowhere near a corner or the middle: a lamp just above it lights a
+/// spot that none of its corners sees.
 #[test]
-fn a_lamp_may_be_a_hundred_thousandth_of_a_panes_width_from_it() {
+fn a_lamp_may_be_a_hundred_millionth_of_a_panes_width_from_it() {
     const RADIUS: f64 = 0.5;
     const BELOW: f64 = 0.2;
     const THICKNESS: f64 = 0.05;
@@ -253,7 +261,7 @@ fn a_lamp_may_be_a_hundred_thousandth_of_a_panes_width_from_it() {
         "lamp over a pane, by its half width: error of beams asked for 1e-2, worst texel, and how far the truth is out of their bounds"
     );
     let rule = GaussLegendre::new(64).expect("a rule of 64 points");
-    for gap in [1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 1e0] {
+    for gap in [1e-8, 1e-6, 1e-4, 1e-2, 1e0] {
         let (lamp, middle) = (BELOW + THICKNESS + gap, BELOW + 0.5 * THICKNESS);
         let scene = scene(
             &format!(
@@ -301,6 +309,63 @@ fn a_lamp_may_be_a_hundred_thousandth_of_a_panes_width_from_it() {
         let (missed, off) = judged(found, &truth);
         println!("  {gap:.0e}: {off:.1e}, {missed:.1e}");
         assert!(missed <= ORACLE, "{gap:e}: {missed:e}");
+    }
+}
+
+/// A mirror makes of a lamp a height g over it one as deep below: at the height 1 over the mirror its irradiance is
+/// I (1 + g) / ((1 + g)² + ρ²)^(3/2), ρ the distance from the lamp's foot. Cells, not polygons, are divided here: a disc is no facet. Over
+/// its center coordinates are stretched without bound, and in its plane there is no light at all.
+#[test]
+fn a_lamp_may_be_a_millionth_of_a_radius_from_a_mirror() {
+    const HALF: f64 = 0.5;
+    println!(
+        "lamp over a mirror, by its radius: roots, error of beams asked for 1e-2, worst texel, and how far the truth is out of their bounds"
+    );
+    let rule = GaussLegendre::new(8).expect("a rule of 8 points");
+    for foot in [[0.0_f64, 0.0], [0.001, 0.002], [0.3, -0.2]] {
+        for gap in [0.0_f64, 1e-6, 1e-4, 1e-2, 1e0] {
+            let [x, y] = foot;
+            let scene = scene(
+                &format!(
+                    r#"<emitter type="point"><point name="position" x="{x:?}" y="{y:?}" z="{gap:?}"/><rgb name="intensity" value="1"/></emitter>
+<shape type="disk"><bsdf type="conductor"><string name="material" value="none"/></bsdf></shape>
+<shape type="rectangle">
+  <transform name="to_world"><scale x="{HALF:?}" y="{HALF:?}"/><rotate x="1" angle="180"/><translate z="1"/></transform>
+  <bsdf type="diffuse"/>{{meter}}
+</shape>"#
+                ),
+                None,
+                SIDE,
+            );
+            let [source] = Source::all(&scene)[..] else {
+                panic!("one lamp");
+            };
+            // Each halving of the distance takes about as many parts: over the center, some of each of 16 sectors' triangles, 20 times.
+            let count = roots(&scene, &source).len();
+            assert!(count < 1 << 14, "{gap:e} over {foot:?}: {count} roots");
+            if gap == 0.0 {
+                continue;
+            }
+            let at = |index: usize| HALF * (2.0 * index as f64 / SIDE as f64 - 1.0);
+            let irradiance = |to_x: f64, to_y: f64| {
+                let squared = (1.0 + gap).powi(2) + (to_x - x).powi(2) + (to_y - y).powi(2);
+                (1.0 + gap) / (squared * squared.sqrt())
+            };
+            let mean = |texel: usize| {
+                let (column, row) = (texel % SIDE, texel / SIDE);
+                // Turned over, the receiver's v runs against y.
+                let along =
+                    |to_x: f64| rule.integrate(at(row), at(row + 1), |v| irradiance(to_x, -v));
+                let area = (2.0 * HALF / SIDE as f64).powi(2);
+                rule.integrate(at(column), at(column + 1), along) / area
+            };
+            let truth: Vec<f64> = (0..SIDE * SIDE).map(mean).collect();
+            let found = beams(&scene, 1e-2, 1);
+            let found = layer(&found, "LRD").expect("light from the mirror");
+            let (missed, off) = judged(found, &truth);
+            println!("  {foot:?} {gap:.0e}: {count}, {off:.1e}, {missed:.1e}");
+            assert!(missed <= ORACLE, "{gap:e} over {foot:?}: {missed:e}");
+        }
     }
 }
 

@@ -55,7 +55,11 @@ impl Cone {
 
     /// Compares it with a triangle of a chart's coordinates.
     pub fn overlap(&self, world: &World, chart: &Chart, corners: [DVec2; 3]) -> ConeOverlap {
-        let fan = Fan::of_triangle(self.origin, world, chart, corners);
+        self.overlap_of(&Fan::of_triangle(self.origin, world, chart, corners))
+    }
+
+    /// Compares it with a patch as it is seen from the cone's tip.
+    pub(super) fn overlap_of(&self, fan: &Fan) -> ConeOverlap {
         // From so near, a patch is all round.
         let is_wide = fan.radius > 1.0;
         let nearest = angle(fan.middle, self.axis) - BULGE * fan.radius - fan.rounding;

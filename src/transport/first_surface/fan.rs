@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 
 use super::chart::Chart;
 use super::roots::middles;
-use crate::geometry::World;
+use crate::geometry::{SurfacePoint, World};
 
 /// The directions from a point to places of a patch.
 #[derive(Clone, Copy, Debug)]
@@ -15,49 +15,59 @@ pub struct Fan {
     pub radius: f64,
     /// What rounding may add to an angle \[rad\].
     pub rounding: f64,
+    /// Whether no place sees the source at more than rounding above its own plane.
+    is_edge_on: bool,
 }
 
-/// A direction from a point to a place is known to this many units of rounding of the coordinates it
+/// A direction from a point to a place is known to the place's own error, and to this many units of rounding of the coordinates it
 /// comes from, by their distance: a place is a product of a matrix and a sum of three vectors (16 roundings at
 /// most), the difference and its length add 6, and an angle compares two such directions by 9 more.
 const ROUNDINGS: f64 = 64.0;
 
 /// Seen at a larger angle, half the opening \[rad\], a patch may be much nearer to the source somewhere than at its
-/// corners, and be lit much more: of one that is not, the nearest point is as near as a corner but for a factor
-/// cos(1/2).
+/// corners, and be lit much more: of a flat one that is not, the nearest point is as near as a corner but for a factor
+/// cos ½, and as bright but for cos³ ½.
 const WIDEST: f64 = 0.5;
+
+/// A patch no larger than so many roundings is not divided any more: how high a source is over it would be noise.
+const SMALLEST: f64 = 1e4;
 
 impl Fan {
     /// From `origin` to `places`.
-    pub fn new(origin: DVec3, places: impl Iterator<Item = DVec3> + Clone) -> Self {
-        let direction = |place: DVec3| (place - origin).normalize_or_zero();
-        let middle = places.clone().map(direction).sum::<DVec3>();
-        let middle = middle.normalize_or_zero();
-        let (mut radius, mut rounding) = (0.0_f64, 0.0_f64);
+    pub fn new(origin: DVec3, places: impl Iterator<Item = SurfacePoint> + Clone) -> Self {
+        let direction = |place: &SurfacePoint| (place.position - origin).normalize_or_zero();
+        let middle = places.clone().map(|place| direction(&place));
+        let middle = middle.sum::<DVec3>().normalize_or_zero();
+        let mut fan = Self {
+            middle,
+            radius: 0.0,
+            rounding: 0.0,
+            is_edge_on: true,
+        };
         for place in places {
-            radius = radius.max(angle(middle, direction(place)));
-            let (size, distance) = (place.length().max(origin.length()), place.distance(origin));
+            let offset = place.position - origin;
+            let size = place.position.length().max(origin.length());
+            let error = ROUNDINGS * f64::EPSILON * size + place.position_error.length();
+            let height = offset.dot(place.geometric_normal).abs();
+            fan.is_edge_on &= height <= error;
+            fan.radius = fan.radius.max(angle(middle, direction(&place)));
             // Of the origin itself there is no direction.
-            if distance > 0.0 {
-                rounding = rounding.max(ROUNDINGS * f64::EPSILON * (size / distance).max(1.0));
+            if offset != DVec3::ZERO {
+                let relative = error / offset.length() + ROUNDINGS * f64::EPSILON;
+                fan.rounding = fan.rounding.max(relative);
             }
         }
-        Self {
-            middle,
-            radius,
-            rounding,
-        }
+        fan
     }
 
-    /// From `origin` to the corners and edges' middles of a triangle of a chart's coordinates.
+    /// From `origin` to the corners and edges' middles of a triangle of a chart's coordinates, as far as there
+    /// are any.
     pub fn of_triangle(origin: DVec3, world: &World, chart: &Chart, corners: [DVec2; 3]) -> Self {
         let [a, b, c] = corners;
         let [bc, ca, ab] = middles(corners);
-        let places = [a, b, c, bc, ca, ab].map(|at| {
-            let place = chart.place(world, at);
-            place.map_or(origin, |place| place.point.position)
-        });
-        Self::new(origin, places.into_iter())
+        let places = [a, b, c, bc, ca, ab].map(|at| chart.place(world, at));
+        let points = places.into_iter().flatten().map(|place| place.point);
+        Self::new(origin, points)
     }
 
     /// Whether the patch is so small that all directions to it are the same but for rounding.
@@ -67,7 +77,7 @@ impl Fan {
 
     /// Whether the patch may be lit much more somewhere than at its corners.
     pub fn is_too_wide(&self) -> bool {
-        self.radius > WIDEST && !self.is_point()
+        self.radius > WIDEST.max(SMALLEST * self.rounding) && !self.is_edge_on
     }
 }
 

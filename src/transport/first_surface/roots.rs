@@ -6,9 +6,9 @@ use glam::{DVec2, DVec3};
 
 use super::chart::Chart;
 use super::cone::Cone;
-use super::fan::Fan;
+use super::fan::{Fan, angle};
 use super::source::Source;
-use crate::geometry::{Cylinder, Mesh, Ray, Shape, TraversalCounters};
+use crate::geometry::{Cylinder, Mesh, Ray, Shape, TraversalCounters, World};
 use crate::scene::Scene;
 
 /// A triangle of chart coordinates.
@@ -96,19 +96,49 @@ fn parted(scene: &Scene, origin: DVec3, cone: Option<&Cone>, mut pending: Vec<Ro
     let mut done = Vec::with_capacity(pending.len());
     pending.reverse();
     while let Some(Root { chart, corners }) = pending.pop() {
-        let overlap = cone.map(|cone| cone.overlap(world, &chart, corners));
+        let fan = Fan::of_triangle(origin, world, &chart, corners);
+        let overlap = cone.map(|cone| cone.overlap_of(&fan));
         if overlap.is_some_and(|overlap| !overlap.is_possible) {
             continue;
         }
-        let is_too_large = overlap.is_some_and(|one| one.relative_size > LARGEST_IN_CONE);
-        if is_too_large || Fan::of_triangle(origin, world, &chart, corners).is_too_wide() {
-            let parts = quarters(corners, middles(corners));
-            pending.extend(parts.map(|corners| Root { chart, corners }));
+        let root = |corners| Root { chart, corners };
+        if overlap.is_some_and(|one| one.relative_size > LARGEST_IN_CONE) {
+            pending.extend(quarters(corners, middles(corners)).map(root));
+        } else if fan.is_too_wide()
+            && let Some(halves) = halves(world, origin, &chart, corners)
+        {
+            pending.extend(halves.map(root));
         } else {
-            done.push(Root { chart, corners });
+            done.push(root(corners));
         }
     }
     done
+}
+
+/// A triangle's halves, through the middle of the edge that is seen at the widest angle: where coordinates are
+/// stretched, as about a pole, only the ones that are wide are divided. `None` where rounding leaves nothing to divide.
+fn halves(
+    world: &World,
+    origin: DVec3,
+    chart: &Chart,
+    corners: [DVec2; 3],
+) -> Option<[[DVec2; 3]; 2]> {
+    let middles = middles(corners);
+    let direction = |at: DVec2| {
+        let place = chart.place(world, at);
+        place.map_or(DVec3::ZERO, |it| {
+            (it.point.position - origin).normalize_or_zero()
+        })
+    };
+    let ends = corners.map(direction);
+    let width = |edge: usize| {
+        let middle = direction(middles[edge]);
+        angle(ends[(edge + 1) % 3], middle) + angle(middle, ends[(edge + 2) % 3])
+    };
+    let widest = (0..3).max_by(|&a, &b| width(a).total_cmp(&width(b)))?;
+    let [a, b, c] = [widest, widest + 1, widest + 2].map(|index| corners[index % 3]);
+    let middle = middles[widest];
+    (middle != b && middle != c).then_some([[a, b, middle], [a, middle, c]])
 }
 
 /// A rectangle of coordinates, cut into triangles.

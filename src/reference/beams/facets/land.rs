@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-use super::leg::rectangle;
+use super::leg::rectangular_receiver;
 use super::polygon::Polygon;
 use crate::film::coverage::deal;
 use crate::geometry::TraversalCounters;
@@ -45,7 +45,7 @@ pub(super) fn land<const N: usize>(
     polygon: &Polygon<N>,
     tolerance: f64,
 ) -> Landing<N> {
-    if rectangle(paths, &screen).is_none() {
+    if rectangular_receiver(paths, &screen).is_none() {
         return Landing::NotForced;
     }
     let place = |light: &FacetLight<N>| node(paths, screen, light);
@@ -64,7 +64,7 @@ pub(super) fn land<const N: usize>(
         };
     }
     let area = polygon.area_and_middle().0;
-    let astray = || deposit_astray(film, &corners, polygon.astray, area);
+    let astray = || deposit_astray(film, false, &corners, polygon.astray, area);
     let fan = (1..corners.len() - 1).map(|index| Cell {
         corners: [corners[0], corners[index], corners[index + 1]],
         level: 0,
@@ -123,7 +123,7 @@ pub(super) fn node<const N: usize>(
     light: &FacetLight<N>,
 ) -> Option<Node<N>> {
     let mut counters = TraversalCounters::default();
-    let (end, factor, mark) = screen.end(paths.scene(), &light.ray, None, &mut counters);
+    let (end, factor, _) = screen.end(paths.scene(), &light.ray, None, &mut counters);
     let End::Landed(landing) = end else {
         return None;
     };
@@ -134,8 +134,7 @@ pub(super) fn node<const N: usize>(
         turned_back: false,
         weight: light.throughput * Flux::of(strength * factor) * light.emitted,
         emitted: light.emitted * strength.mean(),
-        // Of light in one state, what the sensor tells apart.
-        family: light.state ^ mark,
+        family: light.state,
     })
 }
 
@@ -173,8 +172,11 @@ fn land_flat<const N: usize>(film: &BeamFilm<N>, cell: &Cell<N>) -> Flux<N> {
 
 /// Says of `astray` of a polygon's coordinate area that its light may be, or not be, at any
 /// of its borders; of all of it, anywhere in it. Returns the flux \[W\] that this is.
+///
+/// On a film that is polar, it may be anywhere as near to the center as a corner.
 pub(super) fn deposit_astray<const N: usize>(
     film: &BeamFilm<N>,
+    is_polar: bool,
     corners: &[Node<N>],
     astray: f64,
     area: f64,
@@ -195,29 +197,32 @@ pub(super) fn deposit_astray<const N: usize>(
     }
     // A small image has its borders in all of its texels.
     if astray >= area || (high - low).max_element() <= SMALL_IMAGE {
-        add_slack(film, corners, slack);
+        add_slack(film, is_polar, corners, slack);
     } else {
         for (index, corner) in corners.iter().enumerate() {
             let next = &corners[(index + 1) % corners.len()];
-            add_slack(film, &[*corner, *next], slack);
+            add_slack(film, is_polar, &[*corner, *next], slack);
         }
     }
     slack
 }
 
-/// Slack on the texels of a box round landings, as far as they are on the film. Where the line is between them at
-/// which a disc's turn begins anew, the box is all around the disc.
-fn add_slack<const N: usize>(film: &BeamFilm<N>, nodes: &[Node<N>], slack: Flux<N>) {
+/// Slack on the texels of a box round landings, as far as they are on the film.
+fn add_slack<const N: usize>(
+    film: &BeamFilm<N>,
+    is_polar: bool,
+    nodes: &[Node<N>],
+    slack: Flux<N>,
+) {
     let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
     for at in nodes.iter().filter_map(|node| node.landing) {
         low = low.min(at);
         high = high.max(at);
     }
     let [columns, rows] = film.size();
-    if nodes.iter().any(|node| node.family != nodes[0].family) {
-        // Its center is on that line, too.
-        low = DVec2::ZERO;
-        high.y = rows as f64;
+    if is_polar {
+        // A chord of the disc is nearer to its center than its ends are, and a box does not know where a turn begins anew.
+        (low, high.y) = (DVec2::ZERO, rows as f64);
     }
     let last = DVec2::new(columns as f64, rows as f64) - 1.0;
     let low = low.floor().max(DVec2::ZERO);

@@ -34,6 +34,8 @@ pub(super) struct Polygon<const N: usize> {
     pub(super) astray: f64,
     /// How often it was halved or cut without leaving its leg.
     pub(super) cuts: u32,
+    /// The coordinate area that it was cut from: a facet, or a part of it close to a lamp.
+    pub(super) whole: f64,
 }
 
 /// Two parts of a polygon.
@@ -100,6 +102,7 @@ impl<const N: usize> Polygon<N> {
             events: self.events,
             astray: self.astray,
             cuts: self.cuts + 1,
+            whole: self.whole,
         }
     }
 

@@ -32,7 +32,7 @@ impl Goal {
     /// Whether it is known before a search where light gets to: of what a camera sees it is not, nor on a receiver
     /// where lines are not lines of the film.
     fn is_known(self, paths: &FacetPaths<'_>, screen: &Screen<'_>) -> bool {
-        !matches!(self, Self::Receiver) || rectangle(paths, screen).is_some()
+        !matches!(self, Self::Receiver) || rectangular_receiver(paths, screen).is_some()
     }
 
     /// Where a ray's line gets to a facet's or a rectangular receiver's plane; `None` for other goals.
@@ -44,14 +44,19 @@ impl Goal {
     ) -> Option<DVec3> {
         match self {
             Self::Facet(facet) => Some(paths.facets().get(facet).meet(ray)?.position),
-            Self::Receiver => Some(ray.at(rectangle(paths, screen)?.meet_beyond(ray)?.0)),
+            Self::Receiver => {
+                Some(ray.at(rectangular_receiver(paths, screen)?.meet_beyond(ray)?.0))
+            }
             Self::Away => None,
         }
     }
 }
 
 /// The receiver, if it is a rectangle: on its film lines of the plane are lines, on a disc's, which is polar, they are not.
-pub(super) fn rectangle<'a>(paths: &FacetPaths<'a>, screen: &Screen<'_>) -> Option<&'a Shape> {
+pub(super) fn rectangular_receiver<'a>(
+    paths: &FacetPaths<'a>,
+    screen: &Screen<'_>,
+) -> Option<&'a Shape> {
     let Screen::Receiver(receiver) = screen else {
         return None;
     };

@@ -23,7 +23,7 @@ use crate::transport::screen::Screen;
 /// No polygon is cut more often on one leg; what is left is given to the generic refiner.
 const MAX_CUTS: u32 = 256;
 
-/// Of a facet's coordinate area: no ray is spent on less, rounding decides where it goes.
+/// Of the area that a polygon was cut from: no ray is spent on less, rounding decides where it goes.
 const NOTHING: f64 = 1e-15;
 
 /// Light that bends round a facet's edge is slack up to this part of a polygon, and cut off beyond.
@@ -89,6 +89,7 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
             events: 0,
             astray: 0.0,
             cuts: 0,
+            whole: 1.0,
         });
         self.part_wide();
         while generic.may_go_on()
@@ -106,10 +107,7 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
         let mut wide = std::mem::take(&mut self.pending);
         while let Some(mut polygon) = wide.pop() {
             let facet = self.paths.facets().get(polygon.chain[0]);
-            let places = polygon
-                .corners
-                .iter()
-                .map(|light| facet.point(light.at).position);
+            let places = polygon.corners.iter().map(|light| facet.point(light.at));
             let halves = if Fan::new(origin, places).is_too_wide() && polygon.cuts < MAX_CUTS {
                 polygon.halves(self.paths)
             } else {
@@ -119,6 +117,7 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
                 wide.extend(halves);
             } else {
                 polygon.cuts = 0;
+                polygon.whole = polygon.area();
                 self.pending.push(polygon);
             }
         }
@@ -127,7 +126,7 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
     /// The next leg of a polygon, or its end.
     fn follow(&mut self, polygon: Polygon<N>, generic: &mut Refiner<'_, '_, N>) {
         let (area, middle) = polygon.area_and_middle();
-        if polygon.corners.len() < 3 || area <= NOTHING {
+        if polygon.corners.len() < 3 || area <= NOTHING * polygon.whole {
             return;
         }
         if !polygon.is_one_family() || polygon.cuts > MAX_CUTS {

@@ -6,7 +6,7 @@
 
 use super::FacetRefiner;
 use crate::reference::beams::facets::land::{deposit_astray, node};
-use crate::reference::beams::facets::leg::{Goal, Watch, Way};
+use crate::reference::beams::facets::leg::{Goal, Watch, Way, rectangular_receiver};
 use crate::reference::beams::facets::polygon::{Polygon, Sight};
 use crate::reference::beams::refine::Refiner;
 use crate::transport::screen::Screen;
@@ -94,6 +94,11 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
             .iter()
             .filter_map(|light| node(self.paths, *self.screen, light))
             .collect();
-        self.balance.slack += deposit_astray(self.film, &nodes, astray, area);
+        self.balance.slack += deposit_astray(self.film, self.is_polar(), &nodes, astray, area);
+    }
+
+    /// Whether lines are not lines on the film: on a disc.
+    pub(super) fn is_polar(&self) -> bool {
+        rectangular_receiver(self.paths, self.screen).is_none()
     }
 }
