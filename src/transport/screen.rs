@@ -5,9 +5,9 @@ use glam::{DVec2, DVec3};
 
 use super::camera::Camera;
 use super::chain::Arrival;
-use super::prescribed::End;
+use super::prescribed::{End, next_hit};
 use super::receiver::Receiver;
-use crate::geometry::{Hit, Ray, Shape, TraversalCounters};
+use crate::geometry::{Hit, Hull, Ray, Shape, TraversalCounters};
 use crate::radiometry::Rgb;
 use crate::scene::Scene;
 
@@ -33,6 +33,40 @@ impl Screen<'_> {
             Self::Receiver(receiver) => [receiver.width(), receiver.height()],
             Self::Camera { camera, .. } => [camera.width(), camera.height()],
         }
+    }
+
+    /// Whether film coordinates are on the film, not beside it.
+    #[inline]
+    pub fn is_on_film(&self, at: DVec2) -> bool {
+        let [width, height] = self.size();
+        let end = DVec2::new(width as f64, height as f64);
+        at.cmpge(DVec2::ZERO).all() && at.cmple(end).all()
+    }
+
+    /// Some points that the sensor measures, spread over its film: those of nine that it has a surface at.
+    pub fn points(&self, scene: &Scene) -> Vec<DVec3> {
+        const PARTS: [f64; 3] = [1.0 / 6.0, 0.5, 5.0 / 6.0];
+        let size = self.size();
+        let film = DVec2::new(size[0] as f64, size[1] as f64);
+        let places = PARTS
+            .iter()
+            .flat_map(|&y| PARTS.map(|x| film * DVec2::new(x, y)));
+        let mut counters = TraversalCounters::default();
+        places
+            .filter_map(|at| match self {
+                Self::Receiver(receiver) => {
+                    let texel = at.floor();
+                    let index = texel.y as usize * size[0] + texel.x as usize;
+                    Some(receiver.point(scene, index, at - texel)?.position)
+                }
+                Self::Camera { camera, .. } => {
+                    let view = camera.pixel_ray(at);
+                    let (ray, hit) = next_hit(scene, view.ray, &mut counters)?;
+                    let is_seen = camera.may_see_surface(scene, hit.shape);
+                    is_seen.then(|| ray.at(hit.distance))
+                }
+            })
+            .collect()
     }
 
     /// The texel or pixel that counts light which arrives at a surface, and the factor from its flux \[W\] to
@@ -95,16 +129,38 @@ impl Screen<'_> {
         }
     }
 
+    /// Whether a camera sees nothing in a bundle of segments, whatever they meet: all of it is before the near plane, or beyond
+    /// the same side of the film. A receiver's light is asked for by its shape.
+    pub fn sees_nothing_of(&self, bundle: &Hull) -> bool {
+        match self {
+            Self::Receiver(_) => false,
+            Self::Camera { camera, .. } => {
+                let [low, high] = near_film(camera);
+                let planes = camera.planes_round(low, high);
+                planes.iter().any(|[point, normal]| {
+                    // False for NaN.
+                    bundle.reach(*normal)[0] > normal.dot(*point)
+                })
+            }
+        }
+    }
+
+    /// Whether light on a surface of `shape` may be measured at all.
+    pub fn may_see(&self, scene: &Scene, shape: u32) -> bool {
+        match self {
+            Self::Receiver(receiver) => receiver.shape() == shape,
+            Self::Camera { camera, .. } => camera.may_see_surface(scene, shape),
+        }
+    }
+
     /// Whether no light that ends on a surface of `shape` within the convex hull of `places` lands; what else may
     /// hide it from a camera is not looked for. Places before or beyond the clip planes count as in sight:
     /// of the others each side of the film is a plane through the camera, so one side of it holds their hull, too.
     pub fn is_out_of_sight(&self, scene: &Scene, shape: u32, places: &[DVec3]) -> bool {
         match self {
-            Self::Receiver(receiver) => receiver.shape() != shape,
+            _ if !self.may_see(scene, shape) => true,
+            Self::Receiver(_) => false,
             Self::Camera { camera, .. } => {
-                if !camera.may_see_surface(scene, shape) {
-                    return true;
-                }
                 let [low, high] = near_film(camera);
                 let is_beyond = |beyond: fn(DVec2, DVec2, DVec2) -> bool| {
                     places.iter().all(|&place| {

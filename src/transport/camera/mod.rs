@@ -356,6 +356,37 @@ impl Camera {
         }
     }
 
+    /// The planes round what is seen between the corners `low` and `high` of a part of the film, through the middle of the
+    /// lens: the near plane, then the four sides. Each is a point of it and its normal (of any length) that points out of sight.
+    ///
+    /// What is behind the camera is out of sight by the near plane, whatever the sides say.
+    pub fn planes_round(&self, low: DVec2, high: DVec2) -> [[DVec3; 2]; 5] {
+        let corners = [
+            low,
+            DVec2::new(high.x, low.y),
+            high,
+            DVec2::new(low.x, high.y),
+        ];
+        let rays = corners.map(|at| self.pixel_ray(at).ray);
+        let middle = self.pixel_ray(0.5 * (low + high)).ray;
+        let side = |index: usize| {
+            let (ray, next) = (rays[index], rays[(index + 1) % 4]);
+            // Both lines of sight are in it, whether they meet in a pinhole or are parallel.
+            let across = next.origin + next.direction - ray.origin;
+            let normal = ray.direction.cross(across);
+            let inside = normal.dot(middle.origin + middle.direction - ray.origin);
+            [ray.origin, if inside > 0.0 { -normal } else { normal }]
+        };
+        let [a, b, c, _] = rays.map(|ray| ray.origin);
+        let near = (b - a).cross(c - b);
+        let near = if near.dot(middle.direction) > 0.0 {
+            -near
+        } else {
+            near
+        };
+        [[a, near], side(0), side(1), side(2), side(3)]
+    }
+
     /// How samples spread over pixels.
     pub fn filter(&self) -> ReconstructionFilter {
         self.film.filter

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::trail::{Ending, Straight, Trail};
-use crate::geometry::{Bounds, Hit, Ray};
+use crate::geometry::{Bounds, Hit, Hull, Ray};
 use crate::scene::Scene;
 use crate::transport::first_surface::Chart;
 use crate::transport::prescribed::{End, PathFollower};
@@ -36,8 +36,28 @@ pub(super) struct Leg {
     pub(super) to_faces: [u32; 6],
     /// Of a last leg without light for the receiver: the receiver.
     pub(super) dark_over: Option<u32>,
-    /// Of a last leg without light for a camera: it might see what is between the ends.
-    pub(super) may_be_seen: bool,
+    /// Of a last leg without light for a camera: what that knows of it.
+    pub(super) sight: Sight,
+}
+
+/// Of six rays' ways out of a box the longest may be shorter than that of one between them: by less than this, or they are so
+/// far apart that their ends bulge.
+const BETWEEN_SIX: f64 = 1.25;
+
+/// What a camera knows of a leg.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum Sight {
+    /// Nothing: it is none without light for a camera.
+    #[default]
+    Any,
+    /// It sees nothing of the whole bundle, whatever that meets.
+    OutOfView,
+    /// It sees nothing of the bundle as far as its end.
+    OutOfViewToEnd,
+    /// It sees nothing of the surface at the end, if all end there.
+    EndUnseen,
+    /// It might see what is between the six ends.
+    MaybeSeen,
 }
 
 impl Leg {
@@ -121,15 +141,20 @@ pub(super) fn record<const N: usize>(
             Screen::Receiver(receiver) => Some(receiver.shape()),
             Screen::Camera { .. } => None,
         };
+        let (start, end) = (points(from), points(to));
         legs.push(Leg {
-            start: points(from),
-            end: points(to),
+            start,
+            end,
             from: paths[0][from].met,
             to: met,
             from_faces: faces(from),
             to_faces: faces(to),
             dark_over: receiver.filter(|_| is_dark),
-            may_be_seen: is_dark && receiver.is_none() && may_be_seen(follower, met, &points(to)),
+            sight: if is_dark && receiver.is_none() {
+                sight(follower, met, &start, &end)
+            } else {
+                Sight::Any
+            },
         });
     }
     let is_finite = |leg: &Leg| {
@@ -152,17 +177,33 @@ pub(super) fn record<const N: usize>(
     }
 }
 
-/// Whether a camera might see a surface between six places on it; it sees none of these.
-fn may_be_seen<const N: usize>(
+/// What a camera knows of last legs; it sees none of the six ends.
+fn sight<const N: usize>(
     follower: &PathFollower<'_, N>,
     met: Met,
-    places: &[DVec3; 6],
-) -> bool {
-    let Met::Surface(shape) = met else {
-        return false;
-    };
-    let screen = follower.screen();
-    !screen.is_out_of_sight(follower.scene(), shape, places)
+    start: &[DVec3; 6],
+    end: &[DVec3; 6],
+) -> Sight {
+    let (scene, screen) = (follower.scene(), follower.screen());
+    // What passes by the thing that the six met goes on, but there is nothing to be seen outside of the box round everything.
+    let along: [DVec3; 6] = std::array::from_fn(|i| (end[i] - start[i]).normalize_or_zero());
+    let inside = (0..6).map(|i| way_through(scene.world().bounds(), start[i], along[i]));
+    let longest = BETWEEN_SIX * inside.fold(0.0, f64::max);
+    let beyond = std::array::from_fn(|i| start[i] + along[i] * longest);
+    if screen.sees_nothing_of(&Hull::new(start, &beyond)) {
+        return Sight::OutOfView;
+    }
+    if screen.sees_nothing_of(&Hull::new(start, end)) {
+        return Sight::OutOfViewToEnd;
+    }
+    match met {
+        Met::Surface(shape)
+            if screen.may_see(scene, shape) && !screen.sees_nothing_of(&Hull::new(end, end)) =>
+        {
+            Sight::MaybeSeen
+        }
+        _ => Sight::EndUnseen,
+    }
 }
 
 /// Where some of six last legs without light for the sensor end on other things than the rest, all
@@ -173,10 +214,8 @@ fn look_through(scene: &Scene, paths: &mut [Vec<Stop>; 6], last: usize) {
         return;
     }
     for stops in paths {
-        let start = stops[last - 1].at;
-        let along = (stops[last].at - start).normalize_or_zero();
         stops[last] = Stop {
-            at: start + along * way_out(scene, start),
+            at: way_on(scene, stops[last - 1].at, stops[last].at),
             met: Met::Nothing,
             face: 0,
         };
@@ -253,6 +292,25 @@ fn surface(ray: &Ray, hit: &Hit) -> Stop {
         met: Met::Surface(hit.shape),
         face: hit.face,
     }
+}
+
+/// How far a ray from `origin`, in a box or beyond it, goes until it is out of it.
+fn way_through(bounds: Bounds, origin: DVec3, along: DVec3) -> f64 {
+    let corner = DVec3::select(along.cmplt(DVec3::ZERO), bounds.min, bounds.max);
+    let ways = (corner - origin) / along;
+    let way = |axis: usize| {
+        if along[axis] == 0.0 {
+            f64::INFINITY
+        } else {
+            ways[axis]
+        }
+    };
+    way(0).min(way(1)).min(way(2)).max(0.0)
+}
+
+/// A place on the way from `start` through `end` that is out of the scene.
+fn way_on(scene: &Scene, start: DVec3, end: DVec3) -> DVec3 {
+    start + (end - start).normalize_or_zero() * way_out(scene, start)
 }
 
 /// A distance at which a ray from `origin`, and its neighbours with it, has left the box round everything.

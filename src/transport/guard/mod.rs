@@ -26,7 +26,7 @@ mod polygons;
 mod same_surface;
 mod trail;
 
-use self::legs::{Leg, Met, record};
+use self::legs::{Leg, Met, Sight, record};
 pub use self::trail::{Ending, Straight, Trail};
 use super::first_surface::Chart;
 use super::prescribed::PathFollower;
@@ -123,8 +123,10 @@ impl<'a> Guard<'a> {
                 None => later = later && self.is_clear(leg, false),
             }
         }
+        // A leg may have been clear for a larger cell, some of whose nodes the camera saw.
+        let is_unseen = record.legs.iter().all(|leg| leg.sight != Sight::MaybeSeen);
         let wanted = u32::MAX >> (32 - record.legs.len().clamp(1, 32));
-        found.all = record.one_family && later && found.legs & wanted == wanted;
+        found.all = record.one_family && is_unseen && later && found.legs & wanted == wanted;
         found
     }
 
@@ -139,8 +141,11 @@ impl<'a> Guard<'a> {
     }
 
     fn is_clear(&self, leg: &Leg, is_first: bool) -> bool {
-        if leg.may_be_seen {
-            return false;
+        match leg.sight {
+            Sight::OutOfView => return true,
+            Sight::OutOfViewToEnd if self.is_caught(leg) => return true,
+            Sight::MaybeSeen => return false,
+            Sight::OutOfViewToEnd | Sight::EndUnseen | Sight::Any => {}
         }
         // The first leg is drawn from its end: it need not be caught.
         if !is_first && !self.is_caught(leg) || !self.misses_the_extension(leg) {

@@ -5,7 +5,7 @@ use glam::DVec3;
 
 use super::Guard;
 use super::apart;
-use super::legs::{Leg, Met, way_out};
+use super::legs::{Leg, Met, Sight, way_out};
 use crate::geometry::{Hull, Shape};
 
 impl Guard<'_> {
@@ -54,7 +54,7 @@ impl Guard<'_> {
             from_faces: [0; 6],
             to_faces: faces,
             dark_over: None,
-            may_be_seen: false,
+            sight: Sight::Any,
         };
         self.is_hidden(&leg)
     }
