@@ -140,7 +140,7 @@ fn a_cameras_image_is_that_of_photons_connected_to_it() {
                 [16; 2],
                 1e-9,
                 &mut |_| 0.0,
-                &mut |_, path, _| {
+                &mut |_, _, path, _| {
                     if let End::Landed(at) = path.end
                         && camera.pixel(at).is_some()
                     {

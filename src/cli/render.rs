@@ -97,6 +97,7 @@ impl Job<'_> {
             let mut setup =
                 beams::run::Setup::new(self.scene, self.sensor, settings, self.progress)?;
             let mut warnings = no_caustic(setup.is_dark());
+            warnings.extend(missed(&setup));
             warnings.extend(left_out(self.scene));
             let (estimate, report) = setup.run(&budget)?;
             Ok::<_, BeamError>((estimate, report, warnings))
@@ -318,6 +319,15 @@ fn no_caustic(is_dark: bool) -> Vec<String> {
     let warning = "no light was found that meets a surface which mirrors or refracts, and gets to the \
                    sensor: no caustic, only direct light";
     is_dark.then(|| warning.to_owned()).into_iter().collect()
+}
+
+/// What there is to say where beams found no light, though some sets out.
+fn missed(setup: &beams::run::Setup) -> Option<String> {
+    let unseen = setup.unseen().filter(|unseen| !unseen.is_black())?;
+    Some(format!(
+        "up to {:.1e} W may have been missed: that is the upper bound of every texel",
+        unseen.mean()
+    ))
 }
 
 /// What there is to say where direct light was not measured.

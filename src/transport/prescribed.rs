@@ -46,6 +46,15 @@ pub struct PathEnd<const N: usize> {
     pub family: u64,
 }
 
+/// Where a path goes after its last event, whatever it meets there.
+#[derive(Clone, Copy, Debug)]
+pub struct LastLeg<const N: usize> {
+    /// From the last surface.
+    pub ray: Ray,
+    /// The share (0..=1) that goes on along it of the light that set out.
+    pub share: Flux<N>,
+}
+
 /// Follows paths of one source through one scene to one sensor.
 pub struct PathFollower<'a, const N: usize> {
     scene: &'a Scene,
@@ -200,8 +209,8 @@ impl<'a, const N: usize> PathFollower<'a, N> {
 
     /// Paths from a place up to `max_depth` events: all branches of the first `split_depth` events with at least
     /// `least` of the light, and from there on one branch only, chosen with the probability of its share by
-    /// a number in 0..1 that `choice` makes of the events so far. Tells `found` of each path its signature, how it
-    /// ended, and the probability of all choices on the way. Whether the source sees the place is looked at.
+    /// a number in 0..1 that `choice` makes of the events so far. Tells `found` of each path its signature, its
+    /// last leg, how it ended, and the probability of all choices on the way. Whether the source sees the place is looked at.
     pub fn follow_some(
         &mut self,
         chart: &Chart,
@@ -209,7 +218,7 @@ impl<'a, const N: usize> PathFollower<'a, N> {
         [split_depth, max_depth]: [u32; 2],
         least: f64,
         choice: &mut impl FnMut(Signature) -> f64,
-        found: &mut impl FnMut(Signature, PathEnd<N>, f64),
+        found: &mut impl FnMut(Signature, &LastLeg<N>, PathEnd<N>, f64),
     ) {
         const WAYS: [Way; 2] = [Way::Reflected, Way::Transmitted];
         let world = self.scene.world();
@@ -269,7 +278,8 @@ impl<'a, const N: usize> PathFollower<'a, N> {
                 let signature = signature.then(event);
                 let ray = point.spawn(branch.direction);
                 let path = self.land(ray, throughput, emitted, family, |_, _| ());
-                found(signature, path, probability);
+                let share = throughput;
+                found(signature, &LastLeg { ray, share }, path, probability);
                 if let Some((ray, hit)) = self.next_hit(ray) {
                     let point = world.bounce_point(&ray, &hit);
                     let light = (throughput, probability);

@@ -146,6 +146,14 @@ impl<const N: usize> Look<N> {
         look
     }
 
+    /// Whether all that lands, lands beside a film of this size, farther from it than any two landings are from each other.
+    #[inline]
+    pub fn is_far_off(&self, size: [usize; 2]) -> bool {
+        let end = DVec2::new(size[0] as f64, size[1] as f64);
+        let margin = (self.high - self.low).max(DVec2::splat(2.0 * self.bend));
+        (self.high + margin).cmplt(DVec2::ZERO).any() || (self.low - margin).cmpgt(end).any()
+    }
+
     /// Whether all that lands, lands beside a film of this size, even if the cell bends as much
     /// again between its nodes as they show.
     #[inline]

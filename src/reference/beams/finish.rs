@@ -31,8 +31,8 @@ pub(super) struct Outcome<'a> {
     pub target: &'a Target,
     /// The last pass, if any was finished.
     pub pass: Option<Pass>,
-    /// Whether there is no specular light to be measured.
-    pub is_dark: bool,
+    /// Where no light was found, the flux \[W\] that there may be all the same, on any texel.
+    pub unseen: Option<Rgb>,
     /// Of a receiver.
     pub direct: Option<&'a Direct>,
     pub relative_error: Option<f64>,
@@ -46,7 +46,7 @@ impl Outcome<'_> {
     pub fn estimate(self) -> Estimate {
         let texels = self.target.texels();
         let [width, height] = self.target.size();
-        let unknown = self.pass.is_none() && !self.is_dark;
+        let unknown = self.pass.is_none() && self.unseen.is_none();
         let direct = self.direct.map(|direct| self.direct_layer(direct));
         let mut total = Layer::bounded(LayerName::Total, texels);
         let mut layers = Vec::new();
@@ -76,6 +76,13 @@ impl Outcome<'_> {
         }
         if unknown {
             total.make_unknown();
+        }
+        if let (Some(unseen), Some(interval)) = (self.unseen, &mut total.interval) {
+            for (texel, high) in interval.high.iter_mut().enumerate() {
+                if self.target.measure(texel) > 0.0 {
+                    *high += unseen * (1.0 / self.target.measure(texel));
+                }
+            }
         }
         let incomplete = self.incomplete || total.is_unknown();
         Estimate {

@@ -76,7 +76,7 @@ pub struct Passes<'a> {
     pub facets: &'a Facets,
     /// What interpolated normals do to flux.
     pub shading_normals: ShadingNormals,
-    /// About the flux on the film in all \[W\].
+    /// About the flux that a film must have room for \[W\].
     pub flux: f64,
     /// Ends a pass.
     pub limit: &'a Limit<'a>,

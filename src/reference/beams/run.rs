@@ -14,6 +14,7 @@ use super::schedule::{DIVIDED_AGAIN, Errors, Fineness};
 use super::settings::{BeamBudget, BeamSettings};
 use super::survey::{Found, survey};
 use crate::geometry::TraversalCounters;
+use crate::radiometry::Rgb;
 use crate::reference::{Estimate, Progress, Target};
 use crate::scene::{Scene, Sensor};
 use crate::transport::direct::{AREA_SAMPLES, Direct, direct};
@@ -24,6 +25,13 @@ use crate::transport::signature::{MAX_EVENTS, Signature};
 
 /// Signatures below this part of the error asked for, of all flux, are not followed.
 const LEAST_SHARE: f64 = 1e-3;
+
+/// However faint a signature is, no cell may misplace more than this part of its light: with larger ones there is nothing
+/// smooth for its own bounds to be made from.
+const MOST_OF_SIGNATURE: f64 = 1.0 / 64.0;
+
+/// Films have room for this part of what lands beside them, too: a survey's word on how little is on them is no better.
+const LEAST_OF_LANDED: f64 = 1e-3;
 
 /// At most this many signatures are followed.
 const MOST_SIGNATURES: usize = 256;
@@ -52,8 +60,12 @@ pub struct Setup<'a> {
     facets: Facets,
     /// The brightest first.
     signatures: Vec<(Signature, Found)>,
-    /// About the flux on and beside the film \[W\].
+    /// About the flux on the film, and but for where next to none is on it, beside it \[W\].
     flux: f64,
+    /// ... and beside it where there is next to none on it \[W\].
+    landed: f64,
+    /// Flux that the survey may have missed \[W\].
+    unseen: Rgb,
     progress: &'a Progress,
 }
 
@@ -118,6 +130,8 @@ impl<'a> Setup<'a> {
             settings.max_depth,
             settings.shading_normals,
         );
+        let landed = found.landed;
+        let unseen = found.unseen(0.5 * (1.0 - finish::CONFIDENCE));
         let flux: f64 = found.signatures.values().map(|one| one.flux).sum();
         let mut signatures: Vec<(Signature, Found)> = found.signatures.into_iter().collect();
         signatures.sort_by(|(a, x), (b, y)| y.flux.total_cmp(&x.flux).then(a.cmp(b)));
@@ -132,6 +146,8 @@ impl<'a> Setup<'a> {
             facets: Facets::new(scene),
             signatures,
             flux,
+            landed,
+            unseen,
             progress,
         })
     }
@@ -139,6 +155,12 @@ impl<'a> Setup<'a> {
     /// Whether no light was found that meets a specular surface and gets to the sensor.
     pub fn is_dark(&self) -> bool {
         self.signatures.is_empty()
+    }
+
+    /// Where the survey found no light, the flux \[W\] that it may have missed, with the risk that bounds take: a hundredth of a
+    /// percent of what sets out, and none where none does.
+    pub fn unseen(&self) -> Option<Rgb> {
+        self.is_dark().then_some(self.unseen)
     }
 
     /// What light comes to the sensor, as far as the survey saw, the brightest first.
@@ -190,6 +212,7 @@ impl<'a> Setup<'a> {
             .map(|direct| direct.counters)
             .unwrap_or_default();
         limit.spend(counters.rays);
+        let is_lit = followed.iter().any(|(_, found)| found.on_film > 0.0);
         let limited = budget.time.is_some() || budget.rays.is_some();
         let mut best: Option<Pass> = None;
         let (mut said_before, mut calibration) = (0.0, None);
@@ -220,15 +243,19 @@ impl<'a> Setup<'a> {
             self.progress.set_relative_error(errors.map(Errors::both));
             best = Some(pass);
             let affordable = limit.affordable(began.elapsed(), limit.rays() - rays_before);
-            let next = errors
-                .and_then(|errors| {
+            let next = match errors {
+                Some(errors) => {
                     let hope = calibration.map_or(UNCALIBRATED, |_| 1.0);
                     fineness.next(errors, hope, target, !self.lamps.is_empty())
-                })
-                .and_then(|next| fineness.towards(next, affordable));
+                }
+                None => fineness.finer(!self.lamps.is_empty()).filter(|_| is_lit),
+            };
+            let next = next.and_then(|next| fineness.towards(next, affordable));
             let Some(next) = next else { break };
             fineness = next;
         }
+        // Where the survey saw light fall, a pass without any tells nothing.
+        let best = best.filter(|pass| pass.errors.is_some() || !is_lit);
         let stopped = self.progress.is_stopped();
         let reached = best.as_ref().and_then(|pass| pass.errors);
         let unmet = match (target, reached) {
@@ -240,7 +267,7 @@ impl<'a> Setup<'a> {
         let outcome = finish::Outcome {
             target: &self.target,
             pass: best,
-            is_dark: self.is_dark(),
+            unseen: self.unseen(),
             direct: direct.as_ref(),
             relative_error: reached.map(Errors::both),
             lamps: report.lamps,
@@ -265,7 +292,7 @@ impl<'a> Setup<'a> {
             shared: &self.shared,
             facets: &self.facets,
             shading_normals: self.settings.shading_normals,
-            flux: self.flux,
+            flux: self.flux.max(LEAST_OF_LANDED * self.landed),
             limit,
             progress: self.progress,
         };
@@ -309,7 +336,10 @@ impl<'a> Setup<'a> {
             let mut others = Sums::dark(if named < signatures.len() { texels } else { 0 });
             for (rank, (signature, found)) in signatures.iter().enumerate() {
                 let limits = Limits {
-                    tolerance: fineness.tolerance * self.flux,
+                    tolerance: f64::min(
+                        fineness.tolerance * self.flux,
+                        MOST_OF_SIGNATURE * found.flux,
+                    ),
                     flux: found.flux,
                     peak: found.peak,
                 };

@@ -41,6 +41,9 @@ const WORK_ORDER: f64 = 0.55;
 /// fourth power of a cell's size. Such passes can be compared.
 pub const DIVIDED_AGAIN: f64 = 16.0;
 
+/// Where cells were too large to light any texel, the next ones misplace at most this part.
+const UNLIT: f64 = 1.0 / 256.0;
+
 /// Where the error asked for is nearer than this, a small step is likely to do.
 const NEARLY_THERE: f64 = 1.6;
 
@@ -124,6 +127,16 @@ impl Fineness {
                 tolerance: tolerance / 8.0,
                 points,
             },
+        };
+        next.is_possible().then_some(next)
+    }
+
+    /// The next pass where this one was so coarse that it lit no texel; `None` where none can be finer. `by_lot` where
+    /// there are area lights.
+    pub fn finer(self, by_lot: bool) -> Option<Self> {
+        let next = Self {
+            tolerance: self.tolerance * UNLIT,
+            points: self.points << if by_lot { 3 } else { 0 },
         };
         next.is_possible().then_some(next)
     }

@@ -223,7 +223,9 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
         let may_get_through = look.any_turned_back && !look.any_landed;
         if !look.one_family
             || may_get_through
-            || look.any_landed && flux > self.tolerance * MOST_TOLERANCES
+            || look.any_landed
+                && flux > self.tolerance * MOST_TOLERANCES
+                && !look.is_far_off(self.film.size())
         {
             return false;
         }

@@ -1,5 +1,6 @@
 //! Which path signatures bring light to the sensor.
 
+mod aim;
 mod places;
 mod rare;
 
@@ -7,8 +8,10 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
+use self::aim::aim;
 use self::rare::look_for_rare;
 use super::pass::Light;
+use crate::radiometry::Rgb;
 use crate::scene::Scene;
 use crate::transport::prescribed::{End, PathFollower};
 use crate::transport::scatter::ShadingNormals;
@@ -25,6 +28,9 @@ const LEAST_PLACES: usize = 1 << 7;
 /// How often the way between two places is halved.
 const LEVELS_BETWEEN: u32 = 10;
 
+/// Where less than this part of the light that lands is on the film, the rest is not what errors are measured by.
+const MOSTLY_BESIDE: f64 = 1.0 / 16.0;
+
 /// Flux below this part of what set out is not followed any further.
 const LEAST_THROUGHPUT: f64 = 1e-7;
 
@@ -35,6 +41,8 @@ pub struct Found {
     pub flux: f64,
     /// The most that a path delivers of what sets out.
     pub peak: f64,
+    /// What of it falls on the film, not beside it \[W\].
+    pub on_film: f64,
 }
 
 /// What a survey saw.
@@ -42,6 +50,12 @@ pub struct Found {
 pub struct Survey {
     /// What each signature brings to the sensor's surface.
     pub signatures: BTreeMap<Signature, Found>,
+    /// About the flux that lands on the film and beside it \[W\].
+    pub landed: f64,
+    /// About the flux that sets out to first surfaces \[W\].
+    pub set_out: Rgb,
+    /// How many places single paths were followed from.
+    pub places: u64,
 }
 
 /// Follows all branches of some thousand paths spread over all first surfaces, of some more
@@ -73,20 +87,62 @@ pub fn survey(
             all.add(sight);
         }
     }
-    let rare = look_for_rare(scene, lights, screen, max_depth, shading_normals);
-    for (signature, found) in rare.signatures {
-        let known = all.signatures.entry(signature).or_insert(found);
-        known.peak = known.peak.max(found.peak);
+    let (rare, is_enough) = look_for_rare(scene, lights, screen, max_depth, shading_normals);
+    (all.set_out, all.places) = (rare.set_out, rare.places);
+    all.landed = rare.signatures.values().map(|found| found.flux).sum();
+    if !is_enough && rare.is_mostly_beside() {
+        // Only what falls on the film counts. Single paths tell how much that is: places between others stand for less
+        // than they may bring.
+        let on_film = |(signature, found): (&Signature, &Found)| {
+            let flux = found.on_film;
+            (flux > 0.0).then_some((*signature, Found { flux, ..*found }))
+        };
+        let seen = std::mem::take(&mut all.signatures);
+        all.signatures = rare.signatures.iter().filter_map(on_film).collect();
+        let led = aim(scene, lights, screen, max_depth, shading_normals, &all);
+        all.learn(led.signatures);
+        all.learn(seen.iter().filter_map(on_film).collect());
+    } else {
+        all.learn(rare.signatures);
+        if !is_enough {
+            let led = aim(scene, lights, screen, max_depth, shading_normals, &all);
+            all.learn(led.signatures);
+        }
     }
     all
 }
 
 impl Survey {
+    /// The flux \[W\] that the survey may have missed with a probability of `risk` where it saw none.
+    ///
+    /// Half of its places are spread by light: a part p of what sets out is missed by n of them with a probability of
+    /// (1 − p/2)ⁿ at most, as far as a first surface's corners say how much light falls on it.
+    pub fn unseen(&self, risk: f64) -> Rgb {
+        let part = 2.0 * (1.0 - risk.powf(1.0 / self.places.max(1) as f64));
+        self.set_out * part.min(1.0)
+    }
+
+    /// Whether nearly all light falls beside the film.
+    fn is_mostly_beside(&self) -> bool {
+        let sum = |of: fn(&Found) -> f64| self.signatures.values().map(of).sum::<f64>();
+        sum(|found| found.on_film) < MOSTLY_BESIDE * sum(|found| found.flux)
+    }
+
+    /// Takes over what was not known yet.
+    fn learn(&mut self, signatures: BTreeMap<Signature, Found>) {
+        for (signature, found) in signatures {
+            let known = self.signatures.entry(signature).or_insert(found);
+            known.peak = known.peak.max(found.peak);
+            known.on_film = known.on_film.max(found.on_film);
+        }
+    }
+
     /// Floats are summed: always in the order of places, the same on any threads.
     fn add(&mut self, sight: &Sight) {
         let one = self.signatures.entry(sight.signature).or_default();
         one.flux += sight.flux;
         one.peak = one.peak.max(sight.delivered);
+        one.on_film += if sight.on_film { sight.flux } else { 0.0 };
     }
 }
 
@@ -97,6 +153,8 @@ struct Sight {
     flux: f64,
     /// What it delivers of what sets out.
     delivered: f64,
+    /// Not beside the film, on the surface's extension.
+    on_film: bool,
 }
 
 /// A place, and all paths from there that landed, in the order of their signatures.
@@ -179,6 +237,7 @@ fn look_at(
     mut choice: impl FnMut(Signature) -> f64,
 ) -> Vec<Sight> {
     let strength = follower.source().strength().mean();
+    let screen = follower.screen();
     let mut found = Vec::new();
     follower.follow_some(
         &place.chart,
@@ -186,13 +245,14 @@ fn look_at(
         depths,
         LEAST_THROUGHPUT,
         &mut choice,
-        &mut |signature, path, probability| {
-            if matches!(path.end, End::Landed(_)) {
+        &mut |signature, _, path, probability| {
+            if let End::Landed(at) = path.end {
                 let throughput = path.throughput.rgb().mean();
                 found.push(Sight {
                     signature,
                     flux: throughput * path.emitted * place.area / probability,
                     delivered: throughput / strength,
+                    on_film: screen.is_on_film(at),
                 });
             }
         },

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use super::places::{Place, places_of};
 use super::{LEAST_PLACES, PLACES, Sight, Survey, look_at};
 use crate::numeric::{Stream, StreamKind};
+use crate::radiometry::Rgb;
 use crate::reference::beams::pass::Light;
 use crate::scene::Scene;
 use crate::transport::prescribed::PathFollower;
@@ -25,7 +26,7 @@ const SPLIT_DEPTH: u32 = 2;
 /// Of which stream choices of branches are.
 const SEED: u64 = 0x5352_5645_5900;
 
-/// What single paths from ever more places show.
+/// What single paths from ever more places show, and whether enough of them landed on the film.
 ///
 /// Each round spreads its places over all first surfaces anew, twice as many as the round before. The last that saw a signature
 /// tells its flux: of what only an earlier one saw, that is too much rather than too little.
@@ -35,7 +36,7 @@ pub(super) fn look_for_rare(
     screen: &Screen,
     max_depth: u32,
     shading_normals: ShadingNormals,
-) -> Survey {
+) -> (Survey, bool) {
     let mut all = Survey::default();
     let mut landed = 0;
     for count in (1..=ROUNDS).map(|round| PLACES << round) {
@@ -50,6 +51,8 @@ pub(super) fn look_for_rare(
             let each = count.div_ceil(lights.len());
             let least = LEAST_PLACES / lights.len();
             let places = places_of(scene, light, each, least);
+            round.set_out += set_out(scene, light, &places);
+            round.places += places.len() as u64;
             let look = |(index, place): (usize, &Place)| {
                 let source = &light.source;
                 let mut follower = PathFollower::<3>::new(
@@ -65,12 +68,28 @@ pub(super) fn look_for_rare(
                 })
             };
             let seen: Vec<Vec<Sight>> = places.par_iter().enumerate().map(look).collect();
-            landed += seen.iter().filter(|sights| !sights.is_empty()).count();
+            let lands = |sights: &&Vec<Sight>| sights.iter().any(|sight| sight.on_film);
+            landed += seen.iter().filter(lands).count();
             for sight in seen.iter().flatten() {
                 round.add(sight);
             }
         }
         all.signatures.extend(round.signatures);
+        (all.set_out, all.places) = (round.set_out, all.places + round.places);
     }
-    all
+    (all, landed >= LANDINGS)
+}
+
+/// The flux \[W\] that sets out to the first surfaces that places stand for.
+fn set_out(scene: &Scene, light: &Light, places: &[Place]) -> Rgb {
+    let source = &light.source;
+    let by_strength: f64 = places
+        .iter()
+        .filter_map(|place| {
+            let spot = place.chart.place(scene.world(), place.at)?;
+            let arrival = source.arrive(spot.point.position)?;
+            Some(arrival.emitted(&spot) * place.area)
+        })
+        .sum();
+    source.strength() * by_strength
 }

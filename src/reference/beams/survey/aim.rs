@@ -1,0 +1,474 @@
+//! Light for a sensor that sees little: led there step by step.
+//!
+//! Places that are spread over all first surfaces pass over a sensor that one in a million of them sends light to. But each chain
+//! of events maps light space to last legs, smoothly between borders: so places whose last leg
+//! passes near a point of the sensor are followed towards it, by the best of some places about them, then about that
+//! one, nearer by, and so on, until light lands on the film. On a mesh the places about one are on the faces about its own.
+//!
+//! What is found is found by these steps alone: light by way of something as small as what the sensor sees may still
+//! be passed over.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::f64::consts::FRAC_PI_2;
+
+use glam::{DMat2, DVec2, DVec3};
+use rayon::prelude::*;
+
+use super::places::{Place, places_of};
+use super::{Found, LEAST_PLACES, LEAST_THROUGHPUT, PLACES, Survey};
+use crate::geometry::Ray;
+use crate::numeric::{Stream, StreamKind};
+use crate::reference::beams::pass::Light;
+use crate::scene::Scene;
+use crate::transport::first_surface::{Chart, Place as Spot};
+use crate::transport::prescribed::{End, PathFollower};
+use crate::transport::scatter::ShadingNormals;
+use crate::transport::screen::Screen;
+use crate::transport::signature::Signature;
+
+/// For each signature and each point of the sensor, searches begin at so many places.
+const BEGINNINGS: usize = 6;
+
+/// Places about the best one that are looked at in each step.
+const ABOUT: u64 = 8;
+
+/// Signatures that are searched for, at most: those whose last legs carry most light.
+const MOST_SIGNATURES: usize = 64;
+
+/// How much nearer by those of the next step are. Of eight places in a square one is nearer than this to any point of
+/// it, seen along both sides, with a probability of 1 − (1 − 0.7²)⁸ = 99.5 %.
+const NEARER: f64 = 0.7;
+
+/// Steps at most: 0.7⁶⁴ = 1e-10 of a first surface.
+const STEPS: u64 = 96;
+
+/// Newton's method takes differences over this part of the reach, ...
+const NEWTON_STEP: f64 = 1e-3;
+
+/// ... and may lead this many times as far.
+const NEWTON_REACH: f64 = 64.0;
+
+/// A search that has not halved its angle in so many steps is one for light that does not come to its point.
+const PATIENCE: u64 = 12;
+
+/// Places that tell how much light lands.
+const AREA_PLACES: u64 = 64;
+
+/// Events up to which every branch is followed to places where searches begin.
+const SPLIT_DEPTH: u32 = 6;
+
+/// Of which stream places are.
+const SEED: u64 = 0x4149_4d00;
+
+/// What all searches share.
+struct Aims<'a> {
+    scene: &'a Scene,
+    lights: &'a [Light],
+    screen: &'a Screen<'a>,
+    shading_normals: ShadingNormals,
+    /// Points that the sensor measures.
+    points: Vec<DVec3>,
+    /// Of each light, the faces that it may meet first, and their middles.
+    faces: Vec<Vec<(Chart, DVec3)>>,
+}
+
+/// Where a search begins.
+#[derive(Clone, Copy)]
+struct Beginning {
+    /// Between the last leg and the way to the point \[rad\], about.
+    angle: f64,
+    light: usize,
+    place: Place,
+}
+
+/// A path that was followed with one signature.
+struct Tried {
+    /// The direction of its last leg less that to the point: for small angles, these.
+    miss: DVec3,
+    /// Flux \[W\] by chart area, and the part of what sets out, where it landed on the film.
+    landed: Option<[f64; 2]>,
+}
+
+/// Signatures by which light gets to what the sensor sees, and about how much; `known` ones are not looked for.
+pub(super) fn aim(
+    scene: &Scene,
+    lights: &[Light],
+    screen: &Screen,
+    max_depth: u32,
+    shading_normals: ShadingNormals,
+    known: &Survey,
+) -> Survey {
+    let aims = Aims {
+        scene,
+        lights,
+        screen,
+        shading_normals,
+        points: screen.points(scene),
+        faces: lights.iter().map(|light| faces_of(scene, light)).collect(),
+    };
+    let beginnings: Vec<((Signature, usize), Vec<Beginning>)> =
+        aims.beginnings(max_depth, known).into_iter().collect();
+    let found: Vec<Option<Found>> = beginnings
+        .par_iter()
+        .enumerate()
+        .map(|(index, ((signature, point), beginnings))| {
+            let stream = Stream::new(StreamKind::Random, SEED).split(index as u64);
+            let mut searches = beginnings.iter().enumerate();
+            searches.find_map(|(index, beginning)| {
+                let stream = stream.split(index as u64);
+                aims.search(*signature, aims.points[*point], beginning, &stream)
+            })
+        })
+        .collect();
+    let mut survey = Survey::default();
+    for ((signature, _), found) in beginnings.iter().map(|(key, _)| key).zip(found) {
+        if let Some(found) = found {
+            // Searches for other points may have found the same light.
+            let known = survey.signatures.entry(*signature).or_insert(found);
+            known.flux = known.flux.max(found.flux);
+            known.peak = known.peak.max(found.peak);
+        }
+    }
+    survey
+}
+
+impl Aims<'_> {
+    fn follower(&self, light: usize, signature: Signature) -> PathFollower<'_, 3> {
+        let source = &self.lights[light].source;
+        PathFollower::new(
+            self.scene,
+            source,
+            self.screen,
+            signature,
+            self.shading_normals,
+        )
+    }
+
+    /// By signature and point: the places whose last legs pass nearest to it, nearest first.
+    fn beginnings(
+        &self,
+        max_depth: u32,
+        known: &Survey,
+    ) -> BTreeMap<(Signature, usize), Vec<Beginning>> {
+        let mut nearest: BTreeMap<(Signature, usize), Vec<Beginning>> = BTreeMap::new();
+        let mut light_by: BTreeMap<Signature, f64> = BTreeMap::new();
+        let each = PLACES.div_ceil(self.lights.len().max(1));
+        for (index, light) in self.lights.iter().enumerate() {
+            let stream = Stream::new(StreamKind::Random, SEED ^ 1).split(index as u64);
+            let least = LEAST_PLACES / self.lights.len();
+            let places = places_of(self.scene, light, each, least);
+            let look = |(number, place): (usize, &Place)| {
+                let mut follower = self.follower(index, Signature::DIRECT);
+                let mut legs = Vec::new();
+                follower.follow_some(
+                    &place.chart,
+                    place.at,
+                    [SPLIT_DEPTH, max_depth],
+                    LEAST_THROUGHPUT,
+                    &mut |signature| stream.extra(number as u64, signature.key()),
+                    &mut |signature, leg, path, probability| {
+                        if !known.signatures.contains_key(&signature) {
+                            let set_out = path.emitted * place.area / probability;
+                            legs.push((signature, leg.ray, leg.share.rgb().mean() * set_out));
+                        }
+                    },
+                );
+                legs
+            };
+            let legs: Vec<_> = places.par_iter().enumerate().map(look).collect();
+            for (place, legs) in places.iter().zip(&legs) {
+                for (signature, ray, light) in legs {
+                    *light_by.entry(*signature).or_default() += light;
+                    for (number, point) in self.points.iter().enumerate() {
+                        let angle = miss(ray, *point).length();
+                        let best = nearest.entry((*signature, number)).or_default();
+                        let rank = best.partition_point(|one| one.angle <= angle);
+                        if rank < BEGINNINGS {
+                            best.truncate(BEGINNINGS - 1);
+                            let beginning = Beginning {
+                                angle,
+                                light: index,
+                                place: *place,
+                            };
+                            best.insert(rank, beginning);
+                        }
+                    }
+                }
+            }
+        }
+        let mut signatures: Vec<(Signature, f64)> = light_by.into_iter().collect();
+        signatures.sort_by(|(a, x), (b, y)| y.total_cmp(x).then(a.cmp(b)));
+        let brightest = signatures.iter().take(MOST_SIGNATURES);
+        let brightest: BTreeSet<Signature> = brightest.map(|(signature, _)| *signature).collect();
+        nearest.retain(|(signature, _), _| brightest.contains(signature));
+        nearest
+    }
+
+    /// The light that a search from one place comes to.
+    fn search(
+        &self,
+        signature: Signature,
+        point: DVec3,
+        beginning: &Beginning,
+        stream: &Stream,
+    ) -> Option<Found> {
+        let mut follower = self.follower(beginning.light, signature);
+        let mut about = Surroundings::new(self, beginning);
+        let mut angle = beginning.angle;
+        let mut halved = (angle, 0);
+        for step in 0..STEPS {
+            let mut next = None;
+            let straight = about.newton(&mut follower, point);
+            let some = (0..ABOUT).map(|number| about.place(stream.point4(step * ABOUT + number)));
+            for place in straight.into_iter().chain(some.flatten()) {
+                let Some(tried) = follow(&mut follower, &place, point) else {
+                    continue;
+                };
+                if tried.landed.is_some() {
+                    about.best = place;
+                    return measure(&mut follower, about, point, &stream.split(step));
+                }
+                if tried.miss.length() < angle {
+                    (next, angle) = (Some(place), tried.miss.length());
+                }
+            }
+            about.move_to(next);
+            if angle < 0.5 * halved.0 {
+                halved = (angle, step);
+            }
+            if step - halved.1 > PATIENCE {
+                break;
+            }
+        }
+        None
+    }
+}
+
+/// The places about one.
+struct Surroundings<'a> {
+    scene: &'a Scene,
+    best: Place,
+    /// Half the side of a square of chart coordinates, or on a mesh the radius of a ball.
+    reach: f64,
+    /// Of such a square, where searches begin.
+    widest_side: f64,
+    /// Of a mesh: all faces of the light's.
+    faces: &'a [(Chart, DVec3)],
+    /// Of those, the ones within reach, where they are more than the place's own.
+    near: Vec<Chart>,
+}
+
+impl<'a> Surroundings<'a> {
+    fn new(aims: &'a Aims, beginning: &Beginning) -> Self {
+        let best = beginning.place;
+        let faces: &[_] = match best.chart {
+            Chart::Face { .. } => &aims.faces[beginning.light],
+            _ => &[],
+        };
+        let mut about = Self {
+            scene: aims.scene,
+            best,
+            reach: 0.0,
+            faces,
+            near: Vec::new(),
+            widest_side: 2.0 * best.area.sqrt(),
+        };
+        about.reach = about.widest();
+        about.look_round();
+        about
+    }
+
+    /// As far as searches look at first: so far away are the next ones that were looked at; on a mesh, a good part of it.
+    fn widest(&self) -> f64 {
+        if self.faces.is_empty() {
+            self.widest_side
+        } else {
+            let shape = &self.scene.world().shapes()[self.best.chart.shape() as usize];
+            0.25 * shape.bounds().radius()
+        }
+    }
+
+    /// Goes on about another place, if any: as far as before where that was at the border, for the point may be beyond; else
+    /// nearer by.
+    fn move_to(&mut self, next: Option<Place>) {
+        let world = self.scene.world();
+        let is_far = next.is_some_and(|next| {
+            if self.near.is_empty() {
+                (next.at - self.best.at).abs().max_element() > 0.5 * self.half_side()
+            } else {
+                let [a, b] = [self.best, next].map(|place| place.chart.place(world, place.at));
+                let between = |(a, b): (Spot, Spot)| a.point.position.distance(b.point.position);
+                a.zip(b)
+                    .is_some_and(|pair| between(pair) > 0.5 * self.reach)
+            }
+        });
+        self.best = next.unwrap_or(self.best);
+        self.scale(if is_far { 1.0 } else { NEARER });
+    }
+
+    fn scale(&mut self, factor: f64) {
+        self.reach *= factor;
+        self.look_round();
+    }
+
+    /// Finds the faces within reach.
+    fn look_round(&mut self) {
+        self.near.clear();
+        let world = self.scene.world();
+        if let (false, Some(best)) = (
+            self.faces.is_empty(),
+            self.best.chart.place(world, self.best.at),
+        ) {
+            let is_near = |middle: DVec3| middle.distance(best.point.position) <= self.reach;
+            let near = self.faces.iter().filter(|(_, middle)| is_near(*middle));
+            self.near.extend(near.map(|(chart, _)| *chart));
+        }
+        if self.near.len() < 2 {
+            self.near.clear();
+        }
+    }
+
+    /// Half the side of the square in the coordinates of the best place's chart.
+    fn half_side(&self) -> f64 {
+        if self.faces.is_empty() {
+            return self.reach;
+        }
+        let place = self.best.chart.place(self.scene.world(), self.best.at);
+        (self.reach / place.map_or(1.0, |place| place.area.sqrt())).min(1.0)
+    }
+
+    /// The one that three numbers say; `None` beyond the surface.
+    fn place(&self, [x, y, face, _]: [f64; 4]) -> Option<Place> {
+        let (chart, at) = if self.near.is_empty() {
+            let offset = self.half_side() * (2.0 * DVec2::new(x, y) - 1.0);
+            (self.best.chart, self.best.at + offset)
+        } else {
+            let chart = self.near[(face * self.near.len() as f64) as usize];
+            let at = DVec2::new(x, y);
+            let is_beyond = x + y > 1.0;
+            (chart, if is_beyond { DVec2::ONE - at } else { at })
+        };
+        inside(chart, at)
+    }
+
+    /// Where Newton's method would look next, for the least squares of what the last leg misses by: where light spreads by
+    /// far more one way than the other, it knows the way along the valley. `None` where it leads out of reach.
+    fn newton(&self, follower: &mut PathFollower<3>, point: DVec3) -> Option<Place> {
+        if !self.near.is_empty() {
+            return None;
+        }
+        let step = NEWTON_STEP * self.half_side();
+        let mut miss = |offset: DVec2| {
+            let place = inside(self.best.chart, self.best.at + offset)?;
+            Some(follow(follower, &place, point)?.miss)
+        };
+        let here = miss(DVec2::ZERO)?;
+        let x = (miss(DVec2::new(step, 0.0))? - here) / step;
+        let y = (miss(DVec2::new(0.0, step))? - here) / step;
+        let squares = DMat2::from_cols_array(&[x.dot(x), x.dot(y), x.dot(y), y.dot(y)]);
+        let offset = -(squares.inverse() * DVec2::new(x.dot(here), y.dot(here)));
+        // False for NaN.
+        (offset.abs().max_element() <= NEWTON_REACH * self.reach)
+            .then(|| inside(self.best.chart, self.best.at + offset))
+            .flatten()
+    }
+
+    /// The chart area that all places together have, with those beyond the surface.
+    fn area(&self) -> f64 {
+        if self.near.is_empty() {
+            let side = 2.0 * self.half_side();
+            side * side
+        } else {
+            0.5 * self.near.len() as f64
+        }
+    }
+}
+
+/// The place at coordinates of a chart; `None` beyond its surface.
+fn inside(chart: Chart, at: DVec2) -> Option<Place> {
+    let is_inside = match chart {
+        // Round and round.
+        Chart::Cap { .. } => (0.0..=FRAC_PI_2).contains(&at.x),
+        Chart::Parameters { .. } => at.cmpge(DVec2::ZERO).all() && at.cmple(DVec2::ONE).all(),
+        Chart::Face { .. } => at.cmpge(DVec2::ZERO).all() && at.x + at.y <= 1.0,
+    };
+    is_inside.then_some(Place {
+        chart,
+        at,
+        area: 0.0,
+    })
+}
+
+/// The path from a place with all its events; `None` where it ended before the last leg.
+fn follow(follower: &mut PathFollower<3>, place: &Place, point: DVec3) -> Option<Tried> {
+    let (mut legs, mut last) = (0, None);
+    let path = follower.follow_legs(&place.chart, place.at, false, |ray, _| {
+        legs += 1;
+        last = Some(*ray);
+    });
+    let ray = last.filter(|_| legs == follower.events() + 1)?;
+    let on_film = match path.end {
+        End::Landed(at) => follower.screen().is_on_film(at),
+        _ => false,
+    };
+    let throughput = path.throughput.rgb().mean();
+    let strength = follower.source().strength().mean();
+    Some(Tried {
+        miss: miss(&ray, point),
+        landed: on_film.then_some([throughput * path.emitted, throughput / strength]),
+    })
+}
+
+/// About how much light lands on the film from about a place that sends some there.
+fn measure(
+    follower: &mut PathFollower<3>,
+    mut about: Surroundings,
+    point: DVec3,
+    stream: &Stream,
+) -> Option<Found> {
+    let (widest, mut has_shrunk) = (about.widest(), false);
+    for step in 0..STEPS {
+        let stream = stream.split(step);
+        let landed: Vec<[f64; 2]> = (0..AREA_PLACES)
+            .filter_map(|number| about.place(stream.point4(number)))
+            .filter_map(|place| follow(follower, &place, point)?.landed)
+            .collect();
+        let count = landed.len() as u64;
+        if count * 16 < AREA_PLACES {
+            // Too few to tell how many.
+            about.scale(NEARER);
+            has_shrunk = true;
+        } else if count * 4 > AREA_PLACES && !has_shrunk && about.reach < widest {
+            // Most send some: there is more beyond.
+            about.scale(1.0 / NEARER);
+        } else {
+            let sum: f64 = landed.iter().map(|[flux, _]| flux).sum();
+            let peak = landed.iter().map(|[_, delivered]| *delivered);
+            let flux = sum * about.area() / AREA_PLACES as f64;
+            return Some(Found {
+                flux,
+                peak: peak.fold(0.0, f64::max),
+                on_film: flux,
+            });
+        }
+    }
+    None
+}
+
+/// By how much a ray misses a point: its direction less that to the point, of the length of the angle where that is small.
+fn miss(ray: &Ray, point: DVec3) -> DVec3 {
+    ray.direction - (point - ray.origin).normalize_or_zero()
+}
+
+fn faces_of(scene: &Scene, light: &Light) -> Vec<(Chart, DVec3)> {
+    let is_face = |chart: &Chart| matches!(chart, Chart::Face { .. });
+    let roots = light.roots(scene);
+    let faces = roots.iter().filter(|root| is_face(&root.chart));
+    faces
+        .filter_map(|root| {
+            let middle = DVec2::splat(1.0 / 3.0);
+            let place = root.chart.place(scene.world(), middle)?;
+            Some((root.chart, place.point.position))
+        })
+        .collect()
+}
