@@ -14,9 +14,10 @@ use std::f64::consts::FRAC_PI_2;
 use glam::{DMat2, DVec2, DVec3};
 use rayon::prelude::*;
 
+use super::faces::{Faces, MIDDLE};
 use super::places::{Place, places_of};
 use super::{Found, LEAST_PLACES, LEAST_THROUGHPUT, PLACES, Survey};
-use crate::geometry::Ray;
+use crate::geometry::{Ray, World};
 use crate::numeric::{Stream, StreamKind};
 use crate::reference::beams::pass::Light;
 use crate::scene::Scene;
@@ -68,8 +69,8 @@ struct Aims<'a> {
     shading_normals: ShadingNormals,
     /// Points that the sensor measures.
     points: Vec<DVec3>,
-    /// Of each light, the faces that it may meet first, and their middles.
-    faces: Vec<Vec<(Chart, DVec3)>>,
+    /// Of each light.
+    faces: Vec<Faces>,
 }
 
 /// Where a search begins.
@@ -104,7 +105,10 @@ pub(super) fn aim(
         screen,
         shading_normals,
         points: screen.points(scene),
-        faces: lights.iter().map(|light| faces_of(scene, light)).collect(),
+        faces: lights
+            .iter()
+            .map(|light| Faces::new(scene, light))
+            .collect(),
     };
     let beginnings: Vec<((Signature, usize), Vec<Beginning>)> =
         aims.beginnings(max_depth, known).into_iter().collect();
@@ -244,62 +248,71 @@ impl Aims<'_> {
     }
 }
 
-/// The places about one.
+/// The places about one: a square of its chart's coordinates; on a mesh, where more than its face is near, those of the faces.
 struct Surroundings<'a> {
-    scene: &'a Scene,
+    world: &'a World,
     best: Place,
-    /// Half the side of a square of chart coordinates, or on a mesh the radius of a ball.
+    /// Half the square's side, in chart coordinates, or on a mesh in space.
     reach: f64,
-    /// Of such a square, where searches begin.
-    widest_side: f64,
-    /// Of a mesh: all faces of the light's.
-    faces: &'a [(Chart, DVec3)],
-    /// Of those, the ones within reach, where they are more than the place's own.
-    near: Vec<Chart>,
+    /// ... where searches begin.
+    widest: f64,
+    /// Of the light.
+    faces: &'a Faces,
 }
 
 impl<'a> Surroundings<'a> {
     fn new(aims: &'a Aims, beginning: &Beginning) -> Self {
-        let best = beginning.place;
-        let faces: &[_] = match best.chart {
-            Chart::Face { .. } => &aims.faces[beginning.light],
-            _ => &[],
+        let (world, best) = (aims.scene.world(), beginning.place);
+        let widest = if matches!(best.chart, Chart::Face { .. }) {
+            // A good part of the mesh.
+            0.25 * world.shapes()[best.chart.shape() as usize]
+                .bounds()
+                .radius()
+        } else {
+            // So far away are the next places that were looked at.
+            2.0 * best.area.sqrt()
         };
-        let mut about = Self {
-            scene: aims.scene,
+        Self {
+            world,
             best,
-            reach: 0.0,
-            faces,
-            near: Vec::new(),
-            widest_side: 2.0 * best.area.sqrt(),
-        };
-        about.reach = about.widest();
-        about.look_round();
-        about
+            reach: widest,
+            widest,
+            faces: &aims.faces[beginning.light],
+        }
     }
 
-    /// As far as searches look at first: so far away are the next ones that were looked at; on a mesh, a good part of it.
-    fn widest(&self) -> f64 {
-        if self.faces.is_empty() {
-            self.widest_side
-        } else {
-            let shape = &self.scene.world().shapes()[self.best.chart.shape() as usize];
-            0.25 * shape.bounds().radius()
-        }
+    fn spot(&self, place: &Place) -> Option<Spot> {
+        place.chart.place(self.world, place.at)
+    }
+
+    /// The length of a unit of the best place's chart, on a mesh; 1 elsewhere, where reach is in coordinates.
+    fn unit(&self) -> f64 {
+        let is_face = matches!(self.best.chart, Chart::Face { .. });
+        let spot = is_face.then(|| self.spot(&self.best)).flatten();
+        spot.map_or(1.0, |spot| spot.area.sqrt())
+    }
+
+    /// Whether places are on more than one face.
+    fn has_more_faces(&self) -> bool {
+        matches!(self.best.chart, Chart::Face { .. }) && self.reach > self.unit()
+    }
+
+    /// Half the side of the square in the coordinates of the best place's chart.
+    fn half_side(&self) -> f64 {
+        self.reach / self.unit()
     }
 
     /// Goes on about another place, if any: as far as before where that was at the border, for the point may be beyond; else
     /// nearer by.
     fn move_to(&mut self, next: Option<Place>) {
-        let world = self.scene.world();
         let is_far = next.is_some_and(|next| {
-            if self.near.is_empty() {
+            if next.chart.face() == self.best.chart.face() {
                 (next.at - self.best.at).abs().max_element() > 0.5 * self.half_side()
             } else {
-                let [a, b] = [self.best, next].map(|place| place.chart.place(world, place.at));
-                let between = |(a, b): (Spot, Spot)| a.point.position.distance(b.point.position);
-                a.zip(b)
-                    .is_some_and(|pair| between(pair) > 0.5 * self.reach)
+                let both = self.spot(&self.best).zip(self.spot(&next));
+                both.is_some_and(|(from, to)| {
+                    from.point.position.distance(to.point.position) > 0.5 * self.reach
+                })
             }
         });
         self.best = next.unwrap_or(self.best);
@@ -308,53 +321,28 @@ impl<'a> Surroundings<'a> {
 
     fn scale(&mut self, factor: f64) {
         self.reach *= factor;
-        self.look_round();
-    }
-
-    /// Finds the faces within reach.
-    fn look_round(&mut self) {
-        self.near.clear();
-        let world = self.scene.world();
-        if let (false, Some(best)) = (
-            self.faces.is_empty(),
-            self.best.chart.place(world, self.best.at),
-        ) {
-            let is_near = |middle: DVec3| middle.distance(best.point.position) <= self.reach;
-            let near = self.faces.iter().filter(|(_, middle)| is_near(*middle));
-            self.near.extend(near.map(|(chart, _)| *chart));
-        }
-        if self.near.len() < 2 {
-            self.near.clear();
-        }
-    }
-
-    /// Half the side of the square in the coordinates of the best place's chart.
-    fn half_side(&self) -> f64 {
-        if self.faces.is_empty() {
-            return self.reach;
-        }
-        let place = self.best.chart.place(self.scene.world(), self.best.at);
-        (self.reach / place.map_or(1.0, |place| place.area.sqrt())).min(1.0)
     }
 
     /// The one that three numbers say; `None` beyond the surface.
-    fn place(&self, [x, y, face, _]: [f64; 4]) -> Option<Place> {
-        let (chart, at) = if self.near.is_empty() {
-            let offset = self.half_side() * (2.0 * DVec2::new(x, y) - 1.0);
-            (self.best.chart, self.best.at + offset)
-        } else {
-            let chart = self.near[(face * self.near.len() as f64) as usize];
-            let at = DVec2::new(x, y);
-            let is_beyond = x + y > 1.0;
-            (chart, if is_beyond { DVec2::ONE - at } else { at })
-        };
-        inside(chart, at)
+    fn place(&self, [x, y, z, _]: [f64; 4]) -> Option<Place> {
+        if self.has_more_faces() {
+            let offset = self.reach * (2.0 * DVec3::new(x, y, z) - 1.0);
+            let about = self.spot(&self.best)?.point.position + offset;
+            return inside(self.faces.nearest(about)?, MIDDLE);
+        }
+        let offset = self.half_side() * (2.0 * DVec2::new(x, y) - 1.0);
+        inside(self.best.chart, self.best.at + offset)
+    }
+
+    /// The chart area that all places together have, with those beyond the surface; about, where they are on faces more or less alike.
+    fn area(&self) -> f64 {
+        (2.0 * self.half_side()).powi(2)
     }
 
     /// Where Newton's method would look next, for the least squares of what the last leg misses by: where light spreads by
     /// far more one way than the other, it knows the way along the valley. `None` where it leads out of reach.
     fn newton(&self, follower: &mut PathFollower<3>, point: DVec3) -> Option<Place> {
-        if !self.near.is_empty() {
+        if self.has_more_faces() {
             return None;
         }
         let step = NEWTON_STEP * self.half_side();
@@ -368,19 +356,9 @@ impl<'a> Surroundings<'a> {
         let squares = DMat2::from_cols_array(&[x.dot(x), x.dot(y), x.dot(y), y.dot(y)]);
         let offset = -(squares.inverse() * DVec2::new(x.dot(here), y.dot(here)));
         // False for NaN.
-        (offset.abs().max_element() <= NEWTON_REACH * self.reach)
+        (offset.abs().max_element() <= NEWTON_REACH * self.half_side())
             .then(|| inside(self.best.chart, self.best.at + offset))
             .flatten()
-    }
-
-    /// The chart area that all places together have, with those beyond the surface.
-    fn area(&self) -> f64 {
-        if self.near.is_empty() {
-            let side = 2.0 * self.half_side();
-            side * side
-        } else {
-            0.5 * self.near.len() as f64
-        }
     }
 }
 
@@ -426,7 +404,7 @@ fn measure(
     point: DVec3,
     stream: &Stream,
 ) -> Option<Found> {
-    let (widest, mut has_shrunk) = (about.widest(), false);
+    let mut has_shrunk = false;
     for step in 0..STEPS {
         let stream = stream.split(step);
         let landed: Vec<[f64; 2]> = (0..AREA_PLACES)
@@ -438,7 +416,7 @@ fn measure(
             // Too few to tell how many.
             about.scale(NEARER);
             has_shrunk = true;
-        } else if count * 4 > AREA_PLACES && !has_shrunk && about.reach < widest {
+        } else if count * 4 > AREA_PLACES && !has_shrunk && about.reach < about.widest {
             // Most send some: there is more beyond.
             about.scale(1.0 / NEARER);
         } else {
@@ -458,17 +436,4 @@ fn measure(
 /// By how much a ray misses a point: its direction less that to the point, of the length of the angle where that is small.
 fn miss(ray: &Ray, point: DVec3) -> DVec3 {
     ray.direction - (point - ray.origin).normalize_or_zero()
-}
-
-fn faces_of(scene: &Scene, light: &Light) -> Vec<(Chart, DVec3)> {
-    let is_face = |chart: &Chart| matches!(chart, Chart::Face { .. });
-    let roots = light.roots(scene);
-    let faces = roots.iter().filter(|root| is_face(&root.chart));
-    faces
-        .filter_map(|root| {
-            let middle = DVec2::splat(1.0 / 3.0);
-            let place = root.chart.place(scene.world(), middle)?;
-            Some((root.chart, place.point.position))
-        })
-        .collect()
 }

@@ -1,6 +1,7 @@
 //! Which path signatures bring light to the sensor.
 
 mod aim;
+mod faces;
 mod places;
 mod rare;
 
