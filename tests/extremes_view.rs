@@ -63,13 +63,14 @@ fn beams(scene: &Scene, id: &str, relative_error: f64) -> Estimate {
 }
 
 /// Every texel of every layer is within its bounds, by the closed forms of the ball's sheets over what `texel` says, times
-/// `scale`; `LTTD` is among them. Returns the largest error of `LTTD`, relative.
+/// `scale`; `LTTD` is among them. Returns the largest error of `LTTD` and the
+/// largest half width of its bounds, relative.
 fn assert_known(
     name: &str,
     estimate: &Estimate,
     scale: f64,
     texel: impl Fn(usize) -> Texel,
-) -> f64 {
+) -> [f64; 2] {
     let mut through = None;
     for layer in &estimate.layers {
         let LayerName::Path(signature) = layer.name else {
@@ -84,7 +85,7 @@ fn assert_known(
         };
         let sheet = GlassBall::SHIPPED.sheet(Path::Through(reflections.len() as u32));
         let bounds = layer.interval.as_ref().unwrap();
-        let mut worst = 0.0_f64;
+        let (mut worst, mut width) = (0.0_f64, 0.0_f64);
         for index in 0..SIDE * SIDE {
             let texel = texel(index);
             let truth = scale * sheet.texel_irradiance(&texel);
@@ -96,11 +97,12 @@ fn assert_known(
                 low - rounding <= truth && truth <= high + rounding,
                 "{name}, {signature}, texel {index}: {truth} is not in {low} .. {high}"
             );
+            width = width.max(0.5 * (high - low) / truth);
             worst = worst.max((layer.irradiance[index].0[0] - truth).abs() / truth);
         }
-        println!("{name}, {signature}: off by {worst:.1e}");
+        println!("{name}, {signature}: off by {worst:.1e}, bounds {width:.1e}");
         if reflections.is_empty() {
-            through = Some(worst);
+            through = Some([worst, width]);
         }
     }
     through.expect("LTTD is found")
@@ -133,8 +135,9 @@ fn a_camera_ever_nearer_to_a_floor_sees_what_falls_there() {
         let estimate = beams(&scene, "near", 0.01);
         let name = format!("{height:e} m");
         // The floor's reflectance is 0.8.
-        let off = assert_known(&name, &estimate, 0.8 * FRAC_1_PI, pixel);
-        assert!(off < 0.01, "{off}");
+        let [off, width] = assert_known(&name, &estimate, 0.8 * FRAC_1_PI, pixel);
+        // Bounds are some ten times as wide as the error, where there are few cells.
+        assert!(off < 0.01 && width < 0.2, "{off} {width}");
     }
 }
 
@@ -160,7 +163,7 @@ fn a_crop_of_an_ever_finer_film_has_the_light_of_its_place() {
         };
         let estimate = beams(&scene, "floor", 0.01);
         let name = format!("{width} texels");
-        let off = assert_known(&name, &estimate, 1.0, texel);
+        let [off, _] = assert_known(&name, &estimate, 1.0, texel);
         assert!(off < 0.02, "{off}");
     }
 }

@@ -4,6 +4,7 @@ use glam::DVec2;
 
 use super::Quantity;
 use crate::geometry::TraversalCounters;
+use crate::radiometry::Rgb;
 use crate::scene::{Color, Material, Scene, Sensor, SensorKind, is_achromatic};
 use crate::transport::camera::{Camera, CameraError};
 use crate::transport::receiver::{Receiver, ReceiverError};
@@ -129,6 +130,38 @@ impl Target {
     }
 }
 
+impl Target {
+    /// What a texel gains from flux that falls where its middle is: 1 / area \[1/m²\], or a pixel's radiance by flux
+    /// \[1/(m² sr)\]; that of a typical pixel where a camera sees nothing in the middle, and nothing for a texel without a surface.
+    pub fn gain(&self, scene: &Scene, texel: usize) -> Rgb {
+        let typical = match self.measure(texel) {
+            0.0 => Rgb::BLACK,
+            measure => Rgb::grey(1.0 / measure),
+        };
+        let Self::Camera { camera, .. } = self else {
+            return typical;
+        };
+        let width = self.size()[0];
+        let corner = DVec2::new((texel % width) as f64, (texel / width) as f64);
+        let mut counters = TraversalCounters::default();
+        radiance_per_flux(scene, camera, corner + 0.5, &mut counters).unwrap_or(typical)
+    }
+}
+
+/// Of the pixel at film coordinates, for light that falls where its view ends; as if it came from the camera.
+fn radiance_per_flux(
+    scene: &Scene,
+    camera: &Camera,
+    at: DVec2,
+    counters: &mut TraversalCounters,
+) -> Option<Rgb> {
+    let view = camera.pixel_ray(at);
+    let hit = scene.world().closest_hit(&view.ray, view.reach, counters)?;
+    let point = scene.world().surface_point(&view.ray, &hit);
+    let seen = camera.connect(scene, hit.shape, &point, view.ray.direction, counters)?;
+    Some(seen.radiance_per_flux)
+}
+
 /// The camera is asked this many times along each side of its film.
 const PLACES: u32 = 32;
 
@@ -141,15 +174,9 @@ fn typical_etendue(scene: &Scene, camera: &Camera) -> f64 {
     let mut seen: Vec<f64> = (0..PLACES * PLACES)
         .filter_map(|index| {
             let place = DVec2::new(f64::from(index % PLACES), f64::from(index / PLACES));
-            let view = camera.pixel_ray((place + 0.5) / f64::from(PLACES) * film);
-            let hit = scene
-                .world()
-                .closest_hit(&view.ray, view.reach, &mut counters)?;
-            let point = scene.world().surface_point(&view.ray, &hit);
-            // As if light came from the camera.
-            let direction = view.ray.direction;
-            let seen = camera.connect(scene, hit.shape, &point, direction, &mut counters)?;
-            let etendue = 1.0 / seen.radiance_per_flux.mean();
+            let at = (place + 0.5) / f64::from(PLACES) * film;
+            let gain = radiance_per_flux(scene, camera, at, &mut counters)?;
+            let etendue = 1.0 / gain.mean();
             etendue.is_normal().then_some(etendue)
         })
         .collect();

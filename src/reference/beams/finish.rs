@@ -14,6 +14,7 @@ use crate::geometry::TraversalCounters;
 use crate::numeric::distributions::critical_value;
 use crate::radiometry::Rgb;
 use crate::reference::{Estimate, Layer, LayerName, Quantity, Target};
+use crate::scene::Scene;
 use crate::transport::direct::{AREA_REPLICATES, Direct};
 use crate::transport::ledger::{Ledger, Row};
 use crate::transport::signature::Signature;
@@ -28,6 +29,7 @@ pub(super) fn standard_errors(replicates: u32) -> f64 {
 
 /// What a run came to.
 pub(super) struct Outcome<'a> {
+    pub scene: &'a Scene,
     pub target: &'a Target,
     /// The last pass, if any was finished.
     pub pass: Option<Pass>,
@@ -79,9 +81,7 @@ impl Outcome<'_> {
         }
         if let (Some(unseen), Some(interval)) = (self.unseen, &mut total.interval) {
             for (texel, high) in interval.high.iter_mut().enumerate() {
-                if self.target.measure(texel) > 0.0 {
-                    *high += unseen * (1.0 / self.target.measure(texel));
-                }
+                *high += unseen * self.target.gain(self.scene, texel);
             }
         }
         let incomplete = self.incomplete || total.is_unknown();

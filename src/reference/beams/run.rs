@@ -30,6 +30,9 @@ const LEAST_SHARE: f64 = 1e-3;
 /// smooth for its own bounds to be made from.
 const MOST_OF_SIGNATURE: f64 = 1.0 / 64.0;
 
+/// So many passes may light nothing, each finer than the one before, until nothing is known.
+const MOST_UNLIT: u32 = 3;
+
 /// Films have room for this part of what lands beside them, too: a survey's word on how little is on them is no better.
 const LEAST_OF_LANDED: f64 = 1e-3;
 
@@ -157,8 +160,7 @@ impl<'a> Setup<'a> {
         self.signatures.is_empty()
     }
 
-    /// Where the survey found no light, the flux \[W\] that it may have missed, with the risk that bounds take: a hundredth of a
-    /// percent of what sets out, and none where none does.
+    /// Where the survey found no light, the flux \[W\] that it may have missed, with the risk that bounds take a shape.
     pub fn unseen(&self) -> Option<Rgb> {
         self.is_dark().then_some(self.unseen)
     }
@@ -216,6 +218,7 @@ impl<'a> Setup<'a> {
         let limited = budget.time.is_some() || budget.rays.is_some();
         let mut best: Option<Pass> = None;
         let (mut said_before, mut calibration) = (0.0, None);
+        let mut unlit = 0;
         let mut fineness = Fineness::first(target, limited);
         while !followed.is_empty() {
             let (began, rays_before) = (Instant::now(), limit.rays());
@@ -248,7 +251,11 @@ impl<'a> Setup<'a> {
                     let hope = calibration.map_or(UNCALIBRATED, |_| 1.0);
                     fineness.next(errors, hope, target, !self.lamps.is_empty())
                 }
-                None => fineness.finer(!self.lamps.is_empty()).filter(|_| is_lit),
+                None if is_lit && unlit < MOST_UNLIT => {
+                    unlit += 1;
+                    fineness.finer(!self.lamps.is_empty())
+                }
+                None => None,
             };
             let next = next.and_then(|next| fineness.towards(next, affordable));
             let Some(next) = next else { break };
@@ -265,6 +272,7 @@ impl<'a> Setup<'a> {
         let incomplete = stopped || unmet && !limited || best.is_none() && !self.is_dark();
         self.describe(best.as_ref(), &mut report);
         let outcome = finish::Outcome {
+            scene: self.scene,
             target: &self.target,
             pass: best,
             unseen: self.unseen(),

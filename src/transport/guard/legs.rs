@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::trail::{Ending, Straight, Trail};
-use crate::geometry::{Bounds, Hit, Hull, Ray};
+use crate::geometry::{Bounds, Hit, Hull, Ray, range};
 use crate::scene::Scene;
 use crate::transport::first_surface::Chart;
 use crate::transport::prescribed::{End, PathFollower};
@@ -39,10 +39,6 @@ pub(super) struct Leg {
     /// Of a last leg without light for a camera: what that knows of it.
     pub(super) sight: Sight,
 }
-
-/// Of six rays' ways out of a box the longest may be shorter than that of one between them: by less than this, or they are so
-/// far apart that their ends bulge.
-const BETWEEN_SIX: f64 = 1.25;
 
 /// What a camera knows of a leg.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -187,9 +183,11 @@ fn sight<const N: usize>(
     let (scene, screen) = (follower.scene(), follower.screen());
     // What passes by the thing that the six met goes on, but there is nothing to be seen outside of the box round everything.
     let along: [DVec3; 6] = std::array::from_fn(|i| (end[i] - start[i]).normalize_or_zero());
-    let inside = (0..6).map(|i| way_through(scene.world().bounds(), start[i], along[i]));
-    let longest = BETWEEN_SIX * inside.fold(0.0, f64::max);
-    let beyond = std::array::from_fn(|i| start[i] + along[i] * longest);
+    let way = way_through(scene.world().bounds(), start, &along);
+    let beyond = std::array::from_fn(|i| {
+        let way = way.unwrap_or_else(|| way_out(scene, start[i]));
+        start[i] + along[i] * way
+    });
     if screen.sees_nothing_of(&Hull::new(start, &beyond)) {
         return Sight::OutOfView;
     }
@@ -294,18 +292,20 @@ fn surface(ray: &Ray, hit: &Hit) -> Stop {
     }
 }
 
-/// How far a ray from `origin`, in a box or beyond it, goes until it is out of it.
-fn way_through(bounds: Bounds, origin: DVec3, along: DVec3) -> f64 {
-    let corner = DVec3::select(along.cmplt(DVec3::ZERO), bounds.min, bounds.max);
-    let ways = (corner - origin) / along;
-    let way = |axis: usize| {
-        if along[axis] == 0.0 {
-            f64::INFINITY
-        } else {
-            ways[axis]
-        }
-    };
-    way(0).min(way(1)).min(way(2)).max(0.0)
+/// So far on, all rays of a bundle are out of a box, as six of them show; `None` where some may run along each of its sides.
+///
+/// Towards a side with the normal n at n · p = c, a ray from p along d is out after (c − n · p) / (n · d): no ray
+/// of the bundle goes on for longer than the largest numerator over the smallest denominator.
+fn way_through(bounds: Bounds, start: &[DVec3; 6], along: &[DVec3; 6]) -> Option<f64> {
+    let sides = [(DVec3::X, 0), (DVec3::Y, 1), (DVec3::Z, 2)];
+    let ways = sides.iter().flat_map(|&(axis, index)| {
+        [(axis, bounds.max[index]), (-axis, -bounds.min[index])].map(|(normal, at)| {
+            let [slowest, _] = range(&along.map(|along| normal.dot(along)));
+            let [_, farthest] = range(&start.map(|start| at - normal.dot(start)));
+            (slowest > 0.0).then(|| (farthest / slowest).max(0.0))
+        })
+    });
+    ways.flatten().reduce(f64::min)
 }
 
 /// A place on the way from `start` through `end` that is out of the scene.

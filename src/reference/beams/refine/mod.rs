@@ -30,6 +30,9 @@ const MAX_LEVEL: u32 = 32;
 /// much. At an error of 0.1 % this asks for some thousands of cells at least.
 const MOST_TOLERANCES: f64 = 4096.0;
 
+/// Cells that bring much light beside the film are divided so often before its nodes are believed that all of it is far off.
+const LEAST_LEVEL_OFF: u32 = 2;
+
 /// A border may have a corner inside a cell, that neither fineness shows: this part of a cut cell
 /// always counts as slack.
 const CORNER: f64 = 1.0 / 64.0;
@@ -225,7 +228,7 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
             || may_get_through
             || look.any_landed
                 && flux > self.tolerance * MOST_TOLERANCES
-                && !look.is_far_off(self.film.size())
+                && !(cell.level >= LEAST_LEVEL_OFF && look.is_far_off(self.film.size()))
         {
             return false;
         }

@@ -1,33 +1,36 @@
-//! The faces of meshes that a light may meet first, by where they are.
+//! The faces of meshes, by where they are.
 
 use glam::{DVec2, DVec3};
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
 
-use crate::reference::beams::pass::Light;
+use crate::geometry::Shape;
 use crate::scene::Scene;
 use crate::transport::first_surface::Chart;
 
 /// Barycentric coordinates of a face's middle.
 pub(super) const MIDDLE: DVec2 = DVec2::splat(1.0 / 3.0);
 
-/// Faces, found by their middles.
+/// Faces of all shapes that mirror or refract, found by their middles.
 pub(super) struct Faces {
-    charts: Vec<Chart>,
+    /// Shape and face.
+    faces: Vec<(u32, u32)>,
     /// `None` of no face at all, or of so many in one place that there is no tree of them.
     tree: Option<ImmutableKdTree<f64, 3>>,
 }
 
 impl Faces {
-    /// Those of a light.
-    pub fn new(scene: &Scene, light: &Light) -> Self {
-        let roots = light.roots(scene);
-        let mut charts = Vec::new();
-        let mut middles = Vec::new();
-        for root in roots.iter() {
-            let is_face = matches!(root.chart, Chart::Face { .. });
-            if let (true, Some(place)) = (is_face, root.chart.place(scene.world(), MIDDLE)) {
-                charts.push(root.chart);
-                middles.push(place.point.position.to_array());
+    /// Those of a scene.
+    pub fn new(scene: &Scene) -> Self {
+        let (mut faces, mut middles) = (Vec::new(), Vec::new());
+        for (index, shape) in scene.world().shapes().iter().enumerate() {
+            let index = index as u32;
+            let is_specular = scene.material_of(index).is_specular(scene.materials());
+            if let (true, Shape::Mesh(mesh)) = (is_specular, shape) {
+                for face in 0..mesh.triangle_count() as u32 {
+                    let [a, b, c] = mesh.corners(face);
+                    faces.push((index, face));
+                    middles.push(((a + b + c) / 3.0).to_array());
+                }
             }
         }
         let tree = if middles.is_empty() {
@@ -35,7 +38,7 @@ impl Faces {
         } else {
             ImmutableKdTree::new_from_slice(&middles).ok()
         };
-        Self { charts, tree }
+        Self { faces, tree }
     }
 
     /// The face whose middle is nearest to a place.
@@ -46,6 +49,7 @@ impl Faces {
             .query(&place.to_array())
             .nearest_one::<SquaredEuclidean<f64>>()
             .execute();
-        self.charts.get(nearest.item as usize).copied()
+        let &(shape, face) = self.faces.get(nearest.item as usize)?;
+        Some(Chart::Face { shape, face })
     }
 }

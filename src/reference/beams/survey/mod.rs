@@ -53,9 +53,16 @@ pub struct Survey {
     pub signatures: BTreeMap<Signature, Found>,
     /// About the flux that lands on the film and beside it \[W\].
     pub landed: f64,
-    /// About the flux that sets out to first surfaces \[W\].
+    /// How closely single paths were followed from each light to each shape, by their indices.
+    pub looked: BTreeMap<(usize, u32), Looked>,
+}
+
+/// How closely a shape was looked at.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Looked {
+    /// About the flux that sets out to it \[W\].
     pub set_out: Rgb,
-    /// How many places single paths were followed from.
+    /// How many places on it.
     pub places: u64,
 }
 
@@ -89,7 +96,7 @@ pub fn survey(
         }
     }
     let (rare, is_enough) = look_for_rare(scene, lights, screen, max_depth, shading_normals);
-    (all.set_out, all.places) = (rare.set_out, rare.places);
+    all.looked.clone_from(&rare.looked);
     all.landed = rare.signatures.values().map(|found| found.flux).sum();
     if !is_enough && rare.is_mostly_beside() {
         // Only what falls on the film counts. Single paths tell how much that is: places between others stand for less
@@ -114,19 +121,22 @@ pub fn survey(
 }
 
 impl Survey {
-    /// The flux \[W\] that the survey may have missed with a probability of `risk` where it saw none.
+    /// The flux \[W\] that the survey may have missed with a probability of `risk` a shape, where it saw none.
     ///
-    /// Half of its places are spread by light: a part p of what sets out is missed by n of them with a probability of
+    /// Half of a shape's places are spread by light: a part p of what sets out to it is missed by n of them with a probability of
     /// (1 − p/2)ⁿ at most, as far as a first surface's corners say how much light falls on it.
     pub fn unseen(&self, risk: f64) -> Rgb {
-        let part = 2.0 * (1.0 - risk.powf(1.0 / self.places.max(1) as f64));
-        self.set_out * part.min(1.0)
+        let missed = self.looked.values().map(|one| {
+            let part = 2.0 * (1.0 - risk.powf(1.0 / one.places.max(1) as f64));
+            one.set_out * part.min(1.0)
+        });
+        missed.sum()
     }
 
     /// Whether nearly all light falls beside the film.
     fn is_mostly_beside(&self) -> bool {
         let sum = |of: fn(&Found) -> f64| self.signatures.values().map(of).sum::<f64>();
-        sum(|found| found.on_film) < MOSTLY_BESIDE * sum(|found| found.flux)
+        sum(|found| found.on_film) <= MOSTLY_BESIDE * sum(|found| found.flux)
     }
 
     /// Takes over what was not known yet.

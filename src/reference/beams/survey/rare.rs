@@ -51,8 +51,13 @@ pub(super) fn look_for_rare(
             let each = count.div_ceil(lights.len());
             let least = LEAST_PLACES / lights.len();
             let places = places_of(scene, light, each, least);
-            round.set_out += set_out(scene, light, &places);
-            round.places += places.len() as u64;
+            let shapes = places.chunk_by(|a, b| a.chart.shape() == b.chart.shape());
+            for places in shapes {
+                let shape = (index, places[0].chart.shape());
+                let known = all.looked.entry(shape).or_default();
+                known.set_out = set_out(scene, light, places);
+                known.places += places.len() as u64;
+            }
             let look = |(index, place): (usize, &Place)| {
                 let source = &light.source;
                 let mut follower = PathFollower::<3>::new(
@@ -74,8 +79,16 @@ pub(super) fn look_for_rare(
                 round.add(sight);
             }
         }
-        all.signatures.extend(round.signatures);
-        (all.set_out, all.places) = (round.set_out, all.places + round.places);
+        for (signature, mut found) in round.signatures {
+            // A later round may have seen it fall beside the film only.
+            if let Some(before) = all.signatures.get(&signature) {
+                found.peak = found.peak.max(before.peak);
+                if found.on_film == 0.0 {
+                    found.on_film = before.on_film;
+                }
+            }
+            all.signatures.insert(signature, found);
+        }
     }
     (all, landed >= LANDINGS)
 }
