@@ -31,7 +31,7 @@ const PRIVATE_CRATES: &[(&str, &str)] = &[
     ("image", "film"),
     ("roxmltree", "mitsuba"),
     ("half", "approximation"),
-    ("kiddo", "reference/photon_map"),
+    ("kiddo", "reference"),
     ("tobj", "mitsuba"),
     ("toml", "study/file"),
     ("base64", "study/report"),

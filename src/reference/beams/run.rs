@@ -173,7 +173,9 @@ impl<'a> Setup<'a> {
     /// Follows one signature only: for tests and measurements of it.
     pub fn only(&mut self, signature: Signature) {
         self.signatures.retain(|(one, _)| *one == signature);
-        self.flux = self.signatures.iter().map(|(_, found)| found.flux).sum();
+        let flux: f64 = self.signatures.iter().map(|(_, found)| found.flux).sum();
+        self.landed *= flux / self.flux.max(f64::MIN_POSITIVE);
+        self.flux = flux;
     }
 
     /// Spends the budget and delivers the estimate.
