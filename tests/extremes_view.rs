@@ -7,13 +7,12 @@ use std::f64::consts::{FRAC_1_PI, PI};
 use glam::DVec2;
 use nephroid::optics::dielectric_reflectance;
 use nephroid::radiometry::Rgb;
-use nephroid::reference::beams::{BeamBudget, BeamSettings, run};
 use nephroid::reference::closed_form::{GlassBall, Path, Texel};
-use nephroid::reference::{Estimate, LayerName, Progress};
+use nephroid::reference::{Estimate, LayerName};
 use nephroid::scene::Scene;
 use nephroid::transport::camera::Camera;
 use support::scenes::bundled_file;
-use support::seen::sensor;
+use support::seen::{by_beams, sensor};
 
 /// Texels or pixels a side.
 const SIDE: usize = 8;
@@ -46,18 +45,9 @@ fn of(xml: &str) -> Scene {
     Scene::new(nephroid::mitsuba::load_parts(&file, &[]).unwrap()).unwrap()
 }
 
-/// Beams to an error, a layer for every signature.
+/// A finished run of beams to an error.
 fn beams(scene: &Scene, id: &str, relative_error: f64) -> Estimate {
-    let budget = BeamBudget {
-        relative_error: Some(relative_error),
-        ..BeamBudget::default()
-    };
-    let settings = BeamSettings {
-        max_layers: 64,
-        ..BeamSettings::default()
-    };
-    let progress = Progress::default();
-    let (estimate, _) = run(scene, sensor(scene, id), settings, &budget, &progress).unwrap();
+    let (estimate, _) = by_beams(scene, id, relative_error);
     assert!(!estimate.incomplete);
     estimate
 }

@@ -199,15 +199,8 @@ fn try_cells(name: &str, scene: &Scene, signatures: &[&str], descents: u32) -> F
                 PathFollower::<1>::new(scene, &source, &screen, signature, ShadingNormals::Flux);
             for _ in 0..descents {
                 let root: &Root = &roots[(random.next() * roots.len() as f64) as usize];
-                descend(
-                    name,
-                    &guard,
-                    &mut follower,
-                    root,
-                    None,
-                    &mut random,
-                    &mut found,
-                );
+                let (follower, random) = (&mut follower, &mut random);
+                descend(name, &guard, follower, root, None, random, &mut found);
             }
         }
     }
@@ -549,24 +542,10 @@ fn what_a_camera_may_see_between_the_nodes_is_not_overlooked() {
                 let guard = Guard::new(&scene);
                 let mut follower =
                     PathFollower::<1>::new(&scene, &source, &screen, events, ShadingNormals::Flux);
-                descend(
-                    name,
-                    &guard,
-                    &mut follower,
-                    root,
-                    Some(at),
-                    &mut random,
-                    &mut found,
-                );
-                descend(
-                    name,
-                    &guard,
-                    &mut follower,
-                    root,
-                    None,
-                    &mut random,
-                    &mut found,
-                );
+                for goal in [Some(at), None] {
+                    let (follower, random) = (&mut follower, &mut random);
+                    descend(name, &guard, follower, root, goal, random, &mut found);
+                }
             }
         }
         println!("{name}: {found:?}");

@@ -135,9 +135,7 @@ impl Screen<'_> {
         match self {
             Self::Receiver(_) => false,
             Self::Camera { camera, .. } => {
-                let [low, high] = near_film(camera);
-                let planes = camera.planes_round(low, high);
-                planes.iter().any(|[point, normal]| {
+                camera.planes().iter().any(|[point, normal]| {
                     // False for NaN.
                     bundle.reach(*normal)[0] > normal.dot(*point)
                 })
@@ -161,7 +159,7 @@ impl Screen<'_> {
             _ if !self.may_see(scene, shape) => true,
             Self::Receiver(_) => false,
             Self::Camera { camera, .. } => {
-                let [low, high] = near_film(camera);
+                let [low, high] = camera.near_film();
                 let is_beyond = |beyond: fn(DVec2, DVec2, DVec2) -> bool| {
                     places.iter().all(|&place| {
                         let seen = camera.project(place);
@@ -239,18 +237,12 @@ fn on_camera(
 ) -> Option<(DVec2, Rgb)> {
     let point = scene.world().surface_point(ray, hit);
     let at = camera.project(point.position)?.at;
-    let [low, high] = near_film(camera);
+    let [low, high] = camera.near_film();
     let is_near = at.cmpge(low).all() && at.cmple(high).all();
     let seen = is_near
         .then(|| camera.connect(scene, hit.shape, &point, ray.direction, counters))
         .flatten()?;
     Some((seen.at, seen.radiance_per_flux))
-}
-
-/// The corners of a film three times as wide and high, about the camera's.
-fn near_film(camera: &Camera) -> [DVec2; 2] {
-    let film = DVec2::new(camera.width() as f64, camera.height() as f64);
-    [-film, 2.0 * film]
 }
 
 /// A number for the smooth surface that was hit: its brightness to the camera jumps between flat

@@ -146,25 +146,35 @@ impl<const N: usize> Look<N> {
         look
     }
 
-    /// Whether all that lands, lands beside a film of this size, farther from it than any two landings are from each other.
-    #[inline]
-    pub fn is_far_off(&self, size: [usize; 2]) -> bool {
-        let end = DVec2::new(size[0] as f64, size[1] as f64);
-        let margin = (self.high - self.low).max(DVec2::splat(2.0 * self.bend));
-        (self.high + margin).cmplt(DVec2::ZERO).any() || (self.low - margin).cmpgt(end).any()
-    }
-
     /// Whether all that lands, lands beside a film of this size, even if the cell bends as much
     /// again between its nodes as they show.
     #[inline]
     pub fn is_off(&self, size: [usize; 2]) -> bool {
-        let end = DVec2::new(size[0] as f64, size[1] as f64);
         let margin = if self.one_family {
             DVec2::splat(2.0 * self.bend)
         } else {
             // What the nodes did not see may reach as far as what they saw.
-            (self.high - self.low).min(end)
+            (self.high - self.low).min(end_of(size))
         };
-        (self.high + margin).cmplt(DVec2::ZERO).any() || (self.low - margin).cmpgt(end).any()
+        self.is_off_by(margin, size)
     }
+
+    /// Whether all that lands, lands beside a film of this size, farther from it than any two landings are from each other.
+    #[inline]
+    pub fn is_far_off(&self, size: [usize; 2]) -> bool {
+        let margin = (self.high - self.low).max(DVec2::splat(2.0 * self.bend));
+        self.is_off_by(margin, size)
+    }
+
+    #[inline]
+    fn is_off_by(&self, margin: DVec2, size: [usize; 2]) -> bool {
+        (self.high + margin).cmplt(DVec2::ZERO).any()
+            || (self.low - margin).cmpgt(end_of(size)).any()
+    }
+}
+
+/// The far corner of a film.
+#[inline]
+fn end_of(size: [usize; 2]) -> DVec2 {
+    DVec2::new(size[0] as f64, size[1] as f64)
 }

@@ -62,6 +62,8 @@ pub struct Camera {
     /// Pixels a unit of camera space (on the plane z = 1, for a pinhole); the same along x and y.
     pixels: f64,
     shading_normals: ShadingNormals,
+    /// Round what is near the film: see [`planes`](Self::planes).
+    planes: [[DVec3; 2]; 5],
 }
 
 /// How a camera sees a point.
@@ -166,7 +168,7 @@ impl Camera {
         };
         let full = DVec2::new(f64::from(film.width), f64::from(film.height));
         let crop = DVec2::new(f64::from(film.crop.offset_x), f64::from(film.crop.offset_y));
-        let camera = Self {
+        let mut camera = Self {
             film: film.clone(),
             to_world,
             lens: Lens::new(&sensor.kind, &to_world),
@@ -175,12 +177,14 @@ impl Camera {
             center: (0.5 - offset) * full - crop,
             pixels: 0.5 * full.x / half_width,
             shading_normals: ShadingNormals::Flux,
+            planes: [[DVec3::ZERO; 2]; 5],
         };
         for size in [1.0, camera.lens.scale()].map(|scale| scale / camera.pixels) {
             if !(1e-70..=1e70).contains(&size) || !camera.center.is_finite() {
                 return Err(CameraError::Size { id: id(), size });
             }
         }
+        camera.planes = camera.planes_round(camera.near_film());
         Ok(camera)
     }
 
@@ -356,11 +360,21 @@ impl Camera {
         }
     }
 
-    /// The planes round what is seen between the corners `low` and `high` of a part of the film, through the middle of the
+    /// The corners of a film three times as wide and high, about the camera's.
+    pub fn near_film(&self) -> [DVec2; 2] {
+        let film = DVec2::new(self.width() as f64, self.height() as f64);
+        [-film, 2.0 * film]
+    }
+
+    /// The planes round what is seen near the film ([`near_film`](Self::near_film)) through the middle of the
     /// lens: the near plane, then the four sides. Each is a point of it and its normal (of any length) that points out of sight.
     ///
     /// What is behind the camera is out of sight by the near plane, whatever the sides say.
-    pub fn planes_round(&self, low: DVec2, high: DVec2) -> [[DVec3; 2]; 5] {
+    pub fn planes(&self) -> &[[DVec3; 2]; 5] {
+        &self.planes
+    }
+
+    fn planes_round(&self, [low, high]: [DVec2; 2]) -> [[DVec3; 2]; 5] {
         let corners = [
             low,
             DVec2::new(high.x, low.y),

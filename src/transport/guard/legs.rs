@@ -41,11 +41,10 @@ pub(super) struct Leg {
 }
 
 /// What a camera knows of a leg.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Sight {
-    /// Nothing: it is none without light for a camera.
-    #[default]
-    Any,
+    /// The leg has light for the sensor, or that is no camera, or other legs follow.
+    NotAsked,
     /// It sees nothing of the whole bundle, whatever that meets.
     OutOfView,
     /// It sees nothing of the bundle as far as its end.
@@ -149,7 +148,7 @@ pub(super) fn record<const N: usize>(
             sight: if is_dark && receiver.is_none() {
                 sight(follower, met, &start, &end)
             } else {
-                Sight::Any
+                Sight::NotAsked
             },
         });
     }

@@ -145,7 +145,7 @@ impl<'a> Guard<'a> {
             Sight::OutOfView => return true,
             Sight::OutOfViewToEnd if self.is_caught(leg) => return true,
             Sight::MaybeSeen => return false,
-            Sight::OutOfViewToEnd | Sight::EndUnseen | Sight::Any => {}
+            Sight::OutOfViewToEnd | Sight::EndUnseen | Sight::NotAsked => {}
         }
         // The first leg is drawn from its end: it need not be caught.
         if !is_first && !self.is_caught(leg) || !self.misses_the_extension(leg) {

@@ -54,7 +54,7 @@ impl Guard<'_> {
             from_faces: [0; 6],
             to_faces: faces,
             dark_over: None,
-            sight: Sight::Any,
+            sight: Sight::NotAsked,
         };
         self.is_hidden(&leg)
     }
