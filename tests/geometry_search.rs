@@ -3,9 +3,10 @@
 mod geometry_support;
 
 use geometry_support::{Random, bumpy_torus, closest, icosphere, mesh, placed, world_of};
-use glam::{DMat4, DVec3};
+use glam::{DMat4, DVec2, DVec3};
 use nephroid::geometry::{
-    Bounds, Hit, MeshParts, Ray, Rectangle, Shape, Sphere, Transform, TraversalCounters, World,
+    Bounds, Disk, Hit, MeshParts, Ray, Rectangle, Shape, Sphere, Transform, TraversalCounters,
+    World,
 };
 
 fn ball(center: DVec3, radius: f64) -> Shape {
@@ -249,4 +250,71 @@ fn rays_that_are_not_numbers_hit_nothing_and_do_no_harm() {
             assert_eq!(closest(&world, &ray), None, "{ray:?}");
         }
     }
+}
+
+/// Light that goes beside a receiver is placed by where it meets the receiver's plane.
+#[test]
+fn a_flat_shapes_plane_goes_on_beyond_its_border_and_so_do_its_parameters() {
+    let mut random = Random(48);
+    for _ in 0..2000 {
+        let columns = [(); 3].map(|()| random.in_cube());
+        let [x, y, _] = columns;
+        let sine = x.normalize().cross(y.normalize()).length();
+        let matrix = DMat4::from_cols(
+            columns[0].extend(0.0),
+            columns[1].extend(0.0),
+            columns[2].extend(0.0),
+            random.in_cube().extend(1.0),
+        );
+        let Some(to_world) = Transform::from_matrix(matrix).ok() else {
+            continue;
+        };
+        let [u, v] = [(); 2].map(|()| 5.0 * random.signed());
+        let place = to_world.point(DVec3::new(u, v, 0.0));
+        let start = place + random.direction() * 3.0;
+        let ray = Ray::new(start, (place - start).normalize());
+        let disk = Disk::new(&to_world, false).expect("any map");
+        let rectangle = Rectangle::new(&to_world, false).expect("any map");
+        let facing = ray.direction.dot(disk.normal()).abs();
+        let least = x.length().min(y.length());
+        if sine < 0.1 || facing < 0.1 || least < 0.1 {
+            continue; // parameters are not worth much there
+        }
+        let turn = v.atan2(u) / std::f64::consts::TAU;
+        for (shape, uv) in [
+            (
+                Shape::Disk(disk),
+                DVec2::new(u.hypot(v), turn - turn.floor()),
+            ),
+            (
+                Shape::Rectangle(rectangle),
+                DVec2::new(0.5 * (u + 1.0), 0.5 * (v + 1.0)),
+            ),
+        ] {
+            let [center, normal] = shape.plane().expect("it is flat");
+            // Places are within some 10 units and off by some u on each of a dozen operations, by 1 / facing more along the ray and
+            // by 1 / (least · sine) more in parameters: 10 · 12 · 2^-53 · 1e3.
+            let tolerance = 2e-11;
+            assert!(normal.dot(place - center).abs() <= tolerance);
+            let (distance, found) = shape.meet_beyond(&ray).expect("aimed at the plane");
+            assert!((distance - 3.0).abs() <= tolerance, "{distance}");
+            let mut off = found - uv;
+            if matches!(shape, Shape::Disk(_)) {
+                off.y -= off.y.round(); // whole turns
+                off.y *= uv.x; // none about the center
+            }
+            assert!(off.length() <= tolerance, "{shape:?}: {found} for {uv}");
+            // As within the border.
+            let met = closest(&World::new(vec![shape.clone()]), &ray);
+            let is_within = match &shape {
+                Shape::Disk(_) => u.hypot(v) <= 1.0,
+                _ => u.abs().max(v.abs()) <= 1.0,
+            };
+            assert_eq!(met.is_some(), is_within, "{shape:?}: {u} {v}");
+            let back = Ray::new(start, -ray.direction);
+            assert_eq!(shape.meet_beyond(&back), None, "behind the start");
+        }
+    }
+    let round = ball(DVec3::ZERO, 1.0);
+    assert!(round.plane().is_none() && round.meet_beyond(&random_ray(&mut random)).is_none());
 }

@@ -98,6 +98,42 @@ fn spawned_rays_never_meet_the_surface_they_leave_on_the_wrong_side() {
     }
 }
 
+/// Whole and half errors leave it off the surface alike on nearly every ray: that the start is moved by all of the bound is seen from
+/// the bound alone.
+#[test]
+fn a_spawned_ray_starts_off_the_surface_by_the_bound_on_the_places_error() {
+    let mut random = Random(47);
+    for scale in SCALES {
+        for offset in OFFSETS {
+            for shape in shapes(scale, offset) {
+                let name = format!("{shape:?}").chars().take(60).collect::<String>();
+                let world = World::new(vec![shape]);
+                let mut met = 0;
+                while met < 200 {
+                    let ray = random_ray(&world.bounds(), &mut random);
+                    let Some(hit) = closest(&world, &ray) else {
+                        continue;
+                    };
+                    met += 1;
+                    let point = world.surface_point(&ray, &hit);
+                    let normal = point.geometric_normal;
+                    let start = point.spawn(leaving(&point, &mut random)).origin;
+                    let off = (start - point.position).abs();
+                    let bound = normal.abs().dot(point.position_error);
+                    for axis in 0..3 {
+                        // The product is rounded, by u of itself; the sum is too, but then a float farther out is taken.
+                        let wanted = bound * normal[axis].abs() * (1.0 - f64::EPSILON);
+                        assert!(off[axis] >= wanted, "{name}, axis {axis}: {off}, {bound:e}");
+                        // And no farther than the sum's own rounding makes it, twice.
+                        let most = wanted + 4.0 * f64::EPSILON * (start[axis].abs() + bound);
+                        assert!(off[axis] <= most, "{name}, axis {axis}: {off}, {bound:e}");
+                    }
+                }
+            }
+        }
+    }
+}
+
 /// A face whose third vertex is `height` from the edge between the others, at the part `along` of it: obtuse where that is well inside,
 /// in any order and place.
 fn sliver(height: f64, along: f64, scale: f64, random: &mut Random) -> MeshParts {

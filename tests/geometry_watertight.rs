@@ -71,3 +71,40 @@ fn a_bumpy_solid_keeps_its_rays() {
     let inside = |p: DVec3| p.with_z(0.0).normalize_or(DVec3::X) + 0.5 * p;
     assert_eq!(leaks(&parts, &world, 300_000, |p| inside(p * 0.5)), 0);
 }
+
+/// Whole numbers below 2^53 have exact images and products of 106 bits: the sign of an edge function is known from integers, where
+/// its two products often round to the same double.
+#[test]
+fn an_edge_beside_the_ray_is_told_from_one_through_it_to_the_last_bit() {
+    let mut random = Random(43);
+    let reach = 2f64.powi(52);
+    let (mut ties, mut hits, mut misses) = (0, 0, 0);
+    while ties < 2000 {
+        // p and q in about opposite directions from the ray, which is the z axis; r to the left of the line from p to q.
+        let [x, y] = [(); 2].map(|()| (reach * random.signed()).round());
+        let stretch = 0.5 + 0.4 * random.unit();
+        let p = DVec3::new(x, y, 0.0);
+        let q = (-p * stretch).round();
+        let r = DVec3::new(-(q.y - p.y), q.x - p.x, 0.0);
+        let [px, py, qx, qy] = [p.x, p.y, q.x, q.y].map(|value| value as i128);
+        let is_left = px * qy - py * qx;
+        let is_tie = p.x * q.y == p.y * q.x;
+        if p.length() < 1.0 || !is_tie {
+            continue;
+        }
+        ties += 1;
+        let world = world_of(MeshParts {
+            positions: vec![p, q, r],
+            triangles: vec![[0, 1, 2]],
+            ..MeshParts::default()
+        });
+        let ray = Ray::new(DVec3::new(0.0, 0.0, -reach), DVec3::Z);
+        // The border counts.
+        let expected = is_left >= 0;
+        let met = closest(&world, &ray).is_some();
+        assert_eq!(met, expected, "{p} {q} {r}: {is_left}");
+        *(if met { &mut hits } else { &mut misses }) += 1;
+    }
+    println!("{hits} rays within, {misses} beside edges whose products round to the same");
+    assert!(hits > 500 && misses > 500, "{hits} {misses}");
+}

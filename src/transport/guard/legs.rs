@@ -319,3 +319,84 @@ pub(super) fn way_out(scene: &Scene, origin: DVec3) -> f64 {
     // short of the box, its bulge covers the rest.
     2.0 * ((origin - bounds.center()).length() + bounds.radius())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// Where a ray from within a box is out of it, in lengths of `along`: at the first of the sides that it goes towards.
+    fn own_way(bounds: Bounds, start: DVec3, along: DVec3) -> f64 {
+        let sides = DVec3::select(along.cmpgt(DVec3::ZERO), bounds.max, bounds.min);
+        let ways = (sides - start) / along;
+        (0..3)
+            .filter(|&axis| along[axis] != 0.0)
+            .map(|axis| ways[axis])
+            .fold(f64::INFINITY, f64::min)
+    }
+
+    fn vector() -> impl Strategy<Value = DVec3> {
+        prop::array::uniform3(-1.0..1.0f64).prop_map(DVec3::from)
+    }
+
+    /// A bundle's starts and directions between three corners, and the same at the six nodes.
+    fn between(corners: &[DVec3; 3], [b, c]: [f64; 2]) -> DVec3 {
+        corners[0] * (1.0 - b - c) + corners[1] * b + corners[2] * c
+    }
+
+    fn nodes(corners: &[DVec3; 3]) -> [DVec3; 6] {
+        let middles = [[0.5, 0.5], [0.0, 0.5], [0.5, 0.0]];
+        let [a, b, c] = *corners;
+        let [d, e, f] = middles.map(|at| between(corners, at));
+        [a, b, c, d, e, f]
+    }
+
+    /// Whether all rays of a bundle are out where `way_through` says, and whether one of them goes on for twice as long as the nodes.
+    fn is_through(extent: DVec3, start: [DVec3; 3], along: [DVec3; 3]) -> (bool, bool) {
+        let bounds = Bounds {
+            min: -extent,
+            max: extent,
+        };
+        let (starts, alongs) = (nodes(&start), nodes(&along));
+        let Some(said) = way_through(bounds, &starts, &alongs) else {
+            return (true, false);
+        };
+        let of_nodes = (0..6)
+            .map(|node| own_way(bounds, starts[node], alongs[node]))
+            .fold(0.0, f64::max);
+        let steps = 40;
+        let inner = (0..=steps).flat_map(|i| (0..=steps - i).map(move |j| [i, j]));
+        let longest = inner
+            .map(|at| at.map(|step| f64::from(step) / f64::from(steps)))
+            .map(|at| own_way(bounds, between(&start, at), between(&along, at)))
+            .fold(0.0, f64::max);
+        // A dozen roundings on numbers that differ by no more than a thousand between them.
+        let is_out = longest <= said * (1.0 + 1e-11);
+        (is_out, longest > 2.0 * of_nodes)
+    }
+
+    /// In a flat box, most rays leave by the ceiling or the floor at once, and some between them at the far end.
+    #[test]
+    fn a_way_between_six_short_ones_may_be_long() {
+        let fan = [3.0, -1.0, -1.0].map(|up| DVec3::new(1.0, 0.1, up));
+        let extent = DVec3::new(100.0, 100.0, 1.0);
+        assert_eq!(is_through(extent, [DVec3::ZERO; 3], fan), (true, true));
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(2000))]
+
+        #[test]
+        fn no_ray_of_a_bundle_goes_on_for_longer_than_the_way_through(
+            log_extent in vector(),
+            start in prop::array::uniform3(vector()),
+            along in prop::array::uniform3(vector()),
+            push in vector(),
+        ) {
+            let extent = (log_extent * 3.0).exp();
+            // Pushed one way, most bundles have a side that all of their rays go towards.
+            let (along, start) = (along.map(|one| one + push * 2.0), start.map(|one| one * extent));
+            prop_assert!(is_through(extent, start, along).0);
+        }
+    }
+}
