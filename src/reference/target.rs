@@ -128,9 +128,7 @@ impl Target {
             Self::Camera { etendue, .. } => *etendue,
         }
     }
-}
 
-impl Target {
     /// What a texel gains from flux that falls where its middle is: 1 / area \[1/m²\], or a pixel's radiance by flux
     /// \[1/(m² sr)\]; that of a typical pixel where a camera sees nothing in the middle, and nothing for a texel without a surface.
     pub fn gain(&self, scene: &Scene, texel: usize) -> Rgb {

@@ -132,15 +132,7 @@ impl Screen<'_> {
     /// Whether a camera sees nothing in a bundle of segments, whatever they meet: all of it is before the near plane, or beyond
     /// the same side of the film. A receiver's light is asked for by its shape.
     pub fn sees_nothing_of(&self, bundle: &Hull) -> bool {
-        match self {
-            Self::Receiver(_) => false,
-            Self::Camera { camera, .. } => {
-                camera.planes().iter().any(|[point, normal]| {
-                    // False for NaN.
-                    bundle.reach(*normal)[0] > normal.dot(*point)
-                })
-            }
-        }
+        self.is_beyond_a_side(|normal, side| bundle.reach(normal)[0] > side)
     }
 
     /// Whether light on a surface of `shape` may be measured at all.
@@ -152,26 +144,20 @@ impl Screen<'_> {
     }
 
     /// Whether no light that ends on a surface of `shape` within the convex hull of `places` lands; what else may
-    /// hide it from a camera is not looked for. Places before or beyond the clip planes count as in sight:
-    /// of the others each side of the film is a plane through the camera, so one side of it holds their hull, too.
+    /// hide it from a camera is not looked for.
     pub fn is_out_of_sight(&self, scene: &Scene, shape: u32, places: &[DVec3]) -> bool {
+        let are_beyond = |normal: DVec3, side| places.iter().all(|it| normal.dot(*it) > side);
+        !self.may_see(scene, shape) || self.is_beyond_a_side(are_beyond)
+    }
+
+    /// Whether something is all on the far side of one of a camera's planes, n · p = `side`; false for NaN.
+    fn is_beyond_a_side(&self, is_beyond: impl Fn(DVec3, f64) -> bool) -> bool {
         match self {
-            _ if !self.may_see(scene, shape) => true,
             Self::Receiver(_) => false,
-            Self::Camera { camera, .. } => {
-                let [low, high] = camera.near_film();
-                let is_beyond = |beyond: fn(DVec2, DVec2, DVec2) -> bool| {
-                    places.iter().all(|&place| {
-                        let seen = camera.project(place);
-                        seen.is_some_and(|seen| beyond(seen.at, low, high))
-                    })
-                };
-                // The same side for all: what is between them is beyond it, too.
-                is_beyond(|at, low, _| at.x < low.x)
-                    || is_beyond(|at, low, _| at.y < low.y)
-                    || is_beyond(|at, _, high| at.x > high.x)
-                    || is_beyond(|at, _, high| at.y > high.y)
-            }
+            Self::Camera { camera, .. } => camera
+                .planes()
+                .iter()
+                .any(|[point, normal]| is_beyond(*normal, normal.dot(*point))),
         }
     }
 }

@@ -176,7 +176,7 @@ fn land_flat<const N: usize>(film: &BeamFilm<N>, cell: &Cell<N>) -> Flux<N> {
 /// On a film that is polar, it may be anywhere as near to the center as a corner.
 pub(super) fn deposit_astray<const N: usize>(
     film: &BeamFilm<N>,
-    is_polar: bool,
+    bends_lines: bool,
     corners: &[Node<N>],
     astray: f64,
     area: f64,
@@ -197,11 +197,11 @@ pub(super) fn deposit_astray<const N: usize>(
     }
     // A small image has its borders in all of its texels.
     if astray >= area || (high - low).max_element() <= SMALL_IMAGE {
-        add_slack(film, is_polar, corners, slack);
+        add_slack(film, bends_lines, corners, slack);
     } else {
         for (index, corner) in corners.iter().enumerate() {
             let next = &corners[(index + 1) % corners.len()];
-            add_slack(film, is_polar, &[*corner, *next], slack);
+            add_slack(film, bends_lines, &[*corner, *next], slack);
         }
     }
     slack
@@ -210,7 +210,7 @@ pub(super) fn deposit_astray<const N: usize>(
 /// Slack on the texels of a box round landings, as far as they are on the film.
 fn add_slack<const N: usize>(
     film: &BeamFilm<N>,
-    is_polar: bool,
+    bends_lines: bool,
     nodes: &[Node<N>],
     slack: Flux<N>,
 ) {
@@ -220,7 +220,7 @@ fn add_slack<const N: usize>(
         high = high.max(at);
     }
     let [columns, rows] = film.size();
-    if is_polar {
+    if bends_lines {
         // A chord of the disc is nearer to its center than its ends are, and a box does not know where a turn begins anew.
         (low, high.y) = (DVec2::ZERO, rows as f64);
     }

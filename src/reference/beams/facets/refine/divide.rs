@@ -69,7 +69,7 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
             return;
         };
         let area = polygon.area_and_middle().0;
-        self.balance.slack += deposit_astray(self.film, self.is_polar(), &corners, area, area);
+        self.balance.slack += deposit_astray(self.film, self.bends_lines(), &corners, area, area);
     }
 
     /// The facet that a polygon's middle would meet next if all that is not flat were not there.

@@ -279,10 +279,7 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
                 self.meet(&mut polygon, facet);
                 self.pending.push(polygon);
             }
-            Goal::Away => {
-                self.doubt_stop(&polygon, polygon.astray, area);
-                self.book(&polygon, area);
-            }
+            Goal::Away => self.end(&polygon, polygon.astray, area),
             Goal::Receiver => {
                 let landing = land(
                     self.paths,

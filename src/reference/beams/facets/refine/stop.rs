@@ -64,8 +64,7 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
                 self.part(&polygon, area, generic);
             }
             Way::Clear { astray } => {
-                self.doubt_stop(&polygon, (astray * area).max(polygon.astray), area);
-                self.book(&polygon, area);
+                self.end(&polygon, (astray * area).max(polygon.astray), area);
             }
             Way::Facet(facet) => self.cut_out(polygon, facet, Some(goal), generic),
             Way::Obstructed => self.divide(&polygon, area, stopper.into(), generic),
@@ -84,21 +83,22 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
         }
     }
 
-    /// Of a polygon that ends before its goal: a part of it may land.
-    pub(super) fn doubt_stop(&mut self, polygon: &Polygon<N>, astray: f64, area: f64) {
-        if astray <= 0.0 || polygon.events < self.paths.events() {
-            return;
+    /// Books a polygon that does not land, as far as is known: after its last event, the part of it that is astray may.
+    pub(super) fn end(&mut self, polygon: &Polygon<N>, astray: f64, area: f64) {
+        if astray > 0.0 && polygon.events == self.paths.events() {
+            let nodes: Vec<_> = polygon
+                .corners
+                .iter()
+                .filter_map(|light| node(self.paths, *self.screen, light))
+                .collect();
+            self.balance.slack +=
+                deposit_astray(self.film, self.bends_lines(), &nodes, astray, area);
         }
-        let nodes: Vec<_> = polygon
-            .corners
-            .iter()
-            .filter_map(|light| node(self.paths, *self.screen, light))
-            .collect();
-        self.balance.slack += deposit_astray(self.film, self.is_polar(), &nodes, astray, area);
+        self.book(polygon, area);
     }
 
-    /// Whether lines are not lines on the film: on a disc.
-    pub(super) fn is_polar(&self) -> bool {
+    /// Whether lines may be no lines on the film: on a rectangle they are.
+    pub(super) fn bends_lines(&self) -> bool {
         rectangular_receiver(self.paths, self.screen).is_none()
     }
 }
