@@ -44,8 +44,11 @@ const MOST_SIGNATURES: usize = 256;
 /// overlooked what the next one found.
 const CALIBRATION: std::ops::RangeInclusive<f64> = 0.2..=16.0;
 
-/// ... and how much of it the next pass is planned by as long as that is not known.
-const UNCALIBRATED: f64 = 0.6;
+/// ... and how much of it is taken for true as long as that is not known: nothing but a first pass would have been judged by itself.
+const UNCALIBRATED: f64 = 2.0;
+
+/// How much of *that* the next pass is planned by.
+const LIKELY: f64 = 0.3;
 
 /// The next pass, too, is a little off.
 const CALIBRATION_MARGIN: f64 = 1.2;
@@ -241,8 +244,10 @@ impl<'a> Setup<'a> {
                 calibration = Some(found.clamp(*CALIBRATION.start(), *CALIBRATION.end()));
             }
             said_before = said;
-            if let Some(errors) = &mut pass.errors {
-                errors.deterministic *= calibration.unwrap_or(1.0);
+            if let Some(errors) = &mut pass.errors
+                && self.lamps.is_empty()
+            {
+                errors.deterministic *= calibration.unwrap_or(UNCALIBRATED);
             }
             let errors = pass.errors;
             self.progress.set_relative_error(errors.map(Errors::both));
@@ -250,7 +255,7 @@ impl<'a> Setup<'a> {
             let affordable = limit.affordable(began.elapsed(), limit.rays() - rays_before);
             let next = match errors {
                 Some(errors) => {
-                    let hope = calibration.map_or(UNCALIBRATED, |_| 1.0);
+                    let hope = calibration.map_or(LIKELY, |_| 1.0);
                     fineness.next(errors, hope, target, !self.lamps.is_empty())
                 }
                 None if is_lit && unlit < MOST_UNLIT => {
