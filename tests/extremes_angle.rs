@@ -2,6 +2,8 @@
 
 mod extremes_support;
 
+use std::f64::consts::PI;
+
 use extremes_support::double_double::{Exact, Exact3};
 use extremes_support::{U, beams, layer, photons, red, scene};
 use glam::{DVec2, DVec3};
@@ -147,6 +149,72 @@ fn fresnels_reflectance_keeps_its_digits_at_every_angle_and_index() {
         }
         println!("  {name:26} {relative:9.3} {by_cos:9.3} {of_bound:6.2}");
     }
+}
+
+/// The share of flux that is transmitted, by the amplitudes that are: T = (w/c) (t_s² + t_p²)/2 with w = η cos θₜ, t_s = 2c/(c + w) and
+/// t_p = 2ηc/(η²c + w) (Born and Wolf, 1.5.2 (20a)), with twice the digits.
+fn exact_transmittance(cos: f64, eta: f64) -> Option<Exact> {
+    let (c, eta) = (Exact::from(cos), Exact::from(eta));
+    let squared = (eta - Exact::ONE) * (eta + Exact::ONE) + c * c;
+    if squared.value() <= 0.0 {
+        return None;
+    }
+    let (w, two) = (squared.sqrt(), Exact::from(2.0));
+    let s = two * c / (c + w);
+    let p = two * eta * c / (eta * eta * c + w);
+    Some(w / c * Exact::from(0.5) * (s * s + p * p))
+}
+
+/// What is transmitted is never computed but as 1 − F: here it is, by itself. F is off by what `reflectance_bound` says, but by 8 u at
+/// most wherever it is not the critical angle that makes it hard.
+#[test]
+fn what_is_not_reflected_is_transmitted() {
+    println!(
+        "R + T − 1 with T from transmitted amplitudes: worst, in u; and the worst share of what is allowed"
+    );
+    for (name, cases) in families() {
+        let (mut worst, mut of_bound) = (0.0_f64, 0.0_f64);
+        for (cos, eta) in cases {
+            let Some(transmitted) = exact_transmittance(cos, eta) else {
+                continue;
+            };
+            let found = dielectric_reflectance(cos, eta);
+            let off = (Exact::ONE - transmitted).error_of(found);
+            let bound = if name.starts_with("critical") {
+                reflectance_bound(cos, eta)
+            } else {
+                8.0 * U
+            };
+            assert!(off <= bound, "{name}: cos {cos:e}, η {eta:e}: {off:e}");
+            worst = worst.max(off / U);
+            of_bound = of_bound.max(off / bound);
+        }
+        println!("  {name:26} {worst:9.3} {of_bound:6.2}");
+    }
+}
+
+/// 1e-1 ... 1e-12 rad beyond the critical angle: cos θᵢ changes by sin θᵢ times that, many times its rounding.
+#[test]
+fn beyond_the_critical_angle_all_is_reflected() {
+    let normal = DVec3::new(0.48, -0.6, 0.64);
+    let across = normal.any_orthonormal_vector();
+    let mut tried = 0;
+    for eta in INDICES.into_iter().filter(|eta| *eta < 1.0) {
+        for step in 4..=48 {
+            let incidence = eta.asin() + f64::powf(10.0, -f64::from(step) / 4.0);
+            // (1 − η²) − cos² = sin² − η² = 2 η away: u of their roundings is as much at η = 0.01.
+            let away = incidence.sin().powi(2) - eta * eta;
+            if incidence > PI / 2.0 || away < 16.0 * U {
+                continue;
+            }
+            tried += 1;
+            let (sin, cos) = incidence.sin_cos();
+            assert_eq!(dielectric_reflectance(cos, eta), 1.0, "η {eta}, {step}");
+            let direction = across * sin - normal * cos;
+            assert_eq!(refract(direction, normal, eta), None, "η {eta}, {step}");
+        }
+    }
+    assert!(tried > 150, "{tried}");
 }
 
 #[test]

@@ -13,15 +13,20 @@ use std::time::Instant;
 
 use flate2::Compression;
 use flate2::read::GzDecoder;
-use geometry_support::{Random, closest, icosphere, placed, world_of};
+use geometry_support::{
+    Leaks, Random, bumpy_torus, closest, delicate_point, icosphere, is_lost, leaks, placed,
+    unshared, within_torus, world_of,
+};
 use glam::{DQuat, DVec3};
 use mutation_support::{obj, ply, serialized, serialized_contents};
-use nephroid::geometry::{MeshParts, Ray, World};
+use nephroid::geometry::{Mesh, MeshParts, Ray, World};
 use nephroid::mitsuba;
+use nephroid::numeric::ExactSum;
 use nephroid::optics::dielectric_reflectance;
+use nephroid::reference::beams::{self, BeamBudget, BeamSettings};
 use nephroid::reference::photons::run::Setup;
 use nephroid::reference::photons::{Budget, PhotonSettings};
-use nephroid::reference::{Estimate, Progress};
+use nephroid::reference::{Estimate, LayerName, Progress};
 use nephroid::scene::Scene;
 use nephroid::transport::chain::ChainSettings;
 use nephroid::transport::ledger::Row;
@@ -58,53 +63,102 @@ fn sliver_ball(bundles: u32, bundle: u32) -> MeshParts {
     }
 }
 
-/// A ray from inside a convex solid, symmetric in x about the plane `x = middle`, to a place where a test that is not watertight leaks: a vertex, the
+/// A line out of a solid.
+struct Line {
+    /// Within, or on the surface where `is_deep` is false.
+    start: DVec3,
+    /// On the surface.
+    target: DVec3,
+    is_deep: bool,
+}
+
+/// A line out of a convex solid, symmetric in x about the plane `x = middle`, through a place where a test that is not watertight leaks: a vertex, the
 /// middle of an edge or any place on it; or parallel to x through a vertex, so that two coordinates agree to the bit and every edge function
 /// of the vertex is exactly 0.
-fn delicate_ray(parts: &MeshParts, (scale, middle): (f64, DVec3), random: &mut Random) -> Ray {
-    loop {
-        let triangle = parts.triangles[random.below(parts.triangles.len())];
-        let first = random.below(3);
-        let [a, b] = [first, (first + 1) % 3].map(|i| parts.positions[triangle[i] as usize]);
-        let mut start = middle + random.in_cube() * (0.3 * scale);
-        let target = match random.below(4) {
-            0 => a,
-            1 => a + (b - a) * 0.5,
-            2 => a + (b - a) * random.unit(),
-            _ => {
-                start = DVec3::new(
-                    middle.x + 0.9 * random.signed() * (a.x - middle.x),
-                    a.y,
-                    a.z,
-                );
-                a
-            }
-        };
-        if let Some(direction) = (target - start).try_normalize() {
-            return Ray::new(start, direction);
-        }
+fn delicate_line(parts: &MeshParts, (scale, middle): (f64, DVec3), random: &mut Random) -> Line {
+    let triangle = parts.triangles[random.below(parts.triangles.len())];
+    let first = random.below(3);
+    let [a, b] = [first, (first + 1) % 3].map(|i| parts.positions[triangle[i] as usize]);
+    let start = middle + random.in_cube() * (0.3 * scale);
+    let (start, target, is_deep) = match random.below(4) {
+        0 => (start, a, true),
+        1 => (start, a + (b - a) * 0.5, true),
+        2 => (start, a + (b - a) * random.unit(), true),
+        // The vertex opposite is at the other end of the way from start. Where no edge is as long (0.32 at most, but for those to
+        // the poles, which are in the plane of symmetry), the way is not along the surface.
+        _ => (
+            DVec3::new(
+                middle.x + 0.9 * random.signed() * (a.x - middle.x),
+                a.y,
+                a.z,
+            ),
+            a,
+            (a.x - middle.x).abs() > 0.2 * scale,
+        ),
+    };
+    Line {
+        start,
+        target,
+        is_deep,
     }
 }
 
-/// How many of the rays out of a solid meet nothing.
-fn leaks(parts: &MeshParts, world: &World, place: (f64, DVec3), rays: u64) -> u64 {
-    /// Rays of one thread at a time.
-    const BATCH: u64 = 1 << 14;
-    let lost = AtomicU64::new(0);
-    (0..rays.div_ceil(BATCH)).into_par_iter().for_each(|batch| {
-        let mut random = Random(batch);
-        for _ in 0..BATCH.min(rays - batch * BATCH) {
-            let ray = delicate_ray(parts, place, &mut random);
-            if closest(world, &ray).is_none() {
-                lost.fetch_add(1, Ordering::Relaxed);
-            }
-        }
-    });
-    lost.into_inner()
+/// Rays through places where a test that is not watertight leaks.
+#[derive(Default)]
+struct Rays {
+    /// From within a solid.
+    out: AtomicU64,
+    /// Of them those that meet nothing.
+    lost_out: AtomicU64,
+    /// From without.
+    into: AtomicU64,
+    /// Of them those that meet nothing before they are within.
+    lost_into: AtomicU64,
 }
 
-/// Aims `rays` at the vertices and edges of closed solids, slivers among them, over twelve decades of size; none may get out.
-fn assert_that_nothing_leaks(rays: u64) {
+impl Rays {
+    /// Sends rays along so many lines through a convex solid, from within and from without.
+    fn send(&self, parts: &MeshParts, world: &World, place: (f64, DVec3), lines: u64) {
+        /// Lines of one thread at a time.
+        const BATCH: u64 = 1 << 14;
+        let count = |counter: &AtomicU64, is_so: bool| {
+            counter.fetch_add(u64::from(is_so), Ordering::Relaxed);
+        };
+        let batches = (0..lines.div_ceil(BATCH)).into_par_iter();
+        batches.for_each(|batch| {
+            let mut random = Random(batch);
+            let mut left = BATCH.min(lines - batch * BATCH);
+            while left > 0 {
+                let line = delicate_line(parts, place, &mut random);
+                let through = line.target - line.start;
+                let Some(direction) = through.try_normalize() else {
+                    continue;
+                };
+                left -= 1;
+                let ray = Ray::new(line.start, direction);
+                count(&self.out, true);
+                count(&self.lost_out, is_lost(world, &ray, f64::INFINITY));
+                // Back from 1e-3 to 1e3 times as far beyond the surface.
+                let from = line.target + through * 10f64.powf(3.0 * random.signed());
+                let Some(back) = (line.target - from).try_normalize() else {
+                    continue;
+                };
+                if line.is_deep {
+                    let reach = line.start.distance(from);
+                    count(&self.into, true);
+                    count(
+                        &self.lost_into,
+                        is_lost(world, &Ray::new(from, back), reach),
+                    );
+                }
+            }
+        });
+    }
+}
+
+/// Aims rays along `lines` lines at the vertices and edges of closed solids, slivers among them, over twelve decades of size, from within and from
+/// without: none may get out, and none in without meeting the surface.
+fn assert_that_nothing_leaks(lines: u64) {
     let places = [
         (1.0, DVec3::ZERO),
         (1e-6, DVec3::ZERO),
@@ -112,30 +166,41 @@ fn assert_that_nothing_leaks(rays: u64) {
         (1.0, DVec3::new(1048576.0, -524288.0, 3.0)),
     ];
     let solids = [icosphere(2), icosphere(4), sliver_ball(8, 16)];
-    let share = rays / (places.len() * solids.len()) as u64;
+    let share = lines / (places.len() * solids.len()) as u64;
+    let mut sums = [0; 2];
     for solid in &solids {
         for place in places {
             let parts = placed(solid.clone(), place.0, place.1);
             let world = world_of(parts.clone());
-            assert_eq!(
-                leaks(&parts, &world, place, share),
-                0,
-                "{} faces, {place:?}",
-                parts.triangles.len()
+            let rays = Rays::default();
+            rays.send(&parts, &world, place, share);
+            let case = format!("{} faces, {place:?}", parts.triangles.len());
+            assert_eq!(rays.lost_out.into_inner(), 0, "out of {case}");
+            assert_eq!(rays.lost_into.into_inner(), 0, "into {case}");
+            let sent = [rays.out, rays.into].map(AtomicU64::into_inner);
+            // Three kinds of four are deep whatever the vertex.
+            assert!(
+                sent[0] == share && sent[1] > share * 7 / 10,
+                "{case}: {sent:?}"
             );
+            sums = [0, 1].map(|way| sums[way] + sent[way]);
         }
     }
+    println!(
+        "none of {} rays from within is lost, none of {} from without",
+        sums[0], sums[1]
+    );
 }
 
 #[test]
-fn no_ray_of_a_million_aimed_at_vertices_and_edges_leaves_a_closed_mesh() {
-    assert_that_nothing_leaks(1_200_000);
+fn no_ray_of_a_million_aimed_at_vertices_and_edges_leaves_a_closed_mesh_or_enters_it_unseen() {
+    assert_that_nothing_leaks(600_000);
 }
 
-/// Takes twenty CPU-minutes: `cargo test --release --test extremes_geometry a_billion -- --ignored`.
+/// Takes eighty CPU-minutes: `cargo test --release --test extremes_geometry a_billion -- --ignored`.
 #[test]
 #[ignore = "a billion rays"]
-fn no_ray_of_a_billion_aimed_at_vertices_and_edges_leaves_a_closed_mesh() {
+fn no_ray_of_a_billion_aimed_at_vertices_and_edges_leaves_a_closed_mesh_or_enters_it_unseen() {
     assert_that_nothing_leaks(1_000_000_000);
 }
 
@@ -399,6 +464,64 @@ fn faces_without_area_and_faces_said_twice_change_no_bit_of_the_map() {
 }
 
 #[test]
+fn faces_that_share_no_vertices_are_met_as_those_that_do_to_the_bit() {
+    let mut hits = 0;
+    for place in [
+        (1.0, DVec3::ZERO),
+        (1e-6, DVec3::ZERO),
+        (1e6, DVec3::ZERO),
+        (1.0, DVec3::new(1048576.0, -524288.0, 3.0)),
+    ] {
+        let shared = placed(icosphere(4), place.0, place.1);
+        let apart = unshared(&shared);
+        let worlds = [&shared, &apart].map(|parts| world_of(parts.clone()));
+        let diagnosis = Mesh::new(apart.clone()).unwrap().diagnose();
+        assert!(diagnosis.is_closed(), "{diagnosis}");
+        let repeated = apart.positions.len() - shared.positions.len();
+        assert_eq!(diagnosis.repeated_positions.count, repeated);
+        let found = leaks(&apart, &worlds[1], place, 20_000, |p| 0.5 * p);
+        let none = Leaks {
+            rays: 20_000,
+            seen: 20_000,
+            ..Leaks::default()
+        };
+        assert_eq!(found, none, "{place:?}");
+        let mut random = Random(11);
+        for turn in 0..20_000 {
+            // Half of them at places on edges and vertices, where faces tie; half anywhere, some of them past the ball.
+            let start = place.1 + 2.0 * place.0 * random.in_cube();
+            let target = if turn % 2 == 0 {
+                delicate_point(&shared, &mut random)
+            } else {
+                place.1 + place.0 * random.in_cube()
+            };
+            let Some(direction) = (target - start).try_normalize() else {
+                continue;
+            };
+            let ray = Ray::new(start, direction);
+            let [one, other] = [0, 1].map(|i| closest(&worlds[i], &ray));
+            assert_eq!(one, other, "{place:?}, {ray:?}");
+            hits += u32::from(one.is_some());
+        }
+    }
+    println!("{hits} hits of 80000 rays have the same bits");
+    assert!(hits > 40_000, "{hits}");
+    // And a whole run from the file: the reader of OBJ keeps vertices apart that the file has apart.
+    let run = |parts: &MeshParts| {
+        let ball = placed(parts.clone(), 0.7, DVec3::Z * 1.4);
+        let sun = DVec3::new(0.1, 0.2, -1.0);
+        let scene = load("ball.obj", &obj(&ball), FLAT, sun).unwrap();
+        assert!(scene.warnings().is_empty(), "{:?}", scene.warnings());
+        photons(&scene)
+    };
+    let ball = icosphere(3);
+    let [shared, apart] = [&ball, &unshared(&ball)].map(run);
+    assert!(row(&shared, "LTTD").received.mean() > 0.0);
+    assert_eq!(apart.ledger, shared.ledger);
+    assert_eq!(apart.total.irradiance, shared.total.irradiance);
+}
+
+#[test]
 fn a_closed_block_an_open_one_and_two_in_one_another_share_light_by_their_faces() {
     let passes = 1.0 - dielectric_reflectance(1.0, IOR);
     let down = -DVec3::Z;
@@ -433,6 +556,124 @@ fn a_closed_block_an_open_one_and_two_in_one_another_share_light_by_their_faces(
     assert_share(received(&both, "LTTD"), 0.0, "two in one another");
 }
 
+/// A prism along y whose outline is a bow-tie under a roof: a closed mesh with two sides that cross one another along the line
+/// x = 0, z = 1.25. Below it all faces have their outside within.
+fn bow_tie() -> MeshParts {
+    const OUTLINE: [[f64; 2]; 6] = [
+        [-1.0, 1.75],
+        [1.0, 1.75],
+        [1.0, 1.5],
+        [-1.0, 1.0],
+        [1.0, 1.0],
+        [-1.0, 1.5],
+    ];
+    let count = OUTLINE.len() as u32;
+    let ends = [-1.0, 1.0].into_iter();
+    let positions = ends.flat_map(|y| OUTLINE.map(|[x, z]| DVec3::new(x, y, z)));
+    let sides = (0..count).flat_map(|i| {
+        let j = (i + 1) % count;
+        [[i, j, count + j], [i, count + j, count + i]]
+    });
+    let ends = (1..count - 1).flat_map(|k| [[0, k + 1, k], [count, count + k, count + k + 1]]);
+    MeshParts {
+        positions: positions.collect(),
+        triangles: sides.chain(ends).collect(),
+        ..MeshParts::default()
+    }
+}
+
+#[test]
+fn a_closed_mesh_that_crosses_itself_bends_light_by_the_side_of_each_face_that_it_meets() {
+    // Light from straight above meets the roof, one of the two sides that cross (from within), the other one below it, and the
+    // bottom: all of it, for it is bent towards the middle. It stays in planes of constant y; angles are from the vertical there, on the
+    // half of positive x towards the middle.
+    let slope = 0.25_f64;
+    let tilt = slope.atan();
+    // The roof, level: from its outside.
+    let mut passes = 1.0 - dielectric_reflectance(1.0, IOR);
+    // The upper side, from its inside.
+    passes *= 1.0 - dielectric_reflectance(tilt.cos(), 1.0 / IOR);
+    let between = (IOR * tilt.sin()).asin() - tilt;
+    // The lower side is inside out: light comes from its inside, above it, and leaves the glass for what is below.
+    let to_lower = tilt - between;
+    let before_lower = passes;
+    passes *= 1.0 - dielectric_reflectance(to_lower.cos(), 1.0 / IOR);
+    let below = tilt - (IOR * to_lower.sin()).asin();
+    // The bottom, level, has its outside above it.
+    passes *= 1.0 - dielectric_reflectance(below.cos(), IOR);
+    let last = (below.sin() / IOR).asin();
+    // If the faces below were those of a block like any other:
+    let bent = (to_lower.sin() / IOR).asin();
+    let otherwise = before_lower
+        * (1.0 - dielectric_reflectance(to_lower.cos(), IOR))
+        * (1.0 - dielectric_reflectance((tilt - bent).cos(), 1.0 / IOR));
+    // Where x from 0 to 1 on the roof comes down to, linear in x: from the upper side, at 1.25 + slope x, to the lower one, at 1.25 - slope x,
+    // to the bottom at 1, to the floor.
+    let on_floor = |x: f64| {
+        let down = 2.0 * slope * x / (1.0 + slope * between.tan());
+        let lower = x - down * between.tan();
+        let bottom = lower - slope * (1.0 - lower) * below.tan();
+        bottom - last.tan()
+    };
+    let (inner, outer) = (on_floor(0.0), on_floor(1.0));
+
+    let scene = load("tie.obj", &obj(&bow_tie()), FLAT, -DVec3::Z).unwrap();
+    // Closed, and more of it is outward than inward.
+    assert!(scene.warnings().is_empty(), "{:?}", scene.warnings());
+    let by_photons = received(&photons(&scene), "LTTTTD");
+    println!(
+        "share {by_photons}, off by {:.1e}; other sides would make {:.1e} of it",
+        by_photons - passes,
+        otherwise - passes
+    );
+    assert!((otherwise - passes).abs() > 1e3 * ROUNDING);
+    assert_share(by_photons, passes, "a bow-tie");
+
+    // By beams: two images of the halves, each of constant irradiance, that overlap in the middle.
+    let settings = BeamSettings {
+        max_layers: 64,
+        ..BeamSettings::default()
+    };
+    let sensor = &scene.sensors()[0];
+    let (estimate, _) = beams::run(
+        &scene,
+        sensor,
+        settings,
+        &BeamBudget::default(),
+        &Progress::default(),
+    )
+    .unwrap();
+    let signature = "LTTTTD".parse().unwrap();
+    let layers = estimate.layers.iter();
+    let mut layers = layers.filter(|layer| layer.name == LayerName::Path(signature));
+    let layer = layers.next().expect("beams find that light");
+    let bounds = layer.interval.as_ref().unwrap();
+    let overlap = |low: f64, high: f64, texel: usize| {
+        let from = -2.0 + 0.25 * texel as f64;
+        (high.min(from + 0.25) - low.max(from)).max(0.0) / 0.25
+    };
+    let (mut lit, mut worst) = (0, 0.0_f64);
+    for texel in 0..256 {
+        let (column, row) = (texel % 16, texel / 16);
+        let across = overlap(inner, outer, column) + overlap(-outer, -inner, column);
+        let truth = passes / (outer - inner) * across * overlap(-1.0, 1.0, row);
+        let [low, value, high] = [
+            bounds.low[texel],
+            layer.irradiance[texel],
+            bounds.high[texel],
+        ]
+        .map(|rgb| rgb.0[0]);
+        assert!(
+            low <= truth + ROUNDING && truth - ROUNDING <= high,
+            "texel {column}, {row}: {truth} is not within {low} to {high}"
+        );
+        lit += usize::from(truth > 0.0);
+        worst = worst.max((value - truth).abs());
+    }
+    println!("{lit} texels with light within bounds; beams are off by {worst:.1e} of E0 at worst");
+    assert!(lit >= 64);
+}
+
 #[test]
 fn a_block_inside_out_is_found_out_and_flip_normals_mends_it() {
     // 54.7° to three sides: beyond the critical angle of 41.8° for light that takes the outside for glass.
@@ -453,24 +694,9 @@ fn a_block_inside_out_is_found_out_and_flip_normals_mends_it() {
 #[test]
 fn normals_of_no_length_are_those_of_the_faces_and_opposed_ones_absorb() {
     let with_normals = |normal: DVec3| {
-        let mesh = cube();
-        let mut text = "ply\nformat ascii 1.0\nelement vertex 8\n".to_owned();
-        for name in ["x", "y", "z", "nx", "ny", "nz"] {
-            text += &format!("property double {name}\n");
-        }
-        text += "element face 12\nproperty list uchar int vertex_indices\nend_header\n";
-        for position in &mesh.positions {
-            let numbers = [position.to_array(), normal.to_array()].concat();
-            text += &numbers
-                .iter()
-                .map(|number| format!("{number} "))
-                .collect::<String>();
-            text += "\n";
-        }
-        for [a, b, c] in &mesh.triangles {
-            text += &format!("3 {a} {b} {c}\n");
-        }
-        let scene = load("block.ply", text.as_bytes(), "", -DVec3::Z).unwrap();
+        let mut mesh = cube();
+        mesh.normals = Some(vec![normal; mesh.positions.len()]);
+        let scene = load("block.ply", &ply(&mesh, "ascii"), "", -DVec3::Z).unwrap();
         (photons(&scene), scene)
     };
     let passes = 1.0 - dielectric_reflectance(1.0, IOR);
@@ -493,29 +719,67 @@ fn normals_of_no_length_are_those_of_the_faces_and_opposed_ones_absorb() {
     );
 }
 
+/// The file formats of meshes: the name of a file, how it is written, and whether errors name the vertex or the line.
+type Format = (&'static str, fn(&MeshParts) -> Vec<u8>, bool);
+const FORMATS: [Format; 5] = [
+    ("it.obj", |mesh| obj(mesh), false),
+    ("it.ply", |mesh| ply(mesh, "ascii"), true),
+    ("it.ply", |mesh| ply(mesh, "binary_little_endian"), true),
+    ("it.ply", |mesh| ply(mesh, "binary_big_endian"), true),
+    (
+        "it.serialized",
+        |mesh| serialized(&serialized_contents(mesh), Compression::fast()),
+        true,
+    ),
+];
+
 #[test]
-fn coordinates_that_are_not_finite_are_refused_by_the_number_of_their_vertex() {
-    for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
-        let mut mesh = icosphere(0);
-        mesh.positions[7].y = value;
-        for (name, bytes, place) in [
-            // Vertices are the first lines of the file.
-            ("it.obj", obj(&mesh), "line 8"),
-            ("it.ply", ply(&mesh, "ascii"), "vertex 7"),
-            ("it.ply", ply(&mesh, "binary_little_endian"), "vertex 7"),
-            (
-                "it.serialized",
-                serialized(&serialized_contents(&mesh), Compression::fast()),
-                "vertex 7",
-            ),
-        ] {
-            let error = load(name, &bytes, "", -DVec3::Z).unwrap_err();
-            assert!(
-                error.contains(place) && error.contains("finite"),
-                "{name}, {value}: {error}"
-            );
+fn numbers_that_are_not_finite_are_refused_by_the_number_of_their_vertex() {
+    let mut sound = icosphere(0);
+    let count = sound.positions.len();
+    sound.normals = Some(sound.positions.clone());
+    sound.uvs = Some(sound.positions.iter().map(|p| p.truncate()).collect());
+    let mut refused = 0;
+    for (name, written, names_vertex) in FORMATS {
+        // What is refused below is refused for its one number alone.
+        load(name, &written(&sound), "", -DVec3::Z).unwrap();
+        for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            for vertex in [0, 7, count - 1] {
+                // x, y, z of the position, then of the normal, then u and v.
+                for slot in 0..8 {
+                    let mut mesh = sound.clone();
+                    let normals = mesh.normals.as_mut().unwrap();
+                    let uvs = mesh.uvs.as_mut().unwrap();
+                    let line = match slot {
+                        0..3 => {
+                            mesh.positions[vertex][slot] = value;
+                            vertex
+                        }
+                        3..6 => {
+                            normals[vertex][slot - 3] = value;
+                            count + vertex
+                        }
+                        _ => {
+                            uvs[vertex][slot - 6] = value;
+                            2 * count + vertex
+                        }
+                    } + 1;
+                    let error = load(name, &written(&mesh), "", -DVec3::Z).unwrap_err();
+                    let place = if names_vertex {
+                        format!("vertex {vertex} ")
+                    } else {
+                        format!("line {line}: ")
+                    };
+                    assert!(
+                        error.contains(&place) && error.contains("finite"),
+                        "{name}, number {slot} of vertex {vertex} is {value}: {error}"
+                    );
+                    refused += 1;
+                }
+            }
         }
     }
+    println!("{refused} files refused by the place of their number");
     // Finite in the file, and beyond what can be multiplied where it is placed.
     let mut mesh = icosphere(0);
     mesh.positions[7].y = 1e60;
@@ -541,6 +805,46 @@ fn a_mesh_of_one_triangle_is_an_interface() {
     let reflected = dielectric_reflectance(1.0, IOR);
     assert_share(unseen(&estimate), reflected, "reflected");
     assert_share(received(&estimate, "LTD"), 1.0 - reflected, "transmitted");
+}
+
+#[test]
+fn a_generated_mesh_of_more_faces_than_the_dragon_is_built_closes_and_keeps_its_rays() {
+    let parts = bumpy_torus(934, 467);
+    assert!(parts.triangles.len() > 871_414);
+    // What closes has area vectors whose sum is 0, for the very positions that it has: the edges' parts cancel.
+    let mut sums = [(); 3].map(|()| ExactSum::new());
+    let mut sizes = ExactSum::new();
+    for face in &parts.triangles {
+        let [a, b, c] = face.map(|vertex| parts.positions[vertex as usize]);
+        let (ab, ac) = (b - a, c - a);
+        let area = 0.5 * ab.cross(ac);
+        sizes.add(ab.length() * ac.length());
+        for (sum, part) in sums.iter_mut().zip(area.to_array()) {
+            sum.add(part);
+        }
+    }
+    // A part is half the difference of two products of differences. Each product is rounded three times (4u with room for what is of
+    // second order), the difference once: 5u of the products' magnitudes, which by Cauchy and Schwarz are at most the
+    // edges' lengths multiplied. The sum itself is exact.
+    let allowed = 0.5 * 5.0 * 0.5 * f64::EPSILON * sizes.value();
+    let off = sums.map(|sum| sum.value().abs()).into_iter();
+    let off = off.fold(0.0, f64::max);
+    let start = Instant::now();
+    let world = world_of(parts.clone());
+    let seconds = start.elapsed().as_secs_f64();
+    let found = leaks(&parts, &world, (1.0, DVec3::ZERO), 50_000, within_torus);
+    println!(
+        "{} faces: built in {seconds:.1} s, area vectors sum to {off:.1e}, allowed {allowed:.1e}; {found:?}",
+        parts.triangles.len()
+    );
+    // A face that is missing or turned round is a million million times as large.
+    assert!(off <= allowed && allowed < 1e-12, "{off:e}, {allowed:e}");
+    assert_eq!((found.rays, found.out, found.into), (50_000, 0, 0));
+    assert!(
+        found.seen > 10_000,
+        "{} points are met from without",
+        found.seen
+    );
 }
 
 #[test]

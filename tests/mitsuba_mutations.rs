@@ -1,15 +1,21 @@
-//! No bytes make the reader panic: scene and mesh files, cut, spliced and overwritten at random.
+//! No bytes make a reader panic: files of scenes, meshes, films and images, cut, spliced and overwritten at random.
 
 mod mitsuba_support;
 mod mutation_support;
 
+use std::cell::RefCell;
+
 use flate2::Compression;
 use glam::DVec3;
 use mitsuba_support::Folder;
-use mutation_support::{mutate, mutations, serialized_contents};
+use mutation_support::{
+    PACKINGS, film, mutate, mutations, one_or_more_mutations, serialized_contents,
+};
+use nephroid::film::bitmap::{Bitmap, Encoding};
+use nephroid::film::exr;
 use nephroid::geometry::MeshParts;
 use proptest::prelude::*;
-use proptest::test_runner::RngSeed;
+use proptest::test_runner::{RngSeed, TestRunner};
 
 /// Loading the result may fail or not; that it returns is the test.
 const CASES: u32 = 400;
@@ -82,8 +88,77 @@ fn the_files_load_before_they_are_changed() {
     load_mesh("serialized", &serialized()).unwrap();
 }
 
+/// A range from 1 to the length of what follows is none where nothing does.
+#[test]
+fn a_dollar_that_no_name_follows_is_refused() {
+    for value in ["$", "2$", "$n$", "\\$$"] {
+        let folder = Folder::new();
+        let text = SCENE.replacen("value=\"$n\"", &format!("value=\"{value}\""), 1);
+        assert_ne!(text, SCENE);
+        folder.write("scene.xml", text);
+        let error = folder.load("scene.xml", &[]).unwrap_err();
+        assert!(error.contains("parameter $ has no value"), "{error}");
+    }
+}
+
+fn config() -> ProptestConfig {
+    ProptestConfig {
+        cases: CASES,
+        failure_persistence: None,
+        rng_seed: RngSeed::Fixed(1),
+        ..ProptestConfig::default()
+    }
+}
+
+/// Both readers of images, films packed in every way that there is.
+#[test]
+fn no_film_makes_the_readers_panic() {
+    let folder = Folder::new();
+    let films = PACKINGS.map(|packing| (packing, film(37, 41, packing, false)));
+    for (packing, bytes) in &films {
+        let path = folder.write("film.exr", bytes);
+        let film = exr::read(&path).unwrap_or_else(|error| panic!("{packing:?}: {error}"));
+        assert_eq!((film.width, film.height, film.channels.len()), (37, 41, 3));
+        Bitmap::read(bytes, Encoding::Color).unwrap();
+    }
+    let counts = RefCell::new([[0_u32; 2]; PACKINGS.len()]);
+    let outcome = TestRunner::new(config()).run(&one_or_more_mutations(), |mutations| {
+        for ((_, original), [read, unpacked]) in films.iter().zip(counts.borrow_mut().iter_mut()) {
+            let changed = mutate(original, &mutations);
+            drop(Bitmap::read(&changed, Encoding::Color));
+            let path = folder.write("film.exr", &changed);
+            match exr::read(&path) {
+                Ok(film) => {
+                    *read += 1;
+                    let texels = film.width * film.height;
+                    prop_assert!(film.channels.iter().all(|c| c.samples.len() == texels));
+                }
+                Err(error) => {
+                    let error = error.to_string();
+                    prop_assert!(error.contains("film.exr: "), "{}", error);
+                    *unpacked += u32::from(error.contains("compressed"));
+                }
+            }
+        }
+        Ok(())
+    });
+    if let Err(error) = outcome {
+        panic!("{error}");
+    }
+    for ((packing, _), [read, unpacked]) in films.iter().zip(counts.into_inner()) {
+        println!(
+            "{packing:?}: of {CASES} changed films {read} are read, {unpacked} cannot be unpacked"
+        );
+        // Far from all are refused by their headers.
+        assert!(
+            read < CASES && read + unpacked > CASES / 10,
+            "{packing:?}: {read} and {unpacked}"
+        );
+    }
+}
+
 proptest! {
-    #![proptest_config(ProptestConfig { cases: CASES, failure_persistence: None, rng_seed: RngSeed::Fixed(1), ..ProptestConfig::default() })]
+    #![proptest_config(config())]
 
     #[test]
     fn no_scene_file_makes_the_reader_panic(mutations in mutations()) {

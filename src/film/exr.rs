@@ -22,8 +22,8 @@ const PREFIX: &str = "nephroid:";
 /// Bytes of samples allowed for a byte of file; one that claims more is damaged or made to exhaust memory.
 ///
 /// What each compression reaches for an image of one colour, at most: two bytes of RLE stand for 128, zlib
-/// shrinks to 1/1032, B44 to 14 and B44A to 3 bytes for 16 halves. PIZ has no such limit: its blocks of
-/// 32 lines shrink to some 100 bytes however long the lines are; 2¹⁷ is what lines of 10⁵ texels take.
+/// shrinks to 1/1032, B44 to 14 and B44A to 3 bytes for 16 halves. PIZ's Huffman code has a run of 255 numbers of 16 bits in
+/// 9 bits at least, which is 1/453.
 fn max_expansion(compression: Compression) -> u64 {
     match compression {
         Compression::Uncompressed => 1,
@@ -31,7 +31,7 @@ fn max_expansion(compression: Compression) -> u64 {
         Compression::B44 | Compression::B44A => 11,
         // PXR24 leaves out a byte in four before it is deflated.
         Compression::ZIP1 | Compression::ZIP16 | Compression::PXR24 => 1376,
-        _ => 1 << 17,
+        _ => 454,
     }
 }
 

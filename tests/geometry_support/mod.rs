@@ -147,3 +147,96 @@ pub fn world_of(parts: MeshParts) -> World {
 pub fn closest(world: &World, ray: &Ray) -> Option<Hit> {
     world.closest_hit(ray, f64::INFINITY, &mut TraversalCounters::default())
 }
+
+/// A place well inside [`bumpy_torus`], from one of the cube [-1, 1]³: within 0.22 of the circle that is its core, where its
+/// tube is at least 0.27 thick.
+pub fn within_torus(place: DVec3) -> DVec3 {
+    place.with_z(0.0).normalize_or(DVec3::X) + 0.125 * place
+}
+
+/// The same faces, each with three vertices of its own.
+pub fn unshared(parts: &MeshParts) -> MeshParts {
+    let corners = parts.triangles.iter().flatten();
+    let positions: Vec<DVec3> = corners
+        .map(|&vertex| parts.positions[vertex as usize])
+        .collect();
+    MeshParts {
+        triangles: (0..parts.triangles.len() as u32)
+            .map(|face| [3 * face, 3 * face + 1, 3 * face + 2])
+            .collect(),
+        positions,
+        ..MeshParts::default()
+    }
+}
+
+/// Whether a search does not find what a ray meets before `reach`: the one for the nearest hit, or the one for any.
+pub fn is_lost(world: &World, ray: &Ray, reach: f64) -> bool {
+    let nearest = world.closest_hit(ray, reach, &mut TraversalCounters::default());
+    let any = world.any_hit(ray, reach, |_| true, &mut TraversalCounters::default());
+    nearest.is_none() || !any
+}
+
+/// A point on a vertex or an edge of a random face: where a test that is not watertight leaks.
+pub fn delicate_point(parts: &MeshParts, random: &mut Random) -> DVec3 {
+    let triangle = parts.triangles[random.below(parts.triangles.len())];
+    let first = random.below(3);
+    let [a, b] = [first, (first + 1) % 3].map(|i| parts.positions[triangle[i] as usize]);
+    match random.below(3) {
+        0 => a,
+        1 => a + (b - a) * 0.5,
+        _ => a + (b - a) * random.unit(),
+    }
+}
+
+/// What became of rays through delicate points of a closed mesh.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Leaks {
+    /// Rays each way.
+    pub rays: usize,
+    /// From within, and met nothing.
+    pub out: usize,
+    /// From without, and met nothing before they were within.
+    pub into: usize,
+    /// From without, and the delicate point was what they met first.
+    pub seen: usize,
+}
+
+/// Sends rays from places that `inside` gives (of the mesh as it was before it was placed) through delicate points, and as many
+/// the other way.
+///
+/// A place outside and one inside have the surface between them, however concave it is and wherever its silhouette: so a ray from
+/// without must meet it before it is within. It starts 3 to 3000 times `scale` away, where solids of less than 1.5 have
+/// their outside, and passes its point and its place inside by some u of that.
+pub fn leaks(
+    parts: &MeshParts,
+    world: &World,
+    (scale, middle): (f64, DVec3),
+    rays: usize,
+    inside: impl Fn(DVec3) -> DVec3,
+) -> Leaks {
+    let mut random = Random(7);
+    let mut found = Leaks::default();
+    while found.rays < rays {
+        let start = middle + scale * inside(random.in_cube());
+        let through = delicate_point(parts, &mut random) - start;
+        let Some(direction) = through.try_normalize() else {
+            continue;
+        };
+        found.rays += 1;
+        let ray = Ray::new(start, direction);
+        found.out += usize::from(is_lost(world, &ray, f64::INFINITY));
+        let away = 3.0 * scale * 10f64.powf(3.0 * random.unit());
+        let from = start + away * direction;
+        let Some(back) = (start + through - from).try_normalize() else {
+            continue;
+        };
+        let ray = Ray::new(from, back);
+        found.into += usize::from(is_lost(world, &ray, away));
+        // Some u of the way, of coordinates, and of what an edge seen at a low angle makes of both: far from the next face.
+        let to_it = away - through.length();
+        found.seen += usize::from(
+            closest(world, &ray).is_some_and(|hit| (hit.distance - to_it).abs() < 1e-6 * scale),
+        );
+    }
+    found
+}

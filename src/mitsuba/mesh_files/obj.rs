@@ -102,15 +102,29 @@ impl Corners {
     }
 }
 
+/// Says which of its kind, from 0, something is about.
+fn of(kind: &'static str, index: usize) -> impl Fn(String) -> String {
+    move |message| format!("{kind} {index}: {message}")
+}
+
 impl Reader {
     fn line(&mut self, line: &[u8]) -> Result<(), String> {
         let mut words = line
             .split(u8::is_ascii_whitespace)
             .filter(|word| !word.is_empty());
         match words.next() {
-            Some(b"v") => self.positions.push(DVec3::from_array(numbers(words)?)),
-            Some(b"vn") => self.normals.push(DVec3::from_array(numbers(words)?)),
-            Some(b"vt") => self.uvs.push(DVec2::from_array(numbers(words)?)),
+            Some(b"v") => {
+                let place = numbers(words).map_err(of("vertex", self.positions.len()))?;
+                self.positions.push(DVec3::from_array(place));
+            }
+            Some(b"vn") => {
+                let normal = numbers(words).map_err(of("normal", self.normals.len()))?;
+                self.normals.push(DVec3::from_array(normal));
+            }
+            Some(b"vt") => {
+                let uv = numbers(words).map_err(of("texture coordinate", self.uvs.len()))?;
+                self.uvs.push(DVec2::from_array(uv));
+            }
             Some(b"f") => self.face(words)?,
             // Groups, materials, smoothing, lines, points, comments.
             _ => {}

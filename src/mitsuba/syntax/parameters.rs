@@ -75,6 +75,9 @@ impl Parameters {
 
     /// The longest name that `text` begins with.
     fn name_at<'t>(&self, text: &'t str) -> Option<&'t str> {
+        if text.is_empty() {
+            return None; // there is no range from 1 to 0
+        }
         let prefixes = self
             .lengths
             .range(1..=text.len())

@@ -21,6 +21,9 @@ use crate::transport::path_class::PathClass;
 /// A tile's side \[pixels\].
 const TILE: usize = 16;
 
+/// Samples of a pixel between two questions whether to give up: some milliseconds.
+const ASK_EVERY: u64 = 4096;
+
 /// Tiles between two additions to the film: their sums are kept until then, some 50 kB each.
 const BATCH: usize = 1024;
 
@@ -117,10 +120,8 @@ impl Job<'_> {
         let (width, height) = (self.camera.width(), self.camera.height());
         let mut film = ImageSums::new(width * height);
         for batch in self.tiles().chunks(BATCH) {
-            let blocks: Option<Vec<Block>> = batch
-                .par_iter()
-                .map(|tile| (!(self.stop)()).then(|| self.trace_tile(tile)))
-                .collect();
+            let blocks: Option<Vec<Block>> =
+                batch.par_iter().map(|tile| self.trace_tile(tile)).collect();
             for block in blocks? {
                 add_block(&mut film, width, &block);
             }
@@ -154,7 +155,8 @@ impl Job<'_> {
         tiles
     }
 
-    fn trace_tile(&self, tile: &Tile) -> Block {
+    /// `None` where `stop` said so before the end.
+    fn trace_tile(&self, tile: &Tile) -> Option<Block> {
         let mut block = self.block(tile);
         let mut tracer = Tracer::new(self.scene, self.lights, self.settings, self.shines);
         let film = (self.camera.width(), self.camera.height());
@@ -165,6 +167,9 @@ impl Job<'_> {
             for x in tile.left..tile.right {
                 let stream = self.stream.split(x as u64).split(y as u64);
                 for index in 0..self.samples {
+                    if index % ASK_EVERY == 0 && (self.stop)() {
+                        return None;
+                    }
                     let numbers = PathNumbers { stream, index };
                     let [u, v, s, t] = numbers.camera();
                     let at = DVec2::new(within(x, u), within(y, v)) - border;
@@ -183,7 +188,7 @@ impl Job<'_> {
         block.sums.cut_off = tracer.cut_off;
         let pixels = (tile.right - tile.left) * (tile.bottom - tile.top);
         (self.finished)(pixels as u64 * self.samples);
-        block
+        Some(block)
     }
 
     /// An empty block of all pixels of the film that a tile's samples may reach.

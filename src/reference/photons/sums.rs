@@ -279,6 +279,8 @@ impl<const N: usize> Recipient<N> for Tally<'_, N> {
 
     fn finish(&mut self) {
         self.write();
+        // Tasks are kept until the replicate's end, up to 2¹⁶ of them: without what they need no more.
+        self.kept = Vec::new();
     }
 }
 

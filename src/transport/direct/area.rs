@@ -17,6 +17,9 @@ pub const REPLICATES: u32 = 16;
 /// Samples of a texel and an area light, in each replicate, where no more are asked for.
 pub(super) const SAMPLES: u32 = 8;
 
+/// Samples between two questions whether to give up: some milliseconds.
+const ASK_EVERY: u32 = 4096;
+
 /// Largest relative error of a light's irradiance without shadow that is taken without sampling, and above which a texel
 /// gets the samples that are asked for.
 pub(super) const SMOOTH_ERROR: f64 = 1e-3;
@@ -64,10 +67,13 @@ impl DirectLight<'_> {
         let mut unshadowed = 0.0;
         let mut is_found = false;
         let mut all_passed = Passed::NOTHING_SEEN;
-        for replicate in 0..REPLICATES {
+        'replicates: for replicate in 0..REPLICATES {
             let stream = stream.split(u64::from(replicate));
             let mut mean = 0.0;
             for sample in 0..each {
+                if sample % ASK_EVERY == ASK_EVERY - 1 && (self.stop)() {
+                    break 'replicates;
+                }
                 let [u, v, s, t] = stream.point4(u64::from(sample));
                 let Some(patch) = self.patch(texel, DVec2::new(u, v)) else {
                     continue;

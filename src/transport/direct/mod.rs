@@ -160,17 +160,20 @@ impl Direct {
         let rows: Option<Vec<(Vec<T>, TraversalCounters)>> = (0..receiver.height())
             .into_par_iter()
             .map(|row| {
-                if stop() {
-                    return None;
-                }
                 let mut at = DirectLight {
                     scene,
                     receiver,
+                    stop,
                     counters: TraversalCounters::default(),
                 };
-                let texels = (0..receiver.width())
-                    .map(|column| measure(&mut at, row * receiver.width() + column))
-                    .collect();
+                let mut texels = Vec::with_capacity(receiver.width());
+                for column in 0..receiver.width() {
+                    texels.push(measure(&mut at, row * receiver.width() + column));
+                    // What was given up in its middle is no measurement.
+                    if stop() {
+                        return None;
+                    }
+                }
                 Some((texels, at.counters))
             })
             .collect();
@@ -187,6 +190,8 @@ impl Direct {
 struct DirectLight<'a> {
     scene: &'a Scene,
     receiver: &'a Receiver,
+    /// Whether to give up: what is measured from then on is thrown away.
+    stop: &'a (dyn Fn() -> bool + Sync),
     counters: TraversalCounters,
 }
 
