@@ -113,8 +113,14 @@ fn a_position_with_many_normals_stays_merged_beyond_the_chain() {
 
 #[test]
 fn errors_name_the_line_and_the_value() {
-    assert_eq!(error("v 0 0\n"), "line 1: vertex 0: expected 3 numbers, found 2");
-    assert_eq!(error("\nv 0 x 0\n"), "line 2: vertex 0: \"x\" is not a finite number");
+    assert_eq!(
+        error("v 0 0\n"),
+        "line 1: vertex 0: expected 3 numbers, found 2"
+    );
+    assert_eq!(
+        error("\nv 0 x 0\n"),
+        "line 2: vertex 0: \"x\" is not a finite number"
+    );
     assert_eq!(
         error("v nan 0 0\n"),
         "line 1: vertex 0: \"nan\" is not a finite number"
