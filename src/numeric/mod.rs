@@ -1,9 +1,11 @@
 //! Numbers: exact sums, sample streams, quadrature, statistics. Knows nothing of light.
 
 pub mod choice;
+pub(crate) mod compensated;
 pub mod distributions;
 pub mod exact_sum;
 pub mod fixed_point;
+pub(crate) mod fused;
 mod morton;
 pub mod quadrature;
 mod sobol;
