@@ -427,6 +427,11 @@ fn dense_glass_and_bubbles_are_as_the_closed_form_has_them() {
         (1.0, 2.418, 50),
         (1.0, 10.0, 40),
         (1.0, 15.0, 40),
+        // Here F's valley at Brewster's angle lies between the nodes of a coarse run.
+        (1.0, 24.0, 40),
+        (1.0, 27.0, 40),
+        (1.0, 30.0, 40),
+        (1.0, 33.0, 40),
         (1.0, 100.0, 40),
         (1.0, 0.99, TRIED),
         (1.33, 1.0, 40),

@@ -124,13 +124,15 @@ impl Div for Compensated {
 
     #[inline(always)]
     fn div(self, other: Self) -> Self {
-        let value = self.value / other.value;
+        // One division: what that leaves to the quotient by a second rounding, the error has.
+        let inverse = 1.0 / other.value;
+        let value = self.value * inverse;
         let back = Self::product(value, other.value);
         // The quotient times the divisor is the dividend but for its last digits: their difference is exact.
         let remains = (self.value - back.value) - back.error + self.error - value * other.error;
         Self {
             value,
-            error: remains / other.value,
+            error: remains * inverse,
         }
     }
 }

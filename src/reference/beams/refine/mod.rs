@@ -47,6 +47,15 @@ const CUT_TOLERANCES: f64 = 256.0;
 /// opening: what of the cone reaches in between its nodes is less than a millionth of the cone.
 const LEAST_IN_CONE: f64 = 1.0 / 256.0;
 
+/// Where the weights of a cell were off a plane by more than this part of them,
+const NOTED_BEND: f64 = 1.0 / 64.0;
+/// ... and that is more than so many tolerances of flux,
+const NOTED_TOLERANCES: f64 = 1.0 / 64.0;
+/// ... its quarters should be off by a quarter of it. They are not believed if it is less than this part of it,
+const BY_CHANCE: f64 = 1.0 / 5.0;
+/// ... nor if it is more than this part of their weights.
+const STILL_BENT: f64 = 1.0 / 32.0;
+
 /// Cells between two looks at the limit: some milliseconds' work.
 const PATIENCE: u32 = 256;
 
@@ -181,6 +190,7 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
             corners,
             level: 0,
             clearance: Clearance::default(),
+            weight_bend_before: 0.0,
         });
         while self.may_go_on()
             && let Some(mut cell) = self.scratch.pending.pop()
@@ -193,7 +203,11 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
             {
                 self.finish(&cell, &middles, &finished);
             } else {
-                self.scratch.pending.extend(cell.quarters(&middles));
+                let quarters = cell.quarters(&middles).map(|quarter| Cell {
+                    weight_bend_before: look.weight_bend,
+                    ..quarter
+                });
+                self.scratch.pending.extend(quarters);
             }
         }
     }
@@ -303,7 +317,8 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
         }
         let flux = area * look.weight.max_magnitude();
         if look.one_family {
-            if !is_last && area * misplaced(&look) > self.tolerance {
+            let is_placed = area * misplaced(&look) <= self.tolerance;
+            if !is_last && !(is_placed && self.is_smooth(cell, area, &look)) {
                 return None;
             }
             for quarter in cell.quarters(middles) {
@@ -338,6 +353,18 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
         let texels: f64 = boxes.map(|[first, last]| texels_of(first, last)).sum();
         let widened = finished.slack.max_magnitude() * texels.sqrt();
         (is_last || widened <= self.tolerance).then_some(finished)
+    }
+
+    /// Whether a cell's weights are off a plane by as little as those of something smooth would be, after what the cell that it is a
+    /// quarter of showed.
+    ///
+    /// Else there may be a valley between its nodes, narrower than the cell, as that of Fresnel's reflectance at Brewster's angle in
+    /// something dense: nothing of it would be in the bounds.
+    fn is_smooth(&self, cell: &Cell<N>, area: f64, look: &Look<N>) -> bool {
+        let (weight, before) = (look.weight.max_magnitude(), cell.weight_bend_before);
+        let is_noted =
+            before > weight * NOTED_BEND && area * before > self.tolerance * NOTED_TOLERANCES;
+        !is_noted || (before * BY_CHANCE..=weight * STILL_BENT).contains(&look.weight_bend)
     }
 
     fn finish(&mut self, cell: &Cell<N>, middles: &[Node<N>; 3], finished: &Finished<N>) {
