@@ -27,6 +27,7 @@ const FLOORS: &[(&str, u32)] = &[
 /// Crates that only some folders or files may name, with each of these.
 const PRIVATE_CRATES: &[(&str, &str)] = &[
     ("obvhs", "geometry/accel"),
+    ("pulp", "numeric/fused.rs"),
     ("exr", "film"),
     ("image", "film"),
     ("roxmltree", "mitsuba"),

@@ -1,4 +1,4 @@
-//! Formulas whose results are as good as rounded once.
+//! Arithmetic that gives back what rounding takes.
 #![allow(clippy::inline_always)] // or the code is not compiled for its caller's instructions
 
 use std::ops::{Add, Div, Mul, Sub};
@@ -10,8 +10,8 @@ use std::ops::{Add, Div, Mul, Sub};
 /// *Accurate sum and dot product*, SIAM J. Sci. Comput. 26 (2005), 2.1). A formula carries them along by its own
 /// derivative. So [`Compensated::rounded`] is off by one rounding and some dozen u² times the formula's condition number.
 ///
-/// Where a difference of inexact numbers loses all digits, `error` may be as large as `value`: quotients by it and roots
-/// of it want [`Compensated::settled`] first.
+/// No product may overflow; what underflows is lost. Where a difference of inexact numbers loses its digits, `error` may be
+/// as large as `value`: roots of it, and quotients by it, want [`Compensated::settled`] first.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Compensated {
     value: f64,
@@ -49,11 +49,13 @@ impl Compensated {
     /// The same number, its error at most half a unit in its last place.
     #[inline(always)]
     pub fn settled(self) -> Self {
-        let value = self.rounded();
-        Self {
-            value,
-            error: (self.value - value) + self.error,
-        }
+        Self::sum(self.value, self.error)
+    }
+
+    /// Whether a settled number is more than 0.
+    #[inline(always)]
+    pub fn is_positive(self) -> bool {
+        self.value > 0.0
     }
 
     /// The square root of a positive, settled number.
@@ -124,15 +126,13 @@ impl Div for Compensated {
 
     #[inline(always)]
     fn div(self, other: Self) -> Self {
-        // One division: what that leaves to the quotient by a second rounding, the error has.
-        let inverse = 1.0 / other.value;
-        let value = self.value * inverse;
+        let value = self.value / other.value;
         let back = Self::product(value, other.value);
         // The quotient times the divisor is the dividend but for its last digits: their difference is exact.
         let remains = (self.value - back.value) - back.error + self.error - value * other.error;
         Self {
             value,
-            error: remains * inverse,
+            error: remains / other.value,
         }
     }
 }
@@ -173,5 +173,75 @@ impl Sub<Compensated> for f64 {
             error: difference.error - other.error,
             ..difference
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const UNIT: f64 = f64::EPSILON / 2.0;
+
+    fn exact(x: f64) -> i128 {
+        assert_eq!(x, x.trunc());
+        x as i128
+    }
+
+    proptest! {
+        #[test]
+        fn sums_and_products_lose_nothing(a in -1_i64 << 53..1 << 53, b in -1_i64 << 53..1 << 53, shift in 0..60) {
+            let (x, y) = (a as f64 * 2_f64.powi(shift), b as f64);
+            let sum = Compensated::sum(x, y);
+            prop_assert_eq!(exact(sum.value) + exact(sum.error), exact(x) + exact(y));
+            let product = Compensated::product(a as f64, b as f64);
+            prop_assert_eq!(
+                exact(product.value) + exact(product.error),
+                i128::from(a) * i128::from(b)
+            );
+        }
+
+        /// a/b = q + r/b with q = m 2^-s the rounded quotient: a 2^s − m b is a whole number of some 105 bits.
+        #[test]
+        fn quotients_know_what_they_lack(a in 1_i64 << 40..1 << 50, b in 1_i64 << 40..1 << 50) {
+            let quotient = Compensated::sum(a as f64, 0.0) / Compensated::sum(b as f64, 0.0);
+            let scale = 2_f64.powi(64);
+            let whole = exact(quotient.value * scale);
+            let remains = (i128::from(a) << 64) - whole * i128::from(b);
+            let lacks = remains as f64 / scale / b as f64;
+            prop_assert!((quotient.error - lacks).abs() <= 4.0 * UNIT * lacks.abs());
+        }
+
+        /// With x² = n and x = q + e: e = (n − q²)/(2 q), but for e²/(2 q), which is u²/8 of q.
+        #[test]
+        fn roots_know_what_they_lack(n in 1_i64 << 40..1 << 50) {
+            let root = Compensated::sum(n as f64, 0.0).sqrt();
+            // q < 2^25 has 53 bits, no more than 33 of them behind the point.
+            let whole = exact(root.value * 2_f64.powi(33));
+            let remains = (i128::from(n) << 66) - whole * whole;
+            let lacks = remains as f64 / 2_f64.powi(66) / (2.0 * root.value);
+            prop_assert!((root.error - lacks).abs() <= 4.0 * UNIT * lacks.abs() + UNIT * UNIT * root.value);
+        }
+    }
+
+    /// (1/3 + 1e8) − 1e8 − 1/3 = 0, though each step rounds.
+    #[test]
+    fn what_steps_of_a_formula_round_away_comes_back() {
+        let third = Compensated::sum(1.0, 0.0) / Compensated::sum(3.0, 0.0);
+        let difference = (third + 1e8 + -1e8) - third;
+        assert!(difference.value.abs() > 1e-10);
+        assert!(difference.rounded().abs() < 1e-23);
+        assert!(difference.settled().value.abs() < 1e-23);
+    }
+
+    #[test]
+    fn a_settled_number_is_the_rounded_one_and_half_a_unit() {
+        let wide = Compensated {
+            value: 1.0,
+            error: -3.0,
+        };
+        let settled = wide.settled();
+        assert_eq!((settled.value, settled.error), (-2.0, 0.0));
+        assert!(!settled.is_positive());
     }
 }

@@ -2,21 +2,11 @@
 
 /// Does `work`, compiled for fused multiply-add where this processor has it.
 ///
-/// [`f64::mul_add`] rounds once on every processor, so the results are the same bits. What differs is the price: without
-/// the instruction each is a call of the system's library.
+/// [`f64::mul_add`] rounds once on every processor, so the results are the same bits. What differs is the price: without the
+/// instruction each is computed from its parts, some hundred times as long.
+///
+/// `work` must be marked `#[inline(always)]`, and so must be all that it calls: else it is compiled for any processor.
 #[inline]
 pub(crate) fn with_fused<R>(work: impl FnOnce() -> R) -> R {
-    #[cfg(target_arch = "x86_64")]
-    if std::arch::is_x86_feature_detected!("fma") {
-        // SAFETY: the processor has the feature.
-        #[allow(unsafe_code)]
-        return unsafe { fused(work) };
-    }
-    work()
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "fma")]
-fn fused<R>(work: impl FnOnce() -> R) -> R {
-    work()
+    pulp::Arch::new().dispatch(work)
 }

@@ -1,4 +1,4 @@
-//! Numbers: exact sums, sample streams, quadrature, statistics. Knows nothing of light.
+//! Numbers: exact sums, arithmetic that gives back roundings, sample streams, quadrature, statistics. Knows nothing of light.
 
 pub mod choice;
 pub(crate) mod compensated;

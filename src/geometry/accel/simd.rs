@@ -2,7 +2,7 @@
 //!
 //! [`Lanes`] is what the search needs of a processor: eight `f32` at once, each operation as IEEE
 //! 754 has it (no fused ones). So the search visits the same nodes on every processor, however
-//! many lanes an instruction handles. Of the crate's files only this one and `numeric/fused.rs` have `unsafe` in them: the
+//! many lanes an instruction handles. This is the one file of the crate with `unsafe` in it: the
 //! [`Avx2`] token, which exists only where the instructions do, stands for their safety.
 #![allow(clippy::inline_always)] // or the code is not compiled for its caller's registers
 

@@ -32,8 +32,8 @@ pub struct Cell<const N: usize> {
     pub level: u32,
     /// Which legs of its light are known to have nothing in their way.
     pub clearance: Clearance,
-    /// The [`Look::weight_bend`] of the cell that it is a quarter of; 0 where there is none to be believed.
-    pub weight_bend_before: f64,
+    /// The [`Look::weight_bend`] of the cell that it is a quarter of, where that was worth noting; else 0.
+    pub noted_bend: f64,
 }
 
 impl<const N: usize> Cell<N> {
@@ -56,7 +56,7 @@ impl<const N: usize> Cell<N> {
             corners,
             level: self.level + 1,
             clearance: self.clearance,
-            weight_bend_before: 0.0,
+            noted_bend: 0.0,
         })
     }
 }

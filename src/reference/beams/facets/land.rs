@@ -69,7 +69,7 @@ pub(super) fn land<const N: usize>(
         corners: [corners[0], corners[index], corners[index + 1]],
         level: 0,
         clearance: Clearance::default(),
-        weight_bend_before: 0.0,
+        noted_bend: 0.0,
     });
     if matches!(paths.source(), Source::Parallel { .. }) {
         let received = fan.fold(Flux::BLACK, |sum, cell| sum + land_flat(film, &cell));

@@ -47,14 +47,19 @@ const CUT_TOLERANCES: f64 = 256.0;
 /// opening: what of the cone reaches in between its nodes is less than a millionth of the cone.
 const LEAST_IN_CONE: f64 = 1.0 / 256.0;
 
-/// Where the weights of a cell were off a plane by more than this part of them,
-const NOTED_BEND: f64 = 1.0 / 64.0;
-/// ... and that is more than so many tolerances of flux,
-const NOTED_TOLERANCES: f64 = 1.0 / 64.0;
-/// ... its quarters should be off by a quarter of it. They are not believed if it is less than this part of it,
-const BY_CHANCE: f64 = 1.0 / 5.0;
-/// ... nor if it is more than this part of their weights.
+/// Weights off a plane by less than this part of them are smooth enough for the bounds to be made of. A valley that is
+/// narrower than a cell (Fresnel's at Brewster's angle, in a ball of index 24) had bounds too narrow with twice as much.
 const STILL_BENT: f64 = 1.0 / 32.0;
+
+/// A quarter of a cell whose weights were off a plane by more than this part of them must look like a quarter of it.
+const NOTED_BEND: f64 = 1.0 / 64.0;
+
+/// Halving leaves a quarter of a smooth bend. Where less than this part of a noted one is left, that may be by chance, with
+/// nodes on both sides of a valley: at a sixteenth, balls of ten indices of twenty-six were out of their bounds.
+const BY_CHANCE: f64 = 1.0 / 5.0;
+
+/// Where a bend is of less flux than so many tolerances, neither matters.
+const LEAST_BENT: f64 = 1.0 / 64.0;
 
 /// Cells between two looks at the limit: some milliseconds' work.
 const PATIENCE: u32 = 256;
@@ -190,7 +195,7 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
             corners,
             level: 0,
             clearance: Clearance::default(),
-            weight_bend_before: 0.0,
+            noted_bend: 0.0,
         });
         while self.may_go_on()
             && let Some(mut cell) = self.scratch.pending.pop()
@@ -203,11 +208,13 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
             {
                 self.finish(&cell, &middles, &finished);
             } else {
-                let quarters = cell.quarters(&middles).map(|quarter| Cell {
-                    weight_bend_before: look.weight_bend,
-                    ..quarter
-                });
-                self.scratch.pending.extend(quarters);
+                let noted_bend = self.noted_bend(&cell, &look);
+                for quarter in cell.quarters(&middles) {
+                    self.scratch.pending.push(Cell {
+                        noted_bend,
+                        ..quarter
+                    });
+                }
             }
         }
     }
@@ -317,8 +324,8 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
         }
         let flux = area * look.weight.max_magnitude();
         if look.one_family {
-            let is_placed = area * misplaced(&look) <= self.tolerance;
-            if !is_last && !(is_placed && self.is_smooth(cell, area, &look)) {
+            let is_misplaced = area * misplaced(&look) > self.tolerance;
+            if !is_last && (is_misplaced || self.may_hide_valley(cell, area, &look)) {
                 return None;
             }
             for quarter in cell.quarters(middles) {
@@ -355,16 +362,20 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
         (is_last || widened <= self.tolerance).then_some(finished)
     }
 
-    /// Whether a cell's weights are off a plane by as little as those of something smooth would be, after what the cell that it is a
-    /// quarter of showed.
-    ///
-    /// Else there may be a valley between its nodes, narrower than the cell, as that of Fresnel's reflectance at Brewster's angle in
-    /// something dense: nothing of it would be in the bounds.
-    fn is_smooth(&self, cell: &Cell<N>, area: f64, look: &Look<N>) -> bool {
-        let (weight, before) = (look.weight.max_magnitude(), cell.weight_bend_before);
-        let is_noted =
-            before > weight * NOTED_BEND && area * before > self.tolerance * NOTED_TOLERANCES;
-        !is_noted || (before * BY_CHANCE..=weight * STILL_BENT).contains(&look.weight_bend)
+    /// How far a cell's weights are off a plane, if its quarters must tell that they are smooth; else 0.
+    fn noted_bend(&self, cell: &Cell<N>, look: &Look<N>) -> f64 {
+        let is_noted = look.weight_bend > NOTED_BEND * look.weight.max_magnitude()
+            && cell.area() * look.weight_bend > 4.0 * LEAST_BENT * self.tolerance;
+        if is_noted { look.weight_bend } else { 0.0 }
+    }
+
+    /// Whether a cell's light may be weaker or stronger between its nodes than they show, by more than its bounds would say: its
+    /// weights are still far off a plane, or on one by chance.
+    fn may_hide_valley(&self, cell: &Cell<N>, area: f64, look: &Look<N>) -> bool {
+        let is_still_bent = look.weight_bend > STILL_BENT * look.weight.max_magnitude()
+            && area * look.weight_bend > LEAST_BENT * self.tolerance;
+        let is_by_chance = look.weight_bend < BY_CHANCE * cell.noted_bend;
+        is_still_bent || is_by_chance
     }
 
     fn finish(&mut self, cell: &Cell<N>, middles: &[Node<N>; 3], finished: &Finished<N>) {
