@@ -137,7 +137,7 @@ fn fresnels_reflectance_keeps_its_digits_at_every_angle_and_index() {
     }
 }
 
-/// Within 40 last digits of the cosine's critical value. Where `refract` finds no way on for its own rounding, F is 1.
+/// Within 40 last digits of the cosine's critical value: what is refracted, and only that, has its share.
 #[test]
 fn fresnels_reflectance_keeps_its_digits_to_the_last_light_that_passes() {
     let (mut passed, mut worst) = (0, 0.0_f64);
@@ -148,8 +148,11 @@ fn fresnels_reflectance_keeps_its_digits_to_the_last_light_that_passes() {
             (below, above) = (below.next_down(), above.next_up());
             for cos in [below, critical, above] {
                 let found = dielectric_reflectance(cos, eta);
-                let is_refracted = (eta - 1.0) * (eta + 1.0) + cos * cos > 0.0;
-                let Some((exact, _)) = exact_reflectance(cos, eta).filter(|_| is_refracted) else {
+                let direction = DVec3::new(((1.0 - cos) * (1.0 + cos)).sqrt(), 0.0, -cos);
+                let is_refracted = refract(direction, DVec3::Z, eta).is_some();
+                let exact = exact_reflectance(cos, eta);
+                assert_eq!(is_refracted, exact.is_some(), "cos {cos:e}, η {eta:e}");
+                let Some((exact, _)) = exact else {
                     assert_eq!(found, 1.0, "cos {cos:e}, η {eta:e}");
                     continue;
                 };

@@ -52,12 +52,6 @@ impl Compensated {
         Self::sum(self.value, self.error)
     }
 
-    /// Whether a settled number is more than 0.
-    #[inline(always)]
-    pub fn is_positive(self) -> bool {
-        self.value > 0.0
-    }
-
     /// The square root of a positive, settled number.
     #[inline(always)]
     pub fn sqrt(self) -> Self {
@@ -242,6 +236,5 @@ mod tests {
         };
         let settled = wide.settled();
         assert_eq!((settled.value, settled.error), (-2.0, 0.0));
-        assert!(!settled.is_positive());
     }
 }

@@ -31,8 +31,7 @@ use crate::numeric::fused::with_fused;
 /// - `cos_incident`: cos θᵢ in 0..=1, on the side light arrives from.
 /// - `eta`: `n_transmitted / n_incident`; `1.33` enters water from air.
 ///
-/// Returns exactly 1 at and beyond the critical angle, and wherever [`refract`](super::refract) finds no way on (within
-/// rounding of that angle); exactly 1 at grazing incidence; exactly 0 for `eta` = 1. Photon flux splits by F alone; transmitted *radiance* also scales by η², not here.
+/// Returns exactly 1 at and beyond the critical angle, and at grazing incidence; exactly 0 for `eta` = 1. Photon flux splits by F alone; transmitted *radiance* also scales by η², not here.
 ///
 /// ```
 /// # use nephroid::optics::dielectric_reflectance;
@@ -41,9 +40,7 @@ use crate::numeric::fused::with_fused;
 /// ```
 #[inline]
 pub fn dielectric_reflectance(cos_incident: f64, eta: f64) -> f64 {
-    // As `refract` has it: where that finds no way on, no light may be left for it.
-    let eta_cos_squared = (eta - 1.0) * (eta + 1.0) + cos_incident * cos_incident;
-    if eta_cos_squared <= 0.0 || cos_incident <= 0.0 {
+    if eta_cos_squared(cos_incident, eta) <= 0.0 || cos_incident <= 0.0 {
         return if eta == 1.0 { 0.0 } else { 1.0 };
     }
     with_fused(
@@ -52,18 +49,40 @@ pub fn dielectric_reflectance(cos_incident: f64, eta: f64) -> f64 {
     )
 }
 
-/// F where `refract` finds a way on.
+/// (η cos θₜ)² = (η − 1)(η + 1) + cos² θᵢ: more than 0 exactly where light is refracted.
+///
+/// Both [`refract`](super::refract) and F ask here: a way without a share of the flux, or a share without a way, would lose it.
+#[inline]
+pub(super) fn eta_cos_squared(cos_incident: f64, eta: f64) -> f64 {
+    let cos_squared = cos_incident * cos_incident;
+    let rounded = (eta - 1.0) * (eta + 1.0) + cos_squared;
+    // Where the terms cancel they are as large as each other; of one three roundings, of the other one, and their sum's.
+    if rounded.abs() <= 4.0 * f64::EPSILON * cos_squared {
+        return critical_eta_cos_squared(cos_incident, eta);
+    }
+    rounded
+}
+
+/// The same where all digits cancel.
+#[cold]
+fn critical_eta_cos_squared(cos_incident: f64, eta: f64) -> f64 {
+    (compensated_a(eta) + Compensated::product(cos_incident, cos_incident)).rounded()
+}
+
+/// (η − 1)(η + 1).
+#[inline(always)]
+#[allow(clippy::inline_always)] // or it is not compiled for fused multiply-add
+fn compensated_a(eta: f64) -> Compensated {
+    Compensated::sum(eta, -1.0) * Compensated::sum(eta, 1.0)
+}
+
+/// F where light is refracted.
 #[inline(always)]
 #[allow(clippy::inline_always)] // or it is not compiled for fused multiply-add
 fn partial_reflectance(cos_incident: f64, eta: f64) -> f64 {
-    let a = Compensated::sum(eta, -1.0) * Compensated::sum(eta, 1.0);
+    let a = compensated_a(eta);
     let cos_squared = Compensated::product(cos_incident, cos_incident);
-    let eta_cos_squared = (a + cos_squared).settled();
-    if !eta_cos_squared.is_positive() {
-        // What `refract` took for the last light to pass is beyond the critical angle, but for its rounding.
-        return 1.0;
-    }
-    let eta_cos_transmitted = eta_cos_squared.sqrt();
+    let eta_cos_transmitted = (a + cos_squared).settled().sqrt();
     let r_s = a / (eta_cos_transmitted + cos_incident).squared();
     let (along, across) = (eta_cos_transmitted * cos_incident, 1.0 - cos_squared);
     let p_by_s = (along - across) / (along + across);
@@ -95,7 +114,7 @@ mod tests {
         for eta in [1.5, 1.0 / 1.5, 100.0, 0.01, 1.0 + 1e-12] {
             for step in 1..=1000 {
                 let cos = f64::from(step) / 1000.0;
-                if (eta - 1.0) * (eta + 1.0) + cos * cos > 0.0 {
+                if eta_cos_squared(cos, eta) > 0.0 {
                     let anywhere = std::hint::black_box(partial_reflectance)(cos, eta);
                     assert_eq!(
                         dielectric_reflectance(cos, eta).to_bits(),

@@ -2,6 +2,8 @@
 
 use glam::DVec3;
 
+use super::dielectric::eta_cos_squared;
+
 /// The direction of travel after a mirror reflection, d − 2 (d·n) n.
 ///
 /// It is as long as `direction` to a few units in the last place: a chain of n events leaves a
@@ -31,7 +33,7 @@ pub fn refract(direction: DVec3, normal: DVec3, eta: f64) -> Option<DVec3> {
         return Some(direction);
     }
     let cos_incident = -direction.dot(normal);
-    let eta_cos_squared = (eta - 1.0) * (eta + 1.0) + cos_incident * cos_incident;
+    let eta_cos_squared = eta_cos_squared(cos_incident, eta);
     if eta_cos_squared <= 0.0 {
         return None;
     }
