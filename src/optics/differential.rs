@@ -2,6 +2,8 @@
 
 use glam::DVec3;
 
+use super::dielectric::eta_cos_squared;
+
 /// The derivative of a ray by one coordinate of the light it belongs to: metres (of `position`) and
 /// radians (of `direction`) per unit of that coordinate.
 ///
@@ -73,7 +75,7 @@ impl RayDerivative {
         eta: f64,
     ) -> Option<Self> {
         let cos = -direction.dot(normal);
-        let squared = (eta - 1.0) * (eta + 1.0) + cos * cos;
+        let squared = eta_cos_squared(cos, eta);
         if squared <= 0.0 {
             return None;
         }
