@@ -135,10 +135,12 @@ await test('the plot has a mark for each row, tells it at the pointer, and follo
   const mark = page.locator(`#plot .mark-point[data-row="${last}"]`);
   await mark.hover();
   assert.ok((await page.innerText('#tip')).includes(report.rows[last].label));
-  const before = await mark.getAttribute('cx');
+  // The dearest row may be so by rays and by seconds: its mark then stays at the axis' end.
+  const places = () => page.locator('#plot .mark-point').evaluateAll((marks) => marks.map((one) => one.getAttribute('cx')));
+  const before = await places();
   await page.selectOption('#cost-axis', 'seconds');
   assert.equal(await page.locator('#plot .mark-point').count(), known);
-  assert.notEqual(await mark.getAttribute('cx'), before);
+  assert.notDeepEqual(await places(), before);
   await page.locator('#cost').screenshot({ path: join(shots, 'cost.png') });
   await page.locator('#plot .mark-point[data-row="0"]').focus();
   await page.keyboard.press('Enter');
