@@ -429,8 +429,7 @@ fn cameras_that_light_cannot_be_connected_to_are_refused_by_name_unless_there_is
 
 #[test]
 fn the_same_bits_come_from_any_number_of_threads() {
-    // Beams in the one, connected photons in the other; maps in both.
-    // What beams reach in a second here.
+    // Beams in the one, to what they reach in a second; connected photons in the other; maps in both.
     for (light, relative_error) in [(POINT, Some(1.0)), (LAMP, None)] {
         let scene = room(&film(19, 7, BOX), FLOOR, &[BALL, light]);
         let budget = FullBudget {

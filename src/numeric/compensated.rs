@@ -1,7 +1,7 @@
 //! Arithmetic that gives back what rounding takes.
 #![allow(clippy::inline_always)] // or the code is not compiled for its caller's instructions
 
-use std::ops::{Add, Div, Mul, Sub};
+use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// A number with what rounding took from it, to first order: `value + error` is the result of the same formula without
 /// any rounding, but for products of two roundings.
@@ -68,11 +68,7 @@ impl Compensated {
     /// The square.
     #[inline(always)]
     pub fn squared(self) -> Self {
-        let square = Self::product(self.value, self.value);
-        Self {
-            error: square.error + 2.0 * self.value * self.error,
-            ..square
-        }
+        self * self
     }
 }
 
@@ -89,16 +85,24 @@ impl Add for Compensated {
     }
 }
 
+impl Neg for Compensated {
+    type Output = Self;
+
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Self {
+            value: -self.value,
+            error: -self.error,
+        }
+    }
+}
+
 impl Sub for Compensated {
     type Output = Self;
 
     #[inline(always)]
     fn sub(self, other: Self) -> Self {
-        let difference = Self::sum(self.value, -other.value);
-        Self {
-            error: difference.error + (self.error - other.error),
-            ..difference
-        }
+        self.add(-other)
     }
 }
 
@@ -162,11 +166,7 @@ impl Sub<Compensated> for f64 {
 
     #[inline(always)]
     fn sub(self, other: Compensated) -> Compensated {
-        let difference = Compensated::sum(self, -other.value);
-        Compensated {
-            error: difference.error - other.error,
-            ..difference
-        }
+        (-other).add(self)
     }
 }
 

@@ -31,7 +31,8 @@ use crate::numeric::fused::with_fused;
 /// - `cos_incident`: cos θᵢ in 0..=1, on the side light arrives from.
 /// - `eta`: `n_transmitted / n_incident`; `1.33` enters water from air.
 ///
-/// Returns exactly 1 at and beyond the critical angle, and at grazing incidence; exactly 0 for `eta` = 1. Photon flux splits by F alone; transmitted *radiance* also scales by η², not here.
+/// Returns exactly 1 at and beyond the critical angle, and at grazing incidence; exactly 0
+/// for `eta` = 1. Photon flux splits by F alone; transmitted *radiance* also scales by η², not here.
 ///
 /// ```
 /// # use nephroid::optics::dielectric_reflectance;

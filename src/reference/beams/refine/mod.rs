@@ -48,14 +48,14 @@ const CUT_TOLERANCES: f64 = 256.0;
 const LEAST_IN_CONE: f64 = 1.0 / 256.0;
 
 /// Weights off a plane by less than this part of them are smooth enough for the bounds to be made of. A valley that is
-/// narrower than a cell (Fresnel's at Brewster's angle, in a ball of index 24) had bounds too narrow with twice as much.
+/// narrower than a cell (Fresnel's at Brewster's angle, in a ball of index 24) had bounds too narrow with a twentieth.
 const STILL_BENT: f64 = 1.0 / 32.0;
 
 /// A quarter of a cell whose weights were off a plane by more than this part of them must look like a quarter of it.
 const NOTED_BEND: f64 = 1.0 / 64.0;
 
 /// Halving leaves a quarter of a smooth bend. Where less than this part of a noted one is left, that may be by chance, with
-/// nodes on both sides of a valley: at a sixteenth, balls of ten indices of twenty-six were out of their bounds.
+/// nodes on both sides of a valley: at a sixteenth, balls of eight indices of twenty-five were out of their bounds.
 const BY_CHANCE: f64 = 1.0 / 5.0;
 
 /// Where a bend is of less flux than so many tolerances, neither matters.
@@ -209,12 +209,12 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
                 self.finish(&cell, &middles, &finished);
             } else {
                 let noted_bend = self.noted_bend(&cell, &look);
-                for quarter in cell.quarters(&middles) {
-                    self.scratch.pending.push(Cell {
-                        noted_bend,
-                        ..quarter
-                    });
-                }
+                let quarters = cell.quarters(&middles);
+                let noted = quarters.map(|quarter| Cell {
+                    noted_bend,
+                    ..quarter
+                });
+                self.scratch.pending.extend(noted);
             }
         }
     }
@@ -365,7 +365,7 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
     /// How far a cell's weights are off a plane, if its quarters must tell that they are smooth; else 0.
     fn noted_bend(&self, cell: &Cell<N>, look: &Look<N>) -> f64 {
         let is_noted = look.weight_bend > NOTED_BEND * look.weight.max_magnitude()
-            && cell.area() * look.weight_bend > 4.0 * LEAST_BENT * self.tolerance;
+            && 0.25 * cell.area() * look.weight_bend > LEAST_BENT * self.tolerance;
         if is_noted { look.weight_bend } else { 0.0 }
     }
 
