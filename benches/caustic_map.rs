@@ -5,13 +5,13 @@
 //! kind, read once a texel on a receiver of 512². The median of nine frames; the scene and its trees are built once. The mesh is the
 //! bunny of the folder beside the crate, or a bumpy ball of 82,000 triangles where there is none.
 
-#[path = "../tests/approximation_support/mod.rs"]
-mod approximation_support;
+#[path = "../tests/support/mod.rs"]
+mod support;
 
-use approximation_support::{
+use nephroid::approximation::Approximation;
+use support::approximation::{
     bumpy_ball_over_floor, caustic_map, mesh_over_floor, meter, shared_mesh,
 };
-use nephroid::approximation::Approximation;
 
 const SIDE: usize = 512;
 const FRAMES: usize = 9;

@@ -8,17 +8,17 @@
 #[path = "traversal/narrow.rs"]
 mod narrow;
 
-#[path = "../tests/geometry_support/mod.rs"]
-mod geometry_support;
+#[path = "../tests/support/mod.rs"]
+mod support;
 
 use std::{hint::black_box, thread, time::Instant};
 
-use geometry_support::{Random, bumpy_torus, mesh};
 use glam::{DMat4, DVec3};
 use narrow::Narrow;
 use nephroid::geometry::{
     Mesh, Ray, Rectangle, Shape, Sphere, Transform, TraversalCounters, World,
 };
+use support::geometry::{Random, bumpy_torus, mesh};
 
 const RAYS: usize = 1 << 18;
 

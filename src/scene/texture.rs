@@ -1,7 +1,7 @@
 //! Quantities that vary over a surface.
 //!
 //! A parameter of a material is a constant or refers to a texture, and is asked for its value at a
-//! [`TexturePoint`]. Conventions are Mitsuba's (checked against 3.9.1, see `tests/textures.rs`): v = 0 is
+//! [`TexturePoint`]. Conventions are Mitsuba's (checked against 3.9.1, see `tests/scattering/textures.rs`): v = 0 is
 //! the first row of an image, and the center of the first texel lies half a texel from the border.
 
 use std::sync::Arc;

@@ -1,4 +1,4 @@
-"""Values of NVIDIA's own FLIP for the image pairs of tests/compare_flip.rs.
+"""Values of NVIDIA's own FLIP for the image pairs of tests/compare/flip.rs.
 
     pip install flip-evaluator==1.7 numpy
     python3 tests/compare/flip_oracle.py > tests/compare/flip_oracle.txt

@@ -1,4 +1,4 @@
-"""SSIM by scikit-image for the image pairs of tests/compare_figures.rs.
+"""SSIM by scikit-image for the image pairs of tests/compare/figures.rs.
 
     pip install scikit-image==0.26.0
     python3 tests/compare/ssim_oracle.py

@@ -2,12 +2,23 @@
 //! statistics that say whether an estimate and a closed form agree.
 #![allow(dead_code, reason = "every test file uses its own part of this")]
 
+pub mod approximation;
 pub mod beams;
+pub mod bsdf;
 pub mod comparison;
 pub mod contest;
+pub mod extremes;
+pub mod geometry;
+pub mod images;
+pub mod mitsuba;
+pub mod mutation;
 pub mod oracles;
+pub mod parity;
+pub mod paths;
+pub mod probes;
 pub mod scenes;
 pub mod seen;
+pub mod shared_meshes;
 pub mod student;
 
 #[allow(unused_imports, reason = "every test file uses its own part of this")]

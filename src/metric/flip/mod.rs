@@ -6,7 +6,7 @@
 //! - HDR-FLIP: Andersson, Nilsson, Shirley, Akenine-Möller, *Visualizing Errors in Rendered High
 //!   Dynamic Range Images*, Eurographics 2021: the largest LDR-FLIP over a range of exposures.
 //!
-//! `tests/compare_flip.rs` holds both against the authors' own package. Our own code, since the
+//! `tests/compare/flip.rs` holds both against the authors' own package. Our own code, since the
 //! one crate there is (`nv-flip`) binds to their C++ and does LDR only.
 
 mod colour;

@@ -15,7 +15,7 @@
 //! ```
 //!
 //! The factors cover every texel of the scenes with a closed form at tolerances from coarse to fine
-//! (`tests/beam_bars.rs`, `docs/beams.md`). They are measured, not proved:
+//! (`tests/beams/bars.rs`, `docs/beams.md`). They are measured, not proved:
 //! a feature that no node of any cell saw is in none of the sums.
 
 use super::film::{BeamFilm, Texel, TexelSums};

@@ -267,7 +267,7 @@ def filters():
         "lanczos": '<rfilter type="lanczos"/>',
     }
     for name, plugin in plugins.items():
-        # Large enough for a hundred pixels that share no sample: tests/parity_support/mod.rs takes no others.
+        # Large enough for a hundred pixels that share no sample: tests/support/parity.rs takes no others.
         size = 66 if name == "lanczos" else 48
         yield f"filter-{name}", scene(SUBJECT, camera=sensor("perspective", number("fov", 35), film=film(size, size, plugin)))
 

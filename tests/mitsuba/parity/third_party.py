@@ -2,7 +2,7 @@
 
     pip install mitsuba==3.9.1 numpy==2.4.6
     python tests/mitsuba/parity/third_party.py SCENES OUT [NAME ...]
-    NEPHROID_PARITY_DIR=OUT cargo test --release --test mitsuba_parity_third_party -- --ignored --nocapture
+    NEPHROID_PARITY_DIR=OUT cargo test --release --test mitsuba parity_third_party:: -- --ignored --nocapture
 
 SCENES is the folder that the paths in tests/mitsuba/third_party_quick.txt begin at. The scenes are not part of this
 repository, and neither are their images: OUT should be a temporary folder. Every scene is rendered unmodified but for

@@ -1,4 +1,4 @@
-"""Renders the references of tests/mitsuba_shipped.rs with Mitsuba: the shipped scenes, and light that starts at emitters.
+"""Renders the references of tests/mitsuba/shipped.rs with Mitsuba: the shipped scenes, and light that starts at emitters.
 
     pip install mitsuba==3.9.1 numpy==2.4.6
     python tests/mitsuba/parity/shipped/shipped.py [NAME ...]

@@ -1,0 +1,15 @@
+//! Very small, very large, far away, grazing, degenerate (docs/accuracy.md). Hostile files: `tests/hostile.rs`.
+
+mod angle;
+mod concentration;
+mod counts;
+mod distance;
+mod geometry;
+mod index;
+mod limits;
+mod offset;
+mod scale;
+mod view;
+
+#[path = "../support/mod.rs"]
+mod support;

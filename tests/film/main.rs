@@ -1,0 +1,5 @@
+//! Sums, files and pictures of images.
+
+mod accumulator;
+mod exr;
+mod picture;

@@ -1,0 +1,11 @@
+//! Rays, meshes and the search among them.
+
+mod diagnostics;
+mod mitsuba;
+mod search;
+mod shared_meshes;
+mod spawn;
+mod watertight;
+
+#[path = "../support/mod.rs"]
+mod support;

@@ -1,0 +1,14 @@
+//! Mitsuba's scene files, and images held against Mitsuba's.
+
+mod emitters_and_sensors;
+mod integrators;
+mod mutations;
+mod parity;
+mod parity_third_party;
+mod shapes_and_materials;
+mod shipped;
+mod syntax;
+mod third_party;
+
+#[path = "../support/mod.rs"]
+mod support;

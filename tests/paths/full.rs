@@ -1,0 +1,481 @@
+//! All light by all methods: each class of paths once, and the image that paths alone make where they can.
+
+use std::time::Duration;
+
+use nephroid::radiometry::Rgb;
+use nephroid::reference::beams;
+use nephroid::reference::full::{
+    Finder, FullBudget, FullError, FullReport, FullSettings, PartDetail, Plan, run,
+};
+use nephroid::reference::path::PathSettings;
+use nephroid::reference::photon_map::PhotonMapSettings;
+use nephroid::reference::photons::PhotonSettings;
+use nephroid::reference::{Estimate, Layer, LayerName, Progress};
+use nephroid::scene::{Scene, Sensor};
+use nephroid::transport::path_class::{PathClass, PathClasses};
+
+use crate::support::paths::{BOX, camera, class, film, image, layer_bits, mean, scene};
+use crate::support::student;
+
+const FLOOR: &str =
+    "<bsdf type=\"diffuse\"><rgb name=\"reflectance\" value=\"0.7, 0.5, 0.3\"/></bsdf>";
+const BALL: &str = "<shape type=\"sphere\" id=\"ball\"><point name=\"center\" value=\"-0.5, 0, -0.4\"/>\
+    <float name=\"radius\" value=\"0.5\"/><bsdf type=\"dielectric\"/></shape>";
+const MIRROR: &str = "<shape type=\"sphere\"><point name=\"center\" value=\"0.6, 0.3, -0.5\"/>\
+    <float name=\"radius\" value=\"0.4\"/><bsdf type=\"conductor\"/></shape>";
+const LAMP: &str = "<shape type=\"rectangle\"><transform name=\"to_world\"><scale value=\"1.5\"/>\
+    <rotate x=\"1\" angle=\"180\"/><translate z=\"2\"/></transform><emitter type=\"area\">\
+    <rgb name=\"radiance\" value=\"2, 3, 4\"/></emitter></shape>";
+const POINT: &str = "<emitter type=\"point\"><point name=\"position\" value=\"0, -0.5, 2\"/>\
+    <rgb name=\"intensity\" value=\"9\"/></emitter>";
+const WALL: &str = "<shape type=\"rectangle\"><transform name=\"to_world\"><scale value=\"3\"/>\
+    <rotate x=\"1\" angle=\"90\"/><translate y=\"1.5\"/></transform><bsdf type=\"diffuse\"/></shape>";
+
+/// A floor and a wall, a camera, and what else is given.
+fn room(film: &str, floor: &str, more: &[&str]) -> Scene {
+    scene(&format!(
+        "{}<shape type=\"rectangle\" id=\"floor\"><transform name=\"to_world\"><scale value=\"3\"/>\
+         <translate z=\"-1\"/></transform>{floor}</shape>{WALL}{}",
+        camera(45.0, film),
+        more.concat()
+    ))
+}
+
+fn budget(samples: u64, photons: u64) -> FullBudget {
+    FullBudget {
+        samples: Some(samples),
+        photons: Some(photons),
+        ..FullBudget::default()
+    }
+}
+
+fn full(scene: &Scene, settings: FullSettings, budget: &FullBudget) -> (Estimate, FullReport) {
+    let sensor = &scene.sensors()[0];
+    run(scene, sensor, settings, budget, &Progress::default()).unwrap()
+}
+
+/// Lookups much narrower than these coarse images' pixels, and so many maps.
+fn with_small_maps() -> FullSettings {
+    let default = FullSettings::default();
+    FullSettings {
+        photon_map: PhotonMapSettings {
+            map_photons: 1 << 12,
+            radius: 0.3,
+            ..default.photon_map
+        },
+        ..default
+    }
+}
+
+fn plan(scene: &Scene) -> Plan {
+    let path = PathSettings::default().of_integrator(scene.integrator());
+    Plan::new(scene, &scene.sensors()[0], &path).unwrap()
+}
+
+fn names(image: &Estimate) -> Vec<LayerName> {
+    image.layers.iter().map(|layer| layer.name).collect()
+}
+
+/// Asserts that a layer measured without bias is that of paths: in the mean, and pixel by pixel.
+fn assert_same(what: &str, layer: &Layer, by_paths: &Layer) {
+    for channel in 0..3 {
+        let (truth, of_truth) = mean(by_paths, channel);
+        let (value, _) = mean(layer, channel);
+        // Pixels share photons: their errors add up at worst.
+        let pixels = layer.standard_error.len() as f64;
+        let of_value = layer
+            .standard_error
+            .iter()
+            .map(|it| it.0[channel])
+            .sum::<f64>()
+            / pixels;
+        let error = of_value.hypot(of_truth);
+        println!("{what} {channel}: {value} ± {of_value} and {truth} ± {of_truth}");
+        assert!(
+            (value - truth).abs() <= 4.0 * error,
+            "{what}: {value} {truth} ± {error}"
+        );
+        assert!(
+            error <= 0.05 * truth,
+            "{what}: {error} of {truth} says little"
+        );
+    }
+    // Where light is rare, paths' errors are far from normal: what is bright is chosen by the other method.
+    let brightest = layer
+        .irradiance
+        .iter()
+        .map(|it| it.0[1])
+        .fold(0.0, f64::max);
+    let squares: Vec<f64> = (0..layer.irradiance.len())
+        .filter(|&pixel| layer.irradiance[pixel].0[1] >= 0.03 * brightest)
+        .map(|pixel| {
+            let difference = layer.irradiance[pixel].0[1] - by_paths.irradiance[pixel].0[1];
+            let error = layer.standard_error[pixel].0[1].hypot(by_paths.standard_error[pixel].0[1]);
+            (difference / error).powi(2)
+        })
+        .collect();
+    // Welch's t of 31 degrees of freedom or more, of means that are nearly normal.
+    let expected = student::moments(31);
+    let count = squares.len() as f64;
+    let found = squares.iter().sum::<f64>() / count;
+    let tolerance = 5.0 * expected.deviation_of_square / count.sqrt();
+    println!(
+        "{what}: mean z² {found} of {count} pixels, expected {}",
+        expected.variance
+    );
+    assert!(count >= 30.0, "{what}: {count} pixels");
+    assert!(
+        found < expected.variance + tolerance,
+        "{what}: mean z² {found}"
+    );
+}
+
+/// Asserts that a layer of photon maps is that of paths: in the mean but for the bias stated, and pixel by pixel within its bounds.
+fn assert_mapped(layer: &Layer, report: &FullReport, by_paths: &Layer) {
+    let what = layer.name;
+    let bounds = layer.interval.as_ref().unwrap();
+    let pixels = layer.irradiance.len();
+    let widths = student::two_sided_quantile(1e-3, 31);
+    let missed = (0..pixels)
+        .filter(|&pixel| {
+            let [truth, error, low, high] = [
+                &by_paths.irradiance,
+                &by_paths.standard_error,
+                &bounds.low,
+                &bounds.high,
+            ]
+            .map(|values| values[pixel].0[1]);
+            truth + widths * error < low || truth - widths * error > high
+        })
+        .count();
+    let bias = report
+        .parts
+        .iter()
+        .find(|part| part.classes.iter().any(|it| LayerName::Class(it) == what))
+        .map(|part| match &part.detail {
+            PartDetail::PhotonMap(map) => map.bias.iter().map(|it| it.0[1]).sum::<f64>(),
+            _ => panic!("{what} is not by photon maps"),
+        });
+    let bias = bias.unwrap() / pixels as f64;
+    let (value, truth, of_truth) = {
+        let (truth, of_truth) = mean(by_paths, 1);
+        (mean(layer, 1).0, truth, of_truth)
+    };
+    // Pixels share photons: their errors add up at worst.
+    let errors = layer.standard_error.iter().map(|it| it.0[1]);
+    let error = (errors.sum::<f64>() / pixels as f64).hypot(of_truth);
+    println!(
+        "{what}: {missed} of {pixels} missed; {value} for {truth}, bias {bias}, error {error}"
+    );
+    // Each bar holds for 999 of 1000, and their sum more often: of 192 pixels 0.4 are missed at most, four with a probability
+    // of 1e-3 were they independent; pixels that share photons miss together.
+    assert!(missed <= 4, "{what}: {missed} of {pixels}");
+    // What the difference of two radii says of the bias may be too little by √2 + 1 (see `photon_map::finish`).
+    let allowed = 4.0 * error + std::f64::consts::SQRT_2 * bias.abs();
+    assert!(
+        (value - truth - bias).abs() <= allowed,
+        "{what}: {value} for {truth}"
+    );
+    // A class counted twice, or left out, would show.
+    assert!(
+        allowed + bias.abs() < 0.6 * truth,
+        "{what}: {allowed} of {truth} says little"
+    );
+}
+
+#[test]
+fn the_image_is_that_of_paths_class_by_class_where_the_lamp_is_broad() {
+    let scene = room(&film(16, 12, BOX), FLOOR, &[BALL, MIRROR, LAMP]);
+    let (found, report) = full(&scene, with_small_maps(), &budget(2048, 1 << 22));
+    let methods: Vec<Finder> = report.parts.iter().map(|part| part.method).collect();
+    assert_eq!(methods, [Finder::Photons, Finder::PhotonMap, Finder::Path]);
+    // What paths measure are the bits of `--method path`, and every class is lit.
+    let by_paths = image(&scene, PathSettings::default(), 2048);
+    assert_eq!(names(&found), PathClass::ALL.map(LayerName::Class));
+    let layer = |image, of| class(image, of).unwrap();
+    for same in PathClass::ALL {
+        if ![PathClass::Caustic, PathClass::SeenCaustic].contains(&same) {
+            let [a, b] = [&found, &by_paths].map(|image| layer_bits(layer(image, same)));
+            assert_eq!(a, b, "{same}");
+        }
+    }
+    let truth = image(
+        &scene,
+        PathSettings {
+            seed: 1,
+            ..PathSettings::default()
+        },
+        8192,
+    );
+    for one in [PathClass::Direct, PathClass::Indirect, PathClass::Caustic] {
+        assert_same(one.name(), layer(&found, one), layer(&truth, one));
+    }
+    let seen = PathClass::SeenCaustic;
+    assert_mapped(layer(&found, seen), &report, layer(&truth, seen));
+}
+
+#[test]
+fn the_layers_are_one_a_class_and_sum_to_the_image_with_its_bounds() {
+    let scene = room(&film(16, 12, BOX), FLOOR, &[BALL, POINT, LAMP]);
+    let (found, report) = full(&scene, FullSettings::default(), &budget(32, 1 << 20));
+    let mut measured = PathClasses::NONE;
+    for part in &report.parts {
+        for class in part.classes.iter() {
+            assert!(!measured.contains(class), "{class} twice");
+            measured = measured.with(class);
+        }
+    }
+    assert_eq!(measured, PathClasses::ALL);
+    assert_eq!(names(&found), PathClass::ALL.map(LayerName::Class));
+    let interval = |layer: &Layer| layer.interval.clone().unwrap();
+    let all = interval(&found.total);
+    for pixel in 0..found.total.irradiance.len() {
+        let sum = |of: &dyn Fn(&Layer) -> Rgb| found.layers.iter().map(of).sum::<Rgb>();
+        let value = sum(&|layer| layer.irradiance[pixel]);
+        let high = sum(&|layer| interval(layer).high[pixel]);
+        for channel in 0..3 {
+            let total = found.total.irradiance[pixel].0[channel];
+            // Sums of samples in two orders.
+            let rounding = 1e-12 * high.0[channel];
+            assert!((value.0[channel] - total).abs() <= rounding);
+            // Bounds of paths together are narrower than of each class.
+            assert!(all.high[pixel].0[channel] <= high.0[channel] + rounding);
+            assert!(all.low[pixel].0[channel] <= total && total <= all.high[pixel].0[channel]);
+        }
+    }
+    assert!(
+        report
+            .notices
+            .iter()
+            .any(|it| it.contains("caustic-indirect"))
+    );
+}
+
+#[test]
+fn caustics_of_point_lights_which_paths_never_find_are_those_of_beams() {
+    let scene = room(&film(16, 12, BOX), FLOOR, &[BALL, POINT]);
+    let budget = budget(32, 1 << 19);
+    let (found, report) = full(&scene, FullSettings::default(), &budget);
+    assert_eq!(report.parts[0].method, Finder::Beams);
+    assert!(matches!(&report.parts[0].detail, PartDetail::Beams(it) if it.passes > 0));
+    let aim = beams::BeamBudget {
+        relative_error: Some(FullBudget::DEFAULT_BEAM_ERROR),
+        ..beams::BeamBudget::default()
+    };
+    let settings = FullSettings::default().beams;
+    let sensor = &scene.sensors()[0];
+    let (alone, _) = beams::run(&scene, sensor, settings, &aim, &Progress::default()).unwrap();
+    let caustic = class(&found, PathClass::Caustic).unwrap();
+    assert_eq!(layer_bits(caustic), layer_bits(&alone.total));
+    for one in [PathClass::Caustic, PathClass::SeenCaustic] {
+        assert!(mean(class(&found, one).unwrap(), 0).0 > 0.0, "{one} is lit");
+    }
+    let by_paths = image(&scene, PathSettings::default(), 32);
+    assert!(class(&by_paths, PathClass::Caustic).is_none());
+    assert!(class(&found, PathClass::IndirectCaustic).is_none());
+    assert!(
+        report
+            .notices
+            .iter()
+            .any(|it| it.contains("caustic-indirect"))
+    );
+}
+
+#[test]
+fn caustics_on_surfaces_that_light_cannot_be_connected_from_are_found_by_photon_maps() {
+    let rough = "<bsdf type=\"roughplastic\"><float name=\"alpha\" value=\"0.3\"/></bsdf>";
+    let scene = room(&film(16, 12, BOX), rough, &[BALL, LAMP]);
+    let (found, report) = full(&scene, with_small_maps(), &budget(64, 1 << 22));
+    let methods: Vec<Finder> = report.parts.iter().map(|part| part.method).collect();
+    assert_eq!(
+        methods,
+        [Finder::PhotonMap, Finder::PhotonMap, Finder::Path]
+    );
+    let truth = image(&scene, PathSettings::default(), 4096);
+    for one in [PathClass::Caustic, PathClass::SeenCaustic] {
+        let [a, b] = [&found, &truth].map(|image| class(image, one).unwrap());
+        assert_mapped(a, &report, b);
+    }
+}
+
+#[test]
+fn the_plan_takes_the_best_method_that_a_scene_allows_and_says_why() {
+    use Finder::{Beams, Path, PhotonMap, Photons};
+    let plastic = "<bsdf type=\"plastic\"/>";
+    let textured =
+        "<bsdf type=\"diffuse\"><texture type=\"checkerboard\" name=\"reflectance\"/></bsdf>";
+    let height = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/mitsuba/height.png");
+    let bumpy = format!(
+        "<shape type=\"cube\"><bsdf type=\"bumpmap\"><texture type=\"bitmap\" name=\"arbitrary\">\
+         <boolean name=\"raw\" value=\"true\"/><string name=\"filename\" value=\"{height}\"/></texture>\
+         <bsdf type=\"dielectric\"/></bsdf></shape>"
+    );
+    let sky = "<emitter type=\"constant\"/>";
+    let hidden =
+        "<integrator type=\"path\"><boolean name=\"hide_emitters\" value=\"true\"/></integrator>";
+    let short = "<integrator type=\"path\"><integer name=\"max_depth\" value=\"2\"/></integrator>";
+    let legs = "<integrator type=\"path\"><integer name=\"max_depth\" value=\"9\"/></integrator>";
+    for (floor, more, caustic, seen, says) in [
+        (
+            FLOOR,
+            &[BALL, POINT][..],
+            Beams,
+            PhotonMap,
+            &["caustic-indirect"][..],
+        ),
+        (FLOOR, &[BALL, LAMP], Photons, PhotonMap, &[]),
+        (
+            FLOOR,
+            &[BALL, LAMP, legs],
+            Photons,
+            PhotonMap,
+            &["max_depth"],
+        ),
+        (FLOOR, &[LAMP, POINT], Path, Path, &[]),
+        (FLOOR, &[BALL, LAMP, short], Path, Path, &[]),
+        (FLOOR, &[BALL, LAMP, hidden], Path, Path, &["hide_emitters"]),
+        (
+            FLOOR,
+            &[BALL, POINT, hidden],
+            Beams,
+            PhotonMap,
+            &["caustic-indirect"],
+        ),
+        (FLOOR, &[BALL, sky], Path, Path, &["all round"]),
+        (FLOOR, &[BALL, sky, POINT], Path, Path, &["never"]),
+        (textured, &[BALL, LAMP], Path, Path, &["floor"]),
+        (plastic, &[BALL, LAMP], Path, Path, &["\"floor\" (plastic)"]),
+        (
+            plastic,
+            &[BALL, POINT],
+            PhotonMap,
+            PhotonMap,
+            &["\"floor\" (plastic)", "caustic-indirect"],
+        ),
+        (FLOOR, &[&bumpy, LAMP], Path, Path, &["(bumpmap)"]),
+    ] {
+        let scene = room(&film(4, 4, BOX), floor, more);
+        let plan = plan(&scene);
+        let found = [PathClass::Caustic, PathClass::SeenCaustic].map(|class| plan.finder(class));
+        assert_eq!(
+            found,
+            [caustic, seen],
+            "{more:?} {floor}: {:?}",
+            plan.notices
+        );
+        let rest = [
+            PathClass::Emitted,
+            PathClass::Direct,
+            PathClass::Indirect,
+            PathClass::IndirectCaustic,
+        ];
+        assert!(rest.iter().all(|class| plan.finder(*class) == Path));
+        assert_eq!(plan.notices.len(), says.len(), "{:?}", plan.notices);
+        for (notice, words) in plan.notices.iter().zip(says) {
+            assert!(notice.contains(words), "{words} in {notice}");
+        }
+    }
+}
+
+/// The error of a run on a scene's sensor.
+fn refused(scene: &Scene, sensor: &Sensor) -> String {
+    let none = FullBudget::default();
+    let error: FullError = run(
+        scene,
+        sensor,
+        FullSettings::default(),
+        &none,
+        &Progress::default(),
+    )
+    .err()
+    .unwrap();
+    error.to_string()
+}
+
+#[test]
+fn cameras_that_light_cannot_be_connected_to_are_refused_by_name_unless_there_is_no_caustic() {
+    let gaussian = film(4, 4, "<rfilter type=\"gaussian\"/>");
+    let said = {
+        let scene = room(&gaussian, FLOOR, &[BALL, LAMP]);
+        refused(&scene, &scene.sensors()[0])
+    };
+    assert!(
+        said.contains("gaussian") && said.contains("--method path"),
+        "{said}"
+    );
+    let lens = |more: &str| {
+        scene(&format!(
+            "<sensor type=\"thinlens\" id=\"eye\"><float name=\"aperture_radius\" value=\"0.1\"/>\
+             <float name=\"focus_distance\" value=\"3\"/><float name=\"fov\" value=\"40\"/>{}</sensor>\
+             <shape type=\"rectangle\"><sensor type=\"irradiancemeter\" id=\"meter\"/></shape>{LAMP}{more}",
+            film(4, 4, BOX)
+        ))
+    };
+    let glass = lens(BALL);
+    let said = refused(&glass, &glass.sensors()[0]);
+    assert!(said.contains("\"eye\" is a thinlens"), "{said}");
+    let said = refused(&glass, &glass.sensors()[1]);
+    assert!(said.contains("\"meter\" is an irradiancemeter"), "{said}");
+    let matt = [lens(""), room(&gaussian, FLOOR, &[LAMP])];
+    for scene in &matt {
+        let (_, report) = full(scene, FullSettings::default(), &budget(32, 1));
+        assert_eq!(report.parts.len(), 1);
+        assert_eq!(report.parts[0].classes, PathClasses::ALL);
+    }
+}
+
+#[test]
+fn the_same_bits_come_from_any_number_of_threads() {
+    // Beams in the one, to what they reach in a second; connected photons in the other; maps in both.
+    for (light, relative_error) in [(POINT, Some(1.0)), (LAMP, None)] {
+        let scene = room(&film(19, 7, BOX), FLOOR, &[BALL, light]);
+        let budget = FullBudget {
+            relative_error,
+            ..budget(8, 1 << 14)
+        };
+        let settings = FullSettings {
+            photons: PhotonSettings {
+                replicates: 4,
+                ..PhotonSettings::default()
+            },
+            ..FullSettings::default()
+        };
+        let [alone, together] = [1, 3].map(|threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+            let (image, report) = pool.unwrap().install(|| full(&scene, settings, &budget));
+            let bounds = image.total.interval.clone().unwrap();
+            let ends = bounds.low.iter().chain(&bounds.high);
+            let mut bits: Vec<u64> = ends.flat_map(|it| it.0.map(f64::to_bits)).collect();
+            bits.extend(crate::support::paths::bits(&image));
+            (bits, serde_json::to_string(&report).unwrap())
+        });
+        assert!(alone == together);
+    }
+}
+
+#[test]
+fn each_method_has_its_own_limit_and_its_part_of_the_time() {
+    let scene = room(&film(16, 12, BOX), FLOOR, &[BALL, LAMP]);
+    let (found, report) = full(&scene, FullSettings::default(), &budget(96, 1 << 20));
+    let paths: Vec<u64> = report.parts.iter().map(|part| part.paths).collect();
+    assert_eq!(paths, [1 << 20, 1 << 20, 96 * 16 * 12]);
+    assert!(!found.incomplete);
+    // No time at all: nothing is known, and said so.
+    let timed = |time| FullBudget {
+        time: Some(time),
+        ..FullBudget::default()
+    };
+    let none = timed(Duration::ZERO);
+    let (found, report) = full(&scene, FullSettings::default(), &none);
+    assert!(found.incomplete && found.total.is_unknown());
+    assert!(report.parts.iter().all(|part| part.incomplete));
+    // With some, each has a share: none could do its part in no time.
+    let (found, report) = full(&scene, with_small_maps(), &timed(Duration::from_secs(6)));
+    assert!(!found.incomplete && !found.total.is_unknown());
+    assert!(
+        report
+            .parts
+            .iter()
+            .all(|part| part.paths > 0 && !part.incomplete)
+    );
+}

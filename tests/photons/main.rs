@@ -1,0 +1,15 @@
+//! Light followed from emitters: closed forms, balance, the same bits.
+
+mod closed_form_monte_carlo;
+mod closed_form_scenes;
+mod closed_forms;
+mod determinism;
+mod ledger;
+mod light_space;
+mod light_tracing;
+mod photon_map;
+mod receiver_meshes;
+mod statistics;
+
+#[path = "../support/mod.rs"]
+mod support;

@@ -1,0 +1,12 @@
+//! What a surface does to a ray.
+
+mod differentials;
+mod laws;
+mod microfacets;
+mod mitsuba;
+mod optics;
+mod sampling;
+mod textures;
+
+#[path = "../support/mod.rs"]
+mod support;
