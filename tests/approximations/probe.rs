@@ -200,8 +200,8 @@ fn cup_preimages(at: DVec2) -> Vec<Preimage> {
 fn a_probe_of_the_cup_finds_the_nephroids_one_or_three_preimages() {
     let scene = bundled("coffee-cup", 16);
     let mut counts = [0; 4];
-    for number in 0..60 {
-        let at = around(3.9 * ((f64::from(number) + 0.5) / 60.0).sqrt(), number);
+    for number in 0..48 {
+        let at = around(3.9 * ((f64::from(number) + 0.5) / 48.0).sqrt(), number);
         let exact = cup_preimages(at);
         let probed = probe_at(&scene, RADIUS, at, 2);
         let paths = of(&probed, "LRD");
