@@ -9,9 +9,8 @@
 mod support;
 
 use nephroid::approximation::Approximation;
-use support::approximation::{
-    bumpy_ball_over_floor, caustic_map, mesh_over_floor, meter, shared_mesh,
-};
+use support::approximation::{bumpy_ball_over_floor, caustic_map, mesh_over_floor, shared_mesh};
+use support::scenes::meter;
 
 const SIDE: usize = 512;
 const FRAMES: usize = 9;

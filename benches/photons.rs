@@ -103,7 +103,7 @@ fn main() {
 
 fn rates(name: &str, scene: &Scene, split_depth: u32) {
     const FEW: u64 = 1 << 15;
-    let many_photons = FEW + (1 << if is_measured() { 20 } else { 16 });
+    let many_photons = FEW + if is_measured() { 1 << 20 } else { 1 << 16 };
     let settings = PhotonSettings {
         chains: ChainSettings {
             split_depth,

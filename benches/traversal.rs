@@ -108,10 +108,14 @@ fn contest(scene: &str, kind: &str, world: &World, narrow: &Narrow, rays: &[Ray]
     )
 }
 
-/// Runs of which the fastest counts; one where it is enough that benches run: `cargo test --benches` passes no `--bench`.
+/// Whether this is `cargo bench`; `cargo test --benches` only sees that benches run.
+fn is_measured() -> bool {
+    std::env::args().any(|argument| argument == "--bench")
+}
+
+/// Runs of which the fastest counts.
 fn turns() -> u32 {
-    let is_measured = std::env::args().any(|argument| argument == "--bench");
-    if is_measured { 12 } else { 1 }
+    if is_measured() { 12 } else { 1 }
 }
 
 fn build(mesh: Mesh) -> (World, f64) {
@@ -175,7 +179,7 @@ fn search(world: &World, rays: &[Ray]) -> (usize, TraversalCounters) {
     (hits, counters)
 }
 
-/// The best of twelve, seconds: other programs can only make it worse.
+/// The fastest of all [turns], seconds: other programs can only make it slower.
 fn best(mut work: impl FnMut()) -> f64 {
     (0..turns())
         .map(|_| seconds(&mut work))

@@ -1,9 +1,5 @@
 //! Caustic maps: what their stages must do whatever the scene, and what they refuse.
 
-use crate::support::approximation::{
-    EXACT, GLASS, ball, bundled, caustic_map, error, exact_but, lit_by, meter, over_floor,
-    rendered, scene_of, truth,
-};
 use glam::{DVec2, DVec3};
 use nephroid::approximation::caustic_map::buffers::{DepthMap, Receivers};
 use nephroid::approximation::caustic_map::hit::marched;
@@ -17,6 +13,12 @@ use nephroid::optics::refract;
 use nephroid::radiometry::Rgb;
 use nephroid::study::attribution::{Truth, attribute};
 use nephroid::transport::first_surface::Source;
+
+use crate::support::approximation::{
+    EXACT, GLASS, ball, bundled, caustic_map, error, exact_but, lit_by, over_floor, rendered,
+    scene_of, truth,
+};
+use crate::support::scenes::meter;
 
 const SPLATS: &[Splat] = Splat::ALL;
 

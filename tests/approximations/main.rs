@@ -1,9 +1,7 @@
-//! The published techniques, stage by stage, and what finds the true paths beside them.
+//! The published techniques, stage by stage, and what their authors claim.
 
 mod caustic_map;
 mod paper_claims;
-mod probe;
-mod probe_meshes;
 
 #[path = "../support/mod.rs"]
 mod support;

@@ -6,13 +6,14 @@
 
 use std::sync::LazyLock;
 
+use nephroid::approximation::{CausticMap, Rendering};
+use nephroid::scene::Scene;
+use nephroid::study::attribution::Truth;
+
 use crate::support::approximation::{
     GLASS, ball, bumpy_ball_over_floor, error, exact_but, mesh_over_floor, over_floor, rendered,
     row, scene_of, shared_mesh, truth,
 };
-use nephroid::approximation::{CausticMap, Rendering};
-use nephroid::scene::Scene;
-use nephroid::study::attribution::Truth;
 
 const SIDE: usize = 256;
 

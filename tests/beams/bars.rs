@@ -2,7 +2,7 @@
 //! every layer and in their sum, at every error asked for; and that error is kept.
 //!
 //! The closed forms trace nothing (`nephroid::reference::closed_form`); what they are known to is
-//! derived where `crate::support::oracles` makes them. Nothing here allows for anything else: one texel
+//! derived where `tests/support/oracles.rs` makes them. Nothing here allows for anything else: one texel
 //! out of bounds is a failure.
 //!
 //! `cargo test --release --test beams bars:: -- --nocapture` prints how tight bars are;

@@ -14,6 +14,7 @@ use nephroid::transport::scatter::ShadingNormals;
 use nephroid::transport::screen::Screen;
 use nephroid::transport::signature::Signature;
 
+use crate::support;
 use crate::support::seen::{self, FloorView, Map, with_films};
 
 const WIDTH: usize = 80;
@@ -26,12 +27,12 @@ const ALBEDO: f64 = 0.8;
 /// glass-ball with a small camera and a fine floor.
 fn scene() -> &'static Scene {
     static SCENE: OnceLock<Scene> = OnceLock::new();
-    let file = crate::support::bundled_file("glass-ball");
+    let file = support::bundled_file("glass-ball");
     SCENE.get_or_init(|| with_films(&file, [WIDTH, HEIGHT], TEXELS))
 }
 
 fn sensor(id: &str) -> &'static Sensor {
-    crate::support::seen::sensor(scene(), id)
+    support::seen::sensor(scene(), id)
 }
 
 /// The scene by beams.

@@ -1,12 +1,13 @@
 //! Flat glass, and what the middle of its light does not meet: receivers beside it, places that a camera sees beside it, surfaces
 //! that cross each other.
 
-use crate::support::beams::{assert_photons_are_within_bounds, beams_to};
-use crate::support::scenes::loaded;
-use crate::support::seen;
 use nephroid::optics::dielectric_reflectance;
 use nephroid::reference::{Estimate, LayerName};
 use nephroid::scene::Scene;
+
+use crate::support::beams::{assert_photons_are_within_bounds, beams_to};
+use crate::support::scenes::loaded;
+use crate::support::seen;
 
 /// Texels or pixels a side, of what closed forms judge.
 const SIDE: usize = 16;

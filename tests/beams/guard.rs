@@ -7,7 +7,6 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use crate::support::bundled;
 use glam::DVec2;
 use nephroid::generate::{bumpy_ball, write_ply};
 use nephroid::geometry::{Hit, Ray, Shape, TraversalCounters};
@@ -21,6 +20,8 @@ use nephroid::transport::prescribed::{End, PathFollower};
 use nephroid::transport::receiver::Receiver;
 use nephroid::transport::scatter::ShadingNormals;
 use nephroid::transport::screen::Screen;
+
+use crate::support::bundled;
 
 /// Random numbers in [0, 1), the same each time.
 struct Random {

@@ -6,11 +6,13 @@ use nephroid::reference::photons::{Budget, PhotonSettings, run::Setup};
 use nephroid::reference::{Estimate, Progress};
 use nephroid::scene::{Scene, SensorKind};
 
+use crate::support;
+
 /// Texels a side: few, so that each gets photons enough to judge bounds by.
 const SIDE: usize = 32;
 
 fn scene() -> Scene {
-    crate::support::bundled("cornell-glass", SIDE)
+    support::bundled("cornell-glass", SIDE)
 }
 
 fn meter(scene: &Scene) -> &nephroid::scene::Sensor {

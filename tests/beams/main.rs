@@ -1,4 +1,4 @@
-//! Truth by beams: what it finds, and bounds that hold.
+//! Truth without noise: beams, their bounds, and probes of single points.
 
 mod bars;
 mod camera;
@@ -8,6 +8,8 @@ mod guard;
 mod lamps;
 mod method;
 mod occluders;
+mod probe;
+mod probe_meshes;
 mod spots;
 mod survey;
 

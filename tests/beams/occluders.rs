@@ -1,11 +1,12 @@
 //! Things in the way of light between flat facets: beams must not look past them.
 
-use crate::support::Photons;
-use crate::support::beams::{beams_to, beams_within};
-use crate::support::scenes::{layer, over_floor};
 use nephroid::reference::beams::BeamBudget;
 use nephroid::reference::{Estimate, LayerName};
 use nephroid::scene::Scene;
+
+use crate::support::Photons;
+use crate::support::beams::{beams_to, beams_within};
+use crate::support::scenes::{layer, over_floor};
 
 /// Texels a side of the receiver, which is the square of half width 1 in the plane z = 0.
 const SIDE: usize = 32;

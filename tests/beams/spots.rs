@@ -2,12 +2,13 @@
 
 use std::f64::consts::{PI, TAU};
 
-use crate::support::beams::{assert_photons_are_within_bounds, beams_to, known_by};
-use crate::support::scenes::over_floor;
 use nephroid::radiometry::Rgb;
 use nephroid::reference::Estimate;
 use nephroid::reference::closed_form::{FlatSlab, Path, RadialMap, RadialSheet, TexelGrid};
 use nephroid::scene::Scene;
+
+use crate::support::beams::{assert_photons_are_within_bounds, beams_to, known_by};
+use crate::support::scenes::over_floor;
 
 /// Texels a side of the receiver, which is the square of half width 1 in the plane z = 0.
 const SIDE: usize = 32;

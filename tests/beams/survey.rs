@@ -2,9 +2,6 @@
 
 use std::path::Path;
 
-use crate::support::beams::{assert_photons_are_within_bounds, beams_to, known_by};
-use crate::support::scenes::{meter, over_floor};
-use crate::support::{Photons, bundled};
 use nephroid::generate::{geodesic_sphere, write_ply};
 use nephroid::reference::beams::{BeamSettings, run::Setup as BeamSetup};
 use nephroid::reference::closed_form;
@@ -13,6 +10,10 @@ use nephroid::reference::photons::run::Setup as PhotonSetup;
 use nephroid::reference::photons::{Budget, PhotonSettings};
 use nephroid::reference::{Estimate, LayerName, Progress};
 use nephroid::scene::Scene;
+
+use crate::support::beams::{assert_photons_are_within_bounds, beams_to, known_by};
+use crate::support::scenes::{meter, over_floor};
+use crate::support::{Photons, bundled};
 
 /// Texels a side of the receiver, which is the square of half width 1 in the plane z = 0.
 const SIDE: usize = 32;

@@ -1,9 +1,8 @@
-//! The program as a user meets it.
+//! The program and its study files, as a user meets them.
 
 mod caustic_map;
 mod compare;
 mod full;
-mod interrupts;
 mod path;
 mod probe;
 mod program;

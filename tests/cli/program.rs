@@ -6,6 +6,8 @@ use std::process::Output;
 use assert_cmd::Command;
 use nephroid::film::exr;
 
+use crate::support;
+
 fn nephroid(arguments: &[&str]) -> Output {
     Command::cargo_bin("nephroid")
         .unwrap()
@@ -490,8 +492,8 @@ fn bounds_in_the_file_are_bounds_of_the_numbers_they_were_rounded_from() {
     ]);
     assert!(output.status.success(), "{}", text(&output.stderr));
     let image = exr::read(&path).unwrap();
-    let scene = crate::support::bundled("glass-ball", 48);
-    let (estimate, _) = crate::support::beams::beams_to(16, &scene, 0.01);
+    let scene = support::bundled("glass-ball", 48);
+    let (estimate, _) = support::beams::beams_to(16, &scene, 0.01);
     let layers = || std::iter::once(&estimate.total).chain(&estimate.layers);
     let mut rounded = 0;
     for layer in layers() {

@@ -36,7 +36,7 @@ fn scene() -> PathBuf {
 fn films() -> &'static Path {
     static FILMS: OnceLock<PathBuf> = OnceLock::new();
     FILMS.get_or_init(|| {
-        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("study_cli");
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("study");
         // Those of an earlier program are of no use, and may be none.
         let _ = fs::remove_dir_all(&folder);
         fs::create_dir_all(&folder).unwrap();

@@ -1,10 +1,11 @@
 //! Each figure of a comparison is its formula, on images for which the formula can be worked out.
 
-use crate::support::images::{grey, source};
 use nephroid::film::Image;
 use nephroid::metric::{
     CompareError, Comparison, Maps, Pairing, Report, Settings, Side, Verdict, Window, compare,
 };
+
+use crate::support::images::{grey, source};
 
 /// All light of two grey images.
 fn compared(reference: Image, other: Image) -> Comparison {

@@ -1,9 +1,10 @@
 //! What a comparison says of noise is true as often as it claims: hundreds of pairs of images with
 //! independent normal errors are compared, and the counts of wrong answers judged by the binomial distribution.
 
-use crate::support::images::{Normal, credible, grey, source};
 use nephroid::film::Image;
 use nephroid::metric::{Comparison, Settings, Verdict, compare};
+
+use crate::support::images::{Normal, credible, grey, source};
 
 /// How often a right program may fail one of the assertions about counts: there are nine in this file.
 const ALPHA: f64 = 1e-4;

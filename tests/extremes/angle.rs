@@ -2,8 +2,6 @@
 
 use std::f64::consts::PI;
 
-use crate::support::extremes::double_double::{Exact, Exact3};
-use crate::support::extremes::{U, beams, layer, photons, red, scene};
 use glam::{DVec2, DVec3};
 use nephroid::geometry::{Ray, TraversalCounters};
 use nephroid::optics::{dielectric_reflectance, reflect, refract};
@@ -14,6 +12,9 @@ use nephroid::transport::flux::Flux;
 use nephroid::transport::ledger::Fate;
 use nephroid::transport::scatter::ShadingNormals;
 use nephroid::transport::signature::Signature;
+
+use crate::support::extremes::double_double::{Exact, Exact3};
+use crate::support::extremes::{U, beams, layer, photons, red, scene};
 
 /// Water, glass, diamond and something optically very dense, entered and left.
 const INDICES: [f64; 8] = [

@@ -4,14 +4,15 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 use std::fmt::Write as _;
 use std::fs;
 
-use crate::support::beams::{beams, held};
-use crate::support::bundled_file;
-use crate::support::scenes::{Photons, loaded, over_floor};
 use nephroid::numeric::quadrature::GaussLegendre;
 use nephroid::optics::dielectric_reflectance;
 use nephroid::reference::closed_form::{AxialLight, GlassBall, ParabolicMirror, Path, TexelGrid};
 use nephroid::reference::{Estimate, Layer, LayerName};
 use nephroid::scene::Scene;
+
+use crate::support::beams::{beams, held};
+use crate::support::bundled_file;
+use crate::support::scenes::{Photons, loaded, over_floor};
 
 fn layer<'a>(estimate: &'a Estimate, name: &str) -> &'a Layer {
     let name = LayerName::Path(name.parse().unwrap());

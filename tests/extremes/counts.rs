@@ -1,7 +1,5 @@
 //! Very many, very few, very large, very small: sums, photons, texels, bounces (docs/accuracy.md, 7).
 
-use crate::support::beams::{beams, beams_to};
-use crate::support::scenes::{Photons, bundled, layer, meter, over_floor, sensor_area};
 use glam::DVec3;
 use nephroid::film::Accumulator;
 use nephroid::geometry::{Ray, TraversalCounters};
@@ -15,6 +13,9 @@ use nephroid::transport::flux::Flux;
 use nephroid::transport::ledger::Fate;
 use nephroid::transport::signature::Signature;
 use rayon::prelude::*;
+
+use crate::support::beams::{beams, beams_to};
+use crate::support::scenes::{Photons, bundled, layer, meter, over_floor, sensor_area};
 
 /// A weight of 24 decades and its exact value in units of 2⁻⁵¹: twelve bits, shifted by up to 79.
 fn weight(index: u64) -> (f64, i128) {

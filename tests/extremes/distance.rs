@@ -2,11 +2,6 @@
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-use crate::support::extremes::double_double::{Exact, Exact3};
-use crate::support::extremes::{
-    ORACLE, U, assert_as_asked, beams, error_as_asked, judged, layer, photons, scene, specular,
-};
-use crate::support::geometry::{Random, closest, world_of};
 use glam::{DMat4, DVec3};
 use nephroid::geometry::{MeshParts, Ray, Shape, Sphere, Transform, World};
 use nephroid::numeric::distributions::critical_value;
@@ -15,6 +10,12 @@ use nephroid::optics::dielectric_reflectance;
 use nephroid::reference::closed_form::{AxialLight, GlassBall, Path, TexelGrid};
 use nephroid::scene::Scene;
 use nephroid::transport::first_surface::{Source, roots};
+
+use crate::support::extremes::double_double::{Exact, Exact3};
+use crate::support::extremes::{
+    ORACLE, U, assert_as_asked, beams, error_as_asked, judged, layer, photons, scene, specular,
+};
+use crate::support::geometry::{Random, closest, world_of};
 
 /// Distances of rays' starts from what they meet, in radii.
 const DISTANCES: [f64; 9] = [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8];

@@ -8,11 +8,6 @@ use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
-use crate::support::geometry::{
-    Leaks, Random, bumpy_torus, closest, delicate_point, icosphere, is_lost, leaks, placed,
-    unshared, within_torus, world_of,
-};
-use crate::support::mutation::{obj, ply, serialized, serialized_contents};
 use flate2::Compression;
 use flate2::read::GzDecoder;
 use glam::{DQuat, DVec3};
@@ -30,6 +25,12 @@ use nephroid::transport::ledger::Row;
 use nephroid::transport::signature::Signature;
 use rayon::prelude::*;
 use tempfile::TempDir;
+
+use crate::support::geometry::{
+    Leaks, Random, bumpy_torus, closest, delicate_point, icosphere, is_lost, leaks, placed,
+    unshared, within_torus, world_of,
+};
+use crate::support::mutation::{obj, ply, serialized, serialized_contents};
 
 /// The index of the glass.
 const IOR: f64 = 1.5;

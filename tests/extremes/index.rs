@@ -6,10 +6,6 @@
 use std::f64::consts::{FRAC_PI_2, PI, SQRT_2, TAU};
 use std::fmt::Write as _;
 
-use crate::support::extremes::{
-    ORACLE, U, assert_as_asked, beams, distance, error_as_asked, judged, layer, photons, red,
-    scene, specular,
-};
 use glam::{DVec2, DVec3};
 use nephroid::geometry::{Ray, TraversalCounters};
 use nephroid::numeric::distributions::critical_value;
@@ -20,6 +16,11 @@ use nephroid::transport::chain::{Arrival, ChainSettings, ChainSink, ChainTracer}
 use nephroid::transport::flux::Flux;
 use nephroid::transport::ledger::Fate;
 use nephroid::transport::signature::Signature;
+
+use crate::support::extremes::{
+    ORACLE, U, assert_as_asked, beams, distance, error_as_asked, judged, layer, photons, red,
+    scene, specular,
+};
 
 /// Concentric balls under a lamp, over a receiver.
 #[derive(Clone, Debug)]

@@ -6,6 +6,7 @@ mod counts;
 mod distance;
 mod geometry;
 mod index;
+mod interrupts;
 mod limits;
 mod offset;
 mod scale;

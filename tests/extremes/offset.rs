@@ -2,11 +2,6 @@
 
 use std::f64::consts::TAU;
 
-use crate::support::extremes::{
-    BALL, DIAMOND, ORACLE, Placement, RING, Template, U, WATER, beams, distance, judged, layer,
-    photons, red, rmse,
-};
-use crate::support::geometry::{Random, bumpy_torus, closest, icosphere, placed, world_of};
 use glam::{DVec2, DVec3};
 use nephroid::geometry::{MeshParts, Ray, Shape, TraversalCounters};
 use nephroid::reference::closed_form::{GlassBall, Path, TexelGrid};
@@ -15,6 +10,12 @@ use nephroid::transport::chain::{Arrival, ChainSettings, ChainSink, ChainTracer}
 use nephroid::transport::flux::Flux;
 use nephroid::transport::ledger::Fate;
 use nephroid::transport::signature::Signature;
+
+use crate::support::extremes::{
+    BALL, DIAMOND, ORACLE, Placement, RING, Template, U, WATER, beams, distance, judged, layer,
+    photons, red, rmse,
+};
+use crate::support::geometry::{Random, bumpy_torus, closest, icosphere, placed, world_of};
 
 /// Exponents of two of the offsets.
 const EXPONENTS: [i32; 8] = [10, 12, 14, 16, 18, 20, 22, 24];

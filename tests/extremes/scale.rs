@@ -4,14 +4,15 @@
 
 use std::fmt::Write as _;
 
-use crate::support::extremes::{
-    BALL, DIAMOND, Placement, RING, Template, WATER, beams, beams_to, camera, distance, photons,
-    photons_to, red, scene, scene_with,
-};
 use nephroid::geometry::Shape;
 use nephroid::reference::path::{self, PathBudget, PathSettings};
 use nephroid::reference::{Estimate, Progress};
 use nephroid::scene::Scene;
+
+use crate::support::extremes::{
+    BALL, DIAMOND, Placement, RING, Template, WATER, beams, beams_to, camera, distance, photons,
+    photons_to, red, scene, scene_with,
+};
 
 /// Chains of light from points, spots and the sun, by each kind of shape.
 const SCENES: [Template; 4] = [BALL, RING, DIAMOND, WATER];

@@ -2,8 +2,6 @@
 
 use std::f64::consts::{FRAC_1_PI, PI};
 
-use crate::support::scenes::bundled_file;
-use crate::support::seen::{by_beams, sensor};
 use glam::DVec2;
 use nephroid::optics::dielectric_reflectance;
 use nephroid::radiometry::Rgb;
@@ -11,6 +9,9 @@ use nephroid::reference::closed_form::{GlassBall, Path, Texel};
 use nephroid::reference::{Estimate, LayerName};
 use nephroid::scene::Scene;
 use nephroid::transport::camera::Camera;
+
+use crate::support::scenes::bundled_file;
+use crate::support::seen::{by_beams, sensor};
 
 /// Texels or pixels a side.
 const SIDE: usize = 8;

@@ -1,8 +1,9 @@
 //! What is said of a mesh that is not in order.
 
-use crate::support::geometry::{bumpy_torus, icosphere, mesh, placed};
 use glam::DVec3;
 use nephroid::geometry::{Mesh, MeshDiagnostics, MeshError, MeshParts};
+
+use crate::support::geometry::{bumpy_torus, icosphere, mesh, placed};
 
 fn diagnose(parts: MeshParts) -> MeshDiagnostics {
     mesh(parts).diagnose()

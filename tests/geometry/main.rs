@@ -1,7 +1,7 @@
 //! Rays, meshes and the search among them.
 
 mod diagnostics;
-mod mitsuba;
+mod mitsuba_oracle;
 mod search;
 mod shared_meshes;
 mod spawn;

@@ -1,11 +1,12 @@
 //! What a world's search promises.
 
-use crate::support::geometry::{Random, bumpy_torus, closest, icosphere, mesh, placed, world_of};
 use glam::{DMat4, DVec2, DVec3};
 use nephroid::geometry::{
     Bounds, Disk, Hit, MeshParts, Ray, Rectangle, Shape, Sphere, Transform, TraversalCounters,
     World,
 };
+
+use crate::support::geometry::{Random, bumpy_torus, closest, icosphere, mesh, placed, world_of};
 
 fn ball(center: DVec3, radius: f64) -> Shape {
     let matrix = DMat4::from_translation(center) * DMat4::from_scale(DVec3::splat(radius));

@@ -1,10 +1,10 @@
-//! Scanned and modelled meshes, where there are any beside the crate (they are not part of it).
+//! Scanned and modelled meshes are found closed or open as they are, and keep their rays in; skipped where there are none
+//! beside the crate.
 
-use crate::support::shared_meshes;
+use nephroid::geometry::Ray;
 
 use crate::support::geometry::{Random, closest, mesh, world_of};
-use nephroid::geometry::Ray;
-use shared_meshes::shared_mesh;
+use crate::support::shared_meshes::shared_mesh;
 
 /// Closed, and without faces that cut each other, by the folder's own table.
 const CLOSED: [&str; 10] = [

@@ -3,13 +3,14 @@
 //! All shapes here are convex, so: a ray that leaves outward meets nothing; one that leaves
 //! inward meets the other side from within, if anything.
 
-use crate::support::geometry::{Random, closest, icosphere, mesh, placed, world_of};
 use glam::{DMat4, DVec3};
 use nephroid::geometry::{
     Bounds, Cylinder, Disk, MeshParts, Ray, Rectangle, Shape, Sphere, SurfacePoint, Transform,
     World,
 };
 use proptest::prelude::*;
+
+use crate::support::geometry::{Random, closest, icosphere, mesh, placed, world_of};
 
 const SCALES: [f64; 5] = [1e-6, 1e-3, 1.0, 1e3, 1e6];
 const OFFSETS: [f64; 4] = [0.0, 1.0, 1000.3, 1_048_576.0];

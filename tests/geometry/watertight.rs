@@ -3,11 +3,12 @@
 //! That the search finds the very hit that trying every face finds is tested beside it, in
 //! `src/geometry/mesh_tree.rs`.
 
+use glam::DVec3;
+use nephroid::geometry::{MeshParts, Ray};
+
 use crate::support::geometry::{
     Leaks, Random, bumpy_torus, closest, icosphere, leaks, placed, within_torus, world_of,
 };
-use glam::DVec3;
-use nephroid::geometry::{MeshParts, Ray};
 
 /// Rays from within a solid and from without towards its vertices and edges: none may get out, none in. `inside`: the places
 /// within, from those of the cube [-1, 1]³; `seen`: how many of the points a ray from without must meet first.

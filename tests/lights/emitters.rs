@@ -5,7 +5,6 @@
 
 use std::f64::consts::{PI, TAU};
 
-use crate::support::bsdf::scene;
 use glam::{DVec2, DVec3};
 use nephroid::geometry::{Ray, SurfacePoint};
 use nephroid::numeric::{Moments, Stream, StreamKind};
@@ -14,6 +13,8 @@ use nephroid::reference::closed_form::lambert_irradiance;
 use nephroid::scene::Scene;
 use nephroid::transport::lights::{LightSample, Lights};
 use nephroid::transport::visibility::transmittance;
+
+use crate::support::bsdf::scene;
 
 /// Standard errors that an estimate may be off: 6 fail a right program once in 5·10⁸ comparisons; this file
 /// makes some hundred.

@@ -3,8 +3,6 @@
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
-use crate::support::bsdf::{Bins, folder, scene};
-use crate::support::mitsuba::Folder;
 use glam::{DMat4, DVec2, DVec3};
 use nephroid::film::bitmap::Bitmap;
 use nephroid::geometry::{Ray, SurfacePoint, Transform};
@@ -18,6 +16,10 @@ use nephroid::reference::photons::run::Setup;
 use nephroid::reference::probe::{ProbeSettings, probe};
 use nephroid::scene::{Emitter, Envmap, EnvmapError, Scene, SceneParts, ShapeId};
 use nephroid::transport::lights::{LightSample, Lights};
+
+use crate::support;
+use crate::support::bsdf::{Bins, folder, scene};
+use crate::support::scene_files::Folder;
 
 /// Standard errors that an estimate may be off: 6 fail a right program once in 5·10⁸ comparisons.
 const SIGMAS: f64 = 6.0;
@@ -253,7 +255,7 @@ fn a_scene_has_one_environment_and_a_shape_one_emitter() {
         radiance: Rgb::WHITE,
         texture: None,
     };
-    let mut parts = crate::support::mitsuba::scene("<shape type=\"sphere\"/>").unwrap();
+    let mut parts = support::scene_files::scene("<shape type=\"sphere\"/>").unwrap();
     parts.emitters = vec![area.clone(), area];
     let error = Scene::new(parts).unwrap_err().to_string();
     assert!(error.contains("two emitters"), "{error}");

@@ -3,7 +3,7 @@
 mod direct;
 mod emitters;
 mod environments;
-mod mitsuba;
+mod mitsuba_oracle;
 
 #[path = "../support/mod.rs"]
 mod support;

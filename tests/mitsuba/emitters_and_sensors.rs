@@ -1,10 +1,11 @@
 //! What emitters and sensors of Mitsuba's scene files mean. Numbers called Mitsuba's
 //! were read back from Mitsuba 3.9.1, `scalar_rgb`, with `mi.load_string` and `mi.traverse`.
 
-use crate::support::mitsuba::{assert_close, error, scene};
 use glam::DVec3;
 use nephroid::radiometry::Rgb;
 use nephroid::scene::{Crop, Emitter, Film, ReconstructionFilter, SensorKind, ShapeId};
+
+use crate::support::scene_files::{assert_close, error, scene};
 
 fn emitter(emitter: &str) -> Result<Emitter, String> {
     Ok(scene(emitter)?.emitters[0].clone())

@@ -2,7 +2,7 @@
 
 use nephroid::scene::Integrator;
 
-use crate::support::mitsuba::{error, scene};
+use crate::support::scene_files::{error, scene};
 
 fn read(element: &str) -> Option<Integrator> {
     scene(element).unwrap().integrator

@@ -2,10 +2,6 @@
 
 use std::cell::RefCell;
 
-use crate::support::mitsuba::Folder;
-use crate::support::mutation::{
-    PACKINGS, film, mutate, mutations, one_or_more_mutations, serialized_contents,
-};
 use flate2::Compression;
 use glam::DVec3;
 use nephroid::film::bitmap::{Bitmap, Encoding};
@@ -13,6 +9,12 @@ use nephroid::film::exr;
 use nephroid::geometry::MeshParts;
 use proptest::prelude::*;
 use proptest::test_runner::{RngSeed, TestRunner};
+
+use crate::support;
+use crate::support::mutation::{
+    PACKINGS, film, mutate, mutations, one_or_more_mutations, serialized_contents,
+};
+use crate::support::scene_files::Folder;
 
 /// Loading the result may fail or not; that it returns is the test.
 const CASES: u32 = 400;
@@ -61,7 +63,7 @@ fn serialized() -> Vec<u8> {
         triangles: vec![[0, 1, 2]],
         ..MeshParts::default()
     };
-    crate::support::mutation::serialized(&serialized_contents(&triangle), Compression::none())
+    support::mutation::serialized(&serialized_contents(&triangle), Compression::none())
 }
 
 fn load_mesh(plugin: &str, bytes: &[u8]) -> Result<(), String> {

@@ -158,7 +158,7 @@ fn the_suite_has_every_plugin_that_a_camera_can_meet() {
         "lanczos",
         "mitchell",
         "tent",
-        // integrators; ptracer in mitsuba_shipped.rs
+        // integrators; ptracer in shipped.rs
         "aov",
         "direct",
         "path",

@@ -16,7 +16,7 @@ const LIST: &str = include_str!("third_party_quick.txt");
 /// As in `third_party.py`.
 const DEPTH: u32 = 8;
 
-/// Our samples a pixel and replicate for one of Mitsuba's and seed: see `mitsuba_parity.rs`.
+/// Our samples a pixel and replicate for one of Mitsuba's and seed: see `parity.rs`.
 const SHARE: u64 = 4;
 
 /// How many scenes must be shown to be the same within 1 %, mean and pixels.

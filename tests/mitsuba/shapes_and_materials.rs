@@ -1,11 +1,12 @@
 //! What shapes and bsdfs of Mitsuba's scene files mean. Numbers called Mitsuba's
 //! were read back from Mitsuba 3.9.1, `scalar_rgb`, with `mi.load_string` and `mi.traverse`.
 
-use crate::support::mitsuba::{Folder, assert_close, error, scene};
 use glam::DVec3;
 use nephroid::geometry::Shape;
 use nephroid::radiometry::Rgb;
 use nephroid::scene::{Color, Material, Scalar};
+
+use crate::support::scene_files::{Folder, assert_close, error, scene};
 
 /// Bounds are rounded outward, by far less than this at the sizes used here.
 const PADDING: f64 = 1e-6;

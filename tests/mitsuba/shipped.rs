@@ -18,6 +18,7 @@ use nephroid::transport::chain::ChainSettings;
 use nephroid::transport::path_class::{PathClass, PathClasses};
 use nephroid::transport::scatter::ShadingNormals;
 
+use crate::support;
 use crate::support::parity::{
     Outcome, REPLICATES, image_of, mitsuba_image, outcome, render, samples_of, scaled,
 };
@@ -39,7 +40,7 @@ const TINY: [&str; 2] = ["lens", "parabolic-mirror"];
 const LEVEL: f64 = 1e-3;
 
 fn folder() -> PathBuf {
-    crate::support::parity::folder().join("shipped")
+    support::parity::folder().join("shipped")
 }
 
 /// The names of the images of a kind, and the files of their scenes.
@@ -156,7 +157,7 @@ fn assert_no_structure(outcomes: &[Outcome]) {
 }
 
 /// p-values are not judged: a pixel that one or two of 2048 samples decide, at the edge of a shadow or where light by way of
-/// glass is found by chance, has no normal error. `mitsuba_parity.rs` has scenes where all pixels do.
+/// glass is found by chance, has no normal error. `parity.rs` has scenes where all pixels do.
 #[test]
 fn every_shipped_scene_makes_mitsubas_image_by_paths() {
     let mut outcomes = Vec::new();
@@ -168,7 +169,7 @@ fn every_shipped_scene_makes_mitsubas_image_by_paths() {
             max_depth: Some(DEPTH),
             ..PathSettings::default()
         };
-        // As many as in `mitsuba_parity.rs`.
+        // As many as in `parity.rs`.
         let ours = render(&scene, &sensor, settings, samples_of(&mitsuba) / 4);
         if BLACK.contains(&name.as_str()) {
             for image in [&ours, &mitsuba] {

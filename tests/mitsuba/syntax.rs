@@ -1,8 +1,9 @@
 //! What Mitsuba's scene files say: places, parameters, includes, old versions, and the hash.
 
-use crate::support::mitsuba::{Folder, error, scene, scene_of_version};
 use nephroid::radiometry::Rgb;
 use nephroid::scene::{Material, SceneParts};
+
+use crate::support::scene_files::{Folder, error, scene, scene_of_version};
 
 #[test]
 fn errors_name_file_line_column_plugin_and_what_is_allowed() {

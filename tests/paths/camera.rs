@@ -12,6 +12,8 @@ use nephroid::scene::{Scene, SensorKind};
 use nephroid::transport::camera::{Camera, CameraError, Connection};
 use nephroid::transport::scatter::ShadingNormals;
 
+use crate::support;
+
 const FILM: &str = "<film type=\"hdrfilm\"><integer name=\"width\" value=\"120\"/>\
     <integer name=\"height\" value=\"80\"/><integer name=\"crop_offset_x\" value=\"10\"/>\
     <integer name=\"crop_offset_y\" value=\"20\"/><integer name=\"crop_width\" value=\"100\"/>\
@@ -20,7 +22,7 @@ const FILM: &str = "<film type=\"hdrfilm\"><integer name=\"width\" value=\"120\"
 const LOOK: &str = "<lookat origin=\"1, -5, 2\" target=\"0, 0, 0\" up=\"0, 0, 1\"/>";
 
 fn scene(elements: &str) -> Scene {
-    Scene::new(crate::support::mitsuba::scene(elements).unwrap()).unwrap()
+    Scene::new(support::scene_files::scene(elements).unwrap()).unwrap()
 }
 
 fn sensor(plugin: &str, parameters: &str, transform: &str) -> String {

@@ -6,6 +6,7 @@ use nephroid::numeric::StreamKind;
 use nephroid::reference::path::{LightSampling, PathSettings};
 use nephroid::transport::path_class::PathClass;
 
+use crate::support;
 use crate::support::paths::{BOX, assert_mean, camera, class, film, image, scene};
 
 const WAYS: [LightSampling; 4] = [
@@ -114,7 +115,7 @@ fn error_bars_are_as_wide_as_errors() {
         .map(|(value, error)| ((value.0[0] - 2.0) / error.0[0]).powi(2))
         .sum();
     let pixels = found.total.irradiance.len() as f64;
-    let expected = crate::support::student::moments(31);
+    let expected = support::student::moments(31);
     // Four standard errors of a mean of squared t; replicates that are not quite normal need the fifth.
     let tolerance = 5.0 * expected.deviation_of_square / pixels.sqrt();
     let mean = squares / pixels;
@@ -210,7 +211,7 @@ fn light_through_a_mask_and_a_null_surface_keeps_what_they_let_pass() {
     ] {
         let scene = over_floor(&format!("{lamp}{}", sheet(bsdf)));
         let found = image(&scene, PathSettings::default(), 64);
-        let (value, _) = crate::support::paths::mean(&found.total, 0);
+        let (value, _) = support::paths::mean(&found.total, 0);
         // The field's far corner is 7e-4 off the axis: 3/2 (7e-4)² = 7e-7 of the light at most.
         assert!(
             (value - open * passed).abs() <= 7e-7 * open,

@@ -6,6 +6,7 @@ use nephroid::reference::{Estimate, LayerName, Progress};
 use nephroid::scene::Scene;
 use nephroid::transport::path_class::{PathClass, PathClasses};
 
+use crate::support;
 use crate::support::paths::{BOX, bits, camera, class, film, image, layer_bits, mean, scene};
 
 /// A room of many materials under a broad lamp, a glass ball in it.
@@ -88,7 +89,7 @@ fn three_ways_to_find_light_agree_in_every_pixel() {
         })
         .collect();
     // Differences of independent means of 32 replicates: Welch's t of 31 to 62 degrees of freedom; the wider is bounded.
-    let expected = crate::support::student::moments(31);
+    let expected = support::student::moments(31);
     let pixels = images[0].total.irradiance.len() as f64;
     let tolerance = 5.0 * expected.deviation_of_square / pixels.sqrt();
     for (i, a) in images.iter().enumerate() {
@@ -304,7 +305,7 @@ fn the_caustic_that_paths_find_by_chance_is_the_one_that_photons_measure() {
     let scene = under_glass();
     let eye = image(&scene, PathSettings::default(), 4096);
     let (radiance, of_radiance) = mean(class(&eye, PathClass::Caustic).unwrap(), 0);
-    let photons = crate::support::Photons::new(1 << 18).estimate(&scene);
+    let photons = support::Photons::new(1 << 18).estimate(&scene);
     let specular: Vec<_> = photons
         .layers
         .iter()

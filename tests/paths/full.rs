@@ -14,6 +14,7 @@ use nephroid::reference::{Estimate, Layer, LayerName, Progress};
 use nephroid::scene::{Scene, Sensor};
 use nephroid::transport::path_class::{PathClass, PathClasses};
 
+use crate::support;
 use crate::support::paths::{BOX, camera, class, film, image, layer_bits, mean, scene};
 use crate::support::student;
 
@@ -446,7 +447,7 @@ fn the_same_bits_come_from_any_number_of_threads() {
             let bounds = image.total.interval.clone().unwrap();
             let ends = bounds.low.iter().chain(&bounds.high);
             let mut bits: Vec<u64> = ends.flat_map(|it| it.0.map(f64::to_bits)).collect();
-            bits.extend(crate::support::paths::bits(&image));
+            bits.extend(support::paths::bits(&image));
             (bits, serde_json::to_string(&report).unwrap())
         });
         assert!(alone == together);

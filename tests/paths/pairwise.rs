@@ -11,6 +11,7 @@ use nephroid::reference::{Estimate, Layer, LayerName, Progress};
 use nephroid::scene::Scene;
 use nephroid::transport::path_class::PathClass;
 
+use crate::support;
 use crate::support::seen::{sensor, with_films};
 
 const WIDTH: usize = 16;
@@ -232,7 +233,7 @@ fn assert_agree(what: &str, a: &Said, b: &Said) {
 }
 
 fn check(row: &Row) {
-    let scene = with_films(&crate::support::bundled_file(row.scene), [WIDTH, HEIGHT], 8);
+    let scene = with_films(&support::bundled_file(row.scene), [WIDTH, HEIGHT], 8);
     let estimates = [
         ("beams", by_beams(&scene, row)),
         ("photons", by_photons(&scene, row)),

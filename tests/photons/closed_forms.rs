@@ -13,8 +13,6 @@
 
 use std::fs;
 
-use crate::support::scenes::layer;
-use crate::support::{Compared, Photons, bundled, bundled_file, loaded, student};
 use glam::{DVec2, DVec3};
 use nephroid::generate::write_ply;
 use nephroid::geometry::{MeshParts, Shape};
@@ -25,6 +23,9 @@ use nephroid::reference::closed_form::{
 };
 use nephroid::reference::{Estimate, LayerName};
 use nephroid::scene::Scene;
+
+use crate::support::scenes::layer;
+use crate::support::{Compared, Photons, bundled, bundled_file, loaded, student};
 
 /// The probability that a right program fails this file.
 const ALPHA: f64 = 1e-6;
@@ -74,7 +75,7 @@ fn assert_direct_light_is_within_its_bound(estimate: &Estimate, truth: &[f64]) {
         );
     }
     // Bounds that allow anything would prove nothing. A texel on an edge is uncertain by about 1e-4 of its light
-    // (`direct_light.rs`), where edges of several things run by 1/64 of it.
+    // (`tests/lights/direct.rs`), where edges of several things run by 1/64 of it.
     let lit: f64 = truth.iter().sum();
     println!("LD: the bounds are {:.1e} of all light", error / lit);
     assert!(error < 2e-3 * lit, "{error} of {lit}");
@@ -168,7 +169,7 @@ fn the_glass_balls_shadow_is_a_disc() {
 /// concentrated. There z-scores are Student's with 31 degrees of freedom: variance 31/29 = 1.069.
 /// The bar allows 0.9 to 1.1; of 4,500 texels the variance is known to ±0.024.
 #[test]
-#[ignore = "2^24 photons: half a minute; cargo test --release --test photons closed_forms:: -- --ignored bar_"]
+#[ignore = "2^24 photons: half a minute; cargo test --release --test photons bar_ -- --ignored"]
 fn bar_the_glass_ball_at_default_settings_is_right_to_1_2_percent() {
     const SIDE: usize = 512;
     let scene = bundled("glass-ball", SIDE);

@@ -14,6 +14,7 @@ use nephroid::reference::{Estimate, Layer, LayerName, Progress, Quantity};
 use nephroid::scene::{Color, Material, Scene};
 use nephroid::transport::camera::Camera;
 
+use crate::support;
 use crate::support::seen::{self, FloorView, Map, sensor, with_films};
 use crate::support::student;
 
@@ -28,7 +29,7 @@ const ALPHA: f64 = 1e-4;
 /// glass-ball with a small camera and a fine floor.
 fn scene() -> &'static Scene {
     static SCENE: OnceLock<Scene> = OnceLock::new();
-    let file = crate::support::bundled_file("glass-ball");
+    let file = support::bundled_file("glass-ball");
     SCENE.get_or_init(|| with_films(&file, [WIDTH, HEIGHT], TEXELS))
 }
 
@@ -92,7 +93,7 @@ fn what_photons_leave_on_surfaces_the_ledger_calls_absorbed() {
 #[test]
 fn every_signature_agrees_with_beams_pixel_by_pixel() {
     // Pixels so large that each gets enough of the few photons that the ball mirrors onto the floor.
-    let file = crate::support::bundled_file("glass-ball");
+    let file = support::bundled_file("glass-ball");
     let scene = with_films(&file, [16, 12], 8);
     let image = traced(&scene, settings(), PHOTONS);
     let beams = by_beams(&scene, "camera");
@@ -218,7 +219,7 @@ fn threads_and_shards_do_not_change_a_bit() {
 
 #[test]
 fn a_coloured_floor_colours_the_image_and_not_the_flux() {
-    let mut parts = mitsuba::load_parts(&crate::support::bundled_file("glass-ball"), &[]).unwrap();
+    let mut parts = mitsuba::load_parts(&support::bundled_file("glass-ball"), &[]).unwrap();
     let albedo = [0.5, 0.25, 0.125];
     for material in &mut parts.materials {
         if let Material::Diffuse { reflectance } = material {

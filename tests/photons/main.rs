@@ -1,4 +1,4 @@
-//! Light followed from emitters: closed forms, balance, the same bits.
+//! Light followed from emitters, the closed forms that it is held against, its balance, the same bits.
 
 mod closed_form_monte_carlo;
 mod closed_form_scenes;

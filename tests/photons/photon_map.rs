@@ -17,6 +17,7 @@ use nephroid::reference::{CombineError, Estimate, Layer, LayerName, Progress, Qu
 use nephroid::scene::Scene;
 use nephroid::transport::camera::Camera;
 
+use crate::support;
 use crate::support::seen::{self, FloorView, Map, sensor, with_films};
 
 const WIDTH: usize = 80;
@@ -29,14 +30,14 @@ const PANE_NORMAL: DVec3 = DVec3::new(0.846, -0.533, 0.0);
 /// The shipped scene, with a small camera and a fine floor.
 fn behind_pane() -> &'static Scene {
     static SCENE: OnceLock<Scene> = OnceLock::new();
-    let file = crate::support::bundled_file("glass-ball-behind-pane");
+    let file = support::bundled_file("glass-ball-behind-pane");
     SCENE.get_or_init(|| with_films(&file, [WIDTH, HEIGHT], TEXELS))
 }
 
 /// The same without the pane.
 fn in_the_open() -> &'static Scene {
     static SCENE: OnceLock<Scene> = OnceLock::new();
-    let file = crate::support::bundled_file("glass-ball");
+    let file = support::bundled_file("glass-ball");
     SCENE.get_or_init(|| with_films(&file, [WIDTH, HEIGHT], TEXELS))
 }
 
@@ -63,7 +64,7 @@ fn mapped(scene: &Scene, settings: PhotonMapSettings, passes: u64) -> (Estimate,
 }
 
 fn by_beams(scene: &Scene, id: &str) -> Estimate {
-    seen::by_beams(scene, id, 5e-4).0
+    seen::by_beams(scene, id, 1e-3).0
 }
 
 /// What a pixel sees of the floor through the pane [W/m²/sr], and how far that may be from the truth.

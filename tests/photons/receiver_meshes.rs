@@ -19,6 +19,8 @@ use nephroid::scene::{
 use nephroid::transport::direct::{AREA_SAMPLES, DirectTexel, direct};
 use nephroid::transport::receiver::Receiver;
 
+use crate::support;
+
 /// Rounding of a sum of a few hundred terms of one sign, each of a few dozen operations.
 const ROUNDING: f64 = 1e4 * f64::EPSILON;
 
@@ -169,7 +171,7 @@ fn assert_flux(receiver: &Receiver, texels: &[DirectTexel], texel: usize, truth:
 
 fn glass_ball(change: impl FnOnce(&mut SceneParts)) -> Scene {
     let mut parts = mitsuba::load_parts(
-        &crate::support::bundled_file("glass-ball"),
+        &support::bundled_file("glass-ball"),
         &[("size".into(), "32".into())],
     )
     .unwrap();

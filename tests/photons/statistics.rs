@@ -2,8 +2,6 @@
 //!
 //! All on the scene `glass-ball`, whose every texel is known in closed form. Seeds are fixed.
 
-use crate::support::scenes::{layer, sensor_area};
-use crate::support::{Compared, Photons, bundled, student};
 use nephroid::numeric::StreamKind;
 use nephroid::reference::closed_form::{GlassBall, Path, TexelGrid};
 use nephroid::reference::{Estimate, LayerName};
@@ -11,6 +9,9 @@ use nephroid::scene::Scene;
 use nephroid::transport::ledger::Row;
 use nephroid::transport::scatter::ShadingNormals;
 use nephroid::transport::signature::Signature;
+
+use crate::support::scenes::{layer, sensor_area};
+use crate::support::{Compared, Photons, bundled, student};
 
 /// The probability that a right program fails this file, and more than its comparisons.
 const ALPHA: f64 = 1e-6;

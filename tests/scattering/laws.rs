@@ -1,12 +1,13 @@
 //! What holds of every bsdf: reciprocity, adjoints, and good manners at the extremes.
 
-use crate::support::bsdf::{Surface, bsdfs, direction, scene};
 use glam::{DVec2, DVec3};
 use nephroid::geometry::{Ray, SurfacePoint};
 use nephroid::numeric::{Stream, StreamKind};
 use nephroid::scene::Scene;
 use nephroid::transport::bsdf::{Bsdf, BsdfSample, Scattering, Transport, check_colors};
 use nephroid::transport::scatter::{Meeting, ShadingNormals, Way};
+
+use crate::support::bsdf::{Surface, bsdfs, direction, scene};
 
 /// Directions all over the sphere, deterministic.
 fn directions(seed: u64, count: u64) -> impl Iterator<Item = DVec3> {

@@ -3,7 +3,7 @@
 mod differentials;
 mod laws;
 mod microfacets;
-mod mitsuba;
+mod mitsuba_oracle;
 mod optics;
 mod sampling;
 mod textures;

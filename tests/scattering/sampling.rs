@@ -1,11 +1,12 @@
 //! Every bsdf samples what it says: by its density, and with weights that add up to its value.
 
-use crate::support::bsdf::{Bins, Surface, bsdfs, direction};
 use glam::{DVec2, DVec3};
 use nephroid::numeric::distributions::chi_squared_survival;
 use nephroid::numeric::{Stream, StreamKind};
 use nephroid::radiometry::Rgb;
 use nephroid::transport::bsdf::{Bsdf, Scattering, Transport};
+
+use crate::support::bsdf::{Bins, Surface, bsdfs, direction};
 
 /// Both sides, normal and grazing incidence.
 const WI: [(f64, f64); 6] = [

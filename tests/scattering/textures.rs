@@ -2,12 +2,13 @@
 //!
 //! The numbers are those of Mitsuba 3.9.1, `scalar_rgb`, written by `tests/mitsuba/texture_oracle.py`.
 
-use crate::support::bsdf::{Surface, folder, scene};
 use glam::{DVec2, DVec3};
 use nephroid::film::{Image, exr};
 use nephroid::geometry::Ray;
 use nephroid::mitsuba::load;
 use nephroid::scene::{TextureId, TexturePoint};
+
+use crate::support::bsdf::{Surface, folder, scene};
 
 /// Relative to the values, which are of order 1: f32 arithmetic in uv and interpolation, the gradient times
 /// the image's size.

@@ -1,10 +1,7 @@
 //! What the tests of approximations share: scenes of one object over a floor, their truth by beams, and errors.
 
-use super::shared_meshes;
-
 use std::fmt::Write as _;
 use std::fs;
-use std::path::Path;
 
 use glam::DVec3;
 use nephroid::approximation::{Approximation, CausticMap, Rendering};
@@ -13,27 +10,19 @@ use nephroid::geometry::MeshParts;
 use nephroid::mitsuba;
 use nephroid::reference::Progress;
 use nephroid::reference::beams::{BeamBudget, BeamSettings, run};
-use nephroid::scene::{Scene, Sensor};
+use nephroid::scene::Scene;
 use nephroid::study::attribution::{Truth, relative_rmse};
 use nephroid::transport::signature::Signature;
 
+use super::scenes::{bundled_file, meter};
+
 #[allow(unused_imports, reason = "every test file uses its own part of this")]
-pub use shared_meshes::shared_mesh;
+pub use super::shared_meshes::shared_mesh;
 
 /// A bundled scene whose sensors have `side` texels a row.
 pub fn bundled(name: &str, side: usize) -> Scene {
-    let file = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("scenes")
-        .join(format!("{name}.xml"));
-    mitsuba::load(&file, &[("size".into(), side.to_string())]).unwrap()
-}
-
-/// The scene's first irradiance meter.
-pub fn meter(scene: &Scene) -> &Sensor {
-    let mut sensors = scene.sensors().iter();
-    sensors
-        .find(|sensor| sensor.plugin() == "irradiancemeter")
-        .unwrap()
+    let size = ("size".into(), side.to_string());
+    mitsuba::load(&bundled_file(name), &[size]).unwrap()
 }
 
 /// A scene file's text as a scene.

@@ -1,6 +1,6 @@
-//! What the tests of estimates share: scenes at any resolution, layers of an estimate, and the
-//! statistics that say whether an estimate and a closed form agree.
-#![allow(dead_code, reason = "every test file uses its own part of this")]
+//! What tests, benches and the example share: scenes and runs of them, closed forms, files to be broken, and the
+//! statistics that say whether an estimate and a truth agree.
+#![allow(dead_code, reason = "every program uses its own part of this")]
 
 pub mod approximation;
 pub mod beams;
@@ -10,18 +10,18 @@ pub mod contest;
 pub mod extremes;
 pub mod geometry;
 pub mod images;
-pub mod mitsuba;
 pub mod mutation;
 pub mod oracles;
 pub mod parity;
 pub mod paths;
 pub mod probes;
+pub mod scene_files;
 pub mod scenes;
 pub mod seen;
 pub mod shared_meshes;
 pub mod student;
 
-#[allow(unused_imports, reason = "every test file uses its own part of this")]
+#[allow(unused_imports, reason = "every program uses its own part of this")]
 pub use comparison::{Agreement, Compared};
-#[allow(unused_imports, reason = "every test file uses its own part of this")]
+#[allow(unused_imports, reason = "every program uses its own part of this")]
 pub use scenes::{Photons, bundled, bundled_file, loaded};

@@ -2,16 +2,9 @@
 
 use glam::DVec2;
 use nephroid::reference::probe::{ProbeSettings, Probed, SpecularPath, probe};
-use nephroid::scene::{Scene, Sensor, SensorKind};
+use nephroid::scene::Scene;
 
-/// The scene's first irradiance meter.
-pub fn meter(scene: &Scene) -> &Sensor {
-    scene
-        .sensors()
-        .iter()
-        .find(|sensor| matches!(sensor.kind, SensorKind::IrradianceMeter { .. }))
-        .unwrap()
-}
+use super::scenes::meter;
 
 /// All light at (x, y) of a receiver that is [−half, half]² about the z axis.
 pub fn probe_at(scene: &Scene, half: f64, at: DVec2, max_depth: u32) -> Probed {

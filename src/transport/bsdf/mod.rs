@@ -14,7 +14,7 @@
 //! | the rest | all that has a density over solid angle | [`eval`](Bsdf::eval), [`pdf_solid_angle`](Bsdf::pdf_solid_angle), [`sample`](Bsdf::sample) |
 //!
 //! The meaning of every parameter is that of Mitsuba 3.9.1, checked against it direction by direction
-//! (`tests/scattering/mitsuba.rs`). In particular everything happens in the *shading* frame: which side a
+//! (`tests/scattering/mitsuba_oracle.rs`). In particular everything happens in the *shading* frame: which side a
 //! direction is on is asked of the shading normal, as Mitsuba's `path` does. Where that and the true
 //! normal disagree, [`Bsdf::is_consistent`] says so: Mitsuba's `ptracer` and this program's photons
 //! leave such light out.

@@ -13,6 +13,8 @@ use nephroid::reference::{Estimate, Layer, LayerName, Progress};
 use nephroid::scene::{Scene, SceneParts, Sensor, SensorKind};
 use nephroid::transport::signature::Signature;
 
+use super::scenes::meter;
+
 /// The unit roundoff of `f64`, 2⁻⁵³: half a unit in the last place of 1.
 pub const U: f64 = f64::EPSILON / 2.0;
 
@@ -217,15 +219,6 @@ fn load_in(folder: &Path, things: &str, side: usize) -> Result<SceneParts, LoadE
     let file = folder.join("scene.xml");
     std::fs::write(&file, xml).expect("the scene's file");
     mitsuba::load_parts(&file, &[])
-}
-
-/// The scene's irradiance meter.
-pub fn meter(scene: &Scene) -> &Sensor {
-    scene
-        .sensors()
-        .iter()
-        .find(|sensor| matches!(sensor.kind, SensorKind::IrradianceMeter { .. }))
-        .expect("a meter")
 }
 
 /// The scene's camera.

@@ -55,7 +55,8 @@ const STILL_BENT: f64 = 1.0 / 32.0;
 const NOTED_BEND: f64 = 1.0 / 64.0;
 
 /// Halving leaves a quarter of a smooth bend. Where less than this part of a noted one is left, that may be by chance, with
-/// nodes on both sides of a valley: at a sixteenth, balls of eight indices of twenty-five were out of their bounds.
+/// nodes on both sides of a valley: at a sixteenth, and without [`STILL_BENT`], balls of eight
+/// indices of twenty-five were out of their bounds.
 const BY_CHANCE: f64 = 1.0 / 5.0;
 
 /// Where a bend is of less flux than so many tolerances, neither matters.

@@ -9,6 +9,7 @@ use glam::DVec2;
 use nephroid::optics::dielectric_reflectance;
 use nephroid::reference::closed_form::{GlassBall, Path};
 
+use crate::support;
 use crate::support::probes::{of, probe_at, sign_changes, sum};
 use crate::support::{Photons, bundled};
 
@@ -244,7 +245,7 @@ fn a_texel_of_photons_agrees_with_the_mean_of_probes() {
                 mean += wx * wy * sum(&of(&probe_at(&scene, 2.0, at, 2), signature));
             }
         }
-        let (values, errors) = crate::support::scenes::layer(&estimate, signature, 0);
+        let (values, errors) = support::scenes::layer(&estimate, signature, 0);
         let (value, error) = (values[row * SIDE + column], errors[row * SIDE + column]);
         // Student's t of 31 degrees of freedom exceeds 5 once in 50 000 tries; the quadrature's error is below 1e-4 of
         // the mean (the irradiance changes by a few percent over the texel, its fifth power is 1e-7).

@@ -4,14 +4,15 @@ use std::sync::atomic::Ordering;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use crate::support::scenes::bundled_file;
-use crate::support::seen::{sensor, with_films};
 use nephroid::reference::beams::{self, BeamBudget, BeamSettings};
 use nephroid::reference::path::{self, PathBudget, PathSettings};
 use nephroid::reference::photon_map::{self, PhotonMapSettings};
 use nephroid::reference::photons::{self, Budget, PhotonSettings};
 use nephroid::reference::{Estimate, Progress};
 use nephroid::scene::Scene;
+
+use crate::support::scenes::bundled_file;
+use crate::support::seen::{sensor, with_films};
 
 /// Ends a run as soon as it has come so far. A run that ends by itself before, does so in vain: all of these would go on for
 /// a minute and more.

@@ -2,12 +2,13 @@
 //!
 //! The numbers are those of Mitsuba 3.9.1, `scalar_rgb`, written by `tests/mitsuba/emitter_oracle.py`.
 
-use crate::support::bsdf::{folder, scene};
 use glam::{DVec2, DVec3};
 use nephroid::geometry::{Ray, SurfacePoint};
 use nephroid::radiometry::Rgb;
 use nephroid::scene::Scene;
 use nephroid::transport::lights::Lights;
+
+use crate::support::bsdf::{folder, scene};
 
 /// Relative. Mitsuba computes in f32 (2⁻²⁴ = 6e-8). A hit is off by some 1e-7 of the distance, 3, which its cosine
 /// of at least 0.2 turns into 2e-6 of the density. Angles to a map's poles are off by 6e-8 / sin θ, hardly more than

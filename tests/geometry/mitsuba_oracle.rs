@@ -3,11 +3,12 @@
 //! The constants were read from Mitsuba 3.9.1 (`scalar_rgb`): `ray_intersect`, then `t`,
 //! `sh_frame.n` and `uv`. Rays are given in the shape's own space and mapped with it.
 
-use crate::support::geometry::{closest, mesh};
 use Form::{Cylinder, Disk, Rectangle, Sphere};
 use Map::{Identity, Long, MirrorZ, Rotated, RotatedMirror, Sheared, Stretched};
 use glam::{DMat3, DMat4, DVec2, DVec3};
 use nephroid::geometry::{self, MeshParts, Ray, Shape, SurfacePoint, Transform, World};
+
+use crate::support::geometry::{closest, mesh};
 
 /// Mitsuba computes in `f32`. Its distances (up to 8 here) carry some ten roundings of 2^-24 each.
 const SINGLE_PRECISION: f64 = 8.0 * 10.0 / 16_777_216.0;

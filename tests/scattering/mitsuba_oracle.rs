@@ -2,11 +2,12 @@
 //!
 //! The numbers are those of Mitsuba 3.9.1, `scalar_rgb`, written by `tests/mitsuba/bsdf_oracle.py`.
 
-use crate::support::bsdf::{Surface, direction, folder};
 use glam::{DVec2, DVec3};
 use nephroid::geometry::Ray;
 use nephroid::radiometry::Rgb;
 use nephroid::transport::bsdf::{Bsdf, Transport};
+
+use crate::support::bsdf::{Surface, direction, folder};
 
 /// Relative. Mitsuba computes in f32 (2⁻²⁴ = 6e-8). Half vectors are off by a few of that, and the
 /// sharpest distribution here, α = 0.05, turns it into 2 tan θ_m / (α² (1 + ...)) times as much: up to some
