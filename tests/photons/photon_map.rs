@@ -64,7 +64,7 @@ fn mapped(scene: &Scene, settings: PhotonMapSettings, passes: u64) -> (Estimate,
 }
 
 fn by_beams(scene: &Scene, id: &str) -> Estimate {
-    seen::by_beams(scene, id, 1e-3).0
+    seen::by_beams(scene, id, 5e-4).0
 }
 
 /// What a pixel sees of the floor through the pane [W/m²/sr], and how far that may be from the truth.
