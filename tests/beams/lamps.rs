@@ -4,24 +4,16 @@ use nephroid::numeric::distributions::critical_value;
 use nephroid::reference::beams::{self, BeamBudget, BeamReport, BeamSettings};
 use nephroid::reference::photons::{Budget, PhotonSettings, run::Setup};
 use nephroid::reference::{Estimate, Progress};
-use nephroid::scene::{Scene, SensorKind};
+use nephroid::scene::Scene;
 
 use crate::support;
+use crate::support::scenes::meter;
 
 /// Texels a side: few, so that each gets photons enough to judge bounds by.
 const SIDE: usize = 32;
 
 fn scene() -> Scene {
     support::bundled("cornell-glass", SIDE)
-}
-
-fn meter(scene: &Scene) -> &nephroid::scene::Sensor {
-    let is_meter = |kind: &SensorKind| matches!(kind, SensorKind::IrradianceMeter { .. });
-    scene
-        .sensors()
-        .iter()
-        .find(|sensor| is_meter(&sensor.kind))
-        .unwrap()
 }
 
 fn by_beams(scene: &Scene, relative_error: f64) -> (Estimate, BeamReport) {

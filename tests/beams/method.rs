@@ -11,19 +11,17 @@ use std::time::Duration;
 use glam::DVec2;
 use nephroid::film::exr;
 use nephroid::mitsuba;
-use nephroid::optics::conductor_reflectance;
 use nephroid::reference::beams::pass::SignatureReport;
 use nephroid::reference::beams::run::Setup;
 use nephroid::reference::beams::supports;
 use nephroid::reference::beams::{BeamBudget, BeamReport, BeamSettings};
-use nephroid::reference::closed_form::ParabolicMirror;
 use nephroid::reference::{Estimate, LayerName, Progress};
 use nephroid::scene::Scene;
 use nephroid::transport::chain::ChainSettings;
 use nephroid::transport::receiver::Receiver;
 
 use crate::support::beams::{beams, held, known_by};
-use crate::support::oracles::DEPTH;
+use crate::support::oracles::{DEPTH, dish_fluxes};
 use crate::support::probes::{of, probe_at, sum};
 use crate::support::scenes::meter;
 use crate::support::{Compared, Photons, bundled, bundled_file};
@@ -400,24 +398,7 @@ fn each_channel_of_a_coloured_metal_has_its_own_flux() {
     let scene = bundled("parabolic-mirror", 64);
     let (estimate, report) = beams(&scene, 1e-3);
     let received = report.signatures[0].received;
-    for (channel, (eta, k)) in [(1.66, 9.22), (0.88, 6.27), (0.52, 4.84)]
-        .into_iter()
-        .enumerate()
-    {
-        let dish = ParabolicMirror {
-            focal_length: 0.5,
-            aperture: 0.5,
-            receiver_height: 0.45,
-            irradiance: 1000.0,
-            shade_half_width: 0.08,
-            eta,
-            k,
-        };
-        let corners = 6.0 * 28.0;
-        let turn = TAU / corners;
-        let slivers = 0.5 * corners * (turn - turn.sin()) * dish.aperture.powi(2);
-        let rim = 1000.0 * conductor_reflectance(1.0 / 1.0_f64.hypot(0.5), eta, k);
-        let flux = dish.received_flux() - slivers * rim;
+    for (channel, flux) in dish_fluxes().into_iter().enumerate() {
         let off = (received.0[channel] / flux - 1.0).abs();
         println!("channel {channel}: off by {off:.1e}");
         assert!(off <= 1e-3, "channel {channel}: {off:e}");

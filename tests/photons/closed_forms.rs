@@ -18,12 +18,13 @@ use nephroid::generate::write_ply;
 use nephroid::geometry::{MeshParts, Shape};
 use nephroid::numeric::StreamKind;
 use nephroid::reference::closed_form::{
-    CupLight, FlatFacets, FlatSlab, GlassBall, MirrorCup, ParabolicMirror, ParallelLight, Path,
-    SineWater, SineWave, TexelGrid, lambert_irradiance, point_irradiance,
+    CupLight, FlatFacets, FlatSlab, GlassBall, MirrorCup, ParallelLight, Path, SineWater, SineWave,
+    TexelGrid, lambert_irradiance, point_irradiance,
 };
 use nephroid::reference::{Estimate, LayerName};
 use nephroid::scene::Scene;
 
+use crate::support::oracles::{PANE, dish_fluxes};
 use crate::support::scenes::layer;
 use crate::support::{Compared, Photons, bundled, bundled_file, loaded, student};
 
@@ -397,37 +398,6 @@ fn the_mirror_rings_cardioid_is_right_in_every_texel() {
 
 // ---- a pane under a lamp -------------------------------------------------------------------------
 
-/// Top and bottom of a pane, 2 m x 2 m, 0.1 m apart, above a floor of 1 m x 1 m; a lamp 2 m above the floor.
-///
-/// The closed form's pane has no borders. Here light that lands on the floor after LTT or LTRRT has met
-/// the faces nearer to the axis than it lands, within the faces; the sides are open, so that
-/// none is reflected back there (it leaves as LT, no path that is compared).
-const PANE: &str = r#"<scene version="3.0.0">
-    <emitter type="point">
-        <point name="position" x="0" y="0" z="2"/>
-        <rgb name="intensity" value="100, 100, 100"/>
-    </emitter>
-    <bsdf type="dielectric" id="glass">
-        <float name="int_ior" value="1.5"/>
-        <float name="ext_ior" value="1"/>
-    </bsdf>
-    <shape type="rectangle">
-        <transform name="to_world"><translate z="1.05"/></transform>
-        <ref id="glass"/>
-    </shape>
-    <shape type="rectangle">
-        <transform name="to_world"><rotate x="1" angle="180"/><translate z="0.95"/></transform>
-        <ref id="glass"/>
-    </shape>
-    <shape type="rectangle">
-        <transform name="to_world"><scale x="0.5" y="0.5"/></transform>
-        <bsdf type="diffuse"/>
-        <sensor type="irradiancemeter">
-            <film type="hdrfilm"><rfilter type="box"/></film>
-        </sensor>
-    </shape>
-</scene>"#;
-
 /// Each ray lands (k + 1) d tan t − d tan θ further out than without the pane, with (1 − F)² F^k of its
 /// flux after k = 0, 2 reflections inside; nothing else comes through.
 #[test]
@@ -581,25 +551,7 @@ fn the_dish_gathers_its_apertures_flux_in_every_channel() {
     let scene = bundled("parabolic-mirror", 1);
     let photons = Photons::new(1 << 20);
     let estimate = photons.estimate(&scene);
-    for (channel, (eta, k)) in [(1.66, 9.22), (0.88, 6.27), (0.52, 4.84)]
-        .into_iter()
-        .enumerate()
-    {
-        let dish = ParabolicMirror {
-            focal_length: 0.5,
-            aperture: 0.5,
-            receiver_height: 0.45,
-            irradiance: 1000.0,
-            shade_half_width: 0.08,
-            eta,
-            k,
-        };
-        let corners = 6.0 * 28.0;
-        let turn = std::f64::consts::TAU / corners;
-        let slivers = 0.5 * corners * (turn - turn.sin()) * dish.aperture.powi(2);
-        let rim_cos = 1.0 / 1.0_f64.hypot(0.5);
-        let rim = 1000.0 * nephroid::optics::conductor_reflectance(rim_cos, eta, k);
-        let flux = dish.received_flux() - slivers * rim;
+    for (channel, flux) in dish_fluxes().into_iter().enumerate() {
         let truth = [flux / 0.0256];
         let it = Compared::channel(&scene, &photons, &estimate, "LRD", channel, &truth)
             .known_to(1e-6 * truth[0]);

@@ -13,6 +13,8 @@ use nephroid::reference::photons::shard::Part;
 use nephroid::reference::photons::{Budget, PhotonSettings, Shard, run};
 use nephroid::scene::Scene;
 
+use crate::support::scenes::meter;
+
 fn scene_path(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("scenes")
@@ -22,14 +24,6 @@ fn scene_path(name: &str) -> PathBuf {
 fn load(name: &str) -> Scene {
     // Small grids: what is tested does not depend on their size.
     mitsuba::load(&scene_path(name), &[("size".into(), "48".into())]).unwrap()
-}
-
-fn meter(scene: &Scene) -> &nephroid::scene::Sensor {
-    scene
-        .sensors()
-        .iter()
-        .find(|sensor| sensor.plugin() == "irradiancemeter")
-        .unwrap()
 }
 
 /// Every bit of an estimate that a user can see.

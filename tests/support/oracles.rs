@@ -1,5 +1,6 @@
 //! Scenes whose every texel is known, each beside its closed forms, path by path.
 
+use std::f64::consts::TAU;
 use std::fmt::Write as _;
 use std::fs;
 
@@ -7,9 +8,9 @@ use glam::{DVec2, DVec3};
 use nephroid::generate::{BrilliantCut, round_brilliant, write_ply};
 use nephroid::geometry::{MeshParts, Shape};
 use nephroid::numeric::quadrature::GaussLegendre;
-use nephroid::optics::dielectric_reflectance;
+use nephroid::optics::{conductor_reflectance, dielectric_reflectance};
 use nephroid::reference::closed_form::{
-    Bundled, FlatFacets, FlatSlab, ParallelLight, Path, SineWave, TexelGrid,
+    Bundled, FlatFacets, FlatSlab, ParabolicMirror, ParallelLight, Path, SineWave, TexelGrid,
 };
 use nephroid::scene::Scene;
 use nephroid::transport::signature::Signature;
@@ -251,8 +252,12 @@ fn exact_diamond(side: usize) -> Scene {
     loaded(&file, side)
 }
 
-/// A window between a lamp and a floor, edges out of the way.
-const PANE: &str = r#"<scene version="3.0.0">
+/// Top and bottom of a pane, 2 m x 2 m, 0.1 m apart, above a floor of 1 m x 1 m; a lamp 2 m above the floor.
+///
+/// The closed form's pane has no borders. Here light that lands on the floor after LTT or LTRRT has met
+/// the faces nearer to the axis than it lands, within the faces; the sides are open, so that
+/// none is reflected back there (it leaves as LT, no path that is compared).
+pub const PANE: &str = r#"<scene version="3.0.0">
     <emitter type="point">
         <point name="position" x="0" y="0" z="2"/>
         <rgb name="intensity" value="100, 100, 100"/>
@@ -471,4 +476,25 @@ fn inverse(f: &impl Fn(f64) -> f64, from: f64, to: f64, value: f64) -> f64 {
         }
     }
     0.5 * (a + b)
+}
+
+/// What the shipped dish gathers of each channel \[W\]: the paraboloid's flux without the slivers between its rim's polygon and
+/// the circle.
+pub fn dish_fluxes() -> [f64; 3] {
+    [(1.66, 9.22), (0.88, 6.27), (0.52, 4.84)].map(|(eta, k)| {
+        let dish = ParabolicMirror {
+            focal_length: 0.5,
+            aperture: 0.5,
+            receiver_height: 0.45,
+            irradiance: 1000.0,
+            shade_half_width: 0.08,
+            eta,
+            k,
+        };
+        let corners = 6.0 * 28.0;
+        let turn = TAU / corners;
+        let slivers = 0.5 * corners * (turn - turn.sin()) * dish.aperture.powi(2);
+        let rim = 1000.0 * conductor_reflectance(1.0 / 1.0_f64.hypot(0.5), eta, k);
+        dish.received_flux() - slivers * rim
+    })
 }
