@@ -1,22 +1,19 @@
-//! A field of irradiance on a sensor's texels or pixels.
+//! A sensor as techniques fill it: points of its texels or pixels in batches, and irradiance at them averaged.
 
-use glam::DVec2;
+use std::f64::consts::FRAC_1_PI;
+use std::ops::{AddAssign, Range};
+
+use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::{ApproximationError, Work};
 use crate::geometry::{Ray, SurfacePoint, TraversalCounters};
 use crate::radiometry::Rgb;
+use crate::run::Refusal;
 use crate::scene::{Color, Material, Scene, Sensor, SensorKind};
 use crate::transport::camera::Camera;
 use crate::transport::prescribed::next_hit;
 use crate::transport::receiver::Receiver;
 use crate::transport::screen::Screen;
-
-/// Irradiance as a technique knows it: at any point of any surface.
-pub trait IrradianceField: Sync {
-    /// Irradiance E [W/m²] at a point of a surface, on the side of its unit `normal`.
-    fn irradiance(&self, point: &SurfacePoint, normal: glam::DVec3, work: &mut Work) -> Rgb;
-}
 
 /// A sensor, ready to be filled.
 #[derive(Clone, Debug)]
@@ -33,7 +30,7 @@ impl SensorFilm {
     /// # Errors
     ///
     /// As [`Receiver::new`] and [`Camera::new`].
-    pub fn new(scene: &Scene, sensor: &Sensor) -> Result<Self, ApproximationError> {
+    pub fn new(scene: &Scene, sensor: &Sensor) -> Result<Self, Refusal> {
         if matches!(sensor.kind, SensorKind::IrradianceMeter { .. }) {
             Ok(Self::Receiver(Box::new(Receiver::new(scene, sensor)?)))
         } else {
@@ -41,7 +38,7 @@ impl SensorFilm {
         }
     }
 
-    /// What paths fall on; of a camera with an étendue of 1, so that flux counts as radiance.
+    /// The texels that light falls on; for a camera with an étendue of 1, so that flux counts as radiance.
     pub fn screen(&self) -> Screen<'_> {
         match self {
             Self::Receiver(receiver) => Screen::Receiver(receiver),
@@ -57,7 +54,7 @@ impl SensorFilm {
         self.screen().size()
     }
 
-    /// The shape that is measured on; `None` of a camera.
+    /// The shape that is measured on; `None` for a camera.
     pub fn shape(&self) -> Option<u32> {
         match self {
             Self::Receiver(receiver) => Some(receiver.shape()),
@@ -65,7 +62,7 @@ impl SensorFilm {
         }
     }
 
-    /// What sums of the [`screen`](Self::screen) are divided by: a texel's area \[m²\], or 1.
+    /// The divisor of sums of the [`screen`](Self::screen): a texel's area \[m²\], or 1.
     pub fn measure(&self, texel: usize) -> f64 {
         match self {
             Self::Receiver(receiver) => receiver.texel_area(texel),
@@ -73,8 +70,8 @@ impl SensorFilm {
         }
     }
 
-    /// A bound on what flux is multiplied by on the [`screen`](Self::screen), for the scale of sums: 1 of a receiver, of a camera
-    /// 4096 times the median over what it sees.
+    /// A bound on the factor of flux on the [`screen`](Self::screen), for the scale of sums: 1 for a receiver; for a
+    /// camera 4096 times the median over the surfaces that it sees.
     pub fn largest_factor(&self, scene: &Scene) -> f64 {
         /// The camera is asked this many times along each side of its film.
         const PLACES: u32 = 16;
@@ -101,101 +98,167 @@ impl SensorFilm {
         HEADROOM * factors.get(factors.len() / 2).copied().unwrap_or(1.0)
     }
 
-    /// Averages a field over each texel: the mean over the midpoints of a sub-grid of `samples` x `samples`, weighted by
-    /// the area they stand for. Of a camera E ρ/π of the surface that each ray meets first, if it is diffuse.
+    /// The points at which some texels are sampled: the midpoints of a sub-grid of `samples` x `samples` in each, in
+    /// their order. Of a camera the surface that each ray meets first, if it is diffuse.
     ///
-    /// Texels without any surface are zero.
-    pub fn evaluate(
+    /// Points on no surface, or on a black one, are left out; [`SensorPoints::weights`] counts them.
+    pub fn points(
         &self,
         scene: &Scene,
-        field: &impl IrradianceField,
+        texels: Range<usize>,
         samples: u32,
-    ) -> (Vec<Rgb>, Work) {
-        let [width, height] = self.size();
-        let rows: Vec<(Vec<Rgb>, Work)> = (0..height)
-            .into_par_iter()
-            .map(|row| {
-                let mut work = Work::default();
-                let values = (row * width..(row + 1) * width)
-                    .map(|texel| self.texel(scene, field, texel, samples, &mut work))
-                    .collect();
-                (values, work)
-            })
-            .collect();
-        let mut work = Work::default();
-        let mut values = Vec::with_capacity(width * height);
-        for (row, done) in rows {
-            values.extend(row);
-            work += done;
-        }
-        (values, work)
-    }
-
-    fn texel(
-        &self,
-        scene: &Scene,
-        field: &impl IrradianceField,
-        texel: usize,
-        samples: u32,
-        work: &mut Work,
-    ) -> Rgb {
-        let (mut sum, mut weights) = (Rgb::BLACK, 0.0);
-        for place in 0..samples * samples {
-            let at = DVec2::new(f64::from(place % samples), f64::from(place / samples));
-            let at = (at + 0.5) / f64::from(samples);
-            let seen = match self {
-                Self::Receiver(receiver) => receiver.patch(scene, texel, at).map(|patch| {
-                    let normal = patch.point.geometric_normal;
-                    (field.irradiance(&patch.point, normal, work), patch.density)
-                }),
-                Self::Camera(camera) => {
-                    let column = (texel % camera.width()) as f64;
-                    let row = (texel / camera.width()) as f64;
-                    let view = camera.pixel_ray(DVec2::new(column, row) + at);
-                    Some((radiance(scene, field, view.ray, view.reach, work), 1.0))
+        counters: &mut TraversalCounters,
+    ) -> SensorPoints {
+        let mut found = SensorPoints {
+            first: texels.start,
+            weights: vec![0.0; texels.len()],
+            points: Vec::with_capacity(texels.len() * (samples * samples) as usize),
+        };
+        for texel in texels {
+            for place in 0..samples * samples {
+                let at = DVec2::new(f64::from(place % samples), f64::from(place / samples));
+                let at = (at + 0.5) / f64::from(samples);
+                match self {
+                    Self::Receiver(receiver) => {
+                        if let Some(patch) = receiver.patch(scene, texel, at) {
+                            found.weights[texel - found.first] += patch.density;
+                            found.points.push(SensorPoint {
+                                texel,
+                                weight: patch.density,
+                                normal: patch.point.geometric_normal,
+                                point: patch.point,
+                                albedo: None,
+                                view: None,
+                            });
+                        }
+                    }
+                    Self::Camera(camera) => {
+                        let column = (texel % camera.width()) as f64;
+                        let row = (texel / camera.width()) as f64;
+                        let view = camera.pixel_ray(DVec2::new(column, row) + at);
+                        found.weights[texel - found.first] += 1.0;
+                        let seen = visible_point(scene, texel, view.ray, view.reach, counters);
+                        found.points.extend(seen);
+                    }
                 }
-            };
-            if let Some((value, weight)) = seen {
-                sum += value * weight;
-                weights += weight;
             }
         }
-        if weights > 0.0 {
-            sum / weights
-        } else {
-            Rgb::BLACK
+        found
+    }
+
+    /// Averages irradiance over each texel: `irradiance(point, work)` at the [`points`](Self::points), weighted by the area
+    /// that they stand for. Of a camera E ρ/π.
+    ///
+    /// Texels without any surface are zero. Work is the sum of all calls', in the order of texels; view rays are counted
+    /// apart.
+    pub fn evaluate<W: Default + AddAssign + Send>(
+        &self,
+        scene: &Scene,
+        samples: u32,
+        irradiance: impl Fn(&SensorPoint, &mut W) -> Rgb + Sync,
+    ) -> (Vec<Rgb>, W, TraversalCounters) {
+        /// Points of a batch: they stay in a core's cache.
+        const BATCH: usize = 1024;
+        let [width, height] = self.size();
+        let texels = width * height;
+        let batch = (BATCH / (samples * samples) as usize).max(1);
+        let batches: Vec<(Vec<Rgb>, W, TraversalCounters)> = (0..texels.div_ceil(batch))
+            .into_par_iter()
+            .map(|index| {
+                let (mut work, mut counters) = (W::default(), TraversalCounters::default());
+                let range = index * batch..((index + 1) * batch).min(texels);
+                let found = self.points(scene, range, samples, &mut counters);
+                let mut values = vec![Rgb::BLACK; found.weights.len()];
+                for point in &found.points {
+                    let value = point.measured(irradiance(point, &mut work));
+                    values[point.texel - found.first] += value * point.weight;
+                }
+                for (value, weight) in values.iter_mut().zip(&found.weights) {
+                    if *weight > 0.0 {
+                        *value = *value / *weight;
+                    }
+                }
+                (values, work, counters)
+            })
+            .collect();
+        let (mut work, mut counters) = (W::default(), TraversalCounters::default());
+        let mut values = Vec::with_capacity(texels);
+        for (some, done, rays) in batches {
+            values.extend(some);
+            work += done;
+            counters += rays;
+        }
+        (values, work, counters)
+    }
+}
+
+/// The points at which some texels are sampled.
+#[derive(Clone, Debug)]
+pub struct SensorPoints {
+    /// The first texel.
+    pub first: usize,
+    /// By texel: the weights of all its points, those included that see nothing.
+    pub weights: Vec<f64>,
+    /// The points on surfaces, texel by texel.
+    pub points: Vec<SensorPoint>,
+}
+
+/// A point of a texel's or pixel's surface.
+#[derive(Clone, Copy, Debug)]
+pub struct SensorPoint {
+    /// The texel, row by row.
+    pub texel: usize,
+    /// The area that it stands for, in any unit.
+    pub weight: f64,
+    /// The surface.
+    pub point: SurfacePoint,
+    /// The unit normal on the side that is measured.
+    pub normal: DVec3,
+    /// Albedo ρ of the side that a camera sees; `None` on a receiver, whose irradiance is measured.
+    pub albedo: Option<Rgb>,
+    /// The ray from the camera; `None` on a receiver.
+    pub view: Option<Ray>,
+}
+
+impl SensorPoint {
+    /// The sensor's quantity for irradiance E [W/m²] at the point: E itself, or radiance E ρ/π [W/m²/sr].
+    #[inline]
+    pub fn measured(&self, irradiance: Rgb) -> Rgb {
+        match self.albedo {
+            Some(albedo) => albedo * irradiance * FRAC_1_PI,
+            None => irradiance,
         }
     }
 }
 
-/// Radiance E ρ/π [W/m²/sr] of what a ray meets.
-fn radiance(
+/// The point that a camera's ray meets first, if its surface is diffuse.
+fn visible_point(
     scene: &Scene,
-    field: &impl IrradianceField,
+    texel: usize,
     ray: Ray,
     reach: f64,
-    work: &mut Work,
-) -> Rgb {
-    let mut counters = TraversalCounters::default();
-    let found = next_hit(scene, ray, &mut counters);
-    work.add_rays(counters);
-    let Some((ray, hit)) = found else {
-        return Rgb::BLACK;
-    };
+    counters: &mut TraversalCounters,
+) -> Option<SensorPoint> {
+    let (ray, hit) = next_hit(scene, ray, counters)?;
     let point = scene.world().surface_point(&ray, &hit);
     if point.position.distance(ray.origin) > reach {
-        return Rgb::BLACK;
+        return None;
     }
     let front = ray.direction.dot(point.geometric_normal) < 0.0;
-    let Some(reflectance) = diffuse_reflectance(scene, scene.material_of(hit.shape), front) else {
-        return Rgb::BLACK;
-    };
+    let albedo = diffuse_reflectance(scene, scene.material_of(hit.shape), front)?;
     let normal = if front {
         point.geometric_normal
     } else {
         -point.geometric_normal
     };
-    reflectance * field.irradiance(&point, normal, work) * std::f64::consts::FRAC_1_PI
+    Some(SensorPoint {
+        texel,
+        weight: 1.0,
+        point,
+        normal,
+        albedo: Some(albedo),
+        view: Some(ray),
+    })
 }
 
 /// The albedo of one side of a surface; `None` where it is black or not diffuse.

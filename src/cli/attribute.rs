@@ -1,35 +1,35 @@
 //! `nephroid attribute`: which stage of an approximation makes how much of its error.
 
-use std::sync::Arc;
-
 use super::Outcome;
 use super::args::AttributeArgs;
 use super::progress;
 use super::render::load;
 use super::sensor::choose_sensor;
-use crate::reference::Progress;
-use crate::reference::beams::BeamBudget;
+use crate::method::Method;
+use crate::run::format::percent;
+use crate::run::{Budget, Context};
+use crate::setting::Given;
 use crate::study::attribution::{self, Attribution};
 
-/// Runs the command. Its outcome is incomplete where the truth is not as good as was asked for.
+/// Runs the command. Its outcome is incomplete if the truth is not as good as was asked for.
 ///
 /// # Errors
 ///
-/// Where the scene cannot be read, approximated or measured.
+/// If the scene cannot be read, approximated or measured.
 pub fn attribute(args: &AttributeArgs) -> anyhow::Result<Outcome> {
-    let map = args.caustic_map()?;
+    let technique = technique(args)?;
     let scene = load(&args.scene)?;
     let sensor = choose_sensor(&scene, args.sensor.as_deref())?;
-    let progress = Arc::new(Progress::default());
-    progress::stop_on_interrupt(&progress)?;
-    let budget = BeamBudget {
+    let context = Context::default();
+    progress::stop_on_interrupt(&context.progress)?;
+    let budget = Budget {
         relative_error: Some(args.error),
         time: args.time,
-        rays: None,
+        work: None,
     };
-    let found = attribution::attribute(&map, &scene, sensor, |signature| {
-        progress::watch(&progress, || {
-            attribution::truth_by_beams(&scene, sensor, signature, &budget, &progress)
+    let found = attribution::attribute(&technique, &scene, sensor, &context, |light| {
+        progress::watch(&context.progress, || {
+            attribution::truth_by_beams(&scene, sensor, light, &budget, &context)
         })
     })?;
     if args.json {
@@ -49,12 +49,14 @@ pub fn attribute(args: &AttributeArgs) -> anyhow::Result<Outcome> {
     })
 }
 
-fn percent(value: f64) -> String {
-    if value.is_nan() {
-        "unknown".to_owned()
-    } else {
-        format!("{:.3} %", 100.0 * value)
-    }
+/// The technique asked for, or the first that there is.
+fn technique(args: &AttributeArgs) -> anyhow::Result<Method> {
+    let settings: Given = args.set.iter().cloned().collect();
+    let mut techniques = Method::names()
+        .into_iter()
+        .filter(|name| Method::new(name, &Given::new()).is_ok_and(|method| method.is_technique()));
+    let name = args.method.as_deref().or_else(|| techniques.next());
+    Ok(Method::new(name.unwrap_or_default(), &settings)?)
 }
 
 /// Prints the table.

@@ -2,15 +2,16 @@
 
 use std::collections::BTreeMap;
 
-use clap::ValueEnum;
 use serde::Serialize;
 
-use super::args::{DEFAULT_LAYERS, InspectArgs, Method};
+use super::Outcome;
+use super::args::InspectArgs;
 use super::render::load;
-use super::sensor::is_camera;
-use super::{Outcome, memory};
 use crate::geometry::{MeshDiagnostics, Shape};
+use crate::method::Method;
+use crate::run::Cost;
 use crate::scene::{Ignored, Requirement, Scene, Sensor, SensorKind, Warning, requirements};
+use crate::setting::Given;
 
 /// What `--json` prints.
 #[derive(Serialize)]
@@ -75,8 +76,10 @@ struct SensorLine<'a> {
     plugin: &'static str,
     on: Option<&'a str>,
     size: [u32; 2],
-    /// What its film takes at most, by method, with the default number of layers.
-    film_bytes: BTreeMap<String, u64>,
+    /// The cost of a run at most, by method, with its default settings.
+    costs: BTreeMap<&'static str, Cost>,
+    /// The method that suits it, and why.
+    suits: Option<[String; 2]>,
 }
 
 /// Runs the command.
@@ -95,28 +98,13 @@ pub fn inspect(args: &InspectArgs) -> anyhow::Result<Outcome> {
     Ok(Outcome::Complete)
 }
 
-/// Of the methods that fill such a sensor.
-fn film_bytes(scene: &Scene, sensor: &Sensor) -> BTreeMap<String, u64> {
-    let methods: &[Method] = if is_camera(sensor) {
-        &[
-            Method::Beams,
-            Method::Photons,
-            Method::PhotonMap,
-            Method::Path,
-            Method::Full,
-        ]
-    } else {
-        &[Method::Beams, Method::Photons, Method::CausticMap]
-    };
+/// The cost of each method that can fill a sensor, with its default settings.
+fn costs(scene: &Scene, sensor: &Sensor) -> BTreeMap<&'static str, Cost> {
+    let methods = Method::names().into_iter();
+    let methods = methods.filter_map(|name| Method::new(name, &Given::new()).ok());
     methods
-        .iter()
-        .filter_map(|&method| {
-            let name = method.to_possible_value()?.get_name().to_owned();
-            Some((
-                name,
-                memory::film_bytes(scene, sensor, method, DEFAULT_LAYERS),
-            ))
-        })
+        .filter(|method| method.supports(scene, sensor).is_ok())
+        .map(|method| (method.name(), method.cost(scene, sensor)))
         .collect()
 }
 
@@ -167,7 +155,10 @@ impl<'a> Inspection<'a> {
                         _ => None,
                     },
                     size: [sensor.film.crop.width, sensor.film.crop.height],
-                    film_bytes: film_bytes(scene, sensor),
+                    costs: costs(scene, sensor),
+                    suits: Method::choose(scene, sensor)
+                        .ok()
+                        .map(|choice| [choice.method.name().to_owned(), choice.reason]),
                 })
                 .collect(),
             requirements: requirements(scene),
@@ -208,17 +199,23 @@ impl<'a> Inspection<'a> {
         for sensor in &self.sensors {
             let on = sensor.on.map_or_else(String::new, |on| format!(" on {on}"));
             let [width, height] = sensor.size;
-            let memory: Vec<String> = sensor
-                .film_bytes
-                .iter()
-                .map(|(method, bytes)| format!("{method} {} MB", bytes.div_ceil(1_000_000)))
-                .collect();
             say!(
-                "  {} ({}){on}: {width} x {height}; film in memory, at most: {}",
+                "  {} ({}){on}: {width} x {height}",
                 sensor.id,
-                sensor.plugin,
-                memory.join(", ")
+                sensor.plugin
             );
+            if let Some([method, reason]) = &sensor.suits {
+                say!("    suited by {method}: {reason}");
+            }
+            for (method, cost) in &sensor.costs {
+                let work = cost.work.iter();
+                let work = work.map(|one| format!(", {} {}", one.count, one.name));
+                say!(
+                    "    {method}: up to {} MB of memory{}",
+                    cost.bytes.div_ceil(1_000_000),
+                    work.collect::<String>()
+                );
+            }
         }
         say!("\nrequires modelled");
         for requirement in &self.requirements {

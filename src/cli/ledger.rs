@@ -4,9 +4,9 @@ use std::fmt;
 
 use serde::Serialize;
 
-use super::summary::number;
 use crate::radiometry::Rgb;
-use crate::reference::{Estimate, LayerName, Quantity};
+use crate::run::format::number;
+use crate::run::{Estimate, LayerName, Quantity};
 use crate::transport::ledger::Row;
 
 /// The ledger in numbers \[W\].

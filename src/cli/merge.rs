@@ -3,41 +3,38 @@
 use std::time::Instant;
 
 use super::Outcome;
-use super::args::{MergeArgs, Method};
-use super::memory;
+use super::args::MergeArgs;
 use super::output::{self, Run};
 use super::render::{finish, load, read_shard};
 use super::sensor::choose_sensor;
-use crate::reference::Progress;
-use crate::reference::photons::run::Setup;
+use crate::method::Method;
+use crate::run::Context;
 
 /// Runs the command.
 ///
 /// # Errors
 ///
-/// Where a shard cannot be read or is of another run, or the result not written.
+/// If a shard cannot be read or is of another run, or the result not written.
 pub fn merge(args: &MergeArgs) -> anyhow::Result<Outcome> {
     let start = Instant::now();
     let scene = load(&args.scene)?;
     let sensor = choose_sensor(&scene, args.sensor.as_deref())?;
-    let settings = args.shared.photons(&args.photon);
-    memory::check_film(&scene, sensor, Method::Photons, args.shared.layers)?;
+    let method = Method::new("photons", &args.settings.given)?;
+    let context = Context::default();
+    method.check_memory(&scene, sensor, &context)?;
     let path = output::output_path(args.output.as_deref(), scene.path(), "exr")?;
     let parts = args
         .shards
         .iter()
         .map(|shard| read_shard(shard))
         .collect::<anyhow::Result<Vec<_>>>()?;
-    let progress = Progress::default();
-    let setup = Setup::new(&scene, sensor, settings, &progress)?;
-    let estimate = setup.merge(&sensor.id, parts)?;
+    let rendering = method.merge(&scene, sensor, parts, &context)?;
     let run = Run {
         scene: &scene,
         sensor,
-        method: output::Settings::Photons(&settings),
-        estimate: &estimate,
+        method: &method,
+        rendering: &rendering,
         elapsed: start.elapsed(),
-        warnings: Vec::new(),
     };
     finish(&run, &path, args.json)?;
     Ok(Outcome::Complete)

@@ -19,9 +19,8 @@ pub mod compare;
 pub mod generate;
 pub mod inspect;
 pub mod ledger;
-pub mod memory;
 pub mod merge;
-pub mod method;
+pub mod methods;
 pub mod output;
 pub mod probe;
 pub mod progress;
@@ -58,6 +57,7 @@ pub fn main() -> ExitCode {
         Command::Compare(args) => compare::compare(args),
         Command::Validate(args) => validate::validate(args),
         Command::Attribute(args) => attribute::attribute(args),
+        Command::Methods(args) => methods::methods(args),
         Command::Generate(args) => generate::generate(args),
     };
     match outcome {

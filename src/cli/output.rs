@@ -6,74 +6,24 @@ use std::time::Duration;
 use anyhow::Context;
 
 use super::summary::{Summary, Timing};
-use crate::approximation::{CausticMap, Rendering};
 use crate::film::picture::{self, Content, PictureError, PictureSpec, Scale};
 use crate::film::{Grid, Image, atomic, exr};
-use crate::radiometry::Rgb;
-use crate::reference::beams::{BeamReport, BeamSettings};
-use crate::reference::full::{FullReport, FullSettings};
-use crate::reference::path::{PathReport, PathSettings};
-use crate::reference::photon_map::{PhotonMapReport, PhotonMapSettings};
-use crate::reference::photons::PhotonSettings;
-use crate::reference::{Estimate, Quantity};
+use crate::method::Method;
+use crate::run::{Estimate, LayerName, Quantity, Rendering};
 use crate::scene::{Scene, Sensor};
 
-/// Everything a result is described by.
+/// Everything that describes a result.
 pub struct Run<'a> {
     /// The scene.
     pub scene: &'a Scene,
     /// The sensor filled.
     pub sensor: &'a Sensor,
-    /// How it was computed.
-    pub method: Settings<'a>,
+    /// The method.
+    pub method: &'a Method,
     /// The result.
-    pub estimate: &'a Estimate,
+    pub rendering: &'a Rendering,
     /// From the start of the command.
     pub elapsed: Duration,
-    /// What is to be known beside the scene's own warnings.
-    pub warnings: Vec<String>,
-}
-
-/// How a result was computed.
-#[derive(Clone, Copy)]
-pub enum Settings<'a> {
-    /// By photons.
-    Photons(&'a PhotonSettings),
-    /// By beams.
-    Beams(&'a BeamSettings, &'a BeamReport),
-    /// By paths from a camera.
-    Path(&'a PathSettings, &'a PathReport),
-    /// By photon maps.
-    PhotonMap(&'a PhotonMapSettings, &'a PhotonMapReport),
-    /// By all methods, each its part.
-    Full(&'a FullSettings, &'a FullReport),
-    /// By caustic maps, an approximation.
-    CausticMap(&'a CausticMap, &'a Rendering),
-}
-
-impl Settings<'_> {
-    /// The method's name.
-    pub fn name(&self) -> &'static str {
-        match self {
-            Self::Photons(_) => "photons",
-            Self::Beams(..) => "beams",
-            Self::Path(..) => "path",
-            Self::PhotonMap(..) => "photon-map",
-            Self::Full(..) => "full",
-            Self::CausticMap(..) => "caustic-map",
-        }
-    }
-
-    /// What does the work, in a sentence.
-    pub fn plural(&self) -> &'static str {
-        match self {
-            Self::Path(..) => "paths",
-            Self::PhotonMap(..) => "photon maps",
-            Self::Full(..) => "all methods",
-            Self::CausticMap(..) => "caustic maps",
-            _ => self.name(),
-        }
-    }
 }
 
 /// The extension of pictures.
@@ -129,18 +79,19 @@ pub fn write(run: &Run, summary: &Summary, path: &Path) -> anyhow::Result<Vec<Pa
     exr::write(path, &image(run, summary)?)?;
     let picture = path.with_extension(PICTURE);
     let values = Grid::from_vec(
-        run.estimate.width,
-        run.estimate.height,
-        run.estimate
+        run.rendering.estimate.width,
+        run.rendering.estimate.height,
+        run.rendering
+            .estimate
             .total
-            .irradiance
+            .values
             .iter()
             .map(|value| value.mean() as f32)
             .collect(),
     )
     .context("the estimate does not fill its grid")?;
     // What is not known is magenta there.
-    let unknown = if run.estimate.total.is_unknown() {
+    let unknown = if run.rendering.estimate.total.is_unknown() {
         " · unknown"
     } else {
         ""
@@ -153,13 +104,13 @@ pub fn write(run: &Run, summary: &Summary, path: &Path) -> anyhow::Result<Vec<Pa
             .unwrap_or_default()
             .to_string_lossy(),
         run.sensor.id,
-        run.estimate.quantity.name()
+        run.rendering.estimate.quantity.name()
     );
     let drawn = picture::write(
         &picture,
         &PictureSpec {
             title: &title,
-            unit: run.estimate.quantity.unit(),
+            unit: run.rendering.estimate.quantity.unit(),
             content: Content::FalseColour {
                 values: &values,
                 scale: Scale::Logarithmic,
@@ -174,13 +125,17 @@ pub fn write(run: &Run, summary: &Summary, path: &Path) -> anyhow::Result<Vec<Pa
     }
 }
 
-/// All layers and what describes them: `E`, `LD`, `LRD`, ..., each with `.R .G .B` and
-/// `.stderr.R .stderr.G .stderr.B`, and `count.Y`; of beams with `.lo.R` ... and `.hi.R` ... instead.
+/// All layers with their description: `E`, `LD`, `LRD`, ..., each with `.R .G .B` and `.stderr.R .stderr.G .stderr.B`, or with bounds
+/// `.lo.R` ... and `.hi.R` ...; further maps of the method.
 fn image(run: &Run, summary: &Summary) -> anyhow::Result<Image> {
-    let estimate = run.estimate;
+    let (rendering, estimate) = (run.rendering, &run.rendering.estimate);
     let mut image = estimate.channels();
-    if matches!(run.method, Settings::Photons(_)) {
-        image.add_scalar("count.Y", estimate.counts.iter().map(|count| *count as f64));
+    for (name, values) in &rendering.scalars {
+        image.add_scalar(name, values.iter().copied());
+    }
+    for (name, values) in &rendering.maps {
+        let triples: Vec<[f64; 3]> = values.iter().map(|value| value.0).collect();
+        image.add_rgb(name, &triples);
     }
     image.add_metadata("summary", serde_json::to_string(&summary.without_timing())?);
     image.add_metadata("timing", serde_json::to_string(&Timing::of(run))?);
@@ -188,58 +143,27 @@ fn image(run: &Run, summary: &Summary) -> anyhow::Result<Image> {
     image.add_metadata("scene-hash", run.scene.content_hash());
     image.add_metadata("sensor", run.sensor.id.as_str());
     image.add_metadata("method", run.method.name());
-    match run.method {
-        Settings::Photons(settings) => {
-            image.add_metadata("settings", serde_json::to_string(settings)?);
-            image.add_metadata("seed", settings.seed.to_string());
-            image.add_metadata("photons", estimate.paths.to_string());
-        }
-        Settings::Beams(settings, report) => {
-            image.add_metadata("settings", serde_json::to_string(settings)?);
-            image.add_metadata("beams", serde_json::to_string(report)?);
-        }
-        Settings::Path(settings, report) => {
-            image.add_metadata("settings", serde_json::to_string(settings)?);
-            image.add_metadata("seed", settings.seed.to_string());
-            image.add_metadata("path", serde_json::to_string(report)?);
-        }
-        Settings::PhotonMap(settings, report) => {
-            let triples = |values: &[Rgb]| values.iter().map(|value| value.0).collect::<Vec<_>>();
-            image.add_rgb("bias", &triples(&report.bias));
-            image.add_rgb("bias.stderr", &triples(&report.bias_standard_error));
-            image.add_metadata("settings", serde_json::to_string(settings)?);
-            image.add_metadata("photon-map", serde_json::to_string(report)?);
-            image.add_metadata("seed", settings.photons.seed.to_string());
-            image.add_metadata("photons", estimate.paths.to_string());
-        }
-        Settings::Full(settings, report) => {
-            image.add_metadata("settings", serde_json::to_string(settings)?);
-            image.add_metadata("seed", settings.path.seed.to_string());
-            image.add_metadata("full", serde_json::to_string(report)?);
-        }
-        Settings::CausticMap(map, rendering) => {
-            image.add_metadata("settings", serde_json::to_string(&map.settings)?);
-            // Seconds differ from run to run: they are in the timing.
-            let work: Vec<_> = rendering
-                .work
-                .iter()
-                .map(|one| (one.name, one.work))
-                .collect();
-            image.add_metadata("work", serde_json::to_string(&work)?);
-        }
+    image.add_metadata("settings", run.method.settings().to_string());
+    for (name, value) in &rendering.report {
+        image.add_metadata(name, value.to_string());
     }
     image.add_metadata("version", env!("CARGO_PKG_VERSION"));
     image.add_metadata("complete", if estimate.incomplete { "no" } else { "yes" });
     image.add_metadata("warnings", serde_json::to_string(&summary.warnings)?);
     image.add_metadata("quantity", estimate.quantity.name());
     image.add_metadata("unit", estimate.quantity.unit());
-    image.add_metadata("conventions", conventions(&run.method, estimate.quantity));
+    image.add_metadata("conventions", conventions(estimate));
     Ok(image)
 }
 
-/// What the numbers mean, for whoever finds the file alone.
-fn conventions(method: &Settings, quantity: Quantity) -> String {
-    if matches!(method, Settings::Full(..)) {
+/// The meaning of the numbers, for whoever finds the file alone.
+fn conventions(estimate: &Estimate) -> String {
+    let is_of_classes = |name: LayerName| matches!(name, LayerName::Class(_));
+    let has_classes = estimate
+        .layers
+        .iter()
+        .any(|layer| is_of_classes(layer.name));
+    if has_classes && estimate.total.interval.is_some() {
         return "pixel-averaged radiance [W/m2/sr] towards the camera, linear sRGB; row 0 is the top; L is the sum \
                 of the layers, which are classes of paths from light L to camera E, S a mirror or glass, D \
                 anything else: emitted L S* E, direct L D S* E, caustic L S+ D E, caustic-sds L S+ D S+ E, \
@@ -249,7 +173,7 @@ fn conventions(method: &Settings, quantity: Quantity) -> String {
                 outward, and those of L the sums of the methods'; NaN is not known"
             .to_owned();
     }
-    if matches!(method, Settings::Path(..)) {
+    if has_classes {
         return "pixel-averaged radiance [W/m2/sr] towards the camera, linear sRGB; row 0 is the top; L is the sum \
                 of the layers, which are classes of paths from light L to camera E, S a mirror or glass, D \
                 anything else: emitted L S* E, direct L D S* E, indirect L D ... D S* E; caustic L S+ D E, \
@@ -257,7 +181,7 @@ fn conventions(method: &Settings, quantity: Quantity) -> String {
                 find them; stderr is one standard error over independent replicates; NaN is not known"
             .to_owned();
     }
-    let measured = match quantity {
+    let measured = match estimate.quantity {
         Quantity::Irradiance => {
             "texel-averaged irradiance [W/m2], linear sRGB; row 0 is at v = 0, column 0 at u = 0 of the \
              receiver; E is the sum of the layers"

@@ -1,7 +1,6 @@
 //! `nephroid probe`: every specular path to one point.
 
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 use anyhow::Context;
@@ -15,10 +14,10 @@ use super::render::load;
 use super::sensor::choose_sensor;
 use crate::geometry::{Shape, TraversalCounters};
 use crate::radiometry::Rgb;
-use crate::reference::Progress;
 use crate::reference::probe::{
     MAX_LEVEL, ProbeSettings, Probed, SearchEnd, SpecularPath, Vertex, probe_until,
 };
+use crate::run::Progress;
 use crate::scene::{Emitter, Scene, Warning};
 use crate::transport::scatter::Way;
 
@@ -91,7 +90,7 @@ pub fn probe(args: &ProbeArgs) -> anyhow::Result<Outcome> {
     let deadline = args.time.and_then(|time| start.checked_add(time));
     let stop = || {
         let is_late = deadline.is_some_and(|deadline| Instant::now() > deadline);
-        is_late || progress.stop.load(Ordering::Relaxed)
+        is_late || progress.is_stopped()
     };
     let probed = probe_until(&scene, sensor, args.at, &settings, &stop)
         .with_context(|| scene.path().display().to_string())?;

@@ -2,13 +2,12 @@
 
 use std::io::IsTerminal;
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
 use std::thread;
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-use crate::reference::Progress;
+use crate::run::Progress;
 
 /// How often the line is drawn.
 const PERIOD: Duration = Duration::from_millis(100);
@@ -43,10 +42,9 @@ pub fn watch<T: Send>(progress: &Progress, work: impl FnOnce() -> T + Send) -> T
 }
 
 fn draw(bar: &ProgressBar, progress: &Progress, elapsed: Duration) {
-    let expected = progress.expected_paths.load(Ordering::Relaxed);
-    if expected > 0 {
+    if let Some(expected) = progress.expected() {
         bar.set_length(expected);
-        bar.set_position(progress.paths.load(Ordering::Relaxed));
+        bar.set_position(progress.done());
     }
     bar.set_message(message(progress, elapsed));
     bar.tick();
@@ -54,15 +52,14 @@ fn draw(bar: &ProgressBar, progress: &Progress, elapsed: Duration) {
 
 /// What the line says.
 fn message(progress: &Progress, elapsed: Duration) -> String {
-    let done = progress.paths.load(Ordering::Relaxed);
-    let expected = progress.expected_paths.load(Ordering::Relaxed);
-    if expected == 0 {
+    let done = progress.done();
+    let Some(expected) = progress.expected() else {
         return "setting up".to_owned();
-    }
+    };
     let unit = progress.unit();
     let error = progress.relative_error().map(|error| 100.0 * error);
     if let Some(pass) = progress.pass() {
-        // Roots are of very different work: no time left can be told from their number.
+        // Patches are of very different work: no time left can be told from their number.
         let error = error.map_or_else(String::new, |error| {
             format!("; likely error of the pass before {error:.2} %")
         });
@@ -87,7 +84,7 @@ fn message(progress: &Progress, elapsed: Duration) -> String {
 pub fn stop_on_interrupt(progress: &Arc<Progress>) -> anyhow::Result<()> {
     let progress = Arc::clone(progress);
     ctrlc::set_handler(move || {
-        if progress.stop.swap(true, Ordering::Relaxed) {
+        if progress.stop() {
             std::process::exit(130);
         }
         eprintln!("\nstopping; once more to stop at once");
@@ -105,8 +102,8 @@ mod tests {
     fn photons_are_counted_in_millions() {
         let progress = Progress::default();
         assert_eq!(message(&progress, SECOND), "setting up");
-        progress.expected_paths.store(4_000_000, Ordering::Relaxed);
-        progress.paths.store(1_000_000, Ordering::Relaxed);
+        progress.expect(4_000_000);
+        progress.add(1_000_000);
         assert_eq!(
             message(&progress, SECOND),
             "1.0 of 4.0 M photons, 1.00 M/s, 3 s left"
@@ -114,16 +111,16 @@ mod tests {
     }
 
     #[test]
-    fn beams_are_told_by_pass_and_root() {
+    fn beams_are_told_by_pass_and_patch() {
         let progress = Progress::default();
         progress.begin_pass(640);
-        progress.paths.store(16, Ordering::Relaxed);
-        assert_eq!(message(&progress, SECOND), "pass 1: 16 of 640 roots");
+        progress.add(16);
+        assert_eq!(message(&progress, SECOND), "pass 1: 16 of 640 patches");
         progress.set_relative_error(Some(0.0123));
         progress.begin_pass(640);
         assert_eq!(
             message(&progress, SECOND),
-            "pass 2: 0 of 640 roots; likely error of the pass before 1.23 %"
+            "pass 2: 0 of 640 patches; likely error of the pass before 1.23 %"
         );
     }
 }

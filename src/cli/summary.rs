@@ -3,19 +3,13 @@
 use std::fmt;
 
 use serde::Serialize;
+use serde_json::{Map, Value};
 
 use super::ledger::LedgerSummary;
-use super::output::{Run, Settings};
+use super::output::Run;
 use crate::geometry::TraversalCounters;
-use crate::reference::Quantity;
-use crate::reference::beams::BeamReport;
-use crate::reference::beams::pass::SignatureReport;
-use crate::reference::full::{FullReport, PartDetail};
-use crate::reference::path::PathReport;
-use crate::transport::path_class::{PathClass, PathClasses};
-
-/// The layer of direct light.
-const LD: &str = "LD";
+use crate::run::Quantity;
+use crate::run::format::{number, relative};
 
 /// The result in numbers. Serialised, it is what `--json` prints.
 #[derive(Clone, Debug, Serialize)]
@@ -32,21 +26,9 @@ pub struct Summary {
     pub method: &'static str,
     /// Whether the run used its whole budget.
     pub complete: bool,
-    /// Photons started.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub photons: Option<u64>,
-    /// What there is to know of paths.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub path: Option<PathReport>,
-    /// What there is to know of beams.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub beams: Option<BeamReport>,
-    /// What there is to know of photon maps.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub photon_map: Option<MapSummary>,
-    /// What there is to know of the parts that several methods measured.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub full: Option<FullReport>,
+    /// The method's own report, by name.
+    #[serde(flatten)]
+    pub report: Map<String, Value>,
     /// √(mean σ²) / mean E over lit texels of the specular layers, of paths over all light; of beams the likely error.
     pub relative_error: Option<f64>,
     /// One entry a layer, the total first.
@@ -64,6 +46,15 @@ pub struct Summary {
     /// The files written.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub files: Vec<String>,
+    /// True if layers have bounds rather than standard errors.
+    #[serde(skip)]
+    has_bounds: bool,
+    /// Paths started, and their unit.
+    #[serde(skip)]
+    started: (u64, &'static str),
+    /// The method's own lines.
+    #[serde(skip)]
+    lines: Vec<String>,
 }
 
 /// One layer in numbers; NaN (in JSON `null`) where nothing is known.
@@ -79,17 +70,6 @@ pub struct LayerSummary {
     pub max: f64,
     /// √(mean σ²) / mean E over the layer's lit texels; where there are bounds, σ is half their distance.
     pub relative_error: Option<f64>,
-}
-
-/// Photon maps in numbers.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub struct MapSummary {
-    /// Maps of each replicate.
-    pub passes: u64,
-    /// Of the first and the last map's lookups, in pixels.
-    pub radius: [f64; 2],
-    /// √(mean bias²) / mean L over lit pixels, beyond what is noise.
-    pub relative_bias: Option<f64>,
 }
 
 /// What a run took.
@@ -110,7 +90,7 @@ impl Timing {
         Self {
             seconds,
             threads: rayon::current_num_threads(),
-            rays_per_second: run.estimate.counters.rays as f64 / seconds,
+            rays_per_second: run.rendering.estimate.counters.rays as f64 / seconds,
         }
     }
 }
@@ -118,14 +98,10 @@ impl Timing {
 impl Summary {
     /// The summary of a run.
     pub fn of(run: &Run) -> Self {
-        let estimate = run.estimate;
-        let mut warnings: Vec<String> = run
-            .scene
-            .warnings()
-            .iter()
-            .map(ToString::to_string)
-            .collect();
-        warnings.extend(run.warnings.iter().cloned());
+        let rendering = run.rendering;
+        let estimate = &rendering.estimate;
+        let warnings = run.scene.warnings().iter().map(ToString::to_string);
+        let report = rendering.report.iter();
         Self {
             scene: run.scene.path().display().to_string(),
             sensor: run.sensor.id.clone(),
@@ -133,28 +109,9 @@ impl Summary {
             size: [estimate.width, estimate.height],
             method: run.method.name(),
             complete: !estimate.incomplete,
-            photons: matches!(run.method, Settings::Photons(_) | Settings::PhotonMap(..))
-                .then_some(estimate.paths),
-            path: match run.method {
-                Settings::Path(_, report) => Some(*report),
-                _ => None,
-            },
-            beams: match run.method {
-                Settings::Beams(_, report) => Some(report.clone()),
-                _ => None,
-            },
-            photon_map: match run.method {
-                Settings::PhotonMap(_, report) => Some(MapSummary {
-                    passes: report.passes,
-                    radius: report.radius,
-                    relative_bias: report.relative_bias,
-                }),
-                _ => None,
-            },
-            full: match run.method {
-                Settings::Full(_, report) => Some(report.clone()),
-                _ => None,
-            },
+            report: report
+                .map(|(name, value)| (name.replace('-', "_"), value.clone()))
+                .collect(),
             relative_error: estimate.relative_error,
             layers: std::iter::once(&estimate.total)
                 .chain(&estimate.layers)
@@ -171,9 +128,12 @@ impl Summary {
                 .collect(),
             ledger: LedgerSummary::of(estimate),
             counters: estimate.counters,
-            warnings,
+            warnings: warnings.chain(rendering.warnings.iter().cloned()).collect(),
             timing: Some(Timing::of(run)),
             files: Vec::new(),
+            has_bounds: estimate.total.interval.is_some(),
+            started: (estimate.paths, rendering.unit),
+            lines: rendering.summary.clone(),
         }
     }
 
@@ -185,39 +145,6 @@ impl Summary {
             files: Vec::new(),
             ..self.clone()
         }
-    }
-}
-
-/// Six digits are enough for a table; zero is a dot, so that the eye finds what is there.
-pub(super) fn number(value: f64) -> String {
-    if value.is_nan() {
-        "unknown".to_owned()
-    } else if value == 0.0 {
-        "·".to_owned()
-    } else if (1e-3..1e6).contains(&value.abs()) {
-        let digits = (5 - value.abs().log10().floor() as i32).clamp(0, 6) as usize;
-        format!("{value:.digits$}")
-    } else {
-        format!("{value:.3e}")
-    }
-}
-
-fn percent(error: f64) -> String {
-    format!("{:.3} %", 100.0 * error)
-}
-
-/// Classes of paths, by name.
-pub(super) fn listed(classes: PathClasses) -> String {
-    let names: Vec<&str> = classes.iter().map(PathClass::name).collect();
-    names.join(", ")
-}
-
-/// A relative error: a dot where there is no light, and so no error.
-fn relative(error: Option<f64>, is_dark: bool) -> String {
-    match error {
-        Some(error) => percent(error),
-        None if is_dark => number(0.0),
-        None => number(f64::NAN),
     }
 }
 
@@ -247,7 +174,7 @@ impl fmt::Display for Summary {
             "min",
             "mean",
             "max",
-            if self.beams.is_some() || self.full.is_some() {
+            if self.has_bounds {
                 "rel. bar"
             } else {
                 "rel. error"
@@ -268,162 +195,23 @@ impl fmt::Display for Summary {
             ledger.write(out, wide)?;
         }
         writeln!(out)?;
-        match (&self.beams, &self.path, &self.full) {
-            (Some(report), _, _) => self.write_beams(out, report)?,
-            (_, Some(report), _) => self.write_path(out, report)?,
-            (_, _, Some(report)) => self.write_full(out, report)?,
-            (None, None, None) => self.write_photons(out)?,
+        if let Some(timing) = &self.timing {
+            let (started, unit) = self.started;
+            writeln!(
+                out,
+                "{started} {unit}, {} rays in {:.2} s on {} threads: {:.2} M rays/s",
+                self.counters.rays,
+                timing.seconds,
+                timing.threads,
+                timing.rays_per_second / 1e6
+            )?;
+        }
+        for line in &self.lines {
+            writeln!(out, "{line}")?;
         }
         for file in &self.files {
             writeln!(out, "wrote {file}")?;
         }
         Ok(())
     }
-}
-
-impl Summary {
-    fn write_photons(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if let (Some(timing), Some(photons)) = (&self.timing, self.photons) {
-            writeln!(
-                out,
-                "{photons} photons, {} rays in {:.2} s on {} threads: {:.2} M photons/s, {:.2} M rays/s",
-                self.counters.rays,
-                timing.seconds,
-                timing.threads,
-                photons as f64 / timing.seconds / 1e6,
-                timing.rays_per_second / 1e6
-            )?;
-        }
-        writeln!(
-            out,
-            "relative standard error of the specular layers' sum over lit texels: {}",
-            self.relative_error()
-        )?;
-        let Some(map) = &self.photon_map else {
-            return Ok(());
-        };
-        let [first, last] = map.radius;
-        writeln!(
-            out,
-            "{} maps a replicate, radius {first:.3} to {last:.3} pixels; relative bias of their blur: {}",
-            map.passes,
-            relative(map.relative_bias, false)
-        )
-    }
-
-    fn write_path(&self, out: &mut fmt::Formatter<'_>, report: &PathReport) -> fmt::Result {
-        if let Some(timing) = &self.timing {
-            writeln!(
-                out,
-                "{} samples a pixel, {} rays in {:.2} s on {} threads: {:.2} M rays/s",
-                report.samples,
-                self.counters.rays,
-                timing.seconds,
-                timing.threads,
-                timing.rays_per_second / 1e6
-            )?;
-        }
-        writeln!(
-            out,
-            "relative standard error over lit pixels: {}",
-            relative(self.relative_error, self.complete)
-        )
-    }
-
-    fn write_full(&self, out: &mut fmt::Formatter<'_>, report: &FullReport) -> fmt::Result {
-        for part in &report.parts {
-            let what = match &part.detail {
-                PartDetail::Path(report) => format!("{} samples a pixel", report.samples),
-                PartDetail::Beams(report) => format!("{} passes", report.passes),
-                PartDetail::PhotonMap(report) => format!(
-                    "{} photons, relative bias {}",
-                    part.paths,
-                    relative(report.relative_bias, false)
-                ),
-                PartDetail::Photons {} => format!("{} photons", part.paths),
-            };
-            writeln!(
-                out,
-                "{} by {}: {what}; relative error {}",
-                listed(part.classes),
-                part.method.name(),
-                relative(part.relative_error, !part.incomplete)
-            )?;
-        }
-        self.write_ray_rate(out)?;
-        writeln!(
-            out,
-            "relative standard error over lit pixels, of what is drawn by lot: {}",
-            relative(self.relative_error, self.complete)
-        )
-    }
-
-    /// Rays and what they took, where it is known.
-    fn write_ray_rate(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Some(timing) = &self.timing else {
-            return Ok(());
-        };
-        writeln!(
-            out,
-            "{} rays in {:.2} s on {} threads: {:.2} M rays/s",
-            self.counters.rays,
-            timing.seconds,
-            timing.threads,
-            timing.rays_per_second / 1e6
-        )
-    }
-
-    /// Of the specular layers' sum.
-    fn relative_error(&self) -> String {
-        let mut specular = self.layers.iter().skip(1).filter(|layer| layer.name != LD);
-        let is_dark = self.complete && specular.all(|layer| layer.max == 0.0);
-        relative(self.relative_error, is_dark)
-    }
-
-    fn write_beams(&self, out: &mut fmt::Formatter<'_>, report: &BeamReport) -> fmt::Result {
-        if report.passes == 0 {
-            writeln!(out, "no pass was finished")?;
-        } else {
-            write_cells(out, report)?;
-        }
-        self.write_ray_rate(out)?;
-        let balance = report.signatures.iter().map(|one| one.balance_error);
-        if let Some(worst) = balance.reduce(f64::max) {
-            writeln!(
-                out,
-                "largest balance error of a signature (what its cells booked against the film): {worst:.1e}"
-            )?;
-        }
-        writeln!(
-            out,
-            "likely error of the specular layers' sum over lit texels: {}",
-            self.relative_error()
-        )?;
-        if let Some(lamps) = &report.lamps {
-            writeln!(
-                out,
-                "  by cells {}, by {} places on each area light in {} replicates {}; bars hold with {} % \
-                 confidence",
-                percent(lamps.deterministic_error),
-                lamps.points,
-                lamps.replicates,
-                percent(lamps.random_error),
-                100.0 * lamps.confidence
-            )?;
-        }
-        Ok(())
-    }
-}
-
-fn write_cells(out: &mut fmt::Formatter<'_>, report: &BeamReport) -> fmt::Result {
-    let sum = |count: fn(&SignatureReport) -> u64| report.signatures.iter().map(count).sum::<u64>();
-    writeln!(
-        out,
-        "{} signatures, {} cells ({} cut, {} unresolved) in the last of {} passes",
-        report.signatures.len(),
-        sum(|one| one.cells),
-        sum(|one| one.cut_cells),
-        sum(|one| one.unresolved_cells),
-        report.passes
-    )
 }

@@ -2,25 +2,14 @@
 
 use glam::DVec2;
 
-use super::Quantity;
 use crate::geometry::TraversalCounters;
 use crate::radiometry::Rgb;
+use crate::run::{Quantity, Refusal};
 use crate::scene::{Color, Material, Scene, Sensor, SensorKind, is_achromatic};
-use crate::transport::camera::{Camera, CameraError};
-use crate::transport::receiver::{Receiver, ReceiverError};
+use crate::transport::camera::Camera;
+use crate::transport::receiver::Receiver;
 use crate::transport::scatter::ShadingNormals;
 use crate::transport::screen::Screen;
-
-/// Why a sensor cannot be filled.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum TargetError {
-    /// The sensor cannot receive.
-    #[error(transparent)]
-    Receiver(#[from] ReceiverError),
-    /// The sensor cannot be connected to.
-    #[error(transparent)]
-    Camera(#[from] CameraError),
-}
 
 /// A sensor, ready to be filled.
 ///
@@ -48,7 +37,7 @@ impl Target {
         scene: &Scene,
         sensor: &Sensor,
         shading_normals: ShadingNormals,
-    ) -> Result<Self, TargetError> {
+    ) -> Result<Self, Refusal> {
         if matches!(sensor.kind, SensorKind::IrradianceMeter { .. }) {
             return Ok(Self::Receiver(Box::new(Receiver::new(scene, sensor)?)));
         }

@@ -13,33 +13,38 @@
 //! at its end add up to the whole error, exactly. What the falls of single stages do not add up to is their interaction: errors that hide
 //! or cancel each other. Light that the technique does not model at all is told apart from both.
 
-use crate::approximation::{Approximation, ApproximationError, Rendering, SettingError, Work};
+use std::collections::BTreeMap;
+
+use crate::method::Method;
 use crate::radiometry::Rgb;
-use crate::reference::beams::{self, BeamBudget, BeamError, BeamSettings};
-use crate::reference::{Estimate, LayerName, Progress};
+use crate::run::{Budget, Context, Counter, Error, Estimate, LayerName, Light, Rendering};
 use crate::scene::{Scene, Sensor};
+use crate::setting::SettingError;
 use crate::transport::signature::Signature;
 
-/// Why errors cannot be attributed.
+/// An error that ends an attribution.
 #[derive(Debug, thiserror::Error)]
 pub enum AttributionError {
     /// There is no truth.
     #[error("the truth: {0}")]
-    Truth(#[from] BeamError),
+    Truth(Error),
     /// The approximation does not run.
     #[error(transparent)]
-    Approximation(#[from] ApproximationError),
+    Approximation(#[from] Error),
+    /// The method is no technique.
+    #[error("{0} has no stages: errors of approximations are attributed, as of {1}")]
+    NoStages(&'static str, String),
     /// Nothing is known of the truth.
     #[error(
         "the truth was stopped before its first pass was through: nothing is known of the light of path {0}, and no \
          error can be told; allow it more time, or a larger error"
     )]
-    Unknown(Signature),
+    Unknown(String),
     /// No light to be relative to.
     #[error(
         "the truth has no light of path {0} on the sensor: an error relative to it is not defined"
     )]
-    Dark(Signature),
+    Dark(String),
 }
 
 impl From<SettingError> for AttributionError {
@@ -62,15 +67,15 @@ pub struct Truth {
 }
 
 /// An approximation held against the truth.
-#[derive(Clone, Copy, Debug, serde::Serialize)]
+#[derive(Clone, Debug, serde::Serialize)]
 pub struct Outcome {
     /// Relative RMSE.
     pub error: f64,
     /// Its light by the truth's.
     pub energy_ratio: f64,
-    /// What it took.
-    pub work: Work,
-    /// What it took \[s\].
+    /// Work of a frame, counted.
+    pub work: Vec<Counter>,
+    /// Time of a frame \[s\].
     pub seconds: f64,
 }
 
@@ -139,48 +144,54 @@ pub fn fall_alone(error: f64, alone: impl Iterator<Item = f64>) -> f64 {
     alone.map(|alone| error - alone).sum()
 }
 
-/// The truth of a scene by beams, for an approximation of one path signature.
+/// The truth of a scene by beams, for an approximation of some of its light.
 ///
-/// Two runs: one of chains no longer than that signature, to the error that is asked for, and one of all chains, of which only
-/// the sum of the other light is wanted, to ten times that error.
+/// Two runs: one of chains no longer than that light's, to the error that is asked for, and one of all chains, of which only the sum of the
+/// other light is wanted, to ten times that error.
 ///
 /// # Errors
 ///
-/// As [`beams::run::Setup::new`] and its run.
+/// As [`Method::run`].
 pub fn truth_by_beams(
     scene: &Scene,
     sensor: &Sensor,
-    signature: Signature,
-    budget: &BeamBudget,
-    progress: &Progress,
-) -> Result<Truth, BeamError> {
+    light: Light,
+    budget: &Budget,
+    context: &Context,
+) -> Result<Truth, Error> {
     /// Errors of the light that is not modelled are figures of one or two digits.
     const ROUGHLY: f64 = 10.0;
     /// Signatures with a layer of their own: the modelled one is hardly ever the seventeenth brightest.
-    const LAYERS: usize = 16;
-    let short = BeamSettings {
-        max_depth: signature.len() as u32,
-        ..BeamSettings::default()
+    const LAYERS: &str = "16";
+    let beams =
+        |key: &str, value: String| Method::new("beams", &BTreeMap::from([(key.to_owned(), value)]));
+    let depth = light.max_depth().map(|depth| depth.to_string());
+    let short = match depth {
+        Some(depth) => beams("max-depth", depth)?,
+        None => Method::new("beams", &BTreeMap::new())?,
     };
-    let (estimate, _) = beams::run(scene, sensor, short, budget, progress)?;
-    let rough = BeamBudget {
+    let estimate = short.run(scene, sensor, budget, context)?.estimate;
+    let rough = Budget {
         relative_error: budget.relative_error.map(|error| ROUGHLY * error),
         ..*budget
     };
-    let long = BeamSettings {
-        max_layers: LAYERS,
-        ..BeamSettings::default()
+    let long = beams("layers", LAYERS.to_owned())?;
+    let all = long.run(scene, sensor, &rough, context)?.estimate;
+    let is_modelled = |name: LayerName| match (light, name) {
+        (Light::Specular { .. }, LayerName::Other) => true,
+        (light, LayerName::Path(signature)) => light.includes(signature),
+        _ => false,
     };
-    let (all, _) = beams::run(scene, sensor, long, &rough, progress)?;
     let direct = LayerName::Path(Signature::DIRECT);
-    let modelled = LayerName::Path(signature);
     let is_good_enough = match (budget.relative_error, estimate.relative_error) {
         (Some(asked), Some(error)) => error <= asked,
         _ => true,
     };
+    // Of chains of any length, those beyond the modelled depth are among `other` or have a layer.
+    let is_rest = |name| name != direct && !is_modelled(name);
     Ok(Truth {
-        modelled: sum_of(&estimate, |name| name == modelled),
-        rest: sum_of(&all, |name| name != modelled && name != direct),
+        modelled: sum_of(&estimate, is_modelled),
+        rest: sum_of(&all, is_rest),
         relative_error: estimate.relative_error,
         is_resolved: is_good_enough && !estimate.incomplete,
     })
@@ -195,7 +206,7 @@ fn sum_of(estimate: &Estimate, is_chosen: impl Fn(LayerName) -> bool) -> Vec<Rgb
     };
     let mut sum = vec![start; estimate.width * estimate.height];
     for layer in estimate.layers.iter().filter(|layer| is_chosen(layer.name)) {
-        for (sum, value) in sum.iter_mut().zip(&layer.irradiance) {
+        for (sum, value) in sum.iter_mut().zip(&layer.values) {
             *sum += *value;
         }
     }
@@ -218,44 +229,62 @@ fn total(values: &[Rgb]) -> f64 {
     values.iter().map(|value| value.mean()).sum()
 }
 
-/// Runs an approximation with its stages as they are, each exact alone, and cumulatively. `truth` is asked once, for the light
-/// that the approximation turns out to model.
+/// Runs a technique with its stages as they are, each exact alone, and cumulatively. `truth` is asked once, for the light that
+/// the technique models.
 ///
 /// # Errors
 ///
-/// Where the approximation does not run, the truth cannot be had, is not known, or is dark.
-pub fn attribute<A: Approximation>(
-    approximation: &A,
+/// If the method has no stages or does not run, or the truth cannot be had, is not known, or is dark.
+pub fn attribute(
+    technique: &Method,
     scene: &Scene,
     sensor: &Sensor,
-    truth: impl FnOnce(Signature) -> Result<Truth, BeamError>,
+    context: &Context,
+    truth: impl FnOnce(Light) -> Result<Truth, Error>,
 ) -> Result<Attribution, AttributionError> {
-    let whole = approximation.run(scene, sensor)?;
-    let signature = whole.signature;
-    let truth = truth(signature)?;
+    if technique.stages().is_empty() {
+        let names = Method::names().into_iter();
+        let staged = names.filter(|name| {
+            Method::new(name, &BTreeMap::new()).is_ok_and(|one| !one.stages().is_empty())
+        });
+        let staged: Vec<&str> = staged.collect();
+        return Err(AttributionError::NoStages(
+            technique.name(),
+            staged.join(", "),
+        ));
+    }
+    let run = |method: &Method| method.run(scene, sensor, &Budget::default(), context);
+    let whole = run(technique)?;
+    let light = whole.light;
+    let layers = &whole.estimate.layers;
+    let signature = layers
+        .first()
+        .map_or_else(String::new, |layer| layer.name.to_string());
+    let truth = truth(light).map_err(AttributionError::Truth)?;
     if !truth.modelled.iter().all(|value| value.is_finite()) {
         return Err(AttributionError::Unknown(signature));
     }
     let judged = |rendering: &Rendering| {
-        let error = relative_rmse(&rendering.values, &truth.modelled)
-            .ok_or(AttributionError::Dark(signature))?;
+        let values = &rendering.estimate.total.values;
+        let error = relative_rmse(values, &truth.modelled)
+            .ok_or_else(|| AttributionError::Dark(signature.clone()))?;
         Ok::<_, AttributionError>(Outcome {
             error,
-            energy_ratio: total(&rendering.values) / total(&truth.modelled),
-            work: rendering.total_work(),
-            seconds: rendering.seconds(),
+            energy_ratio: total(values) / total(&truth.modelled),
+            work: rendering.counters.clone(),
+            seconds: rendering.frame_time.unwrap_or_default().as_secs_f64(),
         })
     };
     let all = judged(&whole)?;
     let mut stages = Vec::new();
-    let mut cumulative = approximation.clone();
-    for stage in approximation.stages() {
-        let alone = approximation.with_exact(stage.name)?;
+    let mut cumulative = technique.clone();
+    for stage in technique.stages() {
+        let alone = technique.with_exact(stage.name)?;
         cumulative = cumulative.with_exact(stage.name)?;
         stages.push(StageError {
             name: stage.name,
-            alone: judged(&alone.run(scene, sensor)?)?,
-            cumulative: judged(&cumulative.run(scene, sensor)?)?,
+            alone: judged(&run(&alone)?)?,
+            cumulative: judged(&run(&cumulative)?)?,
             variant: stage.variant,
         });
     }
@@ -264,8 +293,8 @@ pub fn attribute<A: Approximation>(
     let lit = lit.count() as f64;
     let squares: f64 = truth.rest.iter().map(|value| value.mean().powi(2)).sum();
     Ok(Attribution {
-        approximation: approximation.name(),
-        signature: signature.to_string(),
+        approximation: technique.name(),
+        signature,
         all,
         stages,
         not_modelled: rest / (rest + modelled),

@@ -1,7 +1,6 @@
 //! Why a study came to no report.
 
 use super::file::FileError;
-use super::method::MethodError;
 use super::plan::PlanError;
 use super::store::StoreError;
 use crate::film::atomic::WriteError;
@@ -30,7 +29,7 @@ pub enum StudyError {
         /// The run.
         run: String,
         /// What the method says.
-        cause: Box<MethodError>,
+        cause: Box<crate::run::Error>,
     },
     /// Two runs with the same settings differ.
     #[error(

@@ -7,7 +7,7 @@
 //! | file | question |
 //! |---|---|
 //! | [`mod@file`], [`plan`] | which runs? |
-//! | [`method`] | how is a film made, and what is counted? |
+//! | [`facts`] | what is known of a film? |
 //! | [`session`], [`store`] | is it there already? |
 //! | [`truth`] | can the truth tell? |
 //! | [`curve`] | what does less error cost? |
@@ -19,8 +19,8 @@ pub mod attribution;
 pub mod checks;
 pub mod curve;
 mod error;
+pub mod facts;
 pub mod file;
-pub mod method;
 pub mod plan;
 pub mod report;
 pub mod session;
@@ -29,7 +29,6 @@ pub mod truth;
 
 pub use error::StudyError;
 pub use file::StudyFile;
-pub use method::Method;
 pub use plan::{Plan, Run, SensorPlan, StageRun, StageRuns};
 pub use report::{Report, Timings};
 pub use session::{Obtained, Session};

@@ -1,14 +1,13 @@
 //! Obtaining the runs of a plan: from the store, or by making them.
 
-use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 use super::StudyError;
-use super::method::Product;
+use super::facts::Product;
 use super::plan::{Plan, Run, SensorPlan};
 use super::store::{Store, Stored, Time};
 use crate::mitsuba;
-use crate::reference::Progress;
+use crate::run::{Budget, Context};
 use crate::scene::{Scene, Sensor};
 
 /// A study under way.
@@ -64,7 +63,7 @@ impl Session {
         &self,
         sensor: &Sensor,
         run: &Run,
-        progress: &Progress,
+        context: &Context,
     ) -> Result<Option<Obtained>, StudyError> {
         let repeats = self.plan.repeats as usize;
         let kept = self.store.find(&self.scene, sensor, run);
@@ -76,16 +75,19 @@ impl Session {
             .as_ref()
             .is_none_or(|it| it.time.seconds.len() < repeats)
         {
-            progress.begin_part();
+            context.progress.begin_part();
             let start = Instant::now();
-            let product = run.method.run(&self.scene, sensor, progress);
-            let product = product.map_err(|cause| StudyError::Method {
+            let rendering = run
+                .method
+                .run(&self.scene, sensor, &Budget::default(), context);
+            let rendering = rendering.map_err(|cause| StudyError::Method {
                 run: format!("{} on sensor \"{}\"", run.label(), sensor.id),
                 cause: Box::new(cause),
             })?;
-            if progress.stop.load(Ordering::Relaxed) {
+            if context.progress.is_stopped() {
                 return Ok(None);
             }
+            let product = Product::of(&rendering);
             let seconds = product.seconds.unwrap_or(start.elapsed().as_secs_f64());
             stored = Some(self.keep(sensor, run, stored, product, seconds)?);
         }

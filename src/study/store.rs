@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use super::method::{Facts, Product};
+use super::facts::{Facts, Product};
 use super::plan::Run;
 use crate::film::atomic::{self, WriteError};
 use crate::film::exr::{self, ExrWriteError};

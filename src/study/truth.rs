@@ -3,7 +3,7 @@
 //! A row's error is known only as far as the truth is: the truth's own error must be a tenth of it at most. Else the report
 //! says "not resolved" in that row, and no order is fitted to it.
 
-use super::method::Facts;
+use super::facts::Facts;
 use crate::film::Image;
 use crate::metric::Comparison;
 

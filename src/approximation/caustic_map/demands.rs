@@ -1,18 +1,14 @@
-//! What a caustic map demands of a scene, and what it is of the scene that it needs.
-//!
-//! # Errors
-//!
-//! Of each function: where the scene does not have it, by name.
+//! Demands of a caustic map on a scene. Errors name what the scene does not have.
 
 use super::buffers::{is_inside, takes_part};
 use super::settings::{Mode, Settings};
-use crate::approximation::ApproximationError;
-use crate::geometry::Bounds;
-use crate::scene::{Emitter, Material, Scene};
+use crate::run::Refusal;
+use crate::scene::Scene;
+use crate::setting::Words;
 use crate::transport::first_surface::Source;
 
 /// The mode asked for, or refraction where something refracts.
-pub fn mode(settings: &Settings, scene: &Scene) -> Result<Mode, ApproximationError> {
+pub fn mode(settings: &Settings, scene: &Scene) -> Result<Mode, Refusal> {
     let has = |mode| {
         scene
             .objects()
@@ -31,32 +27,15 @@ pub fn mode(settings: &Settings, scene: &Scene) -> Result<Mode, ApproximationErr
     if has(mode) {
         Ok(mode)
     } else {
-        Err(ApproximationError::NoSpecular {
-            mode: mode.name(),
-            does,
-            plugins,
-        })
+        Err(Refusal::new(format!(
+            "no shape {does}: mode={} needs one of plugin {plugins}",
+            mode.word()
+        )))
     }
-}
-
-/// The lights, which must all be points or directions.
-pub fn sources(scene: &Scene) -> Result<Vec<Source>, ApproximationError> {
-    let refused = scene
-        .emitters()
-        .iter()
-        .find(|emitter| !emitter.is_delta() && !emitter.strength().is_black());
-    if let Some(emitter) = refused.map(Emitter::plugin) {
-        return Err(ApproximationError::Emitter { plugin: emitter });
-    }
-    let sources = Source::all(scene);
-    if sources.is_empty() {
-        return Err(ApproximationError::NoEmitter);
-    }
-    Ok(sources)
 }
 
 /// Refuses points inside a refractor: their light crosses one interface.
-pub fn check_outside(scene: &Scene, sources: &[Source]) -> Result<(), ApproximationError> {
+pub fn check_outside(scene: &Scene, sources: &[Source]) -> Result<(), Refusal> {
     for source in sources {
         let Source::Point { origin, .. } = *source else {
             continue;
@@ -66,28 +45,12 @@ pub fn check_outside(scene: &Scene, sources: &[Source]) -> Result<(), Approximat
             takes_part(scene, material, Mode::Refraction) && is_inside(scene, *shape, origin)
         });
         if let Some((_, object)) = found {
-            return Err(ApproximationError::LightInside {
-                position: origin.to_array(),
-                shape: object.id.clone(),
-            });
+            return Err(Refusal::new(format!(
+                "the emitter at ({}, {}, {}) is inside shape \"{}\": a caustic map's light crosses two interfaces, \
+                 from outside in and out again",
+                origin.x, origin.y, origin.z, object.id
+            )));
         }
     }
     Ok(())
-}
-
-/// A bound on the flux \[W\] that falls on a box.
-pub fn flux_bound(source: &Source, bounds: &Bounds) -> f64 {
-    let strength = source.strength().max_channel();
-    match source {
-        Source::Parallel { .. } => strength * 4.0 * bounds.radius().powi(2),
-        _ => strength * 4.0 * std::f64::consts::PI,
-    }
-}
-
-/// Whether a camera sees irradiance on it.
-pub fn is_diffuse(scene: &Scene, material: &Material) -> bool {
-    matches!(material, Material::Diffuse { .. })
-        || material
-            .nested()
-            .any(|id| is_diffuse(scene, scene.material(id)))
 }

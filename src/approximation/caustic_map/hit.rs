@@ -2,10 +2,10 @@
 
 use glam::{DVec2, DVec3};
 
-use super::buffers::{DepthMap, Receivers};
 use super::refraction::Exit;
-use super::view::{LightView, Projection};
-use crate::approximation::Work;
+use super::work::Work;
+use crate::approximation::light_view::Projection;
+use crate::approximation::{DepthMap, LightView, Receivers};
 use crate::geometry::{Hit, Ray, TraversalCounters};
 use crate::radiometry::Rgb;
 use crate::scene::Scene;

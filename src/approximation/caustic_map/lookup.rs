@@ -2,11 +2,10 @@
 
 use glam::{DVec2, DVec3};
 
-use super::buffers::DepthMap;
 use super::settings::Lookup;
-use super::splat::signed;
-use super::view::LightView;
-use crate::approximation::{IrradianceField, Work};
+use super::work::Work;
+use crate::approximation::bands::signed;
+use crate::approximation::{DepthMap, LightView};
 use crate::geometry::SurfacePoint;
 use crate::radiometry::Rgb;
 
@@ -56,8 +55,9 @@ impl CausticTexture {
     }
 }
 
-impl IrradianceField for CausticTextures {
-    fn irradiance(&self, point: &SurfacePoint, normal: DVec3, work: &mut Work) -> Rgb {
+impl CausticTextures {
+    /// Irradiance E [W/m²] at a point of a surface, on the side of its unit `normal`.
+    pub fn irradiance(&self, point: &SurfacePoint, normal: DVec3, work: &mut Work) -> Rgb {
         let mut sum = Rgb::BLACK;
         for map in &self.maps {
             let position = point.position;

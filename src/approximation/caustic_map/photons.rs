@@ -14,8 +14,8 @@ use super::refraction::Exit;
 use super::splat::Photon;
 use super::spread::spread;
 use super::trace::Tracer;
-use super::view::LightView;
-use crate::approximation::Work;
+use super::work::Work;
+use crate::approximation::LightView;
 use crate::geometry::TraversalCounters;
 
 /// Pixels along each side of a tile.

@@ -3,10 +3,8 @@
 use glam::DVec2;
 use rayon::prelude::*;
 
-use super::buffers::Receivers;
-use super::footprint::ExactFilm;
-use super::view::LightView;
-use crate::approximation::Work;
+use super::work::Work;
+use crate::approximation::{ExactFilm, LightView, Receivers};
 use crate::geometry::TraversalCounters;
 use crate::radiometry::Rgb;
 use crate::scene::Scene;

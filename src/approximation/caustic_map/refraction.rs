@@ -3,10 +3,10 @@
 use glam::{DVec2, DVec3};
 
 use super::buffers::{Back, Front, mean_curvature};
-use super::interface::{Crossing, bent, cross, schlick, tint, turning};
 use super::lens::Lens;
-use super::settings::{Fresnel, Splat};
-use super::view::LightView;
+use super::settings::Splat;
+use crate::approximation::LightView;
+use crate::approximation::interface::{Crossing, Fresnel, bent, cross, schlick, tint, turning};
 use crate::geometry::{Hit, Ray, SurfacePoint, TraversalCounters};
 use crate::optics::{RayDerivative, dielectric_reflectance, refract};
 use crate::radiometry::Rgb;

@@ -2,8 +2,9 @@
 
 use glam::DVec2;
 
-use super::splat::{Band, Photon, Spread, draw, in_bands};
-use crate::approximation::Work;
+use super::splat::{Photon, Spread, draw};
+use super::work::Work;
+use crate::approximation::bands::{Band, in_bands, reach};
 use crate::radiometry::Rgb;
 
 /// Diameters of the four splats of section 4.1, in texels.
@@ -36,11 +37,11 @@ struct Cell {
 /// "normalized based on the number of splats weighted", not which.)
 pub fn multi_resolution(side: usize, photons: &[Photon]) -> (Vec<Rgb>, Work) {
     let largest = DIAMETERS[3];
-    let (cells, mut work) = in_bands(
-        side,
+    let (cells, fragments) = in_bands(
+        [side; 2],
         photons,
-        |_| 0.5 * largest,
-        |photon, band| {
+        |photon| reach(photon.at.y, largest),
+        |photon: &Photon, band| {
             let before = band.fragments;
             for (index, diameter) in DIAMETERS.into_iter().enumerate() {
                 // One point holds all four: its fragments are those of the largest, drawn last.
@@ -49,10 +50,14 @@ pub fn multi_resolution(side: usize, photons: &[Photon]) -> (Vec<Rgb>, Work) {
             }
         },
     );
-    work.splats = photons.len() as u64;
-    // Two maps of four channels, each read once more.
-    work.bytes = (cells.len() * 2 * 4 * 4) as u64;
-    work.fetches = 2 * cells.len() as u64;
+    let work = Work {
+        splats: photons.len() as u64,
+        fragments,
+        // Two maps of four channels, each read once more.
+        bytes: (cells.len() * 2 * 4 * 4) as u64,
+        fetches: 2 * cells.len() as u64,
+        ..Work::default()
+    };
     (cells.iter().map(combined).collect(), work)
 }
 
@@ -93,11 +98,11 @@ struct Level {
 impl Level {
     /// Photons counted and dealt out to single texels.
     fn of_points(side: usize, photons: &[Photon]) -> (Self, Work) {
-        let (cells, mut work) = in_bands(
-            side,
+        let (cells, fragments) = in_bands(
+            [side; 2],
             photons,
-            |_| 0.0,
-            |photon, band: &mut Band<(Rgb, u32)>| {
+            |photon| reach(photon.at.y, 0.0),
+            |photon: &Photon, band: &mut Band<(Rgb, u32)>| {
                 let (column, row) = (photon.at.x.floor() as i64, photon.at.y.floor() as i64);
                 if let Some((flux, count)) = band.texel(column, row) {
                     *flux += photon.flux;
@@ -106,8 +111,12 @@ impl Level {
                 }
             },
         );
-        work.splats = photons.len() as u64;
-        work.bytes = (cells.len() * 16) as u64;
+        let work = Work {
+            splats: photons.len() as u64,
+            fragments,
+            bytes: (cells.len() * 16) as u64,
+            ..Work::default()
+        };
         let (flux, count) = cells.into_iter().unzip();
         (Self { side, flux, count }, work)
     }

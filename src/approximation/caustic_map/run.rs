@@ -4,24 +4,26 @@ use std::time::Instant;
 
 use glam::DVec2;
 
-use super::buffers::{Back, DepthMap, Receivers, takes_part};
-use super::demands::{check_outside, flux_bound, is_diffuse, mode, sources};
-use super::footprint::{ExactFilm, deal_beams};
+use super::MAPS;
+use super::buffers::{Back, takes_part};
+use super::demands::mode;
+use super::footprint::deal_beams;
 use super::hit::Canvas;
 use super::lookup::{CausticTexture, CausticTextures};
 use super::photons::{backs, photons};
 use super::project::deal_texels;
 use super::resolve::{mip, mip_splat, multi_resolution};
-use super::settings::{Frustum, Hit, Lookup, Mode, Refraction, Settings, Splat};
+use super::settings::{Frustum, Hit, Lookup, Mode, Refraction, STAGES, Settings, Splat};
 use super::splat::{Photon, draw};
 use super::trace::Tracer;
-use super::view::LightView;
-use crate::approximation::{ApproximationError, Rendering, SensorFilm, StageWork, Work};
+use super::work::Work;
+use crate::approximation::sources::{flux_bound, is_diffuse, sources};
+use crate::approximation::{DepthMap, ExactFilm, Frame, LightView, Receivers, SensorFilm};
 use crate::geometry::Bounds;
 use crate::radiometry::Rgb;
+use crate::run::{Error, StageWork};
 use crate::scene::{Scene, Sensor};
 use crate::transport::first_surface::Source;
-use crate::transport::signature::{Event, Signature};
 
 /// The stages' places in [`Pipeline::work`].
 const VIEW: usize = 0;
@@ -32,32 +34,17 @@ const SPLAT: usize = 5;
 const LOOKUP: usize = 6;
 
 /// Fills a sensor.
-pub fn run(
-    settings: &Settings,
-    scene: &Scene,
-    sensor: &Sensor,
-) -> Result<Rendering, ApproximationError> {
+pub fn run(settings: &Settings, scene: &Scene, sensor: &Sensor) -> Result<Frame, Error> {
     let film = SensorFilm::new(scene, sensor)?;
     let mode = mode(settings, scene)?;
-    let sources = sources(scene)?;
-    if mode == Mode::Refraction {
-        check_outside(scene, &sources)?;
-    }
+    let sources = sources(scene, MAPS)?;
     let mut pipeline = Pipeline {
         settings,
         scene,
         film: &film,
         receivers: Receivers::new(scene),
         mode,
-        work: settings
-            .stages()
-            .iter()
-            .map(|stage| StageWork {
-                name: stage.name,
-                work: Work::default(),
-                seconds: 0.0,
-            })
-            .collect(),
+        work: [Done::default(); STAGES.len()],
     };
     let [width, height] = film.size();
     let mut values = vec![Rgb::BLACK; width * height];
@@ -66,19 +53,28 @@ pub fn run(
             *sum += value / f64::from(settings.frames);
         }
     }
-    let signature = match mode {
-        Mode::Refraction => Signature::DIRECT
-            .then(Event::Transmission)
-            .then(Event::Transmission),
-        Mode::Reflection => Signature::DIRECT.then(Event::Reflection),
-    };
-    Ok(Rendering {
-        width,
-        height,
-        signature,
+    let counters = Work::of_frame(&pipeline.work.map(|done| done.work));
+    let work = STAGES
+        .iter()
+        .zip(pipeline.work)
+        .map(|(stage, done)| StageWork {
+            work: done.work.counters(),
+            seconds: done.seconds,
+            ..StageWork::new(stage.name)
+        });
+    Ok(Frame {
         values,
-        work: pipeline.work,
+        work: work.collect(),
+        counters,
+        warnings: Vec::new(),
     })
+}
+
+/// Work and time of a stage.
+#[derive(Clone, Copy, Debug, Default)]
+struct Done {
+    work: Work,
+    seconds: f64,
 }
 
 struct Pipeline<'a> {
@@ -87,7 +83,7 @@ struct Pipeline<'a> {
     film: &'a SensorFilm,
     receivers: Receivers,
     mode: Mode,
-    work: Vec<StageWork>,
+    work: [Done; STAGES.len()],
 }
 
 impl Pipeline<'_> {
@@ -126,7 +122,7 @@ impl Pipeline<'_> {
         [specular, receiving]
     }
 
-    fn frame(&mut self, sources: &[Source], frame: u32) -> Result<Vec<Rgb>, ApproximationError> {
+    fn frame(&mut self, sources: &[Source], frame: u32) -> Result<Vec<Rgb>, Error> {
         let [specular, receiving] = self.targets();
         let all = [&specular[..], &receiving[..]].concat();
         let refractor = specular
@@ -178,11 +174,7 @@ impl Pipeline<'_> {
     }
 
     /// Stage `lookup`: what the sensor's texels have of maps, or of a film that has it all.
-    fn looked_up(
-        &mut self,
-        maps: Vec<CausticTexture>,
-        film: ExactFilm,
-    ) -> Result<Vec<Rgb>, ApproximationError> {
+    fn looked_up(&mut self, maps: Vec<CausticTexture>, film: ExactFilm) -> Result<Vec<Rgb>, Error> {
         let settings = self.settings;
         self.timed(LOOKUP, |this| {
             if settings.lookup == Lookup::Exact {
@@ -209,8 +201,13 @@ impl Pipeline<'_> {
                 lookup: settings.lookup,
                 bias: settings.bias,
             };
-            let (values, work) = this.film.evaluate(this.scene, &field, settings.samples);
+            let (values, work, views) =
+                this.film
+                    .evaluate(this.scene, settings.samples, |point, work: &mut Work| {
+                        field.irradiance(&point.point, point.normal, work)
+                    });
             this.work[LOOKUP].work += work;
+            this.work[LOOKUP].work.add_rays(views);
             Ok(values)
         })
     }
@@ -225,8 +222,9 @@ impl Pipeline<'_> {
         self.timed(VIEW, |this| {
             let maps = views.iter().map(|view| {
                 let view = view.with_side(this.settings.photons);
-                let (map, work) = DepthMap::new(&this.receivers, view, this.settings.view);
-                this.work[VIEW].work += work;
+                let (map, counters) = DepthMap::new(&this.receivers, view, this.settings.view);
+                this.work[VIEW].work.add_rays(counters);
+                this.work[VIEW].work.bytes += map.bytes();
                 map
             });
             maps.collect()
@@ -272,7 +270,7 @@ impl Pipeline<'_> {
         views: &[LightView],
         shift: DVec2,
         total: f64,
-    ) -> Result<Vec<Vec<Rgb>>, ApproximationError> {
+    ) -> Result<Vec<Vec<Rgb>>, Error> {
         if self.settings.splat == Splat::Exact {
             let with_beams = |view: &LightView| {
                 let film = ExactFilm::new([view.side(); 2], total)?;

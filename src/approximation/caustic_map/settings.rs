@@ -1,167 +1,315 @@
-//! What a caustic map is asked to do: one enum a stage, each setting by a key and a word.
+//! The settings of a caustic map: a key a setting, one enum a stage.
 
-use std::fmt::Display;
-use std::str::FromStr;
+use crate::approximation::interface::Fresnel;
+use crate::approximation::{Precision, Stage};
+use crate::setting::words::words;
+use crate::setting::{Kind, Preset, Setting, Values, words_of};
 
-use crate::approximation::{SettingError, Stage};
-
-/// Makes an enum whose variants have names, for settings and reports.
-macro_rules! variants {
-    ($(#[$doc:meta])* $name:ident { $($(#[$variant_doc:meta])* $variant:ident = $text:literal,)* }) => {
-        $(#[$doc])*
-        #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
-        pub enum $name { $($(#[$variant_doc])* #[serde(rename = $text)] $variant,)* }
-
-        impl $name {
-            /// All of them.
-            pub const ALL: &[Self] = &[$(Self::$variant,)*];
-
-            /// Its word.
-            pub fn name(self) -> &'static str {
-                match self { $(Self::$variant => $text,)* }
-            }
-
-            fn parse(key: &str, text: &str) -> Result<Self, SettingError> {
-                let found = Self::ALL.iter().copied().find(|one| one.name() == text);
-                let all: Vec<&str> = Self::ALL.iter().map(|one| one.name()).collect();
-                found.ok_or_else(|| SettingError::value(key, text, all.join(", ")))
-            }
-        }
-    };
-}
-
-variants! {
-    /// Which light is modelled.
+words! {
+    /// The light that is modelled.
     Mode {
-        /// Through two interfaces of a refractor: `LTTD`.
+        /// Through two interfaces of a refractor: `LTTD`
         Refraction = "refraction",
-        /// By one mirror reflection: `LRD`.
+        /// By one mirror reflection: `LRD`
         Reflection = "reflection",
     }
 }
 
-variants! {
-    /// What the light view's pictures are stored in: positions, normals and depths.
-    Buffers {
-        /// Half floats (16 bits); depth in 24 bits, as a depth buffer of a pyramid has them.
-        F16 = "f16",
-        /// Floats (32 bits); depth in 24 bits.
-        F32 = "f32",
-        /// As computed.
-        Exact = "exact",
-    }
-}
-
-impl Buffers {
-    /// Bytes of a number.
-    pub fn bytes(self) -> u64 {
-        match self {
-            Self::F16 => 2,
-            Self::F32 => 4,
-            Self::Exact => 8,
-        }
-    }
-}
-
-variants! {
-    /// How light leaves the specular object.
+words! {
+    /// The way in which light leaves the specular object.
     Refraction {
-        /// Wyman 2005: the exit point at an interpolated distance, its normal from a picture of back faces.
+        /// Wyman 2005: the exit point at an interpolated distance, its normal from a picture of back faces
         ImageSpace = "image-space",
-        /// The ray is traced through the object.
+        /// The ray is traced through the object
         Exact = "exact",
     }
 }
 
-variants! {
-    /// How a photon meets the receiver.
+words! {
+    /// The way in which a photon meets the receiver.
     Hit {
-        /// A march through the receivers' depth map, then bisection.
+        /// A march through the receivers' depth map, then bisection
         DepthMap = "depth-map",
-        /// The ray is traced.
+        /// The ray is traced
         Exact = "exact",
     }
 }
 
-variants! {
-    /// How much light a photon stands for.
+words! {
+    /// The light that a photon stands for.
     Flux {
-        /// All pixels of the light view alike.
+        /// All pixels of the light view alike
         Uniform = "uniform",
-        /// By the solid angle of its pixel.
+        /// By the solid angle of its pixel
         Exact = "exact",
     }
 }
 
-variants! {
-    /// What interfaces let through.
-    Fresnel {
-        /// All of it.
-        None = "none",
-        /// Schlick's approximation.
-        Schlick = "schlick",
-        /// Fresnel's equations.
-        Exact = "exact",
-    }
-}
-
-variants! {
-    /// How a photon's light is spread.
+words! {
+    /// The spread of a photon's light.
     Splat {
-        /// One Gaussian for all (Wyman and Davis 2006).
+        /// One Gaussian for all (Wyman and Davis 2006)
         Fixed = "fixed",
-        /// Into one texel; looked up in a chain of box-filtered maps.
+        /// Into one texel; looked up in a chain of box-filtered maps
         Mip = "mip",
-        /// Into every level of a chain of maps.
+        /// Into every level of a chain of maps
         MipSplat = "mip-splat",
-        /// Four Gaussians and counts (section 4.1).
+        /// Four Gaussians and counts (section 4.1)
         MultiResolution = "multi-resolution",
-        /// A Gaussian as wide as a thin lens makes the beam (section 4.2).
+        /// A Gaussian as wide as a thin lens makes the beam (section 4.2)
         ThinLens = "thin-lens",
-        /// ... as a thick lens makes it.
+        /// A Gaussian as wide as a thick lens makes the beam
         ThickLens = "thick-lens",
-        /// An ellipse from the beam's exact derivatives.
+        /// An ellipse from the beam's exact derivatives
         TwoCurvatures = "two-curvatures",
-        /// No photons: beams between the pixels' corners.
+        /// No photons: beams between the pixels' corners
         Exact = "exact",
     }
 }
 
-variants! {
-    /// How irradiance is read.
+words! {
+    /// The way in which irradiance is read.
     Lookup {
-        /// The texel.
+        /// The texel
         Nearest = "nearest",
-        /// Four texels, interpolated.
+        /// Four texels, interpolated
         Bilinear = "bilinear",
-        /// Light is dealt out to the sensor's own texels, by area.
+        /// Light is dealt out to the sensor's own texels, by area
         Exact = "exact",
     }
 }
 
-variants! {
-    /// What the photon buffer's image holds.
+words! {
+    /// The contents of the photon buffer's image.
     Frustum {
-        /// Specular objects and receivers, as the caustic map's does.
+        /// Specular objects and receivers, as the caustic map's does
         Scene = "scene",
-        /// Specular objects only.
+        /// Specular objects only
         Object = "object",
     }
 }
 
-/// All settings of a caustic map. The default is the thin-lens technique of the report at 512² photons.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+/// The table of settings.
+pub(super) const TABLE: &[Setting] = &[
+    setting(
+        "mode",
+        Kind::Choice(modes),
+        Preset::Rule("refraction if anything refracts"),
+        "",
+        "Light that is modelled",
+    ),
+    setting(
+        "photons",
+        SIDE,
+        Preset::Value("512"),
+        "pixels",
+        "Photons a row of the photon buffer, and rows: N",
+    ),
+    setting(
+        "map",
+        SIDE,
+        Preset::Value("512"),
+        "texels",
+        "Texels a row of the caustic map, and rows: M",
+    ),
+    setting(
+        "frustum",
+        Kind::Choice(words_of::<Frustum>),
+        Preset::Value("scene"),
+        "",
+        "Contents of the photon buffer's image",
+    ),
+    setting(
+        "view",
+        Kind::Choice(words_of::<Precision>),
+        Preset::Value("f32"),
+        "",
+        "Stage: format of the light view's pictures",
+    ),
+    setting(
+        "refraction",
+        Kind::Choice(words_of::<Refraction>),
+        Preset::Value("image-space"),
+        "",
+        "Stage: way in which light leaves the specular object",
+    ),
+    setting(
+        "hit",
+        Kind::Choice(words_of::<Hit>),
+        Preset::Value("depth-map"),
+        "",
+        "Stage: way in which a photon meets the receiver",
+    ),
+    setting(
+        "steps",
+        Kind::Whole(1, 65536),
+        Preset::Value("64"),
+        "",
+        "Steps of the depth-map march",
+    ),
+    setting(
+        "bisections",
+        Kind::Whole(0, 64),
+        Preset::Value("8"),
+        "",
+        "Bisections after the march",
+    ),
+    setting(
+        "flux",
+        Kind::Choice(words_of::<Flux>),
+        Preset::Value("uniform"),
+        "",
+        "Stage: light that a photon stands for",
+    ),
+    setting(
+        "fresnel",
+        Kind::Choice(words_of::<Fresnel>),
+        Preset::Value("none"),
+        "",
+        "Stage: share of light that interfaces let through",
+    ),
+    setting(
+        "splat",
+        Kind::Choice(words_of::<Splat>),
+        Preset::Value("thin-lens"),
+        "",
+        "Stage: spread of a photon's light",
+    ),
+    setting(
+        "splat-size",
+        Kind::Number(1.0, 1024.0),
+        Preset::Value("7"),
+        "texels of the map",
+        "Diameter of a fixed splat",
+    ),
+    setting(
+        "base-size",
+        Kind::Number(0.125, 64.0),
+        Preset::Value("3"),
+        "pixels of the photon buffer",
+        "Diameter of a splat of light that nothing refracts: D0 of eq. 7 by N and M",
+    ),
+    setting(
+        "largest-splat",
+        Kind::Number(1.0, 1024.0),
+        Preset::Value("63"),
+        "texels of the map",
+        "Largest diameter of a splat",
+    ),
+    setting(
+        "dense",
+        Kind::Whole(1, 1 << 20),
+        Preset::Value("16"),
+        "photons a texel",
+        "Density from which on there is no noise",
+    ),
+    setting(
+        "border-levels",
+        Kind::Whole(0, 8),
+        Preset::Value("3"),
+        "",
+        "Divisions of a pixel at the border of a beam (exact splats)",
+    ),
+    setting(
+        "lookup",
+        Kind::Choice(words_of::<Lookup>),
+        Preset::Value("bilinear"),
+        "",
+        "Stage: way in which irradiance is read",
+    ),
+    setting(
+        "samples",
+        Kind::Whole(1, 64),
+        Preset::Value("4"),
+        "",
+        "Look-ups along each side of a sensor's texel",
+    ),
+    setting(
+        "bias",
+        Kind::Number(0.0, 1.0),
+        Preset::Value("0.01"),
+        "range of depths",
+        "Depth below the depth map at which a point is still lit",
+    ),
+    setting(
+        "frames",
+        Kind::Whole(1, 4096),
+        Preset::Value("1"),
+        "",
+        "Frames averaged, each with the photons shifted by a part of a pixel",
+    ),
+];
+
+/// The largest side of a photon buffer or a map: 16384² texels of three `f64` are 6.4 GB.
+const SIDE: Kind = Kind::Whole(1, 16384);
+
+const fn setting(
+    key: &'static str,
+    kind: Kind,
+    default: Preset,
+    unit: &'static str,
+    meaning: &'static str,
+) -> Setting {
+    Setting {
+        key,
+        kind,
+        default,
+        unit,
+        meaning,
+    }
+}
+
+/// The words of [`Mode`], and the one that leaves it to the scene.
+fn modes() -> Vec<(&'static str, &'static str)> {
+    let auto = ("auto", "Refraction if anything refracts, else reflection");
+    [vec![auto], words_of::<Mode>()].concat()
+}
+
+/// The stages in the order in which they run.
+pub(super) const STAGES: &[Stage] = &[
+    Stage {
+        name: "view",
+        exact: "exact",
+    },
+    Stage {
+        name: "refraction",
+        exact: "exact",
+    },
+    Stage {
+        name: "hit",
+        exact: "exact",
+    },
+    Stage {
+        name: "flux",
+        exact: "exact",
+    },
+    Stage {
+        name: "fresnel",
+        exact: "exact",
+    },
+    Stage {
+        name: "splat",
+        exact: "exact",
+    },
+    Stage {
+        name: "lookup",
+        exact: "exact",
+    },
+];
+
+/// The settings of a caustic map, with their types. By default, the thin-lens technique of the report at 512² photons.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
-    /// Which light; `None` is refraction where something refracts.
+    /// The light; `None` is refraction if anything refracts.
     pub mode: Option<Mode>,
     /// Photons a row of the photon buffer, and rows: N.
     pub photons: u32,
     /// Texels a row of the caustic map, and rows: M.
     pub map: u32,
-    /// What the photon buffer looks at.
+    /// Contents of the photon buffer's image.
     pub frustum: Frustum,
     /// Stage `view`.
-    pub view: Buffers,
+    pub view: Precision,
     /// Stage `refraction`.
     pub refraction: Refraction,
     /// Stage `hit`.
@@ -182,228 +330,85 @@ pub struct Settings {
     pub base_size: f64,
     /// The largest diameter of a splat, in map texels.
     pub largest_splat: f64,
-    /// Photons a texel from which on there is no noise.
+    /// Photons a texel, from which on there is no noise.
     pub dense: u32,
-    /// How often a pixel at the border of a beam is divided (exact splats).
+    /// Divisions of a pixel at the border of a beam (exact splats).
     pub border_levels: u32,
     /// Stage `lookup`.
     pub lookup: Lookup,
     /// Look-ups along each side of a sensor's texel.
     pub samples: u32,
-    /// How much deeper than the depth map a point may be and still be lit, as a fraction of the range of depths.
+    /// Depth below the depth map at which a point is still lit, as a fraction of the range of depths.
     pub bias: f64,
     /// Frames averaged, each with the photons shifted by a part of a pixel.
     pub frames: u32,
 }
 
-impl Default for Settings {
-    fn default() -> Self {
-        Self {
-            mode: None,
-            photons: 512,
-            map: 512,
-            frustum: Frustum::Scene,
-            view: Buffers::F32,
-            refraction: Refraction::ImageSpace,
-            hit: Hit::DepthMap,
-            steps: 64,
-            bisections: 8,
-            flux: Flux::Uniform,
-            fresnel: Fresnel::None,
-            splat: Splat::ThinLens,
-            splat_size: 7.0,
-            base_size: 3.0,
-            largest_splat: 63.0,
-            dense: 16,
-            border_levels: 3,
-            lookup: Lookup::Bilinear,
-            samples: 4,
-            bias: 0.01,
-            frames: 1,
-        }
-    }
-}
-
 impl Settings {
-    /// The largest side of a photon buffer or a map: 16384² texels of three `f64` are 6.4 GB.
-    pub const LARGEST_SIDE: u32 = 16384;
-
-    /// All keys.
-    pub const KEYS: &[&str] = &[
-        "mode",
-        "photons",
-        "map",
-        "frustum",
-        "view",
-        "refraction",
-        "hit",
-        "steps",
-        "bisections",
-        "flux",
-        "fresnel",
-        "splat",
-        "splat-size",
-        "base-size",
-        "largest-splat",
-        "dense",
-        "border-levels",
-        "lookup",
-        "samples",
-        "bias",
-        "frames",
-    ];
-
-    /// The stages in the order in which they run.
-    pub fn stages(&self) -> Vec<Stage> {
-        let stage = |name, variant: &str, exact| Stage {
-            name,
-            variant: variant.to_owned(),
-            exact,
-        };
-        vec![
-            stage("view", self.view.name(), Buffers::Exact.name()),
-            stage(
-                "refraction",
-                self.refraction.name(),
-                Refraction::Exact.name(),
-            ),
-            stage("hit", self.hit.name(), Hit::Exact.name()),
-            stage("flux", self.flux.name(), Flux::Exact.name()),
-            stage("fresnel", self.fresnel.name(), Fresnel::Exact.name()),
-            stage("splat", self.splat.name(), Splat::Exact.name()),
-            stage("lookup", self.lookup.name(), Lookup::Exact.name()),
-        ]
-    }
-
-    /// The value of each key, as [`set`](Self::set) takes it.
-    pub fn values(&self) -> Vec<(&'static str, String)> {
-        let mode = self.mode.map_or("auto", Mode::name);
-        let texts = [
-            mode.to_owned(),
-            self.photons.to_string(),
-            self.map.to_string(),
-            self.frustum.name().to_owned(),
-            self.view.name().to_owned(),
-            self.refraction.name().to_owned(),
-            self.hit.name().to_owned(),
-            self.steps.to_string(),
-            self.bisections.to_string(),
-            self.flux.name().to_owned(),
-            self.fresnel.name().to_owned(),
-            self.splat.name().to_owned(),
-            self.splat_size.to_string(),
-            self.base_size.to_string(),
-            self.largest_splat.to_string(),
-            self.dense.to_string(),
-            self.border_levels.to_string(),
-            self.lookup.name().to_owned(),
-            self.samples.to_string(),
-            self.bias.to_string(),
-            self.frames.to_string(),
-        ];
-        Self::KEYS.iter().copied().zip(texts).collect()
-    }
-
-    /// Changes one setting.
-    ///
-    /// # Errors
-    ///
-    /// For a key that is none of [`KEYS`](Self::KEYS), and for a value that it cannot have.
-    pub fn set(&mut self, key: &str, value: &str) -> Result<(), SettingError> {
-        match key {
-            "mode" if value == "auto" => self.mode = None,
-            "mode" => self.mode = Some(Mode::parse(key, value)?),
-            "photons" => self.photons = number(key, value, 1, Self::LARGEST_SIDE)?,
-            "map" => self.map = number(key, value, 1, Self::LARGEST_SIDE)?,
-            "frustum" => self.frustum = Frustum::parse(key, value)?,
-            "view" => self.view = Buffers::parse(key, value)?,
-            "refraction" => self.refraction = Refraction::parse(key, value)?,
-            "hit" => self.hit = Hit::parse(key, value)?,
-            "steps" => self.steps = number(key, value, 1, 65536)?,
-            "bisections" => self.bisections = number(key, value, 0, 64)?,
-            "flux" => self.flux = Flux::parse(key, value)?,
-            "fresnel" => self.fresnel = Fresnel::parse(key, value)?,
-            "splat" => self.splat = Splat::parse(key, value)?,
-            "splat-size" => self.splat_size = number(key, value, 1.0, 1024.0)?,
-            "base-size" => self.base_size = number(key, value, 0.125, 64.0)?,
-            "largest-splat" => self.largest_splat = number(key, value, 1.0, 1024.0)?,
-            "dense" => self.dense = number(key, value, 1, 1 << 20)?,
-            "border-levels" => self.border_levels = number(key, value, 0, 8)?,
-            "lookup" => self.lookup = Lookup::parse(key, value)?,
-            "samples" => self.samples = number(key, value, 1, 64)?,
-            "bias" => self.bias = number(key, value, 0.0, 1.0)?,
-            "frames" => self.frames = number(key, value, 1, 4096)?,
-            _ => {
-                let keys = Self::KEYS.iter().copied();
-                return Err(SettingError::unknown("setting", key, keys));
-            }
-        }
-        Ok(())
-    }
-
-    /// Checks what fields that were set directly may hold.
-    ///
-    /// # Errors
-    ///
-    /// For the first that [`set`](Self::set) would not have taken.
-    pub fn check(&self) -> Result<(), SettingError> {
-        let mut copy = self.clone();
-        self.values()
-            .iter()
-            .try_for_each(|(key, value)| copy.set(key, value))
-    }
-}
-
-/// A number between two.
-fn number<T: FromStr + PartialOrd + Display + Copy>(
-    key: &str,
-    text: &str,
-    low: T,
-    high: T,
-) -> Result<T, SettingError> {
-    match text.parse::<T>() {
-        Ok(value) if value >= low && value <= high => Ok(value),
-        _ => Err(SettingError::value(
-            key,
-            text,
-            format!("numbers from {low} to {high}"),
-        )),
+    /// The typed settings of checked values. `None` if a key is missing, which the table does not allow.
+    pub(super) fn of(values: &Values) -> Option<Self> {
+        Some(Self {
+            mode: values.word("mode"),
+            photons: values.whole("photons")?,
+            map: values.whole("map")?,
+            frustum: values.word("frustum")?,
+            view: values.word("view")?,
+            refraction: values.word("refraction")?,
+            hit: values.word("hit")?,
+            steps: values.whole("steps")?,
+            bisections: values.whole("bisections")?,
+            flux: values.word("flux")?,
+            fresnel: values.word("fresnel")?,
+            splat: values.word("splat")?,
+            splat_size: values.number("splat-size")?,
+            base_size: values.number("base-size")?,
+            largest_splat: values.number("largest-splat")?,
+            dense: values.whole("dense")?,
+            border_levels: values.whole("border-levels")?,
+            lookup: values.word("lookup")?,
+            samples: values.whole("samples")?,
+            bias: values.number("bias")?,
+            frames: values.whole("frames")?,
+        })
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::setting::Given;
+
+    fn values(pairs: &[(&str, &str)]) -> Result<Values, crate::setting::SettingError> {
+        let owned = |(key, value): &(&str, &str)| ((*key).to_owned(), (*value).to_owned());
+        let given: Given = pairs.iter().map(owned).collect();
+        Values::new("caustic-map", TABLE.iter().collect(), &given)
+    }
 
     #[test]
-    fn every_key_takes_the_value_that_it_has() {
-        let settings = Settings::default();
-        let values = settings.values();
-        assert_eq!(values.len(), Settings::KEYS.len());
-        settings.check().unwrap();
-        let mut copy = Settings {
-            photons: 7,
-            bias: 0.5,
-            ..Settings::default()
-        };
-        for (key, value) in &values {
-            copy.set(key, value).unwrap();
+    fn every_default_is_a_value_that_the_setting_takes() {
+        for setting in TABLE {
+            if let Preset::Value(text) = setting.default {
+                assert!(setting.kind.holds(text), "{}={text}", setting.key);
+            }
         }
-        assert_eq!(copy, settings);
+        let default = Settings::of(&values(&[]).unwrap()).unwrap();
+        assert_eq!((default.photons, default.splat), (512, Splat::ThinLens));
     }
 
     #[test]
     fn every_stage_can_be_set_exact_by_its_name() {
-        let mut settings = Settings::default();
-        for stage in Settings::default().stages() {
-            settings.set(stage.name, stage.exact).unwrap();
-        }
-        assert!(settings.stages().iter().all(Stage::is_exact));
+        let pairs: Vec<_> = STAGES
+            .iter()
+            .map(|stage| (stage.name, stage.exact))
+            .collect();
+        let settings = Settings::of(&values(&pairs).unwrap()).unwrap();
+        assert_eq!(settings.view, Precision::Exact);
+        assert_eq!(settings.lookup, Lookup::Exact);
+        assert_eq!(settings.fresnel, Fresnel::Exact);
     }
 
     #[test]
     fn hostile_values_are_refused_with_what_is_allowed() {
-        let mut settings = Settings::default();
         for (key, value) in [
             ("photons", "0"),
             ("photons", "-1"),
@@ -414,10 +419,8 @@ mod tests {
             ("splat", "gaussian"),
             ("samples", ""),
         ] {
-            let error = settings.set(key, value).unwrap_err().to_string();
+            let error = values(&[(key, value)]).unwrap_err().to_string();
             assert!(error.contains("allowed are"), "{key}={value}: {error}");
         }
-        settings.photons = 0;
-        assert!(settings.check().is_err());
     }
 }

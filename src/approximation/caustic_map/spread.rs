@@ -5,8 +5,9 @@ use glam::{DMat2, DVec2};
 use super::hit::Place;
 use super::refraction::Exit;
 use super::settings::{Mode, Settings, Splat};
-use super::splat::{DEVIATIONS, Spread};
-use super::view::LightView;
+use super::splat::Spread;
+use crate::approximation::LightView;
+use crate::approximation::bands::DEVIATIONS;
 
 /// How wide a photon is drawn, in texels of the map.
 pub fn spread(

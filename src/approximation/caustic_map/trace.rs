@@ -2,12 +2,12 @@
 
 use glam::DVec2;
 
-use super::buffers::{Back, DepthMap, Front, Receivers, front};
+use super::buffers::{Back, Front, front};
 use super::hit::{Canvas, Landing, Place, marched, marched_on_sensor, traced, traced_on_sensor};
 use super::refraction::{Arrival, Exit, Wanted};
 use super::settings::{Flux, Hit, Mode, Refraction, Settings};
-use super::view::LightView;
-use crate::approximation::Work;
+use super::work::Work;
+use crate::approximation::{DepthMap, LightView, Receivers};
 use crate::geometry::TraversalCounters;
 use crate::radiometry::Rgb;
 use crate::scene::Scene;

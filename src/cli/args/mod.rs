@@ -1,24 +1,22 @@
 //! What can be typed: one file a subject.
 
-mod method;
 mod parse;
 mod probe;
 mod render;
+mod settings;
 
 use std::path::PathBuf;
 
-use anyhow::Context;
 use clap::{Parser, Subcommand};
 
-pub use method::{DEFAULT_LAYERS, PathArgs, PhotonArgs, Samples, ShadingNormalsArg, SharedArgs};
 pub(super) use parse::parse_define;
 pub use parse::parse_fraction;
 pub use probe::ProbeArgs;
-pub use render::{Method, RenderArgs};
+pub use render::RenderArgs;
+pub use settings::SettingArgs;
 
 use super::compare::CompareArgs;
 use super::validate::ValidateArgs;
-use crate::approximation::{Approximation, CausticMap};
 
 /// Ground truth for caustics: how much light do reflection and refraction put on this surface?
 #[derive(Debug, Parser)]
@@ -46,14 +44,16 @@ pub enum Command {
     Validate(ValidateArgs),
     /// Say which stage of an approximation makes how much of its error
     Attribute(AttributeArgs),
+    /// List the methods, or the settings of one
+    Methods(MethodsArgs),
     /// Write the shipped scenes, their meshes at any fineness
     Generate(GenerateArgs),
 }
 
-/// The largest number of photons or rays that can be asked for: a year's work at ten million a second.
+/// The largest number of rays that can be asked for: a year's work at ten million a second.
 const MAX_COUNT: u64 = 1 << 48;
 
-/// Which scene.
+/// The scene.
 #[derive(Debug, clap::Args)]
 pub struct SceneArgs {
     /// The scene file, Mitsuba 3 XML
@@ -97,11 +97,7 @@ pub struct MergeArgs {
 
     /// The settings the shards were made with
     #[command(flatten)]
-    pub shared: SharedArgs,
-
-    /// The settings of photons the shards were made with
-    #[command(flatten)]
-    pub photon: PhotonArgs,
+    pub settings: SettingArgs,
 
     /// Print the summary as JSON
     #[arg(long)]
@@ -119,7 +115,11 @@ pub struct AttributeArgs {
     #[arg(long, value_name = "ID")]
     pub sensor: Option<String>,
 
-    /// Change a setting of the caustic map, e.g. splat=fixed, photons=1024; a wrong one lists all
+    /// The technique [default: the first that `nephroid methods` lists]
+    #[arg(long, value_name = "NAME")]
+    pub method: Option<String>,
+
+    /// Change a setting of the technique, e.g. splat=fixed; `nephroid methods NAME` lists all
     #[arg(long, value_name = "KEY=VALUE", value_parser = parse::parse_define)]
     pub set: Vec<(String, String)>,
 
@@ -136,24 +136,11 @@ pub struct AttributeArgs {
     pub json: bool,
 }
 
-impl AttributeArgs {
-    /// The caustic map asked for.
-    ///
-    /// # Errors
-    ///
-    /// For settings that there are not.
-    pub fn caustic_map(&self) -> anyhow::Result<CausticMap> {
-        caustic_map(&self.set)
-    }
-}
-
-/// A caustic map with these settings.
-fn caustic_map(settings: &[(String, String)]) -> anyhow::Result<CausticMap> {
-    let mut map = CausticMap::default();
-    for (key, value) in settings {
-        map.set(key, value).context("--set")?;
-    }
-    Ok(map)
+/// `nephroid methods`.
+#[derive(Debug, clap::Args)]
+pub struct MethodsArgs {
+    /// The method whose settings are listed [default: all methods, a line each]
+    pub name: Option<String>,
 }
 
 /// `nephroid generate`.

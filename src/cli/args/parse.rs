@@ -5,6 +5,8 @@ use std::time::Duration;
 use glam::DVec2;
 
 use crate::reference::photons::Shard;
+use crate::setting::{self, Words as _};
+use crate::transport::scatter::ShadingNormals;
 
 /// A name and a value.
 pub fn parse_define(text: &str) -> Result<(String, String), String> {
@@ -31,20 +33,13 @@ pub fn parse_uv(text: &str) -> Result<DVec2, String> {
 
 /// A time with its unit.
 pub fn parse_duration(text: &str) -> Result<Duration, String> {
-    let error = || "give a number >= 0 with a unit: ms, s, m or h, as in 30s".to_owned();
-    let split = text
-        .find(|c: char| c.is_ascii_alphabetic())
-        .unwrap_or(text.len());
-    let (number, unit) = text.split_at(split);
-    let factor = match unit {
-        "ms" => 1e-3,
-        "s" | "" => 1.0,
-        "m" | "min" => 60.0,
-        "h" => 3600.0,
-        _ => return Err(error()),
-    };
-    let seconds: f64 = number.trim().parse().map_err(|_| error())?;
-    Duration::try_from_secs_f64(seconds * factor).map_err(|_| error())
+    setting::parse_duration(text)
+        .ok_or_else(|| "give a number >= 0 with a unit: ms, s, m or h, as in 30s".to_owned())
+}
+
+/// The effect of interpolated normals on flux.
+pub fn parse_shading_normals(text: &str) -> Result<ShadingNormals, String> {
+    ShadingNormals::of_word(text).ok_or_else(|| "give flux or adjoint".to_owned())
 }
 
 /// A positive number, or a percentage.
@@ -53,14 +48,8 @@ pub fn parse_duration(text: &str) -> Result<Duration, String> {
 ///
 /// For anything else.
 pub fn parse_fraction(text: &str) -> Result<f64, String> {
-    let (number, factor) = match text.strip_suffix('%') {
-        Some(number) => (number, 0.01),
-        None => (text, 1.0),
-    };
-    match number.trim().parse::<f64>() {
-        Ok(value) if value > 0.0 && value.is_finite() => Ok(value * factor),
-        _ => Err("give a number > 0, as a fraction (0.01) or in percent (1%)".to_owned()),
-    }
+    setting::parse_fraction(text)
+        .ok_or_else(|| "give a number > 0, as a fraction (0.01) or in percent (1%)".to_owned())
 }
 
 /// A part of a run, counted from 1.
@@ -80,25 +69,6 @@ pub fn parse_shard(text: &str) -> Result<Shard, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn durations_have_units() {
-        assert_eq!(parse_duration("30s"), Ok(Duration::from_secs(30)));
-        assert_eq!(parse_duration("1.5m"), Ok(Duration::from_secs(90)));
-        assert_eq!(parse_duration("250ms"), Ok(Duration::from_millis(250)));
-        for text in ["", "s", "-1s", "1x", "nans", "1e300s"] {
-            assert!(parse_duration(text).is_err(), "{text}");
-        }
-    }
-
-    #[test]
-    fn fractions_may_be_percentages() {
-        assert_eq!(parse_fraction("1%"), Ok(0.01));
-        assert_eq!(parse_fraction("0.25"), Ok(0.25));
-        for text in ["", "%", "0", "-1%", "inf", "nan"] {
-            assert!(parse_fraction(text).is_err(), "{text}");
-        }
-    }
 
     #[test]
     fn shards_count_from_one() {

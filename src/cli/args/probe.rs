@@ -4,10 +4,10 @@ use std::time::Duration;
 
 use glam::DVec2;
 
-use super::method::ShadingNormalsArg;
-use super::parse::{parse_duration, parse_uv};
+use super::parse::{parse_duration, parse_shading_normals, parse_uv};
 use super::{MAX_COUNT, SceneArgs};
 use crate::reference::probe::ProbeSettings;
+use crate::transport::scatter::ShadingNormals;
 
 /// `nephroid probe`.
 #[derive(Debug, clap::Args)]
@@ -29,8 +29,8 @@ pub struct ProbeArgs {
     pub max_depth: u32,
 
     /// What interpolated normals do to flux
-    #[arg(long, value_enum, default_value_t = ShadingNormalsArg::Flux)]
-    pub shading_normals: ShadingNormalsArg,
+    #[arg(long, value_name = "WORD", value_parser = parse_shading_normals, default_value = "flux")]
+    pub shading_normals: ShadingNormals,
 
     /// Look for small features: divide all of light N times more before the search; 4 times the work each
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=6))]
@@ -55,7 +55,7 @@ impl ProbeArgs {
         let default = ProbeSettings::default();
         ProbeSettings {
             max_depth: self.max_depth,
-            shading_normals: self.shading_normals.into(),
+            shading_normals: self.shading_normals,
             first_level: self.refine,
             max_rays: self.rays.unwrap_or(default.max_rays),
         }

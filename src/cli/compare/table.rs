@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::super::summary::number;
+use crate::run::format::number;
 use crate::metric::difference::{EPSILON, PER_MILLE};
 use crate::metric::{Comparison, Report, Side};
 

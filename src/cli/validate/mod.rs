@@ -4,17 +4,15 @@ mod args;
 mod candidates;
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-use anyhow::Context;
+use anyhow::Context as _;
 
 use super::Outcome;
 use super::progress;
 use super::render::set_threads;
 use crate::film::atomic;
-use crate::reference::Progress;
+use crate::run::Context;
 use crate::study::file::Candidate;
 use crate::study::report::{self, GateVerdict, Judged, Report, SensorFilms, StageFilms, Timings};
 use crate::study::store::Stored;
@@ -29,8 +27,8 @@ pub use args::ValidateArgs;
 pub fn validate(args: &ValidateArgs) -> anyhow::Result<Outcome> {
     let start = Instant::now();
     set_threads(args.threads)?;
-    let progress = Arc::new(Progress::default());
-    progress::stop_on_interrupt(&progress)?;
+    let context = Context::default();
+    progress::stop_on_interrupt(&context.progress)?;
     let file = study(args)?;
     let folder = folder(args);
     let films = folder.join("runs");
@@ -44,7 +42,7 @@ pub fn validate(args: &ValidateArgs) -> anyhow::Result<Outcome> {
     }
     let mut work = Work {
         session: &session,
-        progress: &progress,
+        context: &context,
         start,
         fresh: Vec::new(),
         done: 0,
@@ -95,7 +93,7 @@ pub fn validate(args: &ValidateArgs) -> anyhow::Result<Outcome> {
 /// The runs of a study under way.
 struct Work<'a> {
     session: &'a Session,
-    progress: &'a Progress,
+    context: &'a Context,
     start: Instant,
     /// Seconds of runs that were not in the store, the truths' apart: those take longest.
     fresh: Vec<f64>,
@@ -184,10 +182,10 @@ impl<'a> Work<'a> {
         eprintln!("{place} ...");
         let start = Instant::now();
         let sensor = self.session.sensor(plan)?;
-        let obtained = progress::watch(self.progress, || {
-            self.session.obtain(sensor, run, self.progress)
+        let obtained = progress::watch(&self.context.progress, || {
+            self.session.obtain(sensor, run, self.context)
         })?;
-        if self.progress.stop.load(Ordering::Relaxed) {
+        if self.context.progress.is_stopped() {
             return Ok(None);
         }
         self.done += 1;

@@ -13,7 +13,8 @@ use super::run::Pass;
 use crate::geometry::TraversalCounters;
 use crate::numeric::distributions::critical_value;
 use crate::radiometry::Rgb;
-use crate::reference::{Estimate, Layer, LayerName, Quantity, Target};
+use crate::reference::Target;
+use crate::run::{Estimate, Layer, LayerName, Quantity};
 use crate::scene::Scene;
 use crate::transport::direct::{AREA_REPLICATES, Direct};
 use crate::transport::ledger::{Ledger, Row};
@@ -63,7 +64,7 @@ impl Outcome<'_> {
                 let joint = self.layer(LayerName::Total, &pass.total);
                 total.standard_error = joint.standard_error;
                 total.interval = joint.interval.map(|mut interval| {
-                    interval.include(&total.irradiance);
+                    interval.include(&total.values);
                     interval
                 });
             }
@@ -130,7 +131,7 @@ impl Outcome<'_> {
             let unseen = self.lamps.map_or(Rgb::BLACK, |lamps| {
                 average.unseen(texel, lamps.points, lamps.confidence) * scale
             });
-            result.irradiance[texel] = at_least_none(value);
+            result.values[texel] = at_least_none(value);
             result.standard_error[texel] = error;
             interval.low[texel] = at_least_none(value - bar);
             interval.high[texel] = at_least_none(value + bar + unseen);
@@ -151,7 +152,7 @@ impl Outcome<'_> {
         let interval = layer.interval.get_or_insert_default();
         for (texel, known) in direct.texels.iter().enumerate() {
             let bar = known.error * widths;
-            layer.irradiance[texel] = known.irradiance;
+            layer.values[texel] = known.irradiance;
             if is_random {
                 layer.standard_error[texel] = known.error;
             }
@@ -167,7 +168,7 @@ impl Outcome<'_> {
         let mut ledger = Ledger::default();
         for layer in layers {
             let flux = |(texel, value): (usize, &Rgb)| *value * self.target.measure(texel);
-            let received = layer.irradiance.iter().enumerate().map(flux).sum();
+            let received = layer.values.iter().enumerate().map(flux).sum();
             let row = Row {
                 received,
                 ..Row::default()

@@ -5,10 +5,11 @@
 //! scrambled Sobol' sequence. Replicates are scrambled independently; their scatter is the error of
 //! their mean (Owen 1997, *Scrambled net variance for integrals of smooth functions*).
 
-use super::error::BeamError;
 use super::pass::Light;
+use super::support::refuse_area_light;
 use crate::numeric::{Stream, StreamKind};
 use crate::radiometry::Rgb;
+use crate::run::Refusal;
 use crate::scene::{Emitter, Scene};
 use crate::transport::domain::surface::LightSurface;
 use crate::transport::first_surface::Source;
@@ -32,7 +33,7 @@ impl Lamps {
     /// # Errors
     ///
     /// Where a lamp's shape is none that light can start from.
-    pub fn new(scene: &Scene, seed: u64) -> Result<Self, BeamError> {
+    pub fn new(scene: &Scene, seed: u64) -> Result<Self, Refusal> {
         // "BEAM": apart from the streams of other uses of the same seed.
         let stream = Stream::new(StreamKind::Sobol, seed).split(0x4245_414d);
         let mut lamps = Vec::new();
@@ -46,12 +47,8 @@ impl Lamps {
             if radiance.is_black() {
                 continue;
             }
-            let surface = LightSurface::new(&scene.world().shapes()[shape.0 as usize]).ok_or(
-                BeamError::LampShape {
-                    index,
-                    id: scene.objects()[shape.0 as usize].id.clone(),
-                },
-            )?;
+            let surface = LightSurface::new(&scene.world().shapes()[shape.0 as usize])
+                .ok_or_else(|| refuse_area_light(scene, index, shape.0 as usize))?;
             lamps.push(Lamp {
                 surface,
                 radiance: *radiance,

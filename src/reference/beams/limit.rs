@@ -3,8 +3,7 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-use super::settings::BeamBudget;
-use crate::reference::Progress;
+use crate::run::{Budget, Progress};
 
 /// Time, rays, or a wish from outside. All threads ask now and then, in the middle of their work.
 ///
@@ -20,12 +19,12 @@ pub struct Limit<'a> {
 
 impl<'a> Limit<'a> {
     /// Starts the clock.
-    pub fn new(budget: &BeamBudget, progress: &'a Progress) -> Self {
+    pub fn new(budget: &Budget, progress: &'a Progress) -> Self {
         let start = Instant::now();
         Self {
             progress,
-            deadline: budget.time.and_then(|time| start.checked_add(time)),
-            most_rays: budget.rays,
+            deadline: budget.deadline(start),
+            most_rays: budget.work,
             rays: AtomicU64::new(0),
         }
     }
@@ -70,9 +69,9 @@ mod tests {
     #[test]
     fn a_limit_beyond_the_end_of_time_is_none() {
         let progress = Progress::default();
-        let budget = BeamBudget {
+        let budget = Budget {
             time: Some(Duration::MAX),
-            ..BeamBudget::default()
+            ..Budget::default()
         };
         let limit = Limit::new(&budget, &progress);
         assert!(!limit.is_reached());
@@ -82,9 +81,9 @@ mod tests {
     #[test]
     fn rays_are_a_limit() {
         let progress = Progress::default();
-        let budget = BeamBudget {
-            rays: Some(100),
-            ..BeamBudget::default()
+        let budget = Budget {
+            work: Some(100),
+            ..Budget::default()
         };
         let limit = Limit::new(&budget, &progress);
         limit.spend(20);

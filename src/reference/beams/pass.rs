@@ -2,13 +2,11 @@
 
 use std::borrow::Cow;
 use std::sync::Mutex;
-use std::sync::atomic::Ordering;
 
 use rayon::prelude::*;
 
 use super::average::Sums;
 use super::bars::bounded;
-use super::error::BeamError;
 use super::facets::{FacetRefiner, part_roots};
 use super::film::BeamFilm;
 use super::limit::Limit;
@@ -16,7 +14,8 @@ use super::refine::{Balance, Limits, Refiner, Scratch};
 use crate::geometry::TraversalCounters;
 use crate::numeric::FixedPoint;
 use crate::radiometry::Rgb;
-use crate::reference::{Progress, Target};
+use crate::reference::Target;
+use crate::run::{Error, Progress};
 use crate::scene::Scene;
 use crate::transport::facets::path::FacetPaths;
 use crate::transport::facets::table::Facets;
@@ -154,7 +153,7 @@ impl Passes<'_> {
         signature: Signature,
         limits: Limits,
         counters: &mut TraversalCounters,
-    ) -> Result<Option<PassLayer>, BeamError> {
+    ) -> Result<Option<PassLayer>, Error> {
         if self.target.is_achromatic(self.scene) {
             self.in_channels::<1>(lights, signature, limits, counters)
         } else {
@@ -168,10 +167,9 @@ impl Passes<'_> {
         signature: Signature,
         limits: Limits,
         counters: &mut TraversalCounters,
-    ) -> Result<Option<PassLayer>, BeamError> {
+    ) -> Result<Option<PassLayer>, Error> {
         // Slack may count the same flux in several texels, and the survey is coarse.
-        let scale =
-            FixedPoint::for_total(64.0 * self.flux).map_err(|_| BeamError::NotRepresentable)?;
+        let scale = FixedPoint::for_total(64.0 * self.flux).map_err(|_| not_representable())?;
         let film = BeamFilm::<N>::new(self.target.size(), scale);
         let tasks = if lights.len() < MANY_SOURCES {
             TASKS
@@ -192,7 +190,7 @@ impl Passes<'_> {
             *counters += work;
         }
         if film.overflowed() {
-            return Err(BeamError::NotRepresentable);
+            return Err(not_representable());
         }
         let bounded = bounded(&film);
         let on_film = bounded
@@ -264,9 +262,7 @@ impl Passes<'_> {
             balance += refiner.balance;
             counters += refiner.counters();
             self.limit.spend(counters.rays - refiner.spent());
-            self.progress
-                .paths
-                .fetch_add(count as u64, Ordering::Relaxed);
+            self.progress.add(count as u64);
             if let Ok(mut idle) = idle.lock() {
                 idle.push(scratch);
             }
@@ -299,4 +295,10 @@ impl Passes<'_> {
         });
         by_cells.chain(by_facets).collect()
     }
+}
+
+fn not_representable() -> Error {
+    let reason =
+        "a texel's flux is not representable: NaN, infinite, or far beyond the emitters' flux";
+    Error::NotRepresentable(reason.to_owned())
 }

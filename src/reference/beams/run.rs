@@ -3,7 +3,6 @@
 use std::time::Instant;
 
 use super::average::{Average, Sums};
-use super::error::{BeamError, supports};
 use super::finish;
 use super::lamps::Lamps;
 use super::limit::Limit;
@@ -11,12 +10,15 @@ use super::pass::{Light, PassLayer, Passes, SignatureReport};
 use super::refine::Limits;
 use super::report::{BeamReport, LampReport};
 use super::schedule::{DIVIDED_AGAIN, Errors, Fineness};
-use super::settings::{BeamBudget, BeamSettings};
+use super::settings::{BeamSettings, target_error};
+use super::support::supports;
 use super::survey::{Found, survey};
 use crate::geometry::TraversalCounters;
 use crate::radiometry::Rgb;
-use crate::reference::{Estimate, Progress, Target};
+use crate::reference::Target;
+use crate::run::{Budget, Error, Estimate, Progress};
 use crate::scene::{Scene, Sensor};
+use crate::setting::SettingError;
 use crate::transport::direct::{AREA_SAMPLES, Direct, direct};
 use crate::transport::facets::table::Facets;
 use crate::transport::first_surface::{SharedPlaces, Source, roots};
@@ -98,22 +100,18 @@ impl<'a> Setup<'a> {
         sensor: &Sensor,
         settings: BeamSettings,
         progress: &'a Progress,
-    ) -> Result<Self, BeamError> {
+    ) -> Result<Self, Error> {
         supports(scene)?;
-        let setting = |name, value: u32, allowed: String| BeamError::Setting {
-            name,
-            value: value.to_string(),
-            allowed,
-        };
         if settings.max_depth as usize > MAX_EVENTS {
+            let depth = settings.max_depth.to_string();
             let allowed = format!("0 to {MAX_EVENTS} specular events");
-            return Err(setting("the depth", settings.max_depth, allowed));
+            return Err(SettingError::value("max-depth", &depth, allowed).into());
         }
         let lamps = Lamps::new(scene, settings.seed)?;
         if !lamps.is_empty() && !(2..=1 << 16).contains(&settings.replicates) {
-            let allowed = "2 to 65536, whose scatter is an area light's error,".to_owned();
-            let name = "the number of replicates";
-            return Err(setting(name, settings.replicates, allowed));
+            let replicates = settings.replicates.to_string();
+            let allowed = "2 to 65536, whose scatter is an area light's error";
+            return Err(SettingError::value("replicates", &replicates, allowed).into());
         }
         let target = Target::new(scene, sensor, settings.shading_normals)?;
         let fixed: Vec<Light> = Source::all(scene)
@@ -186,7 +184,7 @@ impl<'a> Setup<'a> {
     /// # Errors
     ///
     /// Where a texel's flux is not representable.
-    pub fn run(&mut self, budget: &BeamBudget) -> Result<(Estimate, BeamReport), BeamError> {
+    pub fn run(&mut self, budget: &Budget) -> Result<(Estimate, BeamReport), Error> {
         let limit = Limit::new(budget, self.progress);
         let direct = match &self.target {
             Target::Receiver(receiver) => Some(
@@ -201,7 +199,7 @@ impl<'a> Setup<'a> {
             ),
             Target::Camera { .. } => None,
         };
-        let target = budget.target();
+        let target = target_error(budget);
         let least = LEAST_SHARE * target.unwrap_or(1e-5) * self.flux;
         let followed = self
             .signatures
@@ -220,7 +218,7 @@ impl<'a> Setup<'a> {
             .unwrap_or_default();
         limit.spend(counters.rays);
         let is_lit = followed.iter().any(|(_, found)| found.on_film > 0.0);
-        let limited = budget.time.is_some() || budget.rays.is_some();
+        let limited = budget.time.is_some() || budget.work.is_some();
         let mut best: Option<Pass> = None;
         let (mut said_before, mut calibration) = (0.0, None);
         let mut unlit = 0;
@@ -298,7 +296,7 @@ impl<'a> Setup<'a> {
         signatures: &[(Signature, Found)],
         fineness: Fineness,
         limit: &Limit,
-    ) -> Result<Option<(Pass, TraversalCounters)>, BeamError> {
+    ) -> Result<Option<(Pass, TraversalCounters)>, Error> {
         let mut counters = TraversalCounters::default();
         let passes = Passes {
             scene: self.scene,
@@ -457,8 +455,8 @@ pub fn run(
     scene: &Scene,
     sensor: &Sensor,
     settings: BeamSettings,
-    budget: &BeamBudget,
+    budget: &Budget,
     progress: &Progress,
-) -> Result<(Estimate, BeamReport), BeamError> {
+) -> Result<(Estimate, BeamReport), Error> {
     Setup::new(scene, sensor, settings, progress)?.run(budget)
 }

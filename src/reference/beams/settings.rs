@@ -1,7 +1,6 @@
 //! What a beam run is asked to do.
 
-use std::time::Duration;
-
+use crate::run::Budget;
 use crate::transport::scatter::ShadingNormals;
 
 /// How beams are followed and counted.
@@ -33,25 +32,13 @@ impl Default for BeamSettings {
     }
 }
 
-/// When a run ends: at whichever limit comes first.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct BeamBudget {
-    /// The likely error over lit texels, relative.
-    pub relative_error: Option<f64>,
-    /// Time from the start of the run.
-    pub time: Option<Duration>,
-    /// Rays searched for, all passes together.
-    pub rays: Option<u64>,
-}
+/// The error that a run without any limit aims at: 0.1 %.
+pub const DEFAULT_ERROR: f64 = 1e-3;
 
-impl BeamBudget {
-    /// What a run without any limit aims at: an error of 0.1 %.
-    pub const DEFAULT_ERROR: f64 = 1e-3;
-
-    /// The error to stop at: with a limit on time or rays alone there is none.
-    pub fn target(&self) -> Option<f64> {
-        let only_error = self.time.is_none() && self.rays.is_none();
-        self.relative_error
-            .or_else(|| only_error.then_some(Self::DEFAULT_ERROR))
-    }
+/// The likely error to stop at: with a limit on time or rays alone there is none.
+pub(super) fn target_error(budget: &Budget) -> Option<f64> {
+    let is_unlimited = budget.time.is_none() && budget.work.is_none();
+    budget
+        .relative_error
+        .or_else(|| is_unlimited.then_some(DEFAULT_ERROR))
 }

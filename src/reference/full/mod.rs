@@ -8,7 +8,7 @@
 //! | `caustic-indirect` | L S+ D … D S\* E | paths, where lights have some size |
 //!
 //! Classes are those of [`path_class`](crate::transport::path_class), a partition of all paths: each is measured
-//! once, as one layer, and the image is their sum ([`Estimate::and`](super::Estimate::and)). [`plan`] says which
+//! once, as one layer, and the image is their sum ([`Estimate::and`](crate::run::Estimate::and)). [`plan`] says which
 //! method measures which class of a scene, and why; [`mod@run`] spends a budget on them.
 //!
 //! **What is missing is said.** Paths from the camera find `caustic-indirect` by running into an emitter: of lights
@@ -26,5 +26,5 @@ pub mod settings;
 
 pub use super::photon_map::finish::CONFIDENCE;
 pub use plan::{Finder, Plan};
-pub use run::{FullError, FullReport, PartDetail, PartReport, run};
-pub use settings::{FullBudget, FullSettings};
+pub use run::{FullReport, PartDetail, PartReport, run};
+pub use settings::FullSettings;

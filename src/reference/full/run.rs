@@ -3,39 +3,16 @@
 use std::time::{Duration, Instant};
 
 use super::plan::{Finder, Plan};
-use super::settings::{FullBudget, FullSettings};
-use crate::reference::beams::{self, BeamError, BeamReport};
-use crate::reference::path::{self, PathError, PathReport, PathSettings};
+use super::settings::FullSettings;
+use crate::reference::beams::{self, BeamReport};
+use crate::reference::path::{self, PathReport, PathSettings};
 use crate::reference::photon_map::finish::CONFIDENCE;
-use crate::reference::photon_map::{self, PhotonMapError, PhotonMapReport};
-use crate::reference::photons::{self, RunError};
-use crate::reference::{CombineError, Estimate, Layer, LayerName, Progress};
+use crate::reference::photon_map::{self, PhotonMapReport};
+use crate::reference::photons;
+use crate::run::{Budget, Error, Estimate, Layer, LayerName, Progress, Refusal};
 use crate::scene::{Scene, Sensor};
 use crate::transport::camera::CameraError;
 use crate::transport::path_class::{PathClass, PathClasses};
-
-/// Why an image of all light came to nothing.
-#[derive(Debug, thiserror::Error)]
-pub enum FullError {
-    /// Light cannot be connected to the sensor.
-    #[error("{0}; --method path needs none of this, and finds caustics by chance")]
-    Camera(#[from] CameraError),
-    /// By paths.
-    #[error(transparent)]
-    Path(#[from] PathError),
-    /// By beams.
-    #[error(transparent)]
-    Beams(#[from] BeamError),
-    /// By photons.
-    #[error(transparent)]
-    Photons(#[from] RunError),
-    /// By photon maps.
-    #[error(transparent)]
-    PhotonMap(#[from] PhotonMapError),
-    /// Parts that do not fit together.
-    #[error(transparent)]
-    Combine(#[from] CombineError),
-}
 
 /// What there is to know of a run beside its image.
 #[derive(Clone, Debug, serde::Serialize)]
@@ -87,7 +64,7 @@ struct Run<'a> {
     scene: &'a Scene,
     sensor: &'a Sensor,
     settings: FullSettings,
-    budget: &'a FullBudget,
+    budget: &'a Budget,
     progress: &'a Progress,
 }
 
@@ -103,12 +80,12 @@ pub fn run(
     scene: &Scene,
     sensor: &Sensor,
     settings: FullSettings,
-    budget: &FullBudget,
+    budget: &Budget,
     progress: &Progress,
-) -> Result<(Estimate, FullReport), FullError> {
+) -> Result<(Estimate, FullReport), Error> {
     let start = Instant::now();
     let settings = settings.agreeing();
-    let plan = Plan::new(scene, sensor, &settings.path)?;
+    let plan = Plan::new(scene, sensor, &settings.path).map_err(refuse_camera)?;
     let run = Run {
         scene,
         sensor,
@@ -154,6 +131,13 @@ pub fn run(
     Ok((estimate, report))
 }
 
+/// The refusal of a camera that light cannot be connected to.
+pub(crate) fn refuse_camera(error: CameraError) -> Refusal {
+    Refusal::new(format!(
+        "{error}; --method path needs none of this, and finds caustics by chance"
+    ))
+}
+
 impl FullReport {
     /// Notes a part, and passes its estimate on.
     fn take(&mut self, method: Finder, classes: PathClasses, part: Part) -> Estimate {
@@ -171,12 +155,12 @@ impl FullReport {
 }
 
 impl Run<'_> {
-    fn by_paths(&self, classes: PathClasses, time: Option<Duration>) -> Result<Part, FullError> {
+    fn by_paths(&self, classes: PathClasses, time: Option<Duration>) -> Result<Part, Error> {
         let settings = PathSettings {
             classes,
             ..self.settings.path
         };
-        let budget = self.budget.of_paths(time);
+        let budget = self.settings.budget_of_paths(self.budget, time);
         let (estimate, report) =
             path::run(self.scene, self.sensor, settings, &budget, self.progress)?;
         let replicates = u64::from(settings.replicates).min(report.samples) as u32;
@@ -184,16 +168,16 @@ impl Run<'_> {
         Ok((estimate, PartDetail::Path(report)))
     }
 
-    fn by_beams(&self, class: PathClass, time: Option<Duration>) -> Result<Part, FullError> {
-        let budget = self.budget.of_beams(time);
+    fn by_beams(&self, class: PathClass, time: Option<Duration>) -> Result<Part, Error> {
+        let budget = self.settings.budget_of_beams(self.budget, time);
         let settings = self.settings.beams;
         let (estimate, report) =
             beams::run(self.scene, self.sensor, settings, &budget, self.progress)?;
         Ok((as_class(estimate, class), PartDetail::Beams(report)))
     }
 
-    fn by_photons(&self, class: PathClass, time: Option<Duration>) -> Result<Part, FullError> {
-        let budget = self.budget.of_photons(time);
+    fn by_photons(&self, class: PathClass, time: Option<Duration>) -> Result<Part, Error> {
+        let budget = self.settings.budget_of_photons(self.budget, time);
         let settings = self.settings.photons;
         let estimate = photons::run(self.scene, self.sensor, settings, &budget, self.progress)?;
         let replicates = u64::from(settings.replicates).min(estimate.paths) as u32;
@@ -201,8 +185,8 @@ impl Run<'_> {
         Ok((estimate, PartDetail::Photons {}))
     }
 
-    fn by_photon_maps(&self, class: PathClass, time: Option<Duration>) -> Result<Part, FullError> {
-        let budget = self.budget.of_photons(time);
+    fn by_photon_maps(&self, class: PathClass, time: Option<Duration>) -> Result<Part, Error> {
+        let budget = self.settings.budget_of_photons(self.budget, time);
         let settings = self.settings.map_of(class);
         let (estimate, report) =
             photon_map::run(self.scene, self.sensor, settings, &budget, self.progress)?;

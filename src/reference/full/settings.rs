@@ -2,10 +2,11 @@
 
 use std::time::Duration;
 
-use crate::reference::beams::{BeamBudget, BeamSettings};
-use crate::reference::path::{PathBudget, PathSettings};
+use crate::reference::beams::BeamSettings;
+use crate::reference::path::PathSettings;
 use crate::reference::photon_map::{PhotonMapSettings, Seen};
-use crate::reference::photons::{Budget, PhotonSettings};
+use crate::reference::photons::PhotonSettings;
+use crate::run::Budget;
 use crate::transport::path_class::PathClass;
 use crate::transport::scatter::ShadingNormals;
 use crate::transport::signature::MAX_EVENTS;
@@ -21,6 +22,8 @@ pub struct FullSettings {
     pub photon_map: PhotonMapSettings,
     /// Of beams.
     pub beams: BeamSettings,
+    /// The most photons of those that are connected and of maps, each. The budget's work is samples of paths.
+    pub most_photons: Option<u64>,
 }
 
 impl Default for FullSettings {
@@ -31,6 +34,7 @@ impl Default for FullSettings {
             photons: PhotonSettings::default(),
             photon_map: PhotonMapSettings::default(),
             beams: BeamSettings::default(),
+            most_photons: None,
         }
         .agreeing()
     }
@@ -87,45 +91,32 @@ impl FullSettings {
     }
 }
 
-/// When a run ends: each method at whichever of its limits comes first.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct FullBudget {
-    /// Samples a pixel, of paths.
-    pub samples: Option<u64>,
-    /// Photons, of those that are connected and of maps, each.
-    pub photons: Option<u64>,
-    /// Time from the start of the run, shared among the methods: each gets the same part of what is left.
-    pub time: Option<Duration>,
-    /// Relative standard error (of beams the likely error) over lit pixels, of each method's own light.
-    pub relative_error: Option<f64>,
-}
+/// The error that beams aim at if nothing limits time or error: 1 %, about what the default numbers of samples
+/// come to.
+pub const DEFAULT_BEAM_ERROR: f64 = 1e-2;
 
-impl FullBudget {
-    /// What beams aim at where nothing limits time or error: 1 %, about what the default numbers of samples come to.
-    pub const DEFAULT_BEAM_ERROR: f64 = 1e-2;
-
-    pub(super) fn of_paths(&self, time: Option<Duration>) -> PathBudget {
-        PathBudget {
-            samples: self.samples,
-            time,
-            relative_error: self.relative_error,
-        }
+impl FullSettings {
+    /// The limits of the part by paths, for its share of the time.
+    pub(super) fn budget_of_paths(&self, budget: &Budget, time: Option<Duration>) -> Budget {
+        Budget { time, ..*budget }
     }
 
-    pub(super) fn of_photons(&self, time: Option<Duration>) -> Budget {
+    /// The limits of a part by photons or photon maps.
+    pub(super) fn budget_of_photons(&self, budget: &Budget, time: Option<Duration>) -> Budget {
         Budget {
-            photons: self.photons,
+            work: self.most_photons,
             time,
-            relative_error: self.relative_error,
+            ..*budget
         }
     }
 
-    pub(super) fn of_beams(&self, time: Option<Duration>) -> BeamBudget {
-        let default = time.is_none().then_some(Self::DEFAULT_BEAM_ERROR);
-        BeamBudget {
-            relative_error: self.relative_error.or(default),
+    /// The limits of the part by beams.
+    pub(super) fn budget_of_beams(&self, budget: &Budget, time: Option<Duration>) -> Budget {
+        let default = time.is_none().then_some(DEFAULT_BEAM_ERROR);
+        Budget {
+            relative_error: budget.relative_error.or(default),
             time,
-            rays: None,
+            work: None,
         }
     }
 }
@@ -164,18 +155,15 @@ mod tests {
 
     #[test]
     fn beams_have_an_aim_unless_time_or_error_is_limited() {
-        let aim = |budget: FullBudget| budget.of_beams(budget.time).relative_error;
-        assert_eq!(aim(FullBudget::default()), Some(0.01));
-        let time = Some(Duration::from_secs(1));
-        let timed = FullBudget {
-            time,
-            ..FullBudget::default()
+        let settings = FullSettings::default();
+        let aim = |budget: Budget| {
+            settings
+                .budget_of_beams(&budget, budget.time)
+                .relative_error
         };
+        assert_eq!(aim(Budget::default()), Some(0.01));
+        let timed = Budget::time(Duration::from_secs(1));
         assert_eq!(aim(timed), None);
-        let precise = FullBudget {
-            relative_error: Some(0.1),
-            ..timed
-        };
-        assert_eq!(aim(precise), Some(0.1));
+        assert_eq!(aim(timed.or(Budget::error(0.1))), Some(0.1));
     }
 }

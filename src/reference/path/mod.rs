@@ -14,13 +14,11 @@
 //! lamp rarely: see [`path_class`](crate::transport::path_class). Layers are those classes, and
 //! [`PathSettings::classes`] leaves out what another method is to measure.
 
-mod error;
 pub mod run;
 mod settings;
 mod sums;
 mod tiles;
 mod tracer;
 
-pub use error::PathError;
 pub use run::{PathReport, run};
-pub use settings::{LightSampling, PathBudget, PathSettings};
+pub use settings::{DEFAULT_SAMPLES, LightSampling, PathSettings};

@@ -1,16 +1,16 @@
 //! Spending a budget on replicates.
 
-use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-use super::error::PathError;
-use super::settings::{PathBudget, PathSettings};
+use super::settings::{DEFAULT_SAMPLES, PathSettings};
 use super::sums::{RoundSums, Rounds};
 use super::tiles::Job;
 use super::tracer::shining_shapes;
 use crate::numeric::Stream;
-use crate::reference::{Estimate, Progress, Quantity};
+use crate::reference::rounds::{self, Schedule};
+use crate::run::{Budget, Error, Estimate, Progress, Quantity};
 use crate::scene::{Scene, Sensor};
+use crate::setting::SettingError;
 use crate::transport::bsdf::check_colors;
 use crate::transport::camera::Camera;
 use crate::transport::ledger::Ledger;
@@ -46,26 +46,19 @@ impl<'a> Setup<'a> {
     ///
     /// # Errors
     ///
-    /// See [`PathError`].
+    /// See [`Error`].
     pub fn new(
         scene: &'a Scene,
         sensor: &Sensor,
         settings: PathSettings,
         progress: &'a Progress,
-    ) -> Result<Self, PathError> {
+    ) -> Result<Self, Error> {
         if !(1..=MAX_REPLICATES).contains(&settings.replicates) {
-            return Err(PathError::Setting {
-                name: "the number of replicates",
-                value: settings.replicates.into(),
-                allowed: "1 to 255",
-            });
+            let replicates = settings.replicates.to_string();
+            return Err(SettingError::value("replicates", &replicates, "1 to 255").into());
         }
         if settings.rr_depth == 0 {
-            return Err(PathError::Setting {
-                name: "the leg from which on roulette may end paths",
-                value: 0,
-                allowed: "1 and more",
-            });
+            return Err(SettingError::value("rr-depth", "0", "1 and more").into());
         }
         let camera = Camera::of_sensor(sensor)?;
         check_colors(scene)?;
@@ -81,32 +74,35 @@ impl<'a> Setup<'a> {
 
     /// Spends the budget and delivers the estimate.
     ///
-    /// With only samples limited there is one round. Otherwise there are several, each of all
-    /// replicates with twice the samples of the one before, until the next would not fit.
-    ///
     /// # Errors
     ///
-    /// Where a sample is not a finite number.
-    pub fn run(&self, budget: &PathBudget) -> Result<(Estimate, PathReport), PathError> {
-        let start = Instant::now();
-        // A time beyond what the clock can tell is no limit.
-        let deadline = budget.time.and_then(|time| start.checked_add(time));
+    /// If a sample is not a finite number.
+    pub fn run(&self, budget: &Budget) -> Result<(Estimate, PathReport), Error> {
         self.progress.count_camera_paths();
-        let mut rounds = Rounds::new(self.camera.width() * self.camera.height());
-        let incomplete = if budget.is_samples_only() {
-            let samples = budget.samples.unwrap_or(PathBudget::DEFAULT_SAMPLES);
-            let (replicates, each) = self.division(samples);
-            let round = self.round(&rounds, 0, each, replicates, None)?;
-            rounds.add(&round, each);
-            round.replicates() < replicates
+        let (replicates, most) = self.division(budget.work.unwrap_or(if budget.is_work_only() {
+            DEFAULT_SAMPLES
         } else {
-            self.rounds(budget, start, deadline, &mut rounds)?
+            u64::MAX
+        }));
+        let mut run = Run {
+            setup: self,
+            replicates,
+            rounds: Rounds::new(self.camera.width() * self.camera.height()),
         };
+        let schedule = Schedule {
+            budget,
+            progress: self.progress,
+            start: Instant::now(),
+            first: 1,
+            most,
+            hopeless: DEFAULT_SAMPLES.div_ceil(u64::from(replicates)),
+        };
+        let incomplete = schedule.spend(&mut run)?;
         let report = PathReport {
-            samples: rounds.samples(),
-            cut_off: rounds.cut_off,
+            samples: run.rounds.samples(),
+            cut_off: run.rounds.cut_off,
         };
-        let estimate = self.estimate(&rounds, incomplete || rounds.samples() == 0);
+        let estimate = self.estimate(&run.rounds, incomplete || run.rounds.samples() == 0);
         Ok((estimate, report))
     }
 
@@ -114,47 +110,6 @@ impl<'a> Setup<'a> {
     pub fn division(&self, samples: u64) -> (u32, u64) {
         let replicates = u64::from(self.settings.replicates).min(samples.max(1));
         (replicates as u32, samples.max(1) / replicates)
-    }
-
-    /// Traces rounds until the budget is used up. Returns whether the run was stopped before.
-    fn rounds(
-        &self,
-        budget: &PathBudget,
-        start: Instant,
-        deadline: Option<Instant>,
-        rounds: &mut Rounds,
-    ) -> Result<bool, PathError> {
-        let (replicates, most) = self.division(budget.samples.unwrap_or(u64::MAX));
-        let mut each = 1;
-        for number in 0.. {
-            let round = self.round(rounds, number, each, replicates, deadline)?;
-            let complete = round.replicates() == replicates;
-            // One replicate says nothing of its own error: beside earlier rounds it is no use.
-            if round.replicates() > 1 || rounds.samples() == 0 {
-                rounds.add(&round, each);
-            }
-            let error = rounds.relative_error();
-            self.progress.set_relative_error(error);
-            let goal = budget.relative_error;
-            let is_good = matches!((error, goal), (Some(error), Some(goal)) if error <= goal);
-            if !complete || is_good {
-                break;
-            }
-            // Where nothing shines there is no error to reach.
-            let is_hopeless = error.is_none() && rounds.samples() >= PathBudget::DEFAULT_SAMPLES;
-            if is_hopeless && budget.time.is_none() {
-                return Ok(true);
-            }
-            let used = rounds.samples() / u64::from(replicates);
-            each = (2 * each).min(most - used.min(most));
-            if let Some(time) = budget.time {
-                each = each.min(fitting(used, start.elapsed(), time));
-            }
-            if each == 0 {
-                break;
-            }
-        }
-        Ok(self.progress.is_stopped())
     }
 
     /// Traces one round; fewer replicates where it is stopped.
@@ -165,13 +120,11 @@ impl<'a> Setup<'a> {
         samples: u64,
         replicates: u32,
         deadline: Option<Instant>,
-    ) -> Result<RoundSums, PathError> {
+    ) -> Result<RoundSums, Error> {
         let stop = || {
             self.progress.is_stopped() || deadline.is_some_and(|deadline| Instant::now() > deadline)
         };
-        let finished = |paths: u64| {
-            self.progress.paths.fetch_add(paths, Ordering::Relaxed);
-        };
+        let finished = |paths: u64| self.progress.add(paths);
         let root = Stream::new(self.settings.stream, self.settings.seed).split(number);
         let mut sums = RoundSums::new(self.camera.width() * self.camera.height());
         let mut shown = Instant::now();
@@ -188,20 +141,18 @@ impl<'a> Setup<'a> {
                 finished: &finished,
             };
             if replicate == 0 {
-                let started = self.progress.paths.load(Ordering::Relaxed);
-                let expected = started + job.paths() * u64::from(replicates);
+                let started = self.progress.done();
                 self.progress
-                    .expected_paths
-                    .store(expected, Ordering::Relaxed);
+                    .expect(started + job.paths() * u64::from(replicates));
             }
             let Some(image) = job.trace() else { break };
             sums.add(&image);
             if let Some((count, at)) = sums.not_finite {
-                return Err(PathError::NotFinite {
-                    count,
-                    x: at.x,
-                    y: at.y,
-                });
+                return Err(Error::NotRepresentable(format!(
+                    "{count} samples are infinite or not a number, the first at film coordinates ({}, {}): the \
+                     scene's numbers are too large or too small to be multiplied",
+                    at.x, at.y
+                )));
             }
             if rounds.samples() == 0 && shown.elapsed() > SHOW_EVERY {
                 shown = Instant::now();
@@ -232,26 +183,49 @@ impl<'a> Setup<'a> {
     }
 }
 
-/// How many samples each replicate may take in the time left, at the rate so far: a power of two, which suits Sobol' points.
-fn fitting(used: u64, elapsed: Duration, time: Duration) -> u64 {
-    let rate = used as f64 / elapsed.as_secs_f64();
-    let left = time.saturating_sub(elapsed).as_secs_f64();
-    // A round that ends early is of little use.
-    let fits = (0.9 * rate * left) as u64;
-    fits.checked_ilog2().map_or(0, |log| 1 << log)
+/// A run under way: its rounds so far.
+struct Run<'a, 's> {
+    setup: &'a Setup<'s>,
+    replicates: u32,
+    rounds: Rounds,
+}
+
+impl rounds::Rounds for Run<'_, '_> {
+    fn trace(&mut self, number: u64, each: u64, deadline: Option<Instant>) -> Result<bool, Error> {
+        let round = self
+            .setup
+            .round(&self.rounds, number, each, self.replicates, deadline)?;
+        // One replicate says nothing of its own error: beside earlier rounds it is no use.
+        if round.replicates() > 1 || self.rounds.samples() == 0 {
+            self.rounds.add(&round, each);
+        }
+        Ok(round.replicates() == self.replicates)
+    }
+
+    fn done(&self) -> u64 {
+        self.rounds.samples() / u64::from(self.replicates)
+    }
+
+    fn relative_error(&self) -> Option<f64> {
+        self.rounds.relative_error()
+    }
+
+    fn is_dark(&self) -> bool {
+        false
+    }
 }
 
 /// Measures what a camera sees.
 ///
 /// # Errors
 ///
-/// See [`PathError`].
+/// See [`Error`].
 pub fn run(
     scene: &Scene,
     sensor: &Sensor,
     settings: PathSettings,
-    budget: &PathBudget,
+    budget: &Budget,
     progress: &Progress,
-) -> Result<(Estimate, PathReport), PathError> {
+) -> Result<(Estimate, PathReport), Error> {
     Setup::new(scene, sensor, settings, progress)?.run(budget)
 }

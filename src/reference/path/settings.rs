@@ -1,7 +1,5 @@
 //! What a run of paths is asked to do.
 
-use std::time::Duration;
-
 use crate::numeric::StreamKind;
 use crate::scene::Integrator;
 use crate::transport::path_class::PathClasses;
@@ -114,26 +112,8 @@ fn share(a: f64, b: f64) -> f64 {
     if a > 0.0 { 1.0 / (1.0 + b / a) } else { 0.0 }
 }
 
-/// When a run ends: at whichever limit comes first.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct PathBudget {
-    /// Samples a pixel, all replicates together; rounded down to a multiple of them, but to one each at least.
-    pub samples: Option<u64>,
-    /// Time from the start of the run.
-    pub time: Option<Duration>,
-    /// Relative standard error over lit pixels.
-    pub relative_error: Option<f64>,
-}
-
-impl PathBudget {
-    /// Samples a pixel of a run without any limit.
-    pub const DEFAULT_SAMPLES: u64 = 256;
-
-    /// Whether the number of samples is known beforehand.
-    pub fn is_samples_only(&self) -> bool {
-        self.time.is_none() && self.relative_error.is_none()
-    }
-}
+/// Samples a pixel of a run without any limit.
+pub const DEFAULT_SAMPLES: u64 = 256;
 
 #[cfg(test)]
 mod tests {

@@ -22,8 +22,8 @@ use glam::DVec2;
 use super::tiles::ImageSums;
 use crate::geometry::TraversalCounters;
 use crate::radiometry::Rgb;
-use crate::reference::estimate::relative_error;
-use crate::reference::{Layer, LayerName};
+use crate::run::estimate::relative_error;
+use crate::run::{Layer, LayerName};
 use crate::transport::path_class::PathClass;
 
 /// Where the sum of all classes is kept, behind the classes.
@@ -224,7 +224,7 @@ impl Rounds {
         let mut layer = Layer::dark(name, self.pixels);
         let share = 1.0 / self.samples as f64;
         for (pixel, [value, variance]) in sums.iter().enumerate() {
-            layer.irradiance[pixel] = *value * share;
+            layer.values[pixel] = *value * share;
             layer.standard_error[pixel] = variance.map(f64::sqrt) * share;
         }
         layer

@@ -12,13 +12,13 @@
 //! the radius *and* than the pixel (a focus, at a pixel's border) no two radii can tell; there the bound is
 //! too small until the radius has shrunk.
 
-use super::run::Setup;
+use super::setup::Setup;
 use super::sums::RoundSums;
 use crate::geometry::TraversalCounters;
 use crate::numeric::distributions::critical_value;
 use crate::radiometry::Rgb;
 use crate::reference::photons::finish::Weighted;
-use crate::reference::{Estimate, Interval, Layer, LayerName};
+use crate::run::{Estimate, Interval, Layer, LayerName};
 use crate::transport::ledger::Ledger;
 
 /// The two-sided confidence of bounds, as far as they are random.
@@ -158,32 +158,32 @@ impl<'a> Rounds<'a> {
 /// same photons, and are added as if they were not, since the annulus between the radii has photons of its own.
 fn bounds(value: &Layer, difference: &Layer, widths: f64) -> Interval {
     let mut interval = Interval::default();
-    for texel in 0..value.irradiance.len() {
+    for texel in 0..value.values.len() {
         let half_width = Rgb(std::array::from_fn(|c| {
             let random = widths * value.standard_error[texel].0[c];
             let of_bias = widths * difference.standard_error[texel].0[c];
-            let bias = difference.irradiance[texel].0[c].abs();
+            let bias = difference.values[texel].0[c].abs();
             random.hypot(BIAS_BY_DIFFERENCE * of_bias) + BIAS_BY_DIFFERENCE * bias
         }));
-        let low = value.irradiance[texel] - half_width;
+        let low = value.values[texel] - half_width;
         // `max` would make a bound of what is unknown.
         interval
             .low
             .push(low.map(|low| if low < 0.0 { 0.0 } else { low }));
-        interval.high.push(value.irradiance[texel] + half_width);
+        interval.high.push(value.values[texel] + half_width);
     }
     interval
 }
 
 /// √(mean (D² − s²)) / mean L over lit pixels, s the standard error of D; 0 where noise explains all of D.
 fn relative_bias(total: &Layer, bias: &Layer) -> Option<f64> {
-    let lit: Vec<usize> = (0..total.irradiance.len())
-        .filter(|&texel| total.irradiance[texel].mean() > 0.0)
+    let lit: Vec<usize> = (0..total.values.len())
+        .filter(|&texel| total.values[texel].mean() > 0.0)
         .collect();
     let count = lit.len() as f64;
-    let light: f64 = lit.iter().map(|&i| total.irradiance[i].mean()).sum();
+    let light: f64 = lit.iter().map(|&i| total.values[i].mean()).sum();
     let square = |i: &usize| {
-        let (value, error) = (bias.irradiance[*i].mean(), bias.standard_error[*i].mean());
+        let (value, error) = (bias.values[*i].mean(), bias.standard_error[*i].mean());
         value * value - error * error
     };
     let mean_square = lit.iter().map(square).sum::<f64>() / count;
@@ -220,7 +220,7 @@ impl Setup<'_> {
         PhotonMapReport {
             passes,
             radius: [radius(0), radius(passes.saturating_sub(1))],
-            bias: bias.irradiance,
+            bias: bias.values,
             bias_standard_error: bias.standard_error,
             relative_bias,
         }

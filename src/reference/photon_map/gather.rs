@@ -12,7 +12,7 @@
 use rayon::prelude::*;
 
 use super::map::PhotonMap;
-use super::run::Setup;
+use super::setup::Setup;
 use super::view::{VisiblePoint, follow};
 use crate::film::Accumulator;
 use crate::geometry::TraversalCounters;

@@ -3,11 +3,11 @@
 use glam::DVec3;
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
 
-use super::error::PhotonMapError;
 use crate::geometry::TraversalCounters;
 use crate::radiometry::Rgb;
 use crate::reference::photons::layers::LayerMap;
 use crate::reference::photons::replicate::{Recipient, Task};
+use crate::run::Error;
 use crate::scene::{Material, MaterialId, Scene};
 use crate::transport::chain::Arrival;
 use crate::transport::flux::Flux;
@@ -99,7 +99,7 @@ impl PhotonMap {
     /// # Errors
     ///
     /// Where the tree refuses so many photons.
-    pub fn new(tasks: Vec<Task<Catch<'_>>>) -> Result<Self, PhotonMapError> {
+    pub fn new(tasks: Vec<Task<Catch<'_>>>) -> Result<Self, Error> {
         let mut positions = Vec::new();
         let mut photons = Vec::new();
         for task in tasks {
@@ -109,14 +109,16 @@ impl PhotonMap {
         Self::of(&positions, photons)
     }
 
-    fn of(positions: &[[f64; 3]], photons: Vec<Photon>) -> Result<Self, PhotonMapError> {
+    fn of(positions: &[[f64; 3]], photons: Vec<Photon>) -> Result<Self, Error> {
         let tree = if positions.is_empty() {
             None
         } else {
             let tree = ImmutableKdTree::new_from_slice(positions);
-            Some(tree.map_err(|error| PhotonMapError::Tree {
-                photons: positions.len(),
-                reason: format!("{error:?}"),
+            Some(tree.map_err(|error| {
+                let photons = positions.len();
+                let reason =
+                    format!("a photon map of {photons} photons cannot be built: {error:?}");
+                Error::NotRepresentable(reason)
             })?)
         };
         Ok(Self { photons, tree })

@@ -19,17 +19,16 @@
 //! Photons of another shape than the one seen do not count. Beyond a surface's border and across its bends a
 //! disc is not all surface: that is part of the bias.
 
-pub mod error;
 pub mod finish;
 mod gather;
 pub mod map;
 mod pilot;
 pub mod run;
 pub mod settings;
+pub mod setup;
 mod sums;
 pub mod view;
 
-pub use error::PhotonMapError;
 pub use finish::PhotonMapReport;
 pub use run::run;
 pub use settings::{PhotonMapSettings, Seen};

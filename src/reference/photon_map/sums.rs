@@ -1,12 +1,11 @@
 //! Exact sums over the replicates of one round of passes.
 
-use super::error::PhotonMapError;
 use super::gather::{Films, Pass};
-use super::run::Setup;
+use super::setup::Setup;
 use crate::film::Accumulator;
 use crate::geometry::TraversalCounters;
 use crate::numeric::FixedPoint;
-use crate::reference::photons::sums::SumsError;
+use crate::run::Error;
 
 /// What a round adds up to, in integers: threads may add in any order.
 pub struct RoundSums {
@@ -49,13 +48,14 @@ impl RoundSums {
     /// # Errors
     ///
     /// Where a contribution is not representable.
-    pub fn gather(&mut self, pass: &Pass) -> Result<(), PhotonMapError> {
+    pub fn gather(&mut self, pass: &Pass) -> Result<(), Error> {
         let done = pass.gather(&self.films, self.scale);
         self.counters += done.counters;
         if done.refused > 0 {
-            return Err(PhotonMapError::NotRepresentable {
-                count: done.refused,
-            });
+            return Err(Error::NotRepresentable(format!(
+                "{} contributions to pixels are NaN, infinite or out of range",
+                done.refused
+            )));
         }
         Ok(())
     }
@@ -65,7 +65,7 @@ impl RoundSums {
     /// # Errors
     ///
     /// Where a sum overflows.
-    pub fn end_replicate(&mut self) -> Result<(), PhotonMapError> {
+    pub fn end_replicate(&mut self) -> Result<(), Error> {
         let Films {
             values,
             differences,
@@ -75,10 +75,10 @@ impl RoundSums {
             (differences, &mut self.total_difference),
         ] {
             for layer in layers {
-                total.deposit_all(layer).map_err(SumsError::from)?;
-                layer.flush().map_err(SumsError::from)?;
+                total.deposit_all(layer)?;
+                layer.flush()?;
             }
-            total.flush().map_err(SumsError::from)?;
+            total.flush()?;
         }
         Ok(())
     }

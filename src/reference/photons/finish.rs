@@ -15,8 +15,9 @@ use super::sums::RoundSums;
 use crate::film::Accumulator;
 use crate::geometry::TraversalCounters;
 use crate::radiometry::Rgb;
-use crate::reference::estimate::relative_error;
-use crate::reference::{Estimate, Layer, LayerName, Target};
+use crate::reference::Target;
+use crate::run::estimate::relative_error;
+use crate::run::{Estimate, Layer, LayerName};
 use crate::transport::direct::Direct;
 use crate::transport::ledger::{Ledger, Row};
 use crate::transport::signature::Signature;
@@ -68,7 +69,7 @@ impl Weighted {
         };
         Layer {
             name,
-            irradiance: (0..self.flux.len())
+            values: (0..self.flux.len())
                 .map(|texel| self.flux[texel] * per_measure(texel))
                 .collect(),
             standard_error: (0..self.flux.len())
@@ -194,7 +195,7 @@ impl Rounds {
         if let Some(direct) = direct {
             let direct_layer = Layer {
                 name: LayerName::Path(Signature::DIRECT),
-                irradiance: direct.texels.iter().map(|texel| texel.irradiance).collect(),
+                values: direct.texels.iter().map(|texel| texel.irradiance).collect(),
                 standard_error: direct.texels.iter().map(|texel| texel.error).collect(),
                 interval: None,
             };

@@ -9,7 +9,7 @@
 //!
 //! One file a step: [`mod@run`] spends the budget in rounds, [`replicate`] traces one
 //! randomisation, [`layers`] gives path signatures their layers, [`sums`] keeps exact sums of
-//! a round, [`finish`] turns them into an [`Estimate`](super::Estimate), and [`shard`] carries
+//! a round, [`finish`] turns them into an [`Estimate`](crate::run::Estimate), and [`shard`] carries
 //! them from machine to machine.
 
 pub mod finish;
@@ -20,5 +20,5 @@ pub mod settings;
 pub mod shard;
 pub mod sums;
 
-pub use run::{RunError, run};
-pub use settings::{Budget, PhotonSettings, Shard};
+pub use run::run;
+pub use settings::{DEFAULT_PHOTONS, PhotonSettings, Shard};

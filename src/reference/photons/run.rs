@@ -1,48 +1,21 @@
 //! Spending a budget on replicates.
 
-use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use super::finish::{Rounds, relative_error_of};
 use super::layers::{LayerMap, pilot};
 use super::replicate::Job;
-use super::settings::{Budget, PhotonSettings, Shard};
-use super::sums::{RoundSums, SumsError};
+use super::settings::{DEFAULT_PHOTONS, PhotonSettings, Shard};
+use super::sums::RoundSums;
 use crate::numeric::{FixedPoint, Stream};
-use crate::reference::{Estimate, Progress, Target, TargetError};
+use crate::reference::Target;
+use crate::reference::rounds::{self, Schedule};
+use crate::run::{Budget, Error, Estimate, Progress};
 use crate::scene::{Scene, Sensor};
+use crate::setting::SettingError;
 use crate::transport::direct::{Direct, direct};
-use crate::transport::domain::{LightSpace, LightSpaceError};
+use crate::transport::domain::LightSpace;
 use crate::transport::signature::MAX_EVENTS;
-
-/// Why a run cannot start or came to nothing.
-#[derive(Debug, thiserror::Error)]
-pub enum RunError {
-    /// The sensor cannot be filled.
-    #[error(transparent)]
-    Target(#[from] TargetError),
-    /// An emitter cannot be sampled.
-    #[error(transparent)]
-    LightSpace(#[from] LightSpaceError),
-    /// The photons' sums are worth nothing.
-    #[error(transparent)]
-    Sums(#[from] SumsError),
-    /// A setting outside its range.
-    #[error("{name} is {value}; {allowed} are allowed")]
-    Setting {
-        /// The setting.
-        name: &'static str,
-        /// Its value.
-        value: String,
-        /// What it may be.
-        allowed: String,
-    },
-    /// A shard of a run whose length depends on time or error.
-    #[error(
-        "a shard needs a fixed number of photons: give --photons, and neither --time nor --error"
-    )]
-    ShardBudget,
-}
 
 /// A run, set up: everything its photons need.
 pub struct Setup<'a> {
@@ -72,7 +45,7 @@ impl<'a> Setup<'a> {
         sensor: &Sensor,
         settings: PhotonSettings,
         progress: &'a Progress,
-    ) -> Result<Self, RunError> {
+    ) -> Result<Self, Error> {
         check(&settings)?;
         let target = Target::new(scene, sensor, settings.chains.shading_normals)?;
         let light = LightSpace::new(scene)?;
@@ -126,96 +99,39 @@ impl<'a> Setup<'a> {
 
     /// Spends the budget and delivers the estimate.
     ///
-    /// With only photons limited there is one round. Otherwise there are several, each of all
-    /// replicates with twice the photons of the one before, until the next would not fit.
-    ///
     /// # Errors
     ///
-    /// Where photon contributions are not representable.
-    pub fn run(&self, budget: &Budget) -> Result<Estimate, RunError> {
+    /// If photon contributions are not representable.
+    pub fn run(&self, budget: &Budget) -> Result<Estimate, Error> {
         let start = Instant::now();
-        // A time beyond what the clock can tell is no limit.
-        let deadline = budget.time.and_then(|time| start.checked_add(time));
-        let direct = self.direct(deadline);
-        let mut rounds = Rounds::new(self.target.texels(), &self.map);
-        let mut incomplete;
-        if budget.is_photons_only() {
-            let photons = budget.photons.unwrap_or(Budget::DEFAULT_PHOTONS);
-            let (replicates, each) = self.division(photons);
-            self.expect(each * u64::from(replicates));
-            let sums = self.round(0, each, replicates, Shard::WHOLE, None)?;
-            incomplete = sums.replicates() < replicates;
-            rounds.add(&sums, &self.map);
+        let direct = self.direct(budget.deadline(start));
+        let (replicates, most) = self.division(budget.work.unwrap_or(if budget.is_work_only() {
+            DEFAULT_PHOTONS
         } else {
-            incomplete = self.rounds(budget, start, &mut rounds)?;
-        }
+            u64::MAX
+        }));
+        let mut run = Run {
+            setup: self,
+            replicates,
+            rounds: Rounds::new(self.target.texels(), &self.map),
+        };
+        let schedule = Schedule {
+            budget,
+            progress: self.progress,
+            start,
+            first: FIRST_ROUND_PHOTONS,
+            most,
+            hopeless: DEFAULT_PHOTONS.div_ceil(u64::from(replicates)),
+        };
+        let incomplete = schedule.spend(&mut run)?;
         // A budget too small for a single replicate leaves no estimate at all.
-        incomplete |= rounds.paths() == 0 && !self.light.is_empty();
-        Ok(rounds.estimate(&self.target, &self.map, direct.as_ref(), incomplete))
-    }
-
-    /// Traces rounds until the budget is used up. Returns whether the run was stopped before.
-    fn rounds(
-        &self,
-        budget: &Budget,
-        start: Instant,
-        rounds: &mut Rounds,
-    ) -> Result<bool, RunError> {
-        let deadline = budget.time.and_then(|time| start.checked_add(time));
-        let most = budget.photons.unwrap_or(u64::MAX);
-        let (replicates, most_each) = self.division(most);
-        let mut each = FIRST_ROUND_PHOTONS.min(most_each);
-        for round in 0.. {
-            self.expect(rounds.paths() + each * u64::from(replicates));
-            let sums = self.round(round, each, replicates, Shard::WHOLE, deadline)?;
-            let complete = sums.replicates() == replicates;
-            // One replicate says nothing of its own error: beside earlier rounds it is no use.
-            if sums.replicates() > 1 || rounds.paths() == 0 {
-                rounds.add(&sums, &self.map);
-            }
-            let error = rounds.relative_error();
-            self.progress.set_relative_error(error);
-            let is_good =
-                matches!((error, budget.relative_error), (Some(e), Some(goal)) if e <= goal);
-            if !complete || is_good || self.light.is_empty() {
-                break;
-            }
-            // Where nothing arrives there is no error to reach.
-            let is_hopeless = error.is_none() && rounds.paths() >= Budget::DEFAULT_PHOTONS;
-            if is_hopeless && budget.time.is_none() {
-                return Ok(true);
-            }
-            let Some(next) = self.next_round(rounds, each, budget, start.elapsed()) else {
-                break;
-            };
-            each = next;
-        }
-        Ok(self.progress.is_stopped())
-    }
-
-    /// Photons of each replicate of the next round; `None` where the budget is used up.
-    fn next_round(
-        &self,
-        rounds: &Rounds,
-        each: u64,
-        budget: &Budget,
-        elapsed: Duration,
-    ) -> Option<u64> {
-        let replicates = u64::from(self.settings.replicates);
-        let mut next = each * 2;
-        if let Some(photons) = budget.photons {
-            next = next.min(photons.saturating_sub(rounds.paths()) / replicates);
-        }
-        if let Some(time) = budget.time {
-            let rate = rounds.paths() as f64 / elapsed.as_secs_f64();
-            let left = time.saturating_sub(elapsed).as_secs_f64();
-            // A power of two suits Sobol' points, and a round that ends early is no use.
-            let fits = (0.9 * rate * left) as u64 / replicates;
-            if fits < next {
-                next = next.min(fits.checked_ilog2().map_or(0, |log| 1 << log));
-            }
-        }
-        (next >= FIRST_ROUND_PHOTONS.min(each)).then_some(next)
+        let is_nothing = run.rounds.paths() == 0 && !self.light.is_empty();
+        Ok(run.rounds.estimate(
+            &self.target,
+            &self.map,
+            direct.as_ref(),
+            incomplete || is_nothing,
+        ))
     }
 
     /// How many replicates of how many photons make a run of `photons`: a multiple of the
@@ -233,11 +149,9 @@ impl<'a> Setup<'a> {
         replicates: u32,
         shard: Shard,
         deadline: Option<Instant>,
-    ) -> Result<RoundSums, RunError> {
+    ) -> Result<RoundSums, Error> {
         let stop = || self.is_over(deadline);
-        let finished = |photons: u64| {
-            self.progress.paths.fetch_add(photons, Ordering::Relaxed);
-        };
+        let finished = |photons: u64| self.progress.add(photons);
         let mut sums = None;
         let mut shown = Instant::now();
         for replicate in (0..replicates).filter(|replicate| shard.holds(*replicate)) {
@@ -262,9 +176,7 @@ impl<'a> Setup<'a> {
 
     /// Says how many photons there will be.
     pub(super) fn expect(&self, photons: u64) {
-        self.progress
-            .expected_paths
-            .store(photons, Ordering::Relaxed);
+        self.progress.expect(photons);
     }
 
     fn stream(&self, purpose: u64) -> Stream {
@@ -288,56 +200,72 @@ impl<'a> Setup<'a> {
     }
 }
 
+/// A run under way: its rounds so far.
+struct Run<'a, 's> {
+    setup: &'a Setup<'s>,
+    replicates: u32,
+    rounds: Rounds,
+}
+
+impl rounds::Rounds for Run<'_, '_> {
+    fn trace(&mut self, number: u64, each: u64, deadline: Option<Instant>) -> Result<bool, Error> {
+        let setup = self.setup;
+        setup.expect(self.rounds.paths() + each * u64::from(self.replicates));
+        let sums = setup.round(number, each, self.replicates, Shard::WHOLE, deadline)?;
+        // One replicate says nothing of its own error: beside earlier rounds it is no use.
+        if sums.replicates() > 1 || self.rounds.paths() == 0 {
+            self.rounds.add(&sums, &setup.map);
+        }
+        Ok(sums.replicates() == self.replicates)
+    }
+
+    fn done(&self) -> u64 {
+        self.rounds.paths() / u64::from(self.replicates)
+    }
+
+    fn relative_error(&self) -> Option<f64> {
+        self.rounds.relative_error()
+    }
+
+    fn is_dark(&self) -> bool {
+        self.setup.light.is_empty()
+    }
+}
+
 /// Refuses settings that are out of range.
-pub(in crate::reference) fn check(settings: &PhotonSettings) -> Result<(), RunError> {
-    if settings.chains.max_depth as usize > MAX_EVENTS {
-        return refused(
-            "the depth",
-            settings.chains.max_depth.to_string(),
-            format!("0 to {MAX_EVENTS} specular events"),
-        );
+pub(in crate::reference) fn check(settings: &PhotonSettings) -> Result<(), SettingError> {
+    let depth = settings.chains.max_depth;
+    if depth as usize > MAX_EVENTS {
+        let allowed = format!("0 to {MAX_EVENTS} specular events");
+        return Err(SettingError::value(
+            "max-depth",
+            &depth.to_string(),
+            allowed,
+        ));
     }
     // 255 replicates fit the squares of the exact sums with all light in one texel.
     if !(1..=255).contains(&settings.replicates) {
-        return refused(
-            "the number of replicates",
-            settings.replicates.to_string(),
-            "1 to 255".to_owned(),
-        );
+        let replicates = settings.replicates.to_string();
+        return Err(SettingError::value("replicates", &replicates, "1 to 255"));
     }
     if settings.max_layers > 1024 {
-        return refused(
-            "the number of layers",
-            settings.max_layers.to_string(),
-            "0 to 1024".to_owned(),
-        );
+        let layers = settings.max_layers.to_string();
+        return Err(SettingError::value("layers", &layers, "0 to 1024"));
     }
     Ok(())
 }
 
 /// Refuses emitters so strong or so faint that their flux has no fixed-point scale.
-pub(in crate::reference) fn check_flux(light: &LightSpace) -> Result<(), RunError> {
+pub(in crate::reference) fn check_flux(light: &LightSpace) -> Result<(), SettingError> {
     let flux = light.flux_bound().max_channel();
-    if FixedPoint::for_total(flux).is_err() {
-        return refused(
+    match FixedPoint::for_total(flux) {
+        Ok(_) => Ok(()),
+        Err(_) => Err(SettingError::value(
             "the flux of all emitters",
-            format!("{flux:e} W"),
-            "0 and 1e-250 W to 1e250 W".to_owned(),
-        );
+            &format!("{flux:e} W"),
+            "0 and 1e-250 W to 1e250 W",
+        )),
     }
-    Ok(())
-}
-
-pub(in crate::reference) fn refused(
-    name: &'static str,
-    value: String,
-    allowed: String,
-) -> Result<(), RunError> {
-    Err(RunError::Setting {
-        name,
-        value,
-        allowed,
-    })
 }
 
 /// Streams of the pilot run and of the replicates are kept apart by these.
@@ -356,6 +284,6 @@ pub fn run(
     settings: PhotonSettings,
     budget: &Budget,
     progress: &Progress,
-) -> Result<Estimate, RunError> {
+) -> Result<Estimate, Error> {
     Setup::new(scene, sensor, settings, progress)?.run(budget)
 }

@@ -1,7 +1,5 @@
 //! What a photon run is asked to do.
 
-use std::time::Duration;
-
 use crate::numeric::StreamKind;
 use crate::transport::chain::ChainSettings;
 use crate::transport::direct::AREA_SAMPLES;
@@ -41,26 +39,8 @@ impl Default for PhotonSettings {
     }
 }
 
-/// When a run ends: at whichever limit comes first.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Budget {
-    /// Photons started, all replicates together.
-    pub photons: Option<u64>,
-    /// Time from the start of the run.
-    pub time: Option<Duration>,
-    /// Relative standard error over lit texels.
-    pub relative_error: Option<f64>,
-}
-
-impl Budget {
-    /// What a run without any limit gets: 2²⁴ photons.
-    pub const DEFAULT_PHOTONS: u64 = 1 << 24;
-
-    /// Whether all photons can be started in one round: only their number is limited.
-    pub fn is_photons_only(&self) -> bool {
-        self.time.is_none() && self.relative_error.is_none()
-    }
-}
+/// Photons of a run without any limit: 2²⁴.
+pub const DEFAULT_PHOTONS: u64 = 1 << 24;
 
 /// A part of a run: every `count`-th replicate, starting with replicate `index`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]

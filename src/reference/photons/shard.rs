@@ -10,12 +10,12 @@ use std::io::{self, BufRead, Read, Write};
 use serde::{Deserialize, Serialize};
 
 use super::finish::Rounds;
-use super::run::{RunError, Setup};
-use super::settings::{Budget, Shard};
+use super::run::Setup;
+use super::settings::{DEFAULT_PHOTONS, Shard};
 use super::sums::{LedgerSums, RoundSums};
 use crate::film::{Accumulator, AccumulatorError};
 use crate::geometry::TraversalCounters;
-use crate::reference::Estimate;
+use crate::run::{Budget, Error, Estimate, Refusal};
 
 /// The first line of a shard file, version included.
 const MAGIC: &str = "nephroid shard 1";
@@ -117,11 +117,12 @@ impl Setup<'_> {
         sensor: &str,
         budget: &Budget,
         shard: Shard,
-    ) -> Result<Option<Part>, RunError> {
-        if !budget.is_photons_only() {
-            return Err(RunError::ShardBudget);
+    ) -> Result<Option<Part>, Error> {
+        if !budget.is_work_only() {
+            let reason = "a shard needs a fixed number of photons: give --photons, and neither --time nor --error";
+            return Err(Refusal::new(reason).into());
         }
-        let photons = budget.photons.unwrap_or(Budget::DEFAULT_PHOTONS);
+        let photons = budget.work.unwrap_or(DEFAULT_PHOTONS);
         let (replicates, each) = self.division(photons);
         let mine = (0..replicates)
             .filter(|replicate| shard.holds(*replicate))

@@ -7,6 +7,7 @@ use crate::geometry::TraversalCounters;
 use crate::numeric::FixedPoint;
 use crate::radiometry::Rgb;
 use crate::reference::Target;
+use crate::run::Error;
 use crate::scene::Scene;
 use crate::transport::chain::Arrival;
 use crate::transport::flux::Flux;
@@ -28,25 +29,6 @@ pub struct RoundSums {
     pub counters: TraversalCounters,
     /// Photons of each replicate.
     pub photons: u64,
-}
-
-/// Why a round's sums are worth nothing.
-#[derive(Debug, thiserror::Error)]
-pub enum SumsError {
-    /// Some contribution is not a number that the film can hold.
-    #[error(
-        "{count} photon contributions are NaN, infinite or out of range; the first ended after \
-         {example}"
-    )]
-    NotRepresentable {
-        /// How many.
-        count: u64,
-        /// The path of one of them.
-        example: Signature,
-    },
-    /// A sum left its integer.
-    #[error(transparent)]
-    Accumulator(#[from] AccumulatorError),
 }
 
 impl RoundSums {
@@ -85,7 +67,7 @@ impl RoundSums {
         job: &Job,
         target: &Target,
         map: &LayerMap,
-    ) -> Result<bool, SumsError> {
+    ) -> Result<bool, Error> {
         if self.total.channels() == 1 {
             self.add_replicate_of::<1>(job, target, map)
         } else {
@@ -98,7 +80,7 @@ impl RoundSums {
         job: &Job,
         target: &Target,
         map: &LayerMap,
-    ) -> Result<bool, SumsError> {
+    ) -> Result<bool, Error> {
         let tasks = job.trace(self.photons, || Tally::<N> {
             scene: job.scene,
             screen: target.screen(),
@@ -117,12 +99,12 @@ impl RoundSums {
             }
             return Ok(false);
         }
-        let refused = tasks.iter().map(|task| task.recipient.refused).sum();
+        let refused: u64 = tasks.iter().map(|task| task.recipient.refused).sum();
         if let Some(bad) = tasks.iter().find(|task| task.recipient.refused > 0) {
-            return Err(SumsError::NotRepresentable {
-                count: refused,
-                example: bad.recipient.example,
-            });
+            return Err(Error::NotRepresentable(format!(
+                "{refused} photon contributions are NaN, infinite or out of range; the first ended after {}",
+                bad.recipient.example
+            )));
         }
         for task in tasks {
             self.counters += task.counters;

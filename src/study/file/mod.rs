@@ -11,8 +11,8 @@ use std::time::Duration;
 
 use toml::de::DeTable;
 
-use super::method::keys::fraction;
-use super::method::{Method, Settings};
+use crate::method::Method;
+use crate::setting::{Given, SettingError, parse_fraction};
 use table::{Node, Table, Text};
 
 /// What a study is to do, as its file says; what it does not say is left to the [plan](super::plan).
@@ -54,7 +54,7 @@ pub struct StudyMethod {
     /// The sensors that it is meant for; where there are none all that it can fill.
     pub sensors: Vec<String>,
     /// One entry a run.
-    pub settings: Vec<Settings>,
+    pub settings: Vec<Given>,
 }
 
 /// An image rendered elsewhere.
@@ -183,7 +183,7 @@ fn positive(table: &mut Table, key: &'static str) -> Result<Option<f64>, FileErr
     let number = table.take(key);
     let allowed = "numbers > 0, as a fraction (0.01) or in percent (\"1%\")";
     number
-        .map(|node| node.parsed(fraction, allowed))
+        .map(|node| node.parsed(parse_fraction, allowed))
         .transpose()
 }
 
@@ -273,7 +273,7 @@ fn max_error(table: &mut Table) -> Result<BTreeMap<String, f64>, FileError> {
     let allowed = "numbers > 0, as a fraction (0.01) or in percent (\"1%\")";
     let table = node.need_table("[max-error]")?;
     let limits = table.rest().map(|node| {
-        let limit = node.parsed(fraction, allowed)?;
+        let limit = node.parsed(parse_fraction, allowed)?;
         Ok((node.key().to_owned(), limit))
     });
     limits.collect()
@@ -284,7 +284,7 @@ impl StudyMethod {
     pub fn swept(method: &str, key: &str, values: &[&str]) -> Self {
         let settings = values
             .iter()
-            .map(|value| Settings::from([(key.to_owned(), (*value).to_owned())]));
+            .map(|value| Given::from([(key.to_owned(), (*value).to_owned())]));
         Self {
             name: method.to_owned(),
             method: method.to_owned(),
@@ -307,7 +307,7 @@ impl StudyMethod {
     /// # Errors
     ///
     /// For settings that contradict each other.
-    pub fn methods(&self) -> Result<Vec<Method>, super::method::SettingError> {
+    pub fn methods(&self) -> Result<Vec<Method>, SettingError> {
         self.settings
             .iter()
             .map(|settings| Method::new(&self.method, settings))

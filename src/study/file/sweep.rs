@@ -1,8 +1,9 @@
-//! Settings to sweep: one value, a list of values, or a range.
+//! Given to sweep: one value, a list of values, or a range.
 
 use super::table::{Node, Table};
 use super::{FileError, StudyMethod};
-use crate::study::method::{Method, Settings};
+use crate::method::Method;
+use crate::setting::Given;
 
 /// More values of one range, or more settings of one method, than anybody meant.
 const MOST: usize = 1000;
@@ -75,21 +76,21 @@ fn finite(text: &str) -> Option<f64> {
 pub fn method(mut table: Table) -> Result<StudyMethod, FileError> {
     let node = table.need("method")?;
     let method = node.scalar()?;
-    Method::new(&method, &Settings::new()).map_err(|error| node.error(error.to_string()))?;
+    Method::new(&method, &Given::new()).map_err(|error| node.error(error.to_string()))?;
     let name = table.take("name").map(|node| node.scalar()).transpose()?;
     let sensors = table.take("sensor").map(|node| match node.list()? {
         Some(list) => Ok(list),
         None => Ok(vec![node.scalar()?]),
     });
     let sensors = sensors.transpose()?.unwrap_or_default();
-    let mut products = vec![Settings::new()];
+    let mut products = vec![Given::new()];
     for node in table.rest() {
         let values = values(&node)?;
         if products.len().saturating_mul(values.len()) > MOST {
             return Err(node.error(format!("more than {MOST} runs of one method")));
         }
         for value in &values {
-            let alone = Settings::from([(node.key().to_owned(), value.clone())]);
+            let alone = Given::from([(node.key().to_owned(), value.clone())]);
             Method::new(&method, &alone).map_err(|error| node.error(error.to_string()))?;
         }
         products = products

@@ -7,7 +7,7 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::FileError;
-use crate::study::method::SettingError;
+use crate::setting::SettingError;
 
 /// Where a text is from, to say where something in it is.
 #[derive(Clone, Copy)]

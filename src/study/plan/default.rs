@@ -2,10 +2,9 @@
 
 use super::super::file::StudyMethod;
 use super::sensors::is_camera;
-use crate::approximation::{Approximation, CausticMap};
-use crate::reference::path::PathSettings;
-use crate::reference::{beams, full};
-use crate::scene::{Scene, Sensor};
+use crate::method::Method;
+use crate::scene::{Emitter, Scene, Sensor};
+use crate::setting::Given;
 
 /// The default study of a sensor.
 pub(super) struct Default {
@@ -19,7 +18,7 @@ impl Default {
         if is_camera(sensor) {
             return Self::of_camera(scene, sensor);
         }
-        if beams::is_deterministic(scene) && beams::supports(scene).is_ok() {
+        if suits_beams(scene, sensor) {
             return Self::of_beams(scene, sensor);
         }
         Self {
@@ -42,10 +41,12 @@ impl Default {
                 &["16384", "65536", "262144", "1048576", "4194304"],
             ),
         ];
-        if can_be_mapped(scene, sensor) {
-            let counts = ["128", "256", "512", "1024"];
-            methods.insert(0, StudyMethod::swept("caustic-map", "photons", &counts));
-        }
+        let all = Method::names().into_iter();
+        let techniques = all.filter_map(|name| {
+            let (key, values) = Method::new(name, &Given::new()).ok()?.sweep()?;
+            supports(name, scene, sensor).then(|| StudyMethod::swept(name, key, values))
+        });
+        methods.splice(0..0, techniques);
         Self {
             truth: StudyMethod::swept("beams", "error", &["0.05%"]),
             methods,
@@ -54,13 +55,13 @@ impl Default {
 
     /// Paths find no caustics of lights without size: one row of them shows what is missing, and more would show it again.
     fn of_camera(scene: &Scene, sensor: &Sensor) -> Self {
-        let samples: &[&str] = if beams::is_deterministic(scene) {
+        let samples: &[&str] = if is_without_size(scene) {
             &["8"]
         } else {
             &["2", "8", "32"]
         };
         let paths = StudyMethod::swept("path", "spp", samples);
-        if full::Plan::new(scene, sensor, &PathSettings::default()).is_err() {
+        if !supports("full", scene, sensor) {
             return Self {
                 truth: StudyMethod::swept("path", "spp", &["1024"]),
                 methods: vec![paths],
@@ -83,11 +84,21 @@ impl Default {
 /// randomized quasi–Monte Carlo for discontinuous functions"), here N^(−4/7): 64 times are 10.8 times less, and a tenth resolves a row.
 const LAMP_SAMPLES: &str = "8192";
 
-/// Whether caustic maps can be made of a scene: a very small one is.
-fn can_be_mapped(scene: &Scene, sensor: &Sensor) -> bool {
-    let mut small = CausticMap::default();
-    small.settings.photons = 4;
-    small.settings.map = 4;
-    small.settings.samples = 1;
-    small.run(scene, sensor).is_ok()
+/// True if a method with its default settings supports a sensor.
+fn supports(name: &str, scene: &Scene, sensor: &Sensor) -> bool {
+    let method = Method::new(name, &Given::new());
+    method.is_ok_and(|method| method.supports(scene, sensor).is_ok())
+}
+
+/// True if beams can follow all light of a scene and draw nothing at random.
+fn suits_beams(scene: &Scene, sensor: &Sensor) -> bool {
+    Method::choose(scene, sensor).is_ok_and(|choice| choice.method.name() == "beams")
+}
+
+/// True if no light of a scene shines from a surface.
+fn is_without_size(scene: &Scene) -> bool {
+    let is_lamp = |emitter: &Emitter| {
+        matches!(emitter, Emitter::Area { .. }) && !emitter.strength().is_black()
+    };
+    !scene.emitters().iter().any(is_lamp)
 }

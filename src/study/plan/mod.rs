@@ -8,10 +8,9 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use super::file::{Candidate, StudyFile, StudyMethod};
-use super::method::{Method, SettingError, Settings};
-use crate::approximation::Stage;
-use crate::reference::beams;
+use crate::method::{Method, StageSetting};
 use crate::scene::{Scene, Sensor};
+use crate::setting::{Given, SettingError};
 use default::Default;
 use sensors::is_camera;
 
@@ -64,7 +63,7 @@ pub struct StageRuns {
 #[derive(Clone, Debug, PartialEq)]
 pub struct StageRun {
     /// The stage, as it is set.
-    pub stage: Stage,
+    pub stage: StageSetting,
     /// With this stage exact, all others as they are set.
     pub alone: Run,
     /// With this stage and all before it exact.
@@ -79,7 +78,7 @@ pub struct Run {
     /// The method with all its settings.
     pub method: Method,
     /// The settings that are not the method's defaults, as text.
-    pub given: Settings,
+    pub given: Given,
 }
 
 /// Why there is no plan.
@@ -198,10 +197,13 @@ impl SensorPlan {
         if file.is_default || is_empty {
             methods.extend(default.methods);
         }
-        let draws_lots = |method: &str| method != "beams" || !beams::is_deterministic(scene);
+        let takes_seed = |name: &str| {
+            let seeded = Given::from([("seed".to_owned(), "1".to_owned())]);
+            Method::new(name, &seeded).is_ok_and(|method| method.ignored(scene).is_none())
+        };
         let seeded = |method: &StudyMethod, seed: u64| {
             let mut method = method.clone();
-            if seed != 0 && draws_lots(&method.method) {
+            if seed != 0 && takes_seed(&method.method) {
                 for settings in &mut method.settings {
                     settings
                         .entry("seed".to_owned())
@@ -313,7 +315,7 @@ fn stage_runs(method: &StudyMethod) -> Result<Option<StageRuns>, SettingError> {
             .iter()
             .all(|one| one.get(key) == Some(value))
     });
-    let run = |given: Settings| -> Result<Run, SettingError> {
+    let run = |given: Given| -> Result<Run, SettingError> {
         Ok(Run {
             name: method.name.clone(),
             method: Method::new(&method.method, &given)?,

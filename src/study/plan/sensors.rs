@@ -3,9 +3,10 @@
 use std::collections::BTreeMap;
 
 use super::super::file::{Candidate, StudyFile, StudyMethod};
-use super::super::method::{Method, SettingError};
 use super::PlanError;
+use crate::method::Method;
 use crate::scene::{Scene, Sensor, SensorKind};
+use crate::setting::SettingError;
 
 /// Whether a sensor measures radiance.
 pub(super) fn is_camera(sensor: &Sensor) -> bool {

@@ -169,8 +169,8 @@ impl Film {
     }
 }
 
-fn quantity(image: &Image) -> crate::reference::Quantity {
-    use crate::reference::Quantity::{Irradiance, Radiance};
+fn quantity(image: &Image) -> crate::run::Quantity {
+    use crate::run::Quantity::{Irradiance, Radiance};
     if image.metadata("quantity") == Some(Radiance.name()) {
         Radiance
     } else {

@@ -5,10 +5,11 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use super::super::curve::Order;
-use super::super::method::{Facts, Settings};
+use super::super::facts::Facts;
 use crate::metric;
-use crate::reference::Quantity;
+use crate::run::Quantity;
 use crate::scene::Requirement;
+use crate::setting::Given;
 
 /// All that a study found, timings apart. Relative numbers are fractions.
 #[derive(Clone, Debug, Serialize)]
@@ -84,7 +85,7 @@ pub struct TruthFigures {
     /// The method's name.
     pub method: String,
     /// Settings that are not defaults.
-    pub settings: Settings,
+    pub settings: Given,
     /// The method's name with these, but for its seed.
     pub label: String,
     /// The film, beside the report.
@@ -105,7 +106,7 @@ pub struct Row {
     /// The method's name; `None` of a candidate.
     pub method: Option<String>,
     /// Settings that are not defaults.
-    pub settings: Settings,
+    pub settings: Given,
     /// The film, beside the report.
     pub file: String,
     /// The command that makes the film; `None` of a candidate.

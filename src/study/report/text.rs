@@ -6,7 +6,7 @@ use super::figures::{
     GateVerdict, Report, Row, SensorFigures, SensorTimings, Timing, Timings, TruthFigures,
 };
 use crate::metric::Comparison;
-use crate::reference::Quantity;
+use crate::run::Quantity;
 
 /// A line a row; numbers as in the JSON, empty where there is none.
 pub fn csv(report: &Report, timings: &Timings) -> String {

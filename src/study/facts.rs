@@ -1,27 +1,27 @@
-//! What a method delivers to a study.
+//! Films of a study, and the facts known of them.
 
 use serde::{Deserialize, Serialize};
 
 use crate::film::Image;
 use crate::radiometry::Rgb;
-use crate::reference::{Estimate, Layer, LayerName, Quantity};
+use crate::run::{Counter, Estimate, Layer, LayerName, Light, Quantity, Rendering};
 use crate::transport::signature::Signature;
 
-/// A film and what there is to know of it.
+/// A film of a study, with everything that is known of it.
 #[derive(Clone, Debug)]
 pub struct Product {
     /// The layers as channels, as [`Source`](crate::metric::Source) reads them.
     pub image: Image,
-    /// What is measured.
+    /// The quantity that is measured.
     pub quantity: Quantity,
-    /// What the film took by the method's own clock, where it leaves out preparations that a frame does not repeat \[s\]; else
+    /// Time \[s\] of the film by the method's own clock, if it leaves out preparations that a frame does not repeat; otherwise
     /// the whole run counts.
     pub seconds: Option<f64>,
-    /// All else.
+    /// Everything else.
     pub facts: Facts,
 }
 
-/// What there is to know of a film beside its texels, timings apart: the same on every machine.
+/// Facts known of a film beside its texels, timings apart: the same on every machine.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Facts {
     /// The layer that the method is judged by: all light, or the only light that it models.
@@ -40,15 +40,6 @@ pub struct Facts {
     pub complete: bool,
     /// What is odd about the scene or the run.
     pub warnings: Vec<String>,
-}
-
-/// Work of one kind.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Counter {
-    /// What was counted.
-    pub name: String,
-    /// How often.
-    pub count: u64,
 }
 
 /// Root mean square over all texels of one (likely) standard error, in the film's unit, by part of the light.
@@ -91,72 +82,49 @@ pub struct LedgerRow {
 }
 
 impl Product {
-    /// A reference's estimate, with its warnings.
-    pub fn of_estimate(
-        estimate: &Estimate,
-        replicates: Option<u32>,
-        started: &str,
-        warnings: Vec<String>,
-    ) -> Self {
-        let counter = |name: &str, count| Counter {
-            name: name.to_owned(),
-            count,
+    /// The result of a run. A method that models only a part of the light is judged by that part, and all its light is that layer's.
+    pub fn of(rendering: &Rendering) -> Self {
+        let estimate = &rendering.estimate;
+        let is_all = rendering.light == Light::All;
+        let judged = match estimate.layers.first() {
+            Some(layer) if !is_all => layer.name.to_string(),
+            _ => estimate.quantity.symbol().to_owned(),
         };
-        let counters = &estimate.counters;
         Self {
-            image: estimate.channels(),
+            image: if is_all {
+                estimate.channels()
+            } else {
+                of_layer(estimate, &judged)
+            },
             quantity: estimate.quantity,
-            seconds: None,
+            seconds: rendering.frame_time.map(|time| time.as_secs_f64()),
             facts: Facts {
-                judged: estimate.quantity.symbol().to_owned(),
-                replicates,
-                counters: vec![
-                    counter("rays", counters.rays),
-                    counter("node visits", counters.node_visits),
-                    counter("primitive tests", counters.primitive_tests),
-                    counter(started, estimate.paths),
-                ],
+                judged,
+                replicates: rendering.replicates,
+                counters: rendering.counters.clone(),
                 own_error: estimate.relative_error,
-                spread: Spread::of(estimate),
-                ledger: LedgerTable::of(estimate),
+                spread: if is_all {
+                    Spread::of(estimate)
+                } else {
+                    Spread::default()
+                },
+                ledger: LedgerTable::of(estimate).filter(|_| is_all),
                 complete: !estimate.incomplete,
-                warnings,
+                warnings: rendering.warnings.clone(),
             },
         }
     }
 }
 
-impl Product {
-    /// A film of a method that models one layer of the light alone, which it is judged by: all its light is that layer's. Its
-    /// texels are row by row, in the unit of `quantity`.
-    pub fn of_layer(
-        size: [usize; 2],
-        quantity: Quantity,
-        layer: &str,
-        values: &[Rgb],
-        counters: Vec<Counter>,
-    ) -> Self {
-        let mut image = Image::new(size[0], size[1]);
-        let triples: Vec<[f64; 3]> = values.iter().map(|value| value.0).collect();
-        for name in [quantity.symbol(), layer] {
-            image.add_rgb(name, &triples);
-        }
-        Self {
-            image,
-            quantity,
-            seconds: None,
-            facts: Facts {
-                judged: layer.to_owned(),
-                replicates: None,
-                counters,
-                own_error: None,
-                spread: Spread::default(),
-                ledger: None,
-                complete: true,
-                warnings: Vec::new(),
-            },
-        }
+/// A film of one layer, of whose error nothing is known.
+fn of_layer(estimate: &Estimate, layer: &str) -> Image {
+    let mut image = Image::new(estimate.width, estimate.height);
+    let values = estimate.total.values.iter();
+    let triples: Vec<[f64; 3]> = values.map(|value| value.0).collect();
+    for name in [estimate.quantity.symbol(), layer] {
+        image.add_rgb(name, &triples);
     }
+    image
 }
 
 impl Spread {
@@ -167,10 +135,10 @@ impl Spread {
             .layers
             .iter()
             .find(|layer| layer.name == LayerName::Path(Signature::DIRECT));
-        let texels = estimate.total.irradiance.len() as f64;
+        let texels = estimate.total.values.len() as f64;
         let (mut lit, mut sum) = (0.0, 0.0);
-        for (texel, total) in estimate.total.irradiance.iter().enumerate() {
-            let own = direct.map_or(Rgb::BLACK, |layer| layer.irradiance[texel]);
+        for (texel, total) in estimate.total.values.iter().enumerate() {
+            let own = direct.map_or(Rgb::BLACK, |layer| layer.values[texel]);
             let specular = (*total - own).mean();
             if specular > 0.0 {
                 lit += 1.0;
@@ -246,12 +214,35 @@ impl LedgerTable {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::TraversalCounters;
     use crate::metric::{Settings, Source, compare};
+    use crate::transport::ledger::Ledger;
 
     #[test]
     fn a_film_of_one_layer_is_compared_by_that_layer() {
-        let values = [Rgb::grey(1.0), Rgb::grey(3.0)];
-        let product = Product::of_layer([2, 1], Quantity::Irradiance, "LTTD", &values, Vec::new());
+        let signature: Signature = "LTTD".parse().unwrap();
+        let values = vec![Rgb::grey(1.0), Rgb::grey(3.0)];
+        let layer = |name| Layer {
+            values: values.clone(),
+            ..Layer::dark(name, 2)
+        };
+        let estimate = Estimate {
+            quantity: Quantity::Irradiance,
+            width: 2,
+            height: 1,
+            total: layer(LayerName::Total),
+            layers: vec![layer(LayerName::Path(signature))],
+            counts: vec![0; 2],
+            ledger: Ledger::default(),
+            paths: 0,
+            counters: TraversalCounters::default(),
+            relative_error: None,
+            incomplete: false,
+        };
+        let product = Product::of(&Rendering {
+            light: Light::Path(signature),
+            ..Rendering::new(estimate)
+        });
         assert_eq!(product.facts.judged, "LTTD");
         // The truth has direct light, too, which the method does not model.
         let mut truth = Image::new(2, 1);

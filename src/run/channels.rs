@@ -20,7 +20,7 @@ impl Estimate {
 fn add_layer(image: &mut Image, layer: &Layer, quantity: Quantity) {
     let triples = |values: &[Rgb]| values.iter().map(|value| value.0).collect::<Vec<_>>();
     let name = layer.name.of(quantity);
-    image.add_rgb(&name, &triples(&layer.irradiance));
+    image.add_rgb(&name, &triples(&layer.values));
     if let Some(interval) = &layer.interval {
         let mut add = |end: &str, values: &[Rgb], rounding| {
             image.add_rgb_rounded(&format!("{name}.{end}"), &triples(values), rounding);

@@ -1,29 +1,29 @@
-//! Estimates of disjoint light, added.
+//! Sums of estimates of disjoint light.
 //!
-//! No method finds all light well. Light paths are divided by what they meet (L light, S mirror or
-//! glass, D anything else, E camera) and each part is left to one method:
+//! No method finds all light well. Light paths are divided by the surfaces they meet (L light, S mirror or
+//! glass, D any other surface, E camera), and each part is left to one method:
 //!
 //! | paths | found by |
 //! |---|---|
-//! | L S+ D E | [photons](super::photons), connected to the camera |
-//! | L S+ D S+ E | [photon maps](super::photon_map) that leave out what is [seen directly](super::photon_map::Seen) |
+//! | L S+ D E | photons or beams, connected to the camera |
+//! | L S+ D S+ E | photon maps, without light that is seen directly |
 //! | the rest | paths from the camera |
 //!
-//! What is added here must have no light in common: a layer that is in both is refused.
+//! Parts must have no light in common: a layer that both have is refused.
 
 use super::{Estimate, Interval, Layer, LayerName, Quantity};
 use crate::numeric::distributions::critical_value;
 use crate::transport::ledger::Ledger;
 
-/// Why estimates cannot be added.
+/// The reason for which estimates cannot be added.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum CombineError {
-    /// They are of other things.
+    /// They differ in quantity or size.
     #[error("estimates of {left:?} and of {right:?} cannot be added")]
     Kind {
         /// Quantity, columns and rows of the one.
         left: (Quantity, usize, usize),
-        /// Of the other.
+        /// Those of the other.
         right: (Quantity, usize, usize),
     },
     /// The sum would have bounds of a part of its light.
@@ -98,7 +98,7 @@ impl Estimate {
         let widths = critical_value(confidence, f64::from(replicates) - 1.0);
         for layer in self.layers.iter_mut().chain([&mut self.total]) {
             let bound = |sign: f64| {
-                let values = layer.irradiance.iter().zip(&layer.standard_error);
+                let values = layer.values.iter().zip(&layer.standard_error);
                 let bounds = values.map(|(value, error)| *value + *error * (sign * widths));
                 // No light is less than none; what is unknown stays so.
                 bounds

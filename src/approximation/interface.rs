@@ -2,12 +2,24 @@
 
 use glam::DVec3;
 
-use super::settings::Fresnel;
 use crate::geometry::{Hit, SurfacePoint};
 use crate::optics::{RayDerivative, dielectric_reflectance};
 use crate::radiometry::Rgb;
 use crate::scene::{Material, Scene};
+use crate::setting::words::words;
 use crate::transport::scatter::{Bending, Meeting, ShadingNormals, Way};
+
+words! {
+    /// The share of light that interfaces let through.
+    Fresnel {
+        /// All of it
+        None = "none",
+        /// Schlick's approximation
+        Schlick = "schlick",
+        /// Fresnel's equations
+        Exact = "exact",
+    }
+}
 
 /// A photon's way through one interface.
 pub struct Crossing {

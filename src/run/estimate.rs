@@ -75,13 +75,13 @@ pub struct Estimate {
     pub incomplete: bool,
 }
 
-/// Irradiance (to a camera: radiance) of one kind of light.
+/// A map of one kind of light, in its estimate's quantity: irradiance, or radiance towards a camera.
 #[derive(Clone, Debug)]
 pub struct Layer {
     /// Which kind.
     pub name: LayerName,
     /// Texel averages in the estimate's unit, row by row; NaN where nothing is known.
-    pub irradiance: Vec<Rgb>,
+    pub values: Vec<Rgb>,
     /// One standard error of each: the scatter of random methods, zero for deterministic
     /// ones; NaN where there is no estimate of it.
     pub standard_error: Vec<Rgb>,
@@ -118,10 +118,21 @@ pub enum LayerName {
     Path(Signature),
     /// The paths of one signature whose diffuse surface the camera sees by way of mirrors or glass: `LTTDSE`, ...
     Seen(Signature),
+    /// All light by way of mirrors and glass: `specular`.
+    Specular,
     /// All signatures that have no layer of their own: `other`.
     Other,
     /// One class of paths from a camera: `direct`, `indirect`, ...
     Class(PathClass),
+}
+
+impl Estimate {
+    /// True if light by way of mirrors and glass was looked for and none was found.
+    pub(crate) fn is_without_caustics(&self) -> bool {
+        let direct = LayerName::Path(Signature::DIRECT);
+        let mut specular = self.layers.iter().filter(|layer| layer.name != direct);
+        !self.incomplete && specular.all(|layer| layer.range().max == 0.0)
+    }
 }
 
 impl LayerName {
@@ -140,6 +151,7 @@ impl fmt::Display for LayerName {
             Self::Total => formatter.pad("E"),
             Self::Path(signature) => signature.fmt(formatter),
             Self::Seen(signature) => formatter.pad(&format!("{signature}SE")),
+            Self::Specular => formatter.pad("specular"),
             Self::Other => formatter.pad("other"),
             Self::Class(class) => class.fmt(formatter),
         }
@@ -151,7 +163,7 @@ impl Layer {
     pub fn dark(name: LayerName, texels: usize) -> Self {
         Self {
             name,
-            irradiance: vec![Rgb::BLACK; texels],
+            values: vec![Rgb::BLACK; texels],
             standard_error: vec![Rgb::BLACK; texels],
             interval: None,
         }
@@ -170,7 +182,7 @@ impl Layer {
 
     /// Adds another layer: bounds add up; standard errors by squares, as those of independent runs.
     pub fn add(&mut self, other: &Self) {
-        for (sum, value) in self.irradiance.iter_mut().zip(&other.irradiance) {
+        for (sum, value) in self.values.iter_mut().zip(&other.values) {
             *sum += *value;
         }
         for (sum, value) in self.standard_error.iter_mut().zip(&other.standard_error) {
@@ -190,7 +202,7 @@ impl Layer {
     /// which deterministic methods have none of, stay.
     pub fn make_unknown(&mut self) {
         let nothing = Rgb::grey(f64::NAN);
-        self.irradiance.fill(nothing);
+        self.values.fill(nothing);
         if let Some(interval) = &mut self.interval {
             interval.low.fill(nothing);
             interval.high.fill(nothing);
@@ -201,7 +213,7 @@ impl Layer {
 
     /// Whether nothing is known of some texel.
     pub fn is_unknown(&self) -> bool {
-        self.irradiance.iter().any(|value| value.mean().is_nan())
+        self.values.iter().any(|value| value.mean().is_nan())
     }
 
     /// Smallest, mean and largest value over all texels, channels averaged; NaN where nothing is
@@ -219,13 +231,13 @@ impl Layer {
             mean: 0.0,
             max: f64::NEG_INFINITY,
         };
-        for value in &self.irradiance {
+        for value in &self.values {
             let value = value.mean();
             range.min = range.min.min(value);
             range.max = range.max.max(value);
             range.mean += value;
         }
-        range.mean /= self.irradiance.len() as f64;
+        range.mean /= self.values.len() as f64;
         range
     }
 
@@ -237,10 +249,10 @@ impl Layer {
                 .iter()
                 .zip(high)
                 .map(|(low, high)| 0.5 * (*high - *low).mean());
-            return relative_error(self.irradiance.iter().map(|value| value.mean()).zip(bars));
+            return relative_error(self.values.iter().map(|value| value.mean()).zip(bars));
         }
         relative_error(
-            self.irradiance
+            self.values
                 .iter()
                 .zip(&self.standard_error)
                 .map(|(value, error)| (value.mean(), error.mean())),

@@ -1,0 +1,48 @@
+//! Lights without size, from which a technique renders its pictures, and the surfaces that show irradiance.
+
+use crate::geometry::Bounds;
+use crate::run::Refusal;
+use crate::scene::{Emitter, Material, Scene};
+use crate::transport::first_surface::Source;
+
+/// The lights of a scene, which must all be points or directions; `technique` names the technique in the plural.
+///
+/// # Errors
+///
+/// If an emitter has a size, or none shines.
+pub fn sources(scene: &Scene, technique: &str) -> Result<Vec<Source>, Refusal> {
+    let refused = scene
+        .emitters()
+        .iter()
+        .find(|emitter| !emitter.is_delta() && !emitter.strength().is_black());
+    if let Some(plugin) = refused.map(Emitter::plugin) {
+        return Err(Refusal::new(format!(
+            "an emitter is of plugin {plugin}: {technique} are rendered from one point or direction; emitters of \
+             plugin point, spot and directional are allowed"
+        )));
+    }
+    let sources = Source::all(scene);
+    if sources.is_empty() {
+        return Err(Refusal::new(format!(
+            "no emitter shines: {technique} are rendered from one of plugin point, spot or directional"
+        )));
+    }
+    Ok(sources)
+}
+
+/// A bound on the flux \[W\] that falls on a box.
+pub fn flux_bound(source: &Source, bounds: &Bounds) -> f64 {
+    let strength = source.strength().max_channel();
+    match source {
+        Source::Parallel { .. } => strength * 4.0 * bounds.radius().powi(2),
+        _ => strength * 4.0 * std::f64::consts::PI,
+    }
+}
+
+/// True if a camera sees irradiance on the material.
+pub fn is_diffuse(scene: &Scene, material: &Material) -> bool {
+    matches!(material, Material::Diffuse { .. })
+        || material
+            .nested()
+            .any(|id| is_diffuse(scene, scene.material(id)))
+}

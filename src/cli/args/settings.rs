@@ -1,0 +1,57 @@
+//! Settings of methods as flags: made from the table of methods.
+
+use std::collections::BTreeMap;
+
+use clap::{Arg, ArgMatches, Command, Error, FromArgMatches};
+
+use crate::method::table::flags;
+use crate::setting::Kind;
+
+/// Settings of references, a flag each. Which of them a method has is for the method to say.
+#[derive(Clone, Debug, Default)]
+pub struct SettingArgs {
+    /// Values by key, as typed.
+    pub given: BTreeMap<String, String>,
+}
+
+impl clap::Args for SettingArgs {
+    fn augment_args(command: Command) -> Command {
+        flags().into_iter().fold(command, |command, flag| {
+            let kind = flag.rows.first().map_or(Kind::Flag, |(_, row)| row.kind);
+            let argument = Arg::new(flag.key)
+                .long(flag.key)
+                .value_name(kind.placeholder())
+                .help(flag.help())
+                .help_heading("Settings of methods");
+            command.arg(match kind {
+                // With an equals sign, so that what follows is never taken for the value.
+                Kind::Flag => argument
+                    .num_args(0..=1)
+                    .require_equals(true)
+                    .default_missing_value("true"),
+                _ => argument.allow_hyphen_values(true),
+            })
+        })
+    }
+
+    fn augment_args_for_update(command: Command) -> Command {
+        Self::augment_args(command)
+    }
+}
+
+impl FromArgMatches for SettingArgs {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, Error> {
+        let mut given = BTreeMap::new();
+        for flag in flags() {
+            if let Some(value) = matches.get_one::<String>(flag.key) {
+                given.insert(flag.key.to_owned(), value.clone());
+            }
+        }
+        Ok(Self { given })
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), Error> {
+        *self = Self::from_arg_matches(matches)?;
+        Ok(())
+    }
+}

@@ -1,0 +1,36 @@
+//! `nephroid methods`: all methods, or the settings of one.
+
+use super::Outcome;
+use super::args::MethodsArgs;
+use crate::method::{Method, table};
+use crate::setting::Given;
+
+/// Runs the command.
+///
+/// # Errors
+///
+/// For a name that is no method's.
+pub fn methods(args: &MethodsArgs) -> anyhow::Result<Outcome> {
+    let Some(name) = &args.name else {
+        for (name, meaning) in table::summary() {
+            say!("{name:<14} {meaning}");
+        }
+        return Ok(Outcome::Complete);
+    };
+    let method = Method::new(name, &Given::new())?;
+    say!("{name}: {}\n", method.meaning());
+    for row in table::rows(name) {
+        let unit = if row.unit.is_empty() {
+            String::new()
+        } else {
+            format!(" [{}]", row.unit)
+        };
+        say!("  {}{unit}: {}", row.key, row.meaning);
+        say!(
+            "      {}; default: {}",
+            row.kind.allowed(),
+            row.default.text()
+        );
+    }
+    Ok(Outcome::Complete)
+}

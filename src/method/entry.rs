@@ -1,0 +1,89 @@
+//! An entry of the table of methods: a reference or a technique.
+
+use super::reference::{Job, Reference};
+use super::references::REFERENCES;
+use super::technique;
+use crate::approximation::{Stage, TECHNIQUES, Technique};
+use crate::run::{Cost, Error, Refusal, Rendering};
+use crate::scene::{Scene, Sensor};
+use crate::setting::{Setting, SettingError, Values};
+
+/// A reference or a technique.
+#[derive(Clone, Copy)]
+pub(super) enum Entry {
+    Reference(&'static dyn Reference),
+    Technique(&'static dyn Technique),
+}
+
+impl Entry {
+    /// All entries, references first.
+    pub fn all() -> impl Iterator<Item = Self> {
+        let references = REFERENCES.iter().map(|one| Self::Reference(*one));
+        references.chain(TECHNIQUES.iter().map(|one| Self::Technique(*one)))
+    }
+
+    /// The entry of a name.
+    pub fn of(name: &str) -> Result<Self, SettingError> {
+        let names = || Self::all().map(|entry| entry.name());
+        Self::all()
+            .find(|entry| entry.name() == name)
+            .ok_or_else(|| SettingError::unknown("method", name, names()))
+    }
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Reference(one) => one.name(),
+            Self::Technique(one) => one.name(),
+        }
+    }
+
+    pub fn meaning(self) -> &'static str {
+        match self {
+            Self::Reference(one) => one.meaning(),
+            Self::Technique(one) => one.meaning(),
+        }
+    }
+
+    /// Limits and settings.
+    pub fn table(self) -> Vec<&'static Setting> {
+        match self {
+            Self::Reference(one) => one.limits().iter().chain(one.settings()).collect(),
+            Self::Technique(one) => one.settings().iter().collect(),
+        }
+    }
+
+    pub fn work_key(self) -> Option<&'static str> {
+        match self {
+            Self::Reference(one) => one.work_key(),
+            Self::Technique(_) => None,
+        }
+    }
+
+    pub fn stages(self) -> &'static [Stage] {
+        match self {
+            Self::Reference(_) => &[],
+            Self::Technique(one) => one.stages(),
+        }
+    }
+
+    pub fn supports(self, scene: &Scene, sensor: &Sensor, values: &Values) -> Result<(), Refusal> {
+        match self {
+            Self::Reference(one) => one.supports(scene, sensor, values),
+            Self::Technique(one) => one.supports(scene, sensor, values),
+        }
+    }
+
+    pub fn cost(self, scene: &Scene, sensor: &Sensor, values: &Values) -> Cost {
+        match self {
+            Self::Reference(one) => one.cost(scene, sensor, values),
+            Self::Technique(one) => one.cost(scene, sensor, values),
+        }
+    }
+
+    pub fn run(self, job: &Job) -> Result<Rendering, Error> {
+        match self {
+            Self::Reference(one) => one.run(job),
+            Self::Technique(one) => technique::run(one, job),
+        }
+    }
+}

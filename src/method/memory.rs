@@ -1,0 +1,130 @@
+//! Memory of films, texel by texel, before anything is traced.
+//!
+//! Each function says the bytes that a texel takes when a run takes most, files and all; scene and program come on top.
+
+use crate::scene::{Scene, Sensor, SensorKind, is_achromatic};
+use crate::transport::path_class::PathClass;
+
+/// Three `f64`.
+const TRIPLE: u64 = 24;
+/// Value and variance, or irradiance and standard error: two triples.
+const PAIR: u64 = 2 * TRIPLE;
+
+/// Texels or pixels of a sensor's film.
+pub(super) fn texels(sensor: &Sensor) -> u64 {
+    u64::from(sensor.film.crop.width) * u64::from(sensor.film.crop.height)
+}
+
+/// Bytes of a sensor's film, from those of a texel.
+pub(super) fn film(sensor: &Sensor, bytes_a_texel: u64) -> u64 {
+    texels(sensor).saturating_mul(bytes_a_texel)
+}
+
+/// True if a sensor sees surfaces from afar, rather than measuring on one.
+pub(super) fn is_camera(sensor: &Sensor) -> bool {
+    !matches!(sensor.kind, SensorKind::IrradianceMeter { .. })
+}
+
+/// Channels that light has on a sensor: 1 if all is grey. A camera may see coloured surfaces.
+pub(super) fn channels(scene: &Scene, sensor: &Sensor) -> u64 {
+    if is_achromatic(scene) && !is_camera(sensor) {
+        1
+    } else {
+        3
+    }
+}
+
+/// Photons, with at most `max_layers` layers of one path signature.
+pub(super) fn photons(channels: u64, max_layers: u64) -> u64 {
+    // The layers with a signature, the one for the others, and their total.
+    let films = max_layers + 2;
+    // While photons fly: exact sums (see `Accumulator`), counts, direct light; combined rounds.
+    let rounds = films * PAIR;
+    let tracing = films * 40 * channels + 8 + PAIR + rounds;
+    // Then all layers, `LD` too, with rounds still there, ...
+    let estimate = (films + 1) * PAIR + 8;
+    // ... and as `f32`: in the image, in the encoder, and in the file's bytes.
+    let files = 3 * ((films + 1) * PAIR / 2 + 4);
+    tracing.max(rounds + PAIR + estimate).max(estimate + files)
+}
+
+/// Photon maps: each layer twice, for the two radii, and perhaps seen in two ways; the bias.
+pub(super) fn photon_maps(max_layers: u64) -> u64 {
+    4 * photons(3, max_layers)
+}
+
+/// Beams, with at most `max_layers` layers of one path signature.
+pub(super) fn beams(channels: u64, max_layers: u64) -> u64 {
+    /// Mean, deviations and bar; two variances (see `Average`).
+    const AVERAGE: u64 = 3 * TRIPLE + 2 * 8;
+    /// Flux and bar; a variance (see `Sums`).
+    const SUMS: u64 = 2 * TRIPLE + 8;
+    /// Value, standard error and bounds.
+    const LAYER: u64 = 4 * TRIPLE;
+    // The layers with a signature, the one for the others, and their total.
+    let layers = max_layers + 2;
+    // One signature's exact sums (three kinds by channel) and uncertain flux (channels and spread), see `BeamFilm`;
+    // read as `Texel`s, from which `BoundedFlux` comes and then its `Sums`.
+    let film = 8 * (3 * channels) + 8 * (channels + 1);
+    let bounded = 8 * (2 * channels + 1);
+    let reading = bounded + SUMS.max(8 * (4 * channels + 1));
+    // The pass before stays until the one under way is done: averages twice. Sums of all signatures, and of
+    // those without a layer; direct light.
+    let tracing = 2 * layers * AVERAGE + 2 * SUMS + film + reading + PAIR;
+    // Then all layers, `LD` too, beside the last pass, ...
+    let estimate = (layers + 2) * LAYER + 8;
+    let finishing = layers * AVERAGE + PAIR + estimate;
+    // ... and as `f32`: in the image, in the encoder, and in the file's bytes.
+    let files = 3 * (layers + 1) * LAYER / 2;
+    tracing.max(finishing).max(estimate + files)
+}
+
+/// Paths: all classes lit.
+pub(super) fn path() -> u64 {
+    const CLASSES: u64 = PathClass::ALL.len() as u64;
+    // A replicate's sums: three channels a class, and weights. Tiles come on top, a few at a time.
+    let image = CLASSES * TRIPLE + 8;
+    // A round's moments of each class and of their sum, and of the weights; rounds combined.
+    let tracing = image + (CLASSES + 1) * (3 * TRIPLE + PAIR) + 2 * 8;
+    let estimate = (CLASSES + 1) * PAIR + 8;
+    let finishing = (CLASSES + 1) * PAIR + estimate;
+    let files = 3 * (CLASSES + 1) * PAIR / 2;
+    tracing.max(finishing).max(estimate + files)
+}
+
+/// All methods, one after the other, beside what was measured before, and in the end files.
+pub(super) fn full() -> u64 {
+    // Each class and their sum: value, standard error and bounds.
+    const LAYERS: u64 = (PathClass::ALL.len() as u64 + 1) * 4 * TRIPLE;
+    // Of two runs of photon maps: the bias and its standard error.
+    let reports = 2 * PAIR;
+    let largest = path().max(beams(3, 0)).max(photon_maps(0));
+    LAYERS + reports + largest.max(3 * LAYERS / 2)
+}
+
+/// Layers with bounds, computed in place: `layers` of them with their sum, and files.
+pub(super) fn bounded_layers(layers: u64) -> u64 {
+    const LAYER: u64 = 4 * TRIPLE;
+    (layers + 1) * (LAYER + 3 * LAYER / 2)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sums_alone_take_less_than_is_said() {
+        // 40 bytes a texel and channel in each of the ten films of eight layers.
+        assert!(photons(3, 8) > 10 * 120);
+        assert!(photons(1, 8) > 10 * 40);
+    }
+
+    #[test]
+    fn beams_take_two_passes_averages_and_a_film() {
+        // 88 bytes a texel in each of the ten averages, of two passes; 12 and 4 integers.
+        assert!(beams(3, 8) > 2 * 10 * 88 + 8 * (9 + 4));
+        assert!(beams(1, 8) > 2 * 10 * 88 + 8 * (3 + 2));
+        // The memory of photons is no measure of it.
+        assert!(beams(1, 8) > 3 * photons(1, 8) / 2);
+    }
+}

@@ -1,0 +1,343 @@
+//! Methods: one door to every way of filling a sensor.
+//!
+//! A [`Method`] is a name with settings. Its settings are rows of one table, which serves flags, `--set`, `study.toml`,
+//! help, documents and errors. It says whether it [supports](Method::supports) a scene, what a run [costs](Method::cost),
+//! and [runs](Method::run) within a [`Budget`].
+//!
+//! | file | content |
+//! |---|---|
+//! | [`mod@choose`] | the method that a scene allows best |
+//! | [`table`] | all methods with their settings, for help and flags |
+//! | `references/` | beams, photons, ...: one file each, of `reference.rs`' interface |
+//! | `technique.rs` | any technique of [`approximation`](crate::approximation) |
+//! | `rows.rs` | rows that several tables share |
+//! | `memory.rs` | bytes of films |
+//! | `warnings.rs` | the one place for warnings |
+//!
+//! A new reference is a file in `references/` and a line in its list; a new technique is registered in
+//! [`TECHNIQUES`](crate::approximation::TECHNIQUES) and needs nothing here.
+
+pub mod choose;
+mod entry;
+mod memory;
+mod reference;
+mod references;
+mod rows;
+pub mod shards;
+pub mod table;
+mod technique;
+mod warnings;
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use crate::run::{Budget, Context, Cost, Counter, Error, Refusal, Rendering};
+use crate::scene::{Scene, Sensor};
+use crate::setting::{SettingError, Values};
+
+pub use choose::Choice;
+use entry::Entry;
+use reference::Job;
+
+/// A method with its settings.
+///
+/// # Example: measure a scene by the method that suits it
+///
+/// ```
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// use nephroid::{Budget, Context, Method};
+///
+/// let scene = nephroid::load("scenes/glass-ball.xml".as_ref(), &[("size", "16")])?;
+/// let sensor = &scene.sensors()[0];
+/// let choice = Method::choose(&scene, sensor)?;
+/// assert_eq!(choice.method.name(), "beams");
+/// let rendering = choice.method.run(&scene, sensor, &Budget::error(0.1), &Context::default())?;
+/// assert!(rendering.estimate.total.range().mean > 0.0);
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Clone)]
+pub struct Method {
+    entry: Entry,
+    values: Values,
+}
+
+impl PartialEq for Method {
+    fn eq(&self, other: &Self) -> bool {
+        self.name() == other.name() && self.values == other.values
+    }
+}
+
+impl fmt::Debug for Method {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "{} {:?}", self.name(), self.values.given())
+    }
+}
+
+/// A stage of a technique, as a method's settings have it.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct StageSetting {
+    /// The name, which is the key of the setting that chooses its variant.
+    pub name: &'static str,
+    /// The variant that runs.
+    pub variant: String,
+    /// The variant without the stage's error.
+    pub exact: &'static str,
+}
+
+impl StageSetting {
+    /// True if the variant that runs has no error of its own.
+    pub fn is_exact(&self) -> bool {
+        self.variant == self.exact
+    }
+}
+
+impl Method {
+    /// The method of a name, with settings as text; settings that are not given have their defaults.
+    ///
+    /// # Errors
+    ///
+    /// For a name that does not exist, a setting that the method does not have, and a value that it cannot have.
+    ///
+    /// # Example: a million photons
+    ///
+    /// ```
+    /// let settings = [("photons".to_owned(), "1048576".to_owned())].into();
+    /// let method = nephroid::Method::new("photons", &settings)?;
+    /// assert_eq!(method.budget().work, Some(1 << 20));
+    /// # Ok::<(), nephroid::SettingError>(())
+    /// ```
+    pub fn new(name: &str, settings: &BTreeMap<String, String>) -> Result<Self, SettingError> {
+        let entry = Entry::of(name)?;
+        let values = Values::new(entry.name(), entry.table(), settings)?;
+        let method = Self { entry, values };
+        let is_alone = method.values.whole::<u32>("replicates") == Some(1);
+        if is_alone && method.budget().relative_error.is_some() {
+            let allowed =
+                "2 and more with a limit on the error: its bar takes at least 2 replicates";
+            return Err(SettingError::value("replicates", "1", allowed));
+        }
+        Ok(method)
+    }
+
+    /// The names of all methods.
+    pub fn names() -> Vec<&'static str> {
+        Entry::all().map(|entry| entry.name()).collect()
+    }
+
+    /// The name.
+    pub fn name(&self) -> &'static str {
+        self.entry.name()
+    }
+
+    /// One line: the light that the method measures, and how.
+    pub fn meaning(&self) -> &'static str {
+        self.entry.meaning()
+    }
+
+    /// The settings that were given, as text.
+    pub fn given(&self) -> &BTreeMap<String, String> {
+        self.values.given()
+    }
+
+    /// All settings with a value, those not given included, as JSON: runs with the same settings have the same bits.
+    pub fn settings(&self) -> serde_json::Value {
+        self.values.json()
+    }
+
+    /// The limits among the settings.
+    pub fn budget(&self) -> Budget {
+        Budget {
+            relative_error: self.values.fraction("error"),
+            time: self.values.time("time"),
+            work: self.entry.work_key().and_then(|key| self.values.whole(key)),
+        }
+    }
+
+    /// The same method with another value of one setting.
+    ///
+    /// # Errors
+    ///
+    /// As [`Method::new`].
+    pub fn with(&self, key: &str, value: &str) -> Result<Self, SettingError> {
+        Ok(Self {
+            entry: self.entry,
+            values: self.values.with(self.name(), key, value)?,
+        })
+    }
+
+    /// The stages of a technique, in the order in which they run; empty for references.
+    pub fn stages(&self) -> Vec<StageSetting> {
+        let stages = self.entry.stages().iter().map(|stage| StageSetting {
+            name: stage.name,
+            variant: self.values.text(stage.name).unwrap_or_default().to_owned(),
+            exact: stage.exact,
+        });
+        stages.collect()
+    }
+
+    /// The same technique with one stage exact.
+    ///
+    /// # Errors
+    ///
+    /// For a name that is none of its stages.
+    pub fn with_exact(&self, stage: &str) -> Result<Self, SettingError> {
+        let stages = self.entry.stages();
+        let found = stages.iter().find(|one| one.name == stage);
+        let found = found.ok_or_else(|| {
+            SettingError::unknown("stage", stage, stages.iter().map(|one| one.name))
+        })?;
+        self.with(found.name, found.exact)
+    }
+
+    /// True for approximations: real-time techniques, whose stages have errors.
+    pub fn is_technique(&self) -> bool {
+        matches!(self.entry, Entry::Technique(_))
+    }
+
+    /// The settings of a default study: a key, and its values from coarse to fine; `None` for references.
+    pub fn sweep(&self) -> Option<(&'static str, &'static [&'static str])> {
+        match self.entry {
+            Entry::Reference(_) => None,
+            Entry::Technique(technique) => Some(technique.sweep()),
+        }
+    }
+
+    /// The key of the limit on work, in the method's own unit.
+    pub fn work_key(&self) -> Option<&'static str> {
+        self.entry.work_key()
+    }
+
+    /// True if it fills cameras only.
+    pub fn is_of_cameras(&self) -> bool {
+        matches!(self.entry, Entry::Reference(one) if one.is_of_cameras())
+    }
+
+    /// The first setting given that has no effect in a scene.
+    pub fn ignored(&self, scene: &Scene) -> Option<&str> {
+        let keys = self.values.given().keys().map(String::as_str);
+        match self.entry {
+            Entry::Reference(one) => keys.into_iter().find(|key| one.ignores(scene, key)),
+            Entry::Technique(_) => None,
+        }
+    }
+
+    /// Refuses scenes and sensors that the method cannot work on, without running it.
+    ///
+    /// # Errors
+    ///
+    /// Names what the scene or the sensor has that the method cannot take, and what is allowed.
+    pub fn supports(&self, scene: &Scene, sensor: &Sensor) -> Result<(), Refusal> {
+        self.entry.supports(scene, sensor, &self.values)
+    }
+
+    /// The cost of a run before anything is traced: a bound on its memory, and the work that its settings fix.
+    pub fn cost(&self, scene: &Scene, sensor: &Sensor) -> Cost {
+        self.entry.cost(scene, sensor, &self.values)
+    }
+
+    /// Refuses films that no file or not the free memory can hold.
+    ///
+    /// # Errors
+    ///
+    /// With the size, the memory that it takes, and the memory that there is.
+    pub fn check_memory(
+        &self,
+        scene: &Scene,
+        sensor: &Sensor,
+        context: &Context,
+    ) -> Result<(), Refusal> {
+        let film = &sensor.film;
+        let most = crate::film::Image::MAX_SIZE;
+        if film.width.max(film.height) as usize > most {
+            return Err(Refusal::new(format!(
+                "sensor \"{}\": a film of {} x {} texels; 1 to {most} each way are allowed",
+                sensor.id, film.width, film.height
+            )));
+        }
+        let needed = self.cost(scene, sensor).bytes;
+        match context.available_bytes() {
+            Some(available) if needed > available => Err(Refusal::new(format!(
+                "sensor \"{}\": {} x {} texels by {} take about {:.1} GB of memory, and {:.1} GB are free; a \
+                 smaller film, a crop or fewer layers take less",
+                sensor.id,
+                film.crop.width,
+                film.crop.height,
+                self.name(),
+                needed as f64 / 1e9,
+                available as f64 / 1e9
+            ))),
+            _ => Ok(()),
+        }
+    }
+
+    /// Fills a sensor, within `budget` and the limits among the settings.
+    ///
+    /// # Errors
+    ///
+    /// If the method cannot work on the scene or the sensor, the film does not fit into memory, or numbers cannot be
+    /// summed.
+    pub fn run(
+        &self,
+        scene: &Scene,
+        sensor: &Sensor,
+        budget: &Budget,
+        context: &Context,
+    ) -> Result<Rendering, Error> {
+        if self.is_of_cameras() && !memory::is_camera(sensor) {
+            self.supports(scene, sensor)?;
+        }
+        self.check_memory(scene, sensor, context)?;
+        let budget = budget.or(self.budget());
+        let job = Job {
+            scene,
+            sensor,
+            values: &self.values,
+            budget: &budget,
+            context,
+        };
+        let mut rendering = context.install(|| self.entry.run(&job))?;
+        if rendering.counters.is_empty() {
+            let estimate = &rendering.estimate;
+            let counters = &estimate.counters;
+            rendering.counters = vec![
+                Counter::new("rays", counters.rays),
+                Counter::new("node visits", counters.node_visits),
+                Counter::new("primitive tests", counters.primitive_tests),
+                Counter::new(rendering.unit, estimate.paths),
+            ];
+        }
+        Ok(rendering)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_name_makes_the_method_of_that_name() {
+        for name in Method::names() {
+            let method = Method::new(name, &BTreeMap::new()).unwrap();
+            assert_eq!(method.name(), name);
+        }
+    }
+
+    #[test]
+    fn an_unknown_method_is_refused_and_the_nearest_one_suggested() {
+        let error = Method::new("beam", &BTreeMap::new()).unwrap_err();
+        let error = error.to_string();
+        assert!(error.contains("did you mean \"beams\"?"), "{error}");
+    }
+
+    #[test]
+    fn an_error_to_stop_at_needs_two_replicates() {
+        let given = |pairs: &[(&str, &str)]| {
+            let owned = |(key, value): &(&str, &str)| ((*key).to_owned(), (*value).to_owned());
+            pairs.iter().map(owned).collect()
+        };
+        let alone = given(&[("replicates", "1"), ("error", "1%")]);
+        assert!(Method::new("photons", &alone).is_err());
+        assert!(Method::new("photons", &given(&[("replicates", "1")])).is_ok());
+    }
+}

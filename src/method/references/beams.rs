@@ -1,0 +1,159 @@
+//! Beams as a method.
+
+use crate::method::memory::{self, channels};
+use crate::method::reference::{Job, Reference};
+use crate::method::rows::{self, count, row};
+use crate::method::warnings;
+use crate::reference::beams::run::Setup;
+use crate::reference::beams::{self, BeamReport, BeamSettings, SignatureReport, is_deterministic};
+use crate::run::format::{number, percent, relative};
+use crate::run::{Cost, Error, Estimate, Refusal, Rendering};
+use crate::scene::{Scene, Sensor};
+use crate::setting::{Kind, Preset, Setting, Values};
+
+pub struct Beams;
+
+const LIMITS: &[Setting] = &[
+    row(
+        "error",
+        Kind::Fraction,
+        Preset::Rule("0.1% if nothing else is limited"),
+        "",
+        "Stop at this likely relative error: root mean square over mean, of lit texels",
+    ),
+    rows::TIME,
+    count(
+        "rays",
+        Preset::Rule("no limit"),
+        "rays",
+        "Stop after so many rays",
+    ),
+];
+
+const SETTINGS: &[Setting] = &[
+    rows::MAX_DEPTH,
+    rows::SHADING_NORMALS,
+    rows::LAYERS,
+    rows::replicates(2, "16"),
+    rows::SEED,
+];
+
+/// The settings of beams from checked values.
+pub(super) fn settings(values: &Values) -> BeamSettings {
+    let default = BeamSettings::default();
+    BeamSettings {
+        max_depth: values.whole("max-depth").unwrap_or(default.max_depth),
+        shading_normals: values.word("shading-normals").unwrap_or_default(),
+        max_layers: values.whole("layers").unwrap_or(default.max_layers),
+        replicates: values.whole("replicates").unwrap_or(default.replicates),
+        seed: values.whole("seed").unwrap_or(default.seed),
+    }
+}
+
+impl Reference for Beams {
+    fn name(&self) -> &'static str {
+        "beams"
+    }
+
+    fn meaning(&self) -> &'static str {
+        "Adaptive beams with lower and upper bounds: deterministic, but for places on area lights"
+    }
+
+    fn limits(&self) -> &'static [Setting] {
+        LIMITS
+    }
+
+    fn work_key(&self) -> Option<&'static str> {
+        Some("rays")
+    }
+
+    fn settings(&self) -> &'static [Setting] {
+        SETTINGS
+    }
+
+    fn ignores(&self, scene: &Scene, key: &str) -> bool {
+        matches!(key, "seed" | "replicates") && is_deterministic(scene)
+    }
+
+    fn supports(&self, scene: &Scene, _sensor: &Sensor, _values: &Values) -> Result<(), Refusal> {
+        beams::supports(scene)
+    }
+
+    fn cost(&self, scene: &Scene, sensor: &Sensor, values: &Values) -> Cost {
+        let layers = settings(values).max_layers as u64;
+        Cost {
+            bytes: memory::film(sensor, memory::beams(channels(scene, sensor), layers)),
+            work: Vec::new(),
+        }
+    }
+
+    fn run(&self, job: &Job) -> Result<Rendering, Error> {
+        let (scene, values) = (job.scene, job.values);
+        let mut setup = Setup::new(scene, job.sensor, settings(values), &job.context.progress)?;
+        let mut warnings = warnings::of_chains(scene, setup.is_dark());
+        let unseen = setup.unseen().filter(|unseen| !unseen.is_black());
+        if let Some(unseen) = unseen {
+            let missed = format!(
+                "up to {:.1e} W may have been missed: that is the upper bound of every texel",
+                unseen.mean()
+            );
+            warnings.insert(1.min(warnings.len()), missed);
+        }
+        let (estimate, report) = setup.run(job.budget)?;
+        if report.passes == 0 && warnings.is_empty() {
+            warnings.push(warnings::ended_before("pass", "caustic"));
+        } else if report.passes > 0 && estimate.incomplete {
+            warnings.push(warnings::NOT_REACHED.to_owned());
+        }
+        warnings.extend(warnings::unknown_direct(&estimate));
+        warnings.extend(warnings::of_camera(scene, &estimate, "beams", false));
+        let replicates = report.lamps.map(|lamps| lamps.replicates);
+        let summary = summary(&estimate, &report);
+        Ok(Rendering {
+            replicates,
+            summary,
+            warnings,
+            unit: "patches",
+            ..Rendering::new(estimate).reporting("beams", report)
+        })
+    }
+}
+
+fn summary(estimate: &Estimate, report: &BeamReport) -> Vec<String> {
+    let mut lines = Vec::new();
+    if report.passes == 0 {
+        lines.push("no pass was finished".to_owned());
+    } else {
+        let sum =
+            |count: fn(&SignatureReport) -> u64| report.signatures.iter().map(count).sum::<u64>();
+        lines.push(format!(
+            "{} signatures, {} cells ({} cut, {} unresolved) in the last of {} passes",
+            report.signatures.len(),
+            sum(|one| one.cells),
+            sum(|one| one.cut_cells),
+            sum(|one| one.unresolved_cells),
+            report.passes
+        ));
+    }
+    let balance = report.signatures.iter().map(|one| one.balance_error);
+    if let Some(worst) = balance.reduce(f64::max) {
+        lines.push(format!(
+            "largest balance error of a signature (what its cells booked against the film): {worst:.1e}"
+        ));
+    }
+    lines.push(format!(
+        "likely error of the specular layers' sum over lit texels: {}",
+        relative(estimate.relative_error, estimate.is_without_caustics())
+    ));
+    if let Some(lamps) = &report.lamps {
+        lines.push(format!(
+            "  by cells {}, by {} places on each area light in {} replicates {}; bars hold with {} % confidence",
+            percent(lamps.deterministic_error),
+            number(lamps.points as f64),
+            lamps.replicates,
+            percent(lamps.random_error),
+            100.0 * lamps.confidence
+        ));
+    }
+    lines
+}

@@ -1,0 +1,142 @@
+//! Paths from a camera as a method.
+
+use crate::method::memory;
+use crate::method::reference::{Job, Reference};
+use crate::method::rows::{self, row};
+use crate::method::warnings;
+use crate::reference::path::{self, DEFAULT_SAMPLES, PathSettings};
+use crate::run::format::relative;
+use crate::run::{Cost, Counter, Error, Refusal, Rendering};
+use crate::scene::{Integrator, Scene, Sensor};
+use crate::setting::{Kind, Preset, Setting, Values};
+use crate::transport::bsdf::check_colors;
+use crate::transport::camera::Camera;
+use crate::transport::path_class::{PathClass, PathClasses};
+
+pub struct Path;
+
+const LIMITS: &[Setting] = &[rows::ERROR, rows::TIME, rows::SPP];
+
+const SETTINGS: &[Setting] = &[
+    rows::MAX_LEGS,
+    rows::RR_DEPTH,
+    rows::HIDE_EMITTERS,
+    rows::LIGHT_SAMPLING,
+    row(
+        "without-caustics",
+        Kind::Flag,
+        Preset::Value("false"),
+        "",
+        "Leave out light that meets mirrors or glass first: what photons and beams measure",
+    ),
+    rows::replicates(1, "32"),
+    rows::SEED,
+    rows::SAMPLES,
+];
+
+/// The settings of paths from checked values, in a scene whose file has this integrator.
+pub(super) fn settings(values: &Values, integrator: Option<&Integrator>) -> PathSettings {
+    let default = PathSettings::default().of_integrator(integrator);
+    let classes = if values.flag("without-caustics") == Some(true) {
+        default.classes.without(PathClasses::CAUSTICS)
+    } else {
+        default.classes
+    };
+    PathSettings {
+        stream: values.word("samples").unwrap_or(default.stream),
+        seed: values.whole("seed").unwrap_or(default.seed),
+        replicates: values.whole("replicates").unwrap_or(default.replicates),
+        max_depth: values.whole("max-depth").or(default.max_depth),
+        rr_depth: values.whole("rr-depth").unwrap_or(default.rr_depth),
+        hide_emitters: values
+            .flag("hide-emitters")
+            .unwrap_or(default.hide_emitters),
+        light_sampling: values
+            .word("light-sampling")
+            .unwrap_or(default.light_sampling),
+        classes,
+    }
+}
+
+/// Camera paths that a run without limits on time and error starts.
+pub(super) fn counted(sensor: &Sensor, values: &Values) -> Vec<Counter> {
+    let is_open = values.given().contains_key("time") || values.given().contains_key("error");
+    let samples = values.whole("spp").unwrap_or(DEFAULT_SAMPLES);
+    if is_open {
+        Vec::new()
+    } else {
+        let paths = memory::texels(sensor).saturating_mul(samples);
+        vec![Counter::new("paths", paths)]
+    }
+}
+
+impl Reference for Path {
+    fn name(&self) -> &'static str {
+        "path"
+    }
+
+    fn meaning(&self) -> &'static str {
+        "Paths from a camera: all that it sees, but caustics of small lamps slowly, of point lights never"
+    }
+
+    fn limits(&self) -> &'static [Setting] {
+        LIMITS
+    }
+
+    fn work_key(&self) -> Option<&'static str> {
+        Some("spp")
+    }
+
+    fn settings(&self) -> &'static [Setting] {
+        SETTINGS
+    }
+
+    fn is_of_cameras(&self) -> bool {
+        true
+    }
+
+    fn supports(&self, scene: &Scene, sensor: &Sensor, _values: &Values) -> Result<(), Refusal> {
+        if let Some(reason) = warnings::no_camera(sensor) {
+            return Err(Refusal::new(reason));
+        }
+        Camera::of_sensor(sensor)?;
+        check_colors(scene)?;
+        Ok(())
+    }
+
+    fn cost(&self, _scene: &Scene, sensor: &Sensor, values: &Values) -> Cost {
+        Cost {
+            bytes: memory::film(sensor, memory::path()),
+            work: counted(sensor, values),
+        }
+    }
+
+    fn run(&self, job: &Job) -> Result<Rendering, Error> {
+        let settings = settings(job.values, job.scene.integrator());
+        let progress = &job.context.progress;
+        let (estimate, report) = path::run(job.scene, job.sensor, settings, job.budget, progress)?;
+        let mut warnings: Vec<String> = warnings::cut_off(report.cut_off).into_iter().collect();
+        if report.samples == 0 {
+            warnings.push(warnings::ended_before("replicate", "image"));
+        }
+        if settings.classes.contains(PathClass::Caustic) {
+            warnings.extend(warnings::out_of_reach(job.scene));
+        }
+        let summary = vec![
+            format!("{} samples a pixel", report.samples),
+            format!(
+                "relative standard error over lit pixels: {}",
+                relative(estimate.relative_error, !estimate.incomplete)
+            ),
+        ];
+        Ok(Rendering {
+            replicates: Some(settings.replicates),
+            summary,
+            warnings,
+            unit: "paths",
+            ..Rendering::new(estimate)
+                .reporting("path", report)
+                .reporting("seed", settings.seed)
+        })
+    }
+}

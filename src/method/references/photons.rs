@@ -1,0 +1,140 @@
+//! Photons as a method.
+
+use crate::method::memory::{self, channels};
+use crate::method::reference::{Job, Reference};
+use crate::method::rows;
+use crate::method::warnings;
+use crate::reference::photons::run::Setup;
+use crate::reference::photons::{DEFAULT_PHOTONS, PhotonSettings};
+use crate::run::format::relative;
+use crate::run::{Cost, Counter, Error, Estimate, Refusal, Rendering};
+use crate::scene::{Scene, Sensor};
+use crate::setting::{Setting, Values};
+use crate::transport::chain::ChainSettings;
+use crate::transport::domain::LightSpace;
+
+pub struct Photons;
+
+const LIMITS: &[Setting] = &[rows::ERROR, rows::TIME, rows::PHOTONS];
+
+const SETTINGS: &[Setting] = &[
+    rows::MAX_DEPTH,
+    rows::SHADING_NORMALS,
+    rows::LAYERS,
+    rows::replicates(1, "32"),
+    rows::SEED,
+    rows::SAMPLES,
+    rows::SPLIT_DEPTH,
+    rows::DIRECT_SAMPLES,
+];
+
+/// The settings of photons from checked values, `default` for those without a value.
+pub(in crate::method) fn settings(values: &Values, default: PhotonSettings) -> PhotonSettings {
+    let chains = default.chains;
+    PhotonSettings {
+        stream: values.word("samples").unwrap_or(default.stream),
+        seed: values.whole("seed").unwrap_or(default.seed),
+        replicates: values.whole("replicates").unwrap_or(default.replicates),
+        chains: ChainSettings {
+            max_depth: values.whole("max-depth").unwrap_or(chains.max_depth),
+            split_depth: values.whole("split-depth").unwrap_or(chains.split_depth),
+            shading_normals: values
+                .word("shading-normals")
+                .unwrap_or(chains.shading_normals),
+        },
+        max_layers: values.whole("layers").unwrap_or(default.max_layers),
+        direct_samples: values
+            .whole("direct-samples")
+            .unwrap_or(default.direct_samples),
+    }
+}
+
+/// Photons that a run without limits on time and error starts.
+pub(super) fn counted(values: &Values) -> Vec<Counter> {
+    let is_open = values.given().contains_key("time") || values.given().contains_key("error");
+    let photons = values.whole("photons").unwrap_or(DEFAULT_PHOTONS);
+    if is_open {
+        Vec::new()
+    } else {
+        vec![Counter::new("photons", photons)]
+    }
+}
+
+/// The line of a summary on a random method's own error.
+pub(super) fn error_line(estimate: &Estimate) -> String {
+    format!(
+        "relative standard error of the specular layers' sum over lit texels: {}",
+        relative(estimate.relative_error, estimate.is_without_caustics())
+    )
+}
+
+impl Reference for Photons {
+    fn name(&self) -> &'static str {
+        "photons"
+    }
+
+    fn meaning(&self) -> &'static str {
+        "Photons binned into texels, or connected to a camera: unbiased, on any scene"
+    }
+
+    fn limits(&self) -> &'static [Setting] {
+        LIMITS
+    }
+
+    fn work_key(&self) -> Option<&'static str> {
+        Some("photons")
+    }
+
+    fn settings(&self) -> &'static [Setting] {
+        SETTINGS
+    }
+
+    fn supports(&self, scene: &Scene, _sensor: &Sensor, _values: &Values) -> Result<(), Refusal> {
+        LightSpace::new(scene)?;
+        Ok(())
+    }
+
+    fn cost(&self, scene: &Scene, sensor: &Sensor, values: &Values) -> Cost {
+        let layers = settings(values, PhotonSettings::default()).max_layers as u64;
+        Cost {
+            bytes: memory::film(sensor, memory::photons(channels(scene, sensor), layers)),
+            work: counted(values),
+        }
+    }
+
+    fn run(&self, job: &Job) -> Result<Rendering, Error> {
+        let settings = settings(job.values, PhotonSettings::default());
+        let setup = Setup::new(job.scene, job.sensor, settings, &job.context.progress)?;
+        let is_dark = setup.light().is_empty();
+        let mut warnings = warnings::of_chains(job.scene, is_dark);
+        let mut estimate = setup.run(job.budget)?;
+        if estimate.paths == 0 && !is_dark {
+            estimate.incomplete = true;
+            warnings.push(warnings::ended_before("replicate", "caustic"));
+        }
+        Ok(rendering(job.scene, &settings, estimate, warnings))
+    }
+}
+
+/// The result of photons, traced in one piece or put together of shards.
+pub(in crate::method) fn rendering(
+    scene: &Scene,
+    settings: &PhotonSettings,
+    estimate: Estimate,
+    mut warnings: Vec<String>,
+) -> Rendering {
+    warnings.extend(warnings::unknown_direct(&estimate));
+    warnings.extend(warnings::of_camera(scene, &estimate, "photons", false));
+    let paths = estimate.paths;
+    let counts = estimate.counts.iter().map(|count| *count as f64);
+    Rendering {
+        scalars: vec![("count.Y".to_owned(), counts.collect())],
+        replicates: Some(settings.replicates),
+        summary: vec![error_line(&estimate)],
+        warnings,
+        unit: "photons",
+        ..Rendering::new(estimate)
+            .reporting("photons", paths)
+            .reporting("seed", settings.seed)
+    }
+}

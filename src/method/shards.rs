@@ -1,0 +1,75 @@
+//! Parts of a run, traced apart and put together to the bits of the run in one piece.
+
+use super::Method;
+use super::references::photons;
+use super::warnings;
+use crate::reference::photons::run::Setup;
+use crate::reference::photons::shard::{Part, ShardError};
+use crate::reference::photons::{PhotonSettings, Shard};
+use crate::run::{Context, Error, Refusal, Rendering};
+use crate::scene::{Scene, Sensor};
+
+impl Method {
+    /// Traces one part of a run. `None` if it was stopped before its end: part of a shard is of no use.
+    ///
+    /// # Errors
+    ///
+    /// If the method is not photons, its settings limit time or error, or as [`Method::run`].
+    pub fn run_shard(
+        &self,
+        scene: &Scene,
+        sensor: &Sensor,
+        shard: Shard,
+        context: &Context,
+    ) -> Result<Option<Part>, Error> {
+        self.check_memory(scene, sensor, context)?;
+        let settings = self.sharded()?;
+        context.install(|| {
+            let setup = Setup::new(scene, sensor, settings, &context.progress)?;
+            setup.run_shard(&sensor.id, &self.budget(), shard)
+        })
+    }
+
+    /// Puts the parts of a run together: the bits of the run in one piece.
+    ///
+    /// # Errors
+    ///
+    /// If a part is of another run, missing or doubled, or as [`Method::run_shard`].
+    pub fn merge(
+        &self,
+        scene: &Scene,
+        sensor: &Sensor,
+        parts: Vec<Part>,
+        context: &Context,
+    ) -> Result<Rendering, MergeError> {
+        self.check_memory(scene, sensor, context)
+            .map_err(Error::from)?;
+        let settings = self.sharded().map_err(Error::from)?;
+        let setup = Setup::new(scene, sensor, settings, &context.progress)?;
+        let estimate = setup.merge(&sensor.id, parts)?;
+        let warnings = warnings::of_chains(scene, setup.light().is_empty());
+        Ok(photons::rendering(scene, &settings, estimate, warnings))
+    }
+
+    fn sharded(&self) -> Result<PhotonSettings, Refusal> {
+        if self.name() == "photons" {
+            Ok(photons::settings(&self.values, PhotonSettings::default()))
+        } else {
+            Err(Refusal::new(format!(
+                "shards are for --method photons: {} are made in one piece",
+                self.name()
+            )))
+        }
+    }
+}
+
+/// An error that ends a merge.
+#[derive(Debug, thiserror::Error)]
+pub enum MergeError {
+    /// The run cannot be set up.
+    #[error(transparent)]
+    Run(#[from] Error),
+    /// The parts do not fit together.
+    #[error(transparent)]
+    Shard(#[from] ShardError),
+}

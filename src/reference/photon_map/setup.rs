@@ -1,0 +1,164 @@
+//! A run, set up: light space, layers, and the surfaces that photons are kept on.
+
+use std::collections::BTreeMap;
+
+use super::map::scattering_shapes;
+use super::pilot::Pilot;
+use super::settings::{MAX_MAP_PHOTONS, PhotonMapSettings, Seen};
+use crate::numeric::Stream;
+use crate::reference::Target;
+use crate::reference::photons::layers::{LayerMap, PILOT_PHOTONS};
+use crate::reference::photons::replicate::Job;
+use crate::reference::photons::run::{check, check_flux};
+use crate::run::{Error, Progress, Refusal};
+use crate::scene::{Scene, Sensor};
+use crate::setting::SettingError;
+use crate::transport::camera::Camera;
+use crate::transport::domain::LightSpace;
+
+/// A run, set up.
+pub struct Setup<'a> {
+    pub(super) scene: &'a Scene,
+    pub(super) settings: PhotonMapSettings,
+    pub(super) target: Target,
+    pub(super) light: LightSpace,
+    pub(super) map: LayerMap,
+    /// By shape.
+    pub(super) scatters: Vec<bool>,
+    pub(super) progress: &'a Progress,
+}
+
+/// Streams of different use are kept apart by these.
+const PILOT: u64 = 1;
+pub(super) const PHOTONS: u64 = 2;
+const PIXELS: u64 = 3;
+
+impl<'a> Setup<'a> {
+    /// Checks the settings, finds where light can meet specular geometry, and which path signatures are bright
+    /// enough for a layer of their own: of all light that they bring to scattering surfaces, seen or not.
+    ///
+    /// # Errors
+    ///
+    /// Where a setting is out of range, the sensor is no camera or an emitter is not modelled.
+    pub fn new(
+        scene: &'a Scene,
+        sensor: &Sensor,
+        settings: PhotonMapSettings,
+        progress: &'a Progress,
+    ) -> Result<Self, Error> {
+        check(&settings.photons)?;
+        let limits = [
+            ("radius", settings.radius, 1e-6..=1e6),
+            ("alpha", settings.alpha, 1e-3..=1.0),
+        ];
+        for (name, value, range) in limits {
+            if !range.contains(&value) {
+                let allowed = format!("{} to {}", range.start(), range.end());
+                return Err(SettingError::value(name, &value.to_string(), allowed).into());
+            }
+        }
+        if !(1..=MAX_MAP_PHOTONS).contains(&settings.map_photons) {
+            let photons = settings.map_photons.to_string();
+            let allowed = format!("1 to {MAX_MAP_PHOTONS}");
+            return Err(SettingError::value("map-photons", &photons, allowed).into());
+        }
+        let target = Target::new(scene, sensor, settings.photons.chains.shading_normals)?;
+        if matches!(target, Target::Receiver(_)) {
+            return Err(Refusal::new(format!(
+                "sensor \"{}\" is an irradiancemeter: photon maps are for cameras; on a receiver photons are \
+                 counted in texels, without bias",
+                sensor.id
+            ))
+            .into());
+        }
+        let light = LightSpace::new(scene)?;
+        check_flux(&light)?;
+        let mut setup = Self {
+            scene,
+            settings,
+            target,
+            light,
+            map: LayerMap::new(Vec::new()),
+            scatters: scattering_shapes(scene),
+            progress,
+        };
+        setup.map = setup.pilot();
+        Ok(setup)
+    }
+
+    /// Where photons start.
+    pub fn light(&self) -> &LightSpace {
+        &self.light
+    }
+
+    /// The camera.
+    pub(super) fn camera(&self) -> Option<&Camera> {
+        match &self.target {
+            Target::Camera { camera, .. } => Some(camera),
+            Target::Receiver(_) => None,
+        }
+    }
+
+    /// How many layers are measured.
+    pub(super) fn layers(&self) -> usize {
+        let kinds = if self.settings.seen == Seen::Anyhow {
+            2
+        } else {
+            1
+        };
+        kinds * self.map.len()
+    }
+
+    /// The first layer of what is seen directly, or not.
+    #[inline]
+    pub(super) fn first_layer(&self, by_specular: bool) -> usize {
+        if by_specular && self.settings.seen == Seen::Anyhow {
+            self.map.len()
+        } else {
+            0
+        }
+    }
+
+    /// Layers for the signatures that bring most flux to scattering surfaces.
+    fn pilot(&self) -> LayerMap {
+        let stop = || self.progress.is_stopped();
+        let job = self.job(self.stream(PILOT), &stop);
+        let scale = job.scale(1.0);
+        let found = job.trace(PILOT_PHOTONS, || Pilot {
+            scatters: &self.scatters,
+            scale,
+            received: BTreeMap::new(),
+        });
+        let mut received = BTreeMap::new();
+        for task in found {
+            for (signature, flux) in task.recipient.received {
+                *received.entry(signature).or_insert(0_i128) += flux;
+            }
+        }
+        LayerMap::of_brightest(received, self.settings.photons.max_layers)
+    }
+
+    pub(super) fn stream(&self, purpose: u64) -> Stream {
+        let photons = &self.settings.photons;
+        Stream::new(photons.stream, photons.seed).split(purpose)
+    }
+
+    pub(super) fn pixel_stream(&self) -> Stream {
+        self.stream(PIXELS)
+    }
+
+    pub(super) fn job<'b>(
+        &'b self,
+        stream: Stream,
+        stop: &'b (dyn Fn() -> bool + Sync),
+    ) -> Job<'b> {
+        Job {
+            scene: self.scene,
+            light: &self.light,
+            chains: self.settings.photons.chains,
+            stream,
+            stop,
+            finished: &|_| (),
+        }
+    }
+}

@@ -1,0 +1,39 @@
+//! The set of light paths that a method measures.
+
+use crate::transport::signature::Signature;
+
+/// The set of light paths that a method measures; a truth for it is made of the same light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Light {
+    /// All light that the sensor's quantity is made of.
+    All,
+    /// The paths of one signature.
+    Path(Signature),
+    /// All paths by way of mirrors or glass, L S+ D, of up to so many specular events.
+    Specular {
+        /// The most specular events of a path.
+        max_depth: u32,
+    },
+}
+
+impl Light {
+    /// The most specular events of a path; `None` for all light, which has no bound of its own.
+    pub fn max_depth(self) -> Option<u32> {
+        match self {
+            Self::All => None,
+            Self::Path(signature) => Some(signature.len() as u32),
+            Self::Specular { max_depth } => Some(max_depth),
+        }
+    }
+
+    /// True if the paths of a signature are in the set.
+    pub fn includes(self, signature: Signature) -> bool {
+        match self {
+            Self::All => true,
+            Self::Path(one) => one == signature,
+            Self::Specular { max_depth } => {
+                signature != Signature::DIRECT && signature.len() as u32 <= max_depth
+            }
+        }
+    }
+}

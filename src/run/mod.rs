@@ -1,0 +1,37 @@
+//! A run: its limits, its surroundings, its result, and the errors that end it. All methods share these.
+//!
+//! | file | content |
+//! |---|---|
+//! | [`budget`] | the limits: error, time, work |
+//! | [`context`] | progress, stop, threads, cache folder, memory limit |
+//! | [`progress`] | how far a run is |
+//! | [`error`] | [`Error`], and the [`Refusal`] of a scene or a sensor |
+//! | [`estimate`] | maps with error bars, layer by layer; [`combine`] adds them, [`channels`] makes files of them |
+//! | [`light`] | the set of light paths that a method measures |
+//! | [`rendering`] | an estimate with counters, warnings and the method's own report |
+//! | [`counters`] | work by name, and by stage |
+//! | [`cost`] | bytes and counted work, before anything is traced |
+
+pub mod budget;
+mod channels;
+pub mod combine;
+pub mod context;
+pub mod cost;
+pub mod counters;
+pub mod error;
+pub mod estimate;
+pub mod format;
+pub mod light;
+pub mod progress;
+pub mod rendering;
+
+pub use budget::Budget;
+pub use combine::CombineError;
+pub use context::Context;
+pub use cost::Cost;
+pub use counters::{Counter, Counters, StageWork};
+pub use error::{Error, Refusal};
+pub use estimate::{Estimate, Interval, Layer, LayerName, Quantity, Range};
+pub use light::Light;
+pub use progress::Progress;
+pub use rendering::Rendering;

@@ -1,0 +1,107 @@
+//! How far a run is.
+
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+
+/// How far a run is, and the wish that it stop: shared between the run and whoever watches it.
+///
+/// # Example: stop a run from another thread
+///
+/// ```
+/// let progress = nephroid::Progress::default();
+/// assert!(!progress.stop(), "nobody had stopped it before");
+/// assert!(progress.is_stopped());
+/// ```
+#[derive(Debug, Default)]
+pub struct Progress {
+    /// Photons or camera paths finished; of beams the pieces of light space that the pass has done.
+    done: AtomicU64,
+    /// The number that `done` is expected to come to; 0 while unknown.
+    expected: AtomicU64,
+    /// The pass of beams under way, from 1; 0 for other methods, and before the first.
+    passes: AtomicU64,
+    /// True if `done` counts paths from a camera.
+    from_camera: AtomicBool,
+    /// Bits of the relative error so far; zero while unknown.
+    relative_error: AtomicU64,
+    stopped: AtomicBool,
+}
+
+impl Progress {
+    /// Ends the run soon, with the result so far. Returns true if it was stopped already.
+    pub fn stop(&self) -> bool {
+        self.stopped.swap(true, Ordering::Relaxed)
+    }
+
+    /// True if the run is to end.
+    pub fn is_stopped(&self) -> bool {
+        self.stopped.load(Ordering::Relaxed)
+    }
+
+    /// Work done, in the [`unit`](Self::unit).
+    pub fn done(&self) -> u64 {
+        self.done.load(Ordering::Relaxed)
+    }
+
+    /// The number that [`done`](Self::done) is expected to come to; `None` while unknown.
+    pub fn expected(&self) -> Option<u64> {
+        let expected = self.expected.load(Ordering::Relaxed);
+        (expected > 0).then_some(expected)
+    }
+
+    /// The unit of work, in the plural: `photons`, `paths`, or `patches` of beams.
+    pub fn unit(&self) -> &'static str {
+        match (self.pass(), self.from_camera.load(Ordering::Relaxed)) {
+            (Some(_), _) => "patches",
+            (None, true) => "paths",
+            (None, false) => "photons",
+        }
+    }
+
+    /// The pass of beams under way, from 1; `None` for other methods.
+    pub fn pass(&self) -> Option<u64> {
+        let pass = self.passes.load(Ordering::Relaxed);
+        (pass > 0).then_some(pass)
+    }
+
+    /// The relative error so far; `None` while unknown.
+    pub fn relative_error(&self) -> Option<f64> {
+        let error = f64::from_bits(self.relative_error.load(Ordering::Relaxed));
+        (error > 0.0).then_some(error)
+    }
+
+    /// Begins the next of several runs, or of several methods that make one estimate.
+    pub(crate) fn begin_part(&self) {
+        for counter in [&self.done, &self.expected, &self.passes] {
+            counter.store(0, Ordering::Relaxed);
+        }
+        self.from_camera.store(false, Ordering::Relaxed);
+        self.set_relative_error(None);
+    }
+
+    /// Begins a pass of beams over so many pieces of light space.
+    pub(crate) fn begin_pass(&self, patches: u64) {
+        self.done.store(0, Ordering::Relaxed);
+        self.expect(patches);
+        self.passes.fetch_add(1, Ordering::Relaxed);
+    }
+
+    /// Counts paths from a camera from now on.
+    pub(crate) fn count_camera_paths(&self) {
+        self.from_camera.store(true, Ordering::Relaxed);
+    }
+
+    /// Sets the number that work is expected to come to.
+    pub(crate) fn expect(&self, expected: u64) {
+        self.expected.store(expected, Ordering::Relaxed);
+    }
+
+    /// Adds finished work.
+    pub(crate) fn add(&self, work: u64) {
+        self.done.fetch_add(work, Ordering::Relaxed);
+    }
+
+    pub(crate) fn set_relative_error(&self, error: Option<f64>) {
+        self.relative_error
+            .store(error.unwrap_or(0.0).to_bits(), Ordering::Relaxed);
+    }
+}

@@ -1,0 +1,117 @@
+//! One row of a method's table of settings.
+
+use super::error::SettingError;
+use super::values::{parse_duration, parse_fraction};
+
+/// A setting: everything that flags, files, help, documents and errors say of it.
+#[derive(Clone, Copy, Debug)]
+pub struct Setting {
+    /// The key in `--set KEY=VALUE` and `study.toml`; the flag is `--KEY`.
+    pub key: &'static str,
+    /// The values that it may have.
+    pub kind: Kind,
+    /// The value if none is given.
+    pub default: Preset,
+    /// The unit of its value; empty for plain numbers and words.
+    pub unit: &'static str,
+    /// One line: what changes with it.
+    pub meaning: &'static str,
+}
+
+/// The values that a setting may have.
+#[derive(Clone, Copy, Debug)]
+pub enum Kind {
+    /// A whole number, both ends included.
+    Whole(u64, u64),
+    /// A number, both ends included.
+    Number(f64, f64),
+    /// A number above 0, as a fraction (0.01) or in percent (1%).
+    Fraction,
+    /// A time with its unit: 250ms, 30s, 2m, 1h.
+    Time,
+    /// One of a few words.
+    Choice(fn() -> Vec<(&'static str, &'static str)>),
+    /// `true` or `false`.
+    Flag,
+}
+
+/// The value of a setting that nobody gave.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Preset {
+    /// A value, as text.
+    Value(&'static str),
+    /// A rule in words: the value depends on the scene, or on other settings.
+    Rule(&'static str),
+}
+
+impl Setting {
+    /// Refuses a value that the setting cannot have.
+    ///
+    /// # Errors
+    ///
+    /// Names the key, the value and what is allowed.
+    pub fn check(&self, text: &str) -> Result<(), SettingError> {
+        if self.kind.holds(text) {
+            Ok(())
+        } else {
+            Err(SettingError::value(self.key, text, self.kind.allowed()))
+        }
+    }
+}
+
+impl Kind {
+    /// True if the text is one of its values.
+    pub fn holds(self, text: &str) -> bool {
+        match self {
+            Self::Whole(low, high) => {
+                let number = text.parse::<u64>();
+                number.is_ok_and(|number| (low..=high).contains(&number))
+            }
+            Self::Number(low, high) => {
+                let number = text.parse::<f64>();
+                number.is_ok_and(|number| (low..=high).contains(&number))
+            }
+            Self::Fraction => parse_fraction(text).is_some(),
+            Self::Time => parse_duration(text).is_some(),
+            Self::Choice(words) => words().iter().any(|(word, _)| *word == text),
+            Self::Flag => matches!(text, "true" | "false"),
+        }
+    }
+
+    /// Its values in words.
+    pub fn allowed(self) -> String {
+        match self {
+            Self::Whole(low, high) if high == u64::MAX => format!("whole numbers from {low} on"),
+            Self::Whole(low, high) => format!("whole numbers {low}..={high}"),
+            Self::Number(low, high) => format!("numbers from {low} to {high}"),
+            Self::Fraction => "numbers > 0, as a fraction (0.01) or in percent (1%)".to_owned(),
+            Self::Time => "times >= 0 with a unit (ms, s, m or h), as in 30s".to_owned(),
+            Self::Choice(words) => {
+                let words: Vec<&str> = words().iter().map(|(word, _)| *word).collect();
+                words.join(", ")
+            }
+            Self::Flag => "true, false".to_owned(),
+        }
+    }
+
+    /// The placeholder for a value in help texts.
+    pub fn placeholder(self) -> &'static str {
+        match self {
+            Self::Whole(..) => "N",
+            Self::Number(..) => "NUMBER",
+            Self::Fraction => "ERROR",
+            Self::Time => "TIME",
+            Self::Choice(_) => "WORD",
+            Self::Flag => "BOOL",
+        }
+    }
+}
+
+impl Preset {
+    /// The default as help texts show it.
+    pub fn text(self) -> &'static str {
+        match self {
+            Self::Value(text) | Self::Rule(text) => text,
+        }
+    }
+}

@@ -1,0 +1,227 @@
+//! Settings as they were typed, checked against a table.
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use super::error::SettingError;
+use super::table::{Kind, Preset, Setting};
+use super::words::Words;
+
+/// Settings by key, as they were typed.
+pub type Given = BTreeMap<String, String>;
+
+/// Settings that are all in a table, each with a value that it may have.
+///
+/// Reading a key gives the value that was typed, else the table's default. Keys whose default is a
+/// [rule](Preset::Rule) have no value unless one was typed.
+#[derive(Clone, Debug)]
+pub struct Values {
+    table: Vec<&'static Setting>,
+    given: Given,
+}
+
+impl PartialEq for Values {
+    fn eq(&self, other: &Self) -> bool {
+        self.given == other.given
+    }
+}
+
+impl Values {
+    /// Checks settings against a table; `owner` is the method's name, for errors.
+    ///
+    /// # Errors
+    ///
+    /// For a key that is not in the table, with the nearest one, and for a value that it cannot have.
+    pub fn new(
+        owner: &str,
+        table: Vec<&'static Setting>,
+        given: &Given,
+    ) -> Result<Self, SettingError> {
+        for (key, text) in given {
+            let Some(setting) = table.iter().find(|one| one.key == key) else {
+                let keys = table.iter().map(|one| one.key);
+                return Err(SettingError::unknown(
+                    format!("setting of {owner}"),
+                    key,
+                    keys,
+                ));
+            };
+            setting.check(text)?;
+        }
+        Ok(Self {
+            table,
+            given: given.clone(),
+        })
+    }
+
+    /// The same settings with another value of one key.
+    ///
+    /// # Errors
+    ///
+    /// As [`Values::new`].
+    pub fn with(&self, owner: &str, key: &str, value: &str) -> Result<Self, SettingError> {
+        let mut given = self.given.clone();
+        given.insert(key.to_owned(), value.to_owned());
+        Self::new(owner, self.table.clone(), &given)
+    }
+
+    /// The settings that were typed.
+    pub fn given(&self) -> &Given {
+        &self.given
+    }
+
+    /// The value of a key as text: the one typed, else the default.
+    pub fn text(&self, key: &str) -> Option<&str> {
+        if let Some(text) = self.given.get(key) {
+            return Some(text);
+        }
+        let setting = self.table.iter().find(|one| one.key == key)?;
+        match setting.default {
+            Preset::Value(text) => Some(text),
+            Preset::Rule(_) => None,
+        }
+    }
+
+    /// A whole number; `None` without a value, or if `T` cannot hold it.
+    pub fn whole<T: TryFrom<u64>>(&self, key: &str) -> Option<T> {
+        self.text(key)?.parse::<u64>().ok()?.try_into().ok()
+    }
+
+    /// A number; `None` without a value.
+    pub fn number(&self, key: &str) -> Option<f64> {
+        self.text(key)?.parse().ok()
+    }
+
+    /// A fraction; `None` without a value.
+    pub fn fraction(&self, key: &str) -> Option<f64> {
+        parse_fraction(self.text(key)?)
+    }
+
+    /// A time; `None` without a value.
+    pub fn time(&self, key: &str) -> Option<Duration> {
+        parse_duration(self.text(key)?)
+    }
+
+    /// A word; `None` without a value.
+    pub fn word<T: Words>(&self, key: &str) -> Option<T> {
+        T::of_word(self.text(key)?)
+    }
+
+    /// `true` or `false`; `None` without a value.
+    pub fn flag(&self, key: &str) -> Option<bool> {
+        self.text(key)?.parse().ok()
+    }
+
+    /// All settings that have a value, in the order of the table: numbers as numbers, the rest as text.
+    pub fn json(&self) -> serde_json::Value {
+        let rows = self.table.iter().filter_map(|setting| {
+            let text = self.text(setting.key)?;
+            let value = match setting.kind {
+                Kind::Whole(..) => self.whole::<u64>(setting.key)?.into(),
+                Kind::Number(..) => self.number(setting.key)?.into(),
+                Kind::Fraction => self.fraction(setting.key)?.into(),
+                Kind::Flag => self.flag(setting.key)?.into(),
+                Kind::Time | Kind::Choice(_) => text.into(),
+            };
+            Some((setting.key.to_owned(), value))
+        });
+        serde_json::Value::Object(rows.collect())
+    }
+}
+
+/// A number above 0 from a fraction (`0.01`) or a percentage (`1%`).
+pub fn parse_fraction(text: &str) -> Option<f64> {
+    let (number, factor) = match text.strip_suffix('%') {
+        Some(number) => (number, 0.01),
+        None => (text, 1.0),
+    };
+    let value: f64 = number.trim().parse().ok()?;
+    (value > 0.0 && value.is_finite()).then_some(value * factor)
+}
+
+/// A time from a number and a unit: `250ms`, `30s`, `2m` or `min`, `1h`; without a unit, seconds.
+pub fn parse_duration(text: &str) -> Option<Duration> {
+    let split = text.find(|c: char| c.is_ascii_alphabetic());
+    let (number, unit) = text.split_at(split.unwrap_or(text.len()));
+    let factor = match unit {
+        "ms" => 1e-3,
+        "s" | "" => 1.0,
+        "m" | "min" => 60.0,
+        "h" => 3600.0,
+        _ => return None,
+    };
+    let seconds: f64 = number.trim().parse().ok()?;
+    Duration::try_from_secs_f64(seconds * factor).ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TABLE: [Setting; 2] = [
+        Setting {
+            key: "photons",
+            kind: Kind::Whole(1, 9),
+            default: Preset::Value("7"),
+            unit: "photons",
+            meaning: "Photons started",
+        },
+        Setting {
+            key: "error",
+            kind: Kind::Fraction,
+            default: Preset::Rule("none"),
+            unit: "",
+            meaning: "Error to stop at",
+        },
+    ];
+
+    fn values(pairs: &[(&str, &str)]) -> Result<Values, SettingError> {
+        let owned = |(key, value): &(&str, &str)| ((*key).to_owned(), (*value).to_owned());
+        Values::new(
+            "photons",
+            TABLE.iter().collect(),
+            &pairs.iter().map(owned).collect(),
+        )
+    }
+
+    #[test]
+    fn a_key_that_is_not_in_the_table_is_refused_and_the_nearest_one_suggested() {
+        let error = values(&[("fotons", "7")]).unwrap_err().to_string();
+        assert!(error.contains("did you mean \"photons\"?"), "{error}");
+    }
+
+    #[test]
+    fn numbers_out_of_range_are_refused_with_the_range() {
+        let error = values(&[("photons", "-1")]).unwrap_err().to_string();
+        assert_eq!(error, "photons is \"-1\"; allowed are whole numbers 1..=9");
+        assert!(values(&[("photons", "10")]).is_err());
+        assert!(values(&[("error", "0")]).is_err());
+    }
+
+    #[test]
+    fn defaults_stand_in_for_what_was_not_typed_but_rules_do_not() {
+        let values = values(&[]).unwrap();
+        assert_eq!(values.whole::<u32>("photons"), Some(7));
+        assert_eq!(values.fraction("error"), None);
+        assert_eq!(values.json(), serde_json::json!({ "photons": 7 }));
+    }
+
+    #[test]
+    fn times_have_units() {
+        assert_eq!(parse_duration("30s"), Some(Duration::from_secs(30)));
+        assert_eq!(parse_duration("1.5m"), Some(Duration::from_secs(90)));
+        assert_eq!(parse_duration("250ms"), Some(Duration::from_millis(250)));
+        for text in ["", "s", "-1s", "1x", "nans", "1e300s"] {
+            assert!(parse_duration(text).is_none(), "{text}");
+        }
+    }
+
+    #[test]
+    fn fractions_may_be_percentages() {
+        assert_eq!(parse_fraction("1%"), Some(0.01));
+        assert_eq!(parse_fraction("0.25"), Some(0.25));
+        for text in ["", "%", "0", "-1%", "inf", "nan"] {
+            assert!(parse_fraction(text).is_none(), "{text}");
+        }
+    }
+}
