@@ -16,7 +16,7 @@ pub struct Bitmap {
 
 /// How a file's numbers stand for light.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Encoding {
+pub enum BitmapEncoding {
     /// 8 and 16 bits hold sRGB's curve, floats are linear: values become linear.
     Color,
     /// 8 and 16 bits hold the power 1/γ of light, floats are linear: values become linear.
@@ -51,7 +51,7 @@ impl Bitmap {
     /// # Errors
     ///
     /// What is wrong with the file, without its name.
-    pub fn read(bytes: &[u8], encoding: Encoding) -> Result<Self, String> {
+    pub fn read(bytes: &[u8], encoding: BitmapEncoding) -> Result<Self, String> {
         if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
             return read_exr(bytes);
         }
@@ -64,9 +64,11 @@ impl Bitmap {
         let texels = image.into_rgb32f();
         let texels = texels.pixels().map(|pixel| match encoding {
             _ if is_float => pixel.0,
-            Encoding::Raw => pixel.0,
-            Encoding::Color => pixel.0.map(linear),
-            Encoding::Gamma(gamma) => pixel.0.map(|value| f64::from(value).powf(gamma) as f32),
+            BitmapEncoding::Raw => pixel.0,
+            BitmapEncoding::Color => pixel.0.map(linear),
+            BitmapEncoding::Gamma(gamma) => {
+                pixel.0.map(|value| f64::from(value).powf(gamma) as f32)
+            }
         });
         let mut bitmap = Self::new(width, texels.collect()).ok_or("the image is empty")?;
         bitmap.is_grey = is_grey;

@@ -17,7 +17,7 @@ use glam::DVec2;
 /// ∫ f = triangle area · (f₀ share + (f₁ − f₀) moment.x + (f₂ − f₀) moment.y)
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Part {
+pub struct TrianglePart {
     /// Its area, as a fraction (0..=1) of the triangle's.
     pub share: f64,
     /// The integral over it of the barycentric weights of the second and the third vertex, as a
@@ -25,7 +25,7 @@ pub struct Part {
     pub moment: DVec2,
 }
 
-impl Part {
+impl TrianglePart {
     /// All of a triangle.
     pub const WHOLE: Self = Self {
         share: 1.0,
@@ -34,7 +34,7 @@ impl Part {
 }
 
 /// A texel, by column and row.
-pub type Texel = [usize; 2];
+pub type TexelIndex = [usize; 2];
 
 /// Deals a triangle out to the texels of a film of `size` columns and rows.
 ///
@@ -43,7 +43,11 @@ pub type Texel = [usize; 2];
 /// the triangle that lands there. What lands off the film, or has an image that is not finite,
 /// is not deposited.
 #[inline]
-pub fn deal(image: [DVec2; 3], size: [usize; 2], mut deposit: impl FnMut(Texel, Part)) {
+pub fn deal(
+    image: [DVec2; 3],
+    size: [usize; 2],
+    mut deposit: impl FnMut(TexelIndex, TrianglePart),
+) {
     let low = image[0].min(image[1]).min(image[2]);
     let high = image[0].max(image[1]).max(image[2]);
     let end = DVec2::new(size[0] as f64, size[1] as f64);
@@ -54,10 +58,10 @@ pub fn deal(image: [DVec2; 3], size: [usize; 2], mut deposit: impl FnMut(Texel, 
     }
     let (first, last) = (low.floor(), high.floor());
     if first == last {
-        deposit([first.x as usize, first.y as usize], Part::WHOLE);
+        deposit([first.x as usize, first.y as usize], TrianglePart::WHOLE);
         return;
     }
-    let mut rest = Polygon::triangle(image);
+    let mut rest = PartPolygon::triangle(image);
     if first.x < 0.0 {
         rest = rest.split::<0>(0.0).1;
     }
@@ -67,7 +71,7 @@ pub fn deal(image: [DVec2; 3], size: [usize; 2], mut deposit: impl FnMut(Texel, 
         let slab;
         if column == last.x {
             slab = rest;
-            rest = Polygon::EMPTY;
+            rest = PartPolygon::EMPTY;
         } else {
             (slab, rest) = rest.split::<0>(column + 1.0);
         }
@@ -78,7 +82,7 @@ pub fn deal(image: [DVec2; 3], size: [usize; 2], mut deposit: impl FnMut(Texel, 
 
 /// A vertex of a part of a triangle.
 #[derive(Clone, Copy, Debug)]
-struct Vertex {
+struct PartVertex {
     /// Its image.
     at: [f64; 2],
     /// Barycentric weights of the triangle's second and third vertex.
@@ -87,15 +91,15 @@ struct Vertex {
 
 /// A convex part of a triangle.
 #[derive(Clone, Copy, Debug)]
-struct Polygon {
+struct PartPolygon {
     /// Three corners, and one more for each of four cuts; one to spare.
-    vertices: [Vertex; 8],
+    vertices: [PartVertex; 8],
     len: usize,
 }
 
-impl Polygon {
+impl PartPolygon {
     const EMPTY: Self = Self {
-        vertices: [Vertex {
+        vertices: [PartVertex {
             at: [0.0; 2],
             weights: DVec2::ZERO,
         }; 8],
@@ -106,7 +110,7 @@ impl Polygon {
     fn triangle(image: [DVec2; 3]) -> Self {
         let mut polygon = Self::EMPTY;
         for (at, weights) in image.into_iter().zip([DVec2::ZERO, DVec2::X, DVec2::Y]) {
-            polygon.push(Vertex {
+            polygon.push(PartVertex {
                 at: at.to_array(),
                 weights,
             });
@@ -120,13 +124,13 @@ impl Polygon {
     }
 
     #[inline]
-    fn push(&mut self, vertex: Vertex) {
+    fn push(&mut self, vertex: PartVertex) {
         self.vertices[self.len] = vertex;
         self.len += 1;
     }
 
     #[inline]
-    fn vertices(&self) -> &[Vertex] {
+    fn vertices(&self) -> &[PartVertex] {
         &self.vertices[..self.len]
     }
 
@@ -157,7 +161,12 @@ impl Polygon {
 
     /// Deals out the part that lies in one column.
     #[inline]
-    fn deal_rows(&self, column: usize, end: f64, deposit: &mut impl FnMut(Texel, Part)) {
+    fn deal_rows(
+        &self,
+        column: usize,
+        end: f64,
+        deposit: &mut impl FnMut(TexelIndex, TrianglePart),
+    ) {
         let rows = self.vertices().iter().map(|vertex| vertex.at[1]);
         let (low, high) = rows.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), y| {
             (low.min(y), high.max(y))
@@ -189,8 +198,8 @@ impl Polygon {
 
     /// Area and moment by a fan of triangles; the reference triangle has area 1/2.
     #[inline]
-    fn part(&self) -> Part {
-        let mut part = Part::default();
+    fn part(&self) -> TrianglePart {
+        let mut part = TrianglePart::default();
         if let [first, rest @ ..] = self.vertices() {
             for pair in rest.windows(2) {
                 let (a, b) = (pair[0].weights, pair[1].weights);
@@ -204,8 +213,8 @@ impl Polygon {
 }
 
 #[inline]
-fn crossing(a: &Vertex, b: &Vertex, t: f64) -> Vertex {
-    Vertex {
+fn crossing(a: &PartVertex, b: &PartVertex, t: f64) -> PartVertex {
+    PartVertex {
         at: std::array::from_fn(|axis| a.at[axis] + (b.at[axis] - a.at[axis]) * t),
         weights: a.weights + (b.weights - a.weights) * t,
     }
@@ -218,7 +227,7 @@ mod tests {
 
     const SIZE: [usize; 2] = [7, 5];
 
-    fn parts(image: [DVec2; 3]) -> Vec<(Texel, Part)> {
+    fn parts(image: [DVec2; 3]) -> Vec<(TexelIndex, TrianglePart)> {
         let mut found = Vec::new();
         deal(image, SIZE, |texel, part| found.push((texel, part)));
         found

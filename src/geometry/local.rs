@@ -9,7 +9,7 @@ use super::{Hit, Ray, Shape, SurfacePoint, TraversalCounters, World};
 /// A part of the scene's surface on which everything is smooth: a whole shape, or one face of a
 /// mesh with flat faces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct Element {
+pub struct SurfaceElement {
     /// Index into [`World::shapes`].
     pub shape: u32,
     /// The face, of a mesh without interpolated normals.
@@ -19,12 +19,12 @@ pub struct Element {
 impl World {
     /// The element that a hit lies on.
     #[inline]
-    pub fn element(&self, hit: &Hit) -> Element {
+    pub fn element(&self, hit: &Hit) -> SurfaceElement {
         let flat = match &self.shapes()[hit.shape as usize] {
             Shape::Mesh(mesh) => !mesh.has_vertex_normals(),
             _ => false,
         };
-        Element {
+        SurfaceElement {
             shape: hit.shape,
             face: flat.then_some(hit.face),
         }
@@ -38,7 +38,7 @@ impl World {
     pub fn meet_element(
         &self,
         ray: &Ray,
-        element: Element,
+        element: SurfaceElement,
         counters: &mut TraversalCounters,
     ) -> Option<(Hit, SurfacePoint)> {
         let shape = &self.shapes()[element.shape as usize];

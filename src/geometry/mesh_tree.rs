@@ -5,9 +5,9 @@ use glam::{DVec2, DVec3};
 use super::{
     Bounds, Hit, Mesh, Ray,
     accel::{BoxTree, Lanes, LeafVisitor, LocalRay, TrianglePack},
+    counters::TraversalCounters,
     nearest::Nearest,
     triangle::ShearedRay,
-    world::TraversalCounters,
 };
 
 /// A tree over a mesh's distinct faces.

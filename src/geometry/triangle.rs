@@ -42,7 +42,7 @@ pub(super) struct TriangleHit {
 }
 
 /// The image of a vertex.
-struct Image {
+struct ShearedVertex {
     x: f64,
     y: f64,
     /// Along the largest axis, not yet scaled to distance.
@@ -70,11 +70,11 @@ impl ShearedRay {
     }
 
     #[inline]
-    fn image(&self, vertex: &DVec3) -> Image {
+    fn image(&self, vertex: &DVec3) -> ShearedVertex {
         let v: &[f64; 3] = vertex.as_ref();
         let [x, y, z] = self.axes;
         let depth = v[z] - self.origin[z];
-        Image {
+        ShearedVertex {
             x: (v[x] - self.origin[x]) - self.shear[0] * depth,
             y: (v[y] - self.origin[y]) - self.shear[1] * depth,
             depth,
@@ -114,13 +114,13 @@ impl ShearedRay {
 
 /// Twice the signed area of the triangle (origin, p, q), rounded; zero or of the right sign.
 #[inline]
-fn edge(p: &Image, q: &Image) -> f64 {
+fn edge(p: &ShearedVertex, q: &ShearedVertex) -> f64 {
     p.x * q.y - p.y * q.x
 }
 
 /// The same with the right sign also where the rounded products are equal.
 #[cold]
-fn exact_edge(p: &Image, q: &Image) -> f64 {
+fn exact_edge(p: &ShearedVertex, q: &ShearedVertex) -> f64 {
     let (xy, yx) = (p.x * q.y, p.y * q.x);
     if xy == yx {
         // Both errors are exact, so the sign of their difference is.

@@ -7,28 +7,10 @@ use glam::{DVec2, DVec3};
 use super::{
     Bounds, Hit, Ray, Shape, SurfacePoint,
     accel::{BoxTree, Lanes, LeafVisitor, LocalRay},
+    counters::TraversalCounters,
     mesh_tree::MeshTree,
     nearest::Nearest,
 };
-
-/// Work done while searching.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-pub struct TraversalCounters {
-    /// Rays searched for.
-    pub rays: u64,
-    /// Box tests: nodes of the tree visited.
-    pub node_visits: u64,
-    /// Exact intersection tests.
-    pub primitive_tests: u64,
-}
-
-impl std::ops::AddAssign for TraversalCounters {
-    fn add_assign(&mut self, other: Self) {
-        self.rays += other.rays;
-        self.node_visits += other.node_visits;
-        self.primitive_tests += other.primitive_tests;
-    }
-}
 
 /// All shapes of a scene, and a tree over their primitives.
 ///

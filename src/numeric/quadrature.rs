@@ -152,14 +152,14 @@ const GAUSS_WEIGHTS: [f64; 4] = [
 
 /// An interval with its estimate, ordered by error.
 #[derive(Clone, Copy, Debug)]
-struct Interval {
+struct Subinterval {
     a: f64,
     b: f64,
     value: f64,
     error: f64,
 }
 
-impl Interval {
+impl Subinterval {
     fn new(a: f64, b: f64, f: &mut impl FnMut(f64) -> f64) -> Self {
         let (center, half) = (0.5 * (a + b), 0.5 * (b - a));
         let (mut kronrod, mut gauss, mut magnitude) = (0.0, 0.0, 0.0);
@@ -190,21 +190,21 @@ impl Interval {
     }
 }
 
-impl PartialEq for Interval {
+impl PartialEq for Subinterval {
     fn eq(&self, other: &Self) -> bool {
         self.cmp(other).is_eq()
     }
 }
 
-impl Eq for Interval {}
+impl Eq for Subinterval {}
 
-impl PartialOrd for Interval {
+impl PartialOrd for Subinterval {
     fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
         Some(self.cmp(other))
     }
 }
 
-impl Ord for Interval {
+impl Ord for Subinterval {
     /// By error; by place where errors are equal, so that the order is always the same.
     fn cmp(&self, other: &Self) -> std::cmp::Ordering {
         self.error
@@ -227,7 +227,7 @@ impl Ord for Interval {
 /// assert!((integral.value - (std::f64::consts::E - 1.0)).abs() <= integral.error);
 /// ```
 pub fn integrate(a: f64, b: f64, tolerance: Tolerance, mut f: impl FnMut(f64) -> f64) -> Integral {
-    let mut intervals = BinaryHeap::from([Interval::new(a, b, &mut f)]);
+    let mut intervals = BinaryHeap::from([Subinterval::new(a, b, &mut f)]);
     let mut subdivisions = 0;
     loop {
         // Summed anew each time: running totals would keep the errors of what was replaced.
@@ -252,8 +252,8 @@ pub fn integrate(a: f64, b: f64, tolerance: Tolerance, mut f: impl FnMut(f64) ->
             return done;
         }
         subdivisions += 1;
-        intervals.push(Interval::new(worst.a, middle, &mut f));
-        intervals.push(Interval::new(middle, worst.b, &mut f));
+        intervals.push(Subinterval::new(worst.a, middle, &mut f));
+        intervals.push(Subinterval::new(middle, worst.b, &mut f));
     }
 }
 
@@ -311,12 +311,12 @@ mod tests {
             assert!((gauss.weights()[i] - GAUSS_WEIGHTS[i]).abs() <= 4.0 * f64::EPSILON);
         }
         for power in 0..=23 {
-            let interval = Interval::new(0.0, 1.0, &mut |x: f64| x.powi(power));
+            let interval = Subinterval::new(0.0, 1.0, &mut |x: f64| x.powi(power));
             let expected = 1.0 / f64::from(power + 1);
             assert!((interval.value - expected).abs() <= rounding(16 + power as usize, expected));
         }
         // The first degree at which the rule is wrong, or the test above could not fail.
-        let wrong = Interval::new(-1.0, 1.0, &mut |x: f64| x.powi(24));
+        let wrong = Subinterval::new(-1.0, 1.0, &mut |x: f64| x.powi(24));
         assert!((wrong.value - 2.0 / 25.0).abs() > 1e-9);
     }
 

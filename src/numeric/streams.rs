@@ -231,7 +231,7 @@ const fn hash_of_pair(key: u64, counter: u64, pair: u64) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numeric::Moments;
+    use crate::numeric::SampleMoments;
     use crate::numeric::distributions::chi_squared_survival;
 
     const KINDS: [StreamKind; 2] = [StreamKind::Random, StreamKind::Sobol];
@@ -409,7 +409,7 @@ mod tests {
             };
             (0..256).map(value).sum::<f64>() / 256.0
         });
-        means.collect::<Moments>().variance().unwrap()
+        means.collect::<SampleMoments>().variance().unwrap()
     }
 
     #[test]
@@ -447,7 +447,7 @@ mod tests {
             let stream = root.split(replicate);
             (0..n).map(|i| integrand(stream.point2(i))).sum::<f64>() / n as f64
         });
-        means.collect::<Moments>().variance().unwrap()
+        means.collect::<SampleMoments>().variance().unwrap()
     }
 
     /// Variance falls as n^-order: the mean order between 2^6 and 2^12 points. A variance from 256

@@ -2,7 +2,7 @@
 
 use nephroid::film::accumulator::AccumulatorError;
 use nephroid::film::{Accumulator, Estimate};
-use nephroid::numeric::{FixedPoint, Moments, Stream, StreamKind};
+use nephroid::numeric::{FixedPoint, SampleMoments, Stream, StreamKind};
 use proptest::prelude::*;
 use rayon::prelude::*;
 
@@ -307,7 +307,7 @@ fn headers_and_sums_that_cannot_be_are_errors() {
 proptest! {
     #[test]
     fn estimates_agree_with_welford(sums in prop::collection::vec(-1_000_000i64..1_000_000, 2..40)) {
-        let expected: Moments = sums.iter().map(|&sum| sum as f64).collect();
+        let expected: SampleMoments = sums.iter().map(|&sum| sum as f64).collect();
         let got = estimate(&sums);
         // Welford's bound is about R ε times the numbers' size, below 2^20 here; the error bar
         // has the variance's relative error, which that size dominates when variance is small.

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::settings::{Buffers, Mode};
 use super::view::LightView;
 use crate::approximation::Work;
-use crate::geometry::{Element, Hit, Ray, Shape, SurfacePoint, TraversalCounters, World};
+use crate::geometry::{Hit, Ray, Shape, SurfaceElement, SurfacePoint, TraversalCounters, World};
 use crate::scene::{Material, Scene};
 use crate::transport::prescribed::next_hit;
 
@@ -72,7 +72,7 @@ pub fn front(
 
 /// Whether a point is inside a closed surface: from there a ray that meets it does so from behind, whichever ray.
 pub fn is_inside(scene: &Scene, shape: u32, point: DVec3) -> bool {
-    let element = Element { shape, face: None };
+    let element = SurfaceElement { shape, face: None };
     let surface = &scene.world().shapes()[shape as usize];
     if matches!(surface, Shape::Rectangle(_) | Shape::Disk(_)) {
         return false;

@@ -16,7 +16,7 @@ use crate::numeric::wide::Wide;
 const MAGIC: [u8; 8] = *b"nphACC\x00\x01";
 
 /// What a written accumulator starts with after its magic bytes, little-endian.
-struct Header {
+struct AccumulatorHeader {
     texels: u64,
     channels: u32,
     has_counts: u32,
@@ -24,7 +24,7 @@ struct Header {
     replicates: u32,
 }
 
-impl Header {
+impl AccumulatorHeader {
     const LENGTH: usize = 24;
 
     fn to_bytes(&self) -> Vec<u8> {
@@ -70,7 +70,7 @@ impl Accumulator {
         if self.is_under_way() {
             return Err(AccumulatorError::ReplicateUnderWay);
         }
-        let header = Header {
+        let header = AccumulatorHeader {
             texels: self.texels as u64,
             channels: self.channels as u32,
             has_counts: self.counts.is_some().into(),
@@ -108,9 +108,9 @@ impl Accumulator {
             return Err(malformed("wrong magic bytes or version"));
         }
         let mut decoder = GzDecoder::new(reader);
-        let mut bytes = [0; Header::LENGTH];
+        let mut bytes = [0; AccumulatorHeader::LENGTH];
         decoder.read_exact(&mut bytes)?;
-        let header = Header::from_bytes(&bytes);
+        let header = AccumulatorHeader::from_bytes(&bytes);
         if ![1, 3].contains(&header.channels) {
             return Err(AccumulatorError::Malformed(format!(
                 "{} channels: allowed are 1 and 3",
@@ -138,7 +138,7 @@ impl Accumulator {
 
     /// `None` where R ΣS² < (ΣS)², which contradicts Cauchy and Schwarz, or without replicates
     /// anything is not zero.
-    fn from_parts(header: &Header, scale: FixedPoint, body: &[u8]) -> Option<Self> {
+    fn from_parts(header: &AccumulatorHeader, scale: FixedPoint, body: &[u8]) -> Option<Self> {
         let texels = header.texels as usize;
         let channels = header.channels as usize;
         let (sums, rest) = body.split_at(16 * texels * channels);

@@ -44,7 +44,7 @@ pub struct Accumulator {
 
 /// A mean over replicates and how far it may be off.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Estimate {
+pub struct ReplicateMean {
     /// ΣS/R in the unit of the deposits, correctly rounded; NaN before the first replicate.
     pub mean: f64,
     /// The standard error of the mean, same unit; `None` below two replicates.
@@ -289,7 +289,7 @@ impl Accumulator {
     ///
     /// The numerator is computed in integers of 256 bits: nothing cancels, and equal replicates
     /// give an error of exactly zero.
-    pub fn estimate(&self, texel: usize, channel: usize) -> Option<Estimate> {
+    pub fn estimate(&self, texel: usize, channel: usize) -> Option<ReplicateMean> {
         if channel >= self.channels {
             return None;
         }
@@ -305,7 +305,7 @@ impl Accumulator {
                 .map_or(f64::NAN, Wide::to_f64);
             (numerator / (replicates - 1.0)).sqrt() / replicates * quantum
         });
-        Some(Estimate {
+        Some(ReplicateMean {
             mean: quotient(sum, self.replicates.into()) * quantum,
             standard_error,
         })

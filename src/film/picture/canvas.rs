@@ -8,13 +8,13 @@ use image::{ExtendedColorType, ImageEncoder, ImageResult};
 pub(super) const GLYPH: usize = 8;
 
 /// The picture being drawn.
-pub(super) struct Canvas {
+pub(super) struct PictureCanvas {
     width: usize,
     height: usize,
     pixels: Vec<[u8; 3]>,
 }
 
-impl Canvas {
+impl PictureCanvas {
     pub(super) fn new(width: usize, height: usize, background: [u8; 3]) -> Self {
         Self {
             width,

@@ -1,8 +1,9 @@
 //! Where the parts of a picture are.
 
-use super::canvas::{Canvas, GLYPH};
+use super::canvas::{GLYPH, PictureCanvas};
+use super::content::{Content, PictureSpec};
+use super::range::{BarRange, Scale};
 use super::ticks::{Tick, ticks};
-use super::{Content, PictureSpec, Range};
 
 /// Maps smaller than this are enlarged.
 const SMALLEST_MAP: usize = 256;
@@ -15,7 +16,7 @@ const INK: [u8; 3] = [38, 38, 43];
 const LINE: [u8; 3] = [110, 110, 118];
 
 /// All positions in pixels; the origin is the upper left corner.
-pub(super) struct Layout {
+pub(super) struct PictureLayout {
     /// Pixels a pixel of the font.
     font: usize,
     /// Pixels a texel.
@@ -31,8 +32,8 @@ pub(super) struct Layout {
     canvas: [usize; 2],
 }
 
-impl Layout {
-    pub(super) fn new(spec: &PictureSpec, range: &Range, numbers: &[f64]) -> Self {
+impl PictureLayout {
+    pub(super) fn new(spec: &PictureSpec, range: &BarRange, numbers: &[f64]) -> Self {
         let (width, height) = spec.content.size();
         let zoom = SMALLEST_MAP.div_ceil(width.max(height));
         let map_size = [width * zoom, height * zoom];
@@ -92,8 +93,8 @@ impl Layout {
         }
     }
 
-    pub(super) fn draw(&self, spec: &PictureSpec, range: &Range) -> Canvas {
-        let mut canvas = Canvas::new(self.canvas[0], self.canvas[1], BACKGROUND);
+    pub(super) fn draw(&self, spec: &PictureSpec, range: &BarRange) -> PictureCanvas {
+        let mut canvas = PictureCanvas::new(self.canvas[0], self.canvas[1], BACKGROUND);
         self.draw_header(&mut canvas, spec.unit);
         self.draw_map(&mut canvas, &spec.content, range);
         self.draw_bar(&mut canvas, &spec.content, range);
@@ -101,7 +102,7 @@ impl Layout {
         canvas
     }
 
-    fn draw_header(&self, canvas: &mut Canvas, unit: &str) {
+    fn draw_header(&self, canvas: &mut PictureCanvas, unit: &str) {
         let line = (GLYPH + 3) * self.font;
         let last = self.map[1] - line - 3 * self.font;
         for (i, text) in self.title.iter().rev().enumerate() {
@@ -110,7 +111,7 @@ impl Layout {
         canvas.text(self.bar[0], last, self.font, unit, INK);
     }
 
-    fn draw_map(&self, canvas: &mut Canvas, content: &Content, range: &Range) {
+    fn draw_map(&self, canvas: &mut PictureCanvas, content: &Content, range: &BarRange) {
         let (width, height) = content.size();
         for y in 0..height {
             for x in 0..width {
@@ -128,7 +129,7 @@ impl Layout {
         canvas.frame(self.map, self.map_size, self.font, LINE);
     }
 
-    fn draw_bar(&self, canvas: &mut Canvas, content: &Content, range: &Range) {
+    fn draw_bar(&self, canvas: &mut PictureCanvas, content: &Content, range: &BarRange) {
         let [left, top] = self.bar;
         let [width, height] = self.bar_size;
         let colour_at = |position: f64| {
@@ -151,7 +152,12 @@ impl Layout {
 
     /// A triangle on one end of the bar, framed; `line(row)` is the picture's line of its row,
     /// counted from its base.
-    fn draw_triangle(&self, canvas: &mut Canvas, colour: [u8; 3], line: impl Fn(usize) -> usize) {
+    fn draw_triangle(
+        &self,
+        canvas: &mut PictureCanvas,
+        colour: [u8; 3],
+        line: impl Fn(usize) -> usize,
+    ) {
         let width = self.bar_size[0];
         let height = 7 * self.font;
         for row in 0..height {
@@ -164,7 +170,7 @@ impl Layout {
         }
     }
 
-    fn draw_ticks(&self, canvas: &mut Canvas) {
+    fn draw_ticks(&self, canvas: &mut PictureCanvas) {
         let left = self.bar[0] + self.bar_size[0] + self.font;
         for tick in &self.ticks {
             let from_top = (1.0 - tick.position) * (self.bar_size[1] - 1) as f64;
@@ -182,7 +188,7 @@ impl Layout {
 
 /// Whether a value is just "no light": below a logarithmic bar, and not news.
 fn is_black(content: &Content, value: f64) -> bool {
-    matches!(content.scale(), super::Scale::Logarithmic) && value == 0.0
+    matches!(content.scale(), Scale::Logarithmic) && value == 0.0
 }
 
 /// Words in lines of at most `width` characters; longer words are cut.

@@ -1,6 +1,6 @@
 //! Round numbers along the bar.
 
-use super::{Range, Scale};
+use super::range::{BarRange, Scale};
 
 /// A mark on the bar.
 #[derive(Clone, Debug, PartialEq)]
@@ -12,7 +12,7 @@ pub(super) struct Tick {
 }
 
 /// At most about `wanted` labelled ticks inside the range.
-pub(super) fn ticks(range: &Range, scale: Scale, wanted: usize) -> Vec<Tick> {
+pub(super) fn ticks(range: &BarRange, scale: Scale, wanted: usize) -> Vec<Tick> {
     match scale {
         Scale::Linear => linear_ticks(range, wanted),
         Scale::Logarithmic => logarithmic_ticks(range, wanted),
@@ -20,7 +20,7 @@ pub(super) fn ticks(range: &Range, scale: Scale, wanted: usize) -> Vec<Tick> {
 }
 
 /// Multiples of 1, 2 or 5 times a power of ten.
-fn linear_ticks(range: &Range, wanted: usize) -> Vec<Tick> {
+fn linear_ticks(range: &BarRange, wanted: usize) -> Vec<Tick> {
     let rough = (range.high - range.low) / wanted.max(1) as f64;
     let power = rough.log10().floor();
     let magnitude = 10f64.powf(power);
@@ -50,7 +50,7 @@ fn linear_ticks(range: &Range, wanted: usize) -> Vec<Tick> {
 
 /// Powers of ten, every nth where they crowd; between them 2 and 5 labelled where there is room,
 /// and the other digits as minor marks.
-fn logarithmic_ticks(range: &Range, wanted: usize) -> Vec<Tick> {
+fn logarithmic_ticks(range: &BarRange, wanted: usize) -> Vec<Tick> {
     let decades = (range.high / range.low).log10();
     let every = (decades / wanted.max(1) as f64).ceil().max(1.0);
     let labelled: &[u32] = match wanted as f64 / decades {
@@ -102,7 +102,7 @@ mod tests {
     use super::*;
 
     fn labels(low: f64, high: f64, scale: Scale, wanted: usize) -> Vec<String> {
-        let ticks = ticks(&Range { low, high }, scale, wanted);
+        let ticks = ticks(&BarRange { low, high }, scale, wanted);
         ticks.into_iter().filter_map(|tick| tick.label).collect()
     }
 
@@ -145,7 +145,7 @@ mod tests {
             (-1e307, 1e307),
             (0.0, f64::MAX),
         ] {
-            assert!(linear_ticks(&Range { low, high }, 8).len() <= 100);
+            assert!(linear_ticks(&BarRange { low, high }, 8).len() <= 100);
         }
         assert!(
             logarithmic_ticks(

@@ -12,7 +12,7 @@ use obvhs::{
 };
 use rayon::prelude::*;
 
-use super::simd::WIDTH;
+use super::lanes::WIDTH;
 use crate::numeric::morton_code;
 
 /// How far obvhs' `medium` preset looks for a partner.

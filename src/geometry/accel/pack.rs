@@ -3,9 +3,9 @@
 use glam::DVec3;
 
 use super::{
+    lanes::{Lanes, WIDTH},
     ray::{LocalRay, NarrowShear},
-    simd::{Lanes, WIDTH},
-    tree::Frame,
+    tree_frame::TreeFrame,
 };
 
 /// The triangles of a leaf in `f32`, for a filter that spares most of the exact tests.
@@ -23,7 +23,7 @@ pub(in crate::geometry) struct TrianglePack {
 impl TrianglePack {
     /// The pack of at most eight triangles with these corners, in world space.
     pub(in crate::geometry) fn new(
-        frame: Frame,
+        frame: TreeFrame,
         triangles: impl Iterator<Item = [DVec3; 3]>,
     ) -> Self {
         let mut pack = Self {

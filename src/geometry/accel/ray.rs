@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::tree::Frame;
+use super::tree_frame::TreeFrame;
 use crate::geometry::{
     Bounds, Ray,
     rounding::{UNIT_ROUNDOFF, gamma},
@@ -21,7 +21,7 @@ const LARGEST_RECIPROCAL: f64 = (1u64 << 40) as f64;
 ///
 /// # The error bound
 ///
-/// In the frame, boxes and the ray's start have coordinates of at most 1 (see [`Frame`]). Let
+/// In the frame, boxes and the ray's start have coordinates of at most 1 (see [`TreeFrame`]). Let
 /// u = 2⁻²⁴. The slab test computes `(plane − origin) · (1/d)`. Its roundings, each written as
 /// a shift of the plane: the origin u; the difference u · 2; the reciprocal (one rounding from
 /// `f64`) and the product, each u · 2. Sum: 7u. The `f64` computation of the start adds a few
@@ -59,7 +59,7 @@ pub(super) struct NarrowShear {
 impl LocalRay {
     /// The ray in the tree's frame, unless it misses `bounds` or enters them beyond `limit`.
     #[inline]
-    pub(super) fn enter(frame: &Frame, bounds: &Bounds, ray: &Ray, limit: f64) -> Option<Self> {
+    pub(super) fn enter(frame: &TreeFrame, bounds: &Bounds, ray: &Ray, limit: f64) -> Option<Self> {
         let inverse = ray.direction.recip();
         let entry = slab_entry(bounds, ray.origin, inverse, limit)?;
         // A little before the entry; rounding of `entry` itself is part of the margin.

@@ -1,6 +1,6 @@
 //! The edges at which a surface ends.
 
-use super::{Mesh, hash::Map, weld};
+use super::{hash::Map, triangles::Mesh, weld};
 
 /// Which edges of a mesh have not exactly two faces: those where it ends, and seams where more
 /// than two meet.
@@ -11,7 +11,7 @@ pub struct MeshBorder {
 }
 
 impl MeshBorder {
-    pub(super) fn new(mesh: &Mesh) -> Self {
+    fn new(mesh: &Mesh) -> Self {
         let representatives = weld::representatives(&mesh.positions);
         let edges = |face: u32| {
             let [a, b, c] = mesh.triangles[face as usize].map(|v| representatives[v as usize]);
@@ -45,5 +45,12 @@ impl MeshBorder {
     /// Whether there is none.
     pub fn is_empty(&self) -> bool {
         self.edges.is_empty()
+    }
+}
+
+impl Mesh {
+    /// The edges at which the surface ends.
+    pub fn border(&self) -> MeshBorder {
+        MeshBorder::new(self)
     }
 }

@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-use super::Mesh;
+use super::triangles::Mesh;
 
 impl Mesh {
     /// The value of one of Mitsuba's mesh attributes at barycentric weights (of the second and third

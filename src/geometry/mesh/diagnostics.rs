@@ -4,7 +4,7 @@ use std::{collections::hash_map::Entry, fmt};
 
 use glam::DVec3;
 
-use super::{Mesh, hash::Map, weld};
+use super::{hash::Map, triangles::Mesh, weld};
 
 /// How often something odd occurs, and where to find it once.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -164,7 +164,14 @@ struct EdgeUse {
     balance: i32,
 }
 
-pub(super) fn diagnose(mesh: &Mesh) -> MeshDiagnostics {
+impl Mesh {
+    /// Open and non-manifold edges, orientation, degenerate faces.
+    pub fn diagnose(&self) -> MeshDiagnostics {
+        diagnose(self)
+    }
+}
+
+fn diagnose(mesh: &Mesh) -> MeshDiagnostics {
     let mut found = MeshDiagnostics {
         faces: mesh.triangles.len(),
         ..MeshDiagnostics::default()

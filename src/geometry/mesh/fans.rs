@@ -1,6 +1,6 @@
 //! The faces round each vertex.
 
-use super::Mesh;
+use super::triangles::Mesh;
 
 /// For each vertex of a mesh the faces that have it, by vertex index: two vertices at one position are
 /// two, as they may have different normals.
@@ -13,7 +13,7 @@ pub struct VertexFans {
 }
 
 impl VertexFans {
-    pub(super) fn new(mesh: &Mesh) -> Self {
+    fn new(mesh: &Mesh) -> Self {
         let mut first = vec![0_u32; mesh.positions.len() + 1];
         for vertex in mesh.triangles.iter().flatten() {
             first[*vertex as usize + 1] += 1;
@@ -38,5 +38,12 @@ impl VertexFans {
     pub fn of(&self, vertex: u32) -> &[u32] {
         let [first, end] = [0, 1].map(|next| self.first[vertex as usize + next] as usize);
         &self.faces[first..end]
+    }
+}
+
+impl Mesh {
+    /// The faces round each vertex.
+    pub fn vertex_fans(&self) -> VertexFans {
+        VertexFans::new(self)
     }
 }

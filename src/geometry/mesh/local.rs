@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
-use super::Mesh;
+use super::triangles::Mesh;
 
 impl Mesh {
     /// How the shading normal changes as a point of a face moves by `along` in the face's plane.

@@ -2,7 +2,11 @@
 
 use glam::{DVec2, DVec3};
 
-use super::{ShapeError, check_size, columns, meet_plane, turn_fraction};
+use super::{
+    angle::turn_fraction,
+    placement::{ShapeError, check_size, columns},
+    plane::meet_plane,
+};
 use crate::geometry::{Bounds, Ray, SurfacePoint, Transform, rounding::UNIT_ROUNDOFF};
 
 /// Unit disc in the xy plane with normal +z, mapped by `to_world`; uv = (r, φ/2π).

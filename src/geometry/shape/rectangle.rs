@@ -2,7 +2,10 @@
 
 use glam::{DVec2, DVec3};
 
-use super::{ShapeError, check_size, columns, meet_plane};
+use super::{
+    placement::{ShapeError, check_size, columns},
+    plane::meet_plane,
+};
 use crate::geometry::{Bounds, Ray, SurfacePoint, Transform, rounding::UNIT_ROUNDOFF};
 
 /// [-1, 1]² in the xy plane with normal +z, mapped by `to_world`; uv = (xy + 1)/2.

@@ -2,7 +2,10 @@
 
 use glam::{DVec2, DVec3};
 
-use super::{ShapeError, check_size, columns, equally_long, perpendicular, turn_fraction};
+use super::{
+    angle::turn_fraction,
+    placement::{ShapeError, check_size, columns, equally_long, perpendicular},
+};
 use crate::geometry::{Bounds, Ray, SurfacePoint, Transform, rounding::UNIT_ROUNDOFF};
 
 /// Unit sphere mapped by `to_world`; normal outward; uv = (φ/2π, θ/π) in the sphere's own space.

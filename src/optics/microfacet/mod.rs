@@ -127,7 +127,7 @@ impl Microfacets {
     /// Normals* (EGSR 2014): stretch the surface until α = 1, draw a slope there, undo the stretch. `v`
     /// must be on the upper side; `u` uniform in [0, 1).
     pub fn sample_visible(&self, v: DVec3, u: [f64; 2]) -> DVec3 {
-        let view = View::new(self, v);
+        let view = StretchedView::new(self, v);
         let slope = match self.distribution {
             FacetDistribution::Beckmann => [
                 beckmann::slope_along(view.sin, view.cos, u[0]),
@@ -140,7 +140,7 @@ impl Microfacets {
 
     /// [`Self::sample_visible`] for all pairs of `nodes`, the second number running faster.
     fn visible_normals(&self, v: DVec3, nodes: &[f64]) -> Vec<DVec3> {
-        let view = View::new(self, v);
+        let view = StretchedView::new(self, v);
         let pairs = |of: &dyn Fn(usize, usize) -> [f64; 2]| {
             let all = (0..nodes.len()).flat_map(|i| (0..nodes.len()).map(move |j| (i, j)));
             all.map(|(i, j)| view.normal(self, of(i, j))).collect()
@@ -160,7 +160,7 @@ impl Microfacets {
 }
 
 /// A view of the surface, stretched so that α = 1.
-struct View {
+struct StretchedView {
     /// Of the angle off the normal.
     sin: f64,
     cos: f64,
@@ -169,7 +169,7 @@ struct View {
     cos_phi: f64,
 }
 
-impl View {
+impl StretchedView {
     fn new(facets: &Microfacets, v: DVec3) -> Self {
         let [alpha_x, alpha_y] = facets.alpha;
         let stretched = DVec3::new(alpha_x * v.x, alpha_y * v.y, v.z).normalize();
