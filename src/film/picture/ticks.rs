@@ -149,7 +149,7 @@ mod tests {
         }
         assert!(
             logarithmic_ticks(
-                &Range {
+                &BarRange {
                     low: 5e-324,
                     high: f64::MAX
                 },
