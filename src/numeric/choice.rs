@@ -1,27 +1,27 @@
 //! Choosing one of many, each with its own probability.
 
-/// A choice among indices with probabilities in proportion to given weights.
+/// A distribution over indices, with probabilities in proportion to given weights.
 ///
-/// By inversion of the cumulative sum: neighbours in `u` stay neighbours, so that points that cover
-/// [0, 1) evenly cover the choices evenly, too.
+/// It inverts the cumulative sum: neighbours in `u` stay neighbours, so that points that cover [0, 1) evenly
+/// also cover the indices evenly.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WeightedChoice {
-    /// The sum of the weights up to and with each.
+    /// The sum of the weights up to and including each one.
     cumulative: Vec<f64>,
 }
 
-/// What was chosen.
+/// One index chosen at random, and the randomness left over.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Selection {
-    /// Which one.
+    /// The index.
     pub index: usize,
-    /// A number in [0, 1), uniform whatever was chosen, so that `u` can be used once more.
+    /// A number in [0, 1), uniform for every index, so that `u` can be used once more.
     pub rest: f64,
 }
 
 impl WeightedChoice {
-    /// The choice among as many indices as there are `weights`; `None` where a weight is negative or not
-    /// finite, or their sum is not a positive finite number.
+    /// The distribution over as many indices as there are `weights`. `None` if a weight is negative or not
+    /// finite, or if their sum is not a positive finite number.
     pub fn new(weights: impl IntoIterator<Item = f64>) -> Option<Self> {
         let mut sum = 0.0;
         let cumulative: Vec<f64> = weights

@@ -1,4 +1,5 @@
-//! Numbers: exact sums, arithmetic that gives back roundings, sample streams, quadrature, statistics. Knows nothing of light.
+//! Numbers: exact sums, compensated arithmetic, sample streams, quadrature, statistics. Knows nothing of
+//! light.
 
 pub mod choice;
 pub(crate) mod compensated;

@@ -1,10 +1,9 @@
-//! Means, variances and the distributions that turn them into confidence.
+//! Means and variances of samples.
 
-/// Mean and variance of numbers seen one at a time.
+/// Mean and variance of numbers added one at a time.
 ///
-/// Welford's update (*Technometrics* 4(3), 1962): stable where the variance is far below the
-/// squared mean. Its rounding depends on the order; where bits must not, sum with
-/// [`ExactSum`](super::ExactSum).
+/// Welford's update (*Technometrics* 4(3), 1962): stable even if the variance is far below the squared mean.
+/// Its rounding depends on the order; use [`ExactSum`](super::ExactSum) if the bits must not.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct SampleMoments {
     count: u64,
@@ -13,7 +12,7 @@ pub struct SampleMoments {
 }
 
 impl SampleMoments {
-    /// No number seen.
+    /// The moments of no numbers.
     pub const fn new() -> Self {
         Self {
             count: 0,
@@ -30,7 +29,8 @@ impl SampleMoments {
         self.sum_of_squared_deviations += deviation * (value - self.mean);
     }
 
-    /// Adds all that `other` has seen (Chan et al., *Updating Formulae and a Pairwise Algorithm for Computing Sample Variances*, 1979).
+    /// Adds all the numbers of `other` (Chan et al., *Updating Formulae and a Pairwise Algorithm for
+    /// Computing Sample Variances*, 1979).
     pub fn merge(&mut self, other: &Self) {
         if other.count == 0 {
             return;
@@ -48,7 +48,7 @@ impl SampleMoments {
         self.count = count;
     }
 
-    /// How many numbers were seen.
+    /// Number of numbers added.
     pub const fn count(&self) -> u64 {
         self.count
     }
@@ -58,12 +58,12 @@ impl SampleMoments {
         (self.count > 0).then_some(self.mean)
     }
 
-    /// The unbiased variance of one number; `None` below two.
+    /// The unbiased variance of one number; `None` for fewer than two.
     pub fn variance(&self) -> Option<f64> {
         (self.count > 1).then(|| self.sum_of_squared_deviations / (self.count - 1) as f64)
     }
 
-    /// The standard error of the mean, for independent numbers; `None` below two.
+    /// The standard error of the mean, for independent numbers; `None` for fewer than two.
     pub fn standard_error(&self) -> Option<f64> {
         self.variance()
             .map(|variance| (variance / self.count as f64).sqrt())

@@ -1,8 +1,9 @@
-//! Rough interfaces as many small smooth ones: how facets' normals are distributed, and how many are seen.
+//! Microfacets: rough interfaces as many small smooth ones, the distribution of their normals, and their
+//! visibility.
 //!
-//! Directions are unit vectors in the frame of the surface, whose normal is +z. The model is that of
-//! Walter et al., *Microfacet Models for Refraction through Rough Surfaces* (EGSR 2007); facets shadow each
-//! other independently of their normals (Smith).
+//! Directions are unit vectors in the frame of the surface, whose normal is +z. The model is that of Walter
+//! et al., *Microfacet Models for Refraction through Rough Surfaces* (EGSR 2007); facets shadow each other
+//! independently of their normals (Smith).
 
 mod beckmann;
 mod ggx;
@@ -30,11 +31,11 @@ pub struct Microfacets {
 }
 
 impl Microfacets {
-    /// Mitsuba's lower limit of α: what is asked for below it is this.
+    /// Mitsuba's lower limit of α, which replaces all smaller values.
     pub const SMALLEST_ALPHA: f64 = 1e-4;
 
-    /// Facets with roughness `alpha` along x and y; numbers below [`Self::SMALLEST_ALPHA`] mean
-    /// that, as in Mitsuba.
+    /// Facets with roughness `alpha` along x and y; numbers below [`Self::SMALLEST_ALPHA`] mean that, as in
+    /// Mitsuba.
     pub fn new(distribution: FacetDistribution, alpha: [f64; 2]) -> Self {
         Self {
             distribution,
@@ -51,9 +52,9 @@ impl Microfacets {
     /// GGX:      D = 1 / (π α_x α_y (a² + m_z²)²)
     /// ```
     ///
-    /// (Walter et al. 2007, equations 25 and 33; with two α Heitz, *Understanding the
-    /// Masking-Shadowing Function*, JCGT 2014, equations 80 and 85.) Its integral over the upper half of
-    /// directions, times `m_z`, is 1. Zero for `m_z` ≤ 0.
+    /// (Walter et al. 2007, equations 25 and 33; with two α Heitz, *Understanding the Masking-Shadowing
+    /// Function*, JCGT 2014, equations 80 and 85.) Its integral over the upper half of directions, times
+    /// `m_z`, is 1. Zero for `m_z` ≤ 0.
     #[inline]
     pub fn density(&self, m: DVec3) -> f64 {
         if m.z <= 0.0 {
@@ -76,19 +77,19 @@ impl Microfacets {
         }
     }
 
-    /// α tan θ of a direction, squared: how rough the surface is, seen along it.
+    /// α tan θ of a direction, squared: the surface's roughness as seen along it.
     #[inline]
     fn slant_squared(&self, v: DVec3) -> f64 {
         let [x, y] = [v.x * self.alpha[0], v.y * self.alpha[1]];
         (x * x + y * y) / (v.z * v.z)
     }
 
-    /// The share (0..=1) of facets with normal `m`, seen along `v`, that others do not hide: Smith's
-    /// G₁ as Mitsuba computes it.
+    /// The share (0..=1) of facets with normal `m`, seen along `v`, that others do not hide: Smith's G₁ as
+    /// Mitsuba computes it.
     ///
-    /// Zero where `v` sees the back of such a facet from the front of the surface or its front from the back.
-    /// For Beckmann's distribution this is the rational fit of Walter et al. 2007, equation 27, within
-    /// 0.35 % of the exact function, which [`Self::visible_density`] has.
+    /// Zero if `v` sees the back of such a facet from the front of the surface, or its front from the back.
+    /// For Beckmann's distribution this is the rational fit of Walter et al. 2007, equation 27. It is within
+    /// 0.35 % of the exact function, which [`Self::visible_density`] uses.
     #[inline]
     pub fn shadowing(&self, v: DVec3, m: DVec3) -> f64 {
         if v.dot(m) * v.z <= 0.0 {
@@ -100,7 +101,7 @@ impl Microfacets {
         }
     }
 
-    /// [`Self::shadowing`] without a fit: what makes the visible normals a distribution.
+    /// [`Self::shadowing`] without a fit, with which the visible normals are a distribution.
     #[inline]
     fn exact_shadowing(&self, v: DVec3, m: DVec3) -> f64 {
         if v.dot(m) * v.z <= 0.0 {
@@ -124,8 +125,8 @@ impl Microfacets {
     /// A facet normal, drawn from those seen along `v` in proportion to the area they show.
     ///
     /// Heitz and d'Eon, *Importance Sampling Microfacet-Based BSDFs using the Distribution of Visible
-    /// Normals* (EGSR 2014): stretch the surface until α = 1, draw a slope there, undo the stretch. `v`
-    /// must be on the upper side; `u` uniform in [0, 1).
+    /// Normals* (EGSR 2014): stretch the surface until α = 1, draw a slope there, undo the stretch. `v` must
+    /// be on the upper side; `u` uniform in [0, 1).
     pub fn sample_visible(&self, v: DVec3, u: [f64; 2]) -> DVec3 {
         let view = StretchedView::new(self, v);
         let slope = match self.distribution {
@@ -161,10 +162,10 @@ impl Microfacets {
 
 /// A view of the surface, stretched so that α = 1.
 struct StretchedView {
-    /// Of the angle off the normal.
+    /// Sine and cosine of the angle off the normal.
     sin: f64,
     cos: f64,
-    /// Of the azimuth.
+    /// Sine and cosine of the azimuth.
     sin_phi: f64,
     cos_phi: f64,
 }
