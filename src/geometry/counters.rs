@@ -1,13 +1,13 @@
 //! Counts of the work of searches.
 
-/// Work done while searching.
+/// Counts of the work done by searches.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct TraversalCounters {
-    /// Rays searched for.
+    /// Number of rays searched for.
     pub rays: u64,
-    /// Box tests: nodes of the tree visited.
+    /// Number of box tests: nodes of the tree visited.
     pub node_visits: u64,
-    /// Exact intersection tests.
+    /// Number of exact intersection tests.
     pub primitive_tests: u64,
 }
 

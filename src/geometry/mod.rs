@@ -1,4 +1,4 @@
-//! Rays, surfaces, and where they meet. All of it in `f64`.
+//! Rays, surfaces, and their intersections. All of it in `f64`.
 
 mod accel;
 mod bounds;

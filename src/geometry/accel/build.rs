@@ -1,4 +1,4 @@
-//! From boxes to a wide tree, by way of obvhs' binary one.
+//! Construction of a wide tree from boxes, by way of obvhs' binary one.
 
 use std::time::Duration;
 
@@ -17,10 +17,11 @@ use super::{
 };
 use crate::geometry::{Bounds, rounding::gamma};
 
-/// How obvhs builds: its `medium` preset (within 8 % of the slowest in speed of search, built
-/// several times sooner), but with leaves as full as the filter tests at once: a pack of eight
-/// costs little more than a pack of four, so going one node deeper must save a lot. Costs of 6
-/// to 15 measure the same, 3 (the preset's) is a tenth slower, 1 a quarter.
+/// Parameters of obvhs' builder: its `medium` preset, with leaves as full as the filter tests at once.
+///
+/// The preset is within 8 % of the slowest one in speed of search, and built several times sooner. A pack of
+/// eight costs little more than a pack of four, so going one node deeper must save a lot. Costs of 6 to 15
+/// measure the same, 3 (the preset's) is a tenth slower, 1 a quarter.
 fn parameters() -> BvhBuildParams {
     BvhBuildParams {
         max_prims_per_leaf: WIDTH as u32,
@@ -42,7 +43,7 @@ impl BoxTree {
             };
         }
         let exact = boxes.iter().fold(Bounds::EMPTY, |all, &one| all.union(one));
-        // A hair wider, so that no ray that meets a primitive runs along the border: 0 · ∞ there
+        // The box is slightly wider, so that no ray that meets a primitive runs along the border: 0 · ∞ there
         // would hide it from the slab test.
         let reach = exact.min.abs().max(exact.max.abs()).max_element();
         let bounds = exact.padded(gamma(4) * reach);
@@ -95,8 +96,8 @@ const EMPTY_NODE: TreeNode = TreeNode {
 
 /// Makes wide nodes of binary ones, each parent before its children.
 ///
-/// A wide node takes in the two children of its binary node, then goes on replacing the child
-/// with the largest surface (the likeliest to be entered) by its own children until it is full.
+/// A wide node takes in the two children of its binary node. It then goes on replacing the child with the
+/// largest surface (the likeliest to be entered) by its own children until it is full.
 fn collapse(binary: &Bvh2, root: &Bvh2Node, tree: &mut BoxTree) {
     tree.nodes.push(EMPTY_NODE);
     let mut pending = vec![(0usize, *root)];

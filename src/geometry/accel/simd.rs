@@ -1,9 +1,8 @@
-//! Eight numbers at a time.
+//! The operations on eight numbers at a time, portable and by AVX2.
 //!
-//! [`Lanes`] is what the search needs of a processor: eight `f32` at once, each operation as IEEE
-//! 754 has it (no fused ones). So the search visits the same nodes on every processor, however
-//! many lanes an instruction handles. This is the one file of the crate with `unsafe` in it: the
-//! [`Avx2`] token, which exists only where the instructions do, stands for their safety.
+//! All [`Lanes`] round as IEEE 754 has it. So the search visits the same nodes on every processor, however
+//! many lanes an instruction handles. This is the one file of the crate with `unsafe` in it: the [`Avx2`]
+//! token, which exists only on processors with the instructions, stands for their safety.
 #![allow(clippy::inline_always)] // or the code is not compiled for its caller's registers
 
 use super::{
@@ -13,8 +12,8 @@ use super::{
 };
 
 impl BoxTree {
-    /// Visits all leaves that the ray may enter before `limit`, or before what the last visit
-    /// returned, the nearest first as far as their boxes tell. Returns the nodes visited.
+    /// Visits all leaves that the ray may enter before `limit`, or before the distance that the last visit
+    /// returned, the nearest first as far as their boxes tell. Returns the number of nodes visited.
     ///
     /// Uses the best instructions that this processor has.
     #[inline]
@@ -46,7 +45,7 @@ fn search_avx2(
     tree.search_local(lanes, ray, limit, visitor)
 }
 
-/// Any processor.
+/// Lanes for any processor.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::geometry) struct Portable;
 
@@ -111,8 +110,8 @@ impl Avx2 {
     }
 }
 
-// SAFETY, for each block below: an `Avx2` exists only where the processor has the feature, and
-// loads and stores go through references to arrays of just the right size.
+// SAFETY, for each block below: an `Avx2` exists only if the processor has the feature, and loads and stores
+// go through references to arrays of just the right size.
 #[cfg(target_arch = "x86_64")]
 #[allow(unsafe_code)]
 impl Lanes for Avx2 {

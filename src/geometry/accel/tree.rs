@@ -11,7 +11,7 @@ use super::{
 };
 use crate::geometry::{Bounds, Ray};
 
-/// Eight boxes and what is in them. A child that is not there has an empty box.
+/// Eight boxes and their contents. A missing child has an empty box.
 #[derive(Clone, Debug)]
 #[repr(C, align(64))]
 pub(super) struct TreeNode {
@@ -26,7 +26,7 @@ pub(super) struct Child(u32);
 
 impl Child {
     const LEAF: u32 = 1 << 31;
-    /// Where there is no child; its box is empty, so no search gets here.
+    /// A missing child; its box is empty, so no search gets here.
     pub(super) const NONE: Self = Self(0);
 
     pub(super) fn node(index: usize) -> Self {
@@ -49,18 +49,18 @@ pub(in crate::geometry) struct BoxTree {
     pub(super) frame: TreeFrame,
     /// The first is the root.
     pub(super) nodes: Vec<TreeNode>,
-    /// Where each leaf's primitives begin in `order`; one entry more than there are leaves.
+    /// Index in `order` at which each leaf's primitives begin; one entry more than there are leaves.
     pub(super) leaf_starts: Vec<u32>,
     /// The primitives, leaf by leaf.
     pub(super) order: Vec<u32>,
 }
 
-/// What to do at a leaf.
+/// The work at the leaves of a search.
 pub(in crate::geometry) trait LeafVisitor {
     /// Called when a leaf is likely to be visited soon.
     fn announce(&self, _lanes: impl Lanes, _leaf: usize) {}
 
-    /// Looks at a leaf's primitives; returns how far along the ray to go on searching.
+    /// Looks at a leaf's primitives; returns the distance along the ray up to which to go on searching.
     fn visit(&mut self, lanes: impl Lanes, leaf: usize, ray: &LocalRay) -> f64;
 }
 
@@ -78,7 +78,7 @@ impl BoxTree {
         &self.order
     }
 
-    /// Where a leaf's boxes are in [`Self::order`].
+    /// The positions of a leaf's boxes in [`Self::order`].
     #[inline]
     pub(in crate::geometry) fn leaf_range(&self, leaf: usize) -> Range<usize> {
         self.leaf_starts[leaf] as usize..self.leaf_starts[leaf + 1] as usize
@@ -148,8 +148,8 @@ impl BoxTree {
         }
     }
 
-    /// Whether `leaf(position in the order)` holds for any primitive in boxes for all of which
-    /// `overlaps` holds.
+    /// True if `leaf(position in the order)` holds for any primitive in boxes for all of which `overlaps`
+    /// holds.
     pub(in crate::geometry) fn any_box<O: FnMut(&Bounds) -> bool>(
         &self,
         overlaps: &mut O,
@@ -183,7 +183,8 @@ impl BoxTree {
 }
 
 impl TreeNode {
-    /// For each child where the ray enters it, and (as bits) whether it does before `limit`.
+    /// For each child the distance at which the ray enters it, and a bit that is set if it does before
+    /// `limit`.
     #[inline(always)]
     #[allow(clippy::inline_always)] // or it is not compiled for the caller's registers
     fn entries(&self, lanes: impl Lanes, ray: &LocalRay, limit: f32) -> ([f32; WIDTH], u32) {
@@ -216,9 +217,9 @@ impl TreeNode {
     }
 }
 
-/// Children yet to be looked at, with where the ray enters them.
+/// Children still to be visited, with the distances at which the ray enters them.
 ///
-/// Fixed, as nearly all searches need no more; the rest goes to the heap.
+/// Of fixed size, as nearly all searches need no more; the rest goes to the heap.
 struct Stack {
     fixed: [(f32, Child); Self::FIXED],
     used: usize,

@@ -10,7 +10,7 @@ use crate::geometry::Bounds;
 #[derive(Clone, Copy, Debug)]
 pub(in crate::geometry) struct TreeFrame {
     pub center: DVec3,
-    /// Local units a world unit.
+    /// Number of local units in a world unit.
     pub scale: f64,
 }
 
@@ -23,7 +23,7 @@ impl TreeFrame {
 
     pub(super) fn around(bounds: &Bounds) -> Self {
         let center = bounds.center();
-        // Measured from the rounded center, both ways.
+        // The reach is measured from the rounded center, both ways.
         let reach = (bounds.max - center).max(center - bounds.min).max_element();
         let scale = if reach > 0.0 {
             (-reach.log2().ceil()).exp2()

@@ -1,14 +1,14 @@
-//! The faces round each vertex.
+//! The faces around each vertex.
 
 use super::triangles::Mesh;
 
-/// For each vertex of a mesh the faces that have it, by vertex index: two vertices at one position are
-/// two, as they may have different normals.
+/// The faces that have each vertex of a mesh, by vertex index: two vertices at one position are two, as they
+/// may have different normals.
 #[derive(Clone, Debug)]
 pub struct VertexFans {
-    /// Where a vertex's faces begin in `faces`; one more entry than vertices.
+    /// Index in `faces` at which a vertex's faces begin; one more entry than vertices.
     first: Vec<u32>,
-    /// Of each vertex in ascending order.
+    /// The faces of each vertex, in ascending order.
     faces: Vec<u32>,
 }
 
@@ -42,7 +42,7 @@ impl VertexFans {
 }
 
 impl Mesh {
-    /// The faces round each vertex.
+    /// The faces around each vertex.
     pub fn vertex_fans(&self) -> VertexFans {
         VertexFans::new(self)
     }

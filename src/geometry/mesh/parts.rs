@@ -1,29 +1,29 @@
-//! What a mesh is made of, and the checks of it.
+//! The parts of a mesh, and their checks.
 
 use glam::{DVec2, DVec3};
 
-/// What a mesh file or generator gives; world space.
+/// The contents of a mesh file, or of a generated mesh; world space.
 #[derive(Clone, Debug, Default)]
 pub struct MeshParts {
-    /// World space.
+    /// The vertices' positions, world space.
     pub positions: Vec<DVec3>,
     /// Indices into `positions`; counter-clockwise seen from outside.
     pub triangles: Vec<[u32; 3]>,
-    /// One a position where the file has them (already in world space, any length).
+    /// One a position if the file has them (already in world space, any length).
     pub normals: Option<Vec<DVec3>>,
-    /// One a position where the file has them.
+    /// One a position if the file has them.
     pub uvs: Option<Vec<DVec2>>,
-    /// Red, green and blue, one a position where the file has them.
+    /// Red, green and blue, one a position if the file has them.
     pub vertex_colors: Option<Vec<[f64; 3]>>,
-    /// Red, green and blue, one a triangle where the file has them.
+    /// Red, green and blue, one a triangle if the file has them.
     pub face_colors: Option<Vec<[f64; 3]>>,
-    /// Ignore `normals` and make none.
+    /// True to ignore `normals` and make none.
     pub face_normals: bool,
-    /// Turn all normals round.
+    /// True to turn all normals around.
     pub flip_normals: bool,
 }
 
-/// Why parts do not make a mesh.
+/// Reason why parts do not make a mesh.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MeshError {
     /// NaN or infinite.
@@ -61,25 +61,25 @@ pub enum MeshError {
         face: usize,
         /// The offending index.
         index: u32,
-        /// How many there are.
+        /// Number of vertices.
         vertices: usize,
     },
-    /// Not as many as positions.
+    /// Not one attribute for each position.
     #[error("{found} {attribute} for {vertices} vertices; one each is needed")]
     AttributeCount {
         /// "normals", "texture coordinates" or "colours".
         attribute: &'static str,
-        /// How many there are.
+        /// Number found.
         found: usize,
-        /// How many are needed.
+        /// Number needed.
         vertices: usize,
     },
-    /// Not as many as triangles.
+    /// Not one colour for each triangle.
     #[error("{found} colours for {faces} faces; one each is needed")]
     FaceColorCount {
-        /// How many there are.
+        /// Number found.
         found: usize,
-        /// How many are needed.
+        /// Number needed.
         faces: usize,
     },
     /// NaN or infinite.
@@ -98,7 +98,7 @@ pub enum MeshError {
     TooLarge {
         /// "vertices" or "faces".
         what: &'static str,
-        /// How many there are.
+        /// Number found.
         found: usize,
     },
 }

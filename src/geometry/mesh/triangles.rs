@@ -19,25 +19,25 @@ use super::{
 pub struct Mesh {
     pub(super) positions: Vec<DVec3>,
     pub(super) triangles: Vec<[u32; 3]>,
-    /// Unit vectors; empty where faces are flat, normals given or not.
+    /// Unit vectors; empty if faces are flat, whether normals were given or not.
     pub(super) normals: Vec<DVec3>,
-    /// Empty where the file has none.
+    /// Empty if the file has none.
     pub(super) uvs: Vec<DVec2>,
-    /// Empty where the file has none.
+    /// Empty if the file has none.
     pub(super) vertex_colors: Vec<[f64; 3]>,
-    /// Empty where the file has none.
+    /// Empty if the file has none.
     pub(super) face_colors: Vec<[f64; 3]>,
     pub(super) flip_normals: bool,
     pub(super) bounds: Bounds,
 }
 
 impl Mesh {
-    /// Checks the parts; computes vertex normals as Mitsuba does where the file has none.
+    /// Checks the parts; computes vertex normals as Mitsuba does if the file has none.
     ///
     /// # Errors
     ///
-    /// Where a value is not finite or too large, an index is out of range, an attribute is
-    /// missing for some vertices, or there are no faces.
+    /// If a value is not finite or too large, an index is out of range, an attribute is missing for some
+    /// vertices, or there are no faces.
     pub fn new(parts: MeshParts) -> Result<Self, MeshError> {
         check(&parts)?;
         let MeshParts {
@@ -63,8 +63,8 @@ impl Mesh {
             }
             None => normals::angle_weighted(&positions, &triangles),
         };
-        // An interpolated point is off by at most 3u of the sum of its vertices' coordinates'
-        // magnitudes, which 6u of the largest covers.
+        // An interpolated point is off by at most 3u of the sum of the magnitudes of its vertices'
+        // coordinates. 6u of the largest covers that.
         let exact = Bounds::from_points(
             triangles
                 .iter()
@@ -84,7 +84,7 @@ impl Mesh {
         })
     }
 
-    /// How many triangles.
+    /// Number of triangles.
     pub fn triangle_count(&self) -> usize {
         self.triangles.len()
     }
@@ -99,12 +99,12 @@ impl Mesh {
         &self.triangles
     }
 
-    /// The texture coordinates, one a position; `None` where the mesh has none.
+    /// The texture coordinates, one a position; `None` if the mesh has none.
     pub fn uvs(&self) -> Option<&[DVec2]> {
         (!self.uvs.is_empty()).then_some(&*self.uvs)
     }
 
-    /// Whether shading normals are interpolated between vertices.
+    /// True if shading normals are interpolated between vertices.
     pub fn has_vertex_normals(&self) -> bool {
         !self.normals.is_empty()
     }
@@ -176,16 +176,16 @@ impl Mesh {
         UNIT_ROUNDOFF * (farthest + plane_error(reach, ab.cross(ac).length()) * reach)
     }
 
-    /// For each face the lowest-numbered face with the same three positions, unless that is the
-    /// face itself; faces with two equal positions are left out. Both are of no use to a search.
+    /// The faces that a search needs: those with three distinct positions, and of several with the same three
+    /// positions only the lowest-numbered.
     pub fn distinct_faces(&self) -> Vec<u32> {
         weld::distinct_faces(&self.positions, &self.triangles)
     }
 
-    /// Everything about a hit; the barycentric weights place it on the face.
+    /// The surface at a hit, whose barycentric weights place it on the face.
     ///
-    /// As in Mitsuba, the geometric normal follows the winding alone, even where the vertex
-    /// normals point to the other side; `flip_normals` turns both round.
+    /// As in Mitsuba, the geometric normal follows the winding alone, even if the vertex normals point to the
+    /// other side; `flip_normals` turns both around.
     #[inline]
     pub(in crate::geometry) fn surface_point(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
         self.at_barycentric(hit.face, hit.barycentric, -ray.direction)
@@ -217,8 +217,8 @@ impl Mesh {
         };
         let shading = interpolated.unwrap_or(normal);
         let sign = if self.flip_normals { -1.0 } else { 1.0 };
-        // The point itself: the last sum costs u|p|, differences, products and their sum 4u of
-        // the edges; what is uncertain of the plane's distance comes on top.
+        // For the point itself, the last sum costs u|p|, and differences, products and their sum 4u of the
+        // edges. The uncertainty of the plane's distance is added.
         let position = a + (ab * b1 + ac * b2);
         let reach = ab.abs().max(ac.abs()).max((ac - ab).abs()).element_sum();
         SurfacePoint {
@@ -237,19 +237,23 @@ impl Mesh {
     }
 }
 
-/// By how many u · `reach` a point of a face, and the distance that a ray from there finds to the face's plane, may be off
-/// together; `reach` is the L1 norm of the longest edges, `twice_area` that of the face.
+/// Joint error, in units of u · `reach`, of a point of a face and of the distance that a ray from there finds
+/// to the face's plane. `reach` is the L1 norm of the longest edges, `twice_area` that of the face.
 ///
-/// The point costs 4. The ray finds the distance from differences to the vertices (1), their shear (3), products (2)
-/// and their sums (3): 13 in all, and 16 for margin. That a vertex' image is off moves the plane no farther than the vertex.
-/// But the edge functions' own products are rounded by u rᵢ rⱼ (r: distances of the vertices), and each is multiplied by the third
-/// vertex' depth and divided by the image's area: 3 r₁ r₂ r₃ / (2 A), with r₁ r₂ r₃ at most 4/27 of the longest edge's cube on a
-/// sliver: 4/9, times 3 where the ray runs along a diagonal of space, whose shear stretches the image by √3 each way. The image's area
-/// is less than the face's by the cosine by which the distance to the plane is less than that along the ray: these cancel.
+/// The point costs 4. The ray finds the distance from differences to the vertices (1), their shear (3),
+/// products (2) and their sums (3): 13 in all, and 16 for margin. An error in a vertex' image moves the plane
+/// no farther than the vertex.
+///
+/// But the edge functions' own products are rounded by u rᵢ rⱼ (r: distances of the vertices). Each is
+/// multiplied by the third vertex' depth and divided by the image's area: 3 r₁ r₂ r₃ / (2 A), with r₁ r₂ r₃
+/// at most 4/27 of the longest edge's cube on a sliver. That makes 4/9, times 3 if the ray runs along a
+/// diagonal of space, whose shear stretches the image by √3 each way. The image's area is less than the
+/// face's by a cosine; the distance to the plane is less than that along the ray by the same cosine: these
+/// cancel.
 #[inline]
 fn plane_error(reach: f64, twice_area: f64) -> f64 {
     let thin = 13.0 + 1.5 * reach * reach / twice_area;
-    // No face is met where it has no area; one of almost none is known to its own length.
+    // No ray hits a face without area; the distance to one of almost no area is uncertain by its own length.
     if thin.is_finite() {
         thin.clamp(16.0, 1.0 / UNIT_ROUNDOFF)
     } else {

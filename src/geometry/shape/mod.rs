@@ -1,4 +1,4 @@
-//! The forms that surfaces have.
+//! Shapes of surfaces.
 
 mod angle;
 mod cylinder;
@@ -35,7 +35,7 @@ pub enum Shape {
 }
 
 impl Shape {
-    /// The smallest axis-aligned box round it, rounded outward so that it holds every hit point.
+    /// The smallest axis-aligned box around it, rounded outward so that it holds every hit point.
     pub fn bounds(&self) -> Bounds {
         match self {
             Self::Sphere(sphere) => sphere.bounds(),
@@ -84,8 +84,9 @@ impl Shape {
         }
     }
 
-    /// Where a ray meets that plane, beyond the shape's border too: the distance, > 0, and the surface
-    /// parameters, which go on there as they do within. `None` where it does not, and for other shapes.
+    /// The intersection of a ray with that plane, also beyond the shape's border: the distance, > 0, and the
+    /// surface parameters, which continue there as they are within. `None` if there is none, and for other
+    /// shapes.
     #[inline]
     pub fn meet_beyond(&self, ray: &Ray) -> Option<(f64, DVec2)> {
         match self {

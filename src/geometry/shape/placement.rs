@@ -4,7 +4,7 @@ use glam::{DMat4, DVec3};
 
 use crate::geometry::Transform;
 
-/// Why a shape cannot be made.
+/// Reason why a shape cannot be made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ShapeError {
     /// The transform stretches unevenly or shears.
@@ -32,10 +32,10 @@ const SMALLEST_SIZE: f64 = 1e-120;
 /// Above this the fourth power of a length overflows.
 const LARGEST_SIZE: f64 = 1e70;
 
-/// How far the squared stretch of a "round" transform may differ between axes, as a fraction.
+/// The largest difference of the squared stretch of a "round" transform between axes, as a fraction.
 ///
-/// Mitsuba 3 warns when an element of the polar factor S is off by more than 1e-6; this compares
-/// `SᵀS`, where such a difference counts twice. Matrices written with seven digits pass.
+/// Mitsuba 3 warns if an element of the polar factor S is off by more than 1e-6. This compares `SᵀS`, in
+/// which such a difference counts twice. Matrices written with seven digits pass.
 const ROUNDNESS_TOLERANCE: f64 = 2e-6;
 
 /// The images of the three unit vectors.
@@ -48,13 +48,13 @@ pub(super) fn columns(to_world: &Transform) -> [DVec3; 3] {
     ]
 }
 
-/// Whether two images of unit vectors are equally long.
+/// True if two images of unit vectors are equally long.
 pub(super) fn equally_long(a: DVec3, b: DVec3) -> bool {
     let (a, b) = (a.length_squared(), b.length_squared());
     (a - b).abs() <= ROUNDNESS_TOLERANCE * a.max(b)
 }
 
-/// Whether two images of unit vectors are at a right angle.
+/// True if two images of unit vectors are at a right angle.
 pub(super) fn perpendicular(a: DVec3, b: DVec3) -> bool {
     a.dot(b).abs() <= ROUNDNESS_TOLERANCE * a.length() * b.length()
 }

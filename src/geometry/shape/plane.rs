@@ -1,11 +1,11 @@
-//! A ray and a plane.
+//! Intersection of a ray with a plane.
 
 use glam::DVec3;
 
 use crate::geometry::Ray;
 
-/// Where a ray meets a plane: (distance, hit − `center`), unless it runs along the plane or the
-/// plane lies behind.
+/// The intersection of a ray with a plane: (distance, hit − `center`), unless the ray runs along the plane or
+/// the plane lies behind it.
 #[inline]
 pub(in crate::geometry) fn meet_plane(
     ray: &Ray,
@@ -15,7 +15,7 @@ pub(in crate::geometry) fn meet_plane(
     let from_center = ray.origin - center;
     let height = normal.dot(from_center);
     let approach = normal.dot(ray.direction);
-    // Ahead only if height and approach have opposite signs; both branches reject NaN.
+    // The plane is ahead only if height and approach have opposite signs; both branches reject NaN.
     if height * approach < 0.0 {
         let distance = -height / approach;
         Some((distance, from_center + ray.direction * distance))
