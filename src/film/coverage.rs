@@ -1,17 +1,17 @@
-//! Which texels the image of a triangle falls in, and how much of the triangle in each.
+//! The parts of a triangle whose images fall in each texel.
 //!
-//! A triangle of *light space* is mapped onto the film by an affine map. What counts is how much
-//! of the triangle lands in a texel, measured where light starts and not where it ends: then
-//! the image may be folded over, turned round or collapsed to a needle or a point, and all of the
-//! triangle is still dealt out, to rounding. The image is cut along texel lines; every cut is a
-//! cut of the triangle itself, along the line where a linear function takes a whole number.
+//! A triangle of *light space* is mapped onto the film by an affine map. The share of the triangle that lands
+//! in a texel is measured where light starts and not where it ends. So the image may be folded over, turned
+//! around or collapsed to a needle or a point. All of the triangle is still dealt out, to rounding. The image
+//! is cut along texel lines. Every cut is a cut of the triangle itself, along the line on which a linear
+//! function takes a whole number.
 
 use glam::DVec2;
 
-/// A part of a triangle: its area and where it is, in barycentric coordinates.
+/// A part of a triangle: its area and its place, in barycentric coordinates.
 ///
-/// The integral of a function that is linear over the triangle, with values f₀, f₁, f₂ at its
-/// vertices, over the part is
+/// The integral of a function that is linear over the triangle, with values f₀, f₁, f₂ at its vertices, over
+/// the part is
 ///
 /// ```text
 /// ∫ f = triangle area · (f₀ share + (f₁ − f₀) moment.x + (f₂ − f₀) moment.y)
@@ -20,8 +20,8 @@ use glam::DVec2;
 pub struct TrianglePart {
     /// Its area, as a fraction (0..=1) of the triangle's.
     pub share: f64,
-    /// The integral over it of the barycentric weights of the second and the third vertex, as a
-    /// fraction of the triangle's area.
+    /// The integral over it of the barycentric weights of the second and the third vertex, as a fraction of
+    /// the triangle's area.
     pub moment: DVec2,
 }
 
@@ -38,10 +38,9 @@ pub type TexelIndex = [usize; 2];
 
 /// Deals a triangle out to the texels of a film of `size` columns and rows.
 ///
-/// `image` holds the images of its vertices in texels: texel (column, row) is
-/// [column, column + 1) x [row, row + 1). `deposit` is called at most once a texel, with the part of
-/// the triangle that lands there. What lands off the film, or has an image that is not finite,
-/// is not deposited.
+/// `image` holds the images of its vertices in texels: texel (column, row) is [column, column + 1) x [row,
+/// row + 1). `deposit` is called at most once a texel, with the part of the triangle that lands there. Parts
+/// that land off the film are not deposited, nor is a triangle whose image is not finite.
 #[inline]
 pub fn deal(
     image: [DVec2; 3],
@@ -244,8 +243,8 @@ mod tests {
 
     #[test]
     fn a_needle_is_dealt_out_along_its_length() {
-        // All of the image lies on y = 0.5; x is 0 at one corner and 4 at both others, so the
-        // share left of x is (x/4)².
+        // All of the image lies on y = 0.5; x is 0 at one corner and 4 at both others, so the share left of x
+        // is (x/4)².
         let found = parts([
             DVec2::new(0.0, 0.5),
             DVec2::new(4.0, 0.5),
@@ -266,7 +265,7 @@ mod tests {
     }
 
     fn point(reach: f64) -> impl Strategy<Value = DVec2> {
-        // Multiples of 1/4 now and then, so that texel lines are met exactly.
+        // Some points are multiples of 1/4, so that they lie exactly on texel lines.
         (-reach..reach, -reach..reach, any::<bool>()).prop_map(|(x, y, snap)| {
             let at = DVec2::new(x, y);
             if snap { (at * 4.0).round() / 4.0 } else { at }
@@ -282,8 +281,8 @@ mod tests {
             let found = parts([a, b, c].map(|p| p + inside));
             let share: f64 = found.iter().map(|(_, part)| part.share).sum();
             let moment: DVec2 = found.iter().map(|(_, part)| part.moment).sum();
-            // Every crossing rounds its weights by a few units of 2⁻⁵³, and a cut line is shared
-            // by the parts on both sides: only its ends on the triangle's edges matter.
+            // Every crossing rounds its weights by a few units of 2⁻⁵³, and a cut line is shared by the parts
+            // on both sides: only its ends on the triangle's edges matter.
             prop_assert!((share - 1.0).abs() < 1e-13, "{share}");
             prop_assert!((moment - DVec2::splat(1.0 / 3.0)).abs().max_element() < 1e-13);
         }
@@ -307,8 +306,8 @@ mod tests {
                     .iter()
                     .find(|(other, _)| *other == texel)
                     .map_or(0.0, |(_, part)| part.share);
-                // The shift rounds images by 2⁻⁴⁹ texels; a share changes with the image by at
-                // most 2/extent, and extents below 2⁻²⁰ are not drawn.
+                // The shift rounds images by 2⁻⁴⁹ texels; a share changes with the image by at most 2/extent,
+                // and extents below 2⁻²⁰ are not drawn.
                 prop_assert!((part.share - share).abs() < 1e-8, "{texel:?}");
             }
         }

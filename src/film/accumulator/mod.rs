@@ -10,20 +10,20 @@ use rayon::prelude::*;
 use crate::numeric::FixedPoint;
 use crate::numeric::wide::{Wide, quotient};
 
-/// Sums of deposits on the texels of one layer, and what their error bars need.
+/// Sums of deposits on the texels of one layer, and the sums that their error bars need.
 ///
-/// A *replicate* is one independent estimate of the whole layer. Its deposits are integers
-/// (quanta of a [`FixedPoint`] scale) that all threads add with [`Accumulator::deposit`];
-/// [`Accumulator::flush`] ends it. Integer sums commute, and nothing is rounded before
-/// [`Accumulator::estimate`]: the same deposits give the same bits in any order, on any number
-/// of threads, and in any number of shards joined by [`Accumulator::merge`].
+/// A *replicate* is one independent estimate of the whole layer. Its deposits are integers (quanta of a
+/// [`FixedPoint`] scale) that all threads add with [`Accumulator::deposit`]; [`Accumulator::flush`] ends it.
+/// Integer sums commute, and nothing is rounded before [`Accumulator::estimate`]. So the same deposits give
+/// the same bits in any order, on any number of threads, and in any number of shards joined by
+/// [`Accumulator::merge`].
 ///
-/// With S the sum of one replicate at one texel, Σ runs over replicates and keeps ΣS and ΣS².
+/// With S the sum of one replicate at one texel, Σ runs over replicates; ΣS and ΣS² are kept.
 ///
-/// **Range.** A scale from [`FixedPoint::for_total`] of the emitted flux keeps |S| ≤ 2⁶⁰ (all light
-/// on one texel), so that S² ≤ 2¹²⁰ and 255 such replicates fit the 128 bits of ΣS². Where a
-/// texel gets up to 2⁶² (four times the total), 15 do. Beyond, `flush` and `merge` say
-/// [`AccumulatorError::Overflow`]; nothing wraps silently.
+/// **Range.** A scale from [`FixedPoint::for_total`] of the emitted flux keeps |S| ≤ 2⁶⁰ (all light on one
+/// texel), so that S² ≤ 2¹²⁰ and 255 such replicates fit the 128 bits of ΣS². If a texel gets up to 2⁶² (four
+/// times the total), 15 do. Beyond, `flush` and `merge` return [`AccumulatorError::Overflow`]; nothing wraps
+/// silently.
 ///
 /// **Memory.** 40 bytes a texel and channel (8 for S, 16 for ΣS, 16 for ΣS²), and 8 a texel for counts.
 #[derive(Debug)]
@@ -34,24 +34,24 @@ pub struct Accumulator {
     replicates: u32,
     /// S of the replicate under way; texel by texel, its channels side by side.
     current: Vec<AtomicI64>,
-    /// Whether any S left `i64` in the replicate under way.
+    /// True if any S left `i64` in the replicate under way.
     current_overflowed: AtomicBool,
     sums: Vec<i128>,
     sums_of_squares: Vec<u128>,
-    /// Deposits a texel, where wanted.
+    /// Deposits a texel, if wanted.
     counts: Option<Vec<AtomicU64>>,
 }
 
-/// A mean over replicates and how far it may be off.
+/// A mean over replicates and its standard error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ReplicateMean {
     /// ΣS/R in the unit of the deposits, correctly rounded; NaN before the first replicate.
     pub mean: f64,
-    /// The standard error of the mean, same unit; `None` below two replicates.
+    /// The standard error of the mean, same unit; `None` for fewer than two replicates.
     pub standard_error: Option<f64>,
 }
 
-/// Why sums cannot be had.
+/// Reason why there are no sums.
 #[derive(Debug, thiserror::Error)]
 pub enum AccumulatorError {
     /// A sum left its integer.
@@ -59,14 +59,14 @@ pub enum AccumulatorError {
         "a texel's sum overflows: {0}; use fewer replicates, or a fixed-point scale for a larger total"
     )]
     Overflow(&'static str),
-    /// Sums of other things.
+    /// The sums belong to different layers.
     #[error("accumulators differ in {field}: {left} and {right}")]
     Mismatch {
-        /// What differs.
+        /// The field that differs.
         field: &'static str,
-        /// Here.
+        /// Its value here.
         left: String,
-        /// There.
+        /// Its value in the other accumulator.
         right: String,
     },
     /// Deposits that no flush has ended.
@@ -75,7 +75,7 @@ pub enum AccumulatorError {
     /// Bytes that are not a written accumulator.
     #[error("not a valid accumulator: {0}")]
     Malformed(String),
-    /// The system said no.
+    /// The system refused.
     #[error(transparent)]
     Io(#[from] io::Error),
 }
@@ -97,37 +97,37 @@ impl Accumulator {
         }
     }
 
-    /// Counts the deposits of each texel, too.
+    /// Also counts the deposits of each texel.
     #[must_use]
     pub fn with_counts(mut self) -> Self {
         self.counts = Some(zeros(self.texels));
         self
     }
 
-    /// How many texels.
+    /// Number of texels.
     pub const fn texels(&self) -> usize {
         self.texels
     }
 
-    /// How many channels a texel.
+    /// Number of channels a texel.
     pub const fn channels(&self) -> usize {
         self.channels
     }
 
-    /// What a deposit's integers mean.
+    /// The scale of a deposit's integers.
     pub const fn scale(&self) -> FixedPoint {
         self.scale
     }
 
-    /// How many replicates are in the sums: ended by [`Accumulator::flush`], here or in what was merged.
+    /// Number of replicates in the sums: ended by [`Accumulator::flush`], here or in merged accumulators.
     pub const fn replicates(&self) -> u32 {
         self.replicates
     }
 
-    /// Adds quanta to the channels of a texel, from any thread, and says whether it did.
+    /// Adds quanta to the channels of a texel, from any thread; returns true if it did.
     ///
-    /// Nothing is added for a texel outside, or where `CHANNELS` is not the number of channels:
-    /// light that would be lost, for the caller to account for.
+    /// Nothing is added for a texel outside, or if `CHANNELS` is not the number of channels: light that would
+    /// be lost, for the caller to account for.
     #[inline]
     #[must_use]
     pub fn deposit<const CHANNELS: usize>(&self, texel: usize, quanta: [i64; CHANNELS]) -> bool {
@@ -146,8 +146,8 @@ impl Accumulator {
         true
     }
 
-    /// Counts a deposit on a texel where counts are wanted, without its quanta: for one that
-    /// comes by [`Accumulator::deposit_all`]. Nothing is counted for a texel outside.
+    /// Counts a deposit on a texel if counts are wanted, without its quanta: for one that comes by
+    /// [`Accumulator::deposit_all`]. Nothing is counted for a texel outside.
     #[inline]
     pub fn count_deposit(&self, texel: usize) {
         if let Some(count) = self.counts.as_ref().and_then(|counts| counts.get(texel)) {
@@ -159,7 +159,7 @@ impl Accumulator {
     ///
     /// # Errors
     ///
-    /// Where texels, channels or scale differ.
+    /// If texels, channels or scale differ.
     pub fn deposit_all(&mut self, other: &Self) -> Result<(), AccumulatorError> {
         self.check_like(other)?;
         let overflowed = self
@@ -182,7 +182,7 @@ impl Accumulator {
         Ok(())
     }
 
-    /// Forgets the replicate under way; counts of its deposits stay.
+    /// Drops the replicate under way; counts of its deposits stay.
     pub fn discard(&mut self) {
         self.current
             .par_iter_mut()
@@ -228,8 +228,8 @@ impl Accumulator {
     ///
     /// # Errors
     ///
-    /// Where texels, channels or scale differ, where a replicate is under way on either side,
-    /// and on overflow (the sums are of no use then).
+    /// If texels, channels or scale differ, if a replicate is under way on either side, and on overflow (the
+    /// sums are of no use then).
     pub fn merge(&mut self, other: &Self) -> Result<(), AccumulatorError> {
         self.check_like(other)?;
         if self.counts.is_some() != other.counts.is_some() {
@@ -287,8 +287,8 @@ impl Accumulator {
     /// mean = ΣS / R        standard error = √( (R ΣS² − (ΣS)²) / (R² (R − 1)) )
     /// ```
     ///
-    /// The numerator is computed in integers of 256 bits: nothing cancels, and equal replicates
-    /// give an error of exactly zero.
+    /// The numerator is computed in integers of 256 bits: nothing cancels, and equal replicates give an error
+    /// of exactly zero.
     pub fn estimate(&self, texel: usize, channel: usize) -> Option<ReplicateMean> {
         if channel >= self.channels {
             return None;
@@ -319,12 +319,12 @@ impl Accumulator {
         self.sums.get(texel * self.channels + channel).copied()
     }
 
-    /// How many deposits a texel got; `None` outside or without [`Accumulator::with_counts`].
+    /// Number of deposits that a texel got; `None` outside or without [`Accumulator::with_counts`].
     pub fn count(&self, texel: usize) -> Option<u64> {
         Some(self.counts.as_ref()?.get(texel)?.load(Ordering::Relaxed))
     }
 
-    /// Refuses sums that do not mean the same as these.
+    /// Refuses sums that do not have the same meaning as these.
     fn check_like(&self, other: &Self) -> Result<(), AccumulatorError> {
         let layout = |a: &Self| {
             [
@@ -344,7 +344,7 @@ impl Accumulator {
         Ok(())
     }
 
-    /// Whether any deposit waits for its flush.
+    /// True if any deposit waits for its flush.
     fn is_under_way(&self) -> bool {
         self.current_overflowed.load(Ordering::Relaxed)
             || self

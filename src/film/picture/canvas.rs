@@ -46,7 +46,7 @@ impl PictureCanvas {
         }
     }
 
-    /// Draws a frame of `thickness` just outside a rectangle; needs as much room round it.
+    /// Draws a frame of `thickness` just outside a rectangle; needs as much space around it.
     pub(super) fn frame(
         &mut self,
         [x, y]: [usize; 2],

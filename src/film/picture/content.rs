@@ -1,31 +1,31 @@
-//! What a picture shows.
+//! The content of a picture.
 
 use crate::film::Grid;
 
 use super::palette;
 use super::range::{BarRange, Scale};
 
-/// What a picture shows.
+/// The content of a picture, and its labels.
 #[derive(Clone, Copy, Debug)]
 pub struct PictureSpec<'a> {
-    /// One line above the map; broken where it is wider.
+    /// One line above the map; broken if it is wider.
     pub title: &'a str,
     /// The unit of the values, above the bar: `W/m²`.
     pub unit: &'a str,
-    /// The values and how they become colours.
+    /// The values and their colours.
     pub content: Content<'a>,
-    /// The values at the ends of the bar; `None` chooses them, as [`BarRange`] says.
+    /// The values at the ends of the bar; `None` chooses them, as described at [`BarRange`].
     pub range: Option<BarRange>,
 }
 
-/// Values, and how they become colours. Row 0 is the top.
+/// Values, and the rule for their colours. Row 0 is the top.
 #[derive(Clone, Copy, Debug)]
 pub enum Content<'a> {
     /// One number a texel, in perceptually even steps of colour (*inferno*: dark to bright).
     FalseColour {
         /// The numbers.
         values: &'a Grid<f32>,
-        /// Even steps of what.
+        /// The quantity that has even steps.
         scale: Scale,
     },
     /// Differences: blue below zero, white at zero, red above. Linear.
@@ -41,8 +41,8 @@ pub enum Content<'a> {
     },
 }
 
-/// Decades that a logarithmic bar shows where nobody chose: enough for a caustic beside the
-/// light that surrounds it, and no fewer than two, so that noise does not look like an image.
+/// Number of decades that a logarithmic bar shows by default: enough for a caustic beside the light that
+/// surrounds it, and no fewer than two, so that noise does not look like an image.
 const DECADES: std::ops::RangeInclusive<f64> = 2.0..=6.0;
 
 impl Content<'_> {
@@ -144,7 +144,7 @@ impl BarRange {
         if range.is_usable(content.scale()) {
             return range;
         }
-        // Nothing finite, or all the same: there is no contrast to show.
+        // Nothing is finite, or all values are the same: there is no contrast to show.
         match (content, content.scale()) {
             (Content::Signed { .. }, _) => Self {
                 low: -1.0,

@@ -1,4 +1,4 @@
-//! Where the parts of a picture are.
+//! Layout of the parts of a picture.
 
 use super::canvas::{GLYPH, PictureCanvas};
 use super::content::{Content, PictureSpec};
@@ -15,15 +15,15 @@ const BACKGROUND: [u8; 3] = [255; 3];
 const INK: [u8; 3] = [38, 38, 43];
 const LINE: [u8; 3] = [110, 110, 118];
 
-/// All positions in pixels; the origin is the upper left corner.
+/// The positions of all parts in pixels; the origin is the upper left corner.
 pub(super) struct PictureLayout {
-    /// Pixels a pixel of the font.
+    /// Number of pixels in a pixel of the font.
     font: usize,
-    /// Pixels a texel.
+    /// Number of pixels in a texel.
     zoom: usize,
     title: Vec<String>,
     ticks: Vec<Tick>,
-    /// Whether values go on below and above the bar.
+    /// True if values go on below and above the bar.
     beyond: [bool; 2],
     map: [usize; 2],
     map_size: [usize; 2],
@@ -37,7 +37,7 @@ impl PictureLayout {
         let (width, height) = spec.content.size();
         let zoom = SMALLEST_MAP.div_ceil(width.max(height));
         let map_size = [width * zoom, height * zoom];
-        // By the shorter side, so that text does not dwarf a strip.
+        // The shorter side decides, so that text does not dwarf a strip.
         let font = match map_size[0].min(map_size[1]) {
             0..480 => 1,
             480..1440 => 2,
@@ -60,7 +60,7 @@ impl PictureLayout {
             spec.title.to_owned()
         };
         let title = wrapped(title.trim(), header_width / (GLYPH * font));
-        // The unit stands on the title's last line.
+        // The unit is on the title's last line.
         let header = title.len().max(1) * line + 3 * font;
         let triangle = 10 * font;
         let overhang = beyond.map(|beyond| if beyond { triangle } else { 0 });
@@ -68,7 +68,7 @@ impl PictureLayout {
         let full_bar = map_size[1].max(SHORTEST_BAR * font);
         let bar_size = [12 * font, full_bar - overhang[0] - overhang[1]];
         let bar = [map[0] + header_width + 12 * font, map[1] + overhang[1]];
-        // Labels need their height and as much again of air.
+        // Labels need their height and as much space again.
         let ticks = ticks(
             range,
             spec.content.scale(),
@@ -150,8 +150,8 @@ impl PictureLayout {
         }
     }
 
-    /// A triangle on one end of the bar, framed; `line(row)` is the picture's line of its row,
-    /// counted from its base.
+    /// Draws a triangle on one end of the bar, framed; `line(row)` is the picture's line of its row, counted
+    /// from its base.
     fn draw_triangle(
         &self,
         canvas: &mut PictureCanvas,
@@ -186,7 +186,7 @@ impl PictureLayout {
     }
 }
 
-/// Whether a value is just "no light": below a logarithmic bar, and not news.
+/// True if a value just means "no light": it is below a logarithmic bar, and needs no mark.
 fn is_black(content: &Content, value: f64) -> bool {
     matches!(content.scale(), Scale::Logarithmic) && value == 0.0
 }

@@ -1,4 +1,4 @@
-//! PNG pictures of maps: a title, the map, and a bar that says what its colours mean.
+//! PNG pictures of maps: a title, the map, and a bar that explains its colours.
 //!
 //! ```text
 //!   title                        unit
@@ -10,8 +10,8 @@
 //!  +---------------------------+ +-+
 //! ```
 //!
-//! A triangle above or below the bar says that values go on beyond it; magenta is what is
-//! no number. Maps smaller than 256 texels are enlarged by a whole factor, texels kept square.
+//! A triangle above or below the bar means that values go on beyond it; magenta marks values that are not
+//! numbers. Maps smaller than 256 texels are enlarged by a whole factor, texels kept square.
 
 mod canvas;
 mod content;

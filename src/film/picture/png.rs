@@ -9,10 +9,10 @@ use super::content::PictureSpec;
 use super::layout::PictureLayout;
 use super::range::BarRange;
 
-/// The most texels each way.
+/// The largest number of texels each way.
 const MAX_SIZE: usize = 8192;
 
-/// Why there is no picture.
+/// Reason why there is no picture.
 #[derive(Debug, thiserror::Error)]
 pub enum PictureError {
     /// Nothing to show, or more than an image viewer takes.
@@ -21,9 +21,9 @@ pub enum PictureError {
         MAX_SIZE
     )]
     Size {
-        /// Texels a row.
+        /// Number of texels a row.
         width: usize,
-        /// Rows.
+        /// Number of rows.
         height: usize,
     },
     /// Ends that make no bar.
@@ -36,15 +36,15 @@ pub enum PictureError {
         /// The upper end.
         high: f64,
     },
-    /// The encoder said no.
+    /// The encoder refused.
     #[error("cannot encode {path}: {message}")]
     Encode {
-        /// The file that was to be.
+        /// The file that was to be written.
         path: String,
-        /// What the encoder said.
+        /// The encoder's message.
         message: String,
     },
-    /// The system said no.
+    /// The system refused.
     #[error(transparent)]
     Write(#[from] WriteError),
 }
@@ -62,7 +62,7 @@ pub enum PictureError {
 ///
 /// # Errors
 ///
-/// For an empty or too large map, a range that makes no bar, and where the file cannot be written.
+/// For an empty or too large map, a range that makes no bar, and a file that cannot be written.
 pub fn write(path: &Path, spec: &PictureSpec) -> Result<(), PictureError> {
     let (width, height) = spec.content.size();
     if !(1..=MAX_SIZE).contains(&width) || !(1..=MAX_SIZE).contains(&height) {

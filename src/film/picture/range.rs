@@ -1,6 +1,6 @@
 //! The values at the ends of the bar, and the steps between them.
 
-/// What equal steps of colour mean.
+/// The meaning of equal steps of colour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scale {
     /// Equal differences.
@@ -11,12 +11,12 @@ pub enum Scale {
 
 /// The values that have the first and the last colour.
 ///
-/// Where nobody chooses one, it suits the values:
+/// The default suits the values:
 ///
-/// - Linear: from 0, or from the lowest value where that is negative, to the highest.
+/// - Linear: from 0, or from the lowest value if that is negative, to the highest.
 /// - Signed: as far below zero as above it.
-/// - Logarithmic: from the value that one positive texel in a hundred is below to the
-///   highest, but two decades at least and six at most.
+/// - Logarithmic: from the value that one positive texel in a hundred is below to the highest, but two
+///   decades at least and six at most.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BarRange {
     /// The value at the lower end.
@@ -26,15 +26,15 @@ pub struct BarRange {
 }
 
 impl BarRange {
-    /// Whether a bar can be drawn.
+    /// True if a bar can be drawn.
     pub(super) fn is_usable(&self, scale: Scale) -> bool {
         let Self { low, high } = *self;
-        // The extent, too: a bar from -1e308 to 1e308 has none.
+        // The extent must be finite, too: a bar from -1e308 to 1e308 has none.
         low < high && (high - low).is_finite() && (scale == Scale::Linear || low > 0.0)
     }
 
-    /// Where a value is on the bar, from 0 at the lower end to 1 at the upper; values beyond
-    /// are at the ends.
+    /// The position of a value on the bar, from 0 at the lower end to 1 at the upper; values beyond are at
+    /// the ends.
     pub(super) fn position(&self, value: f64, scale: Scale) -> f64 {
         let position = match scale {
             Scale::Linear => (value - self.low) / (self.high - self.low),
