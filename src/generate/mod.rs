@@ -1,11 +1,11 @@
-//! Makes the meshes of the bundled scenes, at any fineness, and writes the scenes into a folder.
+//! Generators of the meshes of the bundled scenes, at any fineness, and of whole scenes in a folder.
 //!
 //! Pure functions of their arguments: the same bytes on every run. Every `.ply` file in `scenes/` is
 //! reproduced byte for byte by [`generate`] with [`GenerateOptions::default`].
 //!
 //! (Floor 2: this room imports from `geometry`, and `film` for whole files.)
 
-mod ball;
+pub(crate) mod ball;
 mod facets;
 mod height_field;
 mod ply;
@@ -56,7 +56,7 @@ pub struct BundledScene {
     mesh: Option<fn(detail: u32) -> MeshParts>,
 }
 
-/// How to generate.
+/// Settings of the generators.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct GenerateOptions {
     /// A factor on the number of cuts along every direction of a curved mesh: `detail`² times the
@@ -75,19 +75,19 @@ impl Default for GenerateOptions {
     }
 }
 
-/// Why a scene cannot be generated.
+/// Reason why a scene cannot be generated.
 #[derive(Debug, thiserror::Error)]
 pub enum GenerateError {
     /// No bundled scene has this name.
     #[error("there is no scene {name:?}; allowed: {}", scene_names().collect::<Vec<_>>().join(", "))]
     UnknownScene {
-        /// What was asked for.
+        /// The name asked for.
         name: String,
     },
     /// The detail is out of range.
     #[error("detail = {detail}: allowed are 1 to {}", GenerateOptions::MAX_DETAIL)]
     Detail {
-        /// What was asked for.
+        /// The detail asked for.
         detail: u32,
     },
     /// The folder cannot be made.
@@ -95,7 +95,7 @@ pub enum GenerateError {
     Folder {
         /// The folder.
         path: PathBuf,
-        /// What the system says.
+        /// The system's error.
         #[source]
         error: io::Error,
     },
@@ -151,7 +151,7 @@ pub fn scene_names() -> impl Iterator<Item = &'static str> {
 }
 
 impl BundledScene {
-    /// The bytes of the scene's mesh file at this detail, or `None` where the scene has none.
+    /// The bytes of the scene's mesh file at this detail; `None` if the scene has none.
     pub fn ply(&self, detail: u32) -> Option<Vec<u8>> {
         let mesh = self.mesh?(detail.max(1));
         let comment = format!("nephroid generate {}: detail {detail}", self.name);
@@ -162,15 +162,15 @@ impl BundledScene {
     }
 }
 
-/// Writes the scene `name` (its XML file and its mesh, if it has one) into the folder `out_dir`, which is made
-/// where missing, and returns the files written.
+/// Writes the scene `name` (its XML file and its mesh, if it has one) into the folder `out_dir`, which is
+/// made if it is missing, and returns the files written.
 ///
-/// Each file is written under a temporary name and then renamed: a failed run leaves no half file
-/// and no damaged old one.
+/// Each file is written under a temporary name and then renamed: a failed run leaves no half file and no
+/// damaged old one.
 ///
 /// # Errors
 ///
-/// Where the name or the detail is not allowed, or a file cannot be written.
+/// If the name or the detail is not allowed, or a file cannot be written.
 pub fn generate(
     name: &str,
     out_dir: &Path,
