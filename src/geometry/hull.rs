@@ -11,8 +11,8 @@ use super::Bounds;
 ///
 /// The quadratic through the six bounds the points between them: with barycentric weights λ it is
 /// Σ λᵢ pᵢ + 4 Σ λⱼ λₖ dᵢ, in which dᵢ is the distance of a middle from the mean of its edge's ends. The
-/// second sum has its largest weight, 4/3, in the centre. The margin used everywhere here is twice the largest
-/// |d|: half as much again, for the part that a quadratic does not show.
+/// second sum has its largest weight, 4/3, in the centre. The margin used everywhere here is twice the
+/// largest |d|: half as much again, for the part that a quadratic does not show.
 const MARGIN: f64 = 2.0;
 
 /// The two corners at the ends of the edge opposite to each corner.
@@ -59,8 +59,8 @@ pub fn longest(vectors: &[DVec3; 6]) -> f64 {
     longest.sqrt() + bulge(vectors)
 }
 
-/// The convex hull of a bundle of path segments, and so of two triangles whose corners are balls as large as
-/// the bulge of the paths between the corners.
+/// The convex hull of a bundle of path segments. It is that of two triangles whose corners are balls, as
+/// large as the paths between the corners bulge.
 ///
 /// Tests for overlap are conservative: false only if no part of the hull is in the tested shape. They look
 /// for a plane between the two (separating axes) among a few good ones.

@@ -112,7 +112,7 @@ pub struct Integral {
     pub error: f64,
     /// Number of calls of f.
     pub evaluations: usize,
-    /// True if `error` met the tolerance. Also false if f was not finite anywhere.
+    /// True if `error` met the tolerance. Also false if any value of f was not finite.
     pub converged: bool,
 }
 

@@ -33,7 +33,7 @@ const fn direction_numbers(degree: usize, a: u64, initial: [u64; 3]) -> [u32; 32
             }
             value
         };
-        // v_k = m_k / 2^{k+1} as a 32-bit fraction, then turned round.
+        // v_k = m_k / 2^{k+1} as a 32-bit fraction, then bit-reversed.
         reversed[k] = ((m[k] << (31 - k)) as u32).reverse_bits();
         k += 1;
     }

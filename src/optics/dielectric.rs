@@ -25,9 +25,9 @@ use crate::numeric::fused::with_fused;
 ///
 /// Here nothing cancels for η near 1, for which F is about a²/16 and keeps its digits. At Brewster's angle
 /// `r_p` cancels, but `r_s` does not. Rounding errors are compensated for (`numeric/compensated.rs`). So F is
-/// off by one rounding, u = 2⁻⁵³ of itself, at every angle and for η from 1e-3 on, also near the critical
-/// angle, at which w by itself loses all digits. That takes some 40 ns; with each operation rounded it would
-/// be 9.
+/// off by one rounding, u = 2⁻⁵³ of itself, at every angle and for η from 1e-3 on. That includes angles near
+/// the critical one, at which w by itself loses all digits. This takes some 40 ns; with each operation
+/// rounded it would be 9.
 ///
 /// - `cos_incident`: cos θᵢ in 0..=1, on the side light arrives from.
 /// - `eta`: `n_transmitted / n_incident`; `1.33` enters water from air.

@@ -102,10 +102,10 @@ impl NarrowShear {
     ///
     /// # The error bound
     ///
-    /// With u = 2⁻²⁴ and coordinates of at most 1 in the frame, a vertex less the origin is off by u + u from
-    /// the two and 2u from the difference, and by the margin m that bounds all errors of the ray. Its image
-    /// `x − s z`, |s| ≤ 1, is off by 4u for x and for z, 2u · 2 for s, 2u for the product and 4u for the
-    /// difference: δ = 18u + 2m.
+    /// Let u = 2⁻²⁴, and let coordinates in the frame be at most 1. A vertex less the origin is off by u + u
+    /// from the two and 2u from the difference, and by the margin m that bounds all errors of the ray. Its
+    /// image `x − s z`, |s| ≤ 1, is off by 4u for x and for z, 2u · 2 for s, 2u for the product and 4u for
+    /// the difference: δ = 18u + 2m.
     ///
     /// An edge function of images with coordinates up to M (at most 4) is then off by 4δM + 2δ² and, for its
     /// own roundings, 4uM² ≤ 16uM. So it is off by less than (4δ + 16u) M + 2δ². A quarter more covers the

@@ -219,7 +219,7 @@ impl TreeNode {
 
 /// Children still to be visited, with the distances at which the ray enters them.
 ///
-/// Of fixed size, as nearly all searches need no more; the rest goes to the heap.
+/// The array is of fixed size, as nearly all searches need no more; the rest goes to the heap.
 struct Stack {
     fixed: [(f32, Child); Self::FIXED],
     used: usize,

@@ -87,7 +87,7 @@ impl Sphere {
         )
     }
 
-    /// The surface at the point where the half-line from the center along `direction` (of any length) leaves.
+    /// The surface at the end of the radius along `direction` (of any length).
     pub fn along(&self, direction: DVec3) -> SurfacePoint {
         let to_surface = direction * (self.radius / direction.length());
         let normal = to_surface * self.signed_curvature;
