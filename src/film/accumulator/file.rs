@@ -8,7 +8,7 @@ use flate2::bufread::GzDecoder;
 use flate2::write::GzEncoder;
 use rayon::prelude::*;
 
-use super::{Accumulator, AccumulatorError, zeros};
+use super::sums::{Accumulator, AccumulatorError, zeros};
 use crate::numeric::FixedPoint;
 use crate::numeric::wide::Wide;
 

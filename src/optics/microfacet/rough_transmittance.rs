@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{FacetDistribution, Microfacets};
+use super::facets::{FacetDistribution, Microfacets};
 use crate::numeric::quadrature::GaussLegendre;
 use crate::optics::{dielectric_reflectance, reflect, refract};
 
