@@ -1,11 +1,12 @@
-//! Seconds and rays to a true error, beams beside Sobol' photons: `cargo bench --bench beams`; with `-- --all`, some minutes, on
-//! all scenes.
+//! Seconds and rays to a true error, beams beside Sobol' photons: `cargo bench --bench beams`; with `--
+//! --all`, some minutes, on all scenes.
 //!
-//! True errors are root mean square over the lit texels, relative to their mean, of all specular
-//! layers together, to depth 4 (the bumpy ball: 2): against closed forms where there are such, else
-//! against a finer beam run. Photons are far from such errors in the time of a bench: their seconds to the
-//! true error that beams came to are *extrapolated* from two runs, 16 times apart, with the order that the two show. Set-up and
-//! direct light are in everybody's seconds; what direct light takes of beams' is told beside it.
+//! True errors are root mean square over the lit texels, relative to their mean, of all specular layers
+//! together, to depth 4 (the bumpy ball: 2). They are against closed forms if there are such, else against a
+//! finer beam run. Photons are far from such errors in the time of a bench. Their seconds to the true error
+//! of beams are *extrapolated* from two runs, 16 times apart, with the order that the two show. Set-up and
+//! direct light are in everybody's seconds; the share of direct light in the beams' seconds is shown beside
+//! it.
 
 #[path = "../tests/support/mod.rs"]
 mod support;
@@ -71,7 +72,8 @@ fn compare(contest: &Contest) {
     }
 }
 
-/// What Linux tells of this process: memory in kilobytes, and the seconds of all its threads; elsewhere nothing is known.
+/// Linux' figures of this process: memory in kilobytes, and the seconds of all its threads; unknown on other
+/// systems.
 mod process {
     use std::fs;
 
@@ -83,16 +85,17 @@ mod process {
         field("VmHWM:")
     }
 
-    /// Starts a new peak; where it cannot, the old one stands.
+    /// Starts a new peak; if that is not possible, the old one stands.
     pub fn forget_peak() {
         let _ = fs::write("/proc/self/clear_refs", "5");
     }
 
-    /// In steps of 10 ms.
+    /// CPU seconds, in steps of 10 ms.
     pub fn cpu_seconds() -> f64 {
         let ticks = || {
             let stat = fs::read_to_string("/proc/self/stat").ok()?;
-            // Behind the name, which may hold anything: `utime` and `stime` are fields 14 and 15 of the line.
+            // Fields are counted after the name, which may hold anything: `utime` and `stime` are fields 14
+            // and 15 of the line.
             let (_, fields) = stat.rsplit_once(')')?;
             let mut times = fields.split_whitespace().skip(11).map(str::parse::<f64>);
             Some(times.next()?.ok()? + times.next()?.ok()?)

@@ -1,9 +1,10 @@
 //! A frame of caustic mapping, stage by stage: `cargo bench --bench caustic_map`, or of some splats alone:
 //! `cargo bench --bench caustic_map -- thin-lens`.
 //!
-//! 512² photons, a refractor of about 70,000 triangles, exact refraction and hits, a map of 512² with splats of each
-//! kind, read once a texel on a receiver of 512². The median of nine frames; the scene and its trees are built once. The mesh is the
-//! bunny of the folder beside the crate, or a bumpy ball of 82,000 triangles where there is none.
+//! 512² photons, a refractor of about 70,000 triangles, exact refraction and hits, a map of 512² with splats
+//! of each kind, read once a texel on a receiver of 512². The figures are the median of nine frames; the
+//! scene and its trees are built once. The mesh is the bunny of the folder beside the crate, or a bumpy ball
+//! of 82,000 triangles if there is none.
 
 #[path = "../tests/support/mod.rs"]
 mod support;
@@ -72,14 +73,15 @@ fn main() {
     }
 }
 
-/// User and system time of all threads \[s\], where the system says (Linux): what a frame costs however busy the machine is.
+/// User and system time of all threads \[s\] if the system tells it (Linux): the cost of a frame, however
+/// busy the machine is.
 fn cpu_seconds() -> f64 {
-    /// What Linux counts in, on all its platforms.
+    /// The unit in which Linux counts, on all its platforms.
     const TICKS_A_SECOND: f64 = 100.0;
     let Ok(stat) = std::fs::read_to_string("/proc/self/stat") else {
         return f64::NAN;
     };
-    // The program's name may hold spaces: fields count from behind it.
+    // The program's name may hold spaces: fields are counted from behind it.
     let after = stat.rsplit(')').next().unwrap_or_default();
     let ticks = after.split_whitespace().skip(11).take(2);
     let ticks: f64 = ticks.filter_map(|field| field.parse::<f64>().ok()).sum();

@@ -1,11 +1,11 @@
 //! Error for the same time, beside Mitsuba: `cargo bench --bench mitsuba -- --all`.
 //!
-//! Both programs render the same scene file by turns, some seeds each, with as many threads. For each pixel the variance of
-//! one render is the scatter over seeds; what is compared is the sum of variances times the time of a render, which no number of
-//! samples changes where points are random. Time is CPU time where the system tells it, since another program's work is none
-//! of it, and wall time elsewhere.
+//! Both programs render the same scene file by turns, some seeds each, with as many threads. For each pixel
+//! the variance of one render is the scatter over seeds. The sum of variances times the time of a render is
+//! compared, which does not depend on the number of samples if points are random. Time is CPU time if the
+//! system tells it, since another program's work is not part of it, and wall time elsewhere.
 //!
-//! Skipped, with the reason, where there is no Python with Mitsuba 3.9.1.
+//! Skipped, with the reason, if there is no Python with Mitsuba 3.9.1.
 
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
@@ -68,13 +68,13 @@ fn main() {
 
 #[derive(Clone, Copy, PartialEq)]
 enum Ours {
-    /// Against `path`.
+    /// Paths, against `path`.
     Path,
     /// Photons connected to the camera, against `ptracer`.
     Light,
 }
 
-/// Images of some seeds, and what they took on the average.
+/// Images of some seeds, and the mean time of a render.
 #[derive(Default)]
 struct Renders {
     images: Vec<Vec<f64>>,
@@ -87,7 +87,7 @@ impl Renders {
         self.seconds += seconds / SEEDS as f64;
     }
 
-    /// Σ variance of a render / Σ value², over the pixels wanted.
+    /// The variance of a render relative to the value: Σ variance / Σ value², over the pixels wanted.
     fn relative_variance(&self, wanted: &[bool]) -> f64 {
         let count = self.images.len() as f64;
         let (mut variances, mut squares) = (0.0, 0.0);
@@ -124,7 +124,7 @@ fn compare(
     }
     let wanted: Vec<bool> = match method {
         Ours::Path => vec![true; (WIDTH * HEIGHT) as usize],
-        // `ptracer` has direct light, too: only pixels in the ball's shadow say how noisy its caustic is.
+        // `ptracer` also has direct light: only pixels in the ball's shadow show the noise of its caustic.
         Ours::Light => {
             let direct = by_paths(&scene, &camera, 0, 2);
             let caustic = |pixel: usize| ours.images.iter().any(|image| image[pixel] > 0.0);
@@ -162,7 +162,7 @@ fn shipped(name: &str) -> PathBuf {
     scenes.join(name).with_extension("xml")
 }
 
-/// The scene with a diffuse ball in the place of the glass one: no light of it is a caustic's.
+/// The scene with a diffuse ball in the place of the glass one, so that none of its light is a caustic's.
 fn with_matt_ball(file: &Path, folder: &Path) -> PathBuf {
     let text = std::fs::read_to_string(file).expect("a shipped scene");
     let start = text
@@ -223,7 +223,7 @@ fn by_photons(scene: &Scene, camera: &Sensor, seed: u64) -> Vec<f64> {
     values(&found.expect("a shipped scene can be rendered").total)
 }
 
-/// What `work` returns, and its CPU seconds.
+/// The result of `work`, and its CPU seconds.
 fn timed(work: impl FnOnce() -> Vec<f64>) -> (Vec<f64>, f64) {
     let (start, cpu) = (Instant::now(), cpu_seconds());
     let image = work();
@@ -234,7 +234,8 @@ fn timed(work: impl FnOnce() -> Vec<f64>) -> (Vec<f64>, f64) {
     (image, seconds)
 }
 
-/// CPU seconds of this process, all threads: fields 14 and 15 of `/proc/self/stat` in ticks of 10 ms (proc(5)).
+/// CPU seconds of this process, all threads: fields 14 and 15 of `/proc/self/stat` in ticks of 10 ms
+/// (proc(5)).
 fn cpu_seconds() -> Option<f64> {
     let stat = std::fs::read_to_string("/proc/self/stat").ok()?;
     let fields: Vec<&str> = stat.rsplit(')').next()?.split_whitespace().collect();
@@ -242,14 +243,14 @@ fn cpu_seconds() -> Option<f64> {
     Some((ticks(11)? + ticks(12)?) / 100.0)
 }
 
-/// A Python that renders what it is asked to.
+/// A Python process that renders on request.
 struct Mitsuba {
     python: Child,
     answers: BufReader<ChildStdout>,
 }
 
 impl Mitsuba {
-    /// Starts it; the reason where that is not possible.
+    /// Starts it; returns the reason if that is not possible.
     fn start(variant: &str) -> Result<Self, String> {
         let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/render_with_mitsuba.py");
         let mut python = Command::new("python3")
@@ -305,7 +306,7 @@ impl Mitsuba {
 
 impl Drop for Mitsuba {
     fn drop(&mut self) {
-        // It ends with its input. Nothing is lost where it does not.
+        // It ends with its input. Nothing is lost if it does not.
         drop(self.python.stdin.take());
         let _ = self.python.wait();
     }

@@ -1,8 +1,8 @@
 //! Photons a second, and seconds to a given error: `cargo bench --bench photons`.
 //!
-//! Rates leave out set-up and direct light: they are differences of two runs' times. A photon at
-//! split depth 2 (the default) follows all branches of its first two interfaces; at split depth 0
-//! it takes one branch at random everywhere, as Mitsuba's `ptracer` does.
+//! Rates leave out set-up and direct light: they are differences of two runs' times. A photon at split depth
+//! 2 (the default) follows all branches of its first two interfaces. At split depth 0 it takes one branch at
+//! random everywhere, as Mitsuba's `ptracer` does.
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -27,7 +27,7 @@ fn load(path: &Path, size: u32) -> Scene {
     mitsuba::load(path, &[("size".to_owned(), size.to_string())]).expect("a shipped scene loads")
 }
 
-/// Whether this is `cargo bench`; `cargo test --benches` only sees that benches run.
+/// True for `cargo bench`; `cargo test --benches` only checks that benches run.
 fn is_measured() -> bool {
     std::env::args().any(|argument| argument == "--bench")
 }

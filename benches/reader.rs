@@ -1,7 +1,7 @@
-//! How fast scene and mesh files are read, in megabytes a second.
+//! Speed of reading scene and mesh files, in megabytes a second.
 //!
-//! The files are made here. Meshes have normals, so that none are computed; the time covers
-//! reading the file, the hash, parsing, and the mesh's checks.
+//! The files are made here. Meshes have normals, so that none are computed; the time covers reading the file,
+//! the hash, parsing, and the mesh's checks.
 
 use std::fmt::Write as _;
 use std::fs;

@@ -1,7 +1,7 @@
 //! Speed and work of the search for hits: `cargo bench --bench traversal`.
 //!
-//! Coherent rays leave one point through the texels of an image, in order. Incoherent rays join
-//! random points of a ball round the mesh. Inside rays leave random points within the solid.
+//! Coherent rays leave one point through the texels of an image, in order. Incoherent rays join random points
+//! of a ball around the mesh. Inside rays leave random points within the solid.
 //!
 //! The last table is the price of `f64`: the same rays through obvhs' own `f32` trees and triangles.
 
@@ -66,9 +66,10 @@ fn main() {
     contests.iter().for_each(|line| println!("{line}"));
 }
 
-/// Both searches of the same rays in turns, so that what else the machine does hits both; a line of the table.
+/// A line of the table: both searches of the same rays by turns, so that other work of the machine slows
+/// both.
 ///
-/// The error is that of the distance, relative to it, of rays that both find the same triangle for.
+/// The error is that of the distance, relative to it, for rays that find the same triangle in both.
 fn contest(scene: &str, kind: &str, world: &World, narrow: &Narrow, rays: &[Ray]) -> String {
     let (mut wide_seconds, mut narrow_seconds) = (f64::INFINITY, f64::INFINITY);
     for _ in 0..turns() {
@@ -108,12 +109,12 @@ fn contest(scene: &str, kind: &str, world: &World, narrow: &Narrow, rays: &[Ray]
     )
 }
 
-/// Whether this is `cargo bench`; `cargo test --benches` only sees that benches run.
+/// True for `cargo bench`; `cargo test --benches` only checks that benches run.
 fn is_measured() -> bool {
     std::env::args().any(|argument| argument == "--bench")
 }
 
-/// Runs of which the fastest counts.
+/// Number of runs of which the fastest counts.
 fn turns() -> u32 {
     if is_measured() { 12 } else { 1 }
 }
@@ -169,7 +170,7 @@ fn inside() -> Vec<Ray> {
         .collect()
 }
 
-/// Searches for all rays; (hits, work).
+/// Searches for all rays; returns (hits, work).
 fn search(world: &World, rays: &[Ray]) -> (usize, TraversalCounters) {
     let mut counters = TraversalCounters::default();
     let hits = rays

@@ -1,8 +1,7 @@
 //! RGB quantities.
 //!
-//! A spectral quantity is three numbers in linear sRGB primaries, as in Mitsuba's
-//! `rgb` variants. The unit (W, W/m², W/sr, W/m²/sr or none) belongs to the field
-//! that holds it.
+//! A spectral quantity is three numbers in linear sRGB primaries, as in Mitsuba's `rgb` variants. The unit
+//! (W, W/m², W/sr, W/m²/sr or none) belongs to the field that holds it.
 
 use std::iter::Sum;
 use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub};
@@ -30,19 +29,19 @@ impl Rgb {
         Self([red, green, blue])
     }
 
-    /// Whether the three channels hold the same value, so that one channel can stand for all.
+    /// True if the three channels hold the same value, so that one channel can stand for all.
     #[inline]
     pub fn is_grey(self) -> bool {
         self.0[0] == self.0[1] && self.0[1] == self.0[2]
     }
 
-    /// Whether every channel is exactly zero.
+    /// True if every channel is exactly zero.
     #[inline]
     pub fn is_black(self) -> bool {
         self.0 == [0.0; 3]
     }
 
-    /// Whether every channel is neither infinite nor NaN.
+    /// True if every channel is neither infinite nor NaN.
     #[inline]
     pub fn is_finite(self) -> bool {
         self.0.iter().all(|channel| channel.is_finite())
@@ -66,7 +65,7 @@ impl Rgb {
         (self.0[0] + self.0[1] + self.0[2]) / 3.0
     }
 
-    /// `f` of every channel.
+    /// The triple of `f` applied to every channel.
     #[inline]
     #[must_use]
     pub fn map(self, f: impl FnMut(f64) -> f64) -> Self {

@@ -1,4 +1,4 @@
-//! What obvhs itself offers: an eight-wide compressed tree over triangles, all in `f32`.
+//! The search that obvhs itself offers: an eight-wide compressed tree over triangles, all in `f32`.
 
 use std::time::Duration;
 
@@ -14,7 +14,7 @@ use obvhs::{
 /// A mesh in `f32`, to be hit by rays in `f32`.
 pub struct Narrow {
     tree: CwBvh,
-    /// In the order of the tree's leaves.
+    /// The triangles, in the order of the tree's leaves.
     triangles: Vec<Triangle>,
 }
 
@@ -26,7 +26,7 @@ impl Narrow {
                 Triangle { v0, v1, v2 }
             })
             .collect();
-        // The same preset as ours is made with (see `geometry/accel/build.rs`).
+        // The preset with which our trees are made (see `geometry/accel/build.rs`).
         let parameters = BvhBuildParams::medium_build();
         let tree = build_cwbvh_from_tris(&triangles, parameters, &mut Duration::default());
         let triangles = tree

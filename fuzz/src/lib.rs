@@ -1,7 +1,7 @@
-//! What the targets share: a file of the bytes to be tried, and a scene file that names it.
+//! Shared parts of the targets: a file of the bytes to be tried, and a scene file that names it.
 //!
-//! `cargo +nightly fuzz run ply -- -max_len=65536 -timeout=10 -rss_limit_mb=1024`, in the folder above; `-timeout` and `-rss_limit_mb`
-//! are the bars of time and memory that `tests/hostile.rs` derives.
+//! `cargo +nightly fuzz run ply -- -max_len=65536 -timeout=10 -rss_limit_mb=1024`, in the folder above;
+//! `-timeout` and `-rss_limit_mb` are the bars of time and memory that `tests/hostile.rs` derives.
 
 use std::path::PathBuf;
 use std::sync::OnceLock;
@@ -9,7 +9,7 @@ use std::sync::OnceLock;
 use nephroid::mitsuba;
 use tempfile::TempDir;
 
-/// Writes `bytes` as the file `name` of a folder that lasts as long as the process: its path.
+/// Writes `bytes` as the file `name` of a folder that lasts as long as the process; returns its path.
 pub fn file(name: &str, bytes: &[u8]) -> PathBuf {
     static FOLDER: OnceLock<TempDir> = OnceLock::new();
     let folder = FOLDER.get_or_init(|| TempDir::new().expect("a temporary folder"));
@@ -18,8 +18,8 @@ pub fn file(name: &str, bytes: &[u8]) -> PathBuf {
     path
 }
 
-/// Writes `bytes` as the file `name`, and loads the scene file `scene.xml` beside it, which is `scene` where that is not the
-/// file itself. Errors are fine: that it returns is the claim.
+/// Writes `bytes` as the file `name`, and loads a scene: the text `scene` as the file `scene.xml` beside it,
+/// or the file itself if there is none. Errors are fine: the claim is that it returns.
 pub fn load(name: &str, bytes: &[u8], scene: Option<&str>) {
     let written = file(name, bytes);
     let scene = scene.map_or(written, |text| file("scene.xml", text.as_bytes()));

@@ -5,15 +5,15 @@ use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-/// Why a file was not written. What stood at the path before still does.
+/// Reason why a file was not written. The former content of the path is still there.
 #[derive(Debug, thiserror::Error)]
 pub enum WriteError {
-    /// The folder is not there.
+    /// The folder does not exist.
     #[error("cannot write {}: folder {} does not exist", path.display(), folder.display())]
     NoFolder {
-        /// The file that was to be.
+        /// The file that was to be written.
         path: PathBuf,
-        /// The folder it was to be in.
+        /// The folder for it.
         folder: PathBuf,
     },
     /// The path names a folder, or nothing.
@@ -22,22 +22,22 @@ pub enum WriteError {
         /// The path given.
         path: PathBuf,
     },
-    /// The system said no.
+    /// The system refused.
     #[error("cannot write {}: {cause}", path.display())]
     Io {
-        /// The file that was to be.
+        /// The file that was to be written.
         path: PathBuf,
-        /// What the system said. Not a `source`: who prints those, too, would say it twice.
+        /// The system's error. Not a `source`: callers that also print those would say it twice.
         cause: io::Error,
     },
 }
 
-/// Finds out whether [`write()`] could write a file of this path, by beginning to: for runs that take
-/// an hour, and would have nowhere to leave their result. Nothing stays, and what stood at the path still does.
+/// Checks that [`write()`] could write a file of this path, by beginning to: for runs that take an hour, and
+/// would have no place for their result. No file stays, and the former content of the path is kept.
 ///
 /// # Errors
 ///
-/// Where the folder is missing or takes no file, or `path` is a folder.
+/// If the folder is missing or takes no file, or `path` is a folder.
 pub fn check(path: &Path) -> Result<(), WriteError> {
     let (folder, name) = place(path)?;
     let found = temporary(folder, name).and_then(tempfile::NamedTempFile::close);
@@ -47,15 +47,15 @@ pub fn check(path: &Path) -> Result<(), WriteError> {
     })
 }
 
-/// Writes a file by `fill`, so that `path` holds either all of it or what it held before.
+/// Writes a file by `fill`, so that `path` holds either all of it or its former content.
 ///
-/// `fill` writes to a temporary in the same folder (a rename does not cross file systems), which
-/// is brought to the disk and then renamed. Where anything fails, the temporary is removed.
-/// Missing folders are not made: a mistyped path should not look like success.
+/// `fill` writes to a temporary file in the same folder (a rename does not cross file systems), which is
+/// synced to disk and then renamed. If anything fails, the temporary file is removed. Missing folders are not
+/// made: a mistyped path should not look like success.
 ///
 /// # Errors
 ///
-/// Where the folder is missing, `path` is a folder, or `fill` or the system fails.
+/// If the folder is missing, `path` is a folder, or `fill` or the system fails.
 pub fn write(
     path: &Path,
     fill: impl FnOnce(&mut BufWriter<&File>) -> io::Result<()>,
@@ -87,13 +87,13 @@ fn place(path: &Path) -> Result<(&Path, &OsStr), WriteError> {
     Ok((folder, name))
 }
 
-/// An ordinary file that goes when it is dropped.
+/// An ordinary file that is removed when it is dropped.
 fn temporary(folder: &Path, name: &OsStr) -> io::Result<tempfile::NamedTempFile> {
     let mut prefix = OsString::from(".");
     prefix.push(name);
     let mut builder = tempfile::Builder::new();
     builder.prefix(&prefix).suffix(".partial");
-    // Temporaries are for their owner only; this one is to be an ordinary file.
+    // Temporary files are for their owner only; this one is to be an ordinary file.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     builder.tempfile_in(folder)
@@ -112,8 +112,8 @@ fn write_in(
     drop(writer);
     temporary.as_file().sync_all()?;
     temporary.persist(path).map_err(|error| error.error)?;
-    // The rename itself lies in the folder. Not all systems can sync a folder, and the file
-    // stands whole by now: no reason to call it failed.
+    // The rename itself is recorded in the folder. Not all systems can sync a folder, and the file is
+    // complete by now: no reason to call it failed.
     let _ = File::open(folder).and_then(|folder| folder.sync_all());
     Ok(())
 }

@@ -1,4 +1,4 @@
-//! Images that others made, read for use as textures and environments.
+//! Images from other programs, for use as textures and environments.
 
 use std::io::Cursor;
 
@@ -10,13 +10,13 @@ use image::{DynamicImage, ImageDecoder as _, ImageFormat, ImageReader, ImageResu
 pub struct Bitmap {
     width: usize,
     texels: Vec<[f32; 3]>,
-    /// Whether its file has one channel: the three are the same.
+    /// True if its file has one channel: the three are the same.
     is_grey: bool,
 }
 
-/// How a file's numbers stand for light.
+/// The relation of a file's numbers to light.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Encoding {
+pub enum BitmapEncoding {
     /// 8 and 16 bits hold sRGB's curve, floats are linear: values become linear.
     Color,
     /// 8 and 16 bits hold the power 1/γ of light, floats are linear: values become linear.
@@ -25,10 +25,10 @@ pub enum Encoding {
     Raw,
 }
 
-/// What an image may take in memory before it is refused as damaged, bytes.
+/// The largest memory of an image, in bytes, before it is refused as damaged.
 const LARGEST: u64 = 1 << 32;
 
-/// Bytes of an image for each byte of file, before it is refused as damaged: a black PNG comes to 1032
+/// Bytes of an image for each byte of file, before it is refused as damaged. A black PNG comes to 1032
 /// (zlib's limit), black JPEG, BMP and TGA files to a few hundred.
 const MAX_EXPANSION: u64 = 1 << 12;
 
@@ -43,15 +43,15 @@ impl Bitmap {
         })
     }
 
-    /// Reads an image file: PNG, JPEG, BMP, TGA, Radiance HDR, PNM or `OpenEXR`, told by its contents
-    /// (TGA, which has no mark, by not being any of the others).
+    /// Reads an image file: PNG, JPEG, BMP, TGA, Radiance HDR, PNM or `OpenEXR`. The contents tell the format
+    /// (TGA has no mark, and is taken for any file that is none of the others).
     ///
     /// An alpha channel is dropped.
     ///
     /// # Errors
     ///
-    /// What is wrong with the file, without its name.
-    pub fn read(bytes: &[u8], encoding: Encoding) -> Result<Self, String> {
+    /// A description of the file's defect, without the file's name.
+    pub fn read(bytes: &[u8], encoding: BitmapEncoding) -> Result<Self, String> {
         if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
             return read_exr(bytes);
         }
@@ -64,21 +64,23 @@ impl Bitmap {
         let texels = image.into_rgb32f();
         let texels = texels.pixels().map(|pixel| match encoding {
             _ if is_float => pixel.0,
-            Encoding::Raw => pixel.0,
-            Encoding::Color => pixel.0.map(linear),
-            Encoding::Gamma(gamma) => pixel.0.map(|value| f64::from(value).powf(gamma) as f32),
+            BitmapEncoding::Raw => pixel.0,
+            BitmapEncoding::Color => pixel.0.map(linear),
+            BitmapEncoding::Gamma(gamma) => {
+                pixel.0.map(|value| f64::from(value).powf(gamma) as f32)
+            }
         });
         let mut bitmap = Self::new(width, texels.collect()).ok_or("the image is empty")?;
         bitmap.is_grey = is_grey;
         bitmap.checked()
     }
 
-    /// Texels a row.
+    /// Number of texels a row.
     pub fn width(&self) -> usize {
         self.width
     }
 
-    /// Rows.
+    /// Number of rows.
     pub fn height(&self) -> usize {
         self.texels.len() / self.width
     }
@@ -88,7 +90,7 @@ impl Bitmap {
         &self.texels
     }
 
-    /// Whether its file has one channel.
+    /// True if its file has one channel.
     pub fn is_grey(&self) -> bool {
         self.is_grey
     }
@@ -97,7 +99,7 @@ impl Bitmap {
     ///
     /// # Panics
     ///
-    /// Outside of the image.
+    /// If the texel is outside of the image.
     #[inline]
     pub fn texel(&self, x: usize, y: usize) -> [f64; 3] {
         self.texels[y * self.width + x].map(f64::from)
@@ -116,12 +118,12 @@ impl Bitmap {
     }
 }
 
-/// The image, and whether it has one channel.
+/// The image, and true if it has one channel.
 fn decode(bytes: &[u8]) -> ImageResult<(DynamicImage, bool)> {
     let mut limits = Limits::default();
     limits.max_alloc = Some(LARGEST.min(MAX_EXPANSION * bytes.len() as u64));
     if bytes.starts_with(b"#?") {
-        // Radiance's files may call themselves by other names than "RADIANCE": Mitsuba's say "RGBE".
+        // Radiance files may call themselves by other names than "RADIANCE": Mitsuba's say "RGBE".
         let mut decoder = HdrDecoder::with_strictness(bytes, false)?;
         decoder.set_limits(limits)?;
         return Ok((DynamicImage::from_decoder(decoder)?, false));
@@ -136,7 +138,7 @@ fn decode(bytes: &[u8]) -> ImageResult<(DynamicImage, bool)> {
     Ok((DynamicImage::from_decoder(decoder)?, is_grey))
 }
 
-/// The channels R, G, B or Y of an `OpenEXR` file; of a file with neither, its only channel.
+/// The channels R, G, B or Y of an `OpenEXR` file; its only channel if it has neither.
 fn read_exr(bytes: &[u8]) -> Result<Bitmap, String> {
     let image = super::exr::decode(bytes)?;
     let channel = |names: [&str; 2]| {
@@ -171,7 +173,7 @@ fn read_exr(bytes: &[u8]) -> Result<Bitmap, String> {
     bitmap.checked()
 }
 
-/// sRGB's curve, undone (IEC 61966-2-1).
+/// The inverse of sRGB's curve (IEC 61966-2-1).
 fn linear(encoded: f32) -> f32 {
     let encoded = f64::from(encoded);
     let value = if encoded <= 0.04045 {

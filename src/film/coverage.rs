@@ -1,31 +1,31 @@
-//! Which texels the image of a triangle falls in, and how much of the triangle in each.
+//! The parts of a triangle whose images fall in each texel.
 //!
-//! A triangle of *light space* is mapped onto the film by an affine map. What counts is how much
-//! of the triangle lands in a texel, measured where light starts and not where it ends: then
-//! the image may be folded over, turned round or collapsed to a needle or a point, and all of the
-//! triangle is still dealt out, to rounding. The image is cut along texel lines; every cut is a
-//! cut of the triangle itself, along the line where a linear function takes a whole number.
+//! A triangle of *light space* is mapped onto the film by an affine map. The share of the triangle that lands
+//! in a texel is measured where light starts and not where it ends. So the image may be folded over, turned
+//! around or collapsed to a needle or a point. All of the triangle is still dealt out, to rounding. The image
+//! is cut along texel lines. Every cut is a cut of the triangle itself, along the line on which a linear
+//! function takes a whole number.
 
 use glam::DVec2;
 
-/// A part of a triangle: its area and where it is, in barycentric coordinates.
+/// A part of a triangle: its area and its place, in barycentric coordinates.
 ///
-/// The integral of a function that is linear over the triangle, with values f₀, f₁, f₂ at its
-/// vertices, over the part is
+/// The integral of a function that is linear over the triangle, with values f₀, f₁, f₂ at its vertices, over
+/// the part is
 ///
 /// ```text
 /// ∫ f = triangle area · (f₀ share + (f₁ − f₀) moment.x + (f₂ − f₀) moment.y)
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Part {
+pub struct TrianglePart {
     /// Its area, as a fraction (0..=1) of the triangle's.
     pub share: f64,
-    /// The integral over it of the barycentric weights of the second and the third vertex, as a
-    /// fraction of the triangle's area.
+    /// The integral over it of the barycentric weights of the second and the third vertex, as a fraction of
+    /// the triangle's area.
     pub moment: DVec2,
 }
 
-impl Part {
+impl TrianglePart {
     /// All of a triangle.
     pub const WHOLE: Self = Self {
         share: 1.0,
@@ -34,16 +34,19 @@ impl Part {
 }
 
 /// A texel, by column and row.
-pub type Texel = [usize; 2];
+pub type TexelIndex = [usize; 2];
 
 /// Deals a triangle out to the texels of a film of `size` columns and rows.
 ///
-/// `image` holds the images of its vertices in texels: texel (column, row) is
-/// [column, column + 1) x [row, row + 1). `deposit` is called at most once a texel, with the part of
-/// the triangle that lands there. What lands off the film, or has an image that is not finite,
-/// is not deposited.
+/// `image` holds the images of its vertices in texels: texel (column, row) is [column, column + 1) x [row,
+/// row + 1). `deposit` is called at most once a texel, with the part of the triangle that lands there. Parts
+/// that land off the film are not deposited, nor is a triangle whose image is not finite.
 #[inline]
-pub fn deal(image: [DVec2; 3], size: [usize; 2], mut deposit: impl FnMut(Texel, Part)) {
+pub fn deal(
+    image: [DVec2; 3],
+    size: [usize; 2],
+    mut deposit: impl FnMut(TexelIndex, TrianglePart),
+) {
     let low = image[0].min(image[1]).min(image[2]);
     let high = image[0].max(image[1]).max(image[2]);
     let end = DVec2::new(size[0] as f64, size[1] as f64);
@@ -54,10 +57,10 @@ pub fn deal(image: [DVec2; 3], size: [usize; 2], mut deposit: impl FnMut(Texel, 
     }
     let (first, last) = (low.floor(), high.floor());
     if first == last {
-        deposit([first.x as usize, first.y as usize], Part::WHOLE);
+        deposit([first.x as usize, first.y as usize], TrianglePart::WHOLE);
         return;
     }
-    let mut rest = Polygon::triangle(image);
+    let mut rest = PartPolygon::triangle(image);
     if first.x < 0.0 {
         rest = rest.split::<0>(0.0).1;
     }
@@ -67,7 +70,7 @@ pub fn deal(image: [DVec2; 3], size: [usize; 2], mut deposit: impl FnMut(Texel, 
         let slab;
         if column == last.x {
             slab = rest;
-            rest = Polygon::EMPTY;
+            rest = PartPolygon::EMPTY;
         } else {
             (slab, rest) = rest.split::<0>(column + 1.0);
         }
@@ -78,7 +81,7 @@ pub fn deal(image: [DVec2; 3], size: [usize; 2], mut deposit: impl FnMut(Texel, 
 
 /// A vertex of a part of a triangle.
 #[derive(Clone, Copy, Debug)]
-struct Vertex {
+struct PartVertex {
     /// Its image.
     at: [f64; 2],
     /// Barycentric weights of the triangle's second and third vertex.
@@ -87,15 +90,15 @@ struct Vertex {
 
 /// A convex part of a triangle.
 #[derive(Clone, Copy, Debug)]
-struct Polygon {
+struct PartPolygon {
     /// Three corners, and one more for each of four cuts; one to spare.
-    vertices: [Vertex; 8],
+    vertices: [PartVertex; 8],
     len: usize,
 }
 
-impl Polygon {
+impl PartPolygon {
     const EMPTY: Self = Self {
-        vertices: [Vertex {
+        vertices: [PartVertex {
             at: [0.0; 2],
             weights: DVec2::ZERO,
         }; 8],
@@ -106,7 +109,7 @@ impl Polygon {
     fn triangle(image: [DVec2; 3]) -> Self {
         let mut polygon = Self::EMPTY;
         for (at, weights) in image.into_iter().zip([DVec2::ZERO, DVec2::X, DVec2::Y]) {
-            polygon.push(Vertex {
+            polygon.push(PartVertex {
                 at: at.to_array(),
                 weights,
             });
@@ -120,13 +123,13 @@ impl Polygon {
     }
 
     #[inline]
-    fn push(&mut self, vertex: Vertex) {
+    fn push(&mut self, vertex: PartVertex) {
         self.vertices[self.len] = vertex;
         self.len += 1;
     }
 
     #[inline]
-    fn vertices(&self) -> &[Vertex] {
+    fn vertices(&self) -> &[PartVertex] {
         &self.vertices[..self.len]
     }
 
@@ -157,7 +160,12 @@ impl Polygon {
 
     /// Deals out the part that lies in one column.
     #[inline]
-    fn deal_rows(&self, column: usize, end: f64, deposit: &mut impl FnMut(Texel, Part)) {
+    fn deal_rows(
+        &self,
+        column: usize,
+        end: f64,
+        deposit: &mut impl FnMut(TexelIndex, TrianglePart),
+    ) {
         let rows = self.vertices().iter().map(|vertex| vertex.at[1]);
         let (low, high) = rows.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), y| {
             (low.min(y), high.max(y))
@@ -189,8 +197,8 @@ impl Polygon {
 
     /// Area and moment by a fan of triangles; the reference triangle has area 1/2.
     #[inline]
-    fn part(&self) -> Part {
-        let mut part = Part::default();
+    fn part(&self) -> TrianglePart {
+        let mut part = TrianglePart::default();
         if let [first, rest @ ..] = self.vertices() {
             for pair in rest.windows(2) {
                 let (a, b) = (pair[0].weights, pair[1].weights);
@@ -204,8 +212,8 @@ impl Polygon {
 }
 
 #[inline]
-fn crossing(a: &Vertex, b: &Vertex, t: f64) -> Vertex {
-    Vertex {
+fn crossing(a: &PartVertex, b: &PartVertex, t: f64) -> PartVertex {
+    PartVertex {
         at: std::array::from_fn(|axis| a.at[axis] + (b.at[axis] - a.at[axis]) * t),
         weights: a.weights + (b.weights - a.weights) * t,
     }
@@ -218,7 +226,7 @@ mod tests {
 
     const SIZE: [usize; 2] = [7, 5];
 
-    fn parts(image: [DVec2; 3]) -> Vec<(Texel, Part)> {
+    fn parts(image: [DVec2; 3]) -> Vec<(TexelIndex, TrianglePart)> {
         let mut found = Vec::new();
         deal(image, SIZE, |texel, part| found.push((texel, part)));
         found
@@ -235,8 +243,8 @@ mod tests {
 
     #[test]
     fn a_needle_is_dealt_out_along_its_length() {
-        // All of the image lies on y = 0.5; x is 0 at one corner and 4 at both others, so the
-        // share left of x is (x/4)².
+        // All of the image lies on y = 0.5; x is 0 at one corner and 4 at both others, so the share left of x
+        // is (x/4)².
         let found = parts([
             DVec2::new(0.0, 0.5),
             DVec2::new(4.0, 0.5),
@@ -257,7 +265,7 @@ mod tests {
     }
 
     fn point(reach: f64) -> impl Strategy<Value = DVec2> {
-        // Multiples of 1/4 now and then, so that texel lines are met exactly.
+        // Some points are multiples of 1/4, so that they lie exactly on texel lines.
         (-reach..reach, -reach..reach, any::<bool>()).prop_map(|(x, y, snap)| {
             let at = DVec2::new(x, y);
             if snap { (at * 4.0).round() / 4.0 } else { at }
@@ -273,8 +281,8 @@ mod tests {
             let found = parts([a, b, c].map(|p| p + inside));
             let share: f64 = found.iter().map(|(_, part)| part.share).sum();
             let moment: DVec2 = found.iter().map(|(_, part)| part.moment).sum();
-            // Every crossing rounds its weights by a few units of 2⁻⁵³, and a cut line is shared
-            // by the parts on both sides: only its ends on the triangle's edges matter.
+            // Every crossing rounds its weights by a few units of 2⁻⁵³, and a cut line is shared by the parts
+            // on both sides: only its ends on the triangle's edges matter.
             prop_assert!((share - 1.0).abs() < 1e-13, "{share}");
             prop_assert!((moment - DVec2::splat(1.0 / 3.0)).abs().max_element() < 1e-13);
         }
@@ -298,8 +306,8 @@ mod tests {
                     .iter()
                     .find(|(other, _)| *other == texel)
                     .map_or(0.0, |(_, part)| part.share);
-                // The shift rounds images by 2⁻⁴⁹ texels; a share changes with the image by at
-                // most 2/extent, and extents below 2⁻²⁰ are not drawn.
+                // The shift rounds images by 2⁻⁴⁹ texels; a share changes with the image by at most 2/extent,
+                // and extents below 2⁻²⁰ are not drawn.
                 prop_assert!((part.share - share).abs() < 1e-8, "{texel:?}");
             }
         }

@@ -1,8 +1,7 @@
 //! `OpenEXR` files: one part, `f32` channels with dotted names, lossless.
 //!
-//! One part, since Mitsuba and others read only the first. Channel names like `LTTD.stderr.R`
-//! are what viewers show as layers. The same image gives the same bytes on any machine and
-//! number of threads.
+//! One part, since Mitsuba and others read only the first. Viewers show channel names like `LTTD.stderr.R` as
+//! layers. The same image gives the same bytes on any machine and number of threads.
 
 use std::io::{Cursor, Write as _};
 use std::path::{Path, PathBuf};
@@ -16,14 +15,14 @@ use ::exr::prelude::{
 use super::atomic::{self, WriteError};
 use super::image::{Channel, Image, ImageError};
 
-/// What this program's attributes begin with in a file.
+/// Prefix of this program's attributes in a file.
 const PREFIX: &str = "nephroid:";
 
 /// Bytes of samples allowed for a byte of file; one that claims more is damaged or made to exhaust memory.
 ///
-/// What each compression reaches for an image of one colour, at most: two bytes of RLE stand for 128, zlib
-/// shrinks to 1/1032, B44 to 14 and B44A to 3 bytes for 16 halves. PIZ's Huffman code has a run of 255 numbers of 16 bits in
-/// 9 bits at least, which is 1/453.
+/// This is the most that each compression reaches for an image of one colour. Two bytes of RLE stand for 128,
+/// zlib shrinks to 1/1032, B44 to 14 and B44A to 3 bytes for 16 halves. PIZ's Huffman code has a run of 255
+/// numbers of 16 bits in 9 bits at least, which is 1/453.
 fn max_expansion(compression: Compression) -> u64 {
     match compression {
         Compression::Uncompressed => 1,
@@ -35,49 +34,49 @@ fn max_expansion(compression: Compression) -> u64 {
     }
 }
 
-/// Bytes that a block takes at least: 8 in the table of blocks, its line and length, and a byte.
+/// Smallest size of a block in bytes: 8 in the table of blocks, its line and length, and a byte.
 const LEAST_BLOCK: usize = 17;
 
-/// Why an image was not written.
+/// Reason why an image was not written.
 #[derive(Debug, thiserror::Error)]
 pub enum ExrWriteError {
     /// Channels that do not make an image.
     #[error("cannot write {}: {cause}", path.display())]
     Image {
-        /// The file that was to be.
+        /// The file that was to be written.
         path: PathBuf,
-        /// What is wrong.
+        /// The defect of the image.
         cause: ImageError,
     },
-    /// The encoder said no.
+    /// The encoder refused.
     #[error("cannot encode {}: {message}", path.display())]
     Encode {
-        /// The file that was to be.
+        /// The file that was to be written.
         path: PathBuf,
-        /// What the encoder said.
+        /// The encoder's message.
         message: String,
     },
-    /// The system said no.
+    /// The system refused.
     #[error(transparent)]
     Write(#[from] WriteError),
 }
 
-/// Why an image was not read.
+/// Reason why an image was not read.
 #[derive(Debug, thiserror::Error)]
 #[error("cannot read {}: {message}", path.display())]
 pub struct ExrReadError {
     /// The file.
     pub path: PathBuf,
-    /// What is wrong with it.
+    /// A description of its defect.
     pub message: String,
 }
 
-/// Writes an image, whole or not at all: ZIP in blocks of 16 lines, channels sorted by name,
-/// metadata as string attributes `nephroid:key`.
+/// Writes an image, whole or not at all: ZIP in blocks of 16 lines, channels sorted by name, metadata as
+/// string attributes `nephroid:key`.
 ///
 /// # Errors
 ///
-/// Where [`Image::check`] fails or the file cannot be written; what was at `path` stays.
+/// If [`Image::check`] fails or the file cannot be written; the former content of `path` stays.
 pub fn write(path: &Path, image: &Image) -> Result<(), ExrWriteError> {
     image.check().map_err(|cause| ExrWriteError::Image {
         path: path.to_owned(),
@@ -92,13 +91,13 @@ pub fn write(path: &Path, image: &Image) -> Result<(), ExrWriteError> {
 
 /// Reads the channels of a file of one part; whole numbers and half floats become `f32`.
 ///
-/// `metadata` holds the attributes `nephroid:key`, without their prefix, sorted by key. Data
-/// windows that do not start at the origin are moved there.
+/// `metadata` holds the attributes `nephroid:key`, without their prefix, sorted by key. Data windows that do
+/// not start at the origin are moved there.
 ///
 /// # Errors
 ///
-/// Where the file is missing, damaged, of several parts, deep, subsampled, or claims more
-/// samples than its length can hold.
+/// If the file is missing, damaged, of several parts, deep, subsampled, or claims more samples than its
+/// length can hold.
 pub fn read(path: &Path) -> Result<Image, ExrReadError> {
     std::fs::read(path)
         .map_err(|error| error.to_string())
@@ -138,7 +137,7 @@ fn encode(image: &Image) -> ::exr::error::Result<Vec<u8>> {
         AnyChannels::sort(channels.collect()),
     );
     let mut file = Cursor::new(Vec::new());
-    // Compressed in parallel; with a line order given, blocks are written in that order.
+    // Blocks are compressed in parallel; with a line order given, they are written in that order.
     ExrImage::from_layer(layer).write().to_buffered(&mut file)?;
     let mut bytes = file.into_inner();
     sort_attributes(&mut bytes)

@@ -1,14 +1,14 @@
-//! Reconstruction filters: how a sample spreads over the pixels near it.
+//! Reconstruction filters, which spread a sample over the pixels near it.
 
 use std::f64::consts::PI;
 
-/// How a sample spreads over the pixels near it, with Mitsuba's parameters.
+/// The weight of a sample on the pixels near it, with Mitsuba's parameters.
 ///
 /// A filter f is separable, symmetric and zero from its [radius](Self::radius) on. It need not integrate to
-/// one: whoever uses it divides by the weights that were given (see [`splat`](super::splat)).
+/// one: its users divide by the weights that were given (see [`splat`](super::splat)).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ReconstructionFilter {
-    /// The pixel it falls in.
+    /// All weight on the pixel that a sample falls in.
     Box,
     /// A triangle.
     Tent {
@@ -17,7 +17,7 @@ pub enum ReconstructionFilter {
     },
     /// A Gaussian, cut off at four standard deviations and shifted down to reach zero there.
     Gaussian {
-        /// In pixels.
+        /// The standard deviation in pixels.
         stddev: f64,
     },
     /// Mitchell and Netravali's cubic.
@@ -49,7 +49,7 @@ impl ReconstructionFilter {
         }
     }
 
-    /// Half the filter's width \[pixels\]: it is zero from there on.
+    /// Half the filter's width \[pixels\], beyond which it is zero.
     pub fn radius(&self) -> f64 {
         match *self {
             Self::Box => 0.5,
@@ -60,9 +60,9 @@ impl ReconstructionFilter {
         }
     }
 
-    /// How many pixels beyond the one it falls in a sample may reach, each way.
+    /// Number of pixels, each way, that a sample may reach beyond the one it falls in.
     pub fn border(&self) -> usize {
-        // Exact where the radius is: no film is wide enough for another.
+        // The cast is exact as long as the radius is: no film is wide enough for another.
         (self.radius() - 0.5).ceil().max(0.0) as usize
     }
 
@@ -79,8 +79,9 @@ impl ReconstructionFilter {
     /// lanczos     sinc(x) sinc(x/r)                  sinc x = sin πx / πx
     /// ```
     ///
-    /// As Mitsuba 3.9.1 has them, but for two approximations of its own: its Gaussian is a polynomial (at most
-    /// 4.2e-4 away), and its scalar variants look all filters but the box up in a table of 31 steps.
+    /// The filters are those of Mitsuba 3.9.1, except for two approximations of its own. Its Gaussian is a
+    /// polynomial (at most 4.2e-4 away), and its scalar variants look all filters but the box up in a table
+    /// of 31 steps.
     pub fn eval(&self, x: f64) -> f64 {
         // Half open: a sample between two pixels belongs to one of them.
         if *self == Self::Box {
@@ -104,7 +105,7 @@ impl ReconstructionFilter {
     }
 }
 
-/// Where a Gaussian is cut off, in standard deviations.
+/// The distance at which a Gaussian is cut off, in standard deviations.
 const GAUSSIAN_CUT: f64 = 4.0;
 
 /// The family of cubics of Mitchell and Netravali, *Reconstruction Filters in Computer Graphics*
@@ -144,7 +145,7 @@ mod tests {
         ReconstructionFilter::Lanczos { lobes: 3 },
     ];
 
-    /// Where [`MITSUBA`] was evaluated.
+    /// The places at which [`MITSUBA`] was evaluated.
     const PLACES: [f64; 12] = [0.0, 0.1, 0.25, 0.5, 0.9, 1.0, 1.2, 1.9, 2.0, 2.4, 2.9, 3.1];
 
     /// `mi.load_dict({'type': name}).eval(x)` of Mitsuba 3.9.1 (`scalar_rgb`) at `PLACES`, by filter.
@@ -165,8 +166,8 @@ mod tests {
     #[test]
     fn filters_are_mitsubas_at_every_place() {
         for (filter, values) in FILTERS.iter().zip(MITSUBA) {
-            // Mitsuba computes in f32: sums of terms up to 10, a few roundings of 6e-8 each. Its Gaussian is a
-            // polynomial that its own default parameters show to be 4.2e-4 away from the bell at x = 0.
+            // Mitsuba computes in f32: sums of terms up to 10, a few roundings of 6e-8 each. Its Gaussian is
+            // a polynomial, which for its own default parameters is 4.2e-4 away from the bell at x = 0.
             let tolerance = match filter {
                 ReconstructionFilter::Gaussian { .. } => 4.3e-4,
                 _ => 4.0 * 10.0 * 6e-8,

@@ -1,8 +1,8 @@
 //! Rectangles of values.
 
-/// `width` x `height` values in rows; row 0 comes first.
+/// A rectangle of `width` x `height` values in rows; row 0 comes first.
 ///
-/// What a row means (v = 0 or the top of a picture) is its owner's to say.
+/// The owner defines the meaning of row 0 (v = 0 or the top of a picture).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grid<T> {
     width: usize,
@@ -33,12 +33,12 @@ impl<T> Grid<T> {
         }
     }
 
-    /// Values a row.
+    /// Number of values a row.
     pub const fn width(&self) -> usize {
         self.width
     }
 
-    /// Rows.
+    /// Number of rows.
     pub const fn height(&self) -> usize {
         self.height
     }
@@ -63,7 +63,7 @@ impl<T> Grid<T> {
         }
     }
 
-    /// Replaces the value in column `x` of row `y` and says whether it is there.
+    /// Replaces the value in column `x` of row `y`; returns true if it exists.
     #[inline]
     #[must_use]
     pub fn set(&mut self, x: usize, y: usize, value: T) -> bool {

@@ -1,15 +1,15 @@
-//! Named channels of one size, as a file holds them.
+//! Named channels of one size, as in a file.
 
 use super::Grid;
 
-/// Named `f32` channels of one size, and what is to be known of them.
+/// Named `f32` channels of one size, and their metadata.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Image {
-    /// Samples a row.
+    /// Number of samples a row.
     pub width: usize,
-    /// Rows; row 0 is the first in the file and the top of the picture.
+    /// Number of rows; row 0 is the first in the file and the top of the picture.
     pub height: usize,
-    /// In any order; a file holds them sorted by name.
+    /// The channels, in any order; a file holds them sorted by name.
     pub channels: Vec<Channel>,
     /// Keys and values, all of them text; a file holds them sorted by key.
     pub metadata: Vec<(String, String)>,
@@ -24,7 +24,7 @@ pub struct Channel {
     pub samples: Vec<f32>,
 }
 
-/// How a number becomes the `f32` of a file.
+/// The rounding of a number to the `f32` of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rounding {
     /// The nearest `f32`: for values.
@@ -48,18 +48,18 @@ impl Rounding {
     }
 }
 
-/// Why channels do not make an image.
+/// Reason why channels do not make an image.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ImageError {
-    /// Nothing to see.
+    /// A width or height out of range.
     #[error(
         "an image of {width} x {height} texels: allowed are 1..={} each way",
         Image::MAX_SIZE
     )]
     Size {
-        /// Samples a row.
+        /// Number of samples a row.
         width: usize,
-        /// Rows.
+        /// Number of rows.
         height: usize,
     },
     /// No channel at all.
@@ -70,9 +70,9 @@ pub enum ImageError {
     SampleCount {
         /// The channel's name.
         name: String,
-        /// How many samples it has.
+        /// Number of its samples.
         found: usize,
-        /// How many it should have.
+        /// Number of samples that it should have.
         expected: usize,
     },
     /// A name that a file cannot hold.
@@ -110,7 +110,7 @@ impl Image {
         self.add_rgb_rounded(layer, values, Rounding::Nearest);
     }
 
-    /// As [`Image::add_rgb`], rounded as said.
+    /// Adds the channels of [`Image::add_rgb`], rounded as given.
     pub fn add_rgb_rounded(&mut self, layer: &str, values: &[[f64; 3]], rounding: Rounding) {
         let dot = if layer.is_empty() { "" } else { "." };
         for (c, component) in ["R", "G", "B"].into_iter().enumerate() {
@@ -127,7 +127,7 @@ impl Image {
         });
     }
 
-    /// Adds what is to be known.
+    /// Adds a key and its value.
     pub fn add_metadata(&mut self, key: impl Into<String>, value: impl Into<String>) {
         self.metadata.push((key.into(), value.into()));
     }
@@ -155,8 +155,8 @@ impl Image {
     ///
     /// # Errors
     ///
-    /// For a size of zero or beyond [`Image::MAX_SIZE`], no channel, a channel with too many or
-    /// too few samples, and names that are empty, too long, given twice or hold a NUL.
+    /// For a size of zero or beyond [`Image::MAX_SIZE`], no channel, a channel with too many or too few
+    /// samples, and names that are empty, too long, given twice or hold a NUL.
     pub fn check(&self) -> Result<(), ImageError> {
         let sizes = 1..=Self::MAX_SIZE;
         if !sizes.contains(&self.width) || !sizes.contains(&self.height) {

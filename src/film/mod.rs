@@ -13,7 +13,7 @@ mod image;
 pub mod picture;
 pub mod splat;
 
-pub use accumulator::{Accumulator, AccumulatorError, Estimate};
+pub use accumulator::{Accumulator, AccumulatorError, ReplicateMean};
 pub use filter::ReconstructionFilter;
 pub use grid::Grid;
 pub use image::{Channel, Image, ImageError, Rounding};

@@ -1,14 +1,14 @@
-//! Splatting: which pixels a sample goes to, and with what weights.
+//! Splatting: the pixels that a sample goes to, and their weights.
 //!
 //! A sample of value L at the film point x adds f(pᵢ − x) L to each pixel i near it, pᵢ its centre and f the
-//! [filter](ReconstructionFilter). Two ways of dividing by the weights, as in Mitsuba:
+//! [filter](ReconstructionFilter). There are two ways of dividing by the weights, as in Mitsuba:
 //!
 //! | | pixel i | used by |
 //! |---|---|---|
 //! | by pixel | Σ f(pᵢ − xₛ) Lₛ / Σ f(pᵢ − xₛ) over the samples s | paths from a camera, `path` |
-//! | by sample | Σ f(pᵢ − xₛ) Lₛ / Σⱼ f(pⱼ − xₛ), j over the film's pixels | light connected to a camera, `ptracer` |
+//! | by sample | Σ f(pᵢ − xₛ) Lₛ / Σⱼ f(pⱼ − xₛ), j over all pixels | light connected to a camera, `ptracer` |
 //!
-//! By pixel, samples are spread evenly over the film and the weights belong to the average. By sample each
+//! By pixel, samples are spread evenly over the film and the weights belong to the average. By sample, each
 //! sample's light lands on the film whole, however near to the border it is.
 
 use glam::DVec2;
@@ -46,8 +46,8 @@ impl Splatter {
         }
     }
 
-    /// The pixels that a sample at `at` goes to, with the weights f; none where it reaches no pixel of
-    /// the film. `at` is in pixels, the film's top left corner at (0, 0); it may lie outside.
+    /// Finds the pixels that a sample at `at` goes to, with the weights f; none if it reaches no pixel of the
+    /// film. `at` is in pixels, the film's top left corner at (0, 0); it may lie outside.
     ///
     /// `footprint` is overwritten: its memory serves the next sample.
     pub fn spread(&self, at: DVec2, footprint: &mut Footprint) {
@@ -55,9 +55,9 @@ impl Splatter {
         footprint.top = self.axis(at.y, self.height, &mut footprint.rows);
     }
 
-    /// As [`spread`](Self::spread), with weights that sum to one over the film: for light that is
-    /// connected to a camera. Says whether there is anything to add: a sum of zero, which filters with negative lobes
-    /// may have, cannot be divided by.
+    /// Does as [`spread`](Self::spread), with weights that sum to one over the film: for light that is
+    /// connected to a camera. Returns true if there is anything to add: a sum of zero, which filters with
+    /// negative lobes may have, cannot be divided by.
     pub fn spread_whole(&self, at: DVec2, footprint: &mut Footprint) -> bool {
         self.spread(at, footprint);
         for weights in [&mut footprint.columns, &mut footprint.rows] {
@@ -77,10 +77,10 @@ impl Splatter {
         weights.clear();
         let last = size as f64 - 1.0;
         let (first, end) = if self.filter == ReconstructionFilter::Box {
-            // Not by centre and radius: rounding could put a sample into both of two pixels, or none.
+            // Centre and radius are not used: rounding could put a sample into both of two pixels, or none.
             (at.floor(), at.floor())
         } else {
-            // Pixels nearer than the radius: at its end the weight is zero.
+            // Only pixels nearer than the radius count: at its end the weight is zero.
             let radius = self.filter.radius();
             (
                 (at - 0.5 - radius).floor() + 1.0,
@@ -104,7 +104,7 @@ impl Splatter {
 }
 
 impl Footprint {
-    /// Whether no pixel is reached.
+    /// True if no pixel is reached.
     pub fn is_empty(&self) -> bool {
         self.columns.is_empty() || self.rows.is_empty()
     }
@@ -154,7 +154,7 @@ mod tests {
                 for row in 0..5 {
                     for column in 0..7 {
                         let offset = [column as f64 + 0.5 - x, row as f64 + 0.5 - y];
-                        // A box is half open at the other end, seen from the pixel.
+                        // A box is half open at the other end if seen from the pixel.
                         let of = |d: f64| match filter {
                             ReconstructionFilter::Box => filter.eval(-d),
                             _ => filter.eval(d),

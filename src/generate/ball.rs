@@ -8,9 +8,8 @@ use crate::geometry::MeshParts;
 
 /// A geodesic sphere about the origin with `20 frequency²` triangles and exact vertex normals.
 ///
-/// Every face of an icosahedron is cut into `frequency²` triangles, whose corners are then
-/// pushed onto the sphere. The surface is inscribed: it lies inside the sphere by up to
-/// 0.3 radius / `frequency`².
+/// Every face of an icosahedron is cut into `frequency²` triangles, whose corners are then pushed onto the
+/// sphere. The surface is inscribed: it lies inside the sphere by up to 0.3 radius / `frequency`².
 ///
 /// `frequency` 0 counts as 1.
 pub fn geodesic_sphere(radius: f64, frequency: u32) -> MeshParts {
@@ -34,8 +33,8 @@ pub fn geodesic_sphere(radius: f64, frequency: u32) -> MeshParts {
 /// r(d) = radius (1 + Σ a sin(k·d + p))
 /// ```
 ///
-/// over the four waves of `BUMPS`; |a| sums to 0.07, so it is star-shaped and close to round.
-/// The normal is that of r(d) d: along r d − ∇r, with ∇r the gradient along the unit sphere.
+/// over the four waves of `BUMPS`; |a| sums to 0.07, so it is star-shaped and close to round. The normal is
+/// that of r(d) d: along r d − ∇r, with ∇r the gradient along the unit sphere.
 pub fn bumpy_ball(radius: f64, frequency: u32) -> MeshParts {
     let (directions, triangles) = geodesic(frequency.max(1));
     let mut positions = Vec::with_capacity(directions.len());
@@ -70,13 +69,13 @@ const BUMPS: [(f64, [f64; 3], f64); 4] = [
     (0.008, [-9.3, 8.4, 7.7], 5.1),
 ];
 
-/// The unit directions and the triangles of an icosahedron cut `frequency` times, counter-clockwise
-/// from outside.
-fn geodesic(frequency: u32) -> (Vec<DVec3>, Vec<[u32; 3]>) {
+/// The unit directions and the triangles of an icosahedron cut `frequency` (at least 1) times,
+/// counter-clockwise from outside.
+pub(crate) fn geodesic(frequency: u32) -> (Vec<DVec3>, Vec<[u32; 3]>) {
     let corners = icosahedron_corners();
     let mut directions = Vec::new();
-    // A vertex is known by its weights over the icosahedron's corners: faces that share an edge
-    // name the vertices on it alike.
+    // A vertex is known by its weights over the icosahedron's corners, so that faces that share an edge give
+    // the vertices on it the same names.
     let mut known: HashMap<[(usize, u32); 3], u32> = HashMap::new();
     let mut triangles = Vec::with_capacity((20 * frequency * frequency) as usize);
     for face in ICOSAHEDRON_FACES {
@@ -127,7 +126,7 @@ fn icosahedron_corners() -> [DVec3; 12] {
     corners
 }
 
-/// Found as the 20 corner triples at the edge length 2 from each other, turned outward.
+/// The 20 triples of corners at the edge length 2 from each other, oriented outward.
 const ICOSAHEDRON_FACES: [[usize; 3]; 20] = [
     [0, 1, 4],
     [0, 6, 1],
@@ -189,10 +188,10 @@ mod tests {
                 .map(|&i| normals[i as usize])
                 .sum::<DVec3>()
                 .normalize();
-            // Over a triangle of width w both means differ from the slope in its middle by less than
-            // w²/2 times the surface's third derivative: Σ a |k|³ < 45, and 5 for the products of
-            // lower ones with the sphere's own. Projection widens an icosahedron's edges,
-            // 1.052 / frequency apart on the sphere's chord, by less than 1.26.
+            // Over a triangle of width w both means differ from the slope in its middle by less than w²/2
+            // times the surface's third derivative. That is Σ a |k|³ < 45, and 5 for the products of lower
+            // derivatives with the sphere's own. Projection widens an icosahedron's edges, 1.052 / frequency
+            // apart on the sphere's chord, by less than 1.26.
             let width: f64 = 1.052 * 1.26 / 96.0;
             let bound = 2.0 * 0.5 * width * width * 50.0;
             assert!(facet.dot(mean) > bound.cos(), "{}", facet.dot(mean).acos());

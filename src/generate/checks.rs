@@ -1,4 +1,4 @@
-//! What the tests of every generator ask of a closed mesh.
+//! Checks of a closed mesh, for the tests of every generator.
 
 use std::collections::HashMap;
 
@@ -17,8 +17,8 @@ pub(super) fn volume(mesh: &MeshParts) -> f64 {
     sixfold / 6.0
 }
 
-/// Asserts that every edge is shared by two triangles in opposite senses (corners at one place count
-/// as one), that no triangle is degenerate, and that normals and orientation point outward.
+/// Asserts that every edge is shared by two triangles in opposite senses (corners at one place count as one),
+/// that no triangle is degenerate, and that normals and orientation point outward.
 pub(super) fn assert_closed_and_outward(mesh: &MeshParts) {
     let mut places = HashMap::new();
     let place: Vec<usize> = mesh

@@ -26,7 +26,7 @@ pub fn equilateral_prism(side: f64, length: f64) -> MeshParts {
     flat(positions, triangles)
 }
 
-/// The proportions of a round brilliant cut, as fractions of its girdle's radius where they are lengths.
+/// The proportions of a round brilliant cut; lengths are fractions of its girdle's radius.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BrilliantCut {
     /// Radius of the octagonal table's corners.
@@ -55,13 +55,14 @@ impl BrilliantCut {
     };
 }
 
-/// A round brilliant: 57 flat facets and a girdle of 16, pointed down, the girdle's middle in the plane z = 0.
+/// A round brilliant: 57 flat facets and a girdle of 16, pointed down, the girdle's middle in the plane z =
+/// 0.
 ///
 /// Around the table (1) lie 8 stars, 8 kites and 16 upper halves; below the girdle 16 lower halves and 8
-/// pavilion mains that meet in the culet. Kites and mains are exactly planar: the tips of the stars
-/// and of the lower halves are placed in their planes. 110 triangles.
+/// pavilion mains that meet in the culet. Kites and mains are exactly planar: the tips of the stars and of
+/// the lower halves are placed in their planes. 110 triangles.
 pub fn round_brilliant(girdle_radius: f64, cut: BrilliantCut) -> MeshParts {
-    // Corners by ring; an eighth of a turn a kite, "half" corners between them.
+    // Corners by ring: kites are an eighth of a turn apart, "half" corners between them.
     let at = |radius: f64, eighths: f64, z: f64| {
         let (sin, cos) = (2.0 * FRAC_PI_8 * eighths).sin_cos();
         DVec3::new(radius * cos, radius * sin, z) * girdle_radius

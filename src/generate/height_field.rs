@@ -7,18 +7,18 @@ use crate::geometry::MeshParts;
 /// One sine wave on a water surface: its height is `amplitude · sin(wave · (x, y) + phase)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wave {
-    /// Scene units.
+    /// The amplitude in scene units.
     pub amplitude: f64,
     /// The wave vector [rad / scene unit]: along the direction of travel, of length 2π / wavelength.
     pub wave: DVec2,
-    /// Radians.
+    /// The phase in radians.
     pub phase: f64,
 }
 
 /// A square height field z = `level` + Σ waves over [−`half_width`, `half_width`]², normals upward and exact.
 ///
-/// `vertices_per_side`² vertices (at least 2 a side), two triangles a cell, cut from (−, −) to (+, +).
-/// The field is open: it has neither walls nor a floor.
+/// `vertices_per_side`² vertices (at least 2 a side), two triangles a cell, cut from (−, −) to (+, +). The
+/// field is open: it has neither walls nor a floor.
 pub fn height_field(
     half_width: f64,
     level: f64,

@@ -6,16 +6,17 @@ use crate::geometry::MeshParts;
 
 /// Writes a mesh as a binary little-endian PLY file (format version 1.0).
 ///
-/// A vertex holds `x y z` and, where the mesh has normals, `nx ny nz`, as `float`; a face holds
-/// `vertex_indices` as a `list` of `uchar` 3 and three indices: `ushort` where 65,536 suffice,
-/// else `int` (Mitsuba reads both, and the narrow form saves half of the faces' bytes).
-/// `comment` becomes the header's comment lines, one a line of text.
+/// A vertex holds `x y z` and, if the mesh has normals, `nx ny nz`, as `float`. A face holds `vertex_indices`
+/// as a `list` of `uchar` 3 and three indices: `ushort` if 65,536 suffice, else `int` (Mitsuba reads both,
+/// and the narrow form saves half of the faces' bytes). `comment` becomes the header's comment lines, one for
+/// each line of text.
 ///
-/// Coordinates are rounded to the nearest `f32`. UVs are not written, nor normals that are not one a position.
+/// Coordinates are rounded to the nearest `f32`. UVs are not written, nor normals that are not one a
+/// position.
 ///
 /// # Errors
 ///
-/// What `out` reports.
+/// The errors of `out`.
 pub fn write_ply(mesh: &MeshParts, comment: &str, out: &mut impl Write) -> io::Result<()> {
     let narrow = mesh.positions.len() <= 1 << 16;
     let normals = mesh

@@ -6,10 +6,11 @@ use glam::DVec3;
 
 use crate::geometry::MeshParts;
 
-/// A paraboloid dish z = (x² + y²) / (4 `focal_length`) out to the radius `aperture`, normals inward (upward).
+/// A paraboloid dish z = (x² + y²) / (4 `focal_length`) out to the radius `aperture`, normals inward
+/// (upward).
 ///
-/// Light that falls straight down onto it is reflected through the focus (0, 0, `focal_length`).
-/// `6 rings²` triangles; the mesh is open.
+/// Light that falls straight down onto it is reflected through the focus (0, 0, `focal_length`). `6 rings²`
+/// triangles; the mesh is open.
 pub fn paraboloid(focal_length: f64, aperture: f64, rings: u32) -> MeshParts {
     disc_mesh(rings, |x, y| {
         let (x, y) = (x * aperture, y * aperture);
@@ -19,11 +20,11 @@ pub fn paraboloid(focal_length: f64, aperture: f64, rings: u32) -> MeshParts {
     })
 }
 
-/// A plano-convex lens: a spherical cap of radius of curvature `curvature` over a flat disc of
-/// radius `aperture` in the plane z = 0, closed, with exact normals and a sharp rim.
+/// A plano-convex lens: a spherical cap of radius of curvature `curvature` over a flat disc of radius
+/// `aperture` in the plane z = 0, closed, with exact normals and a sharp rim.
 ///
-/// The cap's top is at z = R − √(R² − a²). `6 rings² + 6 rings` triangles. The rim is a regular
-/// polygon of `6 rings` corners on the circle.
+/// The cap's top is at z = R − √(R² − a²). `6 rings² + 6 rings` triangles. The rim is a regular polygon of `6
+/// rings` corners on the circle.
 pub fn plano_convex_lens(curvature: f64, aperture: f64, rings: u32) -> MeshParts {
     let rings = rings.max(1);
     let depth = (curvature * curvature - aperture * aperture)
@@ -40,7 +41,7 @@ pub fn plano_convex_lens(curvature: f64, aperture: f64, rings: u32) -> MeshParts
         };
         (DVec3::new(x, y, z), DVec3::new(x, y, height) / curvature)
     });
-    // The flat side has corners of its own on the rim: there the normal jumps.
+    // The flat side has corners of its own on the rim, because the normal jumps there.
     let corners = 6 * rings;
     let cap_rim = mesh.positions.len() as u32 - corners;
     let center = mesh.positions.len() as u32;
@@ -129,7 +130,7 @@ mod tests {
         let height = curvature - (curvature * curvature - aperture * aperture).sqrt();
         let cap = std::f64::consts::PI * height * height * (3.0 * curvature - height) / 3.0;
         let fine = plano_convex_lens(curvature, aperture, 32);
-        // Inscribed: the deficit is O(h²), so it falls by 4 when the rings double; the next order
+        // The lens is inscribed: the deficit is O(h²), so it falls by 4 when the rings double. The next order
         // is smaller by h² < (1/16)².
         let ratio = (cap - volume(&coarse)) / (cap - volume(&fine));
         assert!((ratio - 4.0).abs() < 4.0 / 256.0 * 4.0, "{ratio}");

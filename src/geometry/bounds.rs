@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-/// An axis-aligned box, closed on all sides; empty where any `min` exceeds its `max`.
+/// An axis-aligned box, closed on all sides; empty if any `min` exceeds its `max`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounds {
     /// The lowest corner.
@@ -18,12 +18,12 @@ impl Bounds {
         max: DVec3::NEG_INFINITY,
     };
 
-    /// The smallest box round the points.
+    /// The smallest box around the points.
     pub fn from_points(points: impl IntoIterator<Item = DVec3>) -> Self {
         points.into_iter().fold(Self::EMPTY, Self::extended)
     }
 
-    /// Whether no point is inside.
+    /// True if no point is inside.
     #[inline]
     pub fn is_empty(&self) -> bool {
         self.min.cmpgt(self.max).any()
@@ -92,7 +92,7 @@ impl Bounds {
         })
     }
 
-    /// Whether `point` is inside or on the border.
+    /// True if `point` is inside or on the border.
     #[inline]
     pub fn contains(&self, point: DVec3) -> bool {
         self.min.cmple(point).all() && point.cmple(self.max).all()

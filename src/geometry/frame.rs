@@ -14,7 +14,7 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// Some frame with the unit normal `n`, which tangents it has does not matter.
+    /// A frame with the unit normal `n`; its tangents may be any.
     #[inline]
     pub fn around(n: DVec3) -> Self {
         let (s, t) = n.any_orthonormal_pair();
@@ -23,14 +23,15 @@ impl Frame {
 
     /// The frame with the unit normal `n` whose `s` is the part of `along` at a right angle to it.
     ///
-    /// Some frame where `along` is parallel to `n` or no direction at all.
+    /// Any frame around `n` if `along` is parallel to `n` or no direction at all.
     pub fn along(n: DVec3, along: DVec3) -> Self {
         let across = along - n * n.dot(along);
-        // Below this share of `along` it is made of rounding errors, and has no direction to speak of.
+        // Below this share of `along` the difference consists of rounding errors, and has no meaningful
+        // direction.
         if across.length_squared() <= 1e-24 * along.length_squared() || !across.is_finite() {
             return Self::around(n);
         }
-        // Once more, for what the difference lost of the right angle.
+        // Projected once more, for the part of the right angle that the difference lost.
         let s = (across - n * n.dot(across)).normalize();
         Self {
             s,

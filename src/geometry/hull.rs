@@ -1,23 +1,25 @@
-//! The space that a bundle of neighbouring path segments sweeps, and what may be in it.
+//! The space that a bundle of neighbouring path segments sweeps, and tests for overlap with it.
 
 use glam::DVec3;
 
 use super::Bounds;
 
-/// The bundle is a triangle of paths, known at its three corners and at the middles of its three
-/// edges: index `i + 3` is the middle of the edge opposite to corner `i`.
+/// The factor from the largest |d| (below) to the bulge of a bundle.
 ///
-/// What is between them is bounded by the quadratic through the six: with barycentric weights λ it
-/// is Σ λᵢ pᵢ + 4 Σ λⱼ λₖ dᵢ, where dᵢ is how far a middle is from the mean of its edge's ends.
-/// The second sum has its largest weight, 4/3, in the centre. Twice the largest |d|, the margin
-/// used everywhere here, is half as much again for what a quadratic does not show.
+/// The bundle is a triangle of paths, known at its three corners and at the middles of its three edges: index
+/// `i + 3` is the middle of the edge opposite to corner `i`.
+///
+/// The quadratic through the six bounds the points between them: with barycentric weights λ it is
+/// Σ λᵢ pᵢ + 4 Σ λⱼ λₖ dᵢ, in which dᵢ is the distance of a middle from the mean of its edge's ends. The
+/// second sum has its largest weight, 4/3, in the centre. The margin used everywhere here is twice the
+/// largest |d|: half as much again, for the part that a quadratic does not show.
 const MARGIN: f64 = 2.0;
 
 /// The two corners at the ends of the edge opposite to each corner.
 const ENDS: [[usize; 2]; 3] = [[1, 2], [2, 0], [0, 1]];
 
-/// How far a point of the bundle may be from the triangle of its corners [scene units]; infinite
-/// where the points are not.
+/// The largest distance of a point of the bundle from the triangle of its corners [scene units]; infinite if
+/// a point is not finite.
 #[inline]
 pub fn bulge(points: &[DVec3; 6]) -> f64 {
     if !points.iter().sum::<DVec3>().is_finite() {
@@ -31,8 +33,8 @@ pub fn bulge(points: &[DVec3; 6]) -> f64 {
     MARGIN * largest.sqrt()
 }
 
-/// The least and the largest value that a function has in the bundle, as its six values show;
-/// anything where one of them is not finite.
+/// The least and the largest value of a function in the bundle, judged by its six values; unbounded if one of
+/// them is not finite.
 #[inline]
 pub fn range(values: &[f64; 6]) -> [f64; 2] {
     if !values.iter().sum::<f64>().is_finite() {
@@ -47,7 +49,7 @@ pub fn range(values: &[f64; 6]) -> [f64; 2] {
     [a.min(b).min(c) - margin, a.max(b).max(c) + margin]
 }
 
-/// The largest length that a vector has in the bundle, as its six values show.
+/// The largest length of a vector in the bundle, judged by its six values.
 #[inline]
 pub fn longest(vectors: &[DVec3; 6]) -> f64 {
     let longest = vectors[..3]
@@ -57,17 +59,17 @@ pub fn longest(vectors: &[DVec3; 6]) -> f64 {
     longest.sqrt() + bulge(vectors)
 }
 
-/// The convex hull of a bundle of path segments: of two triangles whose corners are balls as large
-/// as the paths between the corners bulge.
+/// The convex hull of a bundle of path segments. It is that of two triangles whose corners are balls, as
+/// large as the paths between the corners bulge.
 ///
-/// Tests for overlap are conservative: false only where nothing of the hull is in the thing asked
-/// about. They look for a plane between the two (separating axes) among a few good ones.
+/// Tests for overlap are conservative: false only if no part of the hull is in the tested shape. They look
+/// for a plane between the two (separating axes) among a few good ones.
 #[derive(Clone, Copy, Debug)]
 pub struct Hull {
     start: Cap,
     end: Cap,
     bounds: Bounds,
-    /// Across its three sides, which tell the most apart; along it, and across its two ends.
+    /// Axes across its three sides, which separate best; along it; and across its two ends.
     axes: [Axis; 6],
 }
 
@@ -81,7 +83,7 @@ struct Cap {
 /// The extent of a hull along a direction.
 #[derive(Clone, Copy, Debug)]
 struct Axis {
-    /// A unit vector, or zero: along that nothing is ever apart.
+    /// A unit vector, or zero, along which no two shapes are ever apart.
     along: DVec3,
     low: f64,
     high: f64,
@@ -90,7 +92,7 @@ struct Axis {
 impl Cap {
     fn new(points: &[DVec3; 6]) -> Self {
         let [a, b, c, ..] = *points;
-        // The points themselves come out of sums of a few rounded terms of this size.
+        // The points themselves are sums of a few rounded terms of this size.
         let size = a.abs().max(b.abs()).max(c.abs()).max_element();
         let radius = bulge(points) + 64.0 * f64::EPSILON * size;
         if radius.is_finite() {
@@ -99,7 +101,7 @@ impl Cap {
                 radius,
             }
         } else {
-            // It may be anywhere.
+            // The cap may be anywhere.
             Self {
                 corners: [DVec3::ZERO; 3],
                 radius: f64::INFINITY,
@@ -195,7 +197,7 @@ impl Hull {
         ]
     }
 
-    /// The box round it.
+    /// The box around it.
     #[inline]
     pub fn bounds(&self) -> &Bounds {
         &self.bounds
@@ -208,7 +210,7 @@ impl Hull {
         [a[0].min(b[0]), a[1].max(b[1])]
     }
 
-    /// Whether all of it is nearer to `center` than `radius`.
+    /// True if all of it is nearer to `center` than `radius`.
     #[inline]
     pub fn is_inside_ball(&self, center: DVec3, radius: f64) -> bool {
         // A ball is convex: the ends suffice.
@@ -219,7 +221,7 @@ impl Hull {
         })
     }
 
-    /// Whether a box may overlap it.
+    /// True if a box may overlap it.
     #[inline]
     pub fn may_overlap_box(&self, other: &Bounds) -> bool {
         if self.bounds.min.cmpgt(other.max).any() || other.min.cmpgt(self.bounds.max).any() {
@@ -234,7 +236,7 @@ impl Hull {
         })
     }
 
-    /// Whether a solid ball may overlap it.
+    /// True if a solid ball may overlap it.
     pub fn may_overlap_ball(&self, center: DVec3, radius: f64) -> bool {
         let apart =
             |low: f64, high: f64, middle: f64| middle - radius > high || middle + radius < low;
@@ -257,8 +259,8 @@ impl Hull {
         along == DVec3::ZERO || !apart(low, high, along.dot(center))
     }
 
-    /// Whether the convex hull of `points` may overlap it; `normals` are further directions along
-    /// which the two may be apart (a flat thing's normal, say), of any length.
+    /// True if the convex hull of `points` may overlap it. `normals` are further directions along which the
+    /// two may be apart (for example a flat shape's normal), of any length.
     #[inline]
     pub fn may_overlap_points(&self, points: &[DVec3], normals: &[DVec3]) -> bool {
         let other = Bounds::from_points(points.iter().copied());
@@ -285,7 +287,7 @@ impl Hull {
             }))
     }
 
-    /// Whether an elliptic disc with these half axes may overlap it.
+    /// True if an elliptic disc with these half axes may overlap it.
     pub fn may_overlap_disk(&self, center: DVec3, [u, v]: [DVec3; 2]) -> bool {
         let apart = |low: f64, high: f64, along: DVec3| {
             // An ellipse reaches √(u² + v²) along each direction.
@@ -314,7 +316,7 @@ mod tests {
         [-size..size, -size..size, -size..size].prop_map(DVec3::from_array)
     }
 
-    /// Corners of any triangle, and how far the middles of its edges are from their means.
+    /// Corners of any triangle, and the offsets of the middles of its edges from their means.
     type Quadratic = ([DVec3; 3], [DVec3; 3]);
 
     fn quadratic(size: f64, bend: f64) -> impl Strategy<Value = Quadratic> {
@@ -386,7 +388,7 @@ mod tests {
             prop_assert!(hull.may_overlap_points(&triangle, &[normal, r - touched]));
             let (u, v) = (to[0] * size, to[1] * size);
             prop_assert!(hull.may_overlap_disk(touched - 0.6 * u - 0.7999 * v, [u, v]));
-            // One of the halves has it, too.
+            // One of the halves also has it.
             let half = hull.halves()[usize::from(t > 0.5)];
             prop_assert!(half.may_overlap_box(&Bounds::from_points([touched, touched])));
             prop_assert!(hull.bounds().contains(touched));

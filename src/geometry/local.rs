@@ -1,4 +1,4 @@
-//! One surface by itself: met whatever is in the way, and how its normal turns.
+//! One surface by itself: its intersection with rays whatever is in the way, and the change of its normal.
 
 use glam::{DVec2, DVec3};
 
@@ -9,36 +9,36 @@ use super::{Hit, Ray, Shape, SurfacePoint, TraversalCounters, World};
 /// A part of the scene's surface on which everything is smooth: a whole shape, or one face of a
 /// mesh with flat faces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct Element {
+pub struct SurfaceElement {
     /// Index into [`World::shapes`].
     pub shape: u32,
-    /// The face, of a mesh without interpolated normals.
+    /// The face, for a mesh without interpolated normals.
     pub face: Option<u32>,
 }
 
 impl World {
     /// The element that a hit lies on.
     #[inline]
-    pub fn element(&self, hit: &Hit) -> Element {
+    pub fn element(&self, hit: &Hit) -> SurfaceElement {
         let flat = match &self.shapes()[hit.shape as usize] {
             Shape::Mesh(mesh) => !mesh.has_vertex_normals(),
             _ => false,
         };
-        Element {
+        SurfaceElement {
             shape: hit.shape,
             face: flat.then_some(hit.face),
         }
     }
 
-    /// Where a ray meets an element, whatever is in the way.
+    /// The intersection of a ray with an element, whatever is in the way.
     ///
-    /// Flat elements (rectangle, disk, face) are extended to their whole plane, so that a map along
-    /// a chain of elements stays smooth beyond their borders. Of a round shape or
-    /// a mesh with interpolated normals it is the first hit at a distance > 0. The `uv` of the result is unspecified.
+    /// Flat elements (rectangle, disk, face) are extended to their whole plane, so that a map along a chain
+    /// of elements stays smooth beyond their borders. For a round shape or a mesh with interpolated normals
+    /// it is the first hit at a distance > 0. The `uv` of the result is unspecified.
     pub fn meet_element(
         &self,
         ray: &Ray,
-        element: Element,
+        element: SurfaceElement,
         counters: &mut TraversalCounters,
     ) -> Option<(Hit, SurfacePoint)> {
         let shape = &self.shapes()[element.shape as usize];
@@ -78,8 +78,9 @@ impl World {
         Some((hit, point))
     }
 
-    /// How the shading normal changes as a hit point moves by `along` in the surface: ∂n, per unit
-    /// of whatever `along` is per unit of. (It is minus the shape operator of differential geometry, applied to `along`.)
+    /// The change ∂n of the shading normal as a hit point moves by `along` in the surface, per unit of
+    /// whatever `along` is per unit of. (It is minus the shape operator of differential geometry, applied to
+    /// `along`.)
     ///
     /// `along` must lie in the tangent plane of the true surface.
     pub fn normal_derivative(&self, hit: &Hit, along: DVec3) -> DVec3 {

@@ -5,19 +5,19 @@ use glam::{DVec2, DVec3};
 use super::{
     Bounds, Hit, Mesh, Ray,
     accel::{BoxTree, Lanes, LeafVisitor, LocalRay, TrianglePack},
+    counters::TraversalCounters,
     nearest::Nearest,
     triangle::ShearedRay,
-    world::TraversalCounters,
 };
 
 /// A tree over a mesh's distinct faces.
 pub(super) struct MeshTree {
     tree: BoxTree,
-    /// One a leaf.
+    /// The triangles as the filter needs them, one pack a leaf.
     packs: Vec<TrianglePack>,
     /// The faces, leaf by leaf.
     faces: Vec<u32>,
-    /// Their corners: copies, so that a test looks in one place and not in five.
+    /// Their corners: copies, so that a test reads from one place and not from five.
     corners: Vec<[DVec3; 3]>,
 }
 
@@ -132,14 +132,14 @@ impl MeshTree {
     }
 }
 
-/// Tests the faces of the leaves visited, exactly.
+/// An exact test of the faces of the leaves visited.
 struct FaceSearch<'a, F> {
     tree: &'a MeshTree,
     sheared: ShearedRay,
     shape: u32,
     tests: u64,
     limit: f64,
-    /// What to do with a hit; returns the new limit.
+    /// The action for a hit; returns the new limit.
     found: F,
 }
 
@@ -194,7 +194,7 @@ mod tests {
         }
     }
 
-    /// Every face, exactly, with neither boxes nor filter.
+    /// The hit found by exact tests of every face, with neither boxes nor filter.
     fn try_every_face(mesh: &Mesh, ray: &Ray) -> Option<Hit> {
         let sheared = ShearedRay::new(ray);
         let mut nearest = Nearest::before(f64::INFINITY);

@@ -1,7 +1,8 @@
-//! Rays, surfaces, and where they meet. All of it in `f64`.
+//! Rays, surfaces, and their intersections. All of it in `f64`.
 
 mod accel;
 mod bounds;
+mod counters;
 mod frame;
 mod hull;
 mod local;
@@ -18,12 +19,13 @@ mod triangle;
 mod world;
 
 pub use bounds::Bounds;
+pub use counters::TraversalCounters;
 pub use frame::Frame;
 pub use hull::{Hull, bulge, longest, range};
-pub use local::Element;
+pub use local::SurfaceElement;
 pub use mesh::{Finding, Mesh, MeshBorder, MeshDiagnostics, MeshError, MeshParts, VertexFans};
 pub use ray::Ray;
 pub use shape::{Cylinder, Disk, Rectangle, Shape, ShapeError, Sphere};
 pub use surface::{Hit, SurfacePoint};
 pub use transform::{Transform, TransformError};
-pub use world::{TraversalCounters, World};
+pub use world::World;

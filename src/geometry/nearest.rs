@@ -2,14 +2,14 @@
 
 use super::Hit;
 
-/// The nearest hit so far, and the distance from which on hits are of no interest.
+/// The nearest hit so far, and the distance beyond which hits are of no interest.
 pub(super) struct Nearest {
     limit: f64,
     hit: Option<Hit>,
 }
 
 impl Nearest {
-    /// Nothing found, and nothing wanted at `limit` or beyond.
+    /// No hit so far, and none wanted at `limit` or beyond.
     #[inline]
     pub(super) fn before(limit: f64) -> Self {
         Self { limit, hit: None }
@@ -26,8 +26,8 @@ impl Nearest {
         self.hit
     }
 
-    /// Takes the hit if it is nearer, or as near and first in (shape, face): a rule that does not
-    /// depend on the order in which hits are found.
+    /// Takes the hit if it is nearer, or as near and first in (shape, face). This rule does not depend on the
+    /// order in which hits are found.
     #[inline]
     pub(super) fn offer(&mut self, hit: Hit) {
         let nearer = hit.distance < self.limit

@@ -5,7 +5,7 @@ use glam::DVec3;
 /// A half-line: `origin + t * direction`, t > 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
-    /// Where it starts, world space.
+    /// The start, world space.
     pub origin: DVec3,
     /// The direction of travel, a unit vector.
     pub direction: DVec3,

@@ -1,10 +1,10 @@
-//! Where a ray met a surface.
+//! Points at which rays hit surfaces.
 
 use glam::{DVec2, DVec3};
 
 use super::Ray;
 
-/// Where a ray met a surface: enough to compare and to look up the rest.
+/// An intersection of a ray with a surface: enough to compare and to look up the rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
     /// Distance along the ray.
@@ -17,10 +17,10 @@ pub struct Hit {
     pub barycentric: DVec2,
 }
 
-/// All that is known of a point on a surface.
+/// The properties of a point on a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfacePoint {
-    /// World space, projected onto the surface.
+    /// The position in world space, projected onto the surface.
     pub position: DVec3,
     /// A bound on the absolute error of `position`, per axis.
     pub position_error: DVec3,
@@ -33,8 +33,8 @@ pub struct SurfacePoint {
 }
 
 impl SurfacePoint {
-    /// A ray that leaves the surface along the unit vector `direction`, from a start moved off
-    /// the surface by just its error bound, to the side that `direction` points to.
+    /// A ray that leaves the surface along the unit vector `direction`. Its start is moved off the surface by
+    /// just its error bound, to the side that `direction` points to.
     ///
     /// Following Pharr, Jakob and Humphreys, *Physically Based Rendering*, 3rd edition, 3.9.5.
     #[inline]

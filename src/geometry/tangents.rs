@@ -1,4 +1,4 @@
-//! How a surface runs with its parameters.
+//! Derivatives of surfaces by their parameters.
 
 use std::f64::consts::{PI, TAU};
 
@@ -7,11 +7,11 @@ use glam::{DMat2, DVec3};
 use super::{Hit, Mesh, Shape, SurfacePoint, World};
 
 impl World {
-    /// The derivatives of the position with respect to u and v, in scene units, as Mitsuba has them.
+    /// The derivatives of the position with respect to u and v, in scene units, as in Mitsuba.
     ///
-    /// `point` must be [`World::surface_point`] of `hit`. Of a mesh they are those of the face; where it
-    /// has no (u, v) or they are degenerate, any two tangents of length 1. At a sphere's pole and a disk's
-    /// center, where one of them vanishes, its direction is that of the side the azimuth is 0 on.
+    /// `point` must be [`World::surface_point`] of `hit`. For a mesh they are those of the face. If it has no
+    /// (u, v) or they are degenerate, they are any two tangents of length 1. At a sphere's pole and a disk's
+    /// center one of them vanishes; its direction is then that of the side at which the azimuth is 0.
     pub fn tangents(&self, hit: &Hit, point: &SurfacePoint) -> [DVec3; 2] {
         match &self.shapes()[hit.shape as usize] {
             Shape::Sphere(sphere) => sphere.tangents(point.uv),
@@ -28,7 +28,8 @@ impl World {
 }
 
 impl Mesh {
-    /// From the corners' (u, v): the linear map that takes their differences to those of positions.
+    /// The derivatives from the corners' (u, v): the linear map that takes their differences to those of
+    /// positions.
     fn tangents(&self, face: u32, normal: DVec3) -> [DVec3; 2] {
         let across = || {
             let (x, y) = normal.any_orthonormal_pair();

@@ -9,7 +9,7 @@ pub struct Transform {
     inverse: DMat4,
 }
 
-/// Why a matrix cannot be used as a transform.
+/// Reason why a matrix cannot be used as a transform.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum TransformError {
     /// An element is NaN or infinite.
@@ -18,7 +18,7 @@ pub enum TransformError {
     /// The matrix maps space onto a plane, a line or a point.
     #[error("the matrix cannot be inverted (its determinant is {determinant:e})")]
     Singular {
-        /// The determinant found.
+        /// The matrix' determinant.
         determinant: f64,
     },
     /// The last row is not 0 0 0 1.
@@ -37,7 +37,7 @@ impl Transform {
     ///
     /// # Errors
     ///
-    /// Where an element is not finite, the last row is not 0 0 0 1, or the matrix has no inverse.
+    /// If an element is not finite, the last row is not 0 0 0 1, or the matrix has no inverse.
     pub fn from_matrix(matrix: DMat4) -> Result<Self, TransformError> {
         if !matrix.is_finite() {
             return Err(TransformError::NotFinite);
@@ -59,7 +59,7 @@ impl Transform {
         self.matrix
     }
 
-    /// The map back.
+    /// The inverse map.
     #[inline]
     #[must_use]
     pub fn inverse(&self) -> Self {
@@ -69,28 +69,28 @@ impl Transform {
         }
     }
 
-    /// First `inner`, then this.
+    /// The composition: first `inner`, then this.
     ///
     /// # Errors
     ///
-    /// Where the product overflows or cannot be inverted.
+    /// If the product overflows or cannot be inverted.
     pub fn after(&self, inner: &Self) -> Result<Self, TransformError> {
         Self::from_matrix(self.matrix * inner.matrix)
     }
 
-    /// Where a point goes.
+    /// The image of a point.
     #[inline]
     pub fn point(&self, point: DVec3) -> DVec3 {
         self.matrix.transform_point3(point)
     }
 
-    /// Where a difference of points goes; lengths are not kept.
+    /// The image of a difference of points; lengths are not kept.
     #[inline]
     pub fn vector(&self, vector: DVec3) -> DVec3 {
         self.matrix.transform_vector3(vector)
     }
 
-    /// Where a surface normal goes: by the inverse transpose; lengths are not kept.
+    /// The image of a surface normal, by the inverse transpose; lengths are not kept.
     #[inline]
     pub fn normal(&self, normal: DVec3) -> DVec3 {
         DVec3::new(
@@ -100,7 +100,7 @@ impl Transform {
         )
     }
 
-    /// Whether the map turns a right hand into a left one.
+    /// True if the map turns a right hand into a left one.
     #[inline]
     pub fn is_mirroring(&self) -> bool {
         self.matrix.determinant() < 0.0

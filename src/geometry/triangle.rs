@@ -1,22 +1,21 @@
 //! The watertight triangle test.
 //!
-//! Woop, Benthin and Wald, *Watertight ray/triangle intersection*, JCGT 2(1), 2013: the vertices
-//! are sheared so that the ray becomes the z axis; the triangle is hit where the origin of the
-//! xy plane is inside its image.
+//! Woop, Benthin and Wald, *Watertight ray/triangle intersection*, JCGT 2(1), 2013: the vertices are sheared
+//! so that the ray becomes the z axis. The triangle is hit if the origin of the xy plane is inside its image.
 //!
 //! # Why no ray is lost between triangles
 //!
-//! 1. The image of a vertex depends on the ray and the vertex alone, so triangles that share a
-//!    vertex (the same bits) share its image. From here on, the images *are* the mesh.
-//! 2. An edge function is `p.x q.y − p.y q.x`, computed as a difference of two rounded products.
-//!    Rounding is monotone, so its sign is either right or it is zero, never wrong; and the
-//!    neighbour across the edge computes exactly the opposite number.
-//! 3. Where the rounded products are equal, the sign is taken from the products' own rounding
-//!    errors, which a fused multiply-add gives exactly. So every sign is exact (as long as no
-//!    product is subnormal: then zero stands, which counts as inside on both sides).
-//! 4. Zero counts as inside. The test thus accepts exactly the closed image triangles of non-zero
-//!    area. Where a closed mesh's image covers a neighbourhood of the origin, their (closed)
-//!    union covers the origin, so at least one is hit, whether by its inside, an edge or a vertex.
+//! 1. The image of a vertex depends on the ray and the vertex alone, so triangles that share a vertex (the
+//!    same bits) share its image. From here on, the images *are* the mesh.
+//! 2. An edge function is `p.x q.y − p.y q.x`, computed as a difference of two rounded products. Rounding is
+//!    monotone, so its sign is either right or zero, never wrong; and the neighbour across the edge computes
+//!    exactly the opposite number.
+//! 3. If the rounded products are equal, the sign is taken from the products' own rounding errors, which a
+//!    fused multiply-add gives exactly. So every sign is exact (as long as no product is subnormal: then zero
+//!    stands, which counts as inside on both sides).
+//! 4. Zero counts as inside. The test thus accepts exactly the closed image triangles of non-zero area. If a
+//!    closed mesh's image covers a neighbourhood of the origin, their (closed) union covers the origin. So at
+//!    least one is hit, whether by its inside, an edge or a vertex.
 
 use glam::DVec3;
 
@@ -31,7 +30,7 @@ pub(super) struct ShearedRay {
     shear: [f64; 3],
 }
 
-/// Where a sheared ray met a triangle.
+/// The intersection of a sheared ray with a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct TriangleHit {
     pub distance: f64,
@@ -42,10 +41,10 @@ pub(super) struct TriangleHit {
 }
 
 /// The image of a vertex.
-struct Image {
+struct ShearedVertex {
     x: f64,
     y: f64,
-    /// Along the largest axis, not yet scaled to distance.
+    /// The coordinate along the largest axis, not yet scaled to distance.
     depth: f64,
 }
 
@@ -70,18 +69,18 @@ impl ShearedRay {
     }
 
     #[inline]
-    fn image(&self, vertex: &DVec3) -> Image {
+    fn image(&self, vertex: &DVec3) -> ShearedVertex {
         let v: &[f64; 3] = vertex.as_ref();
         let [x, y, z] = self.axes;
         let depth = v[z] - self.origin[z];
-        Image {
+        ShearedVertex {
             x: (v[x] - self.origin[x]) - self.shear[0] * depth,
             y: (v[y] - self.origin[y]) - self.shear[1] * depth,
             depth,
         }
     }
 
-    /// Where the ray meets the triangle at a distance > 0; both sides and the border count.
+    /// The intersection of the ray with the triangle at a distance > 0; both sides and the border count.
     #[inline]
     pub(super) fn intersect(&self, vertices: &[DVec3; 3]) -> Option<TriangleHit> {
         let [a, b, c] = vertices;
@@ -99,8 +98,8 @@ impl ShearedRay {
             return None; // the image has no area
         }
         let inverse = 1.0 / sum;
-        // From one corner on: of a triangle far away the depths are large and their differences
-        // exact, so that the mean's roundings are relative to the triangle, not to its distance.
+        // The mean starts from one corner: for a triangle far away the depths are large and their differences
+        // exact. So the roundings are relative to the triangle, not to its distance.
         let from_a = (v * (b.depth - a.depth) + w * (c.depth - a.depth)) * inverse;
         let distance = (a.depth + from_a) * self.shear[2];
         // Also false for NaN.
@@ -114,13 +113,13 @@ impl ShearedRay {
 
 /// Twice the signed area of the triangle (origin, p, q), rounded; zero or of the right sign.
 #[inline]
-fn edge(p: &Image, q: &Image) -> f64 {
+fn edge(p: &ShearedVertex, q: &ShearedVertex) -> f64 {
     p.x * q.y - p.y * q.x
 }
 
-/// The same with the right sign also where the rounded products are equal.
+/// [`edge`] with the right sign even if the rounded products are equal.
 #[cold]
-fn exact_edge(p: &Image, q: &Image) -> f64 {
+fn exact_edge(p: &ShearedVertex, q: &ShearedVertex) -> f64 {
     let (xy, yx) = (p.x * q.y, p.y * q.x);
     if xy == yx {
         // Both errors are exact, so the sign of their difference is.

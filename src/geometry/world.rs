@@ -7,47 +7,29 @@ use glam::{DVec2, DVec3};
 use super::{
     Bounds, Hit, Ray, Shape, SurfacePoint,
     accel::{BoxTree, Lanes, LeafVisitor, LocalRay},
+    counters::TraversalCounters,
     mesh_tree::MeshTree,
     nearest::Nearest,
 };
 
-/// Work done while searching.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-pub struct TraversalCounters {
-    /// Rays searched for.
-    pub rays: u64,
-    /// Box tests: nodes of the tree visited.
-    pub node_visits: u64,
-    /// Exact intersection tests.
-    pub primitive_tests: u64,
-}
-
-impl std::ops::AddAssign for TraversalCounters {
-    fn add_assign(&mut self, other: Self) {
-        self.rays += other.rays;
-        self.node_visits += other.node_visits;
-        self.primitive_tests += other.primitive_tests;
-    }
-}
-
 /// All shapes of a scene, and a tree over their primitives.
 ///
-/// Each mesh has a tree of its own, so that the padding of its boxes (a fraction of the tree's
-/// extent) stays small however large the floor that it stands on.
+/// Each mesh has a tree of its own, so that the padding of its boxes (a fraction of the tree's extent) stays
+/// small however large the floor that it stands on.
 pub struct World {
     shapes: Vec<Shape>,
     bounds: Bounds,
     /// A tree for each mesh, `None` for the other shapes; as long as `shapes`.
     trees: Vec<Option<MeshTree>>,
-    /// Over the boxes of the shapes, where there are too many to try one after the other.
+    /// A tree over the boxes of the shapes, if there are too many to try one after the other.
     over_shapes: Option<BoxTree>,
 }
 
-/// Up to here, trying all shapes costs less than a walk down a tree (see `benches/traversal.rs`).
+/// Up to this number, trying all shapes costs less than a walk down a tree (see `benches/traversal.rs`).
 const LINEAR_SEARCH_LIMIT: usize = 8;
 
 impl World {
-    /// Builds the trees.
+    /// The world of these shapes, with its trees.
     pub fn new(shapes: Vec<Shape>) -> Self {
         let boxes: Vec<Bounds> = shapes.iter().map(Shape::bounds).collect();
         let trees = shapes
@@ -70,7 +52,7 @@ impl World {
         &self.shapes
     }
 
-    /// The box round everything; empty where there are no shapes.
+    /// The box around everything; empty if there are no shapes.
     pub fn bounds(&self) -> Bounds {
         self.bounds
     }
@@ -89,8 +71,8 @@ impl World {
 
     /// The nearest hit nearer than `max_distance` (exclusive); all hits have a distance > 0.
     ///
-    /// Of hits at the same distance, the one with the lowest (shape, face) is the result, so it
-    /// does not depend on the order of the search.
+    /// Among hits at the same distance, the one with the lowest (shape, face) is the result, so it does not
+    /// depend on the order of the search.
     #[inline]
     pub fn closest_hit(
         &self,
@@ -169,9 +151,9 @@ impl World {
         })
     }
 
-    /// Whether any hit nearer than `max_distance` satisfies `blocks`, in no particular order.
+    /// True if any hit nearer than `max_distance` satisfies `blocks`, which is asked in no particular order.
     ///
-    /// Of a sphere or cylinder only the nearest hit is asked about.
+    /// For a sphere or cylinder only the nearest hit is asked about.
     pub fn any_hit(
         &self,
         ray: &Ray,
@@ -214,13 +196,14 @@ impl World {
         }
     }
 
-    /// Everything about a hit.
+    /// The surface at a hit.
     #[inline]
     pub fn surface_point(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
         self.with_uv(self.bounce_point(ray, hit), hit)
     }
 
-    /// The [`surface_point`](Self::surface_point) that a hit's [`bounce_point`](Self::bounce_point) belongs to.
+    /// The [`surface_point`](Self::surface_point) that a hit's [`bounce_point`](Self::bounce_point) belongs
+    /// to.
     #[inline]
     pub fn with_uv(&self, mut point: SurfacePoint, hit: &Hit) -> SurfacePoint {
         match &self.shapes[hit.shape as usize] {
@@ -232,9 +215,9 @@ impl World {
         point
     }
 
-    /// Everything about a hit but `uv`, which is left unspecified on round shapes.
+    /// The surface at a hit without `uv`, which is left unspecified on round shapes.
     ///
-    /// For bounces, where nobody looks at `uv`: the angles it takes would cost more than the search.
+    /// For bounces, which do not use `uv`: the angles it takes would cost more than the search.
     #[inline]
     pub fn bounce_point(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
         match &self.shapes[hit.shape as usize] {
@@ -246,8 +229,8 @@ impl World {
         }
     }
 
-    /// The point of a mesh's face with these barycentric weights of its second and third vertex;
-    /// `None` where the shape is no mesh. `uv` is as of a hit there.
+    /// The point of a mesh's face with these barycentric weights of its second and third vertex; `None` if
+    /// the shape is no mesh. `uv` is as for a hit there.
     pub fn face_point(&self, shape: u32, face: u32, barycentric: DVec2) -> Option<SurfacePoint> {
         let Shape::Mesh(mesh) = &self.shapes[shape as usize] else {
             return None;
@@ -258,12 +241,12 @@ impl World {
             face,
             barycentric,
         };
-        // The ray matters to faces without area only.
+        // The ray matters only to faces without area.
         let ray = Ray::new(DVec3::ZERO, DVec3::Z);
         Some(mesh.surface_point(&ray, &hit))
     }
 
-    /// Whether `overlaps` may hold for a primitive of the chosen shapes: descends the tree while
+    /// True if `overlaps` may hold for a primitive of the chosen shapes. Descends the tree while
     /// `overlaps(box)` is true; at a leaf asks `overlaps` of each chosen primitive's own box.
     ///
     /// `overlaps` must be monotone: true for every box that holds a box for which it is true.
@@ -285,9 +268,9 @@ impl World {
 }
 
 impl World {
-    /// Whether `test(face, corners)` holds for any face of a mesh that may be in boxes for which
-    /// `overlaps` is true, which must be monotone as in [`Self::any_primitive_box`]; false where
-    /// the shape is no mesh. Of faces at the same place only one is asked about.
+    /// True if `test(face, corners)` holds for any face of a mesh that may be in boxes for which `overlaps`
+    /// is true; false if the shape is no mesh. `overlaps` must be monotone as in [`Self::any_primitive_box`].
+    /// Among faces at the same place only one is asked about.
     pub fn any_face(
         &self,
         shape: u32,
@@ -300,10 +283,10 @@ impl World {
     }
 }
 
-/// Looks at the shapes of the leaves visited.
+/// A search of the shapes of the leaves visited.
 struct ShapeSearch<'a, F> {
     tree: &'a BoxTree,
-    /// Looks at one shape; returns the new limit.
+    /// The visit of one shape; returns the new limit.
     visit: F,
     limit: f64,
 }

@@ -1,27 +1,27 @@
 //! Choosing one of many, each with its own probability.
 
-/// A choice among indices with probabilities in proportion to given weights.
+/// A distribution over indices, with probabilities in proportion to given weights.
 ///
-/// By inversion of the cumulative sum: neighbours in `u` stay neighbours, so that points that cover
-/// [0, 1) evenly cover the choices evenly, too.
+/// It inverts the cumulative sum: neighbours in `u` stay neighbours, so that points that cover [0, 1) evenly
+/// also cover the indices evenly.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Choice {
-    /// The sum of the weights up to and with each.
+pub struct WeightedChoice {
+    /// The sum of the weights up to and including each one.
     cumulative: Vec<f64>,
 }
 
-/// What was chosen.
+/// One index chosen at random, and the randomness left over.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Chosen {
-    /// Which one.
+pub struct Selection {
+    /// The index.
     pub index: usize,
-    /// A number in [0, 1), uniform whatever was chosen, so that `u` can be used once more.
+    /// A number in [0, 1), uniform for every index, so that `u` can be used once more.
     pub rest: f64,
 }
 
-impl Choice {
-    /// The choice among as many indices as there are `weights`; `None` where a weight is negative or not
-    /// finite, or their sum is not a positive finite number.
+impl WeightedChoice {
+    /// The distribution over as many indices as there are `weights`. `None` if a weight is negative or not
+    /// finite, or if their sum is not a positive finite number.
     pub fn new(weights: impl IntoIterator<Item = f64>) -> Option<Self> {
         let mut sum = 0.0;
         let cumulative: Vec<f64> = weights
@@ -44,13 +44,13 @@ impl Choice {
 
     /// The index chosen by `u` in [0, 1); never one of weight zero.
     #[inline]
-    pub fn choose(&self, u: f64) -> Chosen {
+    pub fn choose(&self, u: f64) -> Selection {
         let total = self.total();
         let wanted = (u * total).min(total.next_down());
         let index = self.cumulative.partition_point(|sum| *sum <= wanted);
         let before = self.before(index);
         let rest = (wanted - before) / (self.cumulative[index] - before);
-        Chosen {
+        Selection {
             index,
             rest: rest.min(1.0f64.next_down()),
         }
@@ -80,7 +80,7 @@ mod tests {
 
     #[test]
     fn every_index_owns_an_interval_as_long_as_its_probability() {
-        let choice = Choice::new([1.0, 0.0, 2.0, 5.0, 0.0]).unwrap();
+        let choice = WeightedChoice::new([1.0, 0.0, 2.0, 5.0, 0.0]).unwrap();
         // Eighths are exact.
         let owned = [1, 0, 2, 5, 0];
         for (index, eighths) in owned.into_iter().enumerate() {
@@ -95,14 +95,14 @@ mod tests {
 
     #[test]
     fn the_rest_runs_from_0_to_1_across_each_interval() {
-        let choice = Choice::new([1.0, 3.0]).unwrap();
+        let choice = WeightedChoice::new([1.0, 3.0]).unwrap();
         for (u, index, rest) in [
             (0.0, 0, 0.0),
             (0.125, 0, 0.5),
             (0.25, 1, 0.0),
             (0.625, 1, 0.5),
         ] {
-            assert_eq!(choice.choose(u), Chosen { index, rest });
+            assert_eq!(choice.choose(u), Selection { index, rest });
         }
         assert!(choice.choose(1.0f64.next_down()).rest < 1.0);
         // Out of range is not out of bounds.
@@ -111,11 +111,11 @@ mod tests {
 
     #[test]
     fn nothing_to_choose_from_is_none() {
-        assert_eq!(Choice::new([]), None);
-        assert_eq!(Choice::new([0.0, 0.0]), None);
-        assert_eq!(Choice::new([1.0, -1.0, 3.0]), None);
-        assert_eq!(Choice::new([f64::NAN, 1.0]), None);
-        assert_eq!(Choice::new([f64::INFINITY]), None);
-        assert_eq!(Choice::new([f64::MAX, f64::MAX]), None);
+        assert_eq!(WeightedChoice::new([]), None);
+        assert_eq!(WeightedChoice::new([0.0, 0.0]), None);
+        assert_eq!(WeightedChoice::new([1.0, -1.0, 3.0]), None);
+        assert_eq!(WeightedChoice::new([f64::NAN, 1.0]), None);
+        assert_eq!(WeightedChoice::new([f64::INFINITY]), None);
+        assert_eq!(WeightedChoice::new([f64::MAX, f64::MAX]), None);
     }
 }

@@ -1,17 +1,19 @@
-//! Arithmetic that gives back what rounding takes.
+//! Arithmetic that compensates for rounding.
 #![allow(clippy::inline_always)] // or the code is not compiled for its caller's instructions
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// A number with what rounding took from it, to first order: `value + error` is the result of the same formula without
-/// any rounding, but for products of two roundings.
+/// A number with the error that rounding made in it, to first order.
 ///
-/// The errors of single operations are exact: Knuth's sum, and products by fused multiply-add (Ogita, Rump and Oishi,
-/// *Accurate sum and dot product*, SIAM J. Sci. Comput. 26 (2005), 2.1). A formula carries them along by its own
-/// derivative. So [`Compensated::rounded`] is off by one rounding and some dozen u² times the formula's condition number.
+/// `value + error` is the result of the same formula without any rounding, except for products of two
+/// rounding errors. The errors of single operations are exact: Knuth's sum, and products by fused
+/// multiply-add (Ogita, Rump and Oishi, *Accurate sum and dot product*, SIAM J. Sci. Comput. 26 (2005), 2.1).
+/// A formula carries them along by its own derivative. So [`Compensated::rounded`] is off by one rounding and
+/// some dozen u² times the formula's condition number.
 ///
-/// No product may overflow; what underflows is lost. Where a difference of inexact numbers loses its digits, `error` may be
-/// as large as `value`: roots of it, and quotients by it, want [`Compensated::settled`] first.
+/// No product may overflow; what underflows is lost. If a difference of inexact numbers loses its digits,
+/// `error` may be as large as `value`. Call [`Compensated::settled`] before taking roots of such a number or
+/// dividing by it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Compensated {
     value: f64,
@@ -57,7 +59,7 @@ impl Compensated {
     pub fn sqrt(self) -> Self {
         let value = self.value.sqrt();
         let squared = Self::product(value, value);
-        // The root's square is the number but for its last digits: their difference is exact.
+        // The root's square equals the number except in its last digits: their difference is exact.
         let remains = (self.value - squared.value) - squared.error + self.error;
         Self {
             value,
@@ -126,7 +128,8 @@ impl Div for Compensated {
     fn div(self, other: Self) -> Self {
         let value = self.value / other.value;
         let back = Self::product(value, other.value);
-        // The quotient times the divisor is the dividend but for its last digits: their difference is exact.
+        // The quotient times the divisor equals the dividend except in its last digits: their difference is
+        // exact.
         let remains = (self.value - back.value) - back.error + self.error - value * other.error;
         Self {
             value,
@@ -195,7 +198,8 @@ mod tests {
             );
         }
 
-        /// a/b = q + r/b with q = m 2^-s the rounded quotient: a 2^s − m b is a whole number of some 105 bits.
+        /// a/b = q + r/b with q = m 2^-s the rounded quotient: a 2^s − m b is a whole number of some 105
+        /// bits.
         #[test]
         fn quotients_know_what_they_lack(a in 1_i64 << 40..1 << 50, b in 1_i64 << 40..1 << 50) {
             let quotient = Compensated::sum(a as f64, 0.0) / Compensated::sum(b as f64, 0.0);
@@ -206,7 +210,7 @@ mod tests {
             prop_assert!((quotient.error - lacks).abs() <= 4.0 * UNIT * lacks.abs());
         }
 
-        /// With x² = n and x = q + e: e = (n − q²)/(2 q), but for e²/(2 q), which is u²/8 of q.
+        /// With x² = n and x = q + e: e = (n − q²)/(2 q), except for e²/(2 q), which is u²/8 of q.
         #[test]
         fn roots_know_what_they_lack(n in 1_i64 << 40..1 << 50) {
             let root = Compensated::sum(n as f64, 0.0).sqrt();

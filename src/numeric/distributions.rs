@@ -1,4 +1,4 @@
-//! Distributions of test statistics: what an error bar means as a probability.
+//! Distributions of test statistics, which turn an error bar into a probability.
 //!
 //! Arguments outside a distribution's domain give NaN, as in `f64`'s own functions.
 
@@ -33,7 +33,7 @@ pub fn student_t_cdf(t: f64, degrees_of_freedom: f64) -> f64 {
     if t.is_nan() || degrees_of_freedom.is_nan() || degrees_of_freedom <= 0.0 {
         return f64::NAN;
     }
-    // Both x and 1 - x without cancellation, and without overflow of t².
+    // Both x and 1 - x, without cancellation and without overflow of t².
     let ratio = t / degrees_of_freedom.sqrt();
     let squared = ratio * ratio;
     let (x, complement) = if squared.is_finite() {
@@ -44,15 +44,15 @@ pub fn student_t_cdf(t: f64, degrees_of_freedom: f64) -> f64 {
     0.5 * incomplete_beta(0.5 * degrees_of_freedom, 0.5, x, complement)
 }
 
-/// The t below which a Student variable is with `probability`; infinite at 0 and 1.
+/// The t below which a Student variable lies with `probability`; infinite at 0 and 1.
 pub fn student_t_quantile(probability: f64, degrees_of_freedom: f64) -> f64 {
     quantile(probability, |t| student_t_cdf(-t, degrees_of_freedom))
 }
 
-/// How many standard errors a two-sided interval of a given confidence extends each way.
+/// The number of standard errors that a two-sided interval of a given confidence extends each way.
 ///
-/// For a mean of n normal values, with ν = n − 1: mean ± t s/√n covers the truth with
-/// probability `confidence`. An infinite ν stands for a known standard deviation.
+/// For a mean of n normal values, with ν = n − 1: mean ± t s/√n covers the truth with probability
+/// `confidence`. An infinite ν stands for a known standard deviation.
 ///
 /// ```
 /// # use nephroid::numeric::distributions::critical_value;
@@ -98,8 +98,8 @@ fn quantile(probability: f64, upper_tail: impl Fn(f64) -> f64) -> f64 {
     if tail == 0.0 {
         return sign * f64::INFINITY;
     }
-    // Positive doubles are ordered as their bits are: halving the distance in bits finds the
-    // place in 63 steps, for 1e-300 as for 1e300, with no derivative and nothing to go wrong.
+    // Positive doubles are ordered as their bits are. So halving the distance in bits finds the quantile in
+    // 63 steps, for 1e-300 as for 1e300, without a derivative.
     let (mut below, mut above) = (0, f64::INFINITY.to_bits());
     while above - below > 1 {
         let middle = below + (above - below) / 2;
@@ -112,17 +112,17 @@ fn quantile(probability: f64, upper_tail: impl Fn(f64) -> f64) -> f64 {
     sign * f64::from_bits(above)
 }
 
-/// Terms after which a continued fraction or series has long converged: it takes about √a of
-/// them, a ≤ 10⁸ here being more replicates than anyone will run.
+/// The largest number of terms of a continued fraction or series: far more than any needs. It takes about √a
+/// of them, and a ≤ 10⁸ here is more replicates than anyone will run.
 const MAX_TERMS: usize = 100_000;
 
-/// What Lentz's method puts for a denominator of zero.
+/// The value that Lentz's method puts in place of a denominator of zero.
 const TINY: f64 = 1e-300;
 
-/// The regularised incomplete beta function Iₓ(a, b), where `complement` is 1 − x.
+/// The regularised incomplete beta function Iₓ(a, b), given that `complement` is 1 − x.
 ///
-/// By its continued fraction (Abramowitz and Stegun, 26.5.8) where that converges fast, else by
-/// Iₓ(a, b) = 1 − I₁₋ₓ(b, a) (26.5.2).
+/// The continued fraction (Abramowitz and Stegun, 26.5.8) is used if it converges fast; else Iₓ(a, b) = 1 −
+/// I₁₋ₓ(b, a) (26.5.2).
 fn incomplete_beta(a: f64, b: f64, x: f64, complement: f64) -> f64 {
     if x <= 0.0 {
         return 0.0;
@@ -133,7 +133,7 @@ fn incomplete_beta(a: f64, b: f64, x: f64, complement: f64) -> f64 {
     if x > (a + 1.0) / (a + b + 2.0) {
         return 1.0 - incomplete_beta(b, a, complement, x);
     }
-    // The logarithm of the smaller of x and 1 - x is good as it is; that of the other needs help.
+    // The logarithm of the smaller of x and 1 - x is accurate as it is; that of the other needs help.
     let ln_x = if x < 0.5 {
         x.ln()
     } else {
@@ -160,8 +160,8 @@ fn incomplete_beta(a: f64, b: f64, x: f64, complement: f64) -> f64 {
 
 /// The upper regularised incomplete gamma function Q(a, x).
 ///
-/// By the series of 1 − Q below a + 1 (Abramowitz and Stegun, 6.5.29), by Legendre's continued
-/// fraction above (6.5.31, its even part).
+/// Below a + 1 by the series of 1 − Q (Abramowitz and Stegun, 6.5.29), above by Legendre's continued fraction
+/// (6.5.31, its even part).
 fn upper_incomplete_gamma(a: f64, x: f64) -> f64 {
     let front = (a * x.ln() - x - libm::lgamma(a)).exp();
     if x < a + 1.0 {
@@ -183,7 +183,7 @@ fn upper_incomplete_gamma(a: f64, x: f64) -> f64 {
     front / continued_fraction(x + 1.0 - a, terms)
 }
 
-/// b₀ + a₁ / (b₁ + a₂ / (b₂ + ...)) from pairs (aᵢ, bᵢ), by Lentz's method as changed by
+/// The value of b₀ + a₁ / (b₁ + a₂ / (b₂ + ...)) from pairs (aᵢ, bᵢ), by Lentz's method as changed by
 /// Thompson and Barnett (J. Comput. Phys. 64, 1986).
 fn continued_fraction(first: f64, terms: impl Iterator<Item = (f64, f64)>) -> f64 {
     let away_from_zero = |x: f64| if x == 0.0 { TINY } else { x };
@@ -272,7 +272,8 @@ mod tests {
         for p in [1e-280, 1e-9, 0.01, 0.3, 0.499, 0.501, 0.9, 0.999_999] {
             for nu in [1.0, 2.0, 7.0, 1000.0] {
                 let t = student_t_quantile(p, nu);
-                // Next to the jump of bits: the neighbour towards zero is on the other side.
+                // The function jumps between two neighbouring doubles: the neighbour towards zero is on the
+                // other side.
                 let tail = |t: f64| student_t_cdf(-t.abs(), nu);
                 let wanted = if p < 0.5 { p } else { 1.0 - p };
                 assert!(

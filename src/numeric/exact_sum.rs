@@ -1,4 +1,4 @@
-//! Sums of floating-point numbers without any rounding until the end.
+//! Sums of floating-point numbers with a single rounding at the end.
 
 use std::ops::AddAssign;
 
@@ -7,21 +7,21 @@ use super::fixed_point::power_of_two;
 /// Bits a digit.
 const DIGIT_BITS: u32 = 32;
 
-/// Digits that hold any sum: a double's lowest bit weighs 2⁻¹⁰⁷⁴ and its highest 2¹⁰²³, which is
-/// 2098 bits, and 2⁶⁴ addends need 64 more and the sign one: 2163 bits, 68 digits.
+/// Digits that hold any sum. A double's lowest bit weighs 2⁻¹⁰⁷⁴ and its highest 2¹⁰²³, which is 2098 bits.
+/// 2⁶⁴ addends need 64 more and the sign one: 2163 bits, 68 digits.
 const DIGITS: usize = 68;
 
-/// Additions between carries. Each adds less than 2³² to a digit that is below 2³² after a
-/// carry: 2³⁰ of them stay below 2⁶³.
+/// Additions between carries. Each adds less than 2³² to a digit that is below 2³² after a carry: 2³⁰ of them
+/// stay below 2⁶³.
 const ADDITIONS_PER_CARRY: u32 = 1 << 30;
 
-/// The exact sum of any `f64`s, rounded once when it is asked for.
+/// The exact sum of any `f64`s, rounded once when it is read.
 ///
-/// Order, grouping and threads cannot change a bit of it. A fixed-point number that spans the
-/// whole range of `f64`, its digits loose so that carries are rare: Neal's *small
-/// superaccumulator* (*Fast Exact Summation Using Small and Large Superaccumulators*, 2015,
-/// section 3). NaN and the infinities are counted apart and decide [`ExactSum::value`] as they
-/// would decide an IEEE 754 sum.
+/// It does not depend on order, grouping or threads, to the bit. It is a fixed-point number that spans the
+/// whole range of `f64`; its digits may exceed their range for a while, so that carries are rare. This is
+/// Neal's *small superaccumulator* (*Fast Exact Summation Using Small and Large Superaccumulators*, 2015,
+/// section 3). NaN and the infinities are counted apart and decide [`ExactSum::value`] as they would decide
+/// an IEEE 754 sum.
 ///
 /// ```
 /// # use nephroid::numeric::ExactSum;
@@ -30,7 +30,7 @@ const ADDITIONS_PER_CARRY: u32 = 1 << 30;
 /// ```
 #[derive(Clone)]
 pub struct ExactSum {
-    /// Digit i weighs 2^(32 i − 1074); signed and loose between carries.
+    /// Digit i weighs 2^(32 i − 1074); signed, and possibly beyond 32 bits between carries.
     digits: [i64; DIGITS],
     additions_since_carry: u32,
     nans: u64,
@@ -78,10 +78,10 @@ impl ExactSum {
         }
     }
 
-    /// Adds all that was added to `other`.
+    /// Adds all the numbers that were added to `other`.
     pub fn merge(&mut self, other: &Self) {
-        // After a carry digits are below 2^32 (the highest: below the sum's 2^19 of its 2^64
-        // addends at most), so this counts as one addition to each.
+        // After a carry digits are below 2^32 (the highest stays below the 2^19 that 2^64 addends can reach),
+        // so this counts as one addition to each.
         self.carry();
         let mut other = other.clone();
         other.carry();
@@ -94,15 +94,15 @@ impl ExactSum {
         self.negative_infinities += other.negative_infinities;
     }
 
-    /// How many of the numbers were NaN or infinite.
+    /// Number of addends that were NaN or infinite.
     pub const fn not_finite_count(&self) -> u64 {
         self.nans + self.positive_infinities + self.negative_infinities
     }
 
-    /// The sum, rounded to nearest, ties to even; ±∞ where it exceeds the largest double.
+    /// The sum, rounded to nearest, ties to even; ±∞ if it exceeds the largest double.
     ///
-    /// NaN where a NaN, or infinities of both signs, were added; infinite where those of one
-    /// sign were. A zero sum is +0.
+    /// NaN if a NaN or infinities of both signs were added; infinite if only those of one sign were. A zero
+    /// sum is +0.
     pub fn value(&self) -> f64 {
         if self.nans > 0 || (self.positive_infinities > 0 && self.negative_infinities > 0) {
             return f64::NAN;
@@ -134,7 +134,7 @@ impl ExactSum {
         }
     }
 
-    /// Brings all digits but the highest into 0..2³²; the highest has the sum's sign.
+    /// Brings all digits but the highest into 0..2³²; the highest takes the sum's sign.
     fn carry(&mut self) {
         let mut carry = 0;
         for digit in &mut self.digits[..DIGITS - 1] {
@@ -152,8 +152,8 @@ fn round(digits: &[i64; DIGITS]) -> f64 {
     let Some(highest) = digits.iter().rposition(|&digit| digit != 0) else {
         return 0.0;
     };
-    // 96 bits from the highest digits, of which at least 65 are significant, and whether
-    // anything is left below, which can only break a tie.
+    // 96 bits from the highest digits, of which at least 65 are significant. Anything left below can only
+    // break a tie.
     let lowest = highest.saturating_sub(2);
     let leading = digits[lowest..=highest]
         .iter()
@@ -161,14 +161,14 @@ fn round(digits: &[i64; DIGITS]) -> f64 {
         .fold(0u128, |bits, &digit| bits << DIGIT_BITS | digit as u128);
     let sticky = digits[..lowest].iter().any(|&digit| digit != 0);
     let leading = leading | u128::from(sticky);
-    // `lowest` = 0 is exact for subnormals: their digits are integers below 2^53 and weigh
-    // 2^-1074 each. Elsewhere `leading` rounds to a normal double, and the scaling is exact.
+    // `lowest` = 0 is exact for subnormals: their digits are integers below 2^53 and weigh 2^-1074 each. For
+    // all others `leading` rounds to a normal double, and the scaling is exact.
     scale(leading as f64, lowest)
 }
 
-/// `value` times the weight of a digit, 2^(32 i − 1074); exact unless it overflows.
+/// The product of `value` and the weight of a digit, 2^(32 i − 1074); exact unless it overflows.
 ///
-/// By the weight's square root, twice: the lowest weight is a subnormal, its root is not.
+/// The weight's square root is applied twice: the lowest weight is a subnormal, its root is not.
 #[expect(clippy::cast_possible_wrap, reason = "a digit's number is below 68")]
 fn scale(value: f64, digit: usize) -> f64 {
     let root = power_of_two(16 * digit as i32 - 537);
@@ -215,8 +215,8 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// A signed integer of 2304 bits in units of 2⁻¹⁰⁷⁵ (half the smallest double), two's
-    /// complement: room for any double, its half and sums of thousands. The test's own truth.
+    /// A signed integer of 2304 bits in units of 2⁻¹⁰⁷⁵ (half the smallest double), in two's complement: room
+    /// for any double, its half, and sums of thousands. The expected value of these tests.
     #[derive(Clone, PartialEq)]
     struct Big([u64; 36]);
 
@@ -227,7 +227,7 @@ mod tests {
             let implicit = u64::from(bits >> 52 > 0) << 52;
             let mantissa = (bits & ((1 << 52) - 1)) | implicit;
             let mut big = [0; 36];
-            // 2^-1074 is the unit of exponent 1, and one place above our own.
+            // 2^-1074 is the unit of exponent 1, and one place above the unit of this type.
             let shifted = u128::from(mantissa) << (exponent % 64);
             big[exponent / 64] = shifted as u64;
             big[exponent / 64 + 1] = (shifted >> 64) as u64;
@@ -322,8 +322,7 @@ mod tests {
         #[test]
         fn subnormal_sums_are_exact(values in prop::collection::vec(0u64..1 << 53, 0..9)) {
             let values: Vec<f64> = values.into_iter().map(f64::from_bits).collect();
-            // Multiples of 2^-1074 below 2^-1018 keep every bit in floating point as long as no
-            // sum needs 54.
+            // Multiples of 2^-1074 below 2^-1018 keep every bit in floating point as long as no sum needs 54.
             assert_correctly_rounded(&values);
         }
 

@@ -1,12 +1,12 @@
 //! Fixed-point numbers: sums of integers commute, so that threads may add in any order.
 
-/// Quanta of 2^e of some quantity: the quantity in units of the quantum is a 64-bit integer.
+/// A fixed-point scale: the quantum 2^e of some quantity, which is then a 64-bit number of quanta.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct FixedPoint {
     exponent: i32,
 }
 
-/// Why there is no quantum for a total.
+/// Reasons why there is no quantum for a total.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum FixedPointError {
     /// NaN, infinite, negative, or far outside any physical magnitude.
@@ -18,11 +18,11 @@ pub enum FixedPointError {
 }
 
 impl FixedPoint {
-    /// The exponents of 2 allowed for a quantum. Within them neither a quantum, its inverse, nor
-    /// any 128-bit number of quanta (2^±127) leaves the normal range of `f64` (2^-1022..2^1024).
+    /// The exponents of 2 allowed for a quantum. Within them neither a quantum, its inverse, nor any 128-bit
+    /// number of quanta (2^±127) leaves the normal range of `f64` (2^-1022..2^1024).
     pub const EXPONENTS: std::ops::RangeInclusive<i32> = -892..=892;
 
-    /// The bits of a total in quanta.
+    /// Number of bits of a total in quanta.
     const TOTAL_BITS: i32 = 60;
 
     /// The scale for a total of one.
@@ -30,7 +30,7 @@ impl FixedPoint {
         exponent: -Self::TOTAL_BITS,
     };
 
-    /// Quanta of 2^exponent.
+    /// The scale with the quantum 2^exponent.
     ///
     /// # Errors
     ///
@@ -45,10 +45,10 @@ impl FixedPoint {
 
     /// The scale for quantities whose sum of magnitudes is about `max_abs_total`.
     ///
-    /// The quantum is 2⁻⁶⁰ of the smallest power of two that is not below `max_abs_total`. So any
-    /// sum of at most `4 max_abs_total` has at most 2⁶² quanta and fits `i64` with a bit to spare,
-    /// and each quantised value is wrong by at most half a quantum: below `max_abs_total` 2⁻⁶⁰.
-    /// A total of zero (no light) gets the scale of a total of one.
+    /// The quantum is 2⁻⁶⁰ of the smallest power of two that is not below `max_abs_total`. So any sum of at
+    /// most `4 max_abs_total` has at most 2⁶² quanta and fits `i64` with a bit to spare. Each quantised value
+    /// is wrong by at most half a quantum: below `max_abs_total` 2⁻⁶⁰. A total of zero (no light) gets the
+    /// scale of a total of one.
     ///
     /// # Errors
     ///
@@ -62,7 +62,7 @@ impl FixedPoint {
         if !(1e-250..=1e250).contains(&max_abs_total) {
             return Err(FixedPointError::TotalOutOfRange(max_abs_total));
         }
-        // A normal number: its biased exponent is the floor of its logarithm.
+        // For a normal number the biased exponent is the floor of its logarithm.
         let bits = max_abs_total.to_bits();
         let floor = (bits >> 52) as i32 - 1023;
         let is_power_of_two = bits & ((1 << 52) - 1) == 0;
@@ -83,14 +83,14 @@ impl FixedPoint {
         power_of_two(self.exponent)
     }
 
-    /// The nearest number of quanta, ties to even; `None` where `value` is not finite or the
-    /// number leaves `i64`.
+    /// The nearest number of quanta, ties to even; `None` if `value` is not finite or the number leaves
+    /// `i64`.
     #[inline]
     pub fn quantise(self, value: f64) -> Option<i64> {
-        // Scaling by a power of two is exact, or so small that it rounds to 0 all the same, or
+        // Scaling by a power of two is exact, except for results so small that they round to 0 anyway, or
         // infinite and so out of range.
         let quanta = round_ties_even(value * power_of_two(-self.exponent));
-        // The double below 2^63 is an `i64`. False for NaN.
+        // The largest double below 2^63 fits an `i64`. The test is false for NaN.
         (-TWO_TO_63..TWO_TO_63)
             .contains(&quanta)
             .then_some(quanta as i64)
@@ -109,12 +109,12 @@ impl FixedPoint {
     }
 }
 
-/// The nearest whole number, ties to even, in two additions: `f64::round_ties_even` is a call into
-/// the C library where the target's baseline has no such instruction (x86-64).
+/// The nearest whole number, ties to even, in two additions. `f64::round_ties_even` would be a call into the
+/// C library if the target's baseline has no such instruction (x86-64).
 #[inline]
 fn round_ties_even(value: f64) -> f64 {
-    // Between 2⁵² and 2⁵³ doubles are the whole numbers: adding 1.5 · 2⁵² to a magnitude of at
-    // most 2⁵¹ rounds to one. From 2⁵² on there are no others; between, there are halves.
+    // Between 2⁵² and 2⁵³ the doubles are the whole numbers: adding 1.5 · 2⁵² to a magnitude of at most 2⁵¹
+    // rounds to one. From 2⁵² on all doubles are whole; between 2⁵¹ and 2⁵² there are halves.
     const SHIFT: f64 = 1.5 * power_of_two(52);
     if value.abs() <= power_of_two(51) {
         (value + SHIFT) - SHIFT
@@ -196,7 +196,7 @@ mod tests {
             let value = mantissa * 2f64.powi(exponent);
             let scale = FixedPoint::for_total(value.abs()).unwrap();
             let back = scale.value_i64(scale.quantise(value).unwrap());
-            // Both have at most 60 bits above the quantum and a double 53: the difference is exact.
+            // Both have at most 60 bits above the quantum and a double has 53: the difference is exact.
             prop_assert!((back - value).abs() <= 0.5 * scale.quantum());
         }
     }

@@ -1,4 +1,5 @@
-//! Numbers: exact sums, arithmetic that gives back roundings, sample streams, quadrature, statistics. Knows nothing of light.
+//! Numbers: exact sums, compensated arithmetic, sample streams, quadrature, statistics. Knows nothing of
+//! light.
 
 pub mod choice;
 pub(crate) mod compensated;
@@ -13,9 +14,9 @@ pub mod statistics;
 pub mod streams;
 pub(crate) mod wide;
 
-pub use choice::{Choice, Chosen};
+pub use choice::{Selection, WeightedChoice};
 pub use exact_sum::ExactSum;
 pub use fixed_point::{FixedPoint, FixedPointError};
 pub use morton::morton_code;
-pub use statistics::Moments;
+pub use statistics::SampleMoments;
 pub use streams::{Extras, Stream, StreamKind};

@@ -2,11 +2,11 @@
 
 use glam::DVec3;
 
-/// Bits an axis.
+/// Number of bits an axis.
 const BITS: u32 = 16;
 
-/// The place of a point of the unit cube along the Morton curve through 2¹⁶ cells an axis, 0 to 2⁴⁸ − 1
-/// (Morton 1966); points outside count as on its border, NaN as 0.
+/// The index of a point of the unit cube along the Morton curve through 2¹⁶ cells an axis, 0 to 2⁴⁸ − 1
+/// (Morton 1966). Points outside count as on the cube's border, NaN as 0.
 pub fn morton_code(point: DVec3) -> u64 {
     let cells = f64::from(1_u32 << BITS);
     let [x, y, z] = (point * cells)

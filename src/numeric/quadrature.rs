@@ -2,7 +2,7 @@
 
 use std::collections::BinaryHeap;
 
-/// Nodes and weights of Gauss and Legendre's rule on [-1, 1].
+/// Nodes and weights of the Gauss-Legendre rule on [-1, 1].
 ///
 /// With n nodes it is exact for polynomials of degree up to 2n − 1.
 #[derive(Clone, Debug, PartialEq)]
@@ -12,14 +12,14 @@ pub struct GaussLegendre {
 }
 
 impl GaussLegendre {
-    /// The most nodes.
+    /// The largest number of nodes.
     pub const MAX_NODES: usize = 128;
 
     /// The rule with `count` nodes, ascending; `None` unless 1 ≤ `count` ≤ [`Self::MAX_NODES`].
     ///
-    /// The nodes are the roots of the Legendre polynomial Pₙ, found by Newton's method from
-    /// cos(π (i − 1/4) / (n + 1/2)) (Abramowitz and Stegun, 22.16.6, leading order); the weights are
-    /// 2 / ((1 − x²) Pₙ'(x)²) (25.4.29).
+    /// The nodes are the roots of the Legendre polynomial Pₙ, found by Newton's method from cos(π (i − 1/4) /
+    /// (n + 1/2)) (Abramowitz and Stegun, 22.16.6, leading order). The weights are 2 / ((1 − x²) Pₙ'(x)²)
+    /// (25.4.29).
     pub fn new(count: usize) -> Option<Self> {
         if !(1..=Self::MAX_NODES).contains(&count) {
             return None;
@@ -62,14 +62,14 @@ impl GaussLegendre {
             .map(move |(x, w)| (center + half * x, half * w))
     }
 
-    /// The rule's estimate of the integral of `f` over [a, b]; says nothing of its error.
+    /// The rule's estimate of the integral of `f` over [a, b], without an error.
     pub fn integrate(&self, a: f64, b: f64, mut f: impl FnMut(f64) -> f64) -> f64 {
         self.on(a, b).map(|(x, weight)| weight * f(x)).sum()
     }
 }
 
-/// A root of Pₙ near `start` by Newton's method, which converges quadratically: from the
-/// starting points above four steps reach rounding for all n here, the rest are to spare.
+/// A root of Pₙ near `start` by Newton's method, which converges quadratically. From the starting points
+/// above four steps reach rounding for all n here; the others are to spare.
 fn polished_root(degree: usize, start: f64) -> f64 {
     (0..8).fold(start, |x, _| {
         let (value, derivative) = legendre(degree, x);
@@ -91,34 +91,33 @@ fn legendre(degree: usize, x: f64) -> (f64, f64) {
     (value, derivative)
 }
 
-/// When an adaptive integral is good enough, and when to give up.
+/// Conditions on which an adaptive integral stops.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tolerance {
-    /// Stop at an error estimate below this ...
+    /// An error estimate below this is good enough.
     pub absolute: f64,
-    /// ... or below this fraction of the integral.
+    /// An error estimate below this fraction of the integral is good enough, too.
     pub relative: f64,
-    /// Halve intervals at most this often.
+    /// The largest number of times that intervals are halved.
     pub max_subdivisions: usize,
 }
 
-/// An adaptive integral and what is known of it.
+/// An adaptive integral and its error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Integral {
     /// The value, in the unit of f times that of x.
     pub value: f64,
-    /// The sum over intervals of |K₁₅ − G₇| and of the rounding of their sums: far above the true
-    /// error of K₁₅ where f is smooth at the intervals' size. An estimate, not a bound: f is
-    /// only known at its nodes.
+    /// The sum over intervals of |K₁₅ − G₇| and of the rounding of their sums. It is far above the true error
+    /// of K₁₅ if f is smooth at the intervals' size. An estimate, not a bound: f is only known at its nodes.
     pub error: f64,
-    /// How often f was called.
+    /// Number of calls of f.
     pub evaluations: usize,
-    /// Whether `error` met the tolerance. False, too, wherever f was not finite.
+    /// True if `error` met the tolerance. Also false if any value of f was not finite.
     pub converged: bool,
 }
 
-/// Nodes of Kronrod's rule of 15 points, from the outermost to the middle; every second one is a
-/// node of Gauss' rule of 7 (QUADPACK's `qk15`, Piessens et al., 1983).
+/// Nodes of Kronrod's rule of 15 points, from the outermost to the middle; every second one is a node of
+/// Gauss' rule of 7 (QUADPACK's `qk15`, Piessens et al., 1983).
 const KRONROD_NODES: [f64; 8] = [
     0.9914553711208126,
     0.9491079123427585,
@@ -152,14 +151,14 @@ const GAUSS_WEIGHTS: [f64; 4] = [
 
 /// An interval with its estimate, ordered by error.
 #[derive(Clone, Copy, Debug)]
-struct Interval {
+struct Subinterval {
     a: f64,
     b: f64,
     value: f64,
     error: f64,
 }
 
-impl Interval {
+impl Subinterval {
     fn new(a: f64, b: f64, f: &mut impl FnMut(f64) -> f64) -> Self {
         let (center, half) = (0.5 * (a + b), 0.5 * (b - a));
         let (mut kronrod, mut gauss, mut magnitude) = (0.0, 0.0, 0.0);
@@ -178,8 +177,8 @@ impl Interval {
                 gauss += GAUSS_WEIGHTS[i / 2] * sum;
             }
         }
-        // Sums of 8 rounded products of sums of 2: fewer than 16 roundings of at most half an epsilon
-        // of the magnitudes.
+        // Sums of 8 rounded products of sums of 2: fewer than 16 roundings of at most half an epsilon of the
+        // magnitudes.
         let rounding = 8.0 * f64::EPSILON * magnitude;
         Self {
             a,
@@ -190,22 +189,22 @@ impl Interval {
     }
 }
 
-impl PartialEq for Interval {
+impl PartialEq for Subinterval {
     fn eq(&self, other: &Self) -> bool {
         self.cmp(other).is_eq()
     }
 }
 
-impl Eq for Interval {}
+impl Eq for Subinterval {}
 
-impl PartialOrd for Interval {
+impl PartialOrd for Subinterval {
     fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
         Some(self.cmp(other))
     }
 }
 
-impl Ord for Interval {
-    /// By error; by place where errors are equal, so that the order is always the same.
+impl Ord for Subinterval {
+    /// By error; by place if errors are equal, so that the order is always the same.
     fn cmp(&self, other: &Self) -> std::cmp::Ordering {
         self.error
             .total_cmp(&other.error)
@@ -213,11 +212,11 @@ impl Ord for Interval {
     }
 }
 
-/// The integral of `f` over [a, b] by Gauss and Kronrod's rule of 7 and 15 points, halving the
-/// interval with the largest error until the tolerance is met.
+/// The integral of `f` over [a, b] by the Gauss-Kronrod rule of 7 and 15 points, halving the interval with
+/// the largest error until the tolerance is met.
 ///
-/// The ends are never evaluated: integrable singularities there are allowed, and cost
-/// subdivisions. With b < a the integral changes its sign.
+/// The ends are never evaluated: integrable singularities there are allowed, and cost subdivisions. With b <
+/// a the integral changes its sign.
 ///
 /// ```
 /// # use nephroid::numeric::quadrature::{Tolerance, integrate};
@@ -227,10 +226,10 @@ impl Ord for Interval {
 /// assert!((integral.value - (std::f64::consts::E - 1.0)).abs() <= integral.error);
 /// ```
 pub fn integrate(a: f64, b: f64, tolerance: Tolerance, mut f: impl FnMut(f64) -> f64) -> Integral {
-    let mut intervals = BinaryHeap::from([Interval::new(a, b, &mut f)]);
+    let mut intervals = BinaryHeap::from([Subinterval::new(a, b, &mut f)]);
     let mut subdivisions = 0;
     loop {
-        // Summed anew each time: running totals would keep the errors of what was replaced.
+        // Each sum is made anew: running totals would keep the errors of intervals since replaced.
         let value: f64 = intervals.iter().map(|interval| interval.value).sum();
         let error: f64 = intervals.iter().map(|interval| interval.error).sum();
         let converged = error <= tolerance.absolute.max(tolerance.relative * value.abs());
@@ -248,12 +247,12 @@ pub fn integrate(a: f64, b: f64, tolerance: Tolerance, mut f: impl FnMut(f64) ->
         };
         let middle = 0.5 * (worst.a + worst.b);
         if middle == worst.a || middle == worst.b {
-            // No double lies between: this is as good as it gets.
+            // No double lies between the ends: no better result is possible.
             return done;
         }
         subdivisions += 1;
-        intervals.push(Interval::new(worst.a, middle, &mut f));
-        intervals.push(Interval::new(middle, worst.b, &mut f));
+        intervals.push(Subinterval::new(worst.a, middle, &mut f));
+        intervals.push(Subinterval::new(middle, worst.b, &mut f));
     }
 }
 
@@ -261,7 +260,7 @@ pub fn integrate(a: f64, b: f64, tolerance: Tolerance, mut f: impl FnMut(f64) ->
 mod tests {
     use super::*;
 
-    /// Rounding of a sum of n terms whose magnitudes sum to `magnitude`.
+    /// Rounding error of a sum of n terms whose magnitudes sum to `magnitude`.
     fn rounding(n: usize, magnitude: f64) -> f64 {
         n as f64 * f64::EPSILON * magnitude
     }
@@ -311,12 +310,12 @@ mod tests {
             assert!((gauss.weights()[i] - GAUSS_WEIGHTS[i]).abs() <= 4.0 * f64::EPSILON);
         }
         for power in 0..=23 {
-            let interval = Interval::new(0.0, 1.0, &mut |x: f64| x.powi(power));
+            let interval = Subinterval::new(0.0, 1.0, &mut |x: f64| x.powi(power));
             let expected = 1.0 / f64::from(power + 1);
             assert!((interval.value - expected).abs() <= rounding(16 + power as usize, expected));
         }
-        // The first degree at which the rule is wrong, or the test above could not fail.
-        let wrong = Interval::new(-1.0, 1.0, &mut |x: f64| x.powi(24));
+        // The first degree at which the rule is wrong; without it the test above could not fail.
+        let wrong = Subinterval::new(-1.0, 1.0, &mut |x: f64| x.powi(24));
         assert!((wrong.value - 2.0 / 25.0).abs() > 1e-9);
     }
 

@@ -1,9 +1,9 @@
 //! The first four dimensions of Sobol's sequence, and nested uniform scrambling.
 //!
-//! Everything here works on *bit-reversed* 32-bit fractions: bit 0 is the digit of weight
-//! 1/2, bit 31 that of weight 2⁻³². In this order the van der Corput sequence is the index
-//! itself, a digit depends on higher digits only through the *lower* bits, and so on the
-//! multiplication's carries, which run upward, respect the nesting of dyadic intervals.
+//! Everything here works on *bit-reversed* 32-bit fractions: bit 0 is the digit of weight 1/2, bit 31 that of
+//! weight 2⁻³². In this order the van der Corput sequence is the index itself. A digit then depends on higher
+//! digits only through the *lower* bits, so that the multiplication's carries, which run upward, respect the
+//! nesting of dyadic intervals.
 
 /// Direction numbers mₖ of dimensions 2 and 3 (counted from 0) for the bits k = 0.. of the index.
 ///
@@ -33,14 +33,14 @@ const fn direction_numbers(degree: usize, a: u64, initial: [u64; 3]) -> [u32; 32
             }
             value
         };
-        // v_k = m_k / 2^{k+1} as a 32-bit fraction, then turned round.
+        // v_k = m_k / 2^{k+1} as a 32-bit fraction, then bit-reversed.
         reversed[k] = ((m[k] << (31 - k)) as u32).reverse_bits();
         k += 1;
     }
     reversed
 }
 
-/// One row a byte of the index: the XOR of the direction numbers of the byte's bits.
+/// One row for each byte of the index: the XOR of the direction numbers of the byte's bits.
 const fn byte_tables(directions: [u32; 32]) -> [[u32; 256]; 4] {
     let mut tables = [[0u32; 256]; 4];
     let mut byte = 0;
@@ -67,11 +67,10 @@ fn look_up(tables: &[[u32; 256]; 4], index: u32) -> u32 {
 
 /// Dimension 1, bit-reversed, without a branch.
 ///
-/// Its direction numbers are the rows of Pascal's triangle modulo 2. By Lucas' theorem the
-/// binomial C(k, j) is odd where the bits of j are among those of k: digit j is the sum of the
-/// index' bits k over all supersets k of j. Five steps, one a bit of k, build these sums.
-/// (Ahmed, *An Implementation Algorithm of 2D Sobol Sequence Fast, Elegant, and Compact*,
-/// EGSR 2024, in the other bit order.)
+/// Its direction numbers are the rows of Pascal's triangle modulo 2. By Lucas' theorem the binomial C(k, j)
+/// is odd if the bits of j are among those of k: digit j is the sum of the index' bits k over all supersets k
+/// of j. Five steps, one a bit of k, build these sums. (Ahmed, *An Implementation Algorithm of 2D Sobol
+/// Sequence Fast, Elegant, and Compact*, EGSR 2024, in the other bit order.)
 #[inline]
 fn dimension_1(index: u32) -> u32 {
     let mut sums = index;
@@ -99,14 +98,14 @@ pub(super) fn reversed_4(index: u32) -> [u32; 4] {
     ]
 }
 
-/// Nested uniform ("Owen") scrambling of a bit-reversed fraction; gives the 32-bit fraction in
-/// the usual order.
+/// Nested uniform ("Owen") scrambling of a bit-reversed fraction; gives the 32-bit fraction in the usual
+/// order.
 ///
-/// Each digit is flipped, or not, by a hash of `key` and all digits above it: a random
-/// permutation of dyadic intervals that keeps every (t, m, s)-net one (Owen, 1995). The hash is
-/// Laine and Karras' construction (2011) as used by Burley, *Practical Hash-based Owen Scrambling*
-/// (JCGT 9(4), 2020), with Vegdahl's operations and constants (*Building a Better LK Hash*, 2021),
-/// which flip all digits nearly evenly; Blender's Cycles uses the same.
+/// Each digit is flipped, or not, by a hash of `key` and all digits above it. This random permutation of
+/// dyadic intervals keeps every (t, m, s)-net one (Owen, 1995). The hash is Laine and Karras' construction
+/// (2011) as used by Burley, *Practical Hash-based Owen Scrambling* (JCGT 9(4), 2020). Its operations and
+/// constants are Vegdahl's (*Building a Better LK Hash*, 2021), which flip all digits nearly evenly;
+/// Blender's Cycles uses the same.
 #[inline]
 pub(super) fn scramble(reversed: u32, key: u32) -> u32 {
     let mut x = reversed;
@@ -123,7 +122,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// Whether 2^m points have exactly one in each dyadic box of volume 2^-m.
+    /// True if 2^m points have exactly one in each dyadic box of volume 2^-m.
     fn is_a_net(points: &[[u32; 2]], m: u32) -> bool {
         (0..=m).all(|bits_of_first| {
             let mut seen = vec![false; 1 << m];
@@ -137,7 +136,7 @@ mod tests {
         })
     }
 
-    /// Straight from the definition, one direction number a bit.
+    /// The point straight from the definition, one direction number a bit.
     fn by_definition(index: u32, directions: [u32; 32]) -> u32 {
         (0..32)
             .filter(|k| index >> k & 1 == 1)
@@ -146,8 +145,8 @@ mod tests {
 
     #[test]
     fn the_first_points_are_those_of_joe_and_kuo() {
-        // What their program `sobol` prints for `8 4 new-joe-kuo-6.21201`: point n is that of
-        // the index n ^ (n >> 1), the Gray code of n.
+        // Output of their program `sobol` for `8 4 new-joe-kuo-6.21201`: point n is that of the index n ^ (n
+        // >> 1), the Gray code of n.
         let expected = [
             [0.0, 0.0, 0.0, 0.0],
             [0.5, 0.5, 0.5, 0.5],
@@ -222,7 +221,7 @@ mod tests {
     }
 
     proptest! {
-        /// What makes a scrambling "nested": equal leading digits stay equal, and the first
+        /// The property that makes a scrambling "nested": equal leading digits stay equal, and the first
         /// digit that differs still differs.
         #[test]
         fn scrambling_keeps_the_first_digit_in_which_two_points_differ(

@@ -1,19 +1,18 @@
-//! Means, variances and the distributions that turn them into confidence.
+//! Means and variances of samples.
 
-/// Mean and variance of numbers seen one at a time.
+/// Mean and variance of numbers added one at a time.
 ///
-/// Welford's update (*Technometrics* 4(3), 1962): stable where the variance is far below the
-/// squared mean. Its rounding depends on the order; where bits must not, sum with
-/// [`ExactSum`](super::ExactSum).
+/// Welford's update (*Technometrics* 4(3), 1962): stable even if the variance is far below the squared mean.
+/// Its rounding depends on the order; use [`ExactSum`](super::ExactSum) if the bits must not.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct Moments {
+pub struct SampleMoments {
     count: u64,
     mean: f64,
     sum_of_squared_deviations: f64,
 }
 
-impl Moments {
-    /// No number seen.
+impl SampleMoments {
+    /// The moments of no numbers.
     pub const fn new() -> Self {
         Self {
             count: 0,
@@ -30,7 +29,8 @@ impl Moments {
         self.sum_of_squared_deviations += deviation * (value - self.mean);
     }
 
-    /// Adds all that `other` has seen (Chan et al., *Updating Formulae and a Pairwise Algorithm for Computing Sample Variances*, 1979).
+    /// Adds all the numbers of `other` (Chan et al., *Updating Formulae and a Pairwise Algorithm for
+    /// Computing Sample Variances*, 1979).
     pub fn merge(&mut self, other: &Self) {
         if other.count == 0 {
             return;
@@ -48,7 +48,7 @@ impl Moments {
         self.count = count;
     }
 
-    /// How many numbers were seen.
+    /// Number of numbers added.
     pub const fn count(&self) -> u64 {
         self.count
     }
@@ -58,25 +58,25 @@ impl Moments {
         (self.count > 0).then_some(self.mean)
     }
 
-    /// The unbiased variance of one number; `None` below two.
+    /// The unbiased variance of one number; `None` for fewer than two.
     pub fn variance(&self) -> Option<f64> {
         (self.count > 1).then(|| self.sum_of_squared_deviations / (self.count - 1) as f64)
     }
 
-    /// The standard error of the mean, for independent numbers; `None` below two.
+    /// The standard error of the mean, for independent numbers; `None` for fewer than two.
     pub fn standard_error(&self) -> Option<f64> {
         self.variance()
             .map(|variance| (variance / self.count as f64).sqrt())
     }
 }
 
-impl Extend<f64> for Moments {
+impl Extend<f64> for SampleMoments {
     fn extend<I: IntoIterator<Item = f64>>(&mut self, values: I) {
         values.into_iter().for_each(|value| self.add(value));
     }
 }
 
-impl FromIterator<f64> for Moments {
+impl FromIterator<f64> for SampleMoments {
     fn from_iter<I: IntoIterator<Item = f64>>(values: I) -> Self {
         let mut moments = Self::new();
         moments.extend(values);
@@ -91,12 +91,12 @@ mod tests {
     #[test]
     fn moments_are_those_of_the_definition_however_they_are_grouped() {
         let values = [4.0, 7.0, 13.0, 16.0];
-        let all: Moments = values.into_iter().collect();
+        let all: SampleMoments = values.into_iter().collect();
         assert_eq!(all.mean(), Some(10.0));
         assert_eq!(all.variance(), Some(30.0));
         assert_eq!(all.standard_error(), Some(7.5f64.sqrt()));
         for split in 0..=4 {
-            let mut merged: Moments = values[..split].iter().copied().collect();
+            let mut merged: SampleMoments = values[..split].iter().copied().collect();
             merged.merge(&values[split..].iter().copied().collect());
             assert_eq!(merged.count(), 4);
             // A few operations on numbers below 100.
@@ -108,7 +108,7 @@ mod tests {
     #[test]
     fn a_large_mean_does_not_eat_a_small_variance() {
         // The textbook formula Σx² − n x̄² gives garbage here: ε (10⁹)² is 200.
-        let moments: Moments = [4.0, 7.0, 13.0, 16.0]
+        let moments: SampleMoments = [4.0, 7.0, 13.0, 16.0]
             .map(|x| x + 1e9)
             .into_iter()
             .collect();
@@ -117,7 +117,7 @@ mod tests {
 
     #[test]
     fn too_few_numbers_have_no_moments() {
-        let mut moments = Moments::new();
+        let mut moments = SampleMoments::new();
         assert_eq!(moments.mean(), None);
         moments.add(3.0);
         assert_eq!((moments.mean(), moments.variance()), (Some(3.0), None));

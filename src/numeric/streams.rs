@@ -1,20 +1,20 @@
-//! Sample streams: numbers keyed by what they sample, never by thread or time.
+//! Sample streams: random numbers keyed by the sample that they belong to, never by thread or time.
 //!
-//! A [`Stream`] is a function, not a generator: it has no state that moves. Sample `index` of a
-//! seed is the same number on any machine, with any number of threads, asked for in any order.
+//! A [`Stream`] is a function, not a generator: it has no state that moves. Sample `index` of a seed is the
+//! same number on any machine, with any number of threads, in any order of calls.
 
 use super::sobol;
 
-/// How the points of a [`Stream`] are laid out.
+/// Layout of the points of a [`Stream`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum StreamKind {
     /// Independent uniform points: an estimate's variance falls as 1/n.
     Random,
-    /// Sobol' points under Owen scrambling: each point is uniform, and 2^m of them fill every
-    /// dyadic box evenly. In the plane the variance falls as n⁻³ log n for smooth integrands and
-    /// as n^-1.5 across an edge; for none is it above e = 2.72 times that of random points
-    /// (Owen, *Monte Carlo Variance of Scrambled Net Quadrature*, 1997).
+    /// Sobol' points under Owen scrambling: each point is uniform, and 2^m of them fill every dyadic box
+    /// evenly. In the plane the variance falls as n⁻³ log n for smooth integrands and as n^-1.5 across an
+    /// edge. For no integrand is it above e = 2.72 times that of random points (Owen, *Monte Carlo Variance
+    /// of Scrambled Net Quadrature*, 1997).
     Sobol,
 }
 
@@ -31,13 +31,13 @@ pub enum StreamKind {
 pub struct Stream {
     kind: StreamKind,
     key: u64,
-    /// Keys for each use, made once: they depend on `key` alone.
+    /// Keys for each use, computed once: they depend on `key` alone.
     points: u64,
     low_digits: u64,
     extra: u64,
 }
 
-/// What a hash is for: the domains keep their numbers apart.
+/// The use of a hash: domains keep the numbers of different uses apart.
 #[derive(Clone, Copy)]
 #[repr(u64)]
 enum Domain {
@@ -51,11 +51,11 @@ enum Domain {
 /// 2^64 / φ, odd: the step of Steele, Lea and Flood's `SplitMix64` (OOPSLA 2014).
 const GOLDEN_STEP: u64 = 0x9e37_79b9_7f4a_7c15;
 
-/// A bijection of 64-bit words in which each input bit changes each output bit with
-/// probability near one half.
+/// A bijection of 64-bit words in which each input bit changes each output bit with probability near one
+/// half.
 ///
-/// Stafford's variant 13 of the finaliser of `MurmurHash3`, the output function of `SplitMix64`
-/// (Steele, Lea, Flood, *Fast Splittable Pseudorandom Number Generators*, OOPSLA 2014).
+/// Stafford's variant 13 of the finaliser of `MurmurHash3`, the output function of `SplitMix64` (Steele, Lea,
+/// Flood, *Fast Splittable Pseudorandom Number Generators*, OOPSLA 2014).
 #[inline]
 const fn mix64(mut x: u64) -> u64 {
     x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -63,7 +63,7 @@ const fn mix64(mut x: u64) -> u64 {
     x ^ (x >> 31)
 }
 
-/// A word made of two: mixed in between, so that neither can undo the other.
+/// One word from two, mixed in between, so that neither can undo the other.
 #[inline]
 const fn hash_pair(first: u64, second: u64) -> u64 {
     mix64(mix64(first.wrapping_add(GOLDEN_STEP)) ^ second)
@@ -107,13 +107,13 @@ impl Stream {
         }
     }
 
-    /// How the points are laid out.
+    /// Layout of the points.
     pub const fn kind(&self) -> StreamKind {
         self.kind
     }
 
-    /// A stream of its own for a part of the work (a replicate, a cell): independent of this
-    /// one and of those of all other keys.
+    /// An independent stream for a part of the work (a replicate, a cell): independent of this one and of
+    /// those of all other keys.
     #[must_use]
     pub const fn split(&self, key: u64) -> Self {
         let domain = hash_pair(self.key, Domain::Split as u64);
@@ -146,11 +146,12 @@ impl Stream {
 
     /// Point `index` of group `group`: four dimensions more, for samples of any number of dimensions.
     ///
-    /// Groups are independent of each other: each has a scrambling of its own and deals its points to the indices in
-    /// an order of its own (Burley, *Practical Hash-based Owen Scrambling*, JCGT 9(4), 2020, section 4). Without
-    /// that order, points of two groups would go together by their upper digits; with it, a function of two groups
-    /// that neither alone says anything of has at most about 1.6 times the variance of random points. Within a group any aligned block of
-    /// 2^m indices gets an aligned block of points, which is as even as that of [`Stream::point4`].
+    /// Groups are independent of each other. Each has a scrambling of its own and assigns its points to the
+    /// indices in an order of its own (Burley, *Practical Hash-based Owen Scrambling*, JCGT 9(4), 2020,
+    /// section 4). Without that order, points of two groups would go together by their upper digits. With it,
+    /// consider a function of two groups whose integral over either group alone is constant: its variance is
+    /// at most about 1.6 times that of random points. Within a group any aligned block of 2^m indices gets an
+    /// aligned block of points, which is as even as that of [`Stream::point4`].
     #[inline]
     pub fn padded4(&self, index: u64, group: u32) -> [f64; 4] {
         let own = self.split(u64::from(group));
@@ -159,15 +160,16 @@ impl Stream {
             StreamKind::Sobol => {
                 let block = index >> 32;
                 let key = hash_of_pair(own.extra, block, 0) as u32;
-                // A block of indices is a dyadic interval, once the index is read as a fraction: scrambling keeps those.
+                // A block of indices is a dyadic interval if the index is read as a fraction: scrambling
+                // keeps those.
                 let dealt = sobol::scramble((index as u32).reverse_bits(), key);
                 own.scrambled(block << 32 | u64::from(dealt), sobol::reversed_4(dealt))
             }
         }
     }
 
-    /// One more uniform number in [0, 1) for sample `index`, independent of its point and of all
-    /// other dimensions: for roulette, where stratification brings nothing.
+    /// One more uniform number in [0, 1) for sample `index`, independent of its point and of all other
+    /// dimensions: for Russian roulette, which gains nothing from stratification.
     #[inline]
     pub const fn extra(&self, index: u64, dimension: u32) -> f64 {
         self.extras(index).at(dimension)
@@ -186,11 +188,11 @@ impl Stream {
         std::array::from_fn(|d| unit_interval(hash64(self.points, index, d as u32)))
     }
 
-    /// Scrambles each coordinate with a key of its own, and draws the digits below the 32nd.
+    /// Scrambles each coordinate with a key of its own, and draws the digits below the 32nd at random.
     ///
-    /// All digits of an unscrambled Sobol' point below the 32nd are zero, and each point of a
-    /// block has upper digits of its own: nested scrambling would give it lower digits that are
-    /// independent of every other point's. A hash of the index is just that.
+    /// All digits of an unscrambled Sobol' point below the 32nd are zero, and each point of a block has upper
+    /// digits of its own. So nested scrambling would give it lower digits that are independent of every other
+    /// point's. A hash of the index does the same.
     #[inline]
     fn scrambled<const N: usize>(&self, index: u64, reversed: [u32; N]) -> [f64; N] {
         let block = index >> 32;
@@ -205,8 +207,8 @@ impl Stream {
     }
 }
 
-/// One sample's numbers of all dimensions: [`Stream::extra`] with the index' share of the work
-/// done once.
+/// One sample's numbers of all dimensions: [`Stream::extra`] with the work that depends on the index done
+/// once.
 #[derive(Clone, Copy, Debug)]
 pub struct Extras {
     key: u64,
@@ -220,8 +222,8 @@ impl Extras {
     }
 }
 
-/// 64 hash bits for dimensions 2 `pair` and 2 `pair` + 1, `pair` being 0 or 1: element
-/// 2 `counter` + `pair` of `SplitMix64`'s sequence from `key`.
+/// 64 hash bits for dimensions 2 `pair` and 2 `pair` + 1, `pair` being 0 or 1: element 2 `counter` + `pair`
+/// of `SplitMix64`'s sequence from `key`.
 #[inline]
 const fn hash_of_pair(key: u64, counter: u64, pair: u64) -> u64 {
     let element = counter.wrapping_mul(2).wrapping_add(pair);
@@ -231,14 +233,14 @@ const fn hash_of_pair(key: u64, counter: u64, pair: u64) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numeric::Moments;
+    use crate::numeric::SampleMoments;
     use crate::numeric::distributions::chi_squared_survival;
 
     const KINDS: [StreamKind; 2] = [StreamKind::Random, StreamKind::Sobol];
 
-    /// Error probability of each χ² test below. The seeds are fixed, so that a test that passes
-    /// passes for ever; about thirty p-values are drawn, so that a good generator fails a choice
-    /// of seeds with probability 6e-5.
+    /// Error probability of each χ² test below. The seeds are fixed, so that a test that passes always
+    /// passes. About thirty p-values are drawn, so that a good generator fails a choice of seeds with
+    /// probability 6e-5.
     const ALPHA: f64 = 1e-6;
 
     /// Asserts that pairs fall evenly into 16 x 16 cells: neither too unevenly nor too evenly.
@@ -398,8 +400,8 @@ mod tests {
         }
     }
 
-    /// The variance of a mean over 256 samples, from 256 replicates, of a product of two coordinates of which nothing
-    /// is left once one of the two is integrated out.
+    /// The variance of a mean over 256 samples, from 256 replicates, of a product of two coordinates. The
+    /// product's integral over either coordinate alone is zero.
     fn variance_of_product(coordinates: fn(Stream, u64) -> [f64; 2]) -> f64 {
         let root = Stream::new(StreamKind::Sobol, 77);
         let means = (0..256).map(|replicate| {
@@ -409,15 +411,15 @@ mod tests {
             };
             (0..256).map(value).sum::<f64>() / 256.0
         });
-        means.collect::<Moments>().variance().unwrap()
+        means.collect::<SampleMoments>().variance().unwrap()
     }
 
     #[test]
     fn two_groups_are_paired_nearly_at_random() {
-        // Random points have 1/144/256. Orders are scrambled as points are: two indices that differ from bit k on (2^k
-        // of them) have opposite digits k + 1 where the k before are the same, so their coordinates' covariance
-        // is −2^−k 4^−(k+2) in either group, and the variance is 1 + 144 Σ 2^k 4^−k 16^−(k+2) = 1 + 18/31 times as large.
-        // From 256 replicates it is known to √(2/255) = 9 %, four of which are 36 %.
+        // Random points have 1/144/256. Orders are scrambled as points are. Two indices that differ from bit
+        // k on (2^k of them) have opposite digits k + 1 if the k before are the same. So their coordinates'
+        // covariance is −2^−k 4^−(k+2) in either group, and the variance is 1 + 144 Σ 2^k 4^−k 16^−(k+2) = 1
+        // + 18/31 times as large. From 256 replicates it is known to √(2/255) = 9 %, four of which are 36 %.
         let random = 1.0 / 144.0 / 256.0;
         let expected = (1.0 + 18.0 / 31.0) * random;
         let padded =
@@ -427,8 +429,8 @@ mod tests {
             "{}",
             padded / random
         );
-        // Scrambled apart but in one order, the first digits of both go together or against each other: a mean
-        // near ±1/16.
+        // If they are scrambled apart but in one order, the first digits of both go together or against each
+        // other: a mean near ±1/16.
         let in_order =
             variance_of_product(|stream, i| [0, 1].map(|key| stream.split(key).point4(i)[0]));
         assert!(in_order > 10.0 * random, "{}", in_order / random);
@@ -447,12 +449,12 @@ mod tests {
             let stream = root.split(replicate);
             (0..n).map(|i| integrand(stream.point2(i))).sum::<f64>() / n as f64
         });
-        means.collect::<Moments>().variance().unwrap()
+        means.collect::<SampleMoments>().variance().unwrap()
     }
 
-    /// Variance falls as n^-order: the mean order between 2^6 and 2^12 points. A variance from 256
-    /// replicates is known to √(2/255) = 9 %, 0.13 binary orders; so the order to
-    /// 0.13 √2 / 6 = 0.03, and four of these are 0.12.
+    /// The order in variance ~ n^-order: the mean between 2^6 and 2^12 points. A variance from 256 replicates
+    /// is known to √(2/255) = 9 %, 0.13 binary orders. So the order is known to 0.13 √2 / 6 = 0.03, and four
+    /// of these are 0.12.
     fn order(integrand: fn([f64; 2]) -> f64) -> f64 {
         (variance(1 << 6, integrand) / variance(1 << 12, integrand)).log2() / 6.0
     }

@@ -1,4 +1,4 @@
-//! The little 256-bit and rational arithmetic that exact variances need.
+//! The 256-bit and rational arithmetic that exact variances need.
 
 use super::fixed_point::power_of_two;
 
@@ -25,7 +25,7 @@ impl Wide {
         }
     }
 
-    /// The difference, or `None` where `other` is larger.
+    /// The difference; `None` if `other` is larger.
     pub(crate) fn checked_sub(self, other: Self) -> Option<Self> {
         let (low, borrow) = self.low.overflowing_sub(other.low);
         let high = self
@@ -40,8 +40,8 @@ impl Wide {
         if self.high == 0 {
             return self.low as f64;
         }
-        // The leading 128 bits hold the 53 that stay and the one that decides; any bit below
-        // only breaks ties, and may as well stand in the last place.
+        // The leading 128 bits hold the 53 that stay and the one that decides. Any bit below only breaks
+        // ties, and may as well stand in the last place.
         let shift = self.high.leading_zeros();
         let (leading, rest) = if shift == 0 {
             (self.high, self.low)
@@ -103,7 +103,7 @@ mod tests {
     proptest! {
         #[test]
         fn products_obey_the_binomial_formula(a: u64, b: u64, c in 0..1u128 << 60) {
-            // (x + c)² − x² = 2xc + c² with x of 126 bits, where the right side fits 256 bits too.
+            // (x + c)² − x² = 2xc + c² with x of 126 bits, so that the right side also fits 256 bits.
             let x = u128::from(a) << 62 | u128::from(b >> 2);
             let difference = Wide::product(x + c, x + c).checked_sub(Wide::product(x, x)).unwrap();
             prop_assert_eq!(difference, Wide::product(2 * x + c, c));

@@ -1,8 +1,9 @@
 //! Smooth metals.
 
-/// Fresnel reflectance of a smooth conductor, unpolarised light.
+/// Fresnel reflectance F of a smooth conductor, unpolarised light.
 ///
-/// With the complex index n = `eta` + i `k` relative to the medium light arrives in, and
+/// F is the fraction (0..=1) of incident flux reflected; the rest is absorbed. With the complex index n =
+/// `eta` + i `k` relative to the medium light arrives in,
 ///
 /// ```text
 /// a² + b² = √((η² − k² − sin²θ)² + 4 η² k²)
@@ -13,12 +14,11 @@
 /// F       = (r_s² + r_p²) / 2
 /// ```
 ///
-/// the fraction F (0..=1) of incident flux is reflected and the rest absorbed (Born and Wolf,
-/// *Principles of Optics*, 7th edition, 14.2).
+/// (Born and Wolf, *Principles of Optics*, 7th edition, 14.2).
 ///
 /// - `cos_incident`: cos θ in 0..=1.
-/// - `eta` = 0 with `k` > 0 is a perfect mirror (Mitsuba's material `none`): exactly 1.
-///   Grazing light is reflected whole.
+/// - `eta` = 0 with `k` > 0 is a perfect mirror (Mitsuba's material `none`): exactly 1. Grazing light is
+///   reflected whole.
 pub fn conductor_reflectance(cos_incident: f64, eta: f64, k: f64) -> f64 {
     if cos_incident <= 0.0 || eta == 0.0 {
         return 1.0;
@@ -27,7 +27,7 @@ pub fn conductor_reflectance(cos_incident: f64, eta: f64, k: f64) -> f64 {
     let sin_squared = (1.0 - cos_incident) * (1.0 + cos_incident);
     let difference = eta * eta - k * k - sin_squared;
     let sum = difference.hypot(2.0 * eta * k);
-    // a² = (sum + difference)/2 cancels where k² is large: take it from b² = (sum - difference)/2 then.
+    // a² = (sum + difference)/2 cancels if k² is large: it is then computed from b² = (sum - difference)/2.
     let a = if difference >= 0.0 {
         (0.5 * (sum + difference)).sqrt()
     } else {

@@ -1,34 +1,35 @@
-//! How rays change with the coordinates of the light: the geometry of a thin beam.
+//! Derivatives of rays by the coordinates of the light: the geometry of a thin beam.
 
 use glam::DVec3;
 
 use super::dielectric::eta_cos_squared;
 
-/// The derivative of a ray by one coordinate of the light it belongs to: metres (of `position`) and
-/// radians (of `direction`) per unit of that coordinate.
+/// The derivative of a ray by one coordinate of the light it belongs to: metres (of `position`) and radians
+/// (of `direction`) per unit of that coordinate.
 ///
-/// Two of them describe a thin beam: its cross section, and how fast that spreads. They are carried
-/// along a path by the rules below: exact derivatives of transfer, reflection and refraction after
-/// Igehy, *Tracing ray differentials*, SIGGRAPH 1999, with the surface's curvature given as the derivative of its
-/// normal. The curvature of the beam's wavefronts is implied (Mitchell and Hanrahan, *Illumination from
-/// curved reflectors*, SIGGRAPH 1992): nothing here is an approximation but rounding.
+/// Two of them describe a thin beam: its cross section, and how fast that spreads. The rules below carry them
+/// along a path: exact derivatives of transfer, reflection and refraction after Igehy, *Tracing ray
+/// differentials*, SIGGRAPH 1999, with the surface's curvature given as the derivative of its normal. The
+/// curvature of the beam's wavefronts is implied (Mitchell and Hanrahan, *Illumination from curved
+/// reflectors*, SIGGRAPH 1992). Nothing here is an approximation except for rounding.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RayDerivative {
-    /// ∂P: of the point the ray starts at.
+    /// ∂P: derivative of the point the ray starts at.
     pub position: DVec3,
-    /// ∂D: of the unit direction of travel, so at a right angle to it.
+    /// ∂D: derivative of the unit direction of travel, so at a right angle to it.
     pub direction: DVec3,
 }
 
 impl RayDerivative {
-    /// Carried along the ray to a surface: ∂P of the point where it meets the surface.
+    /// The derivative carried along the ray to a surface: ∂P of the point at which it meets the surface.
     ///
-    /// ∂P′ = ∂P + t ∂D + ∂t D, with ∂t = −(∂P + t ∂D)·N / (D·N) so that ∂P′ lies in the surface (Igehy, 10 to 12).
+    /// ∂P′ = ∂P + t ∂D + ∂t D, with ∂t = −(∂P + t ∂D)·N / (D·N) so that ∂P′ lies in the surface (Igehy, 10 to
+    /// 12).
     ///
     /// - `direction`: D, the unit direction of travel.
     /// - `distance`: t from the ray's start to the surface.
-    /// - `normal`: N, the surface's *true* unit normal there; its sign does not matter. For a ray along
-    ///   the surface (D·N = 0) the result is not finite.
+    /// - `normal`: N, the surface's *true* unit normal there; its sign does not matter. For a ray along the
+    ///   surface (D·N = 0) the result is not finite.
     #[inline]
     #[must_use]
     pub fn transferred(self, direction: DVec3, distance: f64, normal: DVec3) -> Self {
@@ -40,7 +41,7 @@ impl RayDerivative {
         }
     }
 
-    /// After a mirror reflection, D′ = D − 2 (D·n) n.
+    /// The derivative after a mirror reflection, D′ = D − 2 (D·n) n.
     ///
     /// ∂D′ = ∂D − 2 (∂D·n + D·∂n) n − 2 (D·n) ∂n (Igehy, 15).
     ///
@@ -57,11 +58,11 @@ impl RayDerivative {
         }
     }
 
-    /// After refraction, D′ = (D + (c − s) n) / η with c = −D·n and s = √((η−1)(η+1) + c²);
+    /// The derivative after refraction, D′ = (D + (c − s) n) / η with c = −D·n and s = √((η−1)(η+1) + c²);
     /// `None` at and beyond the critical angle.
     ///
-    /// ∂D′ = (∂D + (c − s) ∂n + (1 − c/s) ∂c n) / η, with ∂c = −∂D·n − D·∂n (Igehy, 17 to 19, for the
-    /// formula of [`refract`](super::refract)). Unbounded towards the critical angle, where s is 0.
+    /// ∂D′ = (∂D + (c − s) ∂n + (1 − c/s) ∂c n) / η, with ∂c = −∂D·n − D·∂n (Igehy, 17 to 19, for the formula
+    /// of [`refract`](super::refract)). Unbounded towards the critical angle, at which s is 0.
     ///
     /// - `normal`: n, the unit normal that refracts, on the side light arrives from.
     /// - `normal_derivative`: ∂n, as the point moves by `position`.

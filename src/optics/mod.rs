@@ -1,4 +1,4 @@
-//! What an interface does to light.
+//! Optics of interfaces: reflectances, directions, and derivatives of rays.
 
 mod conductor;
 mod dielectric;

@@ -1,8 +1,8 @@
 //! Deposits are summed exactly: no order, thread or shard can change a bit.
 
 use nephroid::film::accumulator::AccumulatorError;
-use nephroid::film::{Accumulator, Estimate};
-use nephroid::numeric::{FixedPoint, Moments, Stream, StreamKind};
+use nephroid::film::{Accumulator, ReplicateMean};
+use nephroid::numeric::{FixedPoint, SampleMoments, Stream, StreamKind};
 use proptest::prelude::*;
 use rayon::prelude::*;
 
@@ -21,7 +21,7 @@ fn after(replicates: &[i64]) -> Accumulator {
     accumulator
 }
 
-fn estimate(replicates: &[i64]) -> Estimate {
+fn estimate(replicates: &[i64]) -> ReplicateMean {
     after(replicates).estimate(0, 0).unwrap()
 }
 
@@ -157,7 +157,7 @@ fn fewer_than_two_replicates_have_no_error_bar() {
     assert_eq!(empty.standard_error, None);
     assert_eq!(
         estimate(&[3]),
-        Estimate {
+        ReplicateMean {
             mean: 3.0,
             standard_error: None
         }
@@ -188,7 +188,7 @@ fn overflow_is_an_error_and_the_promised_range_is_not() {
     }
     assert_eq!(
         accumulator.estimate(0, 0).unwrap(),
-        Estimate {
+        ReplicateMean {
             mean: 4.0,
             standard_error: Some(0.0)
         }
@@ -284,7 +284,7 @@ fn headers_and_sums_that_cannot_be_are_errors() {
     let good = read((1, 1, 0, 0, 2, -4, 8)).unwrap();
     assert_eq!(
         good.estimate(0, 0),
-        Some(Estimate {
+        Some(ReplicateMean {
             mean: -2.0,
             standard_error: Some(0.0)
         })
@@ -307,7 +307,7 @@ fn headers_and_sums_that_cannot_be_are_errors() {
 proptest! {
     #[test]
     fn estimates_agree_with_welford(sums in prop::collection::vec(-1_000_000i64..1_000_000, 2..40)) {
-        let expected: Moments = sums.iter().map(|&sum| sum as f64).collect();
+        let expected: SampleMoments = sums.iter().map(|&sum| sum as f64).collect();
         let got = estimate(&sums);
         // Welford's bound is about R ε times the numbers' size, below 2^20 here; the error bar
         // has the variance's relative error, which that size dominates when variance is small.

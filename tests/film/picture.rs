@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use image::{Rgb, RgbImage};
 use nephroid::film::Grid;
-use nephroid::film::picture::{self, Content, PictureError, PictureSpec, Range, Scale};
+use nephroid::film::picture::{self, BarRange, Content, PictureError, PictureSpec, Scale};
 use proptest::prelude::*;
 
 const MAGENTA: Rgb<u8> = Rgb([255, 0, 255]);
@@ -17,7 +17,7 @@ fn path(name: &str) -> PathBuf {
 }
 
 /// Writes a picture and reads it again.
-fn picture(name: &str, title: &str, content: Content, range: Option<Range>) -> RgbImage {
+fn picture(name: &str, title: &str, content: Content, range: Option<BarRange>) -> RgbImage {
     let spec = PictureSpec {
         title,
         unit: "W/m²",
@@ -162,11 +162,11 @@ fn the_colour_on_the_map_is_that_beside_its_number_on_the_bar() {
             }
         });
         let range = match scale {
-            Scale::Linear => Range {
+            Scale::Linear => BarRange {
                 low: 2.0,
                 high: 8.0,
             },
-            Scale::Logarithmic => Range {
+            Scale::Logarithmic => BarRange {
                 low: 0.01,
                 high: 10.0,
             },
@@ -270,7 +270,7 @@ fn maps_and_ranges_that_make_no_picture_are_refused() {
         (logarithmic, -1.0, 1.0),
     ];
     for (content, low, high) in ranges {
-        let error = write(content, Some(Range { low, high }));
+        let error = write(content, Some(BarRange { low, high }));
         assert!(
             matches!(error, PictureError::Range { .. }),
             "{low} {high}: {error}"

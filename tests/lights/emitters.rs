@@ -7,7 +7,7 @@ use std::f64::consts::{PI, TAU};
 
 use glam::{DVec2, DVec3};
 use nephroid::geometry::{Ray, SurfacePoint};
-use nephroid::numeric::{Moments, Stream, StreamKind};
+use nephroid::numeric::{SampleMoments, Stream, StreamKind};
 use nephroid::radiometry::Rgb;
 use nephroid::reference::closed_form::lambert_irradiance;
 use nephroid::scene::Scene;
@@ -177,8 +177,11 @@ fn irradiance_by_light_sampling_is_that_by_even_directions() {
             // Facing the origin, about which the lights stand, at a slant.
             let normal = (DVec3::new(0.2, 0.1, -0.2) - place).normalize();
             let from = surface(place, normal);
-            let (mut by_light, mut by_direction, mut total) =
-                (Moments::default(), Moments::default(), Moments::default());
+            let (mut by_light, mut by_direction, mut total) = (
+                SampleMoments::default(),
+                SampleMoments::default(),
+                SampleMoments::default(),
+            );
             for sample in samples(&lights, &from, 40_000) {
                 by_light.add(sample.map_or(0.0, |sample| {
                     sample.radiance_over_pdf.0[0] * sample.direction.dot(normal).max(0.0)
@@ -186,7 +189,7 @@ fn irradiance_by_light_sampling_is_that_by_even_directions() {
                 total.add(f64::from(u8::from(sample.is_some())));
             }
             let stream = Stream::new(StreamKind::Random, 12);
-            let mut density = Moments::default();
+            let mut density = SampleMoments::default();
             for index in 0..200_000 {
                 let [a, b] = stream.point2(index);
                 let (sin, cos) = (TAU * b).sin_cos();
@@ -204,7 +207,7 @@ fn irradiance_by_light_sampling_is_that_by_even_directions() {
     }
 }
 
-fn agree(name: &str, place: DVec3, a: &Moments, b: &Moments) {
+fn agree(name: &str, place: DVec3, a: &SampleMoments, b: &SampleMoments) {
     let (mean_a, mean_b) = (a.mean().unwrap(), b.mean().unwrap());
     let joint = a
         .standard_error()
@@ -217,9 +220,9 @@ fn agree(name: &str, place: DVec3, a: &Moments, b: &Moments) {
 }
 
 /// Mean of E over samples, first channel, and its standard error.
-fn irradiance(scene: &Scene, from: &SurfacePoint) -> Moments {
+fn irradiance(scene: &Scene, from: &SurfacePoint) -> SampleMoments {
     let lights = Lights::new(scene);
-    let mut moments = Moments::default();
+    let mut moments = SampleMoments::default();
     for sample in samples(&lights, from, 40_000) {
         moments.add(sample.map_or(0.0, |sample| {
             sample.radiance_over_pdf.0[0] * sample.direction.dot(from.geometric_normal).max(0.0)

@@ -7,7 +7,7 @@ use glam::{DMat4, DVec2, DVec3};
 use nephroid::film::bitmap::Bitmap;
 use nephroid::geometry::{Ray, SurfacePoint, Transform};
 use nephroid::numeric::distributions::chi_squared_survival;
-use nephroid::numeric::{Moments, Stream, StreamKind};
+use nephroid::numeric::{SampleMoments, Stream, StreamKind};
 use nephroid::radiometry::Rgb;
 use nephroid::reference::Progress;
 use nephroid::reference::beams::supports;
@@ -134,7 +134,7 @@ fn under_even_light_irradiance_is_pi_l() {
     for scene in [map, constant] {
         let lights = Lights::new(&scene);
         let normal = DVec3::new(0.6, 0.0, -0.8);
-        let mut moments = Moments::default();
+        let mut moments = SampleMoments::default();
         for sample in samples(&lights, 100_000) {
             moments.add(sample.radiance_over_pdf.0[0] * sample.direction.dot(normal).max(0.0));
         }

@@ -4,7 +4,7 @@ use std::cell::RefCell;
 
 use flate2::Compression;
 use glam::DVec3;
-use nephroid::film::bitmap::{Bitmap, Encoding};
+use nephroid::film::bitmap::{Bitmap, BitmapEncoding};
 use nephroid::film::exr;
 use nephroid::geometry::MeshParts;
 use proptest::prelude::*;
@@ -118,13 +118,13 @@ fn no_film_makes_the_readers_panic() {
         let path = folder.write("film.exr", bytes);
         let film = exr::read(&path).unwrap_or_else(|error| panic!("{packing:?}: {error}"));
         assert_eq!((film.width, film.height, film.channels.len()), (37, 41, 3));
-        Bitmap::read(bytes, Encoding::Color).unwrap();
+        Bitmap::read(bytes, BitmapEncoding::Color).unwrap();
     }
     let counts = RefCell::new([[0_u32; 2]; PACKINGS.len()]);
     let outcome = TestRunner::new(config()).run(&one_or_more_mutations(), |mutations| {
         for ((_, original), [read, unpacked]) in films.iter().zip(counts.borrow_mut().iter_mut()) {
             let changed = mutate(original, &mutations);
-            drop(Bitmap::read(&changed, Encoding::Color));
+            drop(Bitmap::read(&changed, BitmapEncoding::Color));
             let path = folder.write("film.exr", &changed);
             match exr::read(&path) {
                 Ok(film) => {

@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 
 use glam::{DVec2, DVec3};
 
-use nephroid::numeric::Moments;
+use nephroid::numeric::SampleMoments;
 use nephroid::optics::dielectric_reflectance;
 use nephroid::radiometry::Rgb;
 use nephroid::reference::photon_map::finish::CONFIDENCE;
@@ -204,7 +204,7 @@ fn seeds_agree_within_their_standard_errors() {
         mapped(behind_pane(), settings, 2).0.total
     };
     let (a, b) = (run(3), run(4));
-    let mut scores = Moments::new();
+    let mut scores = SampleMoments::new();
     for pixel in 0..WIDTH * HEIGHT {
         let (x, y) = (a.irradiance[pixel].mean(), b.irradiance[pixel].mean());
         let error = a.standard_error[pixel]

@@ -27,7 +27,7 @@ fn truth(path: Path, side: usize) -> Vec<f64> {
 
 /// Mean and standard error of independent numbers.
 fn mean_and_error(values: &[f64]) -> (f64, f64) {
-    let moments: nephroid::numeric::Moments = values.iter().copied().collect();
+    let moments: nephroid::numeric::SampleMoments = values.iter().copied().collect();
     (moments.mean().unwrap(), moments.standard_error().unwrap())
 }
 

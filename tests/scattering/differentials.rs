@@ -254,7 +254,7 @@ fn forced_chains_extend_flat_surfaces() {
         .iter()
         .position(|object| object.plugin == "disk")
         .unwrap();
-    let element = nephroid::geometry::Element {
+    let element = nephroid::geometry::SurfaceElement {
         shape: disk as u32,
         face: None,
     };

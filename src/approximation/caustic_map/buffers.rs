@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::settings::Mode;
 use crate::approximation::{LightView, Precision};
-use crate::geometry::{Element, Hit, Ray, Shape, SurfacePoint, TraversalCounters};
+use crate::geometry::{Hit, Ray, Shape, SurfaceElement, SurfacePoint, TraversalCounters};
 use crate::scene::{Material, Scene};
 use crate::transport::prescribed::next_hit;
 
@@ -69,7 +69,7 @@ pub fn front(
 
 /// Whether a point is inside a closed surface: from there a ray that meets it does so from behind, whichever ray.
 pub fn is_inside(scene: &Scene, shape: u32, point: DVec3) -> bool {
-    let element = Element { shape, face: None };
+    let element = SurfaceElement { shape, face: None };
     let surface = &scene.world().shapes()[shape as usize];
     if matches!(surface, Shape::Rectangle(_) | Shape::Disk(_)) {
         return false;

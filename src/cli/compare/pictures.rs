@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::Context;
 
 use crate::film::Grid;
-use crate::film::picture::{self, Content, PictureSpec, Range};
+use crate::film::picture::{self, BarRange, Content, PictureSpec};
 use crate::metric::maps::{Maps, reach};
 use crate::metric::{Pair, Pairing};
 
@@ -23,11 +23,11 @@ pub(super) fn write(pairing: &Pairing, unit: &str, folder: &Path) -> anyhow::Res
     let mut files = Vec::new();
     for pair in &pairing.pairs {
         let maps = Maps::of(pair);
-        let around_zero = |reach: f64| Range {
+        let around_zero = |reach: f64| BarRange {
             low: -reach,
             high: reach,
         };
-        let mut draw = |kind: &str, map: &Grid<f32>, unit: &str, range: Option<Range>| {
+        let mut draw = |kind: &str, map: &Grid<f32>, unit: &str, range: Option<BarRange>| {
             let path = folder.join(format!("{}-{kind}.png", file_name(pair)));
             let spec = PictureSpec {
                 title: &format!("{} · {kind}", pair.name),

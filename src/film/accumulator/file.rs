@@ -1,4 +1,4 @@
-//! Accumulators as bytes: what the shards of a run leave for each other.
+//! Accumulators as bytes, in which the shards of a run pass on their sums.
 
 use std::io::{BufRead, Read as _, Write};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -8,15 +8,15 @@ use flate2::bufread::GzDecoder;
 use flate2::write::GzEncoder;
 use rayon::prelude::*;
 
-use super::{Accumulator, AccumulatorError, zeros};
+use super::sums::{Accumulator, AccumulatorError, zeros};
 use crate::numeric::FixedPoint;
 use crate::numeric::wide::Wide;
 
 /// The first bytes of a written accumulator, version included.
 const MAGIC: [u8; 8] = *b"nphACC\x00\x01";
 
-/// What a written accumulator starts with after its magic bytes, little-endian.
-struct Header {
+/// The start of a written accumulator after its magic bytes, little-endian.
+struct AccumulatorHeader {
     texels: u64,
     channels: u32,
     has_counts: u32,
@@ -24,7 +24,7 @@ struct Header {
     replicates: u32,
 }
 
-impl Header {
+impl AccumulatorHeader {
     const LENGTH: usize = 24;
 
     fn to_bytes(&self) -> Vec<u8> {
@@ -50,7 +50,7 @@ impl Header {
         }
     }
 
-    /// The bytes of ΣS, ΣS² and counts; `None` where no memory could hold them.
+    /// Length in bytes of ΣS, ΣS² and counts; `None` if no memory could hold them.
     fn body_length(&self) -> Option<usize> {
         let texels = usize::try_from(self.texels).ok()?;
         let sums = texels
@@ -65,12 +65,12 @@ impl Accumulator {
     ///
     /// # Errors
     ///
-    /// Where a replicate is under way, or the writer fails.
+    /// If a replicate is under way, or the writer fails.
     pub fn write_to(&self, mut writer: impl Write) -> Result<(), AccumulatorError> {
         if self.is_under_way() {
             return Err(AccumulatorError::ReplicateUnderWay);
         }
-        let header = Header {
+        let header = AccumulatorHeader {
             texels: self.texels as u64,
             channels: self.channels as u32,
             has_counts: self.counts.is_some().into(),
@@ -93,13 +93,13 @@ impl Accumulator {
         Ok(())
     }
 
-    /// Reads what [`Accumulator::write_to`] wrote; checks it, its CRC-32 included.
+    /// Reads the output of [`Accumulator::write_to`] and checks it, its CRC-32 included.
     ///
-    /// Memory grows with what is really read, not with what the header claims.
+    /// Memory grows with the bytes read, not with the size that the header claims.
     ///
     /// # Errors
     ///
-    /// Where the bytes are not a written accumulator, or the reader fails.
+    /// If the bytes are not a written accumulator, or the reader fails.
     pub fn read_from(mut reader: impl BufRead) -> Result<Self, AccumulatorError> {
         let malformed = |message: &str| AccumulatorError::Malformed(message.to_owned());
         let mut magic = [0; MAGIC.len()];
@@ -108,9 +108,9 @@ impl Accumulator {
             return Err(malformed("wrong magic bytes or version"));
         }
         let mut decoder = GzDecoder::new(reader);
-        let mut bytes = [0; Header::LENGTH];
+        let mut bytes = [0; AccumulatorHeader::LENGTH];
         decoder.read_exact(&mut bytes)?;
-        let header = Header::from_bytes(&bytes);
+        let header = AccumulatorHeader::from_bytes(&bytes);
         if ![1, 3].contains(&header.channels) {
             return Err(AccumulatorError::Malformed(format!(
                 "{} channels: allowed are 1 and 3",
@@ -136,9 +136,9 @@ impl Accumulator {
             .ok_or_else(|| malformed("sums that no replicates can have"))
     }
 
-    /// `None` where R ΣS² < (ΣS)², which contradicts Cauchy and Schwarz, or without replicates
-    /// anything is not zero.
-    fn from_parts(header: &Header, scale: FixedPoint, body: &[u8]) -> Option<Self> {
+    /// The sums in `body`. `None` if R ΣS² < (ΣS)², which contradicts Cauchy and Schwarz, or if anything is
+    /// not zero without replicates.
+    fn from_parts(header: &AccumulatorHeader, scale: FixedPoint, body: &[u8]) -> Option<Self> {
         let texels = header.texels as usize;
         let channels = header.channels as usize;
         let (sums, rest) = body.split_at(16 * texels * channels);

@@ -8,13 +8,13 @@ use image::{ExtendedColorType, ImageEncoder, ImageResult};
 pub(super) const GLYPH: usize = 8;
 
 /// The picture being drawn.
-pub(super) struct Canvas {
+pub(super) struct PictureCanvas {
     width: usize,
     height: usize,
     pixels: Vec<[u8; 3]>,
 }
 
-impl Canvas {
+impl PictureCanvas {
     pub(super) fn new(width: usize, height: usize, background: [u8; 3]) -> Self {
         Self {
             width,
@@ -46,7 +46,7 @@ impl Canvas {
         }
     }
 
-    /// Draws a frame of `thickness` just outside a rectangle; needs as much room round it.
+    /// Draws a frame of `thickness` just outside a rectangle; needs as much space around it.
     pub(super) fn frame(
         &mut self,
         [x, y]: [usize; 2],

@@ -1,8 +1,9 @@
-//! Where the parts of a picture are.
+//! Layout of the parts of a picture.
 
-use super::canvas::{Canvas, GLYPH};
+use super::canvas::{GLYPH, PictureCanvas};
+use super::content::{Content, PictureSpec};
+use super::range::{BarRange, Scale};
 use super::ticks::{Tick, ticks};
-use super::{Content, PictureSpec, Range};
 
 /// Maps smaller than this are enlarged.
 const SMALLEST_MAP: usize = 256;
@@ -14,15 +15,15 @@ const BACKGROUND: [u8; 3] = [255; 3];
 const INK: [u8; 3] = [38, 38, 43];
 const LINE: [u8; 3] = [110, 110, 118];
 
-/// All positions in pixels; the origin is the upper left corner.
-pub(super) struct Layout {
-    /// Pixels a pixel of the font.
+/// The positions of all parts in pixels; the origin is the upper left corner.
+pub(super) struct PictureLayout {
+    /// Number of pixels in a pixel of the font.
     font: usize,
-    /// Pixels a texel.
+    /// Number of pixels in a texel.
     zoom: usize,
     title: Vec<String>,
     ticks: Vec<Tick>,
-    /// Whether values go on below and above the bar.
+    /// True if values go on below and above the bar.
     beyond: [bool; 2],
     map: [usize; 2],
     map_size: [usize; 2],
@@ -31,12 +32,12 @@ pub(super) struct Layout {
     canvas: [usize; 2],
 }
 
-impl Layout {
-    pub(super) fn new(spec: &PictureSpec, range: &Range, numbers: &[f64]) -> Self {
+impl PictureLayout {
+    pub(super) fn new(spec: &PictureSpec, range: &BarRange, numbers: &[f64]) -> Self {
         let (width, height) = spec.content.size();
         let zoom = SMALLEST_MAP.div_ceil(width.max(height));
         let map_size = [width * zoom, height * zoom];
-        // By the shorter side, so that text does not dwarf a strip.
+        // The shorter side decides, so that text does not dwarf a strip.
         let font = match map_size[0].min(map_size[1]) {
             0..480 => 1,
             480..1440 => 2,
@@ -59,7 +60,7 @@ impl Layout {
             spec.title.to_owned()
         };
         let title = wrapped(title.trim(), header_width / (GLYPH * font));
-        // The unit stands on the title's last line.
+        // The unit is on the title's last line.
         let header = title.len().max(1) * line + 3 * font;
         let triangle = 10 * font;
         let overhang = beyond.map(|beyond| if beyond { triangle } else { 0 });
@@ -67,7 +68,7 @@ impl Layout {
         let full_bar = map_size[1].max(SHORTEST_BAR * font);
         let bar_size = [12 * font, full_bar - overhang[0] - overhang[1]];
         let bar = [map[0] + header_width + 12 * font, map[1] + overhang[1]];
-        // Labels need their height and as much again of air.
+        // Labels need their height and as much space again.
         let ticks = ticks(
             range,
             spec.content.scale(),
@@ -92,8 +93,8 @@ impl Layout {
         }
     }
 
-    pub(super) fn draw(&self, spec: &PictureSpec, range: &Range) -> Canvas {
-        let mut canvas = Canvas::new(self.canvas[0], self.canvas[1], BACKGROUND);
+    pub(super) fn draw(&self, spec: &PictureSpec, range: &BarRange) -> PictureCanvas {
+        let mut canvas = PictureCanvas::new(self.canvas[0], self.canvas[1], BACKGROUND);
         self.draw_header(&mut canvas, spec.unit);
         self.draw_map(&mut canvas, &spec.content, range);
         self.draw_bar(&mut canvas, &spec.content, range);
@@ -101,7 +102,7 @@ impl Layout {
         canvas
     }
 
-    fn draw_header(&self, canvas: &mut Canvas, unit: &str) {
+    fn draw_header(&self, canvas: &mut PictureCanvas, unit: &str) {
         let line = (GLYPH + 3) * self.font;
         let last = self.map[1] - line - 3 * self.font;
         for (i, text) in self.title.iter().rev().enumerate() {
@@ -110,7 +111,7 @@ impl Layout {
         canvas.text(self.bar[0], last, self.font, unit, INK);
     }
 
-    fn draw_map(&self, canvas: &mut Canvas, content: &Content, range: &Range) {
+    fn draw_map(&self, canvas: &mut PictureCanvas, content: &Content, range: &BarRange) {
         let (width, height) = content.size();
         for y in 0..height {
             for x in 0..width {
@@ -128,7 +129,7 @@ impl Layout {
         canvas.frame(self.map, self.map_size, self.font, LINE);
     }
 
-    fn draw_bar(&self, canvas: &mut Canvas, content: &Content, range: &Range) {
+    fn draw_bar(&self, canvas: &mut PictureCanvas, content: &Content, range: &BarRange) {
         let [left, top] = self.bar;
         let [width, height] = self.bar_size;
         let colour_at = |position: f64| {
@@ -149,9 +150,14 @@ impl Layout {
         }
     }
 
-    /// A triangle on one end of the bar, framed; `line(row)` is the picture's line of its row,
-    /// counted from its base.
-    fn draw_triangle(&self, canvas: &mut Canvas, colour: [u8; 3], line: impl Fn(usize) -> usize) {
+    /// Draws a triangle on one end of the bar, framed; `line(row)` is the picture's line of its row, counted
+    /// from its base.
+    fn draw_triangle(
+        &self,
+        canvas: &mut PictureCanvas,
+        colour: [u8; 3],
+        line: impl Fn(usize) -> usize,
+    ) {
         let width = self.bar_size[0];
         let height = 7 * self.font;
         for row in 0..height {
@@ -164,7 +170,7 @@ impl Layout {
         }
     }
 
-    fn draw_ticks(&self, canvas: &mut Canvas) {
+    fn draw_ticks(&self, canvas: &mut PictureCanvas) {
         let left = self.bar[0] + self.bar_size[0] + self.font;
         for tick in &self.ticks {
             let from_top = (1.0 - tick.position) * (self.bar_size[1] - 1) as f64;
@@ -180,9 +186,9 @@ impl Layout {
     }
 }
 
-/// Whether a value is just "no light": below a logarithmic bar, and not news.
+/// True if a value just means "no light": it is below a logarithmic bar, and needs no mark.
 fn is_black(content: &Content, value: f64) -> bool {
-    matches!(content.scale(), super::Scale::Logarithmic) && value == 0.0
+    matches!(content.scale(), Scale::Logarithmic) && value == 0.0
 }
 
 /// Words in lines of at most `width` characters; longer words are cut.

@@ -1,13 +1,12 @@
 //! Colours of positions from 0 to 1, as 8-bit sRGB.
 
-/// What is no number: a colour that none of the palettes holds.
+/// The colour of values that are not numbers, which none of the palettes holds.
 pub(super) const NOT_A_NUMBER: [u8; 3] = [255, 0, 255];
 
-/// *inferno* by Smith and van der Walt (matplotlib, 2015): dark to bright in perceptually even
-/// steps.
+/// *inferno* by Smith and van der Walt (matplotlib, 2015): dark to bright in perceptually even steps.
 ///
-/// The polynomial of degree 6 in sRGB is Zucker's least-squares fit (shadertoy `WlfXRN`, CC0);
-/// it is within 0.034 of the table of matplotlib.
+/// The polynomial of degree 6 in sRGB is Zucker's least-squares fit (shadertoy `WlfXRN`, CC0); it is within
+/// 0.034 of the table of matplotlib.
 pub(super) fn inferno(position: f64) -> [u8; 3] {
     const COEFFICIENTS: [[f64; 3]; 7] = [
         [
@@ -30,8 +29,8 @@ pub(super) fn inferno(position: f64) -> [u8; 3] {
     })
 }
 
-/// Dark blue over white (at one half) to dark red: the knots of `ColorBrewer`'s *`RdBu`* of eleven
-/// classes, turned round (Brewer, 2003; Apache 2.0), joined by straight lines.
+/// Dark blue over white (at one half) to dark red: the knots of `ColorBrewer`'s *`RdBu`* of eleven classes,
+/// in reverse (Brewer, 2003; Apache 2.0), joined by straight lines.
 pub(super) fn diverging(position: f64) -> [u8; 3] {
     const KNOTS: [[u8; 3]; 11] = [
         [5, 48, 97],
@@ -55,7 +54,7 @@ pub(super) fn diverging(position: f64) -> [u8; 3] {
     })
 }
 
-/// A linear value in 0..=1 as the display wants it (IEC 61966-2-1).
+/// The display's value for a linear value in 0..=1 (IEC 61966-2-1).
 pub(super) fn srgb(linear: f64) -> u8 {
     to_byte(if linear <= 0.0031308 {
         12.92 * linear
@@ -64,7 +63,7 @@ pub(super) fn srgb(linear: f64) -> u8 {
     })
 }
 
-/// The nearest byte; the cast keeps what is beyond at the ends.
+/// The nearest byte; the cast keeps values beyond at the ends.
 fn to_byte(value: f64) -> u8 {
     (value * 255.0).round() as u8
 }

@@ -1,18 +1,18 @@
 //! Round numbers along the bar.
 
-use super::{Range, Scale};
+use super::range::{BarRange, Scale};
 
 /// A mark on the bar.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Tick {
-    /// From 0 at the bar's lower end to 1 at the upper.
+    /// The position, from 0 at the bar's lower end to 1 at the upper.
     pub(super) position: f64,
     /// The number beside it; minor marks have none.
     pub(super) label: Option<String>,
 }
 
 /// At most about `wanted` labelled ticks inside the range.
-pub(super) fn ticks(range: &Range, scale: Scale, wanted: usize) -> Vec<Tick> {
+pub(super) fn ticks(range: &BarRange, scale: Scale, wanted: usize) -> Vec<Tick> {
     match scale {
         Scale::Linear => linear_ticks(range, wanted),
         Scale::Logarithmic => logarithmic_ticks(range, wanted),
@@ -20,23 +20,23 @@ pub(super) fn ticks(range: &Range, scale: Scale, wanted: usize) -> Vec<Tick> {
 }
 
 /// Multiples of 1, 2 or 5 times a power of ten.
-fn linear_ticks(range: &Range, wanted: usize) -> Vec<Tick> {
+fn linear_ticks(range: &BarRange, wanted: usize) -> Vec<Tick> {
     let rough = (range.high - range.low) / wanted.max(1) as f64;
     let power = rough.log10().floor();
     let magnitude = 10f64.powf(power);
     let step = [1.0, 2.0, 5.0, 10.0]
         .map(|factor| factor * magnitude)
         .into_iter()
-        // A hair below `rough` will do: 0.5 in ten steps is 0.05 up to rounding.
+        // A step slightly below `rough` is enough: 0.5 in ten steps is 0.05 up to rounding.
         .find(|step| *step >= rough * (1.0 - 1e-9))
         .unwrap_or(rough);
-    // Steps from zero, so that zero itself is exact. A hair beyond the ends still counts.
+    // Steps are counted from zero, so that zero itself is exact. Ends count with a small tolerance.
     let hair = 1e-9;
     let first = (range.low / step - hair).ceil();
     let last = (range.high / step + hair).floor();
     let largest = range.low.abs().max(range.high.abs());
     let count = (last - first).max(-1.0) as usize + 1;
-    // Ends far from zero beside their distance have no round numbers to tell apart.
+    // If the ends are far from zero compared to their distance, no round numbers tell them apart.
     (0..count.min(100))
         .map(|i| {
             let value = (first + i as f64) * step;
@@ -48,9 +48,9 @@ fn linear_ticks(range: &Range, wanted: usize) -> Vec<Tick> {
         .collect()
 }
 
-/// Powers of ten, every nth where they crowd; between them 2 and 5 labelled where there is room,
-/// and the other digits as minor marks.
-fn logarithmic_ticks(range: &Range, wanted: usize) -> Vec<Tick> {
+/// Powers of ten, every nth if they crowd. Between them 2 and 5 are labelled if there is room, and the other
+/// digits are minor marks.
+fn logarithmic_ticks(range: &BarRange, wanted: usize) -> Vec<Tick> {
     let decades = (range.high / range.low).log10();
     let every = (decades / wanted.max(1) as f64).ceil().max(1.0);
     let labelled: &[u32] = match wanted as f64 / decades {
@@ -70,7 +70,7 @@ fn logarithmic_ticks(range: &Range, wanted: usize) -> Vec<Tick> {
             }
             let on_turn = f64::from(power).rem_euclid(every) == 0.0;
             let label = (labelled.contains(&digit) && on_turn).then(|| number(value, value, value));
-            // Digits between powers that are not even all labelled would be a blur.
+            // Digits between powers that are not even all labelled would blur.
             if label.is_some() || every == 1.0 {
                 ticks.push(Tick {
                     position: range.position(value, Scale::Logarithmic),
@@ -82,8 +82,8 @@ fn logarithmic_ticks(range: &Range, wanted: usize) -> Vec<Tick> {
     ticks
 }
 
-/// A multiple of `step` (1, 2 or 5 times a power of ten) as text, with the decimals of `step`;
-/// with an exponent where `largest`, the largest number on the bar, needs too many digits.
+/// A multiple of `step` (1, 2 or 5 times a power of ten) as text, with the decimals of `step`; with an
+/// exponent if `largest`, the largest number on the bar, needs too many digits.
 fn number(value: f64, step: f64, largest: f64) -> String {
     let power = (step * (1.0 + 1e-9)).log10().floor();
     if value == 0.0 {
@@ -92,7 +92,7 @@ fn number(value: f64, step: f64, largest: f64) -> String {
     if (1e-3..1e5).contains(&largest) && power >= -6.0 {
         return format!("{value:.*}", (-power).max(0.0) as usize);
     }
-    // Digits from the value's own leading one down to the step's.
+    // Digits run from the value's own leading one down to the step's.
     let leading = (value.abs() * (1.0 + 1e-9)).log10().floor();
     format!("{value:.*e}", (leading - power).max(0.0) as usize)
 }
@@ -102,7 +102,7 @@ mod tests {
     use super::*;
 
     fn labels(low: f64, high: f64, scale: Scale, wanted: usize) -> Vec<String> {
-        let ticks = ticks(&Range { low, high }, scale, wanted);
+        let ticks = ticks(&BarRange { low, high }, scale, wanted);
         ticks.into_iter().filter_map(|tick| tick.label).collect()
     }
 
@@ -145,11 +145,11 @@ mod tests {
             (-1e307, 1e307),
             (0.0, f64::MAX),
         ] {
-            assert!(linear_ticks(&Range { low, high }, 8).len() <= 100);
+            assert!(linear_ticks(&BarRange { low, high }, 8).len() <= 100);
         }
         assert!(
             logarithmic_ticks(
-                &Range {
+                &BarRange {
                     low: 5e-324,
                     high: f64::MAX
                 },

@@ -1,9 +1,10 @@
-//! For boxes that obvhs' builder takes too long over: a plain tree.
+//! A plain tree, for boxes that obvhs' builder takes too long over.
 //!
-//! PLOC (Meister and Bittner, *Parallel locally-ordered clustering*, TVCG 24(3), 2018) merges boxes that are each other's
-//! nearest, of the next [`REACH`] along the Morton curve. Mostly a third of them find a partner each time. But boxes in one
-//! place, in an even row, or each round the last all prefer the neighbour on the same side: one pair is merged each time,
-//! and the work grows with the square of their number (10⁵ take minutes).
+//! PLOC (Meister and Bittner, *Parallel locally-ordered clustering*, TVCG 24(3), 2018) merges boxes that are
+//! each other's nearest among the next [`REACH`] along the Morton curve. Mostly a third of them find a
+//! partner each time. But boxes in one place, in an even row, or each around the last all prefer the
+//! neighbour on the same side. Then one pair is merged each time, and the work grows with the square of their
+//! number (10⁵ take minutes).
 
 use glam::Vec3A;
 use obvhs::{
@@ -12,17 +13,18 @@ use obvhs::{
 };
 use rayon::prelude::*;
 
-use super::simd::WIDTH;
+use super::lanes::WIDTH;
 use crate::numeric::morton_code;
 
-/// How far obvhs' `medium` preset looks for a partner.
+/// Number of neighbours, each way, among which obvhs' `medium` preset looks for a partner.
 const REACH: usize = 14;
 
-/// Up to here the square is no matter: 2¹¹ · 2¹⁰ · 28 boxes are compared in a tenth of a second.
+/// Up to this number the square does not matter: 2¹¹ · 2¹⁰ · 28 boxes are compared in a tenth of a second.
 const FEW: usize = 1 << 11;
 
-/// How often each box may be looked at, on average. A third merged each time makes 3, grids and ribbons take up to 6; a
-/// fan of 2·10⁴ faces round one vertex takes 31, and what is made of it keeps obvhs' reinsertion busy for much longer.
+/// The number of times that each box may be looked at, on average. A third merged each time makes 3; grids
+/// and ribbons take up to 6. A fan of 2·10⁴ faces around one vertex takes 31, and obvhs' reinsertion takes
+/// much longer still to improve the tree made of it.
 const MOST_LOOKS: usize = 12;
 
 /// The boxes' numbers along the Morton curve through their middles; of those in one place the smaller first.
@@ -45,7 +47,7 @@ fn along_the_curve(boxes: &[Aabb]) -> Vec<u32> {
     order
 }
 
-/// Whether merging boxes that are each other's nearest would look at each of them too often.
+/// True if merging boxes that are each other's nearest would look at each of them too often.
 pub(super) fn is_needed(boxes: &[Aabb]) -> bool {
     if boxes.len() <= FEW {
         return false;
@@ -76,7 +78,7 @@ pub(super) fn is_needed(boxes: &[Aabb]) -> bool {
     false
 }
 
-/// The box whose union with this one is the smallest; the last of several, as obvhs has it.
+/// The box whose union with this one is the smallest; the last of several, as in obvhs.
 fn nearest(boxes: &[Aabb], index: usize) -> usize {
     let mut best = (index, f32::INFINITY);
     for other in index.saturating_sub(REACH)..(index + REACH + 1).min(boxes.len()) {
@@ -88,7 +90,7 @@ fn nearest(boxes: &[Aabb], index: usize) -> usize {
     best.0
 }
 
-/// A tree that halves the Morton curve until a leaf holds what is left.
+/// A tree that halves the Morton curve until a leaf holds the rest.
 pub(super) fn build(boxes: &[Aabb]) -> Bvh2 {
     let order = along_the_curve(boxes);
     let around = |first: usize, count: usize| {
@@ -114,7 +116,7 @@ pub(super) fn build(boxes: &[Aabb]) -> Bvh2 {
         let half = count / 2;
         let children = nodes.len();
         nodes.extend([node(first, half), node(first + half, count - half)]);
-        // Of inner nodes: no primitives, and where the children are.
+        // Inner nodes have no primitives, and the index of their children.
         nodes[index] = Bvh2Node::new(*nodes[index].aabb(), 0, children as u32);
         pending.extend([children, children + 1]);
     }
@@ -129,7 +131,7 @@ pub(super) fn build(boxes: &[Aabb]) -> Bvh2 {
 mod tests {
     use super::*;
 
-    /// A box with its least corner here.
+    /// A box with its least corner at (x, 0, 0).
     fn cube(x: f32, side: f32) -> Aabb {
         let least = Vec3A::new(x, 0.0, 0.0);
         Aabb::new(least, least + side)

@@ -1,4 +1,4 @@
-//! From boxes to a wide tree, by way of obvhs' binary one.
+//! Construction of a wide tree from boxes, by way of obvhs' binary one.
 
 use std::time::Duration;
 
@@ -11,15 +11,17 @@ use obvhs::{
 
 use super::{
     balanced,
-    simd::WIDTH,
-    tree::{BoxTree, Child, Frame, Node},
+    lanes::WIDTH,
+    tree::{BoxTree, Child, TreeNode},
+    tree_frame::TreeFrame,
 };
 use crate::geometry::{Bounds, rounding::gamma};
 
-/// How obvhs builds: its `medium` preset (within 8 % of the slowest in speed of search, built
-/// several times sooner), but with leaves as full as the filter tests at once: a pack of eight
-/// costs little more than a pack of four, so going one node deeper must save a lot. Costs of 6
-/// to 15 measure the same, 3 (the preset's) is a tenth slower, 1 a quarter.
+/// Parameters of obvhs' builder: its `medium` preset, with leaves as full as the filter tests at once.
+///
+/// The preset is within 8 % of the slowest one in speed of search, and built several times sooner. A pack of
+/// eight costs little more than a pack of four, so going one node deeper must save a lot. Costs of 6 to 15
+/// measure the same, 3 (the preset's) is a tenth slower, 1 a quarter.
 fn parameters() -> BvhBuildParams {
     BvhBuildParams {
         max_prims_per_leaf: WIDTH as u32,
@@ -28,47 +30,50 @@ fn parameters() -> BvhBuildParams {
     }
 }
 
-pub(super) fn build(boxes: &[Bounds]) -> BoxTree {
-    if boxes.is_empty() {
-        return BoxTree {
-            bounds: Bounds::EMPTY,
-            frame: Frame::WORLD,
-            nodes: vec![EMPTY_NODE],
-            leaf_starts: vec![0],
-            order: Vec::new(),
+impl BoxTree {
+    /// A tree over `boxes`, with up to eight in a leaf.
+    pub(in crate::geometry) fn new(boxes: &[Bounds]) -> Self {
+        if boxes.is_empty() {
+            return Self {
+                bounds: Bounds::EMPTY,
+                frame: TreeFrame::WORLD,
+                nodes: vec![EMPTY_NODE],
+                leaf_starts: vec![0],
+                order: Vec::new(),
+            };
+        }
+        let exact = boxes.iter().fold(Bounds::EMPTY, |all, &one| all.union(one));
+        // The box is slightly wider, so that no ray that meets a primitive runs along the border: 0 · ∞ there
+        // would hide it from the slab test.
+        let reach = exact.min.abs().max(exact.max.abs()).max_element();
+        let bounds = exact.padded(gamma(4) * reach);
+        let frame = TreeFrame::around(&bounds);
+        let narrow: Vec<Aabb> = boxes
+            .iter()
+            .map(|bounds| {
+                Aabb::new(
+                    rounded(frame.to_local(bounds.min), f32::next_down),
+                    rounded(frame.to_local(bounds.max), f32::next_up),
+                )
+            })
+            .collect();
+        let binary = if balanced::is_needed(&narrow) {
+            balanced::build(&narrow)
+        } else {
+            build_bvh2(&narrow, parameters(), &mut Duration::default())
         };
+        let mut tree = Self {
+            bounds,
+            frame,
+            nodes: Vec::new(),
+            leaf_starts: vec![0],
+            order: Vec::with_capacity(boxes.len()),
+        };
+        if let Some(root) = binary.nodes.first() {
+            collapse(&binary, root, &mut tree);
+        }
+        tree
     }
-    let exact = boxes.iter().fold(Bounds::EMPTY, |all, &one| all.union(one));
-    // A hair wider, so that no ray that meets a primitive runs along the border: 0 · ∞ there
-    // would hide it from the slab test.
-    let reach = exact.min.abs().max(exact.max.abs()).max_element();
-    let bounds = exact.padded(gamma(4) * reach);
-    let frame = Frame::around(&bounds);
-    let narrow: Vec<Aabb> = boxes
-        .iter()
-        .map(|bounds| {
-            Aabb::new(
-                rounded(frame.to_local(bounds.min), f32::next_down),
-                rounded(frame.to_local(bounds.max), f32::next_up),
-            )
-        })
-        .collect();
-    let binary = if balanced::is_needed(&narrow) {
-        balanced::build(&narrow)
-    } else {
-        build_bvh2(&narrow, parameters(), &mut Duration::default())
-    };
-    let mut tree = BoxTree {
-        bounds,
-        frame,
-        nodes: Vec::new(),
-        leaf_starts: vec![0],
-        order: Vec::with_capacity(boxes.len()),
-    };
-    if let Some(root) = binary.nodes.first() {
-        collapse(&binary, root, &mut tree);
-    }
-    tree
 }
 
 /// Rounding to nearest, then one step outward, is outward.
@@ -77,7 +82,7 @@ fn rounded(v: DVec3, step: fn(f32) -> f32) -> Vec3A {
 }
 
 /// Boxes that no ray enters: the least plane is never before the greatest.
-const EMPTY_NODE: Node = Node {
+const EMPTY_NODE: TreeNode = TreeNode {
     planes: [
         [f32::INFINITY; WIDTH],
         [f32::NEG_INFINITY; WIDTH],
@@ -91,8 +96,8 @@ const EMPTY_NODE: Node = Node {
 
 /// Makes wide nodes of binary ones, each parent before its children.
 ///
-/// A wide node takes in the two children of its binary node, then goes on replacing the child
-/// with the largest surface (the likeliest to be entered) by its own children until it is full.
+/// A wide node takes in the two children of its binary node. It then goes on replacing the child with the
+/// largest surface (the likeliest to be entered) by its own children until it is full.
 fn collapse(binary: &Bvh2, root: &Bvh2Node, tree: &mut BoxTree) {
     tree.nodes.push(EMPTY_NODE);
     let mut pending = vec![(0usize, *root)];

@@ -1,23 +1,27 @@
-//! Finding candidates: which primitives may a ray hit. The only room that knows obvhs.
+//! The search for candidates: primitives that a ray may hit. The only room that knows obvhs.
 //!
 //! - [`build`]: obvhs' binary tree over boxes, collapsed into nodes of eight children.
 //! - [`balanced`]: a plain tree for boxes that obvhs would take too long over.
 //! - [`tree`]: the nodes, and the search through them, in `f32`.
+//! - [`tree_frame`]: a tree's own coordinates.
 //! - [`ray`]: a ray in a tree's own frame, and the derivation of its error bound.
 //! - [`pack`]: eight triangles in a leaf, and the filter that spares most of the exact tests.
-//! - [`simd`]: eight numbers at a time, by wide registers where the processor has them.
+//! - [`lanes`]: the operations on eight numbers at a time that the search needs of a processor.
+//! - [`simd`]: these operations, in wide registers if the processor has them.
 //!
-//! Nothing here decides a hit. Boxes and filter may let too much through, never too little; the
-//! exact `f64` tests behind them see the same primitives on every processor.
+//! Nothing here decides a hit. Boxes and filter may let too much through, never too little; the exact `f64`
+//! tests behind them see the same primitives on every processor.
 
 mod balanced;
 mod build;
+mod lanes;
 mod pack;
 mod ray;
 mod simd;
 mod tree;
+mod tree_frame;
 
+pub(super) use lanes::Lanes;
 pub(super) use pack::TrianglePack;
 pub(super) use ray::LocalRay;
-pub(super) use simd::Lanes;
 pub(super) use tree::{BoxTree, LeafVisitor};

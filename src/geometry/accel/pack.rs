@@ -3,27 +3,27 @@
 use glam::DVec3;
 
 use super::{
+    lanes::{Lanes, WIDTH},
     ray::{LocalRay, NarrowShear},
-    simd::{Lanes, WIDTH},
-    tree::Frame,
+    tree_frame::TreeFrame,
 };
 
 /// The triangles of a leaf in `f32`, for a filter that spares most of the exact tests.
 ///
-/// The filter is the watertight test (see `geometry/triangle.rs`) in single precision: it drops a
-/// triangle only if edge functions have opposite signs by more than their error bound (derived at
-/// [`NarrowShear`]), so never one that the exact test accepts.
+/// The filter is the watertight test (see `geometry/triangle.rs`) in single precision. It drops a triangle
+/// only if edge functions have opposite signs by more than their error bound (derived at [`NarrowShear`]), so
+/// never one that the exact test accepts.
 #[derive(Clone, Debug)]
 #[repr(C, align(64))]
 pub(in crate::geometry) struct TrianglePack {
-    /// By vertex, by axis; in the tree's frame. Slots without a triangle are NaN.
+    /// Coordinates by vertex and axis, in the tree's frame. Slots without a triangle are NaN.
     vertices: [[[f32; WIDTH]; 3]; 3],
 }
 
 impl TrianglePack {
     /// The pack of at most eight triangles with these corners, in world space.
     pub(in crate::geometry) fn new(
-        frame: Frame,
+        frame: TreeFrame,
         triangles: impl Iterator<Item = [DVec3; 3]>,
     ) -> Self {
         let mut pack = Self {

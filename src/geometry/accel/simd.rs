@@ -1,55 +1,36 @@
-//! Eight numbers at a time.
+//! The operations on eight numbers at a time, portable and by AVX2.
 //!
-//! [`Lanes`] is what the search needs of a processor: eight `f32` at once, each operation as IEEE
-//! 754 has it (no fused ones). So the search visits the same nodes on every processor, however
-//! many lanes an instruction handles. This is the one file of the crate with `unsafe` in it: the
-//! [`Avx2`] token, which exists only where the instructions do, stands for their safety.
+//! All [`Lanes`] round as IEEE 754 has it. So the search visits the same nodes on every processor, however
+//! many lanes an instruction handles. This is the one file of the crate with `unsafe` in it: the [`Avx2`]
+//! token, which exists only on processors with the instructions, stands for their safety.
 #![allow(clippy::inline_always)] // or the code is not compiled for its caller's registers
 
 use super::{
+    lanes::{Lanes, WIDTH},
     ray::LocalRay,
     tree::{BoxTree, LeafVisitor},
 };
 
-/// How many numbers are handled at a time: children a node, triangles a leaf.
-pub(in crate::geometry) const WIDTH: usize = 8;
-
-/// Operations on [`WIDTH`] numbers at a time.
-pub(in crate::geometry) trait Lanes: Copy {
-    /// [`WIDTH`] numbers.
-    type Vector: Copy;
-
-    fn load(self, from: &[f32; WIDTH]) -> Self::Vector;
-    fn store(self, from: Self::Vector, to: &mut [f32; WIDTH]);
-    fn splat(self, value: f32) -> Self::Vector;
-    fn add(self, a: Self::Vector, b: Self::Vector) -> Self::Vector;
-    fn sub(self, a: Self::Vector, b: Self::Vector) -> Self::Vector;
-    fn mul(self, a: Self::Vector, b: Self::Vector) -> Self::Vector;
-    /// `a` where it is less than `b`; else, also if one is NaN, `b`.
-    fn min(self, a: Self::Vector, b: Self::Vector) -> Self::Vector;
-    /// `a` where it is greater than `b`; else, also if one is NaN, `b`.
-    fn max(self, a: Self::Vector, b: Self::Vector) -> Self::Vector;
-    /// Bit i is set where a ≤ b in lane i.
-    fn at_most(self, a: Self::Vector, b: Self::Vector) -> u32;
-    /// Hints that the value will be read soon.
-    fn prefetch<T>(self, value: &T);
-}
-
-/// [`BoxTree::search_local`] with the best instructions that this processor has.
-#[inline]
-pub(super) fn search(
-    tree: &BoxTree,
-    ray: &LocalRay,
-    limit: f64,
-    visitor: &mut impl LeafVisitor,
-) -> u64 {
-    #[cfg(target_arch = "x86_64")]
-    if let Some(lanes) = Avx2::detect() {
-        // SAFETY: the token proves that the processor has the feature.
-        #[allow(unsafe_code)]
-        return unsafe { search_avx2(lanes, tree, ray, limit, visitor) };
+impl BoxTree {
+    /// Visits all leaves that the ray may enter before `limit`, or before the distance that the last visit
+    /// returned, the nearest first as far as their boxes tell. Returns the number of nodes visited.
+    ///
+    /// Uses the best instructions that this processor has.
+    #[inline]
+    pub(in crate::geometry) fn search(
+        &self,
+        ray: &LocalRay,
+        limit: f64,
+        visitor: &mut impl LeafVisitor,
+    ) -> u64 {
+        #[cfg(target_arch = "x86_64")]
+        if let Some(lanes) = Avx2::detect() {
+            // SAFETY: the token proves that the processor has the feature.
+            #[allow(unsafe_code)]
+            return unsafe { search_avx2(lanes, self, ray, limit, visitor) };
+        }
+        self.search_local(Portable, ray, limit, visitor)
     }
-    tree.search_local(Portable, ray, limit, visitor)
 }
 
 #[cfg(target_arch = "x86_64")]
@@ -64,7 +45,7 @@ fn search_avx2(
     tree.search_local(lanes, ray, limit, visitor)
 }
 
-/// Any processor.
+/// Lanes for any processor.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::geometry) struct Portable;
 
@@ -129,8 +110,8 @@ impl Avx2 {
     }
 }
 
-// SAFETY, for each block below: an `Avx2` exists only where the processor has the feature, and
-// loads and stores go through references to arrays of just the right size.
+// SAFETY, for each block below: an `Avx2` exists only if the processor has the feature, and loads and stores
+// go through references to arrays of just the right size.
 #[cfg(target_arch = "x86_64")]
 #[allow(unsafe_code)]
 impl Lanes for Avx2 {

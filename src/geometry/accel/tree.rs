@@ -5,50 +5,16 @@ use std::ops::Range;
 use glam::DVec3;
 
 use super::{
-    build,
+    lanes::{Lanes, WIDTH},
     ray::LocalRay,
-    simd::{self, Lanes, WIDTH},
+    tree_frame::TreeFrame,
 };
 use crate::geometry::{Bounds, Ray};
 
-/// Coordinates in which a tree's boxes lie within the cube [-1, 1]³.
-///
-/// Its scale is a power of two, so that it rounds nothing and worlds of any size look the same.
-#[derive(Clone, Copy, Debug)]
-pub(in crate::geometry) struct Frame {
-    pub center: DVec3,
-    /// Local units a world unit.
-    pub scale: f64,
-}
-
-impl Frame {
-    /// World space itself.
-    pub(super) const WORLD: Self = Self {
-        center: DVec3::ZERO,
-        scale: 1.0,
-    };
-
-    pub(super) fn around(bounds: &Bounds) -> Self {
-        let center = bounds.center();
-        // Measured from the rounded center, both ways.
-        let reach = (bounds.max - center).max(center - bounds.min).max_element();
-        let scale = if reach > 0.0 {
-            (-reach.log2().ceil()).exp2()
-        } else {
-            1.0
-        };
-        Self { center, scale }
-    }
-
-    pub(in crate::geometry) fn to_local(self, point: DVec3) -> DVec3 {
-        (point - self.center) * self.scale
-    }
-}
-
-/// Eight boxes and what is in them. A child that is not there has an empty box.
+/// Eight boxes and their contents. A missing child has an empty box.
 #[derive(Clone, Debug)]
 #[repr(C, align(64))]
-pub(super) struct Node {
+pub(super) struct TreeNode {
     /// Least x, greatest x, least y, greatest y, least z, greatest z of each child.
     pub planes: [[f32; WIDTH]; 6],
     pub children: [Child; WIDTH],
@@ -60,7 +26,7 @@ pub(super) struct Child(u32);
 
 impl Child {
     const LEAF: u32 = 1 << 31;
-    /// Where there is no child; its box is empty, so no search gets here.
+    /// A missing child; its box is empty, so no search gets here.
     pub(super) const NONE: Self = Self(0);
 
     pub(super) fn node(index: usize) -> Self {
@@ -80,31 +46,26 @@ impl Child {
 /// A tree over boxes that never loses a candidate.
 pub(in crate::geometry) struct BoxTree {
     pub(super) bounds: Bounds,
-    pub(super) frame: Frame,
+    pub(super) frame: TreeFrame,
     /// The first is the root.
-    pub(super) nodes: Vec<Node>,
-    /// Where each leaf's primitives begin in `order`; one entry more than there are leaves.
+    pub(super) nodes: Vec<TreeNode>,
+    /// Index in `order` at which each leaf's primitives begin; one entry more than there are leaves.
     pub(super) leaf_starts: Vec<u32>,
     /// The primitives, leaf by leaf.
     pub(super) order: Vec<u32>,
 }
 
-/// What to do at a leaf.
+/// The work at the leaves of a search.
 pub(in crate::geometry) trait LeafVisitor {
     /// Called when a leaf is likely to be visited soon.
     fn announce(&self, _lanes: impl Lanes, _leaf: usize) {}
 
-    /// Looks at a leaf's primitives; returns how far along the ray to go on searching.
+    /// Looks at a leaf's primitives; returns the distance along the ray up to which to go on searching.
     fn visit(&mut self, lanes: impl Lanes, leaf: usize, ray: &LocalRay) -> f64;
 }
 
 impl BoxTree {
-    /// A tree over `boxes`, with up to eight in a leaf.
-    pub(in crate::geometry) fn new(boxes: &[Bounds]) -> Self {
-        build::build(boxes)
-    }
-
-    pub(in crate::geometry) fn frame(&self) -> Frame {
+    pub(in crate::geometry) fn frame(&self) -> TreeFrame {
         self.frame
     }
 
@@ -117,7 +78,7 @@ impl BoxTree {
         &self.order
     }
 
-    /// Where a leaf's boxes are in [`Self::order`].
+    /// The positions of a leaf's boxes in [`Self::order`].
     #[inline]
     pub(in crate::geometry) fn leaf_range(&self, leaf: usize) -> Range<usize> {
         self.leaf_starts[leaf] as usize..self.leaf_starts[leaf + 1] as usize
@@ -133,18 +94,6 @@ impl BoxTree {
     #[inline]
     pub(in crate::geometry) fn enter(&self, ray: &Ray, limit: f64) -> Option<LocalRay> {
         LocalRay::enter(&self.frame, &self.bounds, ray, limit)
-    }
-
-    /// Visits all leaves that the ray may enter before `limit`, or before what the last visit
-    /// returned, the nearest first as far as their boxes tell. Returns the nodes visited.
-    #[inline]
-    pub(in crate::geometry) fn search(
-        &self,
-        ray: &LocalRay,
-        limit: f64,
-        visitor: &mut impl LeafVisitor,
-    ) -> u64 {
-        simd::search(self, ray, limit, visitor)
     }
 
     /// The search itself, to be compiled for each set of registers.
@@ -199,8 +148,8 @@ impl BoxTree {
         }
     }
 
-    /// Whether `leaf(position in the order)` holds for any primitive in boxes for all of which
-    /// `overlaps` holds.
+    /// True if `leaf(position in the order)` holds for any primitive in boxes for all of which `overlaps`
+    /// holds.
     pub(in crate::geometry) fn any_box<O: FnMut(&Bounds) -> bool>(
         &self,
         overlaps: &mut O,
@@ -233,8 +182,9 @@ impl BoxTree {
     }
 }
 
-impl Node {
-    /// For each child where the ray enters it, and (as bits) whether it does before `limit`.
+impl TreeNode {
+    /// For each child the distance at which the ray enters it, and a bit that is set if it does before
+    /// `limit`.
     #[inline(always)]
     #[allow(clippy::inline_always)] // or it is not compiled for the caller's registers
     fn entries(&self, lanes: impl Lanes, ray: &LocalRay, limit: f32) -> ([f32; WIDTH], u32) {
@@ -256,7 +206,7 @@ impl Node {
     }
 
     /// A child's box in world space, rounded outward.
-    fn child_bounds(&self, child: usize, frame: Frame) -> Bounds {
+    fn child_bounds(&self, child: usize, frame: TreeFrame) -> Bounds {
         let plane = |side: usize, axis: usize| f64::from(self.planes[2 * axis + side][child]);
         let corner = |side| DVec3::new(plane(side, 0), plane(side, 1), plane(side, 2));
         let to_world = |local: DVec3| local / frame.scale + frame.center;
@@ -267,9 +217,9 @@ impl Node {
     }
 }
 
-/// Children yet to be looked at, with where the ray enters them.
+/// Children still to be visited, with the distances at which the ray enters them.
 ///
-/// Fixed, as nearly all searches need no more; the rest goes to the heap.
+/// The array is of fixed size, as nearly all searches need no more; the rest goes to the heap.
 struct Stack {
     fixed: [(f32, Child); Self::FIXED],
     used: usize,

@@ -1,17 +1,17 @@
 //! The edges at which a surface ends.
 
-use super::{Mesh, hash::Map, weld};
+use super::{hash::Map, triangles::Mesh, weld};
 
-/// Which edges of a mesh have not exactly two faces: those where it ends, and seams where more
-/// than two meet.
+/// The edges of a mesh without exactly two faces: those at which it ends, and seams at which more than two
+/// meet.
 #[derive(Clone, Debug)]
 pub struct MeshBorder {
-    /// Three bits a face; empty where there is no such edge.
+    /// Three bits a face; empty if there is no such edge.
     edges: Vec<u8>,
 }
 
 impl MeshBorder {
-    pub(super) fn new(mesh: &Mesh) -> Self {
+    fn new(mesh: &Mesh) -> Self {
         let representatives = weld::representatives(&mesh.positions);
         let edges = |face: u32| {
             let [a, b, c] = mesh.triangles[face as usize].map(|v| representatives[v as usize]);
@@ -34,7 +34,7 @@ impl MeshBorder {
         Self { edges: bits }
     }
 
-    /// Whether the edge from a face's vertex `edge` (0, 1, 2) to the next is one of them.
+    /// True if the edge from a face's vertex `edge` (0, 1, 2) to the next is one of them.
     #[inline]
     pub fn is_at(&self, face: u32, edge: usize) -> bool {
         self.edges
@@ -42,8 +42,15 @@ impl MeshBorder {
             .is_some_and(|bits| bits >> edge & 1 != 0)
     }
 
-    /// Whether there is none.
+    /// True if there is none.
     pub fn is_empty(&self) -> bool {
         self.edges.is_empty()
+    }
+}
+
+impl Mesh {
+    /// The edges at which the surface ends.
+    pub fn border(&self) -> MeshBorder {
+        MeshBorder::new(self)
     }
 }

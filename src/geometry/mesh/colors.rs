@@ -1,12 +1,12 @@
-//! What a mesh's file says of its colours.
+//! Colours from a mesh's file.
 
 use glam::DVec2;
 
-use super::Mesh;
+use super::triangles::Mesh;
 
 impl Mesh {
-    /// The value of one of Mitsuba's mesh attributes at barycentric weights (of the second and third
-    /// vertex) of a face: `vertex_color`, interpolated, or `face_color`; `None` where the mesh has none.
+    /// The value of one of Mitsuba's mesh attributes at barycentric weights (of the second and third vertex)
+    /// of a face: `vertex_color`, interpolated, or `face_color`; `None` if the mesh has none.
     pub fn attribute(&self, name: &str, face: u32, weights: DVec2) -> Option<[f64; 3]> {
         match name {
             "vertex_color" if !self.vertex_colors.is_empty() => {
@@ -22,7 +22,7 @@ impl Mesh {
         }
     }
 
-    /// The smallest and largest number of an attribute over the mesh; `None` where it has none.
+    /// The smallest and largest number of an attribute over the mesh; `None` if it has none.
     pub fn attribute_range(&self, name: &str) -> Option<[f64; 2]> {
         let colors = match name {
             "vertex_color" => &self.vertex_colors,

@@ -1,17 +1,17 @@
-//! What is odd about a mesh.
+//! Defects of meshes.
 
 use std::{collections::hash_map::Entry, fmt};
 
 use glam::DVec3;
 
-use super::{Mesh, hash::Map, weld};
+use super::{hash::Map, triangles::Mesh, weld};
 
-/// How often something odd occurs, and where to find it once.
+/// Number of occurrences of a defect, and one example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Finding<T> {
-    /// How many.
+    /// Number of occurrences.
     pub count: usize,
-    /// The first one; `None` where there are none.
+    /// The first occurrence; `None` if there is none.
     pub example: Option<T>,
 }
 
@@ -22,29 +22,29 @@ impl<T> Finding<T> {
     }
 }
 
-/// What is odd about a mesh; counts with an example each.
+/// The defects of a mesh: counts with an example each.
 ///
-/// Vertices at exactly the same position count as one: a mesh whose file repeats vertices along
-/// creases (normals per face, seams of texture coordinates) is closed all the same. Edges are
-/// named by vertex indices of the file, faces by their index, all counted from 0.
+/// Vertices at exactly the same position count as one: a mesh whose file repeats vertices along creases
+/// (normals per face, seams of texture coordinates) is closed all the same. Edges are named by vertex indices
+/// of the file, faces by their index, all counted from 0.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MeshDiagnostics {
-    /// Faces in the file.
+    /// Number of faces in the file.
     pub faces: usize,
-    /// Sets of faces that hang together by edges.
+    /// Number of sets of faces that are connected by edges.
     pub components: usize,
     /// Edges with one face: light leaks in or out.
     pub open_edges: Finding<[u32; 2]>,
-    /// Edges with more than two faces: inside and outside are not told apart.
+    /// Edges with more than two faces: inside and outside cannot be told apart.
     pub non_manifold_edges: Finding<[u32; 2]>,
-    /// Edges whose two faces wind round opposite ways.
+    /// Edges whose two faces wind opposite ways.
     pub clashing_edges: Finding<[u32; 2]>,
     /// Faces without area.
     pub zero_area_faces: Finding<u32>,
-    /// Faces over the same three positions as an earlier face, whichever way they wind; searches
-    /// skip them. Those that wind the other way (the back of a sheet) still count for the edges.
+    /// Faces over the same three positions as an earlier face, whichever way they wind; searches skip them.
+    /// Faces that wind the other way (the back of a sheet) still count for the edges.
     pub duplicate_faces: Finding<u32>,
-    /// Vertices at the position of an earlier vertex. Not odd by itself.
+    /// Vertices at the position of an earlier vertex. Not a defect by itself.
     pub repeated_positions: Finding<u32>,
     /// Faces whose interpolated normals all point to the other side than their winding does.
     pub opposed_normals: Finding<u32>,
@@ -55,7 +55,7 @@ pub struct MeshDiagnostics {
 }
 
 impl MeshDiagnostics {
-    /// Whether each edge has exactly two faces that wind round the same way.
+    /// True if each edge has exactly two faces that wind the same way.
     pub fn is_closed(&self) -> bool {
         self.faces > 0
             && self.open_edges.count == 0
@@ -63,16 +63,16 @@ impl MeshDiagnostics {
             && self.clashing_edges.count == 0
     }
 
-    /// Whether the surface as a whole is inside out: closed, and its volume is negative.
+    /// True if the surface as a whole is inside out: closed, and its volume is negative.
     ///
-    /// An inward component inside an outward one is a cavity, and in order.
+    /// An inward component inside an outward one is a cavity, and no defect.
     pub fn is_inward(&self) -> bool {
         self.is_closed() && self.signed_volume < 0.0
     }
 
-    /// One sentence for each kind of defect, with count and example; empty where there is none.
+    /// One sentence for each kind of defect, with count and example; empty if there is none.
     ///
-    /// `refractor`: whether light enters the mesh, so that it must have an inside and an outside.
+    /// `refractor`: true if light enters the mesh, so that it must have an inside and an outside.
     pub fn warnings(&self, refractor: bool) -> Vec<String> {
         let mut warnings = Vec::new();
         let mut say = |count: usize, what: &str, example: Option<String>, so: &str| {
@@ -154,9 +154,9 @@ impl fmt::Display for MeshDiagnostics {
     }
 }
 
-/// What is known of an edge so far.
+/// The faces at an edge so far.
 struct EdgeUse {
-    /// In the file's own vertices.
+    /// Its ends, as the file's own vertices.
     example: [u32; 2],
     first_face: u32,
     faces: u32,
@@ -164,7 +164,14 @@ struct EdgeUse {
     balance: i32,
 }
 
-pub(super) fn diagnose(mesh: &Mesh) -> MeshDiagnostics {
+impl Mesh {
+    /// The mesh's defects: open and non-manifold edges, orientation, degenerate faces.
+    pub fn diagnose(&self) -> MeshDiagnostics {
+        diagnose(self)
+    }
+}
+
+fn diagnose(mesh: &Mesh) -> MeshDiagnostics {
     let mut found = MeshDiagnostics {
         faces: mesh.triangles.len(),
         ..MeshDiagnostics::default()
@@ -191,7 +198,7 @@ pub(super) fn diagnose(mesh: &Mesh) -> MeshDiagnostics {
             found.opposed_normals.add(face);
         }
         if !weld::has_distinct_corners(corners) {
-            // Two of its edges are one and the same, there and back; the third is a point.
+            // Two of its edges are the same one, there and back; the third is a point.
             continue;
         }
         match seen.entry(weld::key(corners)) {
@@ -201,7 +208,7 @@ pub(super) fn diagnose(mesh: &Mesh) -> MeshDiagnostics {
             Entry::Occupied(first) => {
                 found.duplicate_faces.add(face);
                 if *first.get() == weld::winding(corners) {
-                    continue; // said twice, which changes nothing
+                    continue; // the same face twice, which changes nothing
                 }
             }
         }
@@ -253,7 +260,7 @@ fn judge_components(
     components: &mut Components,
     found: &mut MeshDiagnostics,
 ) {
-    // Volumes are sums of signed tetrahedra; taken from the center they cancel least.
+    // Volumes are sums of signed tetrahedra, which cancel least if taken from the center.
     let center = mesh.bounds.center();
     let mut volumes: Map<u32, (u32, f64)> = Map::default();
     let mut order = Vec::new();

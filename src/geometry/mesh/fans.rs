@@ -1,19 +1,19 @@
-//! The faces round each vertex.
+//! The faces around each vertex.
 
-use super::Mesh;
+use super::triangles::Mesh;
 
-/// For each vertex of a mesh the faces that have it, by vertex index: two vertices at one position are
-/// two, as they may have different normals.
+/// The faces that have each vertex of a mesh, by vertex index: two vertices at one position are two, as they
+/// may have different normals.
 #[derive(Clone, Debug)]
 pub struct VertexFans {
-    /// Where a vertex's faces begin in `faces`; one more entry than vertices.
+    /// Index in `faces` at which a vertex's faces begin; one more entry than vertices.
     first: Vec<u32>,
-    /// Of each vertex in ascending order.
+    /// The faces of each vertex, in ascending order.
     faces: Vec<u32>,
 }
 
 impl VertexFans {
-    pub(super) fn new(mesh: &Mesh) -> Self {
+    fn new(mesh: &Mesh) -> Self {
         let mut first = vec![0_u32; mesh.positions.len() + 1];
         for vertex in mesh.triangles.iter().flatten() {
             first[*vertex as usize + 1] += 1;
@@ -38,5 +38,12 @@ impl VertexFans {
     pub fn of(&self, vertex: u32) -> &[u32] {
         let [first, end] = [0, 1].map(|next| self.first[vertex as usize + next] as usize);
         &self.faces[first..end]
+    }
+}
+
+impl Mesh {
+    /// The faces around each vertex.
+    pub fn vertex_fans(&self) -> VertexFans {
+        VertexFans::new(self)
     }
 }

@@ -12,8 +12,8 @@ pub(super) type Map<K, V> = HashMap<K, V, Seeded>;
 /// The set to go with it.
 pub(super) type Set<K> = HashSet<K, Seeded>;
 
-/// Starts each table's hashes at a secret of its own: with a known start, anybody could write a file whose
-/// positions all collide, and a mesh of 10⁵ of them would take minutes.
+/// A hasher that starts each table's hashes at a secret of its own. With a known start, anybody could write a
+/// file whose positions all collide, and a mesh of 10⁵ of them would take minutes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Seeded(u64);
 
@@ -32,15 +32,15 @@ impl BuildHasher for Seeded {
     }
 }
 
-/// Multiplies and folds, eight bytes at a time.
+/// A hash that multiplies and folds, eight bytes at a time.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Mixer(u64);
 
 impl Mixer {
     #[inline]
     fn mix(&mut self, word: u64) {
-        // The multiplier of `SplitMix64`'s first step: odd, its bits without pattern. The high
-        // half of the product depends on all bits, so it is folded into the low half.
+        // The multiplier of `SplitMix64`'s first step: odd, with no pattern in its bits. The high half of the
+        // product depends on all bits, so it is folded into the low half.
         let product = u128::from(self.0 ^ word ^ 0x9e37_79b9_7f4a_7c15) * 0xbf58_476d_1ce4_e5b9;
         self.0 = (product as u64) ^ ((product >> 64) as u64);
     }

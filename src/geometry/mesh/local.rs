@@ -1,14 +1,14 @@
-//! A mesh close to one of its faces: how its normals turn, and where a face's plane is met.
+//! A mesh near one of its faces: the change of its normals, and coordinates in a face's plane.
 
 use glam::{DVec2, DVec3};
 
-use super::Mesh;
+use super::triangles::Mesh;
 
 impl Mesh {
-    /// How the shading normal changes as a point of a face moves by `along` in the face's plane.
+    /// The change ∂n of the shading normal as a point of a face moves by `along` in the face's plane.
     ///
-    /// Zero on flat faces. With N the interpolated sum of the vertices' normals, n = N/|N| and
-    /// ∂n = (∂N − (n·∂N) n) / |N|.
+    /// Zero on flat faces. With N the interpolated sum of the vertices' normals, n = N/|N| and ∂n = (∂N −
+    /// (n·∂N) n) / |N|.
     pub(in crate::geometry) fn normal_derivative(
         &self,
         face: u32,
@@ -26,7 +26,7 @@ impl Mesh {
         let length = sum.length();
         let moved = weights(b - a, c - a, along);
         if length == 0.0 || !moved.is_finite() {
-            // Without an interpolated normal the face's own stands in, which is constant.
+            // Without an interpolated normal the face's own is used, which is constant.
             return DVec3::ZERO;
         }
         let normal = sum / length;
@@ -35,8 +35,8 @@ impl Mesh {
         if self.flip_normals { -turned } else { turned }
     }
 
-    /// The weights of a face's second and third vertex for a point of its plane, which may lie
-    /// beyond its border; not finite for a face without area.
+    /// The weights of a face's second and third vertex for a point of its plane, which may lie beyond its
+    /// border; not finite for a face without area.
     pub(in crate::geometry) fn barycentric(&self, face: u32, point: DVec3) -> DVec2 {
         let [a, b, c] = self.corners(face);
         weights(b - a, c - a, point - a)

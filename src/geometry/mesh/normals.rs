@@ -2,13 +2,13 @@
 
 use glam::DVec3;
 
-/// One unit normal a vertex: the sum of the adjacent faces' normals, each weighted by the angle
-/// that the face has at the vertex.
+/// One unit normal a vertex: the sum of the adjacent faces' normals, each weighted by the face's angle at the
+/// vertex.
 ///
-/// Thürmer and Wüthrich, *Computing vertex normals from polygonal facets*, JGT 3(1), 1998; what
-/// Mitsuba's `recompute_vertex_normals` does. Vertices that the file repeats are not joined, so a
-/// crease that the file splits stays a crease. Faces of zero area add nothing; a vertex without
-/// any other face gets the zero vector, and its faces fall back to their own normals.
+/// Thürmer and Wüthrich, *Computing vertex normals from polygonal facets*, JGT 3(1), 1998, as in Mitsuba's
+/// `recompute_vertex_normals`. Vertices that the file repeats are not joined, so a crease that the file
+/// splits stays a crease. Faces of zero area add nothing. A vertex without any other face gets the zero
+/// vector, and its faces fall back to their own normals.
 pub(super) fn angle_weighted(positions: &[DVec3], triangles: &[[u32; 3]]) -> Vec<DVec3> {
     let mut normals = vec![DVec3::ZERO; positions.len()];
     for triangle in triangles {
@@ -29,13 +29,13 @@ pub(super) fn angle_weighted(positions: &[DVec3], triangles: &[[u32; 3]]) -> Vec
     normals
 }
 
-/// The angle between two vectors, accurate also where it is near 0 or π.
+/// The angle between two vectors, accurate also near 0 and π.
 fn angle_between(a: DVec3, b: DVec3) -> f64 {
     a.cross(b).length().atan2(a.dot(b))
 }
 
-/// Whether all vertices' normals are those of the faces that they belong to, to rounding: a mesh in
-/// flat faces with vertices of its own for each, as Mitsuba's `cube`.
+/// True if all vertices' normals are those of the faces that they belong to, to rounding: a mesh with flat
+/// faces and separate vertices for each, as Mitsuba's `cube`.
 pub(super) fn are_those_of_faces(
     positions: &[DVec3],
     triangles: &[[u32; 3]],

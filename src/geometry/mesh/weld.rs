@@ -1,4 +1,4 @@
-//! Which vertices and faces are the same in space.
+//! Vertices and faces that are the same in space.
 
 use std::collections::hash_map::Entry;
 
@@ -23,20 +23,20 @@ pub(super) fn representatives(positions: &[DVec3]) -> Vec<u32> {
         .collect()
 }
 
-/// Whether a face's corners are at three different positions, given as representatives.
+/// True if a face's corners, given as representatives, are at three different positions.
 pub(super) fn has_distinct_corners([a, b, c]: [u32; 3]) -> bool {
     a != b && b != c && c != a
 }
 
-/// The same for all faces over the same three vertices, whatever their order.
+/// A key that is the same for all faces over the same three vertices, whatever their order.
 pub(super) fn key(mut corners: [u32; 3]) -> [u32; 3] {
     corners.sort_unstable();
     corners
 }
 
-/// Whether the corners, from the lowest on, go up: the same for all orders that wind the same way.
+/// True if the corners, from the lowest on, go up: the same for all orders that wind the same way.
 pub(super) fn winding([a, b, c]: [u32; 3]) -> bool {
-    // Of the three steps round the corners, two go up one way and one the other way.
+    // Two of the three steps around the corners go up one way, and one goes up the other way.
     [a < b, b < c, c < a].into_iter().filter(|&up| up).count() == 2
 }
 

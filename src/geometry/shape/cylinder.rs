@@ -2,11 +2,14 @@
 
 use glam::{DVec2, DVec3};
 
-use super::{ShapeError, check_size, columns, equally_long, perpendicular, turn_fraction};
+use super::{
+    angle::turn_fraction,
+    placement::{ShapeError, check_size, columns, equally_long, perpendicular},
+};
 use crate::geometry::{Bounds, Ray, SurfacePoint, Transform, rounding::UNIT_ROUNDOFF};
 
-/// Radius 1 about the z axis from z = 0 to z = 1, mapped by `to_world`; normal outward;
-/// uv = (φ/2π, z). No caps, as in Mitsuba.
+/// A cylinder of radius 1 about the z axis from z = 0 to z = 1, mapped by `to_world`; normal outward; uv =
+/// (φ/2π, z). No caps, as in Mitsuba.
 #[derive(Clone, Debug)]
 pub struct Cylinder {
     base: DVec3,
@@ -15,7 +18,7 @@ pub struct Cylinder {
     length: f64,
     radius: f64,
     radius_squared: f64,
-    /// +1/r where the normal points outward, −1/r where inward.
+    /// +1/r if the normal points outward, −1/r if inward.
     signed_curvature: f64,
     position_error: DVec3,
     to_local: Transform,
@@ -28,7 +31,7 @@ impl Cylinder {
     ///
     /// # Errors
     ///
-    /// Where `to_world` makes the cross section an ellipse or shears; Mitsuba warns.
+    /// If `to_world` makes the cross section an ellipse or shears; Mitsuba warns.
     pub fn new(to_world: &Transform, flip_normals: bool) -> Result<Self, ShapeError> {
         let [x, y, z] = columns(to_world);
         let (radius, length) = (x.length(), z.length());
@@ -47,9 +50,9 @@ impl Cylinder {
             radius,
             radius_squared: radius * radius,
             signed_curvature: if flip_normals { -1.0 } else { 1.0 } / radius,
-            // As for a sphere, but the part of a vector across the axis is found by taking away
-            // the part along it, which costs 6u of the vector's own length, and the projected
-            // point is a sum over both parts.
+            // As for a sphere, with two additions. The part of a vector across the axis is found by
+            // subtracting the part along it, which costs 6u of the vector's own length. The projected point
+            // is a sum over both parts.
             position_error: UNIT_ROUNDOFF * (base.abs() + 32.0 * (radius + length)),
             to_local: to_world.inverse(),
         })
@@ -94,14 +97,14 @@ impl Cylinder {
         }
     }
 
-    /// How the unit normal changes as a point of the surface moves by `along`: the part across the
-    /// axis, by ±1/r.
+    /// The change of the unit normal as a point of the surface moves by `along`: the part across the axis, by
+    /// ±1/r.
     #[inline]
     pub(in crate::geometry) fn normal_derivative(&self, along: DVec3) -> DVec3 {
         (along - self.axis * along.dot(self.axis)) * self.signed_curvature
     }
 
-    /// A vector of the cylinder's own space, in the world.
+    /// A vector of the cylinder's own space, in world space.
     #[inline]
     pub(in crate::geometry) fn vector_to_world(&self, vector: DVec3) -> DVec3 {
         self.to_local.inverse().vector(vector)

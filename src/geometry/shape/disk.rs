@@ -2,10 +2,14 @@
 
 use glam::{DVec2, DVec3};
 
-use super::{ShapeError, check_size, columns, meet_plane, turn_fraction};
+use super::{
+    angle::turn_fraction,
+    placement::{ShapeError, check_size, columns},
+    plane::meet_plane,
+};
 use crate::geometry::{Bounds, Ray, SurfacePoint, Transform, rounding::UNIT_ROUNDOFF};
 
-/// Unit disc in the xy plane with normal +z, mapped by `to_world`; uv = (r, φ/2π).
+/// The unit disc in the xy plane with normal +z, mapped by `to_world`; uv = (r, φ/2π).
 ///
 /// An uneven scale makes an ellipse, as in Mitsuba; r and φ are then those of the unit disc.
 #[derive(Clone, Debug)]
@@ -24,11 +28,11 @@ pub struct Disk {
 impl Disk {
     /// The ellipse that `to_world` makes of the unit disc; any affine map.
     ///
-    /// The normal is the image of +z under the inverse transpose, turned round by `flip_normals`.
+    /// The normal is the image of +z under the inverse transpose, turned around by `flip_normals`.
     ///
     /// # Errors
     ///
-    /// Where a radius is too long or short for `f64`.
+    /// If a radius is too long or short for `f64`.
     pub fn new(to_world: &Transform, flip_normals: bool) -> Result<Self, ShapeError> {
         let [half_u, half_v, _] = columns(to_world);
         check_size("disk", half_u.length())?;
@@ -110,8 +114,8 @@ impl Disk {
         (x * x + y * y <= 1.0).then_some(distance)
     }
 
-    /// Where a ray meets the plane of the disc, beyond its rim too: the distance, > 0, and the surface
-    /// parameters, r of any size.
+    /// The intersection of a ray with the plane of the disc, also beyond its rim: the distance, > 0, and the
+    /// surface parameters, r of any size.
     pub(super) fn meet_beyond(&self, ray: &Ray) -> Option<(f64, DVec2)> {
         let (distance, from_center) = meet_plane(ray, self.center, self.normal)?;
         let [x, y] = [self.dual_u, self.dual_v].map(|dual| dual.dot(from_center));

@@ -2,10 +2,13 @@
 
 use glam::{DVec2, DVec3};
 
-use super::{ShapeError, check_size, columns, meet_plane};
+use super::{
+    placement::{ShapeError, check_size, columns},
+    plane::meet_plane,
+};
 use crate::geometry::{Bounds, Ray, SurfacePoint, Transform, rounding::UNIT_ROUNDOFF};
 
-/// [-1, 1]² in the xy plane with normal +z, mapped by `to_world`; uv = (xy + 1)/2.
+/// The square [-1, 1]² in the xy plane with normal +z, mapped by `to_world`; uv = (xy + 1)/2.
 #[derive(Clone, Debug)]
 pub struct Rectangle {
     center: DVec3,
@@ -13,9 +16,9 @@ pub struct Rectangle {
     half_u: DVec3,
     /// From the center to the middle of the edge v = 1.
     half_v: DVec3,
-    /// Gives x of the unit square by a dot product with (point − center).
+    /// The vector whose dot product with (point − center) is x of the unit square.
     dual_u: DVec3,
-    /// Gives y likewise.
+    /// The vector that gives y likewise.
     dual_v: DVec3,
     normal: DVec3,
     position_error: DVec3,
@@ -24,13 +27,13 @@ pub struct Rectangle {
 impl Rectangle {
     /// The parallelogram that `to_world` makes of the square [-1, 1]²; any affine map.
     ///
-    /// The normal is the image of +z under the inverse transpose, turned round by `flip_normals`.
-    /// This is Mitsuba's shading normal; under a mirroring map Mitsuba's *geometric* normal
-    /// is the opposite one, and it uses that one for no more than the offset of rays.
+    /// The normal is the image of +z under the inverse transpose, turned around by `flip_normals`. This is
+    /// Mitsuba's shading normal. Under a mirroring map Mitsuba's *geometric* normal is the opposite one,
+    /// which it uses only to offset rays.
     ///
     /// # Errors
     ///
-    /// Where an edge is too long or short for `f64`.
+    /// If an edge is too long or short for `f64`.
     pub fn new(to_world: &Transform, flip_normals: bool) -> Result<Self, ShapeError> {
         let [half_u, half_v, _] = columns(to_world);
         check_size("rectangle", half_u.length())?;
@@ -50,9 +53,9 @@ impl Rectangle {
             dual_u: half_v.cross(cross) / area_squared,
             dual_v: cross.cross(half_u) / area_squared,
             normal: if flip_normals { -upward } else { upward },
-            // The projected point is off by u|p| from the last sum and 3u of each half edge; the
-            // plane that the ray test sees is tilted by up to 8u (the rounding of the normal),
-            // and its height over the plane is a sum of three products, 4u of the reach.
+            // The projected point is off by u|p| from the last sum and 3u of each half edge. The plane that
+            // the ray test sees is tilted by up to 8u (the rounding of the normal), and its height over the
+            // plane is a sum of three products, 4u of the reach.
             position_error: UNIT_ROUNDOFF * (center.abs() + 16.0 * reach),
         })
     }
@@ -115,8 +118,8 @@ impl Rectangle {
         inside.then_some(distance)
     }
 
-    /// Where a ray meets the plane of the parallelogram, beyond its border too: the distance, > 0,
-    /// and the surface parameters, of any size.
+    /// The intersection of a ray with the plane of the parallelogram, also beyond its border: the distance, >
+    /// 0, and the surface parameters, of any size.
     pub(super) fn meet_beyond(&self, ray: &Ray) -> Option<(f64, DVec2)> {
         let (distance, from_center) = meet_plane(ray, self.center, self.normal)?;
         let xy = DVec2::new(self.dual_u.dot(from_center), self.dual_v.dot(from_center));

@@ -2,16 +2,19 @@
 
 use glam::{DVec2, DVec3};
 
-use super::{ShapeError, check_size, columns, equally_long, perpendicular, turn_fraction};
+use super::{
+    angle::turn_fraction,
+    placement::{ShapeError, check_size, columns, equally_long, perpendicular},
+};
 use crate::geometry::{Bounds, Ray, SurfacePoint, Transform, rounding::UNIT_ROUNDOFF};
 
-/// Unit sphere mapped by `to_world`; normal outward; uv = (φ/2π, θ/π) in the sphere's own space.
+/// The unit sphere mapped by `to_world`; normal outward; uv = (φ/2π, θ/π) in the sphere's own space.
 #[derive(Clone, Debug)]
 pub struct Sphere {
     center: DVec3,
     radius: f64,
     radius_squared: f64,
-    /// +1/r where the normal points outward, −1/r where inward.
+    /// +1/r if the normal points outward, −1/r if inward.
     signed_curvature: f64,
     position_error: DVec3,
     to_local: Transform,
@@ -20,12 +23,12 @@ pub struct Sphere {
 impl Sphere {
     /// The sphere that `to_world` makes of the unit sphere.
     ///
-    /// `flip_normals` turns the normal inward; so does a mirroring `to_world`, as in Mitsuba 3.9
-    /// (which reads a mirror as a negative radius). Both together cancel.
+    /// `flip_normals` turns the normal inward; so does a mirroring `to_world`, as in Mitsuba 3.9 (which reads
+    /// a mirror as a negative radius). Both together cancel.
     ///
     /// # Errors
     ///
-    /// Where `to_world` shears or scales unevenly; Mitsuba warns and renders something else.
+    /// If `to_world` shears or scales unevenly; Mitsuba warns and renders something else.
     pub fn new(to_world: &Transform, flip_normals: bool) -> Result<Self, ShapeError> {
         let [x, y, z] = columns(to_world);
         let round = equally_long(x, y)
@@ -45,11 +48,11 @@ impl Sphere {
             radius,
             radius_squared: radius * radius,
             signed_curvature: if inward { -1.0 } else { 1.0 } / radius,
-            // A point projected onto the sphere is off by u|p| from the last sum and by 6u r from
-            // the difference, norm, quotient and product before it. A ray that starts there has
-            // its |f|² − r² (below) off by 7u r² (difference 2u, square 3u, r² and the last
-            // difference u each), which is the same as a start off by 3.5u r; twice that keeps
-            // the discriminant's sign too. 16 covers 1 + 6 + 7 with a margin.
+            // A point projected onto the sphere is off by u|p| from the last sum and by 6u r from the
+            // difference, norm, quotient and product before it. A ray that starts there has its |f|² − r²
+            // (below) off by 7u r² (difference 2u, square 3u, r² and the last difference u each). That equals
+            // a start off by 3.5u r; twice that also keeps the discriminant's sign. 16 covers 1 + 6 + 7 with
+            // a margin.
             position_error: UNIT_ROUNDOFF * (center.abs() + 16.0 * radius),
             to_local: to_world.inverse(),
         })
@@ -67,7 +70,7 @@ impl Sphere {
         self.radius
     }
 
-    /// Whether the normal points to the inside.
+    /// True if the normal points to the inside.
     #[inline]
     pub fn is_inward(&self) -> bool {
         self.signed_curvature < 0.0
@@ -84,7 +87,7 @@ impl Sphere {
         )
     }
 
-    /// The surface where the half-line from the center along `direction` (of any length) leaves.
+    /// The surface at the end of the radius along `direction` (of any length).
     pub fn along(&self, direction: DVec3) -> SurfacePoint {
         let to_surface = direction * (self.radius / direction.length());
         let normal = to_surface * self.signed_curvature;
@@ -97,13 +100,13 @@ impl Sphere {
         }
     }
 
-    /// How the unit normal changes as a point of the surface moves by `along`: ±along / r.
+    /// The change of the unit normal as a point of the surface moves by `along`: ±along / r.
     #[inline]
     pub(in crate::geometry) fn normal_derivative(&self, along: DVec3) -> DVec3 {
         along * self.signed_curvature
     }
 
-    /// A vector of the sphere's own space, in the world.
+    /// A vector of the sphere's own space, in world space.
     #[inline]
     pub(in crate::geometry) fn vector_to_world(&self, vector: DVec3) -> DVec3 {
         self.to_local.inverse().vector(vector)
@@ -125,12 +128,12 @@ impl Sphere {
 
     /// The distance of the first hit with distance > 0.
     ///
-    /// Solves |f + t d|² = r² with f = origin − center, after Haines et al., *Precision
-    /// improvements for ray/sphere intersection*, Ray Tracing Gems (2019), chapter 7: the
-    /// discriminant is r² minus the squared distance of center and line, which keeps its digits
-    /// where the sphere is small and far; the nearer root is c/q, which keeps its digits where
-    /// the origin is on the surface, or, farther off, the difference that it stands for. From a quarter of a radius
-    /// on, Newton's step from there takes most of the roundings away: 3 units in the last place are left of 8.
+    /// Solves |f + t d|² = r² with f = origin − center, after Haines et al., *Precision improvements for
+    /// ray/sphere intersection*, Ray Tracing Gems (2019), chapter 7. The discriminant is r² minus the squared
+    /// distance of center and line, which keeps its digits if the sphere is small and far. The nearer root is
+    /// c/q, which keeps its digits if the origin is on the surface, or, farther off, the difference that it
+    /// stands for. From a quarter of a radius on, Newton's step from there removes most of the roundings: 3
+    /// units in the last place remain of 8.
     #[inline]
     pub(in crate::geometry) fn distance(&self, ray: &Ray) -> Option<f64> {
         let from_center = ray.origin - self.center;
@@ -150,7 +153,7 @@ impl Sphere {
             if c <= 0.0 {
                 far
             } else if approach > 2.0 * half_chord {
-                // Little cancels, and c's roundings, some of |f|², stay out of it.
+                // Little cancels here, and c's roundings, some of |f|², do not enter.
                 approach - half_chord
             } else {
                 c / far
@@ -161,10 +164,10 @@ impl Sphere {
         let distance = if distance >= 0.25 * self.radius {
             let from_center = from_center + ray.direction * distance;
             let length = from_center.length();
-            // Of (|p|² − r²)/2 over its derivative p·d.
+            // The step is (|p|² − r²)/2 over its derivative p·d.
             let height = 0.5 * (length - self.radius) * (length + self.radius);
             let step = height / from_center.dot(ray.direction);
-            // A ray that grazes has no derivative to speak of; false for NaN.
+            // A ray that grazes has no usable derivative; the test is false for NaN.
             if step.abs() <= half_chord {
                 distance - step
             } else {
@@ -191,7 +194,7 @@ impl Sphere {
     }
 
     pub(in crate::geometry) fn uv(&self, point: &SurfacePoint) -> DVec2 {
-        // Through the normal: it keeps its digits where the center is far from the origin.
+        // By way of the normal, which keeps its digits if the center is far from the origin.
         let outward = point.geometric_normal * self.signed_curvature.signum() * self.radius;
         let local = self.to_local.vector(outward);
         let theta = local.x.hypot(local.y).atan2(local.z);

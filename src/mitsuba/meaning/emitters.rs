@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::plugin::Plugin;
 use super::spectra::{self, Role};
 use super::textures::Textures;
-use crate::film::bitmap::{Bitmap, Encoding};
+use crate::film::bitmap::{Bitmap, BitmapEncoding};
 use crate::geometry::Transform;
 use crate::mitsuba::error::{LoadError, did_you_mean};
 use crate::mitsuba::files::Files;
@@ -180,7 +180,7 @@ fn envmap(plugin: &Plugin, files: &mut Files) -> Result<Emitter, LoadError> {
     let to_world = turn.map_or(Transform::IDENTITY, |(to_world, _)| to_world);
     let path = files.resolve(plugin.required_string("filename")?);
     let image = files.read(&path).and_then(|bytes| {
-        Bitmap::read(&bytes, Encoding::Color)
+        Bitmap::read(&bytes, BitmapEncoding::Color)
             .map_err(|error| format!("{}: {error}", path.display()))
     });
     let image = image.map_err(|message| plugin.error(message))?;

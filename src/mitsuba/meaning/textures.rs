@@ -7,7 +7,7 @@ use glam::{DMat3, DVec3};
 
 use super::plugin::Plugin;
 use super::spectra::{self, Role};
-use crate::film::bitmap::{Bitmap, Encoding};
+use crate::film::bitmap::{Bitmap, BitmapEncoding};
 use crate::mitsuba::error::LoadError;
 use crate::mitsuba::files::Files;
 use crate::mitsuba::syntax::{Kind, ObjectIndex, Spectrum, Tree, Value};
@@ -289,16 +289,16 @@ impl Textures {
             _ => TextureWrap::Repeat,
         };
         let mut encoding = if plugin.boolean_or("raw", false)? {
-            Encoding::Raw
+            BitmapEncoding::Raw
         } else {
-            Encoding::Color
+            BitmapEncoding::Color
         };
         plugin.boolean_or("accel", true)?;
         plugin.string("format")?;
         if plugin.is_old() {
             plugin.accept(&["cache", "max_anisotropy"]);
             encoding = match plugin.float_at("gamma")? {
-                Some((gamma, _)) if gamma > 0.0 => Encoding::Gamma(gamma),
+                Some((gamma, _)) if gamma > 0.0 => BitmapEncoding::Gamma(gamma),
                 Some((gamma, at)) if gamma != -1.0 => {
                     let message = format!("must be above 0, or -1 for sRGB, not {gamma}");
                     return Err(plugin.parameter_error(at, "gamma", message));

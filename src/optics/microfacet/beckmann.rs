@@ -26,15 +26,15 @@ pub(super) fn shadowing(slant_squared: f64) -> f64 {
     2.0 / (1.0 + libm::erf(a) + 0.5 * FRAC_2_SQRT_PI * (-a * a).exp() / a)
 }
 
-/// Slopes across the view of a surface with α = 1: Gaussian with the density exp(−y²)/√π.
+/// A slope across the view of a surface with α = 1: Gaussian with the density exp(−y²)/√π.
 pub(super) fn slope_across(u: f64) -> f64 {
     normal_quantile(u.max(f64::MIN_POSITIVE)) * std::f64::consts::FRAC_1_SQRT_2
 }
 
-/// Slopes along the view of a surface with α = 1, seen from the angle θ off its normal towards +x.
+/// A slope along the view of a surface with α = 1, seen from the angle θ off its normal towards +x.
 ///
-/// Facets of slope x show an area in proportion to (cos θ − x sin θ) exp(−x²), up to x = cot θ,
-/// where they are seen edge on. Integrated from −∞ that is, up to a factor,
+/// Facets of slope x show an area in proportion to (cos θ − x sin θ) exp(−x²), up to x = cot θ, at which they
+/// are seen edge on. Integrated from −∞ that is, up to a factor,
 ///
 /// ```text
 /// F(x) = cos θ (1 + erf x) + sin θ exp(−x²)/√π
@@ -53,7 +53,7 @@ pub(super) fn slope_along(sin: f64, cos: f64, u: f64) -> f64 {
     };
     let target = u * shown(high);
     let mut x = high.min(2.0) - 1.0;
-    // Newton's steps double the digits; where one leaves the bracket, that is halved instead. A bracket
+    // Newton's steps double the digits; if one leaves the bracket, the bracket is halved instead. A bracket
     // of 52 is down to the spacing of floats after some 60 halvings, so 100 steps are never all needed.
     for _ in 0..100 {
         let excess = shown(x) - target;

@@ -6,11 +6,11 @@ pub(super) fn shadowing(slant_squared: f64) -> f64 {
     2.0 / (1.0 + (1.0 + slant_squared).sqrt())
 }
 
-/// A slope of a surface with α = 1, seen from the angle θ off its normal towards +x, in proportion to
-/// the area shown.
+/// A slope of a surface with α = 1, seen from the angle θ off its normal towards +x, in proportion to the
+/// area shown.
 ///
-/// Heitz, *A Simpler and Exact Sampling Routine for the GGX Distribution of Visible Normals* (2017):
-/// the facets are those of a half sphere, whose outline is half a disc and half an ellipse.
+/// Heitz, *A Simpler and Exact Sampling Routine for the GGX Distribution of Visible Normals* (2017): the
+/// facets are those of a half sphere, whose outline is half a disc and half an ellipse.
 pub(super) fn visible_slope(sin: f64, cos: f64, u: [f64; 2]) -> [f64; 2] {
     let [across, along] = concentric_disc(u);
     let share = 0.5 * (1.0 + cos);
@@ -20,7 +20,7 @@ pub(super) fn visible_slope(sin: f64, cos: f64, u: [f64; 2]) -> [f64; 2] {
     // The normal on the half sphere is (x, across, z) with these.
     let z = sin * along + cos * towards;
     let x = cos * along - sin * towards;
-    // On the rim of a surface seen along itself there is no finite slope.
+    // On the rim of a surface seen at grazing incidence there is no finite slope.
     let z = z.max(f64::MIN_POSITIVE);
     [x / z, across / z]
 }

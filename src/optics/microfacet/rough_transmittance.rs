@@ -1,12 +1,13 @@
-//! How much light a rough interface lets through, all directions together.
+//! Transmittance of rough interfaces, over all directions together.
 
 use glam::DVec3;
 
-use super::{FacetDistribution, Microfacets};
+use super::facets::{FacetDistribution, Microfacets};
 use crate::numeric::quadrature::GaussLegendre;
 use crate::optics::{dielectric_reflectance, reflect, refract};
 
-/// What a rough coat of plastic lets in and keeps in, tabulated as Mitsuba's `roughplastic` does.
+/// Transmittance and internal reflectance of plastic's rough coat, tabulated as Mitsuba's `roughplastic`
+/// does.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RoughTransmittance {
     /// The share of light that enters, at cosines evenly spaced over 0..=1.
@@ -21,8 +22,8 @@ const ENTRIES: usize = 64;
 impl RoughTransmittance {
     /// The table for a rough interface with `eta` = `n_inside / n_outside`, other than 1.
     ///
-    /// Single scattering: light that would meet a second facet counts neither as reflected nor as let
-    /// through.
+    /// Single scattering: light that would meet a second facet counts neither as reflected nor as
+    /// transmitted.
     pub fn new(distribution: FacetDistribution, alpha: f64, eta: f64) -> Self {
         let facets = Microfacets::new(distribution, [alpha; 2]);
         let cosines = (0..ENTRIES).map(|i| (i as f64 / (ENTRIES - 1) as f64).max(1e-6));
@@ -51,8 +52,8 @@ impl RoughTransmittance {
         self.entering[index] * (1.0 - weight) + self.entering[index + 1] * weight
     }
 
-    /// The share of diffuse light from below that the interface reflects back: 2 ∫ F(μ) μ dμ, as the
-    /// mean over the table's cosines.
+    /// The share of diffuse light from below that the interface reflects back: 2 ∫ F(μ) μ dμ, as the mean
+    /// over the table's cosines.
     #[inline]
     pub fn internal_reflectance(&self) -> f64 {
         self.internal_reflectance
@@ -66,7 +67,7 @@ struct Rule {
 }
 
 impl Rule {
-    /// As many nodes as Mitsuba takes: total reflection makes an edge, which needs more.
+    /// The rule with as many nodes as Mitsuba takes: total reflection makes an edge, which needs more.
     fn new(eta: f64) -> Self {
         let count = if eta > 1.0 { 32 } else { 128 };
         let rule = GaussLegendre::new(count).into_iter();
@@ -90,7 +91,7 @@ impl Rule {
     }
 }
 
-/// The share of what a facet gets that it mirrors to the upper side, past all other facets.
+/// The share of a facet's light that it mirrors to the upper side, past all other facets.
 fn reflected(facets: &Microfacets, v: DVec3, m: DVec3, eta: f64) -> f64 {
     let wo = reflect(-v, m);
     if wo.z <= 0.0 {
@@ -99,7 +100,7 @@ fn reflected(facets: &Microfacets, v: DVec3, m: DVec3, eta: f64) -> f64 {
     dielectric_reflectance(v.dot(m), eta) * facets.shadowing(wo, m)
 }
 
-/// The share of what a facet gets that it refracts to the lower side, past all other facets.
+/// The share of a facet's light that it refracts to the lower side, past all other facets.
 fn transmitted(facets: &Microfacets, v: DVec3, m: DVec3, eta: f64) -> f64 {
     match refract(-v, m, eta) {
         Some(wo) if wo.z < 0.0 => {

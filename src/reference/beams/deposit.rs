@@ -5,7 +5,7 @@ use glam::DVec2;
 use super::cell::Node;
 use super::cut::Piece;
 use super::film::{BeamFilm, TexelSums};
-use crate::film::coverage::{Part, deal};
+use crate::film::coverage::{TrianglePart, deal};
 use crate::transport::flux::Flux;
 
 /// Sums of the few texels that a cell touches, gathered before they go to the film: a cell's
@@ -71,7 +71,7 @@ pub struct Levels<'a, const N: usize> {
 
 /// Flux of a triangle's part: its weight is linear between the corners.
 #[inline]
-pub(super) fn flux_of<const N: usize>(piece: &Piece<N>, part: &Part) -> Flux<N> {
+pub(super) fn flux_of<const N: usize>(piece: &Piece<N>, part: &TrianglePart) -> Flux<N> {
     let [a, b, c] = piece.corners.each_ref().map(|node| node.weight);
     (a * part.share + (b - a) * part.moment.x + (c - a) * part.moment.y) * piece.area
 }
@@ -102,7 +102,7 @@ impl<const N: usize> Levels<'_, N> {
         let fine_bend = 0.25 * bend;
         for piece in self.fine {
             let image = image_of(piece);
-            let astray = flux_of(piece, &Part::WHOLE) * part_near_lines(&image, fine_bend);
+            let astray = flux_of(piece, &TrianglePart::WHOLE) * part_near_lines(&image, fine_bend);
             deal(image, size, |texel, part| {
                 let flux = flux_of(piece, &part);
                 let sums = TexelSums {

@@ -101,7 +101,7 @@ impl<'a> Follower<'a> {
             let meeting = self.meeting(&beam, &hit, &point);
             beam = beam.leaving(world, &hit, &point, &meeting, interaction.way)?;
         }
-        let receiver = crate::geometry::Element {
+        let receiver = crate::geometry::SurfaceElement {
             shape: self.receiver,
             face: None,
         };

@@ -16,7 +16,7 @@ use glam::DVec3;
 use super::domain::DeltaEmission;
 use super::scatter::{Bending, Meeting, Way};
 use super::signature::Signature;
-use crate::geometry::{Element, Hit, Ray, SurfacePoint, World};
+use crate::geometry::{Hit, Ray, SurfaceElement, SurfacePoint, World};
 use crate::optics::RayDerivative;
 use crate::radiometry::Rgb;
 
@@ -37,7 +37,7 @@ pub struct ThinBeam {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Interaction {
     /// Where.
-    pub element: Element,
+    pub element: SurfaceElement,
     /// How light goes on.
     pub way: Way,
 }

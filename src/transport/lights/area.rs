@@ -5,7 +5,7 @@ use glam::{DVec2, DVec3};
 use super::LightSample;
 use super::sphere::BallView;
 use crate::geometry::{Hit, Mesh, Ray, Shape, Sphere, SurfacePoint};
-use crate::numeric::Choice;
+use crate::numeric::WeightedChoice;
 use crate::radiometry::Rgb;
 use crate::scene::{Scene, ShapeId, TextureId, TexturePoint};
 
@@ -29,7 +29,7 @@ enum Form<'a> {
     /// Uniform over the directions in which it is seen.
     Ball(&'a Sphere),
     /// Uniform over its area: faces by their area, `None` where there is none.
-    Mesh(&'a Mesh, Option<Choice>),
+    Mesh(&'a Mesh, Option<WeightedChoice>),
     /// Uniform over its area.
     Patch(&'a Shape),
 }
@@ -49,7 +49,7 @@ impl<'a> AreaLight<'a> {
             Shape::Rectangle(_) | Shape::Disk(_) | Shape::Cylinder(_) => Form::Patch(surface),
         };
         let area = match &form {
-            Form::Mesh(_, faces) => faces.as_ref().map_or(0.0, Choice::total),
+            Form::Mesh(_, faces) => faces.as_ref().map_or(0.0, WeightedChoice::total),
             _ => surface.area(),
         };
         Self {
@@ -209,7 +209,7 @@ impl Seen {
 }
 
 /// A face, and barycentric weights on it, uniform over a mesh's area.
-fn uniform_on_mesh(faces: &Choice, u: [f64; 2]) -> (u32, DVec2) {
+fn uniform_on_mesh(faces: &WeightedChoice, u: [f64; 2]) -> (u32, DVec2) {
     let face = faces.choose(u[0]);
     // Turk 1990: the density of √u cancels the narrowing towards the corner.
     let root = face.rest.sqrt();
@@ -228,10 +228,10 @@ fn uniform_on_patch(shape: &Shape, u: [f64; 2]) -> Option<SurfacePoint> {
 }
 
 /// Faces in proportion to their area; of faces at the same place the first only, as rays meet no other.
-fn faces_by_area(mesh: &Mesh) -> Option<Choice> {
+fn faces_by_area(mesh: &Mesh) -> Option<WeightedChoice> {
     let mut areas = vec![0.0; mesh.triangle_count()];
     for face in mesh.distinct_faces() {
         areas[face as usize] = mesh.face_area(face);
     }
-    Choice::new(areas)
+    WeightedChoice::new(areas)
 }

@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use glam::{DVec2, DVec3};
 
 use super::LightSample;
-use crate::numeric::Choice;
+use crate::numeric::WeightedChoice;
 use crate::radiometry::Rgb;
 use crate::scene::{Envmap, luminance};
 
@@ -78,9 +78,9 @@ pub(super) struct ImageLight<'a> {
     /// sin θ of each row's center; exactly 0 at both poles.
     sines: Vec<f64>,
     /// Rows of cells by weight; `None` where all is black.
-    rows: Option<Choice>,
+    rows: Option<WeightedChoice>,
     /// The cells of each row, by weight.
-    columns: Vec<Option<Choice>>,
+    columns: Vec<Option<WeightedChoice>>,
     mean_weight: f64,
 }
 
@@ -108,12 +108,12 @@ impl<'a> ImageLight<'a> {
             // A cell's integral of a bilinear weight is that of its middle.
             let middle =
                 |column: usize| light.weight(DVec2::new(column as f64 + 0.5, row as f64 + 0.5));
-            let columns = Choice::new((0..width).map(middle));
+            let columns = WeightedChoice::new((0..width).map(middle));
             light.columns.push(columns);
         }
-        let of_row = |row: &Option<Choice>| row.as_ref().map_or(0.0, Choice::total);
-        light.rows = Choice::new(light.columns.iter().map(of_row));
-        let total = light.rows.as_ref().map_or(0.0, Choice::total);
+        let of_row = |row: &Option<WeightedChoice>| row.as_ref().map_or(0.0, WeightedChoice::total);
+        light.rows = WeightedChoice::new(light.columns.iter().map(of_row));
+        let total = light.rows.as_ref().map_or(0.0, WeightedChoice::total);
         light.mean_weight = total / (width * last) as f64;
         light
     }

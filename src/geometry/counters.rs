@@ -1,0 +1,20 @@
+//! Counts of the work of searches.
+
+/// Counts of the work done by searches.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub struct TraversalCounters {
+    /// Number of rays searched for.
+    pub rays: u64,
+    /// Number of box tests: nodes of the tree visited.
+    pub node_visits: u64,
+    /// Number of exact intersection tests.
+    pub primitive_tests: u64,
+}
+
+impl std::ops::AddAssign for TraversalCounters {
+    fn add_assign(&mut self, other: Self) {
+        self.rays += other.rays;
+        self.node_visits += other.node_visits;
+        self.primitive_tests += other.primitive_tests;
+    }
+}
