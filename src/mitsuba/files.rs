@@ -69,24 +69,31 @@ impl Files {
     ///
     /// # Errors
     ///
-    /// Where it cannot be read, a phrase that says why.
+    /// If it cannot be read: a phrase that says why, without the path.
     pub fn read(&mut self, path: &Path) -> Result<Arc<[u8]>, String> {
         if let Some(bytes) = self.read.get(path) {
             return Ok(Arc::clone(bytes));
         }
         let is_special = std::fs::metadata(path).is_ok_and(|it| !it.is_file() && !it.is_dir());
         if is_special && !self.read.is_empty() {
-            return Err(format!(
-                "{} cannot be read: it is a device or a pipe, not a file",
-                path.display()
-            ));
+            return Err("cannot be read: it is a device or a pipe, not a file".to_owned());
         }
         let bytes: Arc<[u8]> = std::fs::read(path)
-            .map_err(|error| format!("{} cannot be read: {error}", path.display()))?
+            .map_err(|error| format!("cannot be read: {error}"))?
             .into();
         self.hash_block(&bytes);
         self.read.insert(path.to_owned(), Arc::clone(&bytes));
         Ok(bytes)
+    }
+
+    /// As [`Self::read`], for a file that an element names: the error names the path.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::read`].
+    pub fn read_named(&mut self, path: &Path) -> Result<Arc<[u8]>, String> {
+        self.read(path)
+            .map_err(|why| format!("{} {why}", path.display()))
     }
 
     /// BLAKE3, hex, over the parameters and the contents of all files read, in order of first use.

@@ -7,11 +7,12 @@ use super::spectra::{self, Role};
 use super::textures::Textures;
 use crate::film::bitmap::{Bitmap, Encoding};
 use crate::geometry::Transform;
-use crate::mitsuba::error::{LoadError, did_you_mean};
+use crate::mitsuba::error::LoadError;
 use crate::mitsuba::files::Files;
 use crate::mitsuba::syntax::{Kind, ObjectIndex, Tree};
 use crate::radiometry::Rgb;
 use crate::scene::{Emitter, Envmap, EnvmapError, ShapeId};
+use crate::setting::did_you_mean;
 
 /// Every plugin that becomes an emitter.
 const MODELLED: [&str; 6] = ["area", "constant", "directional", "envmap", "point", "spot"];
@@ -179,7 +180,7 @@ fn envmap(plugin: &Plugin, files: &mut Files) -> Result<Emitter, LoadError> {
     let turn = plugin.transform("to_world")?;
     let to_world = turn.map_or(Transform::IDENTITY, |(to_world, _)| to_world);
     let path = files.resolve(plugin.required_string("filename")?);
-    let image = files.read(&path).and_then(|bytes| {
+    let image = files.read_named(&path).and_then(|bytes| {
         Bitmap::read(&bytes, Encoding::Color)
             .map_err(|error| format!("{}: {error}", path.display()))
     });

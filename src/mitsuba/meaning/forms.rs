@@ -228,7 +228,7 @@ fn mesh_source(plugin: &Plugin, name: &str, files: &mut Files) -> Result<MeshSou
         _ => return Ok(MeshSource::Cube),
     };
     let path = files.resolve(plugin.required_string("filename")?);
-    let bytes = match files.read(&path) {
+    let bytes = match files.read_named(&path) {
         Ok(bytes) => bytes,
         Err(message) => {
             let at = plugin.find("filename").map(|found| found.property.at);

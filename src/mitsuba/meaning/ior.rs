@@ -1,7 +1,8 @@
 //! Refractive indices by name.
 
-use crate::mitsuba::error::{LoadError, did_you_mean};
+use crate::mitsuba::error::LoadError;
 use crate::mitsuba::syntax::{Value, shortened};
+use crate::setting::did_you_mean;
 
 use super::plugin::Plugin;
 

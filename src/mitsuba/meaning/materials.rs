@@ -7,12 +7,13 @@ use super::plugin::Plugin;
 use super::spectra::{self, Role};
 use super::textures::Textures;
 use super::{ior, metals};
-use crate::mitsuba::error::{LoadError, did_you_mean};
+use crate::mitsuba::error::LoadError;
 use crate::mitsuba::files::Files;
 use crate::mitsuba::syntax::{Kind, ObjectIndex, Tree, shortened};
 use crate::optics::{FacetDistribution, RoughTransmittance};
 use crate::radiometry::Rgb;
 use crate::scene::{Coat, Color, Material, MaterialId, NormalTurn, Roughness};
+use crate::setting::did_you_mean;
 
 /// Every plugin that becomes a material.
 const MODELLED: [&str; 13] = [

@@ -5,11 +5,12 @@ use std::cell::{Cell, RefCell};
 use glam::DVec3;
 
 use crate::geometry::Transform;
-use crate::mitsuba::error::{LoadError, did_you_mean};
+use crate::mitsuba::error::LoadError;
 use crate::mitsuba::syntax::{
     Kind, Object, ObjectIndex, Position, Property, Tree, Value, shortened,
 };
 use crate::scene::SourcePosition;
+use crate::setting::did_you_mean;
 
 /// An object of the tree, and a record of what was asked of it.
 pub struct Plugin<'t> {

@@ -10,12 +10,13 @@ use super::materials::Materials;
 use super::plugin::{Plugin, what};
 use super::{emitters, integrator, sensors};
 use crate::geometry::{Shape, Transform};
-use crate::mitsuba::error::{LoadError, did_you_mean};
+use crate::mitsuba::error::LoadError;
 use crate::mitsuba::files::Files;
 use crate::mitsuba::syntax::{Kind, ObjectIndex, Position, Tree, Value, shortened};
 use crate::scene::{
     Emitter, Ignored, Integrator, Material, Object, Sensor, ShapeId, Texture, Warning,
 };
+use crate::setting::did_you_mean;
 
 /// How many shapes instances may show in all: each is a shape of its own here, so that a small file of groups and
 /// instances would say more than any memory holds.

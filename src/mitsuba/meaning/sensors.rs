@@ -5,9 +5,10 @@ use glam::{DMat3, DVec2};
 use super::film;
 use super::plugin::Plugin;
 use crate::geometry::Transform;
-use crate::mitsuba::error::{LoadError, did_you_mean};
+use crate::mitsuba::error::LoadError;
 use crate::mitsuba::syntax::{Kind, ObjectIndex, Tree, shortened};
 use crate::scene::{Film, Perspective, ReconstructionFilter, SensorKind, ShapeId, Warning};
+use crate::setting::did_you_mean;
 
 /// Every plugin that becomes a sensor.
 const MODELLED: [&str; 4] = ["irradiancemeter", "orthographic", "perspective", "thinlens"];

@@ -319,7 +319,7 @@ impl Textures {
             });
             return Ok(None);
         }
-        let image = files.read(&path).and_then(|bytes| {
+        let image = files.read_named(&path).and_then(|bytes| {
             Bitmap::read(&bytes, encoding).map_err(|error| format!("{}: {error}", path.display()))
         });
         let image = image.map_err(|message| plugin.error(message))?;

@@ -1,7 +1,8 @@
 //! `<ref>` finds its object; no object may hold itself.
 
 use super::{MAX_DEPTH, ObjectIndex, Tree, Value, numbers};
-use crate::mitsuba::error::{LoadError, did_you_mean};
+use crate::mitsuba::error::LoadError;
+use crate::setting::did_you_mean;
 
 /// Replaces every [`Value::Reference`] by the object meant.
 ///

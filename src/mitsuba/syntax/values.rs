@@ -2,7 +2,7 @@
 
 use super::transforms::{self, attribute, required};
 use super::{Kind, Position, Spectrum, Value, Version, numbers};
-use crate::mitsuba::error::did_you_mean;
+use crate::setting::did_you_mean;
 
 /// Tags that give a property a value.
 const VALUE_TAGS: [&str; 8] = [
