@@ -2,8 +2,8 @@
 
 use std::borrow::Cow;
 
-use super::pair::{Bars, component};
-use super::source::{Contents, Kind, TOTALS};
+use super::bars::Bars;
+use super::source::{Contents, Kind, TOTALS, component};
 use super::{CompareError, Source};
 use crate::film::Channel;
 

@@ -22,6 +22,7 @@
 //! `docs/compare.md` has every formula and its source. All sums are taken in a fixed order: figures are the
 //! same bits on any number of threads.
 
+pub mod bars;
 mod comparison;
 pub mod difference;
 pub mod equivalence;
@@ -31,14 +32,16 @@ pub mod maps;
 mod measured;
 pub mod pair;
 pub mod score;
+mod settings;
 pub mod significance;
 pub mod similarity;
 pub mod source;
 mod sums;
 
-pub use comparison::{Comparison, Flip, Report, Settings, Side, compare};
+pub use comparison::{Comparison, Flip, Report, compare};
 pub use equivalence::Verdict;
 pub use error::CompareError;
 pub use maps::Maps;
 pub use pair::{Pair, Pairing};
+pub use settings::{Settings, Side};
 pub use source::{Source, Window};

@@ -1,10 +1,10 @@
 //! Two images, layer beside layer.
 
-use std::borrow::Cow;
-
+use super::bars::Bars;
 use super::measured::Measured;
-use super::source::{Contents, Kind, names};
-use super::{CompareError, Side, Source};
+use super::settings::Side;
+use super::source::{Contents, Kind, component, names};
+use super::{CompareError, Source};
 
 /// A layer of the reference beside the same layer of the other image.
 #[derive(Clone, Debug)]
@@ -47,19 +47,6 @@ pub struct TestPair<'a> {
     pub reference: Bars<'a>,
     /// What is compared with it.
     pub other: Bars<'a>,
-}
-
-/// Values with what is known of their errors.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Bars<'a> {
-    /// The values.
-    pub values: Cow<'a, [f32]>,
-    /// One standard error of each.
-    pub standard_errors: Option<Cow<'a, [f32]>>,
-    /// Lower and upper bounds.
-    pub bounds: Option<[Cow<'a, [f32]>; 2]>,
-    /// Degrees of freedom of the standard errors; infinite where they count as exact.
-    pub freedom: f64,
 }
 
 /// All layers that two images share, and what is odd about them.
@@ -266,19 +253,6 @@ fn tests(measured: [Measured; 2], reference: Side) -> Vec<TestPair> {
             }
         })
         .collect()
-}
-
-/// The last part of a channel's name.
-pub(super) fn component(name: &str) -> &str {
-    name.rsplit_once('.')
-        .map_or(name, |(_, component)| component)
-}
-
-impl Bars<'_> {
-    /// Whether anything is known of the errors.
-    pub fn has_any(&self) -> bool {
-        self.standard_errors.is_some() || self.bounds.is_some()
-    }
 }
 
 impl Pair<'_> {

@@ -1,6 +1,7 @@
 //! How far two values are apart, measured by their error bars.
 
-use super::pair::{Bars, TestPair};
+use super::bars::Bars;
+use super::pair::TestPair;
 use crate::numeric::distributions::student_t_cdf;
 
 /// Half a unit in the last place of an `f32`, relative: what storing a value may have changed.
@@ -107,21 +108,6 @@ impl TestPair<'_> {
     /// Whether the texel's values differ at all.
     pub fn differs(&self, texel: usize) -> bool {
         self.reference.values[texel] != self.other.values[texel]
-    }
-}
-
-impl Bars<'_> {
-    fn interval(&self, texel: usize) -> [f64; 2] {
-        match &self.bounds {
-            Some([low, high]) => [f64::from(low[texel]), f64::from(high[texel])],
-            None => [f64::from(self.values[texel]); 2],
-        }
-    }
-
-    fn variance(&self, texel: usize) -> f64 {
-        let error = |errors: &std::borrow::Cow<[f32]>| f64::from(errors[texel]);
-        let error = self.standard_errors.as_ref().map_or(0.0, error);
-        error * error
     }
 }
 

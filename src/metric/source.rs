@@ -373,3 +373,9 @@ pub(super) fn names<'a>(channels: impl Iterator<Item = &'a Channel>) -> String {
     let names: Vec<&str> = channels.map(|channel| channel.name.as_str()).collect();
     names.join(", ")
 }
+
+/// The last part of a channel's name.
+pub(super) fn component(name: &str) -> &str {
+    name.rsplit_once('.')
+        .map_or(name, |(_, component)| component)
+}

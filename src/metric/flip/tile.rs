@@ -2,21 +2,12 @@
 //! that memory stays small and the squares can be done in any order.
 
 use super::colour::{Colour, from_opponent, hyab, to_hunt_lab, to_opponent};
+use super::display::{Display, shown};
 use super::filters::{Filters, along, strided};
-use super::{Display, Images};
+use super::images::Images;
 
 /// Texels a side: small enough for a cache, large beside the kernels' reach.
 pub(super) const TILE: usize = 128;
-
-/// Narkowicz' fit of the ACES tone curve, (p₀ x² + p₁ x) / (q₀ x² + q₁ x + q₂), for x without the
-/// exposure of 0.6 built into it.
-pub(super) const ACES: [f32; 5] = [
-    0.6 * 0.6 * 2.51,
-    0.6 * 0.03,
-    0.6 * 0.6 * 2.43,
-    0.6 * 0.59,
-    0.14,
-];
 
 /// The exponent of colour differences.
 const COLOUR_EXPONENT: f32 = 0.7;
@@ -194,25 +185,6 @@ impl Side {
             }
         }
     }
-}
-
-/// A value as a display shows it, 0..=1.
-#[inline]
-fn shown(value: f32, display: Display) -> f32 {
-    let value = match display {
-        Display::Clamp => value,
-        Display::Expose(factor) => {
-            let x = value.max(0.0) * factor;
-            let [p0, p1, q0, q1, q2] = ACES;
-            // By x, since x² of a very bright texel is beyond f32.
-            if x > 1.0 {
-                (p0 + p1 / x) / (q0 + q1 / x + q2 / x / x)
-            } else {
-                (p0 * x + p1) * x / ((q0 * x + q1) * x + q2)
-            }
-        }
-    };
-    value.clamp(0.0, 1.0)
 }
 
 /// Colour differences on the scale 0..=1, small ones stretched (Andersson et al. 2020, section 4.1.3).

@@ -9,7 +9,7 @@ use std::collections::HashMap;
 
 use glam::{DVec2, DVec3};
 
-use super::{MeshFileError, Place};
+use super::error::{MeshFileError, Place};
 use crate::geometry::MeshParts;
 
 /// No texture coordinate, no normal, or the end of a chain.

@@ -7,8 +7,8 @@
 
 use glam::{DVec2, DVec3};
 
+use super::error::{MeshFileError, Place, check_indices};
 use super::ply_header::{self, Element, Encoding, Layout, Scalar};
-use super::{MeshFileError, Place, check_indices};
 use crate::geometry::MeshParts;
 use crate::mitsuba::files::line_ends;
 

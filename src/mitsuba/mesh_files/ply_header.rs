@@ -1,6 +1,6 @@
 //! The header of a PLY file: what elements follow, and how they are stored.
 
-use super::{MeshFileError, Place};
+use super::error::{MeshFileError, Place};
 
 /// How many tables a file may have; files in the wild have two to four.
 const MOST_ELEMENTS: usize = 256;

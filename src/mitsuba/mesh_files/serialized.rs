@@ -9,7 +9,7 @@ use std::io::Read;
 use flate2::read::ZlibDecoder;
 use glam::{DVec2, DVec3};
 
-use super::{MeshFileError, Place, check_indices};
+use super::error::{MeshFileError, Place, check_indices};
 use crate::geometry::MeshParts;
 
 const FORMAT: u16 = 0x041C;

@@ -1,0 +1,56 @@
+//! Why a file is not a mesh, and the place in it.
+
+use std::fmt;
+
+use crate::geometry::MeshParts;
+
+/// Why a file is not a mesh.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct MeshFileError {
+    place: Place,
+    message: String,
+}
+
+/// Where in a mesh file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Place {
+    /// Counted from 1.
+    Line(usize),
+    /// Counted from 0.
+    Byte(usize),
+    /// The file as a whole.
+    File,
+}
+
+impl MeshFileError {
+    pub(super) fn new(place: Place, message: impl Into<String>) -> Self {
+        Self {
+            place,
+            message: message.into(),
+        }
+    }
+}
+
+impl fmt::Display for MeshFileError {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.place {
+            Place::Line(line) => write!(formatter, "line {line}: ")?,
+            Place::Byte(byte) => write!(formatter, "byte {byte}: ")?,
+            Place::File => {}
+        }
+        formatter.write_str(&self.message)
+    }
+}
+
+/// Fails where a triangle refers to a vertex that is not there.
+pub(super) fn check_indices(parts: &MeshParts) -> Result<(), MeshFileError> {
+    let count = parts.positions.len();
+    for (number, triangle) in parts.triangles.iter().enumerate() {
+        if let Some(index) = triangle.iter().find(|index| **index as usize >= count) {
+            let message =
+                format!("triangle {number} refers to vertex {index}, but there are only {count}");
+            return Err(MeshFileError::new(Place::File, message));
+        }
+    }
+    Ok(())
+}
