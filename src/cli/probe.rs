@@ -27,7 +27,7 @@ const FAINT: f64 = 1e-6;
 
 /// What `--json` prints.
 #[derive(Serialize)]
-struct Report<'a> {
+struct ProbeReport<'a> {
     scene: String,
     content_hash: &'a str,
     sensor: &'a str,
@@ -95,7 +95,7 @@ pub fn probe(args: &ProbeArgs) -> anyhow::Result<Outcome> {
     };
     let probed = probe_until(&scene, sensor, args.at, &settings, &stop)
         .with_context(|| scene.path().display().to_string())?;
-    let report = Report {
+    let report = ProbeReport {
         scene: scene.path().display().to_string(),
         content_hash: scene.content_hash(),
         sensor: &sensor.id,
@@ -172,7 +172,7 @@ fn vertex_line<'a>(scene: &'a Scene, vertex: &Vertex) -> VertexLine<'a> {
     }
 }
 
-impl Report<'_> {
+impl ProbeReport<'_> {
     fn print(&self) {
         let incomplete = if self.complete { "" } else { " · INCOMPLETE" };
         say!("{}: sensor {}{incomplete}", self.scene, self.sensor);

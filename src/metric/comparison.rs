@@ -6,15 +6,15 @@ use super::bars::Bars;
 use super::difference::Difference;
 use super::equivalence::{Equivalence, Verdict};
 use super::flip::{self, Exposures, Images};
-use super::pair::{Pair, Pairing};
-use super::settings::{Settings, Side};
+use super::pair::{LayerPair, Pairing};
+use super::settings::{CompareSettings, ImageSide};
 use super::significance::Significance;
 use super::similarity::Similarity;
-use super::{CompareError, Source};
+use super::{CompareError, CompareImage};
 
 /// The figures of one layer.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Comparison {
+pub struct LayerComparison {
     /// The layer's name.
     pub layer: String,
     /// Whether it is all light.
@@ -48,15 +48,15 @@ pub struct Flip {
 
 /// The figures of two images.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Report {
+pub struct Comparison {
     /// The first image.
     pub a: String,
     /// The second.
     pub b: String,
     /// How they were compared.
-    pub settings: Settings,
+    pub settings: CompareSettings,
     /// All light first, then layer by layer.
-    pub layers: Vec<Comparison>,
+    pub layers: Vec<LayerComparison>,
     /// The worst verdict of any layer.
     pub verdict: Verdict,
     /// What is odd about the images.
@@ -68,18 +68,27 @@ pub struct Report {
 /// # Errors
 ///
 /// As [`Pairing::new`].
-pub fn compare(a: &Source, b: &Source, settings: &Settings) -> Result<Report, CompareError> {
+pub fn compare(
+    a: &CompareImage,
+    b: &CompareImage,
+    settings: &CompareSettings,
+) -> Result<Comparison, CompareError> {
     let pairing = Pairing::new(a, b, settings.reference, &settings.layers)?;
-    Ok(Report::of(&pairing, a, b, settings))
+    Ok(Comparison::of(&pairing, a, b, settings))
 }
 
-impl Report {
+impl Comparison {
     /// The figures of layers that are side by side already.
-    pub fn of(pairing: &Pairing, a: &Source, b: &Source, settings: &Settings) -> Self {
-        let layers: Vec<Comparison> = pairing
+    pub fn of(
+        pairing: &Pairing,
+        a: &CompareImage,
+        b: &CompareImage,
+        settings: &CompareSettings,
+    ) -> Self {
+        let layers: Vec<LayerComparison> = pairing
             .pairs
             .iter()
-            .map(|pair| Comparison::of(pair, settings))
+            .map(|pair| LayerComparison::of(pair, settings))
             .collect();
         let worst = layers.iter().map(|layer| layer.equivalence.verdict).max();
         let mut notes = pairing.notes.clone();
@@ -96,10 +105,15 @@ impl Report {
 }
 
 /// What is taken for granted of error bars.
-fn notes_on_bars(pairing: &Pairing, a: &Source, b: &Source, reference: Side) -> Vec<String> {
+fn notes_on_bars(
+    pairing: &Pairing,
+    a: &CompareImage,
+    b: &CompareImage,
+    reference: ImageSide,
+) -> Vec<String> {
     let sources = match reference {
-        Side::A => [a, b],
-        Side::B => [b, a],
+        ImageSide::A => [a, b],
+        ImageSide::B => [b, a],
     };
     let tests = || pairing.pairs.iter().flat_map(|pair| &pair.tests);
     let mut notes = Vec::new();
@@ -129,9 +143,9 @@ fn notes_on_bars(pairing: &Pairing, a: &Source, b: &Source, reference: Side) -> 
     notes
 }
 
-impl Comparison {
+impl LayerComparison {
     /// The figures of one layer.
-    pub fn of(pair: &Pair, settings: &Settings) -> Self {
+    pub fn of(pair: &LayerPair, settings: &CompareSettings) -> Self {
         let difference = Difference::of(pair);
         let equivalence = Equivalence::of(pair, &difference, settings.margin, settings.level);
         Self {
@@ -151,7 +165,7 @@ impl Comparison {
 
 impl Flip {
     /// HDR-FLIP of a layer; `None` where the reference has no light to set exposures by.
-    pub fn of(pair: &Pair, pixels_per_degree: f32) -> Option<Self> {
+    pub fn of(pair: &LayerPair, pixels_per_degree: f32) -> Option<Self> {
         let channel = |c: usize| &pair.channels[c.min(pair.channels.len() - 1)];
         let images = Images {
             reference: [0, 1, 2].map(|c| channel(c).reference),

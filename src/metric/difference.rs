@@ -7,7 +7,7 @@
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::pair::Pair;
+use super::pair::LayerPair;
 use super::sums::{parts, sums};
 
 /// ε of relMSE in units of the squared mean of the reference, and of SMAPE in units of its mean.
@@ -83,7 +83,7 @@ pub struct Worst {
 
 impl Difference {
     /// The figures of a layer.
-    pub fn of(pair: &Pair) -> Self {
+    pub fn of(pair: &LayerPair) -> Self {
         let texels = pair.texels();
         let samples = (texels * pair.channels.len()) as f64;
         let [reference, other, lit, lit_reference] = sums(texels, |i| {
@@ -160,7 +160,7 @@ impl Difference {
 }
 
 /// Percentiles and the largest of |d|.
-fn spread(pair: &Pair) -> (Vec<Percentile>, Worst) {
+fn spread(pair: &LayerPair) -> (Vec<Percentile>, Worst) {
     let texels = pair.texels();
     let weight = 1.0 / pair.channels.len() as f64;
     let difference = |i: usize| {

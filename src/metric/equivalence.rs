@@ -7,7 +7,7 @@
 use serde::Serialize;
 
 use super::difference::Difference;
-use super::pair::Pair;
+use super::pair::LayerPair;
 use super::sums::{square_sums, sums};
 use crate::numeric::distributions::{critical_value, student_t_cdf};
 
@@ -95,7 +95,7 @@ const ENOUGH: usize = 64;
 ///
 /// Texels near each other often err together (reconstruction filters, photons shared); squares
 /// that hold such neighbours do so less.
-fn side(pair: &Pair) -> usize {
+fn side(pair: &LayerPair) -> usize {
     let squares = |side: usize| pair.width.div_ceil(side) * pair.height.div_ceil(side);
     SIDES
         .into_iter()
@@ -105,7 +105,7 @@ fn side(pair: &Pair) -> usize {
 
 impl Equivalence {
     /// The verdicts of a layer at `margin`, each test at significance level `level`.
-    pub fn of(pair: &Pair, difference: &Difference, margin: f64, level: f64) -> Self {
+    pub fn of(pair: &LayerPair, difference: &Difference, margin: f64, level: f64) -> Self {
         let bias = Bias::of(pair, difference, margin, level);
         let texels = Texels::of(pair, difference, margin, level);
         Self {
@@ -121,7 +121,7 @@ impl Equivalence {
 impl Bias {
     /// The ratio estimator of Σ d / Σ r over squares. A factor common to all texels has no scatter, and
     /// errors that both images share cancel.
-    fn of(pair: &Pair, difference: &Difference, margin: f64, level: f64) -> Self {
+    fn of(pair: &LayerPair, difference: &Difference, margin: f64, level: f64) -> Self {
         let side = side(pair);
         let squares = square_sums([pair.width, pair.height], side, |texel| {
             pair.channels.iter().fold([0.0; 2], |[d, r], one| {
@@ -178,7 +178,7 @@ impl Texels {
     /// As [`Texels`] says. The interval is that of a normal number whose variance is the sum of the texels'
     /// ([`super::pair::TestPair::unexplained`]): errors of different texels count as independent, those of a texel's
     /// channels as one and the same, which makes C channels' variance C times their sum.
-    fn of(pair: &Pair, difference: &Difference, margin: f64, level: f64) -> Self {
+    fn of(pair: &LayerPair, difference: &Difference, margin: f64, level: f64) -> Self {
         let has_bars = !pair.tests.is_empty();
         let mut texels = Self {
             unexplained: None,
@@ -223,7 +223,7 @@ impl Texels {
 }
 
 /// Sums of e² − σ², its variance, and r².
-fn with_bars(pair: &Pair) -> [f64; 3] {
+fn with_bars(pair: &LayerPair) -> [f64; 3] {
     let channels = pair.tests.len() as f64;
     sums(pair.texels(), |texel| {
         pair.tests
@@ -241,7 +241,7 @@ fn with_bars(pair: &Pair) -> [f64; 3] {
 }
 
 /// Sums of d², nothing, and r².
-fn without_bars(pair: &Pair) -> [f64; 3] {
+fn without_bars(pair: &LayerPair) -> [f64; 3] {
     sums(pair.texels(), |texel| {
         pair.channels.iter().fold([0.0; 3], |[sum, _, light], one| {
             let r = f64::from(one.reference[texel]);

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::pair::Pair;
+use super::pair::LayerPair;
 use crate::film::Grid;
 
 /// Maps of a layer, channels averaged, row 0 first.
@@ -19,7 +19,7 @@ pub struct Maps {
 
 impl Maps {
     /// The maps of a layer.
-    pub fn of(pair: &Pair) -> Self {
+    pub fn of(pair: &LayerPair) -> Self {
         let share = 1.0 / pair.channels.len() as f64;
         let means = |texel: usize| {
             pair.channels.iter().fold([0.0; 2], |[r, o], one| {
@@ -60,7 +60,7 @@ impl Maps {
     }
 }
 
-fn grid(pair: &Pair, value: impl Fn(usize) -> f64 + Sync) -> Grid<f32> {
+fn grid(pair: &LayerPair, value: impl Fn(usize) -> f64 + Sync) -> Grid<f32> {
     let mut values = vec![0.0; pair.texels()];
     values
         .par_iter_mut()

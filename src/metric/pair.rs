@@ -1,14 +1,14 @@
 //! Two images, layer beside layer.
 
 use super::bars::Bars;
-use super::measured::Measured;
-use super::settings::Side;
-use super::source::{Contents, Kind, component, names};
-use super::{CompareError, Source};
+use super::image::{ChannelKind, Contents, component, names};
+use super::layer_bars::LayerBars;
+use super::settings::ImageSide;
+use super::{CompareError, CompareImage};
 
 /// A layer of the reference beside the same layer of the other image.
 #[derive(Clone, Debug)]
-pub struct Pair<'a> {
+pub struct LayerPair<'a> {
     /// `LTTD`, ...; of all light the name it has in both files, or `total`.
     pub name: String,
     /// Whether it is all light.
@@ -53,7 +53,7 @@ pub struct TestPair<'a> {
 #[derive(Clone, Debug)]
 pub struct Pairing<'a> {
     /// All light first, then layer by layer.
-    pub pairs: Vec<Pair<'a>>,
+    pub pairs: Vec<LayerPair<'a>>,
     /// Layers that only one image has, and the like.
     pub notes: Vec<String>,
 }
@@ -67,9 +67,9 @@ impl<'a> Pairing<'a> {
     /// and anything but finite numbers, negative standard errors or crossed bounds in a layer
     /// that is taken.
     pub fn new(
-        a: &'a Source,
-        b: &'a Source,
-        reference: Side,
+        a: &'a CompareImage,
+        b: &'a CompareImage,
+        reference: ImageSide,
         wanted: &[String],
     ) -> Result<Self, CompareError> {
         check_sizes(a, b)?;
@@ -143,7 +143,7 @@ impl<'a> Pairing<'a> {
 /// The layer of all signatures without one of their own.
 const REST: &str = "other";
 
-fn check_sizes(a: &Source, b: &Source) -> Result<(), CompareError> {
+fn check_sizes(a: &CompareImage, b: &CompareImage) -> Result<(), CompareError> {
     let size = |image: &crate::film::Image| [image.width, image.height];
     let images = [(&b.name, &b.image)];
     let errors = [a, b]
@@ -170,11 +170,11 @@ fn pair<'a>(
     name: &str,
     is_total: bool,
     layers: [&str; 2],
-    sources: [&'a Source; 2],
+    sources: [&'a CompareImage; 2],
     contents: &[Contents<'a>; 2],
-    reference: Side,
-) -> Result<Pair<'a>, CompareError> {
-    let [a, b] = [0, 1].map(|i| contents[i].colour(layers[i], Kind::Value));
+    reference: ImageSide,
+) -> Result<LayerPair<'a>, CompareError> {
+    let [a, b] = [0, 1].map(|i| contents[i].colour(layers[i], ChannelKind::Value));
     if a.len() != b.len() {
         return Err(CompareError::Channels {
             layer: name.to_owned(),
@@ -187,12 +187,12 @@ fn pair<'a>(
     contents[0].check_finite(&a)?;
     contents[1].check_finite(&b)?;
     let measured = [
-        Measured::of(&contents[0], sources[0], layers[0], is_total)?,
-        Measured::of(&contents[1], sources[1], layers[1], is_total)?,
+        LayerBars::of(&contents[0], sources[0], layers[0], is_total)?,
+        LayerBars::of(&contents[1], sources[1], layers[1], is_total)?,
     ];
     let ordered = |[a, b]: [_; 2]| match reference {
-        Side::A => (a, b),
-        Side::B => (b, a),
+        ImageSide::A => (a, b),
+        ImageSide::B => (b, a),
     };
     let (truth, other) = ordered([a, b]);
     let mut channels: Vec<ChannelPair> = truth
@@ -217,7 +217,7 @@ fn pair<'a>(
     {
         tests.truncate(1);
     }
-    Ok(Pair {
+    Ok(LayerPair {
         name: name.to_owned(),
         is_total,
         width: sources[0].image.width,
@@ -229,11 +229,11 @@ fn pair<'a>(
 }
 
 /// The channels of a layer with their bars; none where neither image has any.
-fn tests(measured: [Measured; 2], reference: Side) -> Vec<TestPair> {
+fn tests(measured: [LayerBars; 2], reference: ImageSide) -> Vec<TestPair> {
     let has_bars = measured
         .iter()
         .any(|one| one.bars.iter().any(Bars::has_any));
-    let [a, b] = Measured::alike(measured);
+    let [a, b] = LayerBars::alike(measured);
     if !has_bars {
         return Vec::new();
     }
@@ -243,8 +243,8 @@ fn tests(measured: [Measured; 2], reference: Side) -> Vec<TestPair> {
         .zip(bars)
         .map(|(name, (a, b))| {
             let (reference, other) = match reference {
-                Side::A => (a, b),
-                Side::B => (b, a),
+                ImageSide::A => (a, b),
+                ImageSide::B => (b, a),
             };
             TestPair {
                 name: name.to_owned(),
@@ -255,7 +255,7 @@ fn tests(measured: [Measured; 2], reference: Side) -> Vec<TestPair> {
         .collect()
 }
 
-impl Pair<'_> {
+impl LayerPair<'_> {
     /// Number of texels.
     pub fn texels(&self) -> usize {
         self.width * self.height

@@ -6,7 +6,7 @@ use super::flip;
 
 /// One of two images.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
-pub enum Side {
+pub enum ImageSide {
     /// The first.
     #[default]
     A,
@@ -16,9 +16,9 @@ pub enum Side {
 
 /// How to compare.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Settings {
+pub struct CompareSettings {
     /// Which image is the truth.
-    pub reference: Side,
+    pub reference: ImageSide,
     /// Layers to compare; all that both images have where empty.
     pub layers: Vec<String>,
     /// The difference that matters, as a fraction of the reference's mean.
@@ -30,12 +30,12 @@ pub struct Settings {
     pub pixels_per_degree: Option<f32>,
 }
 
-impl Default for Settings {
+impl Default for CompareSettings {
     /// Against the first image, all layers, a margin of 1 %, a level of 5 %, with FLIP at 0.7 m from
     /// a 4K screen.
     fn default() -> Self {
         Self {
-            reference: Side::A,
+            reference: ImageSide::A,
             layers: Vec::new(),
             margin: 0.01,
             level: 0.05,

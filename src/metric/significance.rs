@@ -6,7 +6,7 @@
 
 use serde::Serialize;
 
-use super::pair::{Pair, TestPair};
+use super::pair::{LayerPair, TestPair};
 use super::score::Score;
 use super::sums::parts;
 use crate::numeric::distributions::{chi_squared_survival, normal_cdf};
@@ -38,7 +38,7 @@ pub struct Significance {
     /// then too large by design) and with too few tests.
     pub uniformity: Option<Uniformity>,
     /// Whether any texel differs, all tests taken together.
-    pub family: Family,
+    pub family: JointTest,
     /// Whether bounds took part.
     pub has_bounds: bool,
 }
@@ -75,7 +75,7 @@ pub struct Uniformity {
 
 /// All tests of a layer as one.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Family {
+pub struct JointTest {
     /// The significance level α: how often equal images are called different.
     pub level: f64,
     /// 1 − (1 − α)^(1/n): a p-value below it decides.
@@ -94,18 +94,18 @@ struct Counts {
     z: f64,
     squares: f64,
     histogram: [u64; BINS],
-    extreme: Option<Candidate>,
+    extreme: Option<ExtremeCandidate>,
 }
 
 /// What may be the smallest p-value.
 #[derive(Clone, Copy)]
-struct Candidate {
+struct ExtremeCandidate {
     texel: usize,
     p: f64,
     z: f64,
 }
 
-impl Candidate {
+impl ExtremeCandidate {
     /// Whether this p-value is smaller; where both are too small for a number, whether |z| is larger.
     fn beats(self, other: Self) -> bool {
         self.p < other.p || (self.p == other.p && self.z.abs() > other.z.abs())
@@ -114,7 +114,7 @@ impl Candidate {
 
 impl Significance {
     /// The tests of a layer at significance level `level`; `None` where no image has error bars.
-    pub fn of(pair: &Pair, level: f64) -> Option<Self> {
+    pub fn of(pair: &LayerPair, level: f64) -> Option<Self> {
         if pair.tests.is_empty() {
             return None;
         }
@@ -163,8 +163,8 @@ fn sidak(p: f64, n: f64) -> f64 {
     }
 }
 
-fn family(smallest: f64, tests: f64, level: f64) -> Family {
-    Family {
+fn family(smallest: f64, tests: f64, level: f64) -> JointTest {
+    JointTest {
         level,
         threshold: if tests > 0.0 {
             -((-level).ln_1p() / tests).exp_m1()
@@ -199,8 +199,8 @@ fn uniformity(channels: &[Counts], level: f64) -> Option<Uniformity> {
     })
 }
 
-fn extreme(pair: &Pair, test: &TestPair, counts: &Counts) -> Option<Extreme> {
-    let Candidate { texel, .. } = counts.extreme?;
+fn extreme(pair: &LayerPair, test: &TestPair, counts: &Counts) -> Option<Extreme> {
+    let ExtremeCandidate { texel, .. } = counts.extreme?;
     let score = test.score(texel)?;
     let [x, y] = pair.place(texel);
     Some(Extreme {
@@ -252,7 +252,7 @@ impl Counts {
             .map_or_else(|| score.p(), |normal| 2.0 * normal_cdf(-normal));
         let bin = (p * BINS as f64) as usize;
         self.histogram[bin.min(BINS - 1)] += 1;
-        let candidate = Candidate { texel, p, z };
+        let candidate = ExtremeCandidate { texel, p, z };
         if self.extreme.is_none_or(|extreme| candidate.beats(extreme)) {
             self.extreme = Some(candidate);
         }

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::pair::Pair;
+use super::pair::LayerPair;
 
 /// SSIM of a layer, and what it depends on.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -42,7 +42,7 @@ impl Similarity {
     /// reference's positive samples.
     ///
     /// `None` where the image is smaller than the window or the reference is dark.
-    pub fn of(pair: &Pair) -> Option<Self> {
+    pub fn of(pair: &LayerPair) -> Option<Self> {
         if pair.width < WINDOW || pair.height < WINDOW {
             return None;
         }

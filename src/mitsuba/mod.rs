@@ -49,21 +49,11 @@ pub fn load(path: &Path, parameters: &[(String, String)]) -> Result<Scene, LoadE
 /// Where a file is missing or malformed, or asks for what is not modelled.
 pub fn load_parts(path: &Path, parameters: &[(String, String)]) -> Result<SceneParts, LoadError> {
     let mut files = Files::new(parameters);
-    let meaning = read(path, parameters, &mut files)?;
-    let shapes = Meaning::build_shapes(meaning.forms, &meaning.objects)?;
-    Ok(SceneParts {
-        path: path.to_owned(),
-        content_hash: files.content_hash(),
-        shapes,
-        objects: meaning.objects,
-        materials: meaning.materials,
-        textures: meaning.textures,
-        emitters: meaning.emitters,
-        sensors: meaning.sensors,
-        integrator: meaning.integrator,
-        warnings: meaning.warnings,
-        ignored: meaning.ignored,
-    })
+    let Meaning { forms, mut parts } = read(path, parameters, &mut files)?;
+    parts.shapes = Meaning::build_shapes(forms, &parts.objects)?;
+    path.clone_into(&mut parts.path);
+    parts.content_hash = files.content_hash();
+    Ok(parts)
 }
 
 /// Both steps, mesh files not yet parsed.

@@ -10,14 +10,14 @@ use serde::Serialize;
 
 use super::Outcome;
 use crate::film::exr;
-use crate::metric::{Pairing, Report, Source, Verdict};
+use crate::metric::{CompareImage, Comparison, Pairing, Verdict};
 pub use args::{CompareArgs, SideArg};
 
 /// What `--json` prints.
 #[derive(Serialize)]
 struct Output<'a> {
     #[serde(flatten)]
-    report: &'a Report,
+    report: &'a Comparison,
     unit: Option<&'a str>,
     /// The maps written.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -38,7 +38,7 @@ pub fn compare(args: &CompareArgs) -> anyhow::Result<Outcome> {
     let (a, b) = (a?, b?);
     let settings = args.settings();
     let pairing = Pairing::new(&a, &b, settings.reference, &settings.layers)?;
-    let report = Report::of(&pairing, &a, &b, &settings);
+    let report = Comparison::of(&pairing, &a, &b, &settings);
     let unit = a.image.metadata("unit").or(b.image.metadata("unit"));
     let files = match &args.maps {
         Some(folder) => pictures::write(&pairing, unit.unwrap_or(""), folder)?,
@@ -67,9 +67,9 @@ fn source(
     path: &Path,
     errors: Option<&Path>,
     samples: Option<u64>,
-) -> anyhow::Result<Source> {
+) -> anyhow::Result<CompareImage> {
     let name = |path: &Path| path.display().to_string();
-    let mut source = Source::new(name(path), exr::read(path)?);
+    let mut source = CompareImage::new(name(path), exr::read(path)?);
     if let Some(path) = errors {
         source.errors = Some((name(path), exr::read(path)?));
     }

@@ -7,7 +7,7 @@ use anyhow::Context;
 use crate::film::Grid;
 use crate::film::picture::{self, Content, PictureSpec, Range};
 use crate::metric::maps::{Maps, reach};
-use crate::metric::{Pair, Pairing};
+use crate::metric::{LayerPair, Pairing};
 
 /// The bar of z ends here: of 10⁶ normal numbers less than one is beyond.
 const LARGEST_Z: f64 = 5.0;
@@ -55,7 +55,7 @@ pub(super) fn write(pairing: &Pairing, unit: &str, folder: &Path) -> anyhow::Res
 }
 
 /// The layer's name with all that a file's name may not hold replaced.
-fn file_name(pair: &Pair) -> String {
+fn file_name(pair: &LayerPair) -> String {
     let allowed = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
     let replaced = |c: char| if allowed(c) { c } else { '_' };
     pair.name.chars().map(replaced).collect()

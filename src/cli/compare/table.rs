@@ -4,11 +4,11 @@ use std::fmt;
 
 use super::super::summary::number;
 use crate::metric::difference::{EPSILON, PER_MILLE};
-use crate::metric::{Comparison, Report, Side};
+use crate::metric::{Comparison, ImageSide, LayerComparison};
 
 /// A report for people.
-pub(super) struct Table<'a> {
-    report: &'a Report,
+pub(super) struct TextTable<'a> {
+    report: &'a Comparison,
     unit: &'a str,
     files: &'a [String],
 }
@@ -16,8 +16,8 @@ pub(super) struct Table<'a> {
 /// What stands where there is no figure.
 const NOTHING: &str = "-";
 
-impl<'a> Table<'a> {
-    pub(super) fn new(report: &'a Report, unit: Option<&'a str>, files: &'a [String]) -> Self {
+impl<'a> TextTable<'a> {
+    pub(super) fn new(report: &'a Comparison, unit: Option<&'a str>, files: &'a [String]) -> Self {
         Self {
             report,
             unit: unit.unwrap_or("in the images' unit"),
@@ -31,7 +31,7 @@ impl<'a> Table<'a> {
         out: &mut fmt::Formatter,
         title: &str,
         headings: &[&str],
-        cells: impl Fn(&Comparison) -> Option<Vec<String>>,
+        cells: impl Fn(&LayerComparison) -> Option<Vec<String>>,
     ) -> fmt::Result {
         let lines: Vec<(&str, Vec<String>)> = self
             .report
@@ -288,10 +288,10 @@ impl<'a> Table<'a> {
     }
 }
 
-impl fmt::Display for Table<'_> {
+impl fmt::Display for TextTable<'_> {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         let report = self.report;
-        let mark = |side: Side| {
+        let mark = |side: ImageSide| {
             if report.settings.reference == side {
                 " (reference)"
             } else {
@@ -302,9 +302,9 @@ impl fmt::Display for Table<'_> {
             out,
             "A {}{} · B {}{}",
             report.a,
-            mark(Side::A),
+            mark(ImageSide::A),
             report.b,
-            mark(Side::B)
+            mark(ImageSide::B)
         )?;
         if let Some(layer) = report.layers.first() {
             write!(out, " · {} x {} texels", layer.size[0], layer.size[1])?;

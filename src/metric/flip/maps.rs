@@ -6,7 +6,7 @@ use super::display::Display;
 use super::exposures::Exposures;
 use super::filters::Filters;
 use super::images::Images;
-use super::tile::{TILE, Tile};
+use super::tile::{FlipTile, TILE};
 
 /// LDR-FLIP of each texel, row by row; values outside 0..=1 are clamped.
 pub fn ldr(images: &Images, pixels_per_degree: f32) -> Vec<f32> {
@@ -36,7 +36,7 @@ pub fn hdr(images: &Images, pixels_per_degree: f32, exposures: &Exposures) -> Ve
 fn raise(map: &mut [f32], images: &Images, filters: &Filters, display: Display) {
     let width = images.width;
     map.par_chunks_mut(TILE * width).enumerate().for_each_init(
-        || Tile::new(filters),
+        || FlipTile::new(filters),
         |tile, (band, rows)| {
             for left in (0..width).step_by(TILE) {
                 tile.load(images, display, [left, band * TILE]);

@@ -17,7 +17,7 @@ const LARGE_DIFFERENCE: f32 = 0.4;
 const LARGE_ERROR: f32 = 0.95;
 
 /// One image's part of the work.
-struct Side {
+struct TileSide {
     /// Luma, red-green, blue-yellow of the square and its border.
     opponent: [Vec<f32>; 3],
     /// Filtered along rows: luma, red-green, blue-yellow twice; smooth, edge, point.
@@ -29,23 +29,23 @@ struct Side {
 }
 
 /// Buffers of a square and the error found in it.
-pub(super) struct Tile {
+pub(super) struct FlipTile {
     reach: usize,
     /// Texels a row with the border.
     padded: usize,
     /// The largest colour difference there is, to its exponent.
     largest: f32,
-    sides: [Side; 2],
+    sides: [TileSide; 2],
     scratch: [Vec<f32>; 2],
     error: Vec<f32>,
 }
 
-impl Tile {
+impl FlipTile {
     pub(super) fn new(filters: &Filters) -> Self {
         let reach = filters.reach();
         let padded = TILE + 2 * reach;
         let buffer = |length: usize| vec![0.0; length];
-        let side = || Side {
+        let side = || TileSide {
             opponent: std::array::from_fn(|_| buffer(padded * padded)),
             rows: std::array::from_fn(|_| buffer(TILE * padded)),
             seen: std::array::from_fn(|_| buffer(TILE * TILE)),
@@ -119,7 +119,7 @@ impl Tile {
     }
 }
 
-impl Side {
+impl TileSide {
     fn filter_rows(&mut self, filters: &Filters, padded: usize, reach: usize) {
         let [wide, narrow] = &filters.blue_yellow;
         let kernels = [

@@ -9,7 +9,7 @@ use crate::film::bitmap::{Bitmap, Encoding};
 use crate::geometry::Transform;
 use crate::mitsuba::error::LoadError;
 use crate::mitsuba::files::Files;
-use crate::mitsuba::syntax::{Kind, ObjectIndex, Tree};
+use crate::mitsuba::syntax::{ObjectIndex, ObjectKind, Tree};
 use crate::radiometry::Rgb;
 use crate::scene::{Emitter, Envmap, EnvmapError, ShapeId};
 use crate::setting::did_you_mean;
@@ -79,7 +79,7 @@ fn finish(plugin: Plugin) -> Result<(), LoadError> {
     // How often an emitter is sampled changes no expected value; one of weight 0 would be dark in Mitsuba, were it a point or
     // a direction.
     plugin.positive_or("sampling_weight", 1.0)?;
-    plugin.refuse(Kind::Medium, "media are not modelled")?;
+    plugin.refuse(ObjectKind::Medium, "media are not modelled")?;
     plugin.finish()
 }
 

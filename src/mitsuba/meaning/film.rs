@@ -2,7 +2,7 @@
 
 use super::plugin::Plugin;
 use crate::mitsuba::error::LoadError;
-use crate::mitsuba::syntax::{Kind, ObjectIndex, Tree};
+use crate::mitsuba::syntax::{ObjectIndex, ObjectKind, Tree};
 use crate::scene::{Crop, Film, ReconstructionFilter};
 
 const DEFAULT_WIDTH: u32 = 768;
@@ -60,7 +60,7 @@ pub fn read(tree: &Tree, film: Option<ObjectIndex>) -> Result<Film, LoadError> {
             crop.width, crop.height, crop.offset_x, crop.offset_y
         )));
     }
-    let filter = match plugin.child(Kind::ReconstructionFilter)? {
+    let filter = match plugin.child(ObjectKind::ReconstructionFilter)? {
         None => DEFAULT_FILTER,
         Some(filter) => read_filter(tree, filter)?,
     };

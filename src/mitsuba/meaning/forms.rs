@@ -26,22 +26,22 @@ pub const MODELLED: [&str; 8] = [
 
 /// A form before it is made into a [`Shape`].
 #[derive(Clone, Debug)]
-pub enum Form {
+pub enum ShapeForm {
     /// Unit sphere, mapped.
-    Sphere(Placed),
+    Sphere(Placement),
     /// [-1, 1]² in the xy plane, mapped.
-    Rectangle(Placed),
+    Rectangle(Placement),
     /// Unit disc in the xy plane, mapped.
-    Disk(Placed),
+    Disk(Placement),
     /// Radius 1 about the z axis from z = 0 to z = 1, mapped.
-    Cylinder(Placed),
+    Cylinder(Placement),
     /// Triangles.
     Mesh(MeshForm),
 }
 
 /// Where a form stands, and which way it looks.
 #[derive(Clone, Copy, Debug)]
-pub struct Placed {
+pub struct Placement {
     /// Object space to world.
     pub to_world: Transform,
     /// Turn the normals round.
@@ -54,7 +54,7 @@ pub struct MeshForm {
     /// Where the triangles come from.
     pub source: MeshSource,
     /// Where they stand.
-    pub placed: Placed,
+    pub placed: Placement,
     /// Ignore the file's normals and make none.
     pub face_normals: bool,
 }
@@ -75,7 +75,7 @@ pub enum MeshSource {
     },
 }
 
-impl Form {
+impl ShapeForm {
     /// Makes the shape; here mesh files are parsed.
     ///
     /// # Errors
@@ -147,7 +147,7 @@ pub fn read(
     plugin: &Plugin,
     outer: &Transform,
     files: &mut Files,
-) -> Result<Option<(Form, &'static str)>, LoadError> {
+) -> Result<Option<(ShapeForm, &'static str)>, LoadError> {
     let Some(name) = MODELLED.into_iter().find(|name| *name == plugin.name()) else {
         return Ok(None);
     };
@@ -163,22 +163,22 @@ pub fn read(
         .and_then(|inner| outer.after(&inner));
     to_world =
         composed.map_err(|error| plugin.error(format!("has no usable transform: {error}")))?;
-    let placed = Placed {
+    let placed = Placement {
         to_world,
         flip_normals,
     };
     let form = match name {
-        "sphere" => Form::Sphere(placed),
+        "sphere" => ShapeForm::Sphere(placed),
         "rectangle" => {
             plugin.boolean_or("face_normals", false)?;
-            Form::Rectangle(placed)
+            ShapeForm::Rectangle(placed)
         }
-        "disk" => Form::Disk(placed),
-        "cylinder" => Form::Cylinder(placed),
+        "disk" => ShapeForm::Disk(placed),
+        "cylinder" => ShapeForm::Cylinder(placed),
         _ => {
             let face_normals = plugin.boolean_or("face_normals", false)?;
             let source = mesh_source(plugin, name, files)?;
-            Form::Mesh(MeshForm {
+            ShapeForm::Mesh(MeshForm {
                 source,
                 placed,
                 face_normals,

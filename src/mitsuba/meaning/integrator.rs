@@ -2,7 +2,7 @@
 
 use super::plugin::Plugin;
 use crate::mitsuba::error::LoadError;
-use crate::mitsuba::syntax::{Kind, ObjectIndex, Tree};
+use crate::mitsuba::syntax::{ObjectIndex, ObjectKind, Tree};
 use crate::scene::Integrator;
 
 /// What an integrator says of paths; `None` for those that follow none, or otherwise than `path` does.
@@ -17,7 +17,7 @@ pub fn read(tree: &Tree, integrator: ObjectIndex) -> Result<Option<Integrator>, 
     let plugin = Plugin::new(tree, integrator);
     let max_depth = match plugin.name() {
         "aov" => {
-            return match plugin.children(Kind::Integrator).first() {
+            return match plugin.children(ObjectKind::Integrator).first() {
                 Some((nested, _)) => read(tree, *nested),
                 None => Ok(None),
             };

@@ -9,7 +9,7 @@ use super::textures::Textures;
 use super::{ior, metals};
 use crate::mitsuba::error::LoadError;
 use crate::mitsuba::files::Files;
-use crate::mitsuba::syntax::{Kind, ObjectIndex, Tree, shortened};
+use crate::mitsuba::syntax::{ObjectIndex, ObjectKind, Tree, shortened};
 use crate::optics::{FacetDistribution, RoughTransmittance};
 use crate::radiometry::Rgb;
 use crate::scene::{Coat, Color, Material, MaterialId, NormalTurn, Roughness};
@@ -155,7 +155,7 @@ impl Materials {
         files: &mut Files,
     ) -> Result<MaterialId, LoadError> {
         let nested = plugin
-            .child(Kind::Bsdf)?
+            .child(ObjectKind::Bsdf)?
             .ok_or_else(|| plugin.error("needs a nested bsdf"))?;
         self.read(tree, nested, files)
     }
@@ -315,7 +315,7 @@ impl Materials {
     ) -> Result<Material, LoadError> {
         let by = if plugin.name() == "bumpmap" {
             let texture = plugin
-                .child(Kind::Texture)?
+                .child(ObjectKind::Texture)?
                 .ok_or_else(|| plugin.error("needs a nested texture"))?;
             if matches!(
                 tree.object(texture).plugin.as_str(),
@@ -359,7 +359,7 @@ impl Materials {
         plugin: &Plugin,
         files: &mut Files,
     ) -> Result<Material, LoadError> {
-        let sides = plugin.children(Kind::Bsdf);
+        let sides = plugin.children(ObjectKind::Bsdf);
         let (front, back) = match sides[..] {
             [(both, _)] => (both, both),
             [(front, _), (back, _)] => (front, back),

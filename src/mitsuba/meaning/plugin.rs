@@ -7,7 +7,7 @@ use glam::DVec3;
 use crate::geometry::Transform;
 use crate::mitsuba::error::LoadError;
 use crate::mitsuba::syntax::{
-    Kind, Object, ObjectIndex, Position, Property, Tree, Value, shortened,
+    ObjectIndex, ObjectKind, Position, Property, Tree, TreeObject, Value, shortened,
 };
 use crate::scene::SourcePosition;
 use crate::setting::did_you_mean;
@@ -15,14 +15,14 @@ use crate::setting::did_you_mean;
 /// An object of the tree, and a record of what was asked of it.
 pub struct Plugin<'t> {
     tree: &'t Tree,
-    object: &'t Object,
+    object: &'t TreeObject,
     used: Vec<Cell<bool>>,
     asked: RefCell<Vec<String>>,
 }
 
 /// A property that was found.
 #[derive(Clone, Copy)]
-pub struct Found<'t> {
+pub struct PropertyRef<'t> {
     pub property: &'t Property,
     pub value: &'t Value,
 }
@@ -83,7 +83,7 @@ impl<'t> Plugin<'t> {
     }
 
     /// The property with this name; from now on it counts as known.
-    pub fn find(&self, name: &str) -> Option<Found<'t>> {
+    pub fn find(&self, name: &str) -> Option<PropertyRef<'t>> {
         if !self.asked.borrow().iter().any(|asked| asked == name) {
             self.asked.borrow_mut().push(name.to_owned());
         }
@@ -94,13 +94,13 @@ impl<'t> Plugin<'t> {
             .position(|property| property.name == name)?;
         self.used[index].set(true);
         let property = &self.object.properties[index];
-        Some(Found {
+        Some(PropertyRef {
             property,
             value: &property.value,
         })
     }
 
-    fn wrong_type(&self, found: Found, name: &str, expected: &str) -> LoadError {
+    fn wrong_type(&self, found: PropertyRef, name: &str, expected: &str) -> LoadError {
         let message = format!("must be {expected}, not {}", found.value.what());
         self.parameter_error(found.property.at, name, message)
     }
@@ -234,7 +234,7 @@ impl<'t> Plugin<'t> {
     }
 
     /// The objects of one kind that it holds, whatever their names, in the file's order.
-    pub fn children(&self, kind: Kind) -> Vec<(ObjectIndex, Position)> {
+    pub fn children(&self, kind: ObjectKind) -> Vec<(ObjectIndex, Position)> {
         let mut children = Vec::new();
         for (property, used) in self.object.properties.iter().zip(&self.used) {
             if let Value::Object(child) = property.value
@@ -252,7 +252,7 @@ impl<'t> Plugin<'t> {
     /// # Errors
     ///
     /// Where it holds several.
-    pub fn child(&self, kind: Kind) -> Result<Option<ObjectIndex>, LoadError> {
+    pub fn child(&self, kind: ObjectKind) -> Result<Option<ObjectIndex>, LoadError> {
         match self.children(kind)[..] {
             [] => Ok(None),
             [(child, _)] => Ok(Some(child)),
@@ -264,7 +264,7 @@ impl<'t> Plugin<'t> {
     }
 
     /// Fails where it holds an object of a kind that is not modelled there.
-    pub fn refuse(&self, kind: Kind, why: &str) -> Result<(), LoadError> {
+    pub fn refuse(&self, kind: ObjectKind, why: &str) -> Result<(), LoadError> {
         match self.children(kind).first() {
             None => Ok(()),
             Some((child, at)) => {
@@ -324,6 +324,6 @@ impl<'t> Plugin<'t> {
 }
 
 /// Tag and plugin, as messages name an object.
-pub fn what(object: &Object) -> String {
+pub fn what(object: &TreeObject) -> String {
     format!("{} \"{}\"", object.kind.tag(), shortened(&object.plugin))
 }

@@ -6,7 +6,7 @@ use super::film;
 use super::plugin::Plugin;
 use crate::geometry::Transform;
 use crate::mitsuba::error::LoadError;
-use crate::mitsuba::syntax::{Kind, ObjectIndex, Tree, shortened};
+use crate::mitsuba::syntax::{ObjectIndex, ObjectKind, Tree, shortened};
 use crate::scene::{Film, Perspective, ReconstructionFilter, SensorKind, ShapeId, Warning};
 use crate::setting::did_you_mean;
 
@@ -105,11 +105,11 @@ fn not_modelled(plugin: &Plugin) -> LoadError {
 
 /// What all sensors share; samplers and shutters make no difference here.
 fn common(tree: &Tree, plugin: &Plugin) -> Result<Film, LoadError> {
-    plugin.refuse(Kind::Medium, "media are not modelled")?;
-    plugin.children(Kind::Sampler);
+    plugin.refuse(ObjectKind::Medium, "media are not modelled")?;
+    plugin.children(ObjectKind::Sampler);
     plugin.float_or("shutter_open", 0.0)?;
     plugin.float_or("shutter_close", 0.0)?;
-    film::read(tree, plugin.child(Kind::Film)?)
+    film::read(tree, plugin.child(ObjectKind::Film)?)
 }
 
 fn clips(plugin: &Plugin) -> Result<(f64, f64), LoadError> {

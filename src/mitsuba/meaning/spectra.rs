@@ -1,7 +1,7 @@
 //! Radiometric parameters: floats, colours and spectra become linear sRGB.
 
 use crate::mitsuba::error::LoadError;
-use crate::mitsuba::syntax::{Kind, ObjectIndex, Position, Spectrum, Tree, Value};
+use crate::mitsuba::syntax::{ObjectIndex, ObjectKind, Position, Spectrum, Tree, Value};
 use crate::radiometry::Rgb;
 
 use super::cie::{self, Weight};
@@ -59,7 +59,7 @@ pub fn read(
                 "spectra from files are not modelled; give numbers or wavelength:value pairs";
             return Err(plugin.parameter_error(at, name, message));
         }
-        Value::Object(child) if tree.object(child).kind == Kind::Texture => {
+        Value::Object(child) if tree.object(child).kind == ObjectKind::Texture => {
             nested(tree, plugin, name, child, role)?
         }
         ref other => {

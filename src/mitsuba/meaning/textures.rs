@@ -10,7 +10,7 @@ use super::spectra::{self, Role};
 use crate::film::bitmap::{Bitmap, Encoding};
 use crate::mitsuba::error::LoadError;
 use crate::mitsuba::files::Files;
-use crate::mitsuba::syntax::{Kind, ObjectIndex, Spectrum, Tree, Value};
+use crate::mitsuba::syntax::{ObjectIndex, ObjectKind, Spectrum, Tree, Value};
 use crate::radiometry::Rgb;
 use crate::scene::{
     BitmapTexture, Color, Scalar, Texture, TextureFilter, TextureId, TextureWrap, Warning,
@@ -28,7 +28,8 @@ pub struct Textures {
 /// Whether it varies over a surface (and is not a plain spectrum with a type).
 fn is_texture(tree: &Tree, object: ObjectIndex) -> bool {
     let object = tree.object(object);
-    object.kind == Kind::Texture && !matches!(object.plugin.as_str(), "uniform" | "srgb" | "d65")
+    object.kind == ObjectKind::Texture
+        && !matches!(object.plugin.as_str(), "uniform" | "srgb" | "d65")
 }
 
 /// The texture that a parameter refers to, if any.
@@ -340,7 +341,7 @@ impl Textures {
     ) -> Result<Option<Texture>, LoadError> {
         let scale = spectra::read_or(tree, plugin, "scale", Role::Index, 1.0)?;
         let child = plugin
-            .child(Kind::Texture)?
+            .child(ObjectKind::Texture)?
             .ok_or_else(|| plugin.error("needs a nested texture"))?;
         let nested = self.read(tree, child, files)?;
         Ok(nested.map(|nested| Texture::Scaled { nested, scale }))

@@ -7,13 +7,13 @@ use crate::geometry::MeshParts;
 /// Why a file is not a mesh.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct MeshFileError {
-    place: Place,
+    place: FilePlace,
     message: String,
 }
 
 /// Where in a mesh file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Place {
+pub(super) enum FilePlace {
     /// Counted from 1.
     Line(usize),
     /// Counted from 0.
@@ -23,7 +23,7 @@ pub(super) enum Place {
 }
 
 impl MeshFileError {
-    pub(super) fn new(place: Place, message: impl Into<String>) -> Self {
+    pub(super) fn new(place: FilePlace, message: impl Into<String>) -> Self {
         Self {
             place,
             message: message.into(),
@@ -34,9 +34,9 @@ impl MeshFileError {
 impl fmt::Display for MeshFileError {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.place {
-            Place::Line(line) => write!(formatter, "line {line}: ")?,
-            Place::Byte(byte) => write!(formatter, "byte {byte}: ")?,
-            Place::File => {}
+            FilePlace::Line(line) => write!(formatter, "line {line}: ")?,
+            FilePlace::Byte(byte) => write!(formatter, "byte {byte}: ")?,
+            FilePlace::File => {}
         }
         formatter.write_str(&self.message)
     }
@@ -49,7 +49,7 @@ pub(super) fn check_indices(parts: &MeshParts) -> Result<(), MeshFileError> {
         if let Some(index) = triangle.iter().find(|index| **index as usize >= count) {
             let message =
                 format!("triangle {number} refers to vertex {index}, but there are only {count}");
-            return Err(MeshFileError::new(Place::File, message));
+            return Err(MeshFileError::new(FilePlace::File, message));
         }
     }
     Ok(())

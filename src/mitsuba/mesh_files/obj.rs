@@ -9,7 +9,7 @@ use std::collections::HashMap;
 
 use glam::{DVec2, DVec3};
 
-use super::error::{MeshFileError, Place};
+use super::error::{FilePlace, MeshFileError};
 use crate::geometry::MeshParts;
 
 /// No texture coordinate, no normal, or the end of a chain.
@@ -20,20 +20,20 @@ const LONGEST_CHAIN: usize = 16;
 
 /// The vertices and triangles of an OBJ file.
 pub fn parse(bytes: &[u8]) -> Result<MeshParts, MeshFileError> {
-    let mut reader = Reader::default();
+    let mut reader = ObjReader::default();
     for (number, line) in bytes.split(|byte| *byte == b'\n').enumerate() {
         reader
             .line(line)
-            .map_err(|message| MeshFileError::new(Place::Line(number + 1), message))?;
+            .map_err(|message| MeshFileError::new(FilePlace::Line(number + 1), message))?;
     }
     if reader.triangles.is_empty() {
-        return Err(MeshFileError::new(Place::File, "holds no faces"));
+        return Err(MeshFileError::new(FilePlace::File, "holds no faces"));
     }
     Ok(reader.finish())
 }
 
 #[derive(Default)]
-struct Reader {
+struct ObjReader {
     positions: Vec<DVec3>,
     uvs: Vec<DVec2>,
     normals: Vec<DVec3>,
@@ -43,7 +43,7 @@ struct Reader {
 
 /// A corner of a face: position, texture coordinate, normal.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
-struct Corner {
+struct ObjCorner {
     position: u32,
     uv: u32,
     normal: u32,
@@ -52,16 +52,16 @@ struct Corner {
 /// Each distinct corner is a vertex, numbered in the order of first use.
 #[derive(Default)]
 struct Corners {
-    list: Vec<Corner>,
+    list: Vec<ObjCorner>,
     /// The next vertex with the same position.
     next: Vec<u32>,
     /// The first vertex with a position.
     first: Vec<u32>,
-    beyond_chains: HashMap<Corner, u32>,
+    beyond_chains: HashMap<ObjCorner, u32>,
 }
 
 impl Corners {
-    fn vertex(&mut self, corner: Corner) -> Result<u32, String> {
+    fn vertex(&mut self, corner: ObjCorner) -> Result<u32, String> {
         let position = corner.position as usize;
         if self.first.len() <= position {
             self.first.resize(position + 1, NONE);
@@ -91,7 +91,7 @@ impl Corners {
         Ok(new)
     }
 
-    fn push(&mut self, corner: Corner) -> Result<u32, String> {
+    fn push(&mut self, corner: ObjCorner) -> Result<u32, String> {
         let new = u32::try_from(self.list.len())
             .ok()
             .filter(|new| *new != NONE);
@@ -107,7 +107,7 @@ fn of(kind: &'static str, index: usize) -> impl Fn(String) -> String {
     move |message| format!("{kind} {index}: {message}")
 }
 
-impl Reader {
+impl ObjReader {
     fn line(&mut self, line: &[u8]) -> Result<(), String> {
         let mut words = line
             .split(u8::is_ascii_whitespace)
@@ -152,13 +152,13 @@ impl Reader {
     }
 
     /// `v`, `v/vt`, `v//vn` or `v/vt/vn`.
-    fn corner(&self, word: &[u8]) -> Result<Corner, String> {
+    fn corner(&self, word: &[u8]) -> Result<ObjCorner, String> {
         let mut parts = word.split(|byte| *byte == b'/');
         let mut index = |count: usize, what: &str| match parts.next() {
             None | Some(b"") => Ok(NONE),
             Some(text) => resolve(text, count, what),
         };
-        let corner = Corner {
+        let corner = ObjCorner {
             position: index(self.positions.len(), "vertex")?,
             uv: index(self.uvs.len(), "texture coordinate")?,
             normal: index(self.normals.len(), "normal")?,
@@ -174,14 +174,14 @@ impl Reader {
 
     fn finish(self) -> MeshParts {
         let corners = &self.corners.list;
-        let position = |corner: &Corner| self.positions[corner.position as usize];
-        let normal = |corner: &Corner| {
+        let position = |corner: &ObjCorner| self.positions[corner.position as usize];
+        let normal = |corner: &ObjCorner| {
             self.normals
                 .get(corner.normal as usize)
                 .copied()
                 .unwrap_or_default()
         };
-        let uv = |corner: &Corner| {
+        let uv = |corner: &ObjCorner| {
             self.uvs
                 .get(corner.uv as usize)
                 .copied()

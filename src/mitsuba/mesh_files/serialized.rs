@@ -9,7 +9,7 @@ use std::io::Read;
 use flate2::read::ZlibDecoder;
 use glam::{DVec2, DVec3};
 
-use super::error::{MeshFileError, Place, check_indices};
+use super::error::{FilePlace, MeshFileError, check_indices};
 use crate::geometry::MeshParts;
 
 const FORMAT: u16 = 0x041C;
@@ -39,7 +39,7 @@ pub fn parse(bytes: &[u8], shape_index: u32) -> Result<MeshParts, MeshFileError>
         offset(bytes, version, shape_index)?
     };
     header(bytes, start)?;
-    let mut stream = Stream {
+    let mut stream = MeshStream {
         start,
         compressed: bytes.len() - start - 4,
         decoder: ZlibDecoder::new(&bytes[start + 4..]),
@@ -76,7 +76,7 @@ pub fn parse(bytes: &[u8], shape_index: u32) -> Result<MeshParts, MeshFileError>
 
 /// The version at a mesh's beginning.
 fn header(bytes: &[u8], start: usize) -> Result<u16, MeshFileError> {
-    let fail = |message: String| Err(MeshFileError::new(Place::Byte(start), message));
+    let fail = |message: String| Err(MeshFileError::new(FilePlace::Byte(start), message));
     let Some([f0, f1, v0, v1]) = bytes
         .get(start..)
         .and_then(|bytes| bytes.first_chunk().copied())
@@ -96,7 +96,7 @@ fn header(bytes: &[u8], start: usize) -> Result<u16, MeshFileError> {
 /// Where a mesh begins, from the table at the end: 64 bits each in version 4, 32 in version 3.
 fn offset(bytes: &[u8], version: u16, shape_index: u32) -> Result<usize, MeshFileError> {
     let table_end = bytes.len().saturating_sub(4);
-    let fail = |message: String| MeshFileError::new(Place::Byte(table_end), message);
+    let fail = |message: String| MeshFileError::new(FilePlace::Byte(table_end), message);
     let count = bytes
         .last_chunk()
         .map_or(0, |count| u32::from_le_bytes(*count));
@@ -122,25 +122,25 @@ fn offset(bytes: &[u8], version: u16, shape_index: u32) -> Result<usize, MeshFil
         .filter(|offset| *offset < bytes.len());
     offset.ok_or_else(|| {
         MeshFileError::new(
-            Place::Byte(entry),
+            FilePlace::Byte(entry),
             "the table points behind the end of the file",
         )
     })
 }
 
 /// The decompressed contents of a mesh.
-struct Stream<'a> {
+struct MeshStream<'a> {
     start: usize,
     /// How many bytes follow the mesh's header.
     compressed: usize,
     decoder: ZlibDecoder<&'a [u8]>,
 }
 
-impl Stream<'_> {
+impl MeshStream<'_> {
     fn fill(&mut self, buffer: &mut [u8]) -> Result<(), MeshFileError> {
         self.decoder.read_exact(buffer).map_err(|error| {
             let message = format!("the mesh that begins here cannot be decompressed: {error}");
-            MeshFileError::new(Place::Byte(self.start), message)
+            MeshFileError::new(FilePlace::Byte(self.start), message)
         })
     }
 
@@ -152,7 +152,7 @@ impl Stream<'_> {
             }
         }
         let message = format!("the mesh's name has more than {LONGEST_NAME} bytes");
-        Err(MeshFileError::new(Place::Byte(self.start), message))
+        Err(MeshFileError::new(FilePlace::Byte(self.start), message))
     }
 
     /// Fails where the mesh announces more than what is compressed here can hold.
@@ -176,7 +176,7 @@ impl Stream<'_> {
             "the mesh announces {vertices} vertices and {triangles} triangles, but only {} bytes follow; {MAX_EXPANSION} bytes for each are allowed",
             self.compressed
         );
-        Err(MeshFileError::new(Place::Byte(self.start), message))
+        Err(MeshFileError::new(FilePlace::Byte(self.start), message))
     }
 
     fn take<const N: usize>(&mut self) -> Result<[u8; N], MeshFileError> {
@@ -191,7 +191,7 @@ impl Stream<'_> {
             .map(|count| count as usize)
             .map_err(|_| {
                 MeshFileError::new(
-                    Place::Byte(self.start),
+                    FilePlace::Byte(self.start),
                     format!("{count} {what} are more than 32 bits can number"),
                 )
             })

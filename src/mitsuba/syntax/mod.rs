@@ -48,14 +48,14 @@ pub type ObjectIndex = usize;
 #[derive(Debug, Default)]
 pub struct Tree {
     files: Vec<(PathBuf, Version)>,
-    objects: Vec<Object>,
+    objects: Vec<TreeObject>,
     ids: HashMap<String, ObjectIndex>,
     warnings: Vec<Warning>,
 }
 
 /// What kind of thing an element declares.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Kind {
+pub enum ObjectKind {
     Scene,
     Bsdf,
     Emitter,
@@ -72,7 +72,7 @@ pub enum Kind {
     Volume,
 }
 
-impl Kind {
+impl ObjectKind {
     const TAGS: [(&'static str, Self); 14] = [
         ("scene", Self::Scene),
         ("bsdf", Self::Bsdf),
@@ -109,8 +109,8 @@ impl Kind {
 
 /// A plugin with its properties.
 #[derive(Clone, Debug)]
-pub struct Object {
-    pub kind: Kind,
+pub struct TreeObject {
+    pub kind: ObjectKind,
     /// The `type` attribute; `scene` for the root.
     pub plugin: String,
     pub id: Option<String>,
@@ -175,7 +175,7 @@ pub enum Spectrum {
 
 impl Tree {
     /// The scene element.
-    pub fn root(&self) -> &Object {
+    pub fn root(&self) -> &TreeObject {
         &self.objects[0]
     }
 
@@ -185,12 +185,12 @@ impl Tree {
     }
 
     /// All objects; the root first.
-    pub fn objects(&self) -> &[Object] {
+    pub fn objects(&self) -> &[TreeObject] {
         &self.objects
     }
 
     /// The object with this index.
-    pub fn object(&self, index: ObjectIndex) -> &Object {
+    pub fn object(&self, index: ObjectIndex) -> &TreeObject {
         &self.objects[index]
     }
 

@@ -9,8 +9,10 @@ use roxmltree::{Document, Node, ParsingOptions};
 use super::lines::LineIndex;
 use super::parameters::Parameters;
 use super::transforms::{self, required};
-use super::values::{Element, value, version};
-use super::{Kind, MAX_DEPTH, Object, ObjectIndex, Position, Property, Tree, Value, Version};
+use super::values::{XmlElement, value, version};
+use super::{
+    MAX_DEPTH, ObjectIndex, ObjectKind, Position, Property, Tree, TreeObject, Value, Version,
+};
 use super::{guard, numbers, references, upgrade};
 use crate::mitsuba::error::LoadError;
 use crate::mitsuba::files::{Files, line_ends};
@@ -63,7 +65,7 @@ struct Reader<'a> {
 }
 
 /// The file that elements are read from.
-struct Source {
+struct SourceFile {
     file: u32,
     version: Version,
     lines: LineIndex,
@@ -118,7 +120,7 @@ impl Reader<'_> {
             LoadError::new(at, format!("not well-formed XML: {error}"))
         })?;
         let root = document.root_element();
-        let source = Source {
+        let source = SourceFile {
             file: self.tree.files.len() as u32,
             version: root
                 .attribute("version")
@@ -147,7 +149,7 @@ impl Reader<'_> {
                     ),
                 );
             }
-            None => self.object(root, Kind::Scene, None, &source)?,
+            None => self.object(root, ObjectKind::Scene, None, &source)?,
             Some((parent, _)) if root.tag_name().name() == "scene" => {
                 for child in root.children().filter(Node::is_element) {
                     self.child(child, parent, 1, &source)?;
@@ -162,9 +164,9 @@ impl Reader<'_> {
         Ok(())
     }
 
-    fn object_kind(&self, node: Node, source: &Source) -> Result<Kind, LoadError> {
+    fn object_kind(&self, node: Node, source: &SourceFile) -> Result<ObjectKind, LoadError> {
         let tag = node.tag_name().name();
-        Kind::of_tag(tag).ok_or_else(|| {
+        ObjectKind::of_tag(tag).ok_or_else(|| {
             let at = source.lines.position(source.file, node.range().start);
             LoadError::new(self.tree.source(at), format!("<{tag}> is not an object"))
         })
@@ -178,8 +180,8 @@ impl Reader<'_> {
     fn element<'n>(
         &mut self,
         node: Node<'n, '_>,
-        source: &Source,
-    ) -> Result<Element<'n>, LoadError> {
+        source: &SourceFile,
+    ) -> Result<XmlElement<'n>, LoadError> {
         let at = source.lines.position(source.file, node.range().start);
         let mut attributes = Vec::with_capacity(node.attributes().len());
         for attribute in node.attributes() {
@@ -188,7 +190,7 @@ impl Reader<'_> {
                 Err(message) => return self.fail(at, message),
             }
         }
-        Ok(Element {
+        Ok(XmlElement {
             tag: node.tag_name().name(),
             attributes,
             at,
@@ -199,9 +201,9 @@ impl Reader<'_> {
     fn object(
         &mut self,
         node: Node,
-        kind: Kind,
+        kind: ObjectKind,
         parent: Option<(ObjectIndex, String, usize)>,
-        source: &Source,
+        source: &SourceFile,
     ) -> Result<(), LoadError> {
         let element = self.element(node, source)?;
         let at = element.at;
@@ -212,7 +214,7 @@ impl Reader<'_> {
             &["type", "id", "name"]
         };
         let described = transforms::allow(&element.attributes, allowed).and_then(|()| {
-            if kind == Kind::Scene {
+            if kind == ObjectKind::Scene {
                 return Ok("scene".to_owned());
             }
             required(&element.attributes, "type").map(str::to_owned)
@@ -235,7 +237,7 @@ impl Reader<'_> {
                 ),
             );
         }
-        self.tree.objects.push(Object {
+        self.tree.objects.push(TreeObject {
             kind,
             plugin,
             id,
@@ -266,17 +268,17 @@ impl Reader<'_> {
         node: Node,
         holder: ObjectIndex,
         depth: usize,
-        source: &Source,
+        source: &SourceFile,
     ) -> Result<(), LoadError> {
         let tag = node.tag_name().name();
         let is_spectrum_plugin = tag == "spectrum" && node.has_attribute("type");
         let kind = if is_spectrum_plugin {
-            Some(Kind::Texture)
+            Some(ObjectKind::Texture)
         } else {
-            Kind::of_tag(tag)
+            ObjectKind::of_tag(tag)
         };
         if let Some(kind) = kind {
-            if kind == Kind::Scene {
+            if kind == ObjectKind::Scene {
                 let at = source.lines.position(source.file, node.range().start);
                 return self.fail(at, "a scene cannot be inside another object".to_owned());
             }
@@ -307,9 +309,9 @@ impl Reader<'_> {
     /// Elements that need nothing but their attributes.
     fn simple(
         &mut self,
-        element: &Element,
+        element: &XmlElement,
         holder: ObjectIndex,
-        source: &Source,
+        source: &SourceFile,
     ) -> Result<(), String> {
         let allow = |allowed: &[&str]| transforms::allow(&element.attributes, allowed);
         let get = |name: &str| required(&element.attributes, name);
@@ -368,9 +370,9 @@ impl Reader<'_> {
     fn transform(
         &mut self,
         node: Node,
-        element: &Element,
+        element: &XmlElement,
         holder: ObjectIndex,
-        source: &Source,
+        source: &SourceFile,
     ) -> Result<(), LoadError> {
         let name = transforms::allow(&element.attributes, &["name"])
             .and_then(|()| required(&element.attributes, "name"));
@@ -405,7 +407,7 @@ impl Reader<'_> {
         self.give(holder, name, element.at, Value::Transform(matrix))
     }
 
-    fn include(&mut self, element: &Element, holder: ObjectIndex) -> Result<(), LoadError> {
+    fn include(&mut self, element: &XmlElement, holder: ObjectIndex) -> Result<(), LoadError> {
         let allowed = transforms::allow(&element.attributes, &["filename", "name"]);
         let path = match allowed.and_then(|()| required(&element.attributes, "filename")) {
             Ok(name) => self.files.resolve(name),

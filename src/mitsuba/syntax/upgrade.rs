@@ -8,7 +8,7 @@
 
 use glam::{DMat4, DVec3};
 
-use super::{Object, Property, Tree, Value};
+use super::{Property, Tree, TreeObject, Value};
 
 /// Upgrades the objects of all old files.
 pub fn upgrade(tree: &mut Tree) {
@@ -19,7 +19,7 @@ pub fn upgrade(tree: &mut Tree) {
     }
 }
 
-fn upgrade_object(object: &mut Object) {
+fn upgrade_object(object: &mut TreeObject) {
     for property in &mut object.properties {
         property.name = snake_case(&property.name);
         if object.plugin == "diffuse" && property.name == "diffuse_reflectance" {
@@ -58,7 +58,7 @@ fn snake_case(name: &str) -> String {
 }
 
 /// First the offset, then the scale, as `to_uv`.
-fn gather_uv_transform(object: &mut Object) {
+fn gather_uv_transform(object: &mut TreeObject) {
     let (mut scale, mut offset) = (DVec3::ONE, DVec3::ZERO);
     let mut at = None;
     object.properties.retain(|property| {

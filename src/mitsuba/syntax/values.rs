@@ -1,7 +1,7 @@
 //! Elements that give a property its value.
 
 use super::transforms::{self, attribute, required};
-use super::{Kind, Position, Spectrum, Value, Version, numbers};
+use super::{ObjectKind, Position, Spectrum, Value, Version, numbers};
 use crate::setting::did_you_mean;
 
 /// Tags that give a property a value.
@@ -12,13 +12,13 @@ const VALUE_TAGS: [&str; 8] = [
 const OTHER_TAGS: [&str; 6] = ["alias", "default", "include", "path", "ref", "transform"];
 
 /// An element with its parameters replaced.
-pub struct Element<'a> {
+pub struct XmlElement<'a> {
     pub tag: &'a str,
     pub attributes: Vec<(String, String)>,
     pub at: Position,
 }
 
-impl Element<'_> {
+impl XmlElement<'_> {
     /// The value of an attribute.
     pub fn attribute(&self, name: &str) -> Option<&str> {
         attribute(&self.attributes, name)
@@ -29,11 +29,11 @@ impl Element<'_> {
 ///
 /// Old files may also use `<srgb>` (sRGB-encoded, decoded here) and `<spectrum>` with three numbers
 /// (linear RGB): documented in Mitsuba 0.6 and unambiguous, though Mitsuba 3 rejects them.
-pub fn value(element: &Element, old: bool) -> Result<Value, String> {
+pub fn value(element: &XmlElement, old: bool) -> Result<Value, String> {
     let known = VALUE_TAGS.contains(&element.tag) || (old && element.tag == "srgb");
     if !known {
         let tags = || {
-            Kind::TAGS
+            ObjectKind::TAGS
                 .iter()
                 .map(|(tag, _)| *tag)
                 .chain(VALUE_TAGS)

@@ -16,7 +16,7 @@ use crate::film::{Channel, Image};
 
 /// An image to compare, and what is known of its errors beside its own channels.
 #[derive(Clone, Debug)]
-pub struct Source {
+pub struct CompareImage {
     /// What messages call it: the file's name.
     pub name: String,
     /// The image.
@@ -40,7 +40,7 @@ pub struct Window {
     pub size: [usize; 2],
 }
 
-impl Source {
+impl CompareImage {
     /// An image as it is in its file. `samples` are the replicates that the file's settings name.
     pub fn new(name: impl Into<String>, image: Image) -> Self {
         let settings = image.metadata("settings");
@@ -119,7 +119,7 @@ fn cropped(image: &Image, window: Window) -> Result<Image, CompareError> {
 
 /// What a group of channels says of a layer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Kind {
+pub(super) enum ChannelKind {
     Value,
     StandardError,
     Variance,
@@ -128,7 +128,7 @@ pub(super) enum Kind {
     SecondMoment,
 }
 
-impl Kind {
+impl ChannelKind {
     const SUFFIXES: [(&'static str, Self); 4] = [
         ("stderr", Self::StandardError),
         ("variance", Self::Variance),
@@ -159,7 +159,7 @@ pub(super) struct Contents<'a> {
     pub(super) name: &'a str,
     image: &'a Image,
     corner: [usize; 2],
-    groups: BTreeMap<(&'a str, Kind), BTreeMap<&'a str, &'a Channel>>,
+    groups: BTreeMap<(&'a str, ChannelKind), BTreeMap<&'a str, &'a Channel>>,
 }
 
 /// The names that a layer of all light has.
@@ -174,7 +174,7 @@ impl<'a> Contents<'a> {
         for channel in &image.channels {
             let (prefix, component) = channel.name.rsplit_once('.').unwrap_or(("", &channel.name));
             groups
-                .entry(Kind::of(prefix))
+                .entry(ChannelKind::of(prefix))
                 .or_default()
                 .insert(component, channel);
         }
@@ -187,7 +187,7 @@ impl<'a> Contents<'a> {
     }
 
     /// The channels of a group: red, green, blue, or the one of luminance; none where it is neither.
-    pub(super) fn colour(&self, layer: &str, kind: Kind) -> Vec<&'a Channel> {
+    pub(super) fn colour(&self, layer: &str, kind: ChannelKind) -> Vec<&'a Channel> {
         self.components(layer, kind, &["R", "G", "B"])
             .or_else(|| self.components(layer, kind, &["Y"]))
             .unwrap_or_default()
@@ -197,7 +197,7 @@ impl<'a> Contents<'a> {
     pub(super) fn components(
         &self,
         layer: &str,
-        kind: Kind,
+        kind: ChannelKind,
         names: &[&str],
     ) -> Option<Vec<&'a Channel>> {
         let group = self.groups.get(&(layer, kind))?;
@@ -208,7 +208,7 @@ impl<'a> Contents<'a> {
     pub(super) fn total(&self) -> Result<&'static str, CompareError> {
         TOTALS
             .into_iter()
-            .find(|name| !self.colour(name, Kind::Value).is_empty())
+            .find(|name| !self.colour(name, ChannelKind::Value).is_empty())
             .ok_or_else(|| CompareError::NoTotal {
                 file: self.name.to_owned(),
                 channels: names(self.image.channels.iter()),
@@ -220,11 +220,11 @@ impl<'a> Contents<'a> {
         self.groups
             .keys()
             .filter(|(name, kind)| {
-                *kind == Kind::Value
+                *kind == ChannelKind::Value
                     && !TOTALS.contains(name)
                     && !NOT_LIGHT.contains(name)
-                    && !self.groups.contains_key(&(name, Kind::SecondMoment))
-                    && !self.colour(name, Kind::Value).is_empty()
+                    && !self.groups.contains_key(&(name, ChannelKind::SecondMoment))
+                    && !self.colour(name, ChannelKind::Value).is_empty()
             })
             .map(|(name, _)| *name)
             .collect()
@@ -236,11 +236,11 @@ impl<'a> Contents<'a> {
         const XYZ: [&str; 3] = ["X", "Y", "Z"];
         self.groups
             .keys()
-            .filter(|(_, kind)| *kind == Kind::SecondMoment)
+            .filter(|(_, kind)| *kind == ChannelKind::SecondMoment)
             .find_map(|(name, _)| {
                 Some([
-                    self.components(name, Kind::Value, &XYZ)?,
-                    self.components(name, Kind::SecondMoment, &XYZ)?,
+                    self.components(name, ChannelKind::Value, &XYZ)?,
+                    self.components(name, ChannelKind::SecondMoment, &XYZ)?,
                 ])
             })
     }
@@ -255,11 +255,11 @@ impl<'a> Contents<'a> {
         &self,
         layer: &str,
     ) -> Result<Option<Vec<Cow<'a, [f32]>>>, CompareError> {
-        let errors = self.colour(layer, Kind::StandardError);
+        let errors = self.colour(layer, ChannelKind::StandardError);
         if !errors.is_empty() {
             return self.errors_from(&errors, false);
         }
-        self.errors_from(&self.colour(layer, Kind::Variance), true)
+        self.errors_from(&self.colour(layer, ChannelKind::Variance), true)
     }
 
     /// Channels as standard errors.
@@ -295,7 +295,8 @@ impl<'a> Contents<'a> {
 
     /// Lower and upper bounds of each channel, or `None` where there are none or all are NaN.
     pub(super) fn bounds(&self, layer: &str) -> Result<Option<Vec<[&'a [f32]; 2]>>, CompareError> {
-        let [lows, highs] = [Kind::Low, Kind::High].map(|kind| self.colour(layer, kind));
+        let [lows, highs] =
+            [ChannelKind::Low, ChannelKind::High].map(|kind| self.colour(layer, kind));
         if lows.is_empty() || lows.len() != highs.len() || are_unknown(&lows) {
             return Ok(None);
         }

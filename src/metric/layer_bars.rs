@@ -3,8 +3,8 @@
 use std::borrow::Cow;
 
 use super::bars::Bars;
-use super::source::{Contents, Kind, TOTALS, component};
-use super::{CompareError, Source};
+use super::image::{ChannelKind, Contents, TOTALS, component};
+use super::{CompareError, CompareImage};
 use crate::film::Channel;
 
 /// Linear sRGB to CIE XYZ under D65 (IEC 61966-2-1), as Mitsuba's `moment` integrator converts.
@@ -18,19 +18,19 @@ const RGB_TO_XYZ: [[f32; 3]; 3] = [
 const ROUNDING: f64 = 1.0 / (1 << 24) as f64;
 
 /// One layer of one image.
-pub(super) struct Measured<'a> {
+pub(super) struct LayerBars<'a> {
     /// `R`, `G`, `B`; `X`, `Y`, `Z`; or `Y`.
     pub(super) names: Vec<&'a str>,
     /// Values and bars, channel by channel.
     pub(super) bars: Vec<Bars<'a>>,
 }
 
-impl<'a> Measured<'a> {
+impl<'a> LayerBars<'a> {
     /// A layer as its file has it: with moments where it is all light and they are there, else with
     /// the errors of a separate image where one is given, else with its own.
     pub(super) fn of(
         contents: &Contents<'a>,
-        source: &'a Source,
+        source: &'a CompareImage,
         layer: &str,
         is_total: bool,
     ) -> Result<Self, CompareError> {
@@ -40,7 +40,7 @@ impl<'a> Measured<'a> {
         {
             return Self::from_moments(contents, source, &means, &squares);
         }
-        let values = contents.colour(layer, Kind::Value);
+        let values = contents.colour(layer, ChannelKind::Value);
         let (errors, bounds) = match &source.errors {
             None => (contents.standard_errors(layer)?, contents.bounds(layer)?),
             Some((name, image)) => {
@@ -69,7 +69,7 @@ impl<'a> Measured<'a> {
     /// may be off by n u of themselves (Higham 2002, section 4.2), so m₂ by n u and m₁² by 2 n u.
     fn from_moments(
         contents: &Contents<'a>,
-        source: &Source,
+        source: &CompareImage,
         means: &[&'a Channel],
         squares: &[&'a Channel],
     ) -> Result<Self, CompareError> {
@@ -169,7 +169,7 @@ fn separate_errors<'a>(
         if let Some(found) = errors.standard_errors(name)?.filter(fitting) {
             return Ok(Some(found));
         }
-        let found = errors.errors_from(&errors.colour(name, Kind::Value), false)?;
+        let found = errors.errors_from(&errors.colour(name, ChannelKind::Value), false)?;
         if let Some(found) = found.filter(fitting) {
             return Ok(Some(found));
         }
