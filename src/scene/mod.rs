@@ -1,4 +1,4 @@
-//! What a scene holds: immutable and validated.
+//! Scenes: shapes, materials, emitters and sensors, immutable and validated.
 
 mod coincidence;
 mod emitter;

@@ -25,14 +25,14 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// Checks the parts as a whole, looks the meshes over and builds the search tree.
+    /// Checks the parts as a whole, looks for defects of meshes and builds the search tree.
     ///
-    /// What is odd about a mesh becomes a warning: an open refractor still bends light, only
-    /// not as a solid would. So does an interface at the same place as another surface.
+    /// Oddities of a mesh become warnings: an open refractor still bends light, only not as a solid would. An
+    /// interface at the same place as another surface becomes a warning, too.
     ///
     /// # Errors
     ///
-    /// Where a number is outside its physical range or an index refers to nothing.
+    /// If a number is outside its physical range or an index refers to nothing.
     pub fn new(parts: SceneParts) -> Result<Self, SceneError> {
         validate::check(&parts)?;
         let mut warnings = parts.warnings;
@@ -76,7 +76,7 @@ impl Scene {
         &self.world
     }
 
-    /// What is known of each shape beside its form.
+    /// The entry of each shape, beside its form.
     pub fn objects(&self) -> &[Object] {
         &self.objects
     }
@@ -109,27 +109,27 @@ impl Scene {
         &self.textures[id.0 as usize]
     }
 
-    /// In the file's order.
+    /// All emitters, in the file's order.
     pub fn emitters(&self) -> &[Emitter] {
         &self.emitters
     }
 
-    /// In the file's order.
+    /// All sensors, in the file's order.
     pub fn sensors(&self) -> &[Sensor] {
         &self.sensors
     }
 
-    /// How the file's integrator ends paths, where it is one that follows paths.
+    /// The limits that the file's integrator sets on paths, if it is one that follows paths.
     pub fn integrator(&self) -> Option<&Integrator> {
         self.integrator.as_ref()
     }
 
-    /// What is odd, but no error.
+    /// Oddities that are no errors.
     pub fn warnings(&self) -> &[Warning] {
         &self.warnings
     }
 
-    /// What the file holds that makes no difference here.
+    /// Contents of the file that make no difference here.
     pub fn ignored(&self) -> &[Ignored] {
         &self.ignored
     }

@@ -1,20 +1,21 @@
-//! A shape's entry in a scene, beside its form.
+//! Names, places and materials of shapes.
 
 use super::{MaterialId, SourcePosition};
 
-/// The index of a shape in [`Scene::objects`](super::Scene::objects) and in the [`World`](crate::geometry::World).
+/// The index of a shape in [`Scene::objects`](super::Scene::objects) and in the
+/// [`World`](crate::geometry::World).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize)]
 pub struct ShapeId(pub u32);
 
-/// What a scene says of one shape beside its form.
+/// A shape's entry in a scene, beside its form.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Object {
     /// The file's `id`, or one made from the plugin and a number.
     pub id: String,
     /// The name of Mitsuba's plugin.
     pub plugin: &'static str,
-    /// Where the file declares it.
+    /// The place where the file declares it.
     pub declared_at: SourcePosition,
-    /// What happens to light on it.
+    /// Its material.
     pub material: MaterialId,
 }

@@ -7,40 +7,40 @@ use super::{
 };
 use crate::geometry::Shape;
 
-/// What a reader found in its files, before it is checked as a whole.
+/// The contents of a scene's files, before they are checked as a whole.
 #[derive(Debug, Default)]
 pub struct SceneParts {
     /// The main file, as named by the caller.
     pub path: PathBuf,
-    /// A hash (BLAKE3, hex) over the main file and all files it names, in order of first use,
-    /// and over the parameters given.
+    /// A hash (BLAKE3, hex) over the main file and all files it names, in order of first use, and over the
+    /// parameters given.
     pub content_hash: String,
-    /// The forms.
+    /// The forms of shapes.
     pub shapes: Vec<Shape>,
-    /// What else is known of each form; as long as `shapes`.
+    /// The entry of each form; as long as `shapes`.
     pub objects: Vec<Object>,
-    /// Referred to by [`MaterialId`](super::MaterialId).
+    /// All materials; [`MaterialId`](super::MaterialId) is an index here.
     pub materials: Vec<Material>,
-    /// Referred to by [`TextureId`](super::TextureId).
+    /// All textures; [`TextureId`](super::TextureId) is an index here.
     pub textures: Vec<Texture>,
-    /// In the file's order.
+    /// All emitters, in the file's order.
     pub emitters: Vec<Emitter>,
-    /// In the file's order.
+    /// All sensors, in the file's order.
     pub sensors: Vec<Sensor>,
-    /// How the file's integrator ends paths, where it is one that follows paths.
+    /// The limits that the file's integrator sets on paths, if it is one that follows paths.
     pub integrator: Option<Integrator>,
-    /// What the reader found odd.
+    /// Oddities that the reader found.
     pub warnings: Vec<Warning>,
-    /// What the file holds that this program has no use for.
+    /// Contents of the file that this program has no use for.
     pub ignored: Vec<Ignored>,
 }
 
-/// Why parts do not make a scene.
+/// Reason why parts do not make a scene.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{at}: {message}")]
 pub struct SceneError {
-    /// Where the file declares what is wrong.
+    /// The place where the file declares what is wrong.
     pub at: SourcePosition,
-    /// What is wrong, and what is allowed.
+    /// The problem, and what is allowed.
     pub message: String,
 }

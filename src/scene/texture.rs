@@ -1,8 +1,9 @@
 //! Quantities that vary over a surface.
 //!
-//! A parameter of a material is a constant or refers to a texture, and is asked for its value at a
-//! [`TexturePoint`](super::TexturePoint). Conventions are Mitsuba's (checked against 3.9.1, see `tests/scattering/textures.rs`): v = 0 is
-//! the first row of an image, and the center of the first texel lies half a texel from the border.
+//! A parameter of a material is a constant or refers to a texture. It is asked for its value at a
+//! [`TexturePoint`](super::TexturePoint). Conventions are Mitsuba's (checked against 3.9.1, see
+//! `tests/scattering/textures.rs`): v = 0 is the first row of an image, and the center of the first texel
+//! lies half a texel from the border.
 
 use std::sync::Arc;
 
@@ -20,10 +21,10 @@ pub struct TextureId(pub u32);
 pub enum Color {
     /// The same everywhere.
     Constant(Rgb),
-    /// Looked up.
+    /// Looked up in a texture.
     Texture(TextureId),
-    /// The file names an image that is not there, or a spectrum from a file, which is not
-    /// modelled. No irradiance depends on a diffuse reflectance; what a camera sees does.
+    /// Not known: the file names an image that is not there, or a spectrum from a file, which is not
+    /// modelled. No irradiance depends on a diffuse reflectance; the light that a camera sees does.
     Unknown,
 }
 
@@ -32,7 +33,7 @@ pub enum Color {
 pub enum Scalar {
     /// The same everywhere.
     Constant(f64),
-    /// Looked up; of colours the luminance.
+    /// Looked up in a texture: the luminance of its colour.
     Texture(TextureId),
 }
 
@@ -40,7 +41,7 @@ impl Color {
     /// One everywhere: a factor that changes nothing.
     pub const WHITE: Self = Self::Constant(Rgb::WHITE);
 
-    /// The value of a colour that is the same everywhere; black of any other.
+    /// The value of a colour that is the same everywhere; black for any other.
     #[inline]
     pub fn even(&self) -> Rgb {
         match self {
@@ -49,7 +50,7 @@ impl Color {
         }
     }
 
-    /// Whether red, green and blue are known to be the same everywhere.
+    /// True if red, green and blue are known to be the same everywhere.
     pub fn is_grey(&self) -> bool {
         matches!(self, Self::Constant(rgb) if rgb.is_grey())
     }
@@ -72,13 +73,13 @@ impl Scalar {
         }
     }
 
-    /// Whether it may be above 0 anywhere.
+    /// True if it may be above 0 anywhere.
     #[inline]
     pub fn may_exceed_zero(&self) -> bool {
         !matches!(self, Self::Constant(number) if *number <= 0.0)
     }
 
-    /// Whether it may lie between 0 and 1 anywhere, as an opacity.
+    /// True if it may lie between 0 and 1 anywhere, as an opacity.
     #[inline]
     pub fn is_partial(&self) -> bool {
         !matches!(self, Self::Constant(number) if *number <= 0.0 || *number >= 1.0)
@@ -92,11 +93,11 @@ pub enum Texture {
     Bitmap(BitmapTexture),
     /// Two colours in turn, two by two squares to the unit square.
     Checkerboard {
-        /// Where u and v are in the same half of the unit interval.
+        /// The colour where u and v are in the same half of the unit interval.
         color0: Rgb,
-        /// Where they are not.
+        /// The colour elsewhere.
         color1: Rgb,
-        /// What is done to (u, v, 1) first.
+        /// The transform that is applied to (u, v, 1) first.
         to_uv: DMat3,
     },
     /// Values that a mesh file gives for its vertices or faces.
@@ -108,7 +109,7 @@ pub enum Texture {
     },
     /// Another texture, times a factor.
     Scaled {
-        /// Which.
+        /// The other texture.
         nested: TextureId,
         /// The factor.
         scale: Rgb,
@@ -120,15 +121,15 @@ pub enum Texture {
 pub struct BitmapTexture {
     /// Its texels, as they are used: linear unless the file asked for raw values.
     pub image: Arc<Bitmap>,
-    /// What is between the centers of texels.
+    /// The value between the centers of texels.
     pub filter: TextureFilter,
-    /// What is outside of the unit square.
+    /// The value outside of the unit square.
     pub wrap: TextureWrap,
-    /// What is done to (u, v, 1) first.
+    /// The transform that is applied to (u, v, 1) first.
     pub to_uv: DMat3,
 }
 
-/// What is between the centers of texels.
+/// The value between the centers of texels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TextureFilter {
     /// The texel itself.
@@ -137,7 +138,7 @@ pub enum TextureFilter {
     Bilinear,
 }
 
-/// What is outside of the unit square.
+/// The value outside of the unit square.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TextureWrap {
     /// The image again.
@@ -172,7 +173,7 @@ impl BitmapTexture {
         }
     }
 
-    /// How the luminance changes with u and v: of the blend, so zero without one.
+    /// The change of luminance with u and v. It is that of the blend, so zero without one.
     pub fn gradient(&self, uv: DVec2) -> DVec2 {
         if self.filter == TextureFilter::Nearest {
             return DVec2::ZERO;
@@ -183,8 +184,8 @@ impl BitmapTexture {
             (b - a) * (1.0 - weight.y) + (d - c) * weight.y,
             (c - a) * (1.0 - weight.x) + (d - b) * weight.x,
         );
-        // The chain rule through `to_uv`. Mitsuba multiplies by the image's size after it, not before:
-        // the same unless `to_uv` turns an image that is not square.
+        // The chain rule through `to_uv`. Mitsuba multiplies by the image's size after `to_uv`, not before.
+        // Both are the same unless `to_uv` turns an image that is not square.
         self.size()
             * DVec2::new(
                 self.to_uv.x_axis.truncate().dot(by_texel),
@@ -196,7 +197,7 @@ impl BitmapTexture {
         DVec2::new(self.image.width() as f64, self.image.height() as f64)
     }
 
-    /// The texel whose center is the upper left of the four nearest, and how far from it.
+    /// The texel whose center is the upper left of the four nearest, and the distance from it.
     fn cell(&self, uv: DVec2) -> (DVec2, DVec2) {
         let at = self.to_uv.transform_point2(uv) * self.size() - 0.5;
         let corner = at.floor();
@@ -229,7 +230,7 @@ impl TextureWrap {
             }
             Self::Clamp => at,
         };
-        // Saturates; and a remainder that rounded up to the size itself is brought back.
+        // The cast saturates, and a remainder that rounded up to the size itself is brought back.
         (inside.max(0.0) as usize).min(count - 1)
     }
 }

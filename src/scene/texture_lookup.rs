@@ -1,4 +1,4 @@
-//! The values that a scene's textures have at a place of a surface.
+//! The values of a scene's textures at a place of a surface.
 
 use glam::DVec2;
 
@@ -6,18 +6,18 @@ use super::{Color, Scalar, Scene, Texture, TextureId, luminance};
 use crate::geometry::{Hit, Mesh, Shape, SurfacePoint};
 use crate::radiometry::Rgb;
 
-/// Where on a surface a texture is looked up.
+/// The place of a surface at which a texture is looked up.
 #[derive(Clone, Copy, Debug)]
 pub struct TexturePoint<'a> {
     /// Surface parameters.
     pub uv: DVec2,
-    /// The mesh, face and barycentric weights, where the surface is a mesh.
+    /// The mesh, face and barycentric weights, if the surface is a mesh.
     pub mesh: Option<(&'a Mesh, u32, DVec2)>,
 }
 
 impl<'a> TexturePoint<'a> {
-    /// The place of a hit; `point` must be [`World::surface_point`](crate::geometry::World::surface_point)
-    /// of it.
+    /// The place of a hit; `point` must be [`World::surface_point`](crate::geometry::World::surface_point) of
+    /// it.
     #[inline]
     pub fn new(scene: &'a Scene, hit: &Hit, point: &SurfacePoint) -> Self {
         let mesh = match &scene.world().shapes()[hit.shape as usize] {
@@ -73,7 +73,7 @@ impl Scene {
         }
     }
 
-    /// How a texture's luminance changes with u and v; zero where that is not known.
+    /// The change of a texture's luminance with u and v; zero if it is not known.
     pub fn texture_gradient(&self, id: TextureId, at: &TexturePoint) -> DVec2 {
         match self.texture(id) {
             Texture::Bitmap(bitmap) => bitmap.gradient(at.uv),
