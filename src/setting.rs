@@ -6,7 +6,7 @@ pub enum SettingError {
     /// No such name.
     #[error("no {what} is called \"{name}\"{suggestion}; there are {there}")]
     Unknown {
-        /// What was named.
+        /// The thing named.
         what: String,
         /// The name.
         name: String,
@@ -20,9 +20,9 @@ pub enum SettingError {
     Value {
         /// The setting.
         key: String,
-        /// What was asked for.
+        /// The value asked for.
         value: String,
-        /// What can be.
+        /// The values allowed.
         allowed: String,
     },
 }
@@ -58,10 +58,10 @@ const LONGEST_NAME: usize = 64;
 
 /// `; did you mean "x"?` with the name nearest to the one written, or nothing if none is near.
 ///
-/// A name is near if at most a third of its letters are inserted, removed, replaced or swapped with
-/// their neighbour. That is one slip in three to five letters and two in six to eight; with more
-/// slips, short names begin to resemble unrelated words. Case, `_`, `-` and spaces do not count.
-/// Among names equally near, the first by alphabet is taken, whatever the order of `there`.
+/// A name is near if at most a third of its letters are inserted, removed, replaced or swapped with their
+/// neighbour. That is one slip in three to five letters and two in six to eight; with more slips, short names
+/// begin to resemble unrelated words. Case, `_`, `-` and spaces do not count. Among names equally near, the
+/// first by alphabet is taken, whatever the order of `there`.
 pub fn did_you_mean<'a>(name: &str, there: impl IntoIterator<Item = &'a str>) -> String {
     if name.len() > LONGEST_NAME {
         return String::new();

@@ -11,12 +11,12 @@ pub struct Bars<'a> {
     pub standard_errors: Option<Cow<'a, [f32]>>,
     /// Lower and upper bounds.
     pub bounds: Option<[Cow<'a, [f32]>; 2]>,
-    /// Degrees of freedom of the standard errors; infinite where they count as exact.
+    /// Degrees of freedom of the standard errors; infinite if they count as exact.
     pub freedom: f64,
 }
 
 impl Bars<'_> {
-    /// Whether anything is known of the errors.
+    /// True if anything is known of the errors.
     pub fn has_any(&self) -> bool {
         self.standard_errors.is_some() || self.bounds.is_some()
     }

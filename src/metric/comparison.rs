@@ -1,4 +1,4 @@
-//! All figures of two images.
+//! The figures of two images, all together.
 
 use serde::Serialize;
 
@@ -17,26 +17,26 @@ use super::{CompareError, CompareImage};
 pub struct LayerComparison {
     /// The layer's name.
     pub layer: String,
-    /// Whether it is all light.
+    /// True if it is all light.
     pub is_total: bool,
     /// Texels a row and rows.
     pub size: [usize; 2],
     /// Figures that need no error bars.
     pub difference: Difference,
-    /// SSIM; `None` where the image is smaller than its window or the reference dark.
+    /// SSIM; `None` if the image is smaller than its window or the reference dark.
     pub similarity: Option<Similarity>,
-    /// HDR-FLIP; `None` where it is left out or the reference dark.
+    /// HDR-FLIP; `None` if it is left out or the reference dark.
     pub flip: Option<Flip>,
-    /// What the error bars say; `None` where neither image has any.
+    /// The tests against the error bars; `None` if neither image has any.
     pub significance: Option<Significance>,
     /// The verdicts at the margin.
     pub equivalence: Equivalence,
 }
 
-/// HDR-FLIP of a layer, and what it depends on.
+/// HDR-FLIP of a layer, and the settings that it depends on.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Flip {
-    /// The mean over texels: 0 none to 1.
+    /// The mean over texels: from 0 (no difference) to 1.
     pub mean: f64,
     /// The largest of a texel.
     pub max: f64,
@@ -53,13 +53,13 @@ pub struct Comparison {
     pub a: String,
     /// The second.
     pub b: String,
-    /// How they were compared.
+    /// The settings of the comparison.
     pub settings: CompareSettings,
     /// All light first, then layer by layer.
     pub layers: Vec<LayerComparison>,
     /// The worst verdict of any layer.
     pub verdict: Verdict,
-    /// What is odd about the images.
+    /// Oddities of the images.
     pub notes: Vec<String>,
 }
 
@@ -104,7 +104,7 @@ impl Comparison {
     }
 }
 
-/// What is taken for granted of error bars.
+/// Notes on the assumptions about error bars.
 fn notes_on_bars(
     pairing: &Pairing,
     a: &CompareImage,
@@ -164,7 +164,7 @@ impl LayerComparison {
 }
 
 impl Flip {
-    /// HDR-FLIP of a layer; `None` where the reference has no light to set exposures by.
+    /// HDR-FLIP of a layer; `None` if the reference has no light to set exposures by.
     pub fn of(pair: &LayerPair, pixels_per_degree: f32) -> Option<Self> {
         let channel = |c: usize| &pair.channels[c.min(pair.channels.len() - 1)];
         let images = Images {

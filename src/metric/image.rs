@@ -1,4 +1,4 @@
-//! What is in a file: layers, and what it says of their errors.
+//! The contents of an image file: layers, and their errors.
 //!
 //! | channels | meaning |
 //! |---|---|
@@ -6,7 +6,7 @@
 //! | `NAME.stderr.R` ... | one standard error of it |
 //! | `NAME.variance.R` ... | its variance: the standard error squared |
 //! | `NAME.lo.R` ..., `NAME.hi.R` ... | its lower and upper bounds |
-//! | `NAME.X .Y .Z` with `m2_NAME.X` ... | mean and second moment of one sample in CIE XYZ: Mitsuba's `moment` |
+//! | `NAME.X .Y .Z` with `m2_NAME.X` ... | mean, second moment of a sample in CIE XYZ: Mitsuba's `moment` |
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -17,17 +17,17 @@ use crate::film::{Channel, Image};
 /// An image to compare, and what is known of its errors beside its own channels.
 #[derive(Clone, Debug)]
 pub struct CompareImage {
-    /// What messages call it: the file's name.
+    /// The name for messages: the file's.
     pub name: String,
     /// The image.
     pub image: Image,
-    /// A separate image of standard errors and its name: channels as in a layer (`R`), or named as
-    /// errors (`stderr.R`, `variance.R`).
+    /// A separate image of standard errors and its name: channels as in a layer (`R`), or named as errors
+    /// (`stderr.R`, `variance.R`).
     pub errors: Option<(String, Image)>,
-    /// How many independent values each standard error comes from: replicates, or samples a pixel.
-    /// Where it is not known, standard errors count as exact.
+    /// Number of independent values behind each standard error: replicates, or samples a pixel. If it is not
+    /// known, standard errors count as exact.
     pub samples: Option<u64>,
-    /// Where the image's upper left texel was in its file, which messages and places refer to.
+    /// The place of the image's upper left texel in its file. Messages and places refer to the file.
     pub corner: [usize; 2],
 }
 
@@ -60,7 +60,7 @@ impl CompareImage {
     ///
     /// # Errors
     ///
-    /// Where the window is empty or leaves the image.
+    /// If the window is empty or leaves the image.
     pub fn cropped(&self, window: Window) -> Result<Self, CompareError> {
         let errors = match &self.errors {
             Some((name, image)) => Some((name.clone(), cropped(image, window)?)),
@@ -75,7 +75,7 @@ impl CompareImage {
         })
     }
 
-    /// Degrees of freedom of the standard errors; infinite where they count as exact.
+    /// Degrees of freedom of the standard errors; infinite if they count as exact.
     pub(super) fn freedom(&self) -> f64 {
         self.samples
             .map_or(f64::INFINITY, |n| n.saturating_sub(1).max(1) as f64)
@@ -117,7 +117,7 @@ fn cropped(image: &Image, window: Window) -> Result<Image, CompareError> {
     })
 }
 
-/// What a group of channels says of a layer.
+/// The meaning of a group of channels for a layer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum ChannelKind {
     Value,
@@ -165,7 +165,7 @@ pub(super) struct Contents<'a> {
 /// The names that a layer of all light has.
 pub(super) const TOTALS: [&str; 3] = ["E", "L", ""];
 
-/// What is not light although its channels are named like a layer's.
+/// Names of channels that look like a layer's but hold no light.
 const NOT_LIGHT: [&str; 1] = ["count"];
 
 impl<'a> Contents<'a> {
@@ -186,14 +186,14 @@ impl<'a> Contents<'a> {
         }
     }
 
-    /// The channels of a group: red, green, blue, or the one of luminance; none where it is neither.
+    /// The channels of a group: red, green, blue, or luminance alone; none if it has neither.
     pub(super) fn colour(&self, layer: &str, kind: ChannelKind) -> Vec<&'a Channel> {
         self.components(layer, kind, &["R", "G", "B"])
             .or_else(|| self.components(layer, kind, &["Y"]))
             .unwrap_or_default()
     }
 
-    /// The channels of these components, where all are there.
+    /// The channels of these components, if all are there.
     pub(super) fn components(
         &self,
         layer: &str,
@@ -230,8 +230,7 @@ impl<'a> Contents<'a> {
             .collect()
     }
 
-    /// Mean and second moment of one sample in X, Y and Z, where the file has them: three channels
-    /// each.
+    /// Mean and second moment of one sample in X, Y and Z, if the file has them: three channels each.
     pub(super) fn moments(&self) -> Option<[Vec<&'a Channel>; 2]> {
         const XYZ: [&str; 3] = ["X", "Y", "Z"];
         self.groups
@@ -250,7 +249,7 @@ impl<'a> Contents<'a> {
         self.check(channels, f32::is_finite, not_finite)
     }
 
-    /// Standard errors, or `None` where there are none or all are NaN, which says "not known".
+    /// Standard errors, or `None` if there are none or all are NaN, which says "not known".
     pub(super) fn standard_errors(
         &self,
         layer: &str,
@@ -293,7 +292,7 @@ impl<'a> Contents<'a> {
         Ok(Some(errors.collect()))
     }
 
-    /// Lower and upper bounds of each channel, or `None` where there are none or all are NaN.
+    /// Lower and upper bounds of each channel, or `None` if there are none or all are NaN.
     pub(super) fn bounds(&self, layer: &str) -> Result<Option<Vec<[&'a [f32]; 2]>>, CompareError> {
         let [lows, highs] =
             [ChannelKind::Low, ChannelKind::High].map(|kind| self.colour(layer, kind));

@@ -1,4 +1,4 @@
-//! Two images, and how far they are apart: differences, significance, equivalence.
+//! Comparison of two images: differences, significance, equivalence.
 //!
 //! ```no_run
 //! use nephroid::film::exr;
@@ -19,8 +19,8 @@
 //! | [`equivalence`] | is it less than a margin? |
 //! | [`maps`] | where? |
 //!
-//! `docs/compare.md` has every formula and its source. All sums are taken in a fixed order: figures are the
-//! same bits on any number of threads.
+//! `docs/compare.md` has every formula and its source. All sums are taken in a fixed order, so that figures
+//! are the same bits on any number of threads.
 
 pub mod bars;
 mod comparison;

@@ -9,21 +9,23 @@ use super::{CompareError, CompareImage};
 /// A layer of the reference beside the same layer of the other image.
 #[derive(Clone, Debug)]
 pub struct LayerPair<'a> {
-    /// `LTTD`, ...; of all light the name it has in both files, or `total`.
+    /// `LTTD`, ...; for all light the name it has in both files, or `total`.
     pub name: String,
-    /// Whether it is all light.
+    /// True if it is all light.
     pub is_total: bool,
     /// Texels a row.
     pub width: usize,
     /// Rows.
     pub height: usize,
-    /// Where the upper left texel is in the files.
+    /// The place of the upper left texel in the files.
     pub corner: [usize; 2],
-    /// Red, green and blue, or luminance alone; one channel, too, where all three are the same in
-    /// both images: each figure over channels is then the same.
+    /// Red, green and blue, or luminance alone.
+    ///
+    /// If all three are the same in both images, one channel stands for them: each figure over channels is
+    /// then the same.
     pub channels: Vec<ChannelPair<'a>>,
-    /// The channels again, with their error bars, as they can be tested: X, Y and Z where one
-    /// image has its moments in these. Empty where neither image has error bars.
+    /// The channels again, with their error bars, as they can be tested: X, Y and Z if one image has its
+    /// moments in these. Empty if neither image has error bars.
     pub tests: Vec<TestPair<'a>>,
 }
 
@@ -34,7 +36,7 @@ pub struct ChannelPair<'a> {
     pub name: String,
     /// The truth.
     pub reference: &'a [f32],
-    /// What is compared with it.
+    /// The values compared with it.
     pub other: &'a [f32],
 }
 
@@ -45,11 +47,11 @@ pub struct TestPair<'a> {
     pub name: String,
     /// The truth.
     pub reference: Bars<'a>,
-    /// What is compared with it.
+    /// The values compared with it.
     pub other: Bars<'a>,
 }
 
-/// All layers that two images share, and what is odd about them.
+/// All layers that two images share, with notes on oddities.
 #[derive(Clone, Debug)]
 pub struct Pairing<'a> {
     /// All light first, then layer by layer.
@@ -59,13 +61,12 @@ pub struct Pairing<'a> {
 }
 
 impl<'a> Pairing<'a> {
-    /// Puts the layers of two images side by side; `wanted` are those to take, all where empty.
+    /// The layers of two images side by side; `wanted` are those to take, all if empty.
     ///
     /// # Errors
     ///
-    /// For images of different size, channels or quantity, a layer wanted that is not in both,
-    /// and anything but finite numbers, negative standard errors or crossed bounds in a layer
-    /// that is taken.
+    /// If the images differ in size, channels or quantity, or a wanted layer is not in both. Also if a layer
+    /// that is taken has anything but finite numbers, negative standard errors or crossed bounds.
     pub fn new(
         a: &'a CompareImage,
         b: &'a CompareImage,
@@ -91,7 +92,7 @@ impl<'a> Pairing<'a> {
             "total"
         };
         let [layers_a, layers_b] = [in_a.layers(), in_b.layers()];
-        // What has no layer of its own is the same light only where the same layers were split off.
+        // The rest without layers of its own is the same light only if the same layers were split off.
         let is_comparable = |name: &str| name != REST || layers_a == layers_b;
         let shared: Vec<&str> = layers_a
             .iter()
@@ -165,7 +166,7 @@ fn check_sizes(a: &CompareImage, b: &CompareImage) -> Result<(), CompareError> {
     }
 }
 
-/// One layer of both images; `layers` is what A and B call it.
+/// One layer of both images; `layers` are its names in A and B.
 fn pair<'a>(
     name: &str,
     is_total: bool,
@@ -228,7 +229,7 @@ fn pair<'a>(
     })
 }
 
-/// The channels of a layer with their bars; none where neither image has any.
+/// The channels of a layer with their bars; none if neither image has any.
 fn tests(measured: [LayerBars; 2], reference: ImageSide) -> Vec<TestPair> {
     let has_bars = measured
         .iter()
@@ -261,7 +262,7 @@ impl LayerPair<'_> {
         self.width * self.height
     }
 
-    /// Column and row in the files of a texel.
+    /// Column and row of a texel in the files.
     pub fn place(&self, texel: usize) -> [usize; 2] {
         [
             self.corner[0] + texel % self.width,

@@ -1,4 +1,4 @@
-//! Settings of a comparison.
+//! The settings of a comparison.
 
 use serde::Serialize;
 
@@ -14,25 +14,25 @@ pub enum ImageSide {
     B,
 }
 
-/// How to compare.
+/// Settings of a comparison.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CompareSettings {
-    /// Which image is the truth.
+    /// The image that is the truth.
     pub reference: ImageSide,
-    /// Layers to compare; all that both images have where empty.
+    /// Layers to compare; all that both images have if empty.
     pub layers: Vec<String>,
     /// The difference that matters, as a fraction of the reference's mean.
     pub margin: f64,
-    /// How often a test may say of equal images that they differ (and of images a margin apart
-    /// that they are equivalent).
+    /// The significance level: the probability that a test calls equal images different (and images a margin
+    /// apart equivalent).
     pub level: f64,
     /// Pixels a degree of vision for FLIP; `None` leaves FLIP out.
     pub pixels_per_degree: Option<f32>,
 }
 
 impl Default for CompareSettings {
-    /// Against the first image, all layers, a margin of 1 %, a level of 5 %, with FLIP at 0.7 m from
-    /// a 4K screen.
+    /// The first image as truth, all layers, a margin of 1 %, a level of 5 %, and FLIP at 0.7 m from a 4K
+    /// screen.
     fn default() -> Self {
         Self {
             reference: ImageSide::A,

@@ -1,4 +1,4 @@
-//! `nephroid compare`: how far two images are apart.
+//! `nephroid compare`: figures of the difference of two images.
 
 mod args;
 mod pictures;
@@ -13,7 +13,7 @@ use crate::film::exr;
 use crate::metric::{CompareImage, Comparison, Pairing, Verdict};
 pub use args::{CompareArgs, SideArg};
 
-/// What `--json` prints.
+/// The output of `--json`.
 #[derive(Serialize)]
 struct Output<'a> {
     #[serde(flatten)]
@@ -28,7 +28,7 @@ struct Output<'a> {
 ///
 /// # Errors
 ///
-/// Where an image cannot be read, the two cannot be compared, or a map not written.
+/// If an image cannot be read, the two cannot be compared, or a map not written.
 pub fn compare(args: &CompareArgs) -> anyhow::Result<Outcome> {
     // Side by side: large files take longer to read than to compare.
     let (a, b) = rayon::join(

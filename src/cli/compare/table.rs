@@ -13,7 +13,7 @@ pub(super) struct TextTable<'a> {
     files: &'a [String],
 }
 
-/// What stands where there is no figure.
+/// The mark for a figure that does not exist.
 const NOTHING: &str = "-";
 
 impl<'a> TextTable<'a> {
@@ -223,7 +223,7 @@ impl<'a> TextTable<'a> {
         )
     }
 
-    /// What the figures depend on.
+    /// Prints the conventions and settings that the figures depend on.
     fn conventions(&self, out: &mut fmt::Formatter) -> fmt::Result {
         let Some(layer) = self.report.layers.first() else {
             return Ok(());
@@ -340,7 +340,7 @@ fn signed_percent(value: Option<f64>) -> String {
     optional(value, |value| format!("{:+.4} %", 100.0 * value))
 }
 
-/// A percentage without the last digits that a product of decimals has.
+/// A percentage without the last digits, which come from a product of decimals.
 fn rounded(value: f64) -> f64 {
     (value * 1e6).round() / 1e6
 }

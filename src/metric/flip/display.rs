@@ -1,7 +1,7 @@
-//! What a display makes of a value: clamped, or exposed and tone-mapped.
+//! The values that a display shows: clamped, or exposed and tone-mapped.
 
-/// Narkowicz' fit of the ACES tone curve, (p₀ x² + p₁ x) / (q₀ x² + q₁ x + q₂), for x without the
-/// exposure of 0.6 built into it.
+/// Narkowicz' fit of the ACES tone curve, (p₀ x² + p₁ x) / (q₀ x² + q₁ x + q₂), for x without the exposure of
+/// 0.6 built into it.
 pub(super) const ACES: [f32; 5] = [
     0.6 * 0.6 * 2.51,
     0.6 * 0.03,
@@ -10,7 +10,7 @@ pub(super) const ACES: [f32; 5] = [
     0.14,
 ];
 
-/// What is done to values before they are compared.
+/// The change of values before they are compared.
 #[derive(Clone, Copy)]
 pub(super) enum Display {
     /// Clamped to 0..=1.
@@ -27,7 +27,7 @@ pub(super) fn shown(value: f32, display: Display) -> f32 {
         Display::Expose(factor) => {
             let x = value.max(0.0) * factor;
             let [p0, p1, q0, q1, q2] = ACES;
-            // By x, since x² of a very bright texel is beyond f32.
+            // Divided by x, since x² of a very bright texel is beyond f32.
             if x > 1.0 {
                 (p0 + p1 / x) / (q0 + q1 / x + q2 / x / x)
             } else {

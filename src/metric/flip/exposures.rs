@@ -11,17 +11,17 @@ use super::images::Planes;
 pub struct Exposures {
     /// The lowest: the brightest texel of the reference just keeps its contrast.
     pub start: f32,
-    /// The highest: so does the median.
+    /// The highest: the median of the reference just keeps its contrast.
     pub stop: f32,
-    /// How many there are, evenly spaced, both ends included.
+    /// Number of exposures, evenly spaced, both ends included.
     pub count: usize,
 }
 
 impl Exposures {
     /// The luminance that ACES maps to 0.85, above which it has little contrast left.
     ///
-    /// The positive root of (2.51 a² x² + 0.03 a x) = 0.85 (2.43 a² x² + 0.59 a x + 0.14), where
-    /// a = 0.6 undoes the exposure built into Narkowicz' fit.
+    /// It is the positive root of (2.51 a² x² + 0.03 a x) = 0.85 (2.43 a² x² + 0.59 a x + 0.14), where a =
+    /// 0.6 undoes the exposure built into Narkowicz' fit.
     fn brightest_shown() -> f32 {
         const SHOWN: f32 = 0.85;
         let a = ACES[0] - SHOWN * ACES[2];
@@ -30,12 +30,11 @@ impl Exposures {
         (-b + (b * b - 4.0 * a * c).sqrt()) / (2.0 * a)
     }
 
-    /// The authors' choice for a reference (Andersson et al. 2021, section 3.2): from log₂(x/max) to
-    /// log₂(x/median) of its luminance, one exposure a stop, two at least.
+    /// The authors' choice for a reference (Andersson et al. 2021, section 3.2).
     ///
-    /// Where the median is not positive (an image more than half dark), that of the positive
-    /// texels takes its place: the authors' choice would be infinite. `None` where no texel has a
-    /// positive luminance.
+    /// Exposures go from log₂(x/max) to log₂(x/median) of its luminance, one exposure a stop, two at least.
+    /// If the median is not positive (an image more than half dark), that of the positive texels takes its
+    /// place: the authors' choice would be infinite. `None` if no texel has a positive luminance.
     pub fn of(reference: Planes) -> Option<Self> {
         let [red, green, blue] = reference;
         let mut luminances: Vec<f32> = (red, green, blue)

@@ -6,9 +6,9 @@ pub type Planes<'a> = [&'a [f32]; 3];
 /// Two images of one size.
 #[derive(Clone, Copy, Debug)]
 pub struct Images<'a> {
-    /// The truth.
+    /// The image that counts as the truth.
     pub reference: Planes<'a>,
-    /// What is compared with it.
+    /// The image that is compared with it.
     pub test: Planes<'a>,
     /// Texels a row.
     pub width: usize,

@@ -32,7 +32,7 @@ pub fn hdr(images: &Images, pixels_per_degree: f32, exposures: &Exposures) -> Ve
     map
 }
 
-/// Raises each texel of `map` to its LDR-FLIP, where that is larger.
+/// Raises each texel of `map` to its LDR-FLIP, if that is larger.
 fn raise(map: &mut [f32], images: &Images, filters: &Filters, display: Display) {
     let width = images.width;
     map.par_chunks_mut(TILE * width).enumerate().for_each_init(

@@ -1,13 +1,12 @@
-//! FLIP: the difference a viewer sees who flips between two images, 0 (none) to 1.
+//! FLIP: the difference that a viewer sees who flips between two images, from 0 (none) to 1.
 //!
 //! - LDR-FLIP: Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström, Fairchild, *FLIP: A Difference
-//!   Evaluator for Alternating Images*, HPG 2020, with the separable kernels of the authors' later
-//!   releases.
-//! - HDR-FLIP: Andersson, Nilsson, Shirley, Akenine-Möller, *Visualizing Errors in Rendered High
-//!   Dynamic Range Images*, Eurographics 2021: the largest LDR-FLIP over a range of exposures.
+//!   Evaluator for Alternating Images*, HPG 2020, with the separable kernels of the authors' later releases.
+//! - HDR-FLIP: Andersson, Nilsson, Shirley, Akenine-Möller, *Visualizing Errors in Rendered High Dynamic
+//!   Range Images*, Eurographics 2021: the largest LDR-FLIP over a range of exposures.
 //!
-//! `tests/compare/flip.rs` holds both against the authors' own package. Our own code, since the
-//! one crate there is (`nv-flip`) binds to their C++ and does LDR only.
+//! `tests/compare/flip.rs` holds both against the authors' own package. The code is our own, since the only
+//! crate (`nv-flip`) binds to their C++ and does LDR only.
 
 mod colour;
 mod display;

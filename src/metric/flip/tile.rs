@@ -1,5 +1,7 @@
-//! LDR-FLIP of one square of texels: all that a texel depends on lies within a few texels of it, so
-//! that memory stays small and the squares can be done in any order.
+//! LDR-FLIP of one square of texels.
+//!
+//! All that a texel depends on lies within a few texels of it. So memory stays small, and the squares can be
+//! done in any order.
 
 use super::colour::{Colour, from_opponent, hyab, to_hunt_lab, to_opponent};
 use super::display::{Display, shown};
@@ -11,12 +13,12 @@ pub(super) const TILE: usize = 128;
 
 /// The exponent of colour differences.
 const COLOUR_EXPONENT: f32 = 0.7;
-/// Differences below this part of the largest take most of the scale, ...
+/// Part of the largest difference below which differences take most of the scale.
 const LARGE_DIFFERENCE: f32 = 0.4;
-/// ... up to this error.
+/// Error up to which these differences reach.
 const LARGE_ERROR: f32 = 0.95;
 
-/// One image's part of the work.
+/// Buffers of one of the two images.
 struct TileSide {
     /// Luma, red-green, blue-yellow of the square and its border.
     opponent: [Vec<f32>; 3],
@@ -33,7 +35,7 @@ pub(super) struct FlipTile {
     reach: usize,
     /// Texels a row with the border.
     padded: usize,
-    /// The largest colour difference there is, to its exponent.
+    /// The largest colour difference possible, raised to [`COLOUR_EXPONENT`].
     largest: f32,
     sides: [TileSide; 2],
     scratch: [Vec<f32>; 2],
@@ -62,7 +64,7 @@ impl FlipTile {
         }
     }
 
-    /// Takes the square whose upper left texel is `corner`; beyond the image its border goes on.
+    /// Takes the square whose upper left texel is `corner`; beyond the image its border is repeated.
     pub(super) fn load(&mut self, images: &Images, display: Display, corner: [usize; 2]) {
         let place = |i: usize, corner: usize, size: usize| {
             (corner + i).saturating_sub(self.reach).min(size - 1)
@@ -107,7 +109,7 @@ impl FlipTile {
         }
     }
 
-    /// Raises the texels of `rows`, which the square lies in from column `left` on.
+    /// Raises those texels of `rows` that the square covers, from column `left` on.
     pub(super) fn raise(&self, rows: &mut [f32], width: usize, left: usize) {
         let columns = TILE.min(width - left);
         for (row, errors) in rows.chunks_mut(width).zip(self.error.chunks(TILE)) {
@@ -168,7 +170,7 @@ impl TileSide {
             {
                 *out = a + b;
             }
-            // Luma is 116 Y − 16; features are of Y, and derivatives do not see the constant.
+            // Luma is 116 Y − 16. Features are of Y, and derivatives do not see the constant.
             for (kind, (across, derivative)) in [(5, &filters.edge), (6, &filters.point)]
                 .into_iter()
                 .enumerate()
