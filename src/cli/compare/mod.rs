@@ -52,7 +52,7 @@ pub fn compare(args: &CompareArgs) -> anyhow::Result<Outcome> {
         };
         say!("{}", serde_json::to_string_pretty(&output)?);
     } else {
-        say!("{}", table::Table::new(&report, unit, &files));
+        say!("{}", table::TextTable::new(&report, unit, &files));
     }
     Ok(match report.verdict {
         Verdict::Equivalent => Outcome::Complete,

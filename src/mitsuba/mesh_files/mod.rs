@@ -12,5 +12,4 @@ mod ply_header;
 mod serialized;
 
 pub use cube::cube;
-pub use error::MeshFileError;
 pub use format::{Format, parse};
