@@ -1,19 +1,19 @@
-//! Why a file does not become a scene.
+//! The error of a file that does not become a scene.
 
 use std::path::Path;
 
 use crate::scene::{SceneError, SourcePosition};
 
-/// Why a file does not become a scene: where, what, and what is allowed there.
+/// Reason why a file does not become a scene: the place, the problem, and what is allowed there.
 ///
-/// It displays as `scene.xml:12:5: bsdf "roughplastic" is not modelled; ...`. A problem inside a
-/// mesh file is reported at the XML element that asked for the file, and names the place inside it.
+/// It displays as `scene.xml:12:5: bsdf "roughplastic" is not modelled; ...`. A problem inside a mesh file is
+/// reported at the XML element that asked for the file, and names the place inside it.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{at}: {message}")]
 pub struct LoadError {
     /// The element or file that is to blame.
     pub at: SourcePosition,
-    /// What is wrong, and what is allowed.
+    /// The problem, and what is allowed.
     pub message: String,
 }
 

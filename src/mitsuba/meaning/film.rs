@@ -1,4 +1,4 @@
-//! `<film>` and `<rfilter>`.
+//! The meaning of `<film>` and `<rfilter>`.
 
 use super::plugin::Plugin;
 use crate::mitsuba::error::LoadError;
@@ -7,10 +7,10 @@ use crate::scene::{Crop, Film, ReconstructionFilter};
 
 const DEFAULT_WIDTH: u32 = 768;
 const DEFAULT_HEIGHT: u32 = 576;
-/// Mitsuba's film filters so where the file does not say.
+/// The filter of Mitsuba's film if the file gives none.
 const DEFAULT_FILTER: ReconstructionFilter = ReconstructionFilter::Gaussian { stddev: 0.5 };
 
-/// Parameters of Mitsuba 0.6' films that say how the image is stored or shown: known in old files.
+/// Parameters of Mitsuba 0.6' films for storing or showing the image: known in old files.
 const OLD_STORAGE: [&str; 11] = [
     "attach_log",
     "high_quality_edges",
@@ -25,7 +25,7 @@ const OLD_STORAGE: [&str; 11] = [
     "has_alpha",
 ];
 
-/// The film, or Mitsuba's default film where the sensor has none.
+/// The film, or Mitsuba's default film if the sensor has none.
 ///
 /// In old files `ldrfilm` is known, too: it has the same grid and stores it otherwise.
 pub fn read(tree: &Tree, film: Option<ObjectIndex>) -> Result<Film, LoadError> {

@@ -1,4 +1,4 @@
-//! What the file holds and no result depends on.
+//! The contents of a file that no result depends on.
 
 use std::collections::HashSet;
 

@@ -4,7 +4,7 @@ use crate::radiometry::Rgb;
 
 /// Complex index of one material.
 pub struct MetalIndex {
-    /// What `material` calls it.
+    /// Its name in `material`.
     pub name: &'static str,
     /// Real part.
     pub eta: Rgb,
@@ -14,10 +14,10 @@ pub struct MetalIndex {
 
 /// Mitsuba's measured materials in its `rgb` variants.
 ///
-/// Mitsuba integrates the spectra in its `data/ior` against the CIE 1931 curves and converts them
-/// to linear sRGB. The numbers, six digits each, were read back from Mitsuba 3.9.1 (`scalar_rgb`)
-/// with `mi.traverse(mi.load_dict({"type": "conductor", "material": name}))`. Zeros are Mitsuba's:
-/// a negative channel, a colour outside sRGB, is clamped to zero there.
+/// Mitsuba integrates the spectra in its `data/ior` against the CIE 1931 curves and converts them to linear
+/// sRGB. The numbers, six digits each, were read back from Mitsuba 3.9.1 (`scalar_rgb`) with
+/// `mi.traverse(mi.load_dict({"type": "conductor", "material": name}))`. Zeros are Mitsuba's: a negative
+/// channel, a colour outside sRGB, is clamped to zero there.
 #[rustfmt::skip]
 const METALS: [MetalIndex; 38] = [
     MetalIndex { name: "a-C", eta: Rgb([2.94405, 2.22714, 1.96816]), k: Rgb([0.887465, 0.799299, 0.81529]) },
@@ -62,8 +62,8 @@ const METALS: [MetalIndex; 38] = [
 
 /// The material with this name, spelled as Mitsuba does.
 ///
-/// `none`, the perfect mirror, is not in the table. Names ending in `_palik` mean the same as those
-/// without where Mitsuba's data do not differ.
+/// `none`, the perfect mirror, is not in the table. If Mitsuba's data do not differ, the table has only the name
+/// without `_palik`, and both names mean the same.
 pub fn named(name: &str) -> Option<&'static MetalIndex> {
     let of = |name: &str| METALS.iter().find(|metal| metal.name == name);
     of(name).or_else(|| of(name.strip_suffix("_palik")?))

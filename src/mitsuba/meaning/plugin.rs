@@ -1,4 +1,4 @@
-//! A plugin asks for its properties; what nobody asked for is an error.
+//! The interface between a plugin and its properties: a property that was not asked for is an error.
 
 use std::cell::{Cell, RefCell};
 
@@ -12,7 +12,7 @@ use crate::mitsuba::syntax::{
 use crate::scene::SourcePosition;
 use crate::setting::did_you_mean;
 
-/// An object of the tree, and a record of what was asked of it.
+/// An object of the tree, and a record of the properties asked for.
 pub struct Plugin<'t> {
     tree: &'t Tree,
     object: &'t TreeObject,
@@ -20,7 +20,7 @@ pub struct Plugin<'t> {
     asked: RefCell<Vec<String>>,
 }
 
-/// A property that was found.
+/// A property that an object has.
 #[derive(Clone, Copy)]
 pub struct PropertyRef<'t> {
     pub property: &'t Property,
@@ -28,7 +28,7 @@ pub struct PropertyRef<'t> {
 }
 
 impl<'t> Plugin<'t> {
-    /// Nothing asked yet.
+    /// The plugin of an object, with nothing asked yet.
     pub fn new(tree: &'t Tree, object: ObjectIndex) -> Self {
         let object = tree.object(object);
         Self {
@@ -49,7 +49,7 @@ impl<'t> Plugin<'t> {
         what(self.object)
     }
 
-    /// Where it is declared.
+    /// The place where it is declared.
     pub fn source(&self) -> SourcePosition {
         self.tree.source(self.object.at)
     }
@@ -59,7 +59,7 @@ impl<'t> Plugin<'t> {
         self.tree.source(at)
     }
 
-    /// Whether its file predates Mitsuba 2.
+    /// True if its file predates Mitsuba 2.
     pub fn is_old(&self) -> bool {
         self.tree.is_old(self.object.at)
     }
@@ -117,12 +117,12 @@ impl<'t> Plugin<'t> {
         }
     }
 
-    /// A number, or `default` where the file gives none.
+    /// A number, or `default` if the file gives none.
     pub fn float_or(&self, name: &str, default: f64) -> Result<f64, LoadError> {
         Ok(self.float_at(name)?.map_or(default, |(number, _)| number))
     }
 
-    /// A number above zero, or `default` where the file gives none.
+    /// A number above zero, or `default` if the file gives none.
     pub fn positive_or(&self, name: &str, default: f64) -> Result<f64, LoadError> {
         match self.float_at(name)? {
             Some((number, at)) if number <= 0.0 => {
@@ -132,7 +132,7 @@ impl<'t> Plugin<'t> {
         }
     }
 
-    /// A whole number from `smallest` to `u32::MAX`, or `default` where the file gives none.
+    /// A whole number from `smallest` to `u32::MAX`, or `default` if the file gives none.
     pub fn integer_or(&self, name: &str, smallest: u32, default: u32) -> Result<u32, LoadError> {
         let Some(found) = self.find(name) else {
             return Ok(default);
@@ -149,7 +149,7 @@ impl<'t> Plugin<'t> {
         }
     }
 
-    /// True or false, or `default` where the file says neither.
+    /// True or false, or `default` if the file gives neither.
     pub fn boolean_or(&self, name: &str, default: bool) -> Result<bool, LoadError> {
         let Some(found) = self.find(name) else {
             return Ok(default);
@@ -177,7 +177,7 @@ impl<'t> Plugin<'t> {
             .ok_or_else(|| self.error(format!("needs the parameter \"{name}\"")))
     }
 
-    /// One of several words, or `default` where the file gives none.
+    /// One of several words, or `default` if the file gives none.
     pub fn choice_or(
         &self,
         name: &str,
@@ -251,7 +251,7 @@ impl<'t> Plugin<'t> {
     ///
     /// # Errors
     ///
-    /// Where it holds several.
+    /// If it holds several.
     pub fn child(&self, kind: ObjectKind) -> Result<Option<ObjectIndex>, LoadError> {
         match self.children(kind)[..] {
             [] => Ok(None),
@@ -263,7 +263,7 @@ impl<'t> Plugin<'t> {
         }
     }
 
-    /// Fails where it holds an object of a kind that is not modelled there.
+    /// Fails if it holds an object of a kind that is not modelled there.
     pub fn refuse(&self, kind: ObjectKind, why: &str) -> Result<(), LoadError> {
         match self.children(kind).first() {
             None => Ok(()),
@@ -278,14 +278,14 @@ impl<'t> Plugin<'t> {
         }
     }
 
-    /// Notes names as known that make no difference here.
+    /// Marks names as known that make no difference here.
     pub fn accept(&self, names: &[&str]) {
         for name in names {
             self.find(name);
         }
     }
 
-    /// Fails where the file gives a property that was never asked for, as Mitsuba does.
+    /// Fails if the file gives a property that was never asked for, as Mitsuba does.
     pub fn finish(self) -> Result<(), LoadError> {
         let strange = self
             .object

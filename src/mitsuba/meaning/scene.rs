@@ -1,4 +1,4 @@
-//! The scene element: everything in it, in the file's order.
+//! The meaning of the scene element: everything in it, in the file's order.
 
 use std::collections::{HashMap, HashSet};
 
@@ -16,8 +16,8 @@ use crate::mitsuba::syntax::{ObjectIndex, ObjectKind, Position, Tree, Value, sho
 use crate::scene::{Emitter, Object, SceneParts, Sensor, ShapeId, Warning};
 use crate::setting::did_you_mean;
 
-/// How many shapes instances may show in all: each is a shape of its own here, so that a small file of groups and
-/// instances would say more than any memory holds.
+/// Largest number of shapes that instances may show in all. Each is a shape of its own here, so that a small
+/// file of groups and instances could make more than any memory holds.
 const MOST_INSTANCED: usize = 1 << 18;
 
 /// A scene whose forms are not yet built.
@@ -54,7 +54,7 @@ impl Meaning {
 ///
 /// # Errors
 ///
-/// What is not modelled, unknown, out of range or missing, at its place.
+/// If something is not modelled, unknown, out of range or missing; with its place.
 pub fn read(tree: &Tree, files: &mut Files) -> Result<Meaning, LoadError> {
     let mut reader = SceneReader {
         tree,
@@ -97,11 +97,11 @@ struct SceneReader<'t, 'f> {
     materials: Materials,
     ignored: IgnoredList,
     forms: Vec<ShapeForm>,
-    /// What is known so far. Its integrator is the first that says how paths end.
+    /// The parts so far. The integrator is the first that sets limits on paths.
     parts: SceneParts,
     /// Emitters that belong to a shape.
     attached: HashSet<ObjectIndex>,
-    /// How many shapes instances show so far.
+    /// Number of shapes that instances show so far.
     instanced: usize,
     ids: Ids,
 }
@@ -112,7 +112,7 @@ impl SceneReader<'_, '_> {
         let object = tree.object(child);
         match object.kind {
             ObjectKind::Shape => self.top_level_shape(child),
-            // It shines where a shape refers to it.
+            // It shines only if a shape refers to it.
             ObjectKind::Emitter if object.plugin == "area" => Ok(()),
             ObjectKind::Emitter => {
                 let emitter = emitters::read(tree, child, self.files)?;
@@ -161,7 +161,7 @@ impl SceneReader<'_, '_> {
 
     fn top_level_shape(&mut self, shape: ObjectIndex) -> Result<(), LoadError> {
         match self.tree.object(shape).plugin.as_str() {
-            // Nothing by itself: instances show it.
+            // A group is nothing by itself: instances show it.
             "shapegroup" => Ok(()),
             "instance" => self.instance(shape),
             _ => self.shape(shape, None),
@@ -203,7 +203,8 @@ impl SceneReader<'_, '_> {
         group.finish()
     }
 
-    /// A shape with a form of its own. `instance`: what is applied last, and how ids begin.
+    /// Reads a shape with a form of its own. `instance`: the transform that is applied last, and the
+    /// beginning of ids.
     fn shape(
         &mut self,
         shape: ObjectIndex,
@@ -288,7 +289,7 @@ impl SceneReader<'_, '_> {
         Ok(())
     }
 
-    /// Top-level objects that no shape or sensor refers to.
+    /// Notes top-level objects that no shape or sensor refers to.
     fn note_unused(&mut self) -> Result<(), LoadError> {
         for property in &self.tree.root().properties {
             let Value::Object(child) = property.value else {
@@ -322,7 +323,7 @@ impl SceneReader<'_, '_> {
 
 /// Names for shapes and sensors, each once.
 struct Ids {
-    /// The file's ids and those made so far.
+    /// The ids in the file and those made so far.
     taken: HashSet<String>,
     made: HashMap<String, u32>,
 }

@@ -1,4 +1,4 @@
-//! `<sensor>` becomes [`SensorKind`] and [`Film`].
+//! The meaning of `<sensor>`, which becomes a [`SensorKind`] and a [`Film`].
 
 use glam::{DMat3, DVec2};
 
@@ -13,7 +13,7 @@ use crate::setting::did_you_mean;
 /// Every plugin that becomes a sensor.
 const MODELLED: [&str; 4] = ["irradiancemeter", "orthographic", "perspective", "thinlens"];
 
-/// How far the products of a camera's axes may be from 0 and 1: Mitsuba's own limit
+/// Largest deviation of the products of a camera's axes from 0 and 1: Mitsuba's own limit
 /// (`AffineTransform::has_scale`).
 const RIGID_TOLERANCE: f64 = 1e-3;
 
@@ -65,7 +65,7 @@ pub fn read(tree: &Tree, sensor: ObjectIndex) -> Result<(SensorKind, Film), Load
     Ok((kind, film))
 }
 
-/// A sensor that belongs to a shape; warns where Mitsuba would blur over texels.
+/// A sensor that belongs to a shape, with a warning if Mitsuba would blur over texels.
 pub fn read_meter(
     tree: &Tree,
     sensor: ObjectIndex,
@@ -103,7 +103,7 @@ fn not_modelled(plugin: &Plugin) -> LoadError {
     ))
 }
 
-/// What all sensors share; samplers and shutters make no difference here.
+/// Reads the parameters that all sensors share; samplers and shutters make no difference here.
 fn common(tree: &Tree, plugin: &Plugin) -> Result<Film, LoadError> {
     plugin.refuse(ObjectKind::Medium, "media are not modelled")?;
     plugin.children(ObjectKind::Sampler);
@@ -121,7 +121,7 @@ fn clips(plugin: &Plugin) -> Result<(f64, f64), LoadError> {
     Ok((near, far))
 }
 
-/// Mitsuba rejects cameras that stretch space.
+/// Fails for a camera that stretches space, as Mitsuba does.
 fn must_be_rigid(plugin: &Plugin, to_world: &Transform) -> Result<(), LoadError> {
     let linear = DMat3::from_mat4(to_world.matrix());
     if (linear * linear.transpose()).abs_diff_eq(DMat3::IDENTITY, RIGID_TOLERANCE) {
@@ -131,10 +131,10 @@ fn must_be_rigid(plugin: &Plugin, to_world: &Transform) -> Result<(), LoadError>
     }
 }
 
-/// The full horizontal field of view of the uncropped film, in radians.
+/// The full horizontal field of view of the uncropped film \[rad\].
 ///
-/// `fov` is in degrees along `fov_axis`; without it, `focal_length` ("50mm" by default) is that of a
-/// 35 mm still camera, whose film measures 36 mm x 24 mm and whose diagonal is the image's.
+/// `fov` is in degrees along `fov_axis`. Without it, `focal_length` ("50mm" by default) is that of a 35 mm
+/// still camera: its film measures 36 mm x 24 mm, and its diagonal is the image's.
 fn horizontal_fov(plugin: &Plugin, film: &Film) -> Result<f64, LoadError> {
     let aspect = f64::from(film.width) / f64::from(film.height);
     let Some((degrees, at)) = plugin.float_at("fov")? else {

@@ -1,17 +1,17 @@
-//! Why a file is not a mesh, and the place in it.
+//! The error of a file that is not a mesh, and the place in it.
 
 use std::fmt;
 
 use crate::geometry::MeshParts;
 
-/// Why a file is not a mesh.
+/// Reason why a file is not a mesh.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct MeshFileError {
     place: FilePlace,
     message: String,
 }
 
-/// Where in a mesh file.
+/// A place in a mesh file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum FilePlace {
     /// Counted from 1.
@@ -42,7 +42,7 @@ impl fmt::Display for MeshFileError {
     }
 }
 
-/// Fails where a triangle refers to a vertex that is not there.
+/// Fails if a triangle refers to a vertex that does not exist.
 pub(super) fn check_indices(parts: &MeshParts) -> Result<(), MeshFileError> {
     let count = parts.positions.len();
     for (number, triangle) in parts.triangles.iter().enumerate() {

@@ -6,7 +6,7 @@ use super::error::MeshFileError;
 use super::{obj, ply, serialized};
 use crate::geometry::MeshParts;
 
-/// How to read a mesh file. `flip_v`: v becomes 1 - v.
+/// The format of a mesh file. `flip_v`: v becomes 1 - v.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
     /// Wavefront OBJ.
@@ -21,7 +21,7 @@ pub enum Format {
 ///
 /// # Errors
 ///
-/// Where the bytes are not what the format allows; the place and what was expected.
+/// If the bytes are not what the format allows: the place, and what was expected.
 pub fn parse(bytes: &[u8], format: Format) -> Result<MeshParts, MeshFileError> {
     let (mut parts, flip_v) = match format {
         Format::Obj { flip_v } => (obj::parse(bytes)?, flip_v),

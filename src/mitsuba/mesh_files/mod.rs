@@ -1,7 +1,7 @@
-//! Mesh files become vertices and triangles.
+//! Readers of mesh files, which become vertices and triangles.
 //!
-//! All numbers of a file are kept as `f64`: decimal text loses nothing, where Mitsuba rounds to
-//! single precision. What a header announces is never trusted beyond what the file can hold.
+//! All numbers of a file are kept as `f64`: decimal text loses nothing, whereas Mitsuba rounds to single
+//! precision. The counts in a header are never trusted beyond what the file can hold.
 
 mod cube;
 mod error;

@@ -1,9 +1,10 @@
 //! Wavefront OBJ.
 //!
-//! One mesh from a whole file, groups and materials notwithstanding, as Mitsuba does: corners with
-//! the same position, texture coordinate and normal become one vertex, polygons become fans. (The
-//! crate tobj splits a file into a mesh a group, which opens edges between groups, and reports
-//! no line numbers; so the reader is our own, and tobj is the oracle of a test.)
+//! As in Mitsuba, a whole file is one mesh, whatever its groups and materials. Corners with the same
+//! position, texture coordinate and normal become one vertex; polygons become fans.
+//!
+//! The reader is our own: the crate tobj splits a file into a mesh a group, which opens edges between groups,
+//! and reports no line numbers. It is the oracle of a test.
 
 use std::collections::HashMap;
 
@@ -12,10 +13,10 @@ use glam::{DVec2, DVec3};
 use super::error::{FilePlace, MeshFileError};
 use crate::geometry::MeshParts;
 
-/// No texture coordinate, no normal, or the end of a chain.
+/// Mark for no texture coordinate, no normal, or the end of a chain.
 const NONE: u32 = u32::MAX;
-/// How many vertices share a position before a hash table takes over from the chain: the chain is
-/// faster for what meshes have (a handful), the table keeps hostile files from quadratic time.
+/// Number of vertices that may share a position before a hash table takes over from the chain. The chain is
+/// faster for the handful that meshes have; the table keeps hostile files from quadratic time.
 const LONGEST_CHAIN: usize = 16;
 
 /// The vertices and triangles of an OBJ file.
@@ -49,7 +50,7 @@ struct ObjCorner {
     normal: u32,
 }
 
-/// Each distinct corner is a vertex, numbered in the order of first use.
+/// The distinct corners: each is a vertex, numbered in the order of first use.
 #[derive(Default)]
 struct Corners {
     list: Vec<ObjCorner>,
@@ -102,7 +103,7 @@ impl Corners {
     }
 }
 
-/// Says which of its kind, from 0, something is about.
+/// Puts the item that an error is about before its message: its kind, and its number from 0.
 fn of(kind: &'static str, index: usize) -> impl Fn(String) -> String {
     move |message| format!("{kind} {index}: {message}")
 }
@@ -126,7 +127,7 @@ impl ObjReader {
                 self.uvs.push(DVec2::from_array(uv));
             }
             Some(b"f") => self.face(words)?,
-            // Groups, materials, smoothing, lines, points, comments.
+            // Groups, materials, smoothing, lines, points and comments mean nothing here.
             _ => {}
         }
         Ok(())
@@ -151,7 +152,7 @@ impl ObjReader {
         Ok(())
     }
 
-    /// `v`, `v/vt`, `v//vn` or `v/vt/vn`.
+    /// A corner: `v`, `v/vt`, `v//vn` or `v/vt/vn`.
     fn corner(&self, word: &[u8]) -> Result<ObjCorner, String> {
         let mut parts = word.split(|byte| *byte == b'/');
         let mut index = |count: usize, what: &str| match parts.next() {
@@ -199,7 +200,7 @@ impl ObjReader {
     }
 }
 
-/// From 1 upwards, or from -1 (the latest) downwards.
+/// The index that a number in a file means: from 1 upwards, or from -1 (the latest) downwards.
 fn resolve(text: &[u8], count: usize, what: &str) -> Result<u32, String> {
     let number: i64 = parse_word(text)
         .ok_or_else(|| format!("\"{}\" is not a number of a {what}", lossy(text)))?;
@@ -217,7 +218,7 @@ fn resolve(text: &[u8], count: usize, what: &str) -> Result<u32, String> {
     }
 }
 
-/// The first N numbers; what follows (weights, colours) is let be.
+/// The first N numbers; the rest (weights, colours) is ignored.
 fn numbers<'a, const N: usize>(
     mut words: impl Iterator<Item = &'a [u8]>,
 ) -> Result<[f64; N], String> {

@@ -1,9 +1,9 @@
 //! Stanford PLY, ascii and binary.
 //!
-//! The element `vertex` gives positions (`x y z`), normals (`nx ny nz`) and texture coordinates
-//! (`u v`, `s t` or `texture_u texture_v`); the list `vertex_indices` or `vertex_index` of `face`
-//! gives polygons, which become fans. Either may have a colour (`r g b` or `red green blue`): its numbers
-//! are taken as they are, whole ones too, as Mitsuba does. Everything else is skipped.
+//! The element `vertex` gives positions (`x y z`), normals (`nx ny nz`) and texture coordinates (`u v`, `s t`
+//! or `texture_u texture_v`). The list `vertex_indices` or `vertex_index` of `face` gives polygons, which
+//! become fans. Either may have a colour (`r g b` or `red green blue`). As in Mitsuba, its numbers are taken
+//! as they are, whole ones too. Everything else is skipped.
 
 use glam::{DVec2, DVec3};
 
@@ -46,7 +46,7 @@ trait Numbers {
     fn next(&mut self, scalar: PlyScalar) -> Result<f64, MeshFileError>;
     /// The fewest bytes that a number of a type takes.
     fn least_bytes(scalar: PlyScalar) -> usize;
-    /// How many bytes are left.
+    /// Number of bytes left.
     fn rest(&self) -> usize;
     fn place(&self) -> FilePlace;
 }
@@ -171,8 +171,8 @@ fn read(elements: &[PlyElement], mut numbers: impl Numbers) -> Result<MeshParts,
     Ok(parts)
 }
 
-/// Fails where the header announces more items than the rest of the file can hold: what is reserved
-/// for them is never more than what a file of this length may need.
+/// Fails if the header announces more items than the rest of the file can hold. So the memory reserved is
+/// never more than a file of this length may need.
 fn check_room<N: Numbers>(element: &PlyElement, numbers: &N) -> Result<(), MeshFileError> {
     let least = |property: &ply_header::PlyProperty| match property.layout {
         PlyLayout::Number(scalar) => N::least_bytes(scalar),
@@ -192,13 +192,13 @@ fn check_room<N: Numbers>(element: &PlyElement, numbers: &N) -> Result<(), MeshF
     Ok(())
 }
 
-/// Whether a property is the list of a face's corners.
+/// True if a property is the list of a face's corners.
 fn is_polygon(property: &ply_header::PlyProperty) -> bool {
     matches!(property.name.as_str(), "vertex_indices" | "vertex_index")
         && matches!(property.layout, PlyLayout::List { .. })
 }
 
-/// What a property of a vertex is good for: the slot it goes to.
+/// The slot that each property of a vertex goes to.
 const SLOTS: [(&str, usize); 18] = [
     ("x", 0),
     ("y", 1),
@@ -219,10 +219,10 @@ const SLOTS: [(&str, usize); 18] = [
     ("green", 9),
     ("blue", 10),
 ];
-/// Where the rest goes.
+/// The slot of all other properties.
 const NOWHERE: usize = 11;
 
-/// Where each property's numbers go.
+/// The slot of each property's numbers.
 fn slots(element: &PlyElement) -> Vec<usize> {
     (element.properties.iter())
         .map(|property| {
@@ -363,7 +363,7 @@ fn vertex_index(numbers: &mut impl Numbers, scalar: PlyScalar) -> Result<u32, Me
 fn whole(numbers: &mut impl Numbers, scalar: PlyScalar, what: &str) -> Result<u32, MeshFileError> {
     let place = numbers.place();
     let number = numbers.next(scalar)?;
-    // Out of range and NaN, a cast saturates or gives 0, and so does not come back as it was.
+    // For NaN and out of range, the cast saturates or gives 0, so the number does not come back as it was.
     let whole = number as u32;
     if f64::from(whole) == number {
         Ok(whole)

@@ -1,11 +1,11 @@
-//! The header of a PLY file: what elements follow, and how they are stored.
+//! The header of a PLY file: the elements that follow, and the way they are stored.
 
 use super::error::{FilePlace, MeshFileError};
 
-/// How many tables a file may have; files in the wild have two to four.
+/// Largest number of tables in a file; files in the wild have two to four.
 const MOST_ELEMENTS: usize = 256;
 
-/// How the numbers of the body are written.
+/// The encoding of the body's numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PlyEncoding {
     Ascii,
@@ -41,7 +41,7 @@ impl PlyScalar {
         })
     }
 
-    /// In binary files.
+    /// Bytes of a number in a binary file.
     pub fn bytes(self) -> usize {
         match self {
             Self::I8 | Self::U8 => 1,
@@ -52,7 +52,7 @@ impl PlyScalar {
     }
 }
 
-/// One number, or a list of them with its length before.
+/// The layout of a property: one number, or a list of them with its length before.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PlyLayout {
     Number(PlyScalar),
@@ -74,14 +74,14 @@ pub struct PlyElement {
     pub properties: Vec<PlyProperty>,
 }
 
-/// What the header says.
+/// The contents of a header.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PlyHeader {
     pub encoding: PlyEncoding,
     pub elements: Vec<PlyElement>,
-    /// Where the body begins.
+    /// The byte at which the body begins.
     pub body: usize,
-    /// How many lines the header has.
+    /// Number of lines of the header.
     pub lines: usize,
 }
 

@@ -1,8 +1,8 @@
 //! Mitsuba's serialized meshes.
 //!
-//! A file holds meshes one after the other, each a header (format 0x041C and version, 16 bits
-//! each) and a zlib stream, then a table of offsets and their number (32 bits). All little endian.
-//! Documented with Mitsuba's plugin `serialized`.
+//! A file holds meshes one after the other: each is a header (format 0x041C and version, 16 bits each) and a
+//! zlib stream. A table of offsets and their number (32 bits) follow. All numbers are little endian. The
+//! format is documented with Mitsuba's plugin `serialized`.
 
 use std::io::Read;
 
@@ -20,14 +20,16 @@ const HAS_COLORS: u32 = 0x0008;
 const FACE_NORMALS: u32 = 0x0010;
 const DOUBLE_PRECISION: u32 = 0x2000;
 
-/// How many numbers are read at a time: a count in the file reserves no more than this.
+/// Number of items read at a time: a count in the file reserves no more than this.
 const BLOCK: usize = 1 << 14;
 
-/// Bytes of a mesh for each byte it is compressed to. The dullest of honest meshes, flat grids with
-/// constant normals, come to 6; zlib's own limit is 1032, which a file made to exhaust memory reaches.
+/// Largest number of bytes of a mesh for each byte it is compressed to. The dullest of honest meshes, flat
+/// grids with constant normals, come to 6. zlib's own limit is 1032, which a file made to exhaust memory
+/// reaches.
 const MAX_EXPANSION: u64 = 64;
 
-/// Mitsuba knows no limit; a file of nothing but a name would be read for minutes.
+/// Bytes of the longest name. Mitsuba knows no limit, but a file of nothing but a name would be read for
+/// minutes.
 const LONGEST_NAME: usize = 1 << 16;
 
 /// The mesh with this number, counted from 0.
@@ -93,7 +95,7 @@ fn header(bytes: &[u8], start: usize) -> Result<u16, MeshFileError> {
     }
 }
 
-/// Where a mesh begins, from the table at the end: 64 bits each in version 4, 32 in version 3.
+/// The byte at which a mesh begins, from the table at the end: 64 bits each in version 4, 32 in version 3.
 fn offset(bytes: &[u8], version: u16, shape_index: u32) -> Result<usize, MeshFileError> {
     let table_end = bytes.len().saturating_sub(4);
     let fail = |message: String| MeshFileError::new(FilePlace::Byte(table_end), message);
@@ -131,7 +133,7 @@ fn offset(bytes: &[u8], version: u16, shape_index: u32) -> Result<usize, MeshFil
 /// The decompressed contents of a mesh.
 struct MeshStream<'a> {
     start: usize,
-    /// How many bytes follow the mesh's header.
+    /// Number of bytes that follow the mesh's header.
     compressed: usize,
     decoder: ZlibDecoder<&'a [u8]>,
 }
@@ -144,7 +146,7 @@ impl MeshStream<'_> {
         })
     }
 
-    /// The shape's name, with the zero at its end.
+    /// Skips the shape's name, with the zero at its end.
     fn skip_name(&mut self) -> Result<(), MeshFileError> {
         for _ in 0..=LONGEST_NAME {
             if self.take::<1>()? == [0] {
@@ -155,7 +157,7 @@ impl MeshStream<'_> {
         Err(MeshFileError::new(FilePlace::Byte(self.start), message))
     }
 
-    /// Fails where the mesh announces more than what is compressed here can hold.
+    /// Fails if the mesh announces more than the compressed bytes can hold.
     fn check_room(
         &self,
         vertices: usize,

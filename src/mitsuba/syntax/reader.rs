@@ -1,4 +1,4 @@
-//! Elements become objects and properties.
+//! Reader of elements, which become objects and properties.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -18,12 +18,12 @@ use crate::mitsuba::error::LoadError;
 use crate::mitsuba::files::{Files, line_ends};
 use crate::scene::{SourcePosition, Warning};
 
-/// How deep includes may nest; Mitsuba's limit.
+/// Largest depth of nested includes; Mitsuba's limit.
 const MAX_INCLUDE_DEPTH: usize = 15;
 
-/// How many files and how many bytes of them may be included in all, each as often as it is.
+/// Largest number of files, and of their bytes, that may be included in all, each as often as it is.
 ///
-/// Fifteen files that each include the next ten times say 10¹⁵. Scenes include some tens.
+/// Fifteen files that each include the next ten times make 10¹⁵. Scenes include some tens.
 const MOST_INCLUDES: usize = 1 << 14;
 const MOST_INCLUDED_BYTES: usize = 1 << 24;
 
@@ -31,7 +31,7 @@ const MOST_INCLUDED_BYTES: usize = 1 << 24;
 ///
 /// # Errors
 ///
-/// Where a file cannot be read, is not well-formed, or says something that no plugin could mean.
+/// If a file cannot be read, is not well-formed, or holds something that no plugin could mean.
 pub fn read(path: &Path, given: &[(String, String)], files: &mut Files) -> Result<Tree, LoadError> {
     let mut reader = Reader {
         tree: Tree::default(),
@@ -58,7 +58,7 @@ struct Reader<'a> {
     files: &'a mut Files,
     /// The file being read, and those that include it.
     open: Vec<PathBuf>,
-    /// The line of every named property so far: a scene may hold any number of them.
+    /// The line of every named property so far, in a map: a scene may hold any number of them.
     named: HashMap<(ObjectIndex, String), u32>,
     /// The length of all includes so far.
     included_bytes: usize,
@@ -105,7 +105,7 @@ impl Reader<'_> {
                 format!("an element with more than {most} attributes"),
             ));
         }
-        // No document type declarations: Mitsuba expands none of their entities either, and without
+        // Document type declarations are refused. Mitsuba expands none of their entities either, and without
         // them a file cannot grow while it is parsed. (`&amp;` and `&#160;` need none.)
         let options = ParsingOptions {
             allow_dtd: false,
@@ -176,7 +176,7 @@ impl Reader<'_> {
         Err(LoadError::new(self.tree.source(at), message))
     }
 
-    /// Replaces the parameters in all attributes.
+    /// An element with the parameters in all attributes replaced.
     fn element<'n>(
         &mut self,
         node: Node<'n, '_>,
@@ -197,7 +197,7 @@ impl Reader<'_> {
         })
     }
 
-    /// An object and all that it holds. `parent`: who holds it, under what name, and how deep.
+    /// Reads an object and all that it holds. `parent`: its holder, its name there, and the holder's depth.
     fn object(
         &mut self,
         node: Node,
@@ -262,7 +262,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// An element inside an object.
+    /// Reads an element inside an object.
     fn child(
         &mut self,
         node: Node,
@@ -306,7 +306,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Elements that need nothing but their attributes.
+    /// Reads an element that needs nothing but its attributes.
     fn simple(
         &mut self,
         element: &XmlElement,
@@ -445,13 +445,13 @@ impl Reader<'_> {
         let name = element.attribute("name").unwrap_or_default().to_owned();
         let folders = self.files.folder_count();
         self.file(&path, Some((holder, name)))?;
-        // As in Mitsuba, folders of an included file count only inside it; meshes are looked up from
-        // the main file's.
+        // As in Mitsuba, folders of an included file count only inside it. Meshes are looked up from the main
+        // file's.
         self.files.forget_folders(folders);
         Ok(())
     }
 
-    /// [`Self::add`] with the place in the error.
+    /// As [`Self::add`], with the place in the error.
     fn give(
         &mut self,
         holder: ObjectIndex,

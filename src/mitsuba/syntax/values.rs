@@ -1,4 +1,4 @@
-//! Elements that give a property its value.
+//! The values that elements give to properties.
 
 use super::transforms::{self, attribute, required};
 use super::{ObjectKind, Position, Spectrum, Value, Version, numbers};
@@ -27,8 +27,8 @@ impl XmlElement<'_> {
 
 /// The value that an element gives. `old`: the file's version is below 2.0.
 ///
-/// Old files may also use `<srgb>` (sRGB-encoded, decoded here) and `<spectrum>` with three numbers
-/// (linear RGB): documented in Mitsuba 0.6 and unambiguous, though Mitsuba 3 rejects them.
+/// Old files may also use `<srgb>` (sRGB-encoded, decoded here) and `<spectrum>` with three numbers (linear
+/// RGB). Both are documented in Mitsuba 0.6 and unambiguous, though Mitsuba 3 rejects them.
 pub fn value(element: &XmlElement, old: bool) -> Result<Value, String> {
     let known = VALUE_TAGS.contains(&element.tag) || (old && element.tag == "srgb");
     if !known {
@@ -85,7 +85,7 @@ fn spectrum(text: &str, old: bool) -> Result<Value, String> {
     numbers::spectrum(text).map(Value::Spectrum)
 }
 
-/// `3.0.0`, `2.1` or `3`.
+/// A version such as `3.0.0`, `2.1` or `3`.
 pub fn version(text: &str) -> Option<Version> {
     let mut version = [0; 3];
     let parts: Vec<&str> = text.trim().split('.').collect();
