@@ -68,7 +68,8 @@ impl<'a> LayerBars<'a> {
     /// Standard errors of means of n samples from their second moments, √((m₂ − m₁²) / (n − 1)).
     ///
     /// An error is zero, for "not known", if the difference may be rounding. Summed up as `f32`, n equal
-    /// samples may be off by n u of themselves (Higham 2002, section 4.2), so m₂ by n u and m₁² by 2 n u.
+    /// samples may be off by n u of themselves (Higham 2002, section 4.2). So m₂ may be off by n u and m₁² by
+    /// 2 n u.
     fn from_moments(
         contents: &Contents<'a>,
         source: &CompareImage,

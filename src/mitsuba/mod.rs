@@ -4,15 +4,17 @@
 //! and knows the place of everything. `meaning` knows plugins, their parameters and units. `mesh_files` reads
 //! OBJ, PLY and Mitsuba's serialized meshes.
 //!
-//! The aim is that a file means the same light here as in Mitsuba 3.9 (`rgb` variants), or fails with an
+//! The aim is that a file means the same light here as in Mitsuba 3.9 (`rgb` variants). Else it fails with an
 //! error that names the place, the plugin and the parameter. Contents that make no difference to any result
 //! are reported as [`Ignored`](crate::scene::Ignored): samplers, and integrators except for what
 //! [`Integrator`](crate::scene::Integrator) keeps of them.
 //!
 //! Files older than version 2.0 are upgraded as Mitsuba 3 does. Some things that Mitsuba 3 refuses are read,
-//! because Mitsuba 0.6 documents their meaning: `<srgb>`, `<lookAt>`, `<spectrum>` with three numbers,
-//! `ldrfilm`, parameters of films that say how an image is stored, `extEta` of `conductor`, and the texture
-//! `scale` on a diffuse surface.
+//! because Mitsuba 0.6 documents their meaning:
+//!
+//! - `<srgb>`, `<lookAt>`, and `<spectrum>` with three numbers;
+//! - `ldrfilm`, and parameters of films for storing an image;
+//! - `extEta` of `conductor`, and the texture `scale` on a diffuse surface.
 
 mod error;
 mod files;

@@ -26,8 +26,8 @@ const WORK_OF_SHAPES: usize = 16;
 /// One warning for each pair of shapes with surfaces at the same place, at least one of which refracts. One
 /// more warning follows if there may be pairs that are not named.
 ///
-/// The pairs compared are two spheres, two cylinders, two flat shapes, a flat shape and a mesh's faces, and
-/// two meshes with faces over the same three points.
+/// The pairs compared are two spheres, two cylinders, two flat shapes, and a flat shape and a mesh's faces.
+/// Two meshes are compared for faces over the same three points.
 pub(super) fn warnings(
     shapes: &[Shape],
     objects: &[Object],
@@ -203,8 +203,8 @@ impl Outline {
         points.iter().all(|point| height(point) <= room)
     }
 
-    /// True if a convex polygon in the plane has area in common with this one: no edge of either has all of
-    /// the other on its far side (the separating axis theorem).
+    /// True if a convex polygon in the plane has area in common with this one. By the separating axis
+    /// theorem, no edge of either then has all of the other on its far side.
     fn overlaps(&self, other: &[DVec3], room: f64) -> bool {
         let flat = |points: &[DVec3]| -> Vec<DVec2> {
             let place = |point: &DVec3| {

@@ -11,8 +11,8 @@ use crate::radiometry::Rgb;
 
 /// An image laid round the scene: Mitsuba's `envmap`.
 ///
-/// In its own frame the direction to a column x and a row y, both counted from the *centers* of the first
-/// texels of an image of w x h, is
+/// Let x be a column and y a row of an image of w x h, both counted from the *centers* of the first texels.
+/// In the image's own frame, the direction to them is
 ///
 /// ```text
 /// (sin φ sin θ, cos θ, −cos φ sin θ),   φ = 2π (x + 1/2) / w,   θ = π y / (h − 1)
@@ -185,7 +185,7 @@ pub struct EnvmapCell {
     pub columns: [usize; 2],
     /// The upper and the lower one.
     pub rows: [usize; 2],
-    /// How far right and down, in 0..=1.
+    /// Distances to the right and down, in texels, in 0..=1.
     pub weight: DVec2,
 }
 

@@ -2,7 +2,7 @@
 //!
 //! A parameter of a material is a constant or refers to a texture. It is asked for its value at a
 //! [`TexturePoint`](super::TexturePoint). Conventions are Mitsuba's (checked against 3.9.1, see
-//! `tests/scattering/textures.rs`): v = 0 is the first row of an image, and the center of the first texel
+//! `tests/scattering/textures.rs`). So v = 0 is the first row of an image, and the center of the first texel
 //! lies half a texel from the border.
 
 use std::sync::Arc;

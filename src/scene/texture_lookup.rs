@@ -29,7 +29,7 @@ impl<'a> TexturePoint<'a> {
 }
 
 impl Scene {
-    /// The value of a colour at a point; black where it is unknown.
+    /// The value of a colour at a point; black if it is unknown.
     #[inline]
     pub fn color(&self, color: Color, at: &TexturePoint) -> Rgb {
         match color {

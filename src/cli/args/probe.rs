@@ -51,7 +51,7 @@ pub struct ProbeArgs {
 }
 
 impl ProbeArgs {
-    /// What the flags mean.
+    /// The settings that the flags ask for.
     pub fn settings(&self) -> ProbeSettings {
         let default = ProbeSettings::default();
         ProbeSettings {

@@ -90,7 +90,7 @@ pub enum SideArg {
 }
 
 impl CompareArgs {
-    /// What the flags mean.
+    /// The settings that the flags ask for.
     pub fn settings(&self) -> CompareSettings {
         CompareSettings {
             reference: match self.reference {

@@ -34,7 +34,7 @@ impl Exposures {
     ///
     /// Exposures go from log₂(x/max) to log₂(x/median) of its luminance, one exposure a stop, two at least.
     /// If the median is not positive (an image more than half dark), that of the positive texels takes its
-    /// place: the authors' choice would be infinite. `None` if no texel has a positive luminance.
+    /// place. The authors' choice would be infinite. `None` if no texel has a positive luminance.
     pub fn of(reference: Planes) -> Option<Self> {
         let [red, green, blue] = reference;
         let mut luminances: Vec<f32> = (red, green, blue)

@@ -1,8 +1,8 @@
 //! Conversion of spectra to linear sRGB.
 //!
 //! The tables hold the CIE 1931 colour matching functions (2° observer) and the relative power of illuminant
-//! D65, every 5 nm from 360 to 830 nm (CIE 15:2004, tables T.4 and T.1). The integral is the sum that Mitsuba
-//! 3.9.1 forms in its `rgb` variants, so that a file means the same light here and there.
+//! D65, every 5 nm from 360 to 830 nm. They are tables T.4 and T.1 of CIE 15:2004. The integral is the sum
+//! that Mitsuba 3.9.1 forms in its `rgb` variants, so that a file means the same light here and there.
 
 use crate::radiometry::Rgb;
 

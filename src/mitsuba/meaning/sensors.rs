@@ -134,7 +134,7 @@ fn must_be_rigid(plugin: &Plugin, to_world: &Transform) -> Result<(), LoadError>
 /// The full horizontal field of view of the uncropped film \[rad\].
 ///
 /// `fov` is in degrees along `fov_axis`. Without it, `focal_length` ("50mm" by default) is that of a 35 mm
-/// still camera: its film measures 36 mm x 24 mm, and its diagonal is the image's.
+/// still camera. Its film measures 36 mm x 24 mm, and its diagonal is the image's.
 fn horizontal_fov(plugin: &Plugin, film: &Film) -> Result<f64, LoadError> {
     let aspect = f64::from(film.width) / f64::from(film.height);
     let Some((degrees, at)) = plugin.float_at("fov")? else {

@@ -268,9 +268,9 @@ impl Textures {
 
     /// An image file, which is decoded here.
     ///
-    /// Unless told otherwise, Mitsuba keeps images of up to 16 bits a channel in half floats: it rounds
-    /// values to 11 bits, which is not done here. `gamma`, `cache`, `maxAnisotropy` and the filters
-    /// `trilinear` and `ewa` (bilinear, for want of a footprint) are known in old files only.
+    /// Unless told otherwise, Mitsuba keeps images of up to 16 bits a channel in half floats. Values are
+    /// rounded to 11 bits there, but not here. `gamma`, `cache`, `maxAnisotropy` and the filters `trilinear`
+    /// and `ewa` (bilinear, for want of a footprint) are known in old files only.
     fn bitmap(&mut self, plugin: &Plugin, files: &mut Files) -> Result<Option<Texture>, LoadError> {
         let filter = match plugin.choice_or(
             "filter_type",

@@ -3,7 +3,7 @@
 //! As in Mitsuba, a whole file is one mesh, whatever its groups and materials. Corners with the same
 //! position, texture coordinate and normal become one vertex; polygons become fans.
 //!
-//! The reader is our own: the crate tobj splits a file into a mesh a group, which opens edges between groups,
+//! The reader is our own. The crate tobj splits a file into a mesh a group, which opens edges between groups,
 //! and reports no line numbers. It is the oracle of a test.
 
 use std::collections::HashMap;
