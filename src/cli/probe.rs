@@ -21,12 +21,12 @@ use crate::run::Progress;
 use crate::scene::{Emitter, Scene, Warning};
 use crate::transport::scatter::Way;
 
-/// The table sums up paths that carry less than this part of all light.
+/// Part of all light below which paths are summed up in the table.
 const FAINT: f64 = 1e-6;
 
-/// What `--json` prints.
+/// The output of `--json`.
 #[derive(Serialize)]
-struct Report<'a> {
+struct ProbeReport<'a> {
     scene: String,
     content_hash: &'a str,
     sensor: &'a str,
@@ -34,13 +34,13 @@ struct Report<'a> {
     uv: [f64; 2],
     position: [f64; 3],
     normal: [f64; 3],
-    /// Pointwise [W/m²], all paths together.
+    /// Pointwise irradiance [W/m²], all paths together.
     irradiance: [f64; 3],
     paths: Vec<PathLine<'a>>,
-    /// Whether nothing ended the search before it had looked everywhere.
+    /// True if nothing ended the search before it had looked everywhere.
     complete: bool,
     search: SearchEnd,
-    /// How often light space was divided, at most.
+    /// Largest number of divisions of light space.
     divisions: u32,
     unresolved_patches: u64,
     patches: u64,
@@ -68,7 +68,7 @@ struct PathLine<'a> {
 #[derive(Serialize)]
 struct VertexLine<'a> {
     shape: &'a str,
-    /// Of a mesh.
+    /// The face of a mesh.
     face: Option<u32>,
     event: &'static str,
     position: [f64; 3],
@@ -79,7 +79,7 @@ struct VertexLine<'a> {
 ///
 /// # Errors
 ///
-/// Where the scene cannot be read, or the point cannot be probed.
+/// If the scene cannot be read, or the point cannot be probed.
 pub fn probe(args: &ProbeArgs) -> anyhow::Result<Outcome> {
     let start = Instant::now();
     let progress = Arc::new(Progress::default());
@@ -94,7 +94,7 @@ pub fn probe(args: &ProbeArgs) -> anyhow::Result<Outcome> {
     };
     let probed = probe_until(&scene, sensor, args.at, &settings, &stop)
         .with_context(|| scene.path().display().to_string())?;
-    let report = Report {
+    let report = ProbeReport {
         scene: scene.path().display().to_string(),
         content_hash: scene.content_hash(),
         sensor: &sensor.id,
@@ -171,7 +171,7 @@ fn vertex_line<'a>(scene: &'a Scene, vertex: &Vertex) -> VertexLine<'a> {
     }
 }
 
-impl Report<'_> {
+impl ProbeReport<'_> {
     fn print(&self) {
         let incomplete = if self.complete { "" } else { " · INCOMPLETE" };
         say!("{}: sensor {}{incomplete}", self.scene, self.sensor);
@@ -253,7 +253,7 @@ impl Report<'_> {
 }
 
 impl PathLine<'_> {
-    /// The surfaces, as "ball T (0.1, 0.2, 0.3)".
+    /// The surfaces on the way, as "ball T (0.1, 0.2, 0.3)".
     fn met(&self) -> String {
         let words = self.vertices.iter().map(|vertex| {
             let face = vertex
@@ -274,7 +274,7 @@ fn mean(irradiance: [f64; 3]) -> f64 {
     Rgb(irradiance).mean()
 }
 
-/// One number where all channels are the same, else three.
+/// One number if all channels are the same, else three.
 fn shown([red, green, blue]: [f64; 3]) -> String {
     if red == green && green == blue {
         format!("{red:.6}")

@@ -1,80 +1,42 @@
-//! All figures of two images.
+//! The figures of two images, all together.
 
 use serde::Serialize;
 
+use super::bars::Bars;
 use super::difference::Difference;
 use super::equivalence::{Equivalence, Verdict};
 use super::flip::{self, Exposures, Images};
-use super::pair::{Bars, Pair, Pairing};
+use super::pair::{LayerPair, Pairing};
+use super::settings::{CompareSettings, ImageSide};
 use super::significance::Significance;
 use super::similarity::Similarity;
-use super::{CompareError, Source};
-
-/// One of two images.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
-pub enum Side {
-    /// The first.
-    #[default]
-    A,
-    /// The second.
-    B,
-}
-
-/// How to compare.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Settings {
-    /// Which image is the truth.
-    pub reference: Side,
-    /// Layers to compare; all that both images have where empty.
-    pub layers: Vec<String>,
-    /// The difference that matters, as a fraction of the reference's mean.
-    pub margin: f64,
-    /// How often a test may say of equal images that they differ (and of images a margin apart
-    /// that they are equivalent).
-    pub level: f64,
-    /// Pixels a degree of vision for FLIP; `None` leaves FLIP out.
-    pub pixels_per_degree: Option<f32>,
-}
-
-impl Default for Settings {
-    /// Against the first image, all layers, a margin of 1 %, a level of 5 %, with FLIP at 0.7 m from
-    /// a 4K screen.
-    fn default() -> Self {
-        Self {
-            reference: Side::A,
-            layers: Vec::new(),
-            margin: 0.01,
-            level: 0.05,
-            pixels_per_degree: Some(flip::PIXELS_PER_DEGREE),
-        }
-    }
-}
+use super::{CompareError, CompareImage};
 
 /// The figures of one layer.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Comparison {
+pub struct LayerComparison {
     /// The layer's name.
     pub layer: String,
-    /// Whether it is all light.
+    /// True if it is all light.
     pub is_total: bool,
     /// Texels a row and rows.
     pub size: [usize; 2],
     /// Figures that need no error bars.
     pub difference: Difference,
-    /// SSIM; `None` where the image is smaller than its window or the reference dark.
+    /// SSIM; `None` if the image is smaller than its window or the reference dark.
     pub similarity: Option<Similarity>,
-    /// HDR-FLIP; `None` where it is left out or the reference dark.
+    /// HDR-FLIP; `None` if it is left out or the reference dark.
     pub flip: Option<Flip>,
-    /// What the error bars say; `None` where neither image has any.
+    /// The tests against the error bars; `None` if neither image has any.
     pub significance: Option<Significance>,
     /// The verdicts at the margin.
     pub equivalence: Equivalence,
 }
 
-/// HDR-FLIP of a layer, and what it depends on.
+/// HDR-FLIP of a layer, and the settings that it depends on.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Flip {
-    /// The mean over texels: 0 none to 1.
+    /// The mean over texels: from 0 (no difference) to 1.
     pub mean: f64,
     /// The largest of a texel.
     pub max: f64,
@@ -86,18 +48,18 @@ pub struct Flip {
 
 /// The figures of two images.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Report {
+pub struct Comparison {
     /// The first image.
     pub a: String,
     /// The second.
     pub b: String,
-    /// How they were compared.
-    pub settings: Settings,
+    /// The settings of the comparison.
+    pub settings: CompareSettings,
     /// All light first, then layer by layer.
-    pub layers: Vec<Comparison>,
+    pub layers: Vec<LayerComparison>,
     /// The worst verdict of any layer.
     pub verdict: Verdict,
-    /// What is odd about the images.
+    /// Oddities of the images.
     pub notes: Vec<String>,
 }
 
@@ -106,18 +68,27 @@ pub struct Report {
 /// # Errors
 ///
 /// As [`Pairing::new`].
-pub fn compare(a: &Source, b: &Source, settings: &Settings) -> Result<Report, CompareError> {
+pub fn compare(
+    a: &CompareImage,
+    b: &CompareImage,
+    settings: &CompareSettings,
+) -> Result<Comparison, CompareError> {
     let pairing = Pairing::new(a, b, settings.reference, &settings.layers)?;
-    Ok(Report::of(&pairing, a, b, settings))
+    Ok(Comparison::of(&pairing, a, b, settings))
 }
 
-impl Report {
+impl Comparison {
     /// The figures of layers that are side by side already.
-    pub fn of(pairing: &Pairing, a: &Source, b: &Source, settings: &Settings) -> Self {
-        let layers: Vec<Comparison> = pairing
+    pub fn of(
+        pairing: &Pairing,
+        a: &CompareImage,
+        b: &CompareImage,
+        settings: &CompareSettings,
+    ) -> Self {
+        let layers: Vec<LayerComparison> = pairing
             .pairs
             .iter()
-            .map(|pair| Comparison::of(pair, settings))
+            .map(|pair| LayerComparison::of(pair, settings))
             .collect();
         let worst = layers.iter().map(|layer| layer.equivalence.verdict).max();
         let mut notes = pairing.notes.clone();
@@ -133,11 +104,16 @@ impl Report {
     }
 }
 
-/// What is taken for granted of error bars.
-fn notes_on_bars(pairing: &Pairing, a: &Source, b: &Source, reference: Side) -> Vec<String> {
+/// Notes on the assumptions about error bars.
+fn notes_on_bars(
+    pairing: &Pairing,
+    a: &CompareImage,
+    b: &CompareImage,
+    reference: ImageSide,
+) -> Vec<String> {
     let sources = match reference {
-        Side::A => [a, b],
-        Side::B => [b, a],
+        ImageSide::A => [a, b],
+        ImageSide::B => [b, a],
     };
     let tests = || pairing.pairs.iter().flat_map(|pair| &pair.tests);
     let mut notes = Vec::new();
@@ -167,9 +143,9 @@ fn notes_on_bars(pairing: &Pairing, a: &Source, b: &Source, reference: Side) -> 
     notes
 }
 
-impl Comparison {
+impl LayerComparison {
     /// The figures of one layer.
-    pub fn of(pair: &Pair, settings: &Settings) -> Self {
+    pub fn of(pair: &LayerPair, settings: &CompareSettings) -> Self {
         let difference = Difference::of(pair);
         let equivalence = Equivalence::of(pair, &difference, settings.margin, settings.level);
         Self {
@@ -188,8 +164,8 @@ impl Comparison {
 }
 
 impl Flip {
-    /// HDR-FLIP of a layer; `None` where the reference has no light to set exposures by.
-    pub fn of(pair: &Pair, pixels_per_degree: f32) -> Option<Self> {
+    /// HDR-FLIP of a layer; `None` if the reference has no light to set exposures by.
+    pub fn of(pair: &LayerPair, pixels_per_degree: f32) -> Option<Self> {
         let channel = |c: usize| &pair.channels[c.min(pair.channels.len() - 1)];
         let images = Images {
             reference: [0, 1, 2].map(|c| channel(c).reference),

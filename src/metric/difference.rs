@@ -1,25 +1,25 @@
-//! How far two images are apart: figures that need no error bars.
+//! Differences of two images: figures that need no error bars.
 //!
-//! Means are over samples: all texels and channels of a layer, unless said otherwise. d is the
-//! other image less the reference r, in the image's unit. A texel is *lit* where the mean of the
-//! reference's channels is above zero.
+//! Means are over samples: all texels and channels of a layer, unless said otherwise. d is the other image
+//! less the reference r, in the image's unit. A texel is *lit* if the mean of the reference's channels is
+//! above zero.
 
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::pair::Pair;
+use super::pair::LayerPair;
 use super::sums::{parts, sums};
 
 /// ε of relMSE in units of the squared mean of the reference, and of SMAPE in units of its mean.
 ///
-/// Rousselle et al. (2011) divide by r² + 0.01 where images have a mean near one; scaled to the
-/// mean, the figure does not depend on the unit.
+/// Rousselle et al. (2011) divide by r² + 0.01 for images with a mean near one. Scaled to the mean, the
+/// figure does not depend on the unit.
 pub const EPSILON: f64 = 0.01;
 
-/// Percentiles of the absolute difference that are told, in thousandths.
+/// Percentiles of the absolute difference that are reported, in thousandths.
 pub const PER_MILLE: [u16; 5] = [500, 900, 950, 990, 999];
 
-/// Figures of a layer. Relative ones are `None` where the reference has no light to be relative to.
+/// Figures of a layer. Relative figures are `None` if the reference has no light to be relative to.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Difference {
     /// Lit texels.
@@ -46,8 +46,8 @@ pub struct Difference {
     pub mae: f64,
     /// Σ (r + d) / Σ r.
     pub energy_ratio: Option<f64>,
-    /// 10 log₁₀(peak² / mean d²) \[dB\]; `None` for equal images, where it is infinite, and where
-    /// the reference is dark.
+    /// 10 log₁₀(peak² / mean d²) \[dB\]; `None` if the images are equal, which makes it infinite, or the
+    /// reference is dark.
     pub psnr: Option<f64>,
     /// The peak of `psnr`: the largest value of the reference.
     pub psnr_peak: f64,
@@ -62,7 +62,7 @@ pub struct Difference {
 pub struct Percentile {
     /// The part \[%\].
     pub percent: f64,
-    /// The smallest |d| that so many texels do not exceed.
+    /// The smallest |d| that this part of the texels does not exceed.
     pub value: f64,
 }
 
@@ -83,7 +83,7 @@ pub struct Worst {
 
 impl Difference {
     /// The figures of a layer.
-    pub fn of(pair: &Pair) -> Self {
+    pub fn of(pair: &LayerPair) -> Self {
         let texels = pair.texels();
         let samples = (texels * pair.channels.len()) as f64;
         let [reference, other, lit, lit_reference] = sums(texels, |i| {
@@ -160,7 +160,7 @@ impl Difference {
 }
 
 /// Percentiles and the largest of |d|.
-fn spread(pair: &Pair) -> (Vec<Percentile>, Worst) {
+fn spread(pair: &LayerPair) -> (Vec<Percentile>, Worst) {
     let texels = pair.texels();
     let weight = 1.0 / pair.channels.len() as f64;
     let difference = |i: usize| {
@@ -190,7 +190,7 @@ fn spread(pair: &Pair) -> (Vec<Percentile>, Worst) {
     };
     let mut all: Vec<f64> = (0..texels).into_par_iter().map(difference).collect();
     let mut percentiles = Vec::new();
-    // From the highest down: each leaves the values below it in front.
+    // From the highest down: each selection leaves the values below it in front.
     for per_mille in PER_MILLE.into_iter().rev() {
         let rank = (texels * usize::from(per_mille)).div_ceil(1000).max(1) - 1;
         let value = *all.select_nth_unstable_by(rank, f64::total_cmp).1;
@@ -202,7 +202,7 @@ fn spread(pair: &Pair) -> (Vec<Percentile>, Worst) {
     (percentiles, worst)
 }
 
-/// The pair with the larger number; of equal ones the first.
+/// The pair with the larger number; the first of equal ones.
 fn larger(one: (usize, f64), other: (usize, f64)) -> (usize, f64) {
     if other.1 > one.1 { other } else { one }
 }

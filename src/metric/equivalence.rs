@@ -1,17 +1,17 @@
-//! Are two images the same within a margin?
+//! Equivalence of two images within a margin.
 //!
-//! That a test finds no difference does not show that there is none. Two one-sided tests (TOST;
-//! Schuirmann 1987) do: an image is *equivalent* where a difference as large as the margin is
-//! refuted, *different* where a difference within the margin is refuted, else *undecided*.
+//! A test that finds no difference does not show that there is none. Two one-sided tests (TOST; Schuirmann
+//! 1987) do. An image is *equivalent* if a difference as large as the margin is refuted, *different* if a
+//! difference within the margin is refuted, else *undecided*.
 
 use serde::Serialize;
 
 use super::difference::Difference;
-use super::pair::Pair;
+use super::pair::LayerPair;
 use super::sums::{square_sums, sums};
 use crate::numeric::distributions::{critical_value, student_t_cdf};
 
-/// What is known about a margin.
+/// The verdict on a difference and a margin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Verdict {
@@ -41,20 +41,20 @@ pub struct Equivalence {
     pub margin: f64,
     /// The significance level of each one-sided test.
     pub level: f64,
-    /// Of the mean.
+    /// The verdict on the mean.
     pub bias: Bias,
-    /// Of the texels.
+    /// The verdict on the texels.
     pub texels: Texels,
     /// The worse of both.
     pub verdict: Verdict,
 }
 
-/// How far the means are apart. Relative figures are `None` where the reference is dark.
+/// The difference of the means. Relative figures are `None` if the reference is dark.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Bias {
     /// Mean of the other image less that of the reference, in the image's unit.
     pub bias: f64,
-    /// That over the reference's mean.
+    /// `bias` over the reference's mean.
     pub relative: Option<f64>,
     /// Standard error of `relative`; `None` with fewer than two squares.
     pub standard_error: Option<f64>,
@@ -66,36 +66,36 @@ pub struct Bias {
     pub interval: Option<[f64; 2]>,
     /// The larger p-value of the two one-sided tests: below α shows equivalence.
     pub p: Option<f64>,
-    /// What they say.
+    /// The verdict of both tests.
     pub verdict: Verdict,
 }
 
-/// How far texels are apart, beyond what the bars explain.
+/// The difference of texels, beyond what the bars explain.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Texels {
-    /// √(Σ (e² − σ²) / Σ r²), zero where the sum is negative: the length of the difference, noise taken
-    /// off, over the length of the reference. σ² is the variance of e; without error bars it is 0.
-    /// `None` where the reference is dark and the other image is not.
+    /// √(Σ (e² − σ²) / Σ r²), zero if the sum is negative: the length of the difference, noise taken off,
+    /// over the length of the reference. σ² is the variance of e; without error bars it is 0. `None` if the
+    /// reference is dark and the other image is not.
     pub unexplained: Option<f64>,
-    /// One-sided lower and upper bounds of it, each with confidence 1 − α; `None` without bars.
+    /// One-sided lower and upper bounds of `unexplained`, each with confidence 1 − α; `None` without bars.
     pub interval: Option<[f64; 2]>,
-    /// Whether bars were there to take off.
+    /// True if there were bars to take off.
     pub has_bars: bool,
-    /// What the interval says; without bars, what the number itself says.
+    /// The verdict by the interval; without bars, by `unexplained` itself.
     pub verdict: Verdict,
 }
 
 /// Sides of squares tried, largest first.
 const SIDES: [usize; 4] = [8, 4, 2, 1];
 
-/// Squares that make a good standard error: its own error is then below 1/√(2·63) = 9 %.
+/// Number of squares that makes a good standard error: its own error is then below 1/√(2·63) = 9 %.
 const ENOUGH: usize = 64;
 
-/// The side of squares for an image: the largest of which there are enough.
+/// The side of squares for an image: the largest that gives enough squares.
 ///
-/// Texels near each other often err together (reconstruction filters, photons shared); squares
-/// that hold such neighbours do so less.
-fn side(pair: &Pair) -> usize {
+/// Texels near each other often err together (reconstruction filters, photons shared); squares that hold such
+/// neighbours do so less.
+fn side(pair: &LayerPair) -> usize {
     let squares = |side: usize| pair.width.div_ceil(side) * pair.height.div_ceil(side);
     SIDES
         .into_iter()
@@ -105,7 +105,7 @@ fn side(pair: &Pair) -> usize {
 
 impl Equivalence {
     /// The verdicts of a layer at `margin`, each test at significance level `level`.
-    pub fn of(pair: &Pair, difference: &Difference, margin: f64, level: f64) -> Self {
+    pub fn of(pair: &LayerPair, difference: &Difference, margin: f64, level: f64) -> Self {
         let bias = Bias::of(pair, difference, margin, level);
         let texels = Texels::of(pair, difference, margin, level);
         Self {
@@ -121,7 +121,7 @@ impl Equivalence {
 impl Bias {
     /// The ratio estimator of Σ d / Σ r over squares. A factor common to all texels has no scatter, and
     /// errors that both images share cancel.
-    fn of(pair: &Pair, difference: &Difference, margin: f64, level: f64) -> Self {
+    fn of(pair: &LayerPair, difference: &Difference, margin: f64, level: f64) -> Self {
         let side = side(pair);
         let squares = square_sums([pair.width, pair.height], side, |texel| {
             pair.channels.iter().fold([0.0; 2], |[d, r], one| {
@@ -156,7 +156,7 @@ impl Bias {
         };
         let freedom = bias.freedom as f64;
         let reach = critical_value(1.0 - level, freedom) * standard_error;
-        // P(T >= t) for how far the estimate is above a limit.
+        // P(T >= t) for the distance of the estimate above a limit.
         let above = |limit: f64| tail(relative - limit, standard_error, freedom);
         let below = |limit: f64| tail(limit - relative, standard_error, freedom);
         let p = above(-margin).max(below(margin));
@@ -175,10 +175,13 @@ impl Bias {
 }
 
 impl Texels {
-    /// As [`Texels`] says. The interval is that of a normal number whose variance is the sum of the texels'
-    /// ([`super::pair::TestPair::unexplained`]): errors of different texels count as independent, those of a texel's
-    /// channels as one and the same, which makes C channels' variance C times their sum.
-    fn of(pair: &Pair, difference: &Difference, margin: f64, level: f64) -> Self {
+    /// The verdict on a layer's texels.
+    ///
+    /// The interval is that of a normal number whose variance is the sum of the texels' variances
+    /// ([`super::pair::TestPair::unexplained`]). Errors of different texels count as independent. Errors of a
+    /// texel's channels count as one and the same, which makes the variance of C channels C times the sum of
+    /// theirs.
+    fn of(pair: &LayerPair, difference: &Difference, margin: f64, level: f64) -> Self {
         let has_bars = !pair.tests.is_empty();
         let mut texels = Self {
             unexplained: None,
@@ -190,7 +193,7 @@ impl Texels {
                 Verdict::Different
             },
         };
-        // Equal images are so in spite of all noise they share.
+        // Equal images are equivalent in spite of all noise they share.
         if difference.rmse == 0.0 {
             texels.unexplained = Some(0.0);
             texels.verdict = Verdict::Equivalent;
@@ -223,7 +226,7 @@ impl Texels {
 }
 
 /// Sums of e² − σ², its variance, and r².
-fn with_bars(pair: &Pair) -> [f64; 3] {
+fn with_bars(pair: &LayerPair) -> [f64; 3] {
     let channels = pair.tests.len() as f64;
     sums(pair.texels(), |texel| {
         pair.tests
@@ -240,8 +243,8 @@ fn with_bars(pair: &Pair) -> [f64; 3] {
     })
 }
 
-/// Sums of d², nothing, and r².
-fn without_bars(pair: &Pair) -> [f64; 3] {
+/// Sums of d², zero, and r².
+fn without_bars(pair: &LayerPair) -> [f64; 3] {
     sums(pair.texels(), |texel| {
         pair.channels.iter().fold([0.0; 3], |[sum, _, light], one| {
             let r = f64::from(one.reference[texel]);
@@ -260,10 +263,12 @@ struct Ratio {
 }
 
 impl Ratio {
-    /// The ratio estimator β = Σ D / Σ R of pairs (D, R), its standard error from their scatter,
+    /// The ratio estimator β = Σ D / Σ R of pairs (D, R), with its standard error from their scatter,
     ///
     /// ```text
+    ///
     /// SE² = n/(n − 1) Σ (D − β R)² / (Σ R)²
+    ///
     /// ```
     ///
     /// (Cochran, *Sampling Techniques*, 1977, section 6.4).

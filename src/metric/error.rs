@@ -1,6 +1,6 @@
-//! Why two images cannot be compared.
+//! Reasons why two images cannot be compared.
 
-/// Why two images cannot be compared. Files are named as the caller names them.
+/// Reason why two images cannot be compared. Files are named as the caller names them.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum CompareError {
     /// Images of different size.
@@ -51,15 +51,15 @@ pub enum CompareError {
         /// Its channels.
         other_channels: String,
     },
-    /// A layer asked for that is not in both.
+    /// A requested layer that is not in both.
     #[error("layer \"{layer}\" is not in both images; those in both are {there}")]
     NoLayer {
         /// The name.
         layer: String,
-        /// Those there are.
+        /// The layers in both.
         there: String,
     },
-    /// NaN or infinite.
+    /// A value that is NaN or infinite.
     #[error("{file}: channel {channel} is {value} at pixel ({x}, {y}): allowed are finite numbers")]
     NotFinite {
         /// The file.
@@ -70,7 +70,7 @@ pub enum CompareError {
         x: usize,
         /// Row.
         y: usize,
-        /// What is there.
+        /// The value there.
         value: f32,
     },
     /// A standard error below zero.
@@ -86,7 +86,7 @@ pub enum CompareError {
         x: usize,
         /// Row.
         y: usize,
-        /// What is there.
+        /// The value there.
         value: f32,
     },
     /// A lower bound above the upper.
@@ -105,17 +105,17 @@ pub enum CompareError {
         /// The upper bound.
         high: f32,
     },
-    /// A separate image of errors that does not hold what it should.
+    /// A separate image of errors without the channels expected.
     #[error("{file}: no errors of layer {layer}: expected are channels {expected}")]
     NoErrors {
         /// The file.
         file: String,
         /// The layer of the image.
         layer: String,
-        /// What was looked for.
+        /// The channels expected.
         expected: String,
     },
-    /// Second moments, but not how many samples they are of.
+    /// Second moments without the number of samples that they are of.
     #[error(
         "{file} has second moments ({channel}): say how many samples each pixel has, at least 2"
     )]

@@ -1,8 +1,8 @@
-//! Where two images differ: maps to look at.
+//! Maps of the differences of two images, to look at.
 
 use rayon::prelude::*;
 
-use super::pair::Pair;
+use super::pair::LayerPair;
 use crate::film::Grid;
 
 /// Maps of a layer, channels averaged, row 0 first.
@@ -10,16 +10,16 @@ use crate::film::Grid;
 pub struct Maps {
     /// The other image less the reference, in the image's unit.
     pub difference: Grid<f32>,
-    /// The difference over the reference; NaN where the reference is not above zero.
+    /// The difference over the reference; NaN if the reference is not above zero.
     pub relative: Grid<f32>,
-    /// The difference in standard errors, of the channel where it is largest; NaN where there is no
-    /// error bar. `None` where neither image has any.
+    /// The difference in standard errors, for the channel with the largest; NaN for a texel without error
+    /// bar. `None` if neither image has any.
     pub z: Option<Grid<f32>>,
 }
 
 impl Maps {
     /// The maps of a layer.
-    pub fn of(pair: &Pair) -> Self {
+    pub fn of(pair: &LayerPair) -> Self {
         let share = 1.0 / pair.channels.len() as f64;
         let means = |texel: usize| {
             pair.channels.iter().fold([0.0; 2], |[r, o], one| {
@@ -60,7 +60,7 @@ impl Maps {
     }
 }
 
-fn grid(pair: &Pair, value: impl Fn(usize) -> f64 + Sync) -> Grid<f32> {
+fn grid(pair: &LayerPair, value: impl Fn(usize) -> f64 + Sync) -> Grid<f32> {
     let mut values = vec![0.0; pair.texels()];
     values
         .par_iter_mut()
@@ -70,8 +70,8 @@ fn grid(pair: &Pair, value: impl Fn(usize) -> f64 + Sync) -> Grid<f32> {
     Grid::from_fn(pair.width, pair.height, |_, _| values.next().unwrap_or(0.0))
 }
 
-/// How far a map's numbers reach on either side of zero: the value that 99 of 100 do not exceed;
-/// `None` where there is no contrast.
+/// Half the range of a map's numbers about zero: the value that 99 of 100 do not exceed. `None` if there is
+/// no contrast.
 pub fn reach(map: &Grid<f32>) -> Option<f64> {
     let mut sizes: Vec<f32> = map
         .iter()
@@ -83,7 +83,7 @@ pub fn reach(map: &Grid<f32>) -> Option<f64> {
     }
     let rank = (sizes.len() * 99 / 100).min(sizes.len() - 1);
     let reach = *sizes.select_nth_unstable_by(rank, f32::total_cmp).1;
-    // A few texels that differ have a 99th percentile of zero.
+    // If only a few texels differ, the 99th percentile is zero.
     let reach = if reach > 0.0 {
         reach
     } else {

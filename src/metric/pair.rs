@@ -1,29 +1,31 @@
 //! Two images, layer beside layer.
 
-use std::borrow::Cow;
-
-use super::measured::Measured;
-use super::source::{Contents, Kind, names};
-use super::{CompareError, Side, Source};
+use super::bars::Bars;
+use super::image::{ChannelKind, Contents, component, names};
+use super::layer_bars::LayerBars;
+use super::settings::ImageSide;
+use super::{CompareError, CompareImage};
 
 /// A layer of the reference beside the same layer of the other image.
 #[derive(Clone, Debug)]
-pub struct Pair<'a> {
-    /// `LTTD`, ...; of all light the name it has in both files, or `total`.
+pub struct LayerPair<'a> {
+    /// `LTTD`, ...; for all light the name it has in both files, or `total`.
     pub name: String,
-    /// Whether it is all light.
+    /// True if it is all light.
     pub is_total: bool,
     /// Texels a row.
     pub width: usize,
     /// Rows.
     pub height: usize,
-    /// Where the upper left texel is in the files.
+    /// The place of the upper left texel in the files.
     pub corner: [usize; 2],
-    /// Red, green and blue, or luminance alone; one channel, too, where all three are the same in
-    /// both images: each figure over channels is then the same.
+    /// Red, green and blue, or luminance alone.
+    ///
+    /// If all three are the same in both images, one channel stands for them: each figure over channels is
+    /// then the same.
     pub channels: Vec<ChannelPair<'a>>,
-    /// The channels again, with their error bars, as they can be tested: X, Y and Z where one
-    /// image has its moments in these. Empty where neither image has error bars.
+    /// The channels again, with their error bars, as they can be tested: X, Y and Z if one image has its
+    /// moments in these. Empty if neither image has error bars.
     pub tests: Vec<TestPair<'a>>,
 }
 
@@ -34,7 +36,7 @@ pub struct ChannelPair<'a> {
     pub name: String,
     /// The truth.
     pub reference: &'a [f32],
-    /// What is compared with it.
+    /// The values compared with it.
     pub other: &'a [f32],
 }
 
@@ -45,44 +47,30 @@ pub struct TestPair<'a> {
     pub name: String,
     /// The truth.
     pub reference: Bars<'a>,
-    /// What is compared with it.
+    /// The values compared with it.
     pub other: Bars<'a>,
 }
 
-/// Values with what is known of their errors.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Bars<'a> {
-    /// The values.
-    pub values: Cow<'a, [f32]>,
-    /// One standard error of each.
-    pub standard_errors: Option<Cow<'a, [f32]>>,
-    /// Lower and upper bounds.
-    pub bounds: Option<[Cow<'a, [f32]>; 2]>,
-    /// Degrees of freedom of the standard errors; infinite where they count as exact.
-    pub freedom: f64,
-}
-
-/// All layers that two images share, and what is odd about them.
+/// All layers that two images share, with notes on oddities.
 #[derive(Clone, Debug)]
 pub struct Pairing<'a> {
     /// All light first, then layer by layer.
-    pub pairs: Vec<Pair<'a>>,
+    pub pairs: Vec<LayerPair<'a>>,
     /// Layers that only one image has, and the like.
     pub notes: Vec<String>,
 }
 
 impl<'a> Pairing<'a> {
-    /// Puts the layers of two images side by side; `wanted` are those to take, all where empty.
+    /// The layers of two images side by side; `wanted` are those to take, all if empty.
     ///
     /// # Errors
     ///
-    /// For images of different size, channels or quantity, a layer wanted that is not in both,
-    /// and anything but finite numbers, negative standard errors or crossed bounds in a layer
-    /// that is taken.
+    /// If the images differ in size, channels or quantity, or a wanted layer is not in both. Also if a layer
+    /// that is taken has anything but finite numbers, negative standard errors or crossed bounds.
     pub fn new(
-        a: &'a Source,
-        b: &'a Source,
-        reference: Side,
+        a: &'a CompareImage,
+        b: &'a CompareImage,
+        reference: ImageSide,
         wanted: &[String],
     ) -> Result<Self, CompareError> {
         check_sizes(a, b)?;
@@ -104,7 +92,7 @@ impl<'a> Pairing<'a> {
             "total"
         };
         let [layers_a, layers_b] = [in_a.layers(), in_b.layers()];
-        // What has no layer of its own is the same light only where the same layers were split off.
+        // The rest without layers of its own is the same light only if the same layers were split off.
         let is_comparable = |name: &str| name != REST || layers_a == layers_b;
         let shared: Vec<&str> = layers_a
             .iter()
@@ -156,7 +144,7 @@ impl<'a> Pairing<'a> {
 /// The layer of all signatures without one of their own.
 const REST: &str = "other";
 
-fn check_sizes(a: &Source, b: &Source) -> Result<(), CompareError> {
+fn check_sizes(a: &CompareImage, b: &CompareImage) -> Result<(), CompareError> {
     let size = |image: &crate::film::Image| [image.width, image.height];
     let images = [(&b.name, &b.image)];
     let errors = [a, b]
@@ -178,16 +166,16 @@ fn check_sizes(a: &Source, b: &Source) -> Result<(), CompareError> {
     }
 }
 
-/// One layer of both images; `layers` is what A and B call it.
+/// One layer of both images; `layers` are its names in A and B.
 fn pair<'a>(
     name: &str,
     is_total: bool,
     layers: [&str; 2],
-    sources: [&'a Source; 2],
+    sources: [&'a CompareImage; 2],
     contents: &[Contents<'a>; 2],
-    reference: Side,
-) -> Result<Pair<'a>, CompareError> {
-    let [a, b] = [0, 1].map(|i| contents[i].colour(layers[i], Kind::Value));
+    reference: ImageSide,
+) -> Result<LayerPair<'a>, CompareError> {
+    let [a, b] = [0, 1].map(|i| contents[i].colour(layers[i], ChannelKind::Value));
     if a.len() != b.len() {
         return Err(CompareError::Channels {
             layer: name.to_owned(),
@@ -200,12 +188,12 @@ fn pair<'a>(
     contents[0].check_finite(&a)?;
     contents[1].check_finite(&b)?;
     let measured = [
-        Measured::of(&contents[0], sources[0], layers[0], is_total)?,
-        Measured::of(&contents[1], sources[1], layers[1], is_total)?,
+        LayerBars::of(&contents[0], sources[0], layers[0], is_total)?,
+        LayerBars::of(&contents[1], sources[1], layers[1], is_total)?,
     ];
     let ordered = |[a, b]: [_; 2]| match reference {
-        Side::A => (a, b),
-        Side::B => (b, a),
+        ImageSide::A => (a, b),
+        ImageSide::B => (b, a),
     };
     let (truth, other) = ordered([a, b]);
     let mut channels: Vec<ChannelPair> = truth
@@ -230,7 +218,7 @@ fn pair<'a>(
     {
         tests.truncate(1);
     }
-    Ok(Pair {
+    Ok(LayerPair {
         name: name.to_owned(),
         is_total,
         width: sources[0].image.width,
@@ -241,12 +229,12 @@ fn pair<'a>(
     })
 }
 
-/// The channels of a layer with their bars; none where neither image has any.
-fn tests(measured: [Measured; 2], reference: Side) -> Vec<TestPair> {
+/// The channels of a layer with their bars; none if neither image has any.
+fn tests(measured: [LayerBars; 2], reference: ImageSide) -> Vec<TestPair> {
     let has_bars = measured
         .iter()
         .any(|one| one.bars.iter().any(Bars::has_any));
-    let [a, b] = Measured::alike(measured);
+    let [a, b] = LayerBars::alike(measured);
     if !has_bars {
         return Vec::new();
     }
@@ -256,8 +244,8 @@ fn tests(measured: [Measured; 2], reference: Side) -> Vec<TestPair> {
         .zip(bars)
         .map(|(name, (a, b))| {
             let (reference, other) = match reference {
-                Side::A => (a, b),
-                Side::B => (b, a),
+                ImageSide::A => (a, b),
+                ImageSide::B => (b, a),
             };
             TestPair {
                 name: name.to_owned(),
@@ -268,26 +256,13 @@ fn tests(measured: [Measured; 2], reference: Side) -> Vec<TestPair> {
         .collect()
 }
 
-/// The last part of a channel's name.
-pub(super) fn component(name: &str) -> &str {
-    name.rsplit_once('.')
-        .map_or(name, |(_, component)| component)
-}
-
-impl Bars<'_> {
-    /// Whether anything is known of the errors.
-    pub fn has_any(&self) -> bool {
-        self.standard_errors.is_some() || self.bounds.is_some()
-    }
-}
-
-impl Pair<'_> {
+impl LayerPair<'_> {
     /// Number of texels.
     pub fn texels(&self) -> usize {
         self.width * self.height
     }
 
-    /// Column and row in the files of a texel.
+    /// Column and row of a texel in the files.
     pub fn place(&self, texel: usize) -> [usize; 2] {
         [
             self.corner[0] + texel % self.width,

@@ -1,9 +1,10 @@
-//! How far two values are apart, measured by their error bars.
+//! The distance of two values, measured by their error bars.
 
-use super::pair::{Bars, TestPair};
+use super::bars::Bars;
+use super::pair::TestPair;
 use crate::numeric::distributions::student_t_cdf;
 
-/// Half a unit in the last place of an `f32`, relative: what storing a value may have changed.
+/// Half a unit in the last place of an `f32`, relative: the change that storing a value may make.
 const ROUNDING: f64 = 1.0 / (1 << 24) as f64;
 
 /// Degrees of freedom from which Hill's expansion is good to 4e-7 in the probability.
@@ -12,7 +13,7 @@ const EXPANSION_FROM: f64 = 5.0;
 /// A difference and its standard error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Score {
-    /// The other value less the reference; where there are bounds, how far the intervals are apart.
+    /// The other value less the reference; with bounds, the distance between the intervals.
     pub excess: f64,
     /// Its standard error σ, rounding of stored values included.
     pub standard_error: f64,
@@ -21,23 +22,22 @@ pub struct Score {
 }
 
 impl TestPair<'_> {
-    /// Whether either image has bounds here.
+    /// True if either image has bounds here.
     pub fn has_bounds(&self) -> bool {
         self.reference.bounds.is_some() || self.other.bounds.is_some()
     }
 
-    /// Welch's statistic of a texel, its parts:
+    /// The parts of Welch's statistic of a texel:
     ///
     /// ```text
     /// z = (o − r) / √(σ_o² + σ_r²),      ν = (σ_o² + σ_r²)² / (σ_o⁴/ν_o + σ_r⁴/ν_r)
     /// ```
     ///
     /// (Welch 1947; Satterthwaite 1946). A value with bounds is all of lo..=hi at once: o − r is then the
-    /// distance between the intervals, zero where they overlap. An image without any error bars
-    /// counts as exact.
+    /// distance between the intervals, zero if they overlap. An image without any error bars counts as exact.
     ///
-    /// `None` where an image has standard errors, but zero at this texel and no bounds. A texel that no
-    /// sample reached says 0 ± 0, and means that nothing is known.
+    /// `None` if an image has standard errors, but zero at this texel and no bounds. A texel that no sample
+    /// reached has 0 ± 0, which means that nothing is known.
     pub fn score(&self, texel: usize) -> Option<Score> {
         let is_known = |bars: &Bars| {
             bars.bounds.is_some() || bars.standard_errors.is_none() || bars.variance(texel) > 0.0
@@ -62,16 +62,17 @@ impl TestPair<'_> {
 
     /// An estimate of a texel's squared true difference, and of that estimate's variance.
     ///
-    /// For the distance e of [`TestPair::score`] and its variance σ² it is e² − σ²: right in the mean over texels, those
-    /// with a standard error of zero included, as a sample variance is. For normal errors its variance is
-    /// 2 σ⁴ + 4 μ² σ² about the true difference μ, and 2 σᵢ⁴/νᵢ for what is not known of σ; with e² − σ² for μ²,
+    /// For the distance e of [`TestPair::score`] and its variance σ², the estimate is e² − σ². As a sample
+    /// variance is, it is right in the mean over texels, those with a standard error of zero included. For
+    /// normal errors its variance is 2 σ⁴ + 4 μ² σ² about the true difference μ, and 2 σᵢ⁴/νᵢ for the
+    /// uncertainty of σ. With e² − σ² for μ²,
     ///
     /// ```text
     /// Var = 4 e² σ² − 2 σ⁴ + 2 (σ_o⁴/ν_o + σ_r⁴/ν_r).
     /// ```
     ///
-    /// With bounds, a texel whose intervals overlap adds nothing: the estimate is then at most right in the mean, and
-    /// right where the truth is at the end of the interval.
+    /// With bounds, a texel whose intervals overlap adds nothing. The estimate is then at most right in the
+    /// mean, and right if the truth is at the end of the interval.
     pub fn unexplained(&self, texel: usize) -> [f64; 2] {
         let (excess, rounding) = self.excess(texel);
         if excess == 0.0 && self.has_bounds() {
@@ -87,7 +88,7 @@ impl TestPair<'_> {
         ]
     }
 
-    /// How far the intervals are apart, signed, and the variance that storing their ends may have added.
+    /// The signed distance between the intervals, and the variance that storing their ends may have added.
     fn excess(&self, texel: usize) -> (f64, f64) {
         let [low, high] = self.reference.interval(texel);
         let [other_low, other_high] = self.other.interval(texel);
@@ -104,29 +105,14 @@ impl TestPair<'_> {
         )
     }
 
-    /// Whether the texel's values differ at all.
+    /// True if the texel's values differ at all.
     pub fn differs(&self, texel: usize) -> bool {
         self.reference.values[texel] != self.other.values[texel]
     }
 }
 
-impl Bars<'_> {
-    fn interval(&self, texel: usize) -> [f64; 2] {
-        match &self.bounds {
-            Some([low, high]) => [f64::from(low[texel]), f64::from(high[texel])],
-            None => [f64::from(self.values[texel]); 2],
-        }
-    }
-
-    fn variance(&self, texel: usize) -> f64 {
-        let error = |errors: &std::borrow::Cow<[f32]>| f64::from(errors[texel]);
-        let error = self.standard_errors.as_ref().map_or(0.0, error);
-        error * error
-    }
-}
-
 impl Score {
-    /// The distance in standard errors; zero where there is no distance.
+    /// The distance in standard errors; zero if there is no distance.
     pub fn z(&self) -> f64 {
         if self.excess == 0.0 {
             0.0
@@ -135,16 +121,18 @@ impl Score {
         }
     }
 
-    /// The probability of a |z| at least as large where there is no true difference.
+    /// The probability of a |z| at least as large if there is no true difference.
     pub fn p(&self) -> f64 {
         (2.0 * student_t_cdf(-self.z().abs(), self.freedom)).min(1.0)
     }
 
-    /// The |z| that is as unlikely for a normal variable as this one is for Student's t, by Hill's
-    /// expansion (*Comm. ACM* 13(10), 1970, algorithm 395): much sooner than the t distribution itself.
-    /// The probability it gives is off by less than 4e-7, and by less than 6e-4 of itself up to |t| = 12.
+    /// The |z| that is as unlikely for a normal variable as this one is for Student's t.
     ///
-    /// `None` below five degrees of freedom, where it is worse.
+    /// It is Hill's expansion (*Comm. ACM* 13(10), 1970, algorithm 395), which takes much less time than the
+    /// t distribution itself. The probability it gives is off by less than 4e-7, and by less than 6e-4 of
+    /// itself up to |t| = 12.
+    ///
+    /// `None` below five degrees of freedom, for which the expansion is worse.
     pub fn normal_score(&self) -> Option<f64> {
         let (t, nu) = (self.z().abs(), self.freedom);
         if nu == f64::INFINITY {

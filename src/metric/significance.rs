@@ -1,12 +1,12 @@
-//! Is the difference more than the error bars explain?
+//! Tests if the difference is more than the error bars explain.
 //!
-//! One test a texel and channel ([`super::score`]). Under the hypothesis that both images have the same
-//! expectation and honest bars, their p-values are uniform on 0..1; and the smallest of n of them is
-//! below 1 − (1 − α)^(1/n) with probability α (Šidák 1967), at most where they are correlated.
+//! There is one test for each texel and channel ([`super::score`]). Under the hypothesis that both images
+//! have the same expectation and honest bars, their p-values are uniform on 0..1. The smallest of n of them
+//! is then below 1 − (1 − α)^(1/n) with probability α (Šidák 1967), at most if they are correlated.
 
 use serde::Serialize;
 
-use super::pair::{Pair, TestPair};
+use super::pair::{LayerPair, TestPair};
 use super::score::Score;
 use super::sums::parts;
 use crate::numeric::distributions::{chi_squared_survival, normal_cdf};
@@ -14,32 +14,32 @@ use crate::numeric::distributions::{chi_squared_survival, normal_cdf};
 /// Bins of the histogram of p-values.
 pub const BINS: usize = 20;
 
-/// The fewest p-values a bin must expect for the χ² distribution to hold (Cochran 1954).
+/// The fewest p-values that a bin must expect for the χ² distribution to hold (Cochran 1954).
 const LEAST_PER_BIN: f64 = 5.0;
 
-/// What the error bars say of a layer's differences.
+/// The tests of a layer's differences against the error bars.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Significance {
-    /// Tests: texels times channels with an error bar.
+    /// Number of tests: texels times channels with an error bar.
     pub tests: u64,
-    /// Texels times channels that differ where an image says 0 for its standard error, as it does where
-    /// no sample arrived. They are not tested.
+    /// Number of texels times channels that differ, but have a standard error of 0 in an image, as if no
+    /// sample arrived. They are not tested.
     pub untested: u64,
-    /// Mean of z: 0 where the images agree.
+    /// Mean of z: 0 if the images agree.
     pub mean_z: f64,
-    /// Mean of z²: ν / (ν − 2) where they agree and bars are right; more: bars too small or
-    /// images different; less: bars too large, or errors of the two images that are not independent.
+    /// Mean of z²: ν / (ν − 2) if the images agree and bars are right. A larger mean: bars too small or
+    /// images different. A smaller one: bars too large, or errors of the two images that are not independent.
     pub mean_square_z: f64,
     /// The test with the smallest p-value.
     pub extreme: Option<Extreme>,
-    /// How many p-values are in each of [`BINS`] equal parts of 0..1.
+    /// Number of p-values in each of [`BINS`] equal parts of 0..1.
     pub histogram: [u64; BINS],
-    /// Whether the p-values are uniform; `None` with bounds (which are no distribution: p-values are
-    /// then too large by design) and with too few tests.
+    /// The test for uniform p-values. `None` with too few tests, and with bounds: these are no distribution,
+    /// and p-values are then too large by design.
     pub uniformity: Option<Uniformity>,
-    /// Whether any texel differs, all tests taken together.
-    pub family: Family,
-    /// Whether bounds took part.
+    /// The test that no texel differs, all tests taken together.
+    pub family: JointTest,
+    /// True if bounds took part.
     pub has_bounds: bool,
 }
 
@@ -69,24 +69,24 @@ pub struct Uniformity {
     pub freedom: usize,
     /// The probability of a χ² so large in any of the channels (Šidák), for independent texels.
     pub p: f64,
-    /// Whether `p` is at least the significance level.
+    /// True if `p` is at least the significance level.
     pub uniform: bool,
 }
 
 /// All tests of a layer as one.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Family {
-    /// The significance level α: how often equal images are called different.
+pub struct JointTest {
+    /// The significance level α: the probability that equal images are called different.
     pub level: f64,
     /// 1 − (1 − α)^(1/n): a p-value below it decides.
     pub threshold: f64,
     /// 1 − (1 − p)^n of the smallest p-value.
     pub p: f64,
-    /// Whether a texel differs significantly.
+    /// True if a texel differs significantly.
     pub different: bool,
 }
 
-/// What is counted over a range of texels.
+/// Counts and sums over a range of texels.
 #[derive(Clone)]
 struct Counts {
     tests: u64,
@@ -94,27 +94,27 @@ struct Counts {
     z: f64,
     squares: f64,
     histogram: [u64; BINS],
-    extreme: Option<Candidate>,
+    extreme: Option<ExtremeCandidate>,
 }
 
-/// What may be the smallest p-value.
+/// A candidate for the smallest p-value.
 #[derive(Clone, Copy)]
-struct Candidate {
+struct ExtremeCandidate {
     texel: usize,
     p: f64,
     z: f64,
 }
 
-impl Candidate {
-    /// Whether this p-value is smaller; where both are too small for a number, whether |z| is larger.
+impl ExtremeCandidate {
+    /// True if this p-value is smaller; if both are too small for a number, true if |z| is larger.
     fn beats(self, other: Self) -> bool {
         self.p < other.p || (self.p == other.p && self.z.abs() > other.z.abs())
     }
 }
 
 impl Significance {
-    /// The tests of a layer at significance level `level`; `None` where no image has error bars.
-    pub fn of(pair: &Pair, level: f64) -> Option<Self> {
+    /// The tests of a layer at significance level `level`; `None` if no image has error bars.
+    pub fn of(pair: &LayerPair, level: f64) -> Option<Self> {
         if pair.tests.is_empty() {
             return None;
         }
@@ -163,8 +163,8 @@ fn sidak(p: f64, n: f64) -> f64 {
     }
 }
 
-fn family(smallest: f64, tests: f64, level: f64) -> Family {
-    Family {
+fn family(smallest: f64, tests: f64, level: f64) -> JointTest {
+    JointTest {
         level,
         threshold: if tests > 0.0 {
             -((-level).ln_1p() / tests).exp_m1()
@@ -199,8 +199,8 @@ fn uniformity(channels: &[Counts], level: f64) -> Option<Uniformity> {
     })
 }
 
-fn extreme(pair: &Pair, test: &TestPair, counts: &Counts) -> Option<Extreme> {
-    let Candidate { texel, .. } = counts.extreme?;
+fn extreme(pair: &LayerPair, test: &TestPair, counts: &Counts) -> Option<Extreme> {
+    let ExtremeCandidate { texel, .. } = counts.extreme?;
     let score = test.score(texel)?;
     let [x, y] = pair.place(texel);
     Some(Extreme {
@@ -252,7 +252,7 @@ impl Counts {
             .map_or_else(|| score.p(), |normal| 2.0 * normal_cdf(-normal));
         let bin = (p * BINS as f64) as usize;
         self.histogram[bin.min(BINS - 1)] += 1;
-        let candidate = Candidate { texel, p, z };
+        let candidate = ExtremeCandidate { texel, p, z };
         if self.extreme.is_none_or(|extreme| candidate.beats(extreme)) {
             self.extreme = Some(candidate);
         }

@@ -1,11 +1,11 @@
-//! Structural similarity: do two images vary together?
+//! Structural similarity: the degree to which two images vary together.
 
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::pair::Pair;
+use super::pair::LayerPair;
 
-/// SSIM of a layer, and what it depends on.
+/// SSIM of a layer, and the settings that it depends on.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Similarity {
     /// The mean over windows and channels: 1 for equal images.
@@ -24,7 +24,7 @@ const WINDOW: usize = 11;
 const DEVIATION: f64 = 1.5;
 /// The constants K₁ and K₂.
 const K: [f64; 2] = [0.01, 0.03];
-/// The part of the reference's lit samples that is within the dynamic range.
+/// The part of the reference's lit samples that lies within the dynamic range.
 const RANGE_PART: f64 = 0.99;
 
 impl Similarity {
@@ -34,15 +34,15 @@ impl Similarity {
     /// SSIM = (2 μ_r μ_o + C₁)(2 σ_ro + C₂) / ((μ_r² + μ_o² + C₁)(σ_r² + σ_o² + C₂)),  Cᵢ = (Kᵢ L)²
     /// ```
     ///
-    /// with means and covariances over a window of 11 x 11 texels under Gaussian weights of
-    /// deviation 1.5, K = 0.01 and 0.03; the mean over all windows that lie wholly in the image.
+    /// with means and covariances over a window of 11 x 11 texels under Gaussian weights of deviation 1.5,
+    /// and K = 0.01 and 0.03. The figure is the mean over all windows that lie wholly in the image.
     ///
-    /// The dynamic range L of 8-bit images is 255; a map of light has none. By its largest value
-    /// the few texels of a focus would make all else look alike, so L is the 99th percentile of the
-    /// reference's positive samples.
+    /// The dynamic range L of 8-bit images is 255; a map of light has none. With its largest value as L, the
+    /// few texels of a focus would make all else look alike. So L is the 99th percentile of the reference's
+    /// positive samples.
     ///
-    /// `None` where the image is smaller than the window or the reference is dark.
-    pub fn of(pair: &Pair) -> Option<Self> {
+    /// `None` if the image is smaller than the window or the reference is dark.
+    pub fn of(pair: &LayerPair) -> Option<Self> {
         if pair.width < WINDOW || pair.height < WINDOW {
             return None;
         }
@@ -106,7 +106,7 @@ fn row_sum(
     weights: &[f64; WINDOW],
     [c1, c2]: [f64; 2],
 ) -> f64 {
-    // Down first: r, o, r², o², r o of each column, weighted.
+    // Columns first: weighted sums of r, o, r², o² and r o.
     let mut columns = vec![[0.0f64; 5]; width];
     for (k, weight) in weights.iter().enumerate() {
         let from = (row + k) * width;

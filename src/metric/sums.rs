@@ -5,7 +5,7 @@ use rayon::prelude::*;
 /// Texels summed one after the other.
 const CHUNK: usize = 1 << 14;
 
-/// The parts that `part` makes of ranges of `0..count`, in order. The ranges depend on `count` alone.
+/// The results of `part` for ranges of `0..count`, in order. The ranges depend on `count` alone.
 pub(super) fn parts<T: Send>(
     count: usize,
     part: impl Fn(std::ops::Range<usize>) -> T + Sync,

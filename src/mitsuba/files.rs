@@ -1,10 +1,10 @@
-//! The files a scene is made of: finding, reading once, hashing.
+//! The files of a scene: finding, reading once, hashing.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Where relative names are looked up, what was read, and the hash over all of it.
+/// The folders that are searched for relative names, the files read, and the hash over all of them.
 pub struct Files {
     /// Searched from the last to the first.
     folders: Vec<PathBuf>,
@@ -39,7 +39,7 @@ impl Files {
         self.folders.push(folder);
     }
 
-    /// How many folders are searched, to return to with [`Self::forget_folders`].
+    /// Number of folders searched, to return to with [`Self::forget_folders`].
     pub fn folder_count(&self) -> usize {
         self.folders.len()
     }
@@ -51,7 +51,7 @@ impl Files {
 
     /// The path of the file that `name` means: the first that exists in the folders searched.
     ///
-    /// Where none exists, the name in the folder searched first, for the error message.
+    /// If none exists, it is the name in the folder searched first, for the error message.
     pub fn resolve(&self, name: &str) -> PathBuf {
         let name = Path::new(name);
         let mut candidates = self.folders.iter().rev().map(|folder| folder.join(name));
@@ -64,38 +64,46 @@ impl Files {
 
     /// The contents of the file at `path`; read and hashed at the first call.
     ///
-    /// What the first file names must be plain files: others (devices, pipes) may never end. The first, which
-    /// the caller names, may be a pipe.
+    /// Files named in the first file must be plain files: others (devices, pipes) may never end. The first,
+    /// which the caller names, may be a pipe.
     ///
     /// # Errors
     ///
-    /// Where it cannot be read, a phrase that says why.
+    /// If it cannot be read: a phrase that says why, without the path.
     pub fn read(&mut self, path: &Path) -> Result<Arc<[u8]>, String> {
         if let Some(bytes) = self.read.get(path) {
             return Ok(Arc::clone(bytes));
         }
         let is_special = std::fs::metadata(path).is_ok_and(|it| !it.is_file() && !it.is_dir());
         if is_special && !self.read.is_empty() {
-            return Err(format!(
-                "{} cannot be read: it is a device or a pipe, not a file",
-                path.display()
-            ));
+            return Err("cannot be read: it is a device or a pipe, not a file".to_owned());
         }
         let bytes: Arc<[u8]> = std::fs::read(path)
-            .map_err(|error| format!("{} cannot be read: {error}", path.display()))?
+            .map_err(|error| format!("cannot be read: {error}"))?
             .into();
         self.hash_block(&bytes);
         self.read.insert(path.to_owned(), Arc::clone(&bytes));
         Ok(bytes)
     }
 
-    /// BLAKE3, hex, over the parameters and the contents of all files read, in order of first use.
+    /// As [`Self::read`], for a file that an element names: the error names the path.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::read`].
+    pub fn read_named(&mut self, path: &Path) -> Result<Arc<[u8]>, String> {
+        self.read(path)
+            .map_err(|why| format!("{} {why}", path.display()))
+    }
+
+    /// BLAKE3 hash, in hex digits, over the parameters and the contents of all files read, in order of first
+    /// use.
     pub fn content_hash(&self) -> String {
         self.hasher.finalize().to_hex().to_string()
     }
 }
 
-/// How many lines end in a piece of text.
+/// Number of lines that end in a piece of text.
 #[allow(clippy::naive_bytecount)] // The pieces are short, or read once for a message.
 pub fn line_ends(text: &[u8]) -> usize {
     text.iter().filter(|byte| **byte == b'\n').count()

@@ -1,18 +1,20 @@
-//! Mitsuba 3 scene files become a [`Scene`].
+//! Reader of Mitsuba 3 scene files: they become a [`Scene`].
 //!
-//! In two steps, each in its own folder: `syntax` understands tags, parameters, includes and
-//! numbers, and knows the place of everything; `meaning` knows plugins, their parameters and units.
-//! `mesh_files` reads OBJ, PLY and Mitsuba's serialized meshes.
+//! It takes two steps, each in its own folder. `syntax` understands tags, parameters, includes and numbers,
+//! and knows the place of everything. `meaning` knows plugins, their parameters and units. `mesh_files` reads
+//! OBJ, PLY and Mitsuba's serialized meshes.
 //!
-//! The aim is that a file means the same light here as in Mitsuba 3.9 (`rgb` variants), or fails
-//! with an error that names the place, the plugin and the parameter. What makes no difference to any
-//! result (samplers, and integrators but for what [`Integrator`](crate::scene::Integrator) keeps of them) is
-//! reported as [`Ignored`](crate::scene::Ignored).
+//! The aim is that a file means the same light here as in Mitsuba 3.9 (`rgb` variants). Else it fails with an
+//! error that names the place, the plugin and the parameter. Contents that make no difference to any result
+//! are reported as [`Ignored`](crate::scene::Ignored): samplers, and integrators except for what
+//! [`Integrator`](crate::scene::Integrator) keeps of them.
 //!
-//! Files older than version 2.0 are upgraded as Mitsuba 3 does. Beyond that, these are read where
-//! Mitsuba 3 gives up, because Mitsuba 0.6 documents what they mean: `<srgb>`, `<lookAt>`,
-//! `<spectrum>` with three numbers, `ldrfilm`, parameters of films that say how an image is stored,
-//! `extEta` of `conductor`, and the texture `scale` on a diffuse surface.
+//! Files older than version 2.0 are upgraded as Mitsuba 3 does. Some things that Mitsuba 3 refuses are read,
+//! because Mitsuba 0.6 documents their meaning:
+//!
+//! - `<srgb>`, `<lookAt>`, and `<spectrum>` with three numbers;
+//! - `ldrfilm`, and parameters of films for storing an image;
+//! - `extEta` of `conductor`, and the texture `scale` on a diffuse surface.
 
 mod error;
 mod files;
@@ -34,39 +36,29 @@ use crate::scene::{Scene, SceneParts};
 ///
 /// # Errors
 ///
-/// See [`load_parts`]; also where the parts contradict each other.
+/// See [`load_parts`]; also if the parts contradict each other.
 pub fn load(path: &Path, parameters: &[(String, String)]) -> Result<Scene, LoadError> {
     Ok(Scene::new(load_parts(path, parameters)?)?)
 }
 
 /// Reads a scene file and all files it names, without checking the scene as a whole.
 ///
-/// The parts' `content_hash` covers the parameters and the contents of every file read, in the order
-/// of first use; no paths, so that a copied scene has the same hash.
+/// The parts' `content_hash` covers the parameters and the contents of every file read, in the order of first
+/// use. It covers no paths, so that a copied scene has the same hash.
 ///
 /// # Errors
 ///
-/// Where a file is missing or malformed, or asks for what is not modelled.
+/// If a file is missing or malformed, or asks for a feature that is not modelled.
 pub fn load_parts(path: &Path, parameters: &[(String, String)]) -> Result<SceneParts, LoadError> {
     let mut files = Files::new(parameters);
-    let meaning = read(path, parameters, &mut files)?;
-    let shapes = Meaning::build_shapes(meaning.forms, &meaning.objects)?;
-    Ok(SceneParts {
-        path: path.to_owned(),
-        content_hash: files.content_hash(),
-        shapes,
-        objects: meaning.objects,
-        materials: meaning.materials,
-        textures: meaning.textures,
-        emitters: meaning.emitters,
-        sensors: meaning.sensors,
-        integrator: meaning.integrator,
-        warnings: meaning.warnings,
-        ignored: meaning.ignored,
-    })
+    let Meaning { forms, mut parts } = read(path, parameters, &mut files)?;
+    parts.shapes = Meaning::build_shapes(forms, &parts.objects)?;
+    path.clone_into(&mut parts.path);
+    parts.content_hash = files.content_hash();
+    Ok(parts)
 }
 
-/// Both steps, mesh files not yet parsed.
+/// Runs both steps; mesh files are not yet parsed.
 fn read(
     path: &Path,
     parameters: &[(String, String)],

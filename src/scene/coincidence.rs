@@ -1,9 +1,10 @@
 //! Interfaces at the same place, of which light meets only one.
 //!
-//! A ray that leaves a surface starts beyond it by a bound on rounding, and so beyond any other surface at the same
-//! place: water modelled as a solid of its own that fills a glass has two surfaces where it touches it, and
-//! light would go from glass to air without ever entering the water. No order of two surfaces at one place follows from
-//! the scene, so none is made up: the scene says where it is so.
+//! A ray that leaves a surface starts beyond it by a bound on rounding. So it starts beyond any other surface
+//! at the same place, too. Water modelled as a solid of its own that fills a glass has two surfaces where it
+//! touches the glass. Light would go from glass to air without ever entering the water. The scene does not
+//! say in which order two surfaces at one place lie, and no order is made up. A warning names the two
+//! instead.
 
 use std::collections::HashSet;
 
@@ -13,20 +14,20 @@ use super::validate::needs_inside;
 use super::{Material, Object, Warning};
 use crate::geometry::{Bounds, Mesh, Shape};
 
-/// No more pairs are named: a scene of a thousand equal balls is one mistake.
+/// Most pairs that are named: a scene of a thousand equal balls is one mistake.
 const MOST_NAMED: usize = 32;
 
-/// No more work is spent on comparing, in comparisons of two boxes: about a second's.
+/// Most work that is spent on comparing, in comparisons of two boxes: about a second's.
 const MOST_WORK: usize = 1 << 28;
 
-/// What comparing two shapes takes, in the same.
+/// Work of comparing two shapes, in comparisons of two boxes.
 const WORK_OF_SHAPES: usize = 16;
 
-/// One warning for each pair of shapes with surfaces at the same place, at least one of which refracts; one more
-/// where there may be pairs that are not named.
+/// One warning for each pair of shapes with surfaces at the same place, at least one of which refracts. One
+/// more warning follows if there may be pairs that are not named.
 ///
-/// Looked at are pairs of spheres and of cylinders, flat shapes with each other and with a mesh's faces, and
-/// faces of two meshes over the same three points.
+/// The pairs compared are two spheres, two cylinders, two flat shapes, and a flat shape and a mesh's faces.
+/// Two meshes are compared for faces over the same three points.
 pub(super) fn warnings(
     shapes: &[Shape],
     objects: &[Object],
@@ -39,7 +40,7 @@ pub(super) fn warnings(
     if !refracts.contains(&true) {
         return Vec::new();
     }
-    // Along x, so that only shapes are compared whose extents there overlap.
+    // Sorted along x, so that only shapes are compared whose extents along x overlap.
     let mut along_x: Vec<(usize, Bounds)> = (0..shapes.len())
         .filter(|&index| *material(index) != Material::Null)
         .map(|index| (index, shapes[index].bounds()))
@@ -98,17 +99,17 @@ pub(super) fn warnings(
         .collect()
 }
 
-/// Up to here, relative to coordinates and sizes, surfaces are at the same place: rays start up to 32 roundings off one,
-/// and the other is as uncertain.
+/// Distance, relative to coordinates and sizes, up to which surfaces are at the same place. Rays start up to
+/// 32 roundings off one surface, and the other is as uncertain.
 const ROOM: f64 = 64.0 * (0.5 * f64::EPSILON);
 
-/// How far apart surfaces of two shapes may be and count as being at the same place.
+/// Largest distance between surfaces of two shapes that count as being at the same place.
 fn room(a: &Bounds, b: &Bounds) -> f64 {
     let reach = |bounds: &Bounds| bounds.min.abs().max(bounds.max.abs()).max_element();
     ROOM * reach(a).max(reach(b))
 }
 
-/// Whether some area of one shape is within `room` of some of the other.
+/// True if some area of one shape is within `room` of some area of the other.
 fn coincide(a: &Shape, b: &Shape, room: f64) -> bool {
     match (a, b) {
         (Shape::Sphere(a), Shape::Sphere(b)) => {
@@ -143,7 +144,7 @@ fn coincide(a: &Shape, b: &Shape, room: f64) -> bool {
     }
 }
 
-/// Whether two meshes have a face over the same three points.
+/// True if two meshes have a face over the same three points.
 fn share_a_face(a: &Mesh, b: &Mesh) -> bool {
     let key = |mesh: &Mesh, face: u32| {
         // Adding +0 makes −0 and +0 the same key.
@@ -171,7 +172,7 @@ struct Outline {
 }
 
 impl Outline {
-    /// Of a rectangle, or of a disc with straight lines between 32 places of its rim.
+    /// The outline of a rectangle, or of a disc with straight lines between 32 places of its rim.
     fn of(shape: &Shape) -> Option<Self> {
         let (corners, normal): (Vec<DVec3>, DVec3) = match shape {
             Shape::Rectangle(rectangle) => {
@@ -202,8 +203,8 @@ impl Outline {
         points.iter().all(|point| height(point) <= room)
     }
 
-    /// Whether a convex polygon in the plane has area in common with this: no edge of either has all of the
-    /// other on its far side (the separating axis theorem).
+    /// True if a convex polygon in the plane has area in common with this one. By the separating axis
+    /// theorem, no edge of either then has all of the other on its far side.
     fn overlaps(&self, other: &[DVec3], room: f64) -> bool {
         let flat = |points: &[DVec3]| -> Vec<DVec2> {
             let place = |point: &DVec3| {

@@ -1,4 +1,4 @@
-//! Where light comes from.
+//! The emitters of a scene.
 
 use glam::DVec3;
 
@@ -20,8 +20,8 @@ pub enum Emitter {
     },
     /// A point that shines along +z of its frame, fading towards a cone's border.
     ///
-    /// With θ the angle to the axis, the intensity is constant for θ up to
-    /// `beam_width`, falls linearly in θ to zero at `cutoff_angle`, and is zero beyond.
+    /// With θ the angle to the axis, the intensity is constant for θ up to `beam_width`, falls linearly in θ
+    /// to zero at `cutoff_angle`, and is zero beyond.
     Spot {
         /// Its frame. Only rotation and translation matter.
         to_world: Transform,
@@ -43,9 +43,9 @@ pub enum Emitter {
     Area {
         /// The shape that shines.
         shape: ShapeId,
-        /// Radiance [W/m²/sr]; where there is a texture, a factor on its values.
+        /// Radiance [W/m²/sr]; with a texture, a factor on the texture's values.
         radiance: Rgb,
-        /// How it varies over the surface.
+        /// The texture that varies the radiance over the surface, if any.
         texture: Option<TextureId>,
     },
     /// The same light from all directions, infinitely far away.
@@ -70,17 +70,18 @@ impl Emitter {
         }
     }
 
-    /// Whether a receiver point sees at most one direction of its light.
+    /// True if a receiver point sees at most one direction of its light.
     pub fn is_delta(&self) -> bool {
         !matches!(self, Self::Area { .. }) && !self.is_environment()
     }
 
-    /// Whether its light comes from all round, infinitely far away.
+    /// True if its light comes from all round, infinitely far away.
     pub fn is_environment(&self) -> bool {
         matches!(self, Self::Constant { .. } | Self::Envmap(_))
     }
 
-    /// Whether red, green and blue of all its light are known to be the same; of a texture they are not.
+    /// True if red, green and blue of all its light are known to be the same; for a texture they are not
+    /// known.
     pub fn is_grey(&self) -> bool {
         match self {
             Self::Envmap(map) => map.is_grey(),
@@ -91,7 +92,7 @@ impl Emitter {
         }
     }
 
-    /// The shape that shines, if it is one.
+    /// The shape that shines, for an area emitter.
     pub fn shape(&self) -> Option<ShapeId> {
         match self {
             Self::Area { shape, .. } => Some(*shape),
@@ -99,8 +100,8 @@ impl Emitter {
         }
     }
 
-    /// Its strength, in the unit of its kind; of an image the largest of all directions, channel by
-    /// channel, and where a texture varies it the factor on that.
+    /// Its strength, in the unit of its kind. For an image: the largest of all directions, channel by
+    /// channel. For a textured shape: the factor on the texture.
     pub fn strength(&self) -> Rgb {
         match self {
             Self::Point { intensity, .. } | Self::Spot { intensity, .. } => *intensity,

@@ -11,15 +11,15 @@ use crate::radiometry::Rgb;
 
 /// An image laid round the scene: Mitsuba's `envmap`.
 ///
-/// In its own frame the direction to a column x and a row y, both counted from the *centers* of the first
-/// texels of an image of w x h, is
+/// Let x be a column and y a row of an image of w x h, both counted from the *centers* of the first texels.
+/// In the image's own frame, the direction to them is
 ///
 /// ```text
 /// (sin φ sin θ, cos θ, −cos φ sin θ),   φ = 2π (x + 1/2) / w,   θ = π y / (h − 1)
 /// ```
 ///
-/// so the centers of the first and the last row are the poles, +y and −y, and the middle column looks along +z.
-/// Between centers radiance is bilinear in x and y; the last column's neighbour is the first.
+/// so the centers of the first and the last row are the poles, +y and −y, and the middle column looks along
+/// +z. Between centers radiance is bilinear in x and y; the last column's neighbour is the first.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Envmap {
     image: Arc<Bitmap>,
@@ -30,7 +30,7 @@ pub struct Envmap {
     is_grey: bool,
 }
 
-/// Why an image cannot be an environment.
+/// Reason why an image cannot be an environment.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum EnvmapError {
     /// Too few columns or rows.
@@ -50,30 +50,31 @@ pub enum EnvmapError {
         column: usize,
         /// Counted from 0.
         row: usize,
-        /// The number.
+        /// The radiance.
         value: f32,
     },
     /// Not a finite number, or negative.
     #[error("\"scale\" is {scale}; finite numbers >= 0 are allowed")]
     Scale {
-        /// The number.
+        /// The factor.
         scale: f64,
     },
-    /// More than a rotation.
+    /// The transform is more than a rotation.
     #[error("\"to_world\" must be a rotation, mirrored or not: it must not change lengths")]
     Stretched,
 }
 
-/// How far the lengths of axes may be from 1, and their angles from right ones: matrices written with seven digits pass.
+/// Largest deviation of the lengths of axes from 1, and of their angles from right ones: matrices written
+/// with seven digits pass.
 const ROTATION_TOLERANCE: f64 = 2e-6;
 
 impl Envmap {
-    /// An image of radiances [W/m²/sr], times `scale`. Of `to_world` only the rotation matters.
+    /// An image of radiances [W/m²/sr], times `scale`. Only the rotation of `to_world` matters.
     ///
     /// # Errors
     ///
-    /// Where the image is too small or has negative texels, or `to_world` changes lengths (Mitsuba 3 takes such a transform
-    /// and looks the image up along directions of the wrong length).
+    /// If the image is too small or has negative texels, or if `to_world` changes lengths. (Mitsuba 3 takes
+    /// such a transform and looks the image up along directions of the wrong length.)
     pub fn new(image: Arc<Bitmap>, to_world: &Transform, scale: f64) -> Result<Self, EnvmapError> {
         let (width, height) = (image.width(), image.height());
         if width < 2 || height < 3 {
@@ -122,7 +123,7 @@ impl Envmap {
         self.peak
     }
 
-    /// Whether red, green and blue are the same all round.
+    /// True if red, green and blue are the same all round.
     pub fn is_grey(&self) -> bool {
         self.is_grey
     }
@@ -184,12 +185,12 @@ pub struct EnvmapCell {
     pub columns: [usize; 2],
     /// The upper and the lower one.
     pub rows: [usize; 2],
-    /// How far right and down, in 0..=1.
+    /// Distances to the right and down, in texels, in 0..=1.
     pub weight: DVec2,
 }
 
 impl EnvmapCell {
-    /// The bilinear blend of what `value` says of each (column, row).
+    /// The bilinear blend of the values that `value` gives for each (column, row).
     pub fn blend<T>(&self, value: impl Fn(usize, usize) -> T) -> T
     where
         T: std::ops::Mul<f64, Output = T> + std::ops::Add<Output = T>,

@@ -1,4 +1,4 @@
-//! What happens to light at a surface.
+//! The materials of a scene.
 
 use std::sync::Arc;
 
@@ -10,12 +10,12 @@ use crate::radiometry::Rgb;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct MaterialId(pub u32);
 
-/// What happens to light at a surface, with Mitsuba's meaning of every parameter.
+/// The material of a surface, with Mitsuba's meaning of every parameter.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Material {
     /// Lambertian on the front, black on the back; ends every specular chain.
     Diffuse {
-        /// Albedo, per channel in 0..=1. No irradiance depends on it; what a camera sees does.
+        /// Albedo, per channel in 0..=1. Irradiance does not depend on it; the light that a camera sees does.
         reflectance: Color,
     },
     /// A smooth interface between two transparent media.
@@ -26,11 +26,11 @@ pub enum Material {
         exterior_ior: f64,
         /// A factor on every reflection, 1 in nature.
         specular_reflectance: Color,
-        /// A factor on every transmission, 1 in nature. It is applied once an
-        /// interface, whatever the length of the path inside, as Mitsuba does.
+        /// A factor on every transmission, 1 in nature. As in Mitsuba, it is applied once at each interface,
+        /// whatever the length of the path inside.
         specular_transmittance: Color,
     },
-    /// A pane so thin that it does not shift rays; all internal reflections summed.
+    /// A pane so thin that it does not shift rays, with all internal reflections summed.
     ThinDielectric {
         /// The absolute index of the pane.
         interior_ior: f64,
@@ -60,7 +60,7 @@ pub enum Material {
         specular_reflectance: Color,
         /// A factor on every transmission, 1 in nature.
         specular_transmittance: Color,
-        /// Of the interface.
+        /// The interface's roughness.
         roughness: Roughness,
     },
     /// A rough mirror on the front, black on the back.
@@ -71,7 +71,7 @@ pub enum Material {
         k: Rgb,
         /// A factor on every reflection, 1 in nature.
         specular_reflectance: Color,
-        /// Of the interface.
+        /// The interface's roughness.
         roughness: Roughness,
     },
     /// A matt base under a smooth transparent coat on the front, black on the back.
@@ -80,50 +80,51 @@ pub enum Material {
     RoughPlastic {
         /// The base, and the coat's index.
         coat: Coat,
-        /// Of the coat.
+        /// The distribution of the coat's slopes.
         distribution: FacetDistribution,
-        /// Of the coat, the same in all directions.
+        /// The coat's roughness, the same in all directions.
         alpha: f64,
-        /// What the coat lets through.
+        /// The part of light that the coat lets through.
         transmittance: Arc<RoughTransmittance>,
     },
     /// Nothing: light passes as if the surface were not there.
     Null,
     /// `nested` with probability `opacity`, nothing otherwise.
     Mask {
-        /// In 0..=1.
+        /// The probability, in 0..=1.
         opacity: Scalar,
-        /// What stands where the mask is opaque.
+        /// The material where the mask is opaque.
         nested: MaterialId,
     },
     /// One material on the front and one on the back, neither transmitting.
     TwoSided {
-        /// On the side the normal points to.
+        /// The material on the side the normal points to.
         front: MaterialId,
-        /// On the other side, with the normal turned round.
+        /// The material on the other side, with the normal turned round.
         back: MaterialId,
     },
-    /// `nested` with a normal that a texture has turned.
+    /// `nested` with a normal that a texture turns.
     Turned {
-        /// How.
+        /// The texture that turns the normal.
         by: NormalTurn,
-        /// Turn a normal that faces away from the viewer round its unturned one, to face him.
+        /// True to turn a normal that faces away from the viewer round its unturned one, so that it faces the
+        /// viewer.
         flip_invalid_normals: bool,
-        /// Soften the border of shadows that turned normals make.
+        /// True to soften the border of shadows that turned normals make.
         use_shadowing_function: bool,
-        /// A plain material: no wrapper.
+        /// The material itself; no wrapper.
         nested: MaterialId,
     },
 }
 
-/// How rough an interface is.
+/// The roughness of an interface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Roughness {
     /// The shape of the distribution of slopes.
     pub distribution: FacetDistribution,
-    /// Along the first tangent, which u grows along.
+    /// Roughness along the first tangent, along which u grows.
     pub alpha_u: Scalar,
-    /// Along the second tangent.
+    /// Roughness along the second tangent.
     pub alpha_v: Scalar,
 }
 
@@ -132,29 +133,29 @@ pub struct Roughness {
 pub struct Coat {
     /// The absolute index of the coat.
     pub interior_ior: f64,
-    /// The absolute index of what is around.
+    /// The absolute index of the medium around.
     pub exterior_ior: f64,
     /// Albedo of the base.
     pub diffuse_reflectance: Color,
     /// A factor on what the coat reflects, 1 in nature.
     pub specular_reflectance: Color,
-    /// Whether light that is reflected back and forth below the coat takes on the base's colour each time.
+    /// True if light that is reflected back and forth below the coat takes on the base's colour each time.
     pub nonlinear: bool,
 }
 
-/// What turns a normal.
+/// The texture that turns a normal, and its meaning.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum NormalTurn {
     /// A height over the surface, in scene units once multiplied by `scale`.
     Height {
-        /// Its luminance counts.
+        /// A texture; only its luminance counts.
         texture: TextureId,
         /// A factor.
         scale: f64,
     },
     /// The normal itself in the frame of the surface, each coordinate x stored as (x + 1)/2.
     Normal {
-        /// Red, green and blue count.
+        /// A colour; red, green and blue count.
         color: Color,
     },
 }
@@ -182,7 +183,7 @@ impl Material {
         }
     }
 
-    /// What it wraps.
+    /// The materials that it wraps.
     pub fn nested(&self) -> impl Iterator<Item = MaterialId> {
         let (first, second) = match self {
             Self::Mask { nested, .. } | Self::Turned { nested, .. } => (Some(*nested), None),
@@ -192,7 +193,7 @@ impl Material {
         first.into_iter().chain(second)
     }
 
-    /// The colours that it has itself, beside those it wraps, as far as they may vary.
+    /// The colours of the material itself that may vary, without those of materials it wraps.
     pub fn colors(&self) -> impl Iterator<Item = Color> {
         let (first, second) = match self {
             Self::Diffuse { reflectance } => (Some(*reflectance), None),
@@ -232,7 +233,7 @@ impl Material {
         first.into_iter().chain(second)
     }
 
-    /// The numbers that it has itself, beside those it wraps, as far as they may vary.
+    /// The numbers of the material itself that may vary, without those of materials it wraps.
     pub fn scalars(&self) -> impl Iterator<Item = Scalar> {
         let (first, second) = match self {
             Self::Mask { opacity, .. } => (Some(*opacity), None),
@@ -244,9 +245,11 @@ impl Material {
         first.into_iter().chain(second)
     }
 
-    /// Whether light can leave it along a specular chain: by mirror reflection or refraction, looking
-    /// through masks and two-sided wrappers. `Null` is not: it changes no direction. Rough interfaces and
-    /// turned normals are not: chains end there (see [`Self::is_rough_interface`]).
+    /// True if light can leave it along a specular chain: by mirror reflection or refraction, looking through
+    /// masks and two-sided wrappers.
+    ///
+    /// `Null` is not specular: it changes no direction. Neither are rough interfaces and turned normals:
+    /// chains end there (see [`Self::is_rough_interface`]).
     pub fn is_specular(&self, all: &[Self]) -> bool {
         match self {
             Self::Dielectric { .. } | Self::ThinDielectric { .. } | Self::Conductor { .. } => true,
@@ -258,8 +261,8 @@ impl Material {
         }
     }
 
-    /// Whether it mirrors or refracts with a blur, or with normals that a texture turns: such light
-    /// is no part of specular chains, though it may make caustics.
+    /// True if it mirrors or refracts with a blur, or with normals that a texture turns. Such light is no
+    /// part of specular chains, though it may make caustics.
     pub fn is_rough_interface(&self, all: &[Self]) -> bool {
         let of = |id: MaterialId| all[id.0 as usize].is_rough_interface(all);
         match self {
@@ -273,7 +276,7 @@ impl Material {
         }
     }
 
-    /// Whether light passes it as if nothing were there, without any other way to go.
+    /// True if light passes it as if nothing were there, and has no other way to go.
     #[inline]
     pub fn is_passed(&self, all: &[Self]) -> bool {
         match self {
@@ -285,7 +288,8 @@ impl Material {
         }
     }
 
-    /// Whether light has two ways without an event between them: past it and by what it holds.
+    /// True if light has two ways without an event between them: past the surface, and by the material it
+    /// holds.
     pub fn is_partly_passed(&self, all: &[Self]) -> bool {
         match self {
             Self::Mask { opacity, nested } => {
@@ -298,7 +302,7 @@ impl Material {
         }
     }
 
-    /// Whether every factor on light that stays on specular chains is the same in red, green and blue.
+    /// True if every factor on light that stays on specular chains is the same in red, green and blue.
     pub fn is_achromatic(&self, all: &[Self]) -> bool {
         match self {
             Self::Dielectric {
@@ -316,7 +320,7 @@ impl Material {
                 k,
                 specular_reflectance,
             } => eta.is_grey() && k.is_grey() && specular_reflectance.is_grey(),
-            // What scatters light ends the chain: its colour changes no irradiance.
+            // A material that scatters light ends the chain: its colour changes no irradiance.
             _ => self
                 .nested()
                 .all(|id| all[id.0 as usize].is_achromatic(all)),

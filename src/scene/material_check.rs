@@ -1,4 +1,4 @@
-//! What must hold of materials and textures.
+//! Conditions on materials and textures.
 
 use super::{
     Coat, Color, Material, NormalTurn, Roughness, Scalar, SceneError, SceneParts, Texture,
@@ -7,7 +7,7 @@ use super::{
 use crate::geometry::Shape;
 use crate::radiometry::Rgb;
 
-/// The first material that is wrong, and what is wrong with it.
+/// The first material that is wrong, by index, and its problem.
 pub(super) fn first_problem(parts: &SceneParts) -> Option<(usize, String)> {
     let textures = parts.textures.iter().enumerate();
     if let Some((index, _)) = textures.into_iter().find(|(index, texture)| {
@@ -96,7 +96,7 @@ fn textures_of(material: &Material) -> impl Iterator<Item = TextureId> {
     colors.chain(scalars).chain(height)
 }
 
-/// Finite and not below zero in every channel.
+/// True if finite and not below zero in every channel.
 pub(super) fn non_negative(value: Rgb) -> bool {
     value.is_finite() && value.min_channel() >= 0.0
 }
@@ -123,7 +123,7 @@ fn roughness(roughness: &Roughness) -> Option<String> {
     [roughness.alpha_u, roughness.alpha_v]
         .into_iter()
         .find_map(|alpha| match alpha {
-            // Beyond this, its fourth power would leave the range of f64.
+            // Beyond this, the fourth power would leave the range of f64.
             Scalar::Constant(alpha) if !(0.0..=1e70).contains(&alpha) => Some(format!(
                 "alpha is {alpha}; numbers from 0 to 1e70 are allowed"
             )),
@@ -147,7 +147,7 @@ fn metal(eta: Rgb, k: Rgb) -> Option<String> {
     })
 }
 
-/// What is unphysical about a material, if anything.
+/// The unphysical property of a material, if there is one.
 fn problem_of(material: &Material) -> Option<String> {
     match material {
         Material::Diffuse { reflectance } => color("reflectance", *reflectance),

@@ -1,4 +1,4 @@
-//! What a reader of the scene should know beside its contents.
+//! Notices for a reader of the scene: warnings, and contents that are ignored.
 
 use std::fmt;
 use std::path::PathBuf;
@@ -8,9 +8,9 @@ use std::path::PathBuf;
 pub struct SourcePosition {
     /// The file, as it was opened.
     pub file: PathBuf,
-    /// Counted from 1; 0 where the file has no lines.
+    /// Counted from 1; 0 for a file as a whole.
     pub line: u32,
-    /// Counted from 1; 0 where the file has no lines.
+    /// Counted from 1; 0 for a file as a whole.
     pub column: u32,
 }
 
@@ -24,12 +24,12 @@ impl fmt::Display for SourcePosition {
     }
 }
 
-/// Something odd that does not stop a run, but belongs into its report.
+/// An oddity that does not stop a run, but belongs in its report.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct Warning {
-    /// Where it was found, if that is known.
+    /// The place, if it is known.
     pub at: Option<SourcePosition>,
-    /// What was found, with counts and an example.
+    /// The oddity, with counts and an example.
     pub message: String,
 }
 
@@ -42,13 +42,13 @@ impl fmt::Display for Warning {
     }
 }
 
-/// A part of the file that this program has no use for, and why.
+/// A part of the file that this program has no use for, and the reason.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct Ignored {
-    /// Where the file holds it.
+    /// The place in the file.
     pub at: SourcePosition,
-    /// What it is: tag and plugin.
+    /// Tag and plugin.
     pub what: String,
-    /// Why it makes no difference.
+    /// The reason why it makes no difference.
     pub why: String,
 }

@@ -1,22 +1,22 @@
-//! What a scene needs modelled, and why: methods skip the rest.
+//! The features that a scene needs modelled, with reasons: methods skip the rest.
 
 use std::fmt::Write as _;
 
 use super::{Color, Emitter, Material, MaterialId, Object, Scene};
 use crate::geometry::Shape;
 
-/// One thing that a scene does or does not need modelled.
+/// One feature that a scene does or does not need modelled.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct Requirement {
-    /// What it is.
+    /// Its name.
     pub feature: &'static str,
-    /// Whether the scene needs it.
+    /// True if the scene needs it.
     pub needed: bool,
-    /// What in the scene makes it so.
+    /// The cause in the scene.
     pub reason: String,
 }
 
-/// What a scene needs modelled, and why; always all features, in the same order.
+/// All features, always in the same order: for each, if the scene needs it, and why.
 pub fn requirements(scene: &Scene) -> Vec<Requirement> {
     let specular = names(scene, |object| is_specular(scene, object));
     let opaque = names(scene, |object| {
@@ -116,7 +116,7 @@ pub fn requirements(scene: &Scene) -> Vec<Requirement> {
     list
 }
 
-/// Whether one channel can stand for red, green and blue.
+/// True if one channel can stand for red, green and blue.
 pub fn is_achromatic(scene: &Scene) -> bool {
     scene.emitters().iter().all(Emitter::is_grey)
         && scene.objects().iter().all(|object| {
@@ -222,7 +222,7 @@ fn is_filtering(scene: &Scene, id: MaterialId) -> bool {
     })
 }
 
-/// Whether `test` holds for a material or anything it wraps.
+/// True if `test` holds for a material or anything it wraps.
 fn contains(scene: &Scene, id: MaterialId, test: &impl Fn(&Material) -> bool) -> bool {
     let material = scene.material(id);
     test(material) || material.nested().any(|id| contains(scene, id, test))

@@ -1,4 +1,4 @@
-//! Where light is measured.
+//! The sensors of a scene.
 
 use glam::DVec2;
 
@@ -11,13 +11,13 @@ use crate::geometry::Transform;
 pub struct Sensor {
     /// The file's `id`, or one made from the kind and a number.
     pub id: String,
-    /// What it measures, and from where.
+    /// The quantity that it measures, and the place that it measures from.
     pub kind: SensorKind,
     /// The grid.
     pub film: Film,
 }
 
-/// What a sensor measures, and from where.
+/// The quantity that a sensor measures, and the place that it measures from.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SensorKind {
     /// Irradiance [W/m²] on the front side of a shape, over its (u, v).
@@ -33,7 +33,7 @@ pub enum SensorKind {
         camera: Perspective,
         /// The lens' radius [scene units].
         aperture_radius: f64,
-        /// The distance of the plane in focus, along the axis [scene units].
+        /// Distance of the plane in focus, along the axis [scene units].
         focus_distance: f64,
     },
     /// Parallel projection along +z; the scale of `to_world` sets the image's size.
@@ -71,9 +71,9 @@ pub struct Film {
     pub height: u32,
     /// The part that is computed.
     pub crop: Crop,
-    /// How samples spread over pixels; an irradiance meter always uses a box.
+    /// The filter that spreads samples over pixels; an irradiance meter always uses a box.
     pub filter: ReconstructionFilter,
-    /// Whether paths from a camera also sample the border that the filter reaches in from (Mitsuba's
+    /// True if paths from a camera also sample the border that the filter reaches in from (Mitsuba's
     /// `sample_border`).
     pub sample_border: bool,
 }

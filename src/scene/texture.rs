@@ -1,19 +1,18 @@
 //! Quantities that vary over a surface.
 //!
-//! A parameter of a material is a constant or refers to a texture, and is asked for its value at a
-//! [`TexturePoint`]. Conventions are Mitsuba's (checked against 3.9.1, see `tests/scattering/textures.rs`): v = 0 is
-//! the first row of an image, and the center of the first texel lies half a texel from the border.
+//! A parameter of a material is a constant or refers to a texture. It is asked for its value at a
+//! [`TexturePoint`](super::TexturePoint). Conventions are Mitsuba's (checked against 3.9.1, see
+//! `tests/scattering/textures.rs`). So v = 0 is the first row of an image, and the center of the first texel
+//! lies half a texel from the border.
 
 use std::sync::Arc;
 
 use glam::{DMat3, DVec2};
 
-use super::Scene;
 use crate::film::bitmap::Bitmap;
-use crate::geometry::{Hit, Mesh, Shape, SurfacePoint};
 use crate::radiometry::Rgb;
 
-/// The index of a [`Texture`] in [`Scene::textures`].
+/// The index of a [`Texture`] in [`Scene::textures`](super::Scene::textures).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct TextureId(pub u32);
 
@@ -22,10 +21,10 @@ pub struct TextureId(pub u32);
 pub enum Color {
     /// The same everywhere.
     Constant(Rgb),
-    /// Looked up.
+    /// Looked up in a texture.
     Texture(TextureId),
-    /// The file names an image that is not there, or a spectrum from a file, which is not
-    /// modelled. No irradiance depends on a diffuse reflectance; what a camera sees does.
+    /// Not known: the file names an image that is not there, or a spectrum from a file, which is not
+    /// modelled. No irradiance depends on a diffuse reflectance; the light that a camera sees does.
     Unknown,
 }
 
@@ -34,7 +33,7 @@ pub enum Color {
 pub enum Scalar {
     /// The same everywhere.
     Constant(f64),
-    /// Looked up; of colours the luminance.
+    /// Looked up in a texture: the luminance of its colour.
     Texture(TextureId),
 }
 
@@ -42,7 +41,7 @@ impl Color {
     /// One everywhere: a factor that changes nothing.
     pub const WHITE: Self = Self::Constant(Rgb::WHITE);
 
-    /// The value of a colour that is the same everywhere; black of any other.
+    /// The value of a colour that is the same everywhere; black for any other.
     #[inline]
     pub fn even(&self) -> Rgb {
         match self {
@@ -51,7 +50,7 @@ impl Color {
         }
     }
 
-    /// Whether red, green and blue are known to be the same everywhere.
+    /// True if red, green and blue are known to be the same everywhere.
     pub fn is_grey(&self) -> bool {
         matches!(self, Self::Constant(rgb) if rgb.is_grey())
     }
@@ -74,13 +73,13 @@ impl Scalar {
         }
     }
 
-    /// Whether it may be above 0 anywhere.
+    /// True if it may be above 0 anywhere.
     #[inline]
     pub fn may_exceed_zero(&self) -> bool {
         !matches!(self, Self::Constant(number) if *number <= 0.0)
     }
 
-    /// Whether it may lie between 0 and 1 anywhere, as an opacity.
+    /// True if it may lie between 0 and 1 anywhere, as an opacity.
     #[inline]
     pub fn is_partial(&self) -> bool {
         !matches!(self, Self::Constant(number) if *number <= 0.0 || *number >= 1.0)
@@ -94,11 +93,11 @@ pub enum Texture {
     Bitmap(BitmapTexture),
     /// Two colours in turn, two by two squares to the unit square.
     Checkerboard {
-        /// Where u and v are in the same half of the unit interval.
+        /// The colour where u and v are in the same half of the unit interval.
         color0: Rgb,
-        /// Where they are not.
+        /// The colour elsewhere.
         color1: Rgb,
-        /// What is done to (u, v, 1) first.
+        /// The transform that is applied to (u, v, 1) first.
         to_uv: DMat3,
     },
     /// Values that a mesh file gives for its vertices or faces.
@@ -110,7 +109,7 @@ pub enum Texture {
     },
     /// Another texture, times a factor.
     Scaled {
-        /// Which.
+        /// The other texture.
         nested: TextureId,
         /// The factor.
         scale: Rgb,
@@ -122,15 +121,15 @@ pub enum Texture {
 pub struct BitmapTexture {
     /// Its texels, as they are used: linear unless the file asked for raw values.
     pub image: Arc<Bitmap>,
-    /// What is between the centers of texels.
+    /// The value between the centers of texels.
     pub filter: TextureFilter,
-    /// What is outside of the unit square.
+    /// The value outside of the unit square.
     pub wrap: TextureWrap,
-    /// What is done to (u, v, 1) first.
+    /// The transform that is applied to (u, v, 1) first.
     pub to_uv: DMat3,
 }
 
-/// What is between the centers of texels.
+/// The value between the centers of texels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TextureFilter {
     /// The texel itself.
@@ -139,7 +138,7 @@ pub enum TextureFilter {
     Bilinear,
 }
 
-/// What is outside of the unit square.
+/// The value outside of the unit square.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TextureWrap {
     /// The image again.
@@ -148,85 +147,6 @@ pub enum TextureWrap {
     Mirror,
     /// The texels of the border.
     Clamp,
-}
-
-/// Where on a surface a texture is looked up.
-#[derive(Clone, Copy, Debug)]
-pub struct TexturePoint<'a> {
-    /// Surface parameters.
-    pub uv: DVec2,
-    /// The mesh, face and barycentric weights, where the surface is a mesh.
-    pub mesh: Option<(&'a Mesh, u32, DVec2)>,
-}
-
-impl<'a> TexturePoint<'a> {
-    /// The place of a hit; `point` must be [`World::surface_point`](crate::geometry::World::surface_point)
-    /// of it.
-    #[inline]
-    pub fn new(scene: &'a Scene, hit: &Hit, point: &SurfacePoint) -> Self {
-        let mesh = match &scene.world().shapes()[hit.shape as usize] {
-            Shape::Mesh(mesh) => Some((mesh, hit.face, hit.barycentric)),
-            _ => None,
-        };
-        Self { uv: point.uv, mesh }
-    }
-}
-
-impl Scene {
-    /// The value of a colour at a point; black where it is unknown.
-    #[inline]
-    pub fn color(&self, color: Color, at: &TexturePoint) -> Rgb {
-        match color {
-            Color::Constant(rgb) => rgb,
-            Color::Texture(id) => self.texture_value(id, at),
-            Color::Unknown => Rgb::BLACK,
-        }
-    }
-
-    /// The value of a number at a point.
-    #[inline]
-    pub fn scalar(&self, scalar: Scalar, at: &TexturePoint) -> f64 {
-        match scalar {
-            Scalar::Constant(number) => number,
-            Scalar::Texture(id) => luminance(self.texture_value(id, at)),
-        }
-    }
-
-    /// The value of a texture at a point.
-    pub fn texture_value(&self, id: TextureId, at: &TexturePoint) -> Rgb {
-        match self.texture(id) {
-            Texture::Bitmap(bitmap) => bitmap.value(at.uv),
-            Texture::Checkerboard {
-                color0,
-                color1,
-                to_uv,
-            } => {
-                let uv = to_uv.transform_point2(at.uv);
-                let first_half = |x: f64| x - x.floor() < 0.5;
-                if first_half(uv.x) == first_half(uv.y) {
-                    *color0
-                } else {
-                    *color1
-                }
-            }
-            Texture::MeshAttribute { name, scale } => at
-                .mesh
-                .and_then(|(mesh, face, weights)| mesh.attribute(name, face, weights))
-                .map_or(Rgb::BLACK, |value| Rgb(value) * *scale),
-            Texture::Scaled { nested, scale } => self.texture_value(*nested, at) * *scale,
-        }
-    }
-
-    /// How a texture's luminance changes with u and v; zero where that is not known.
-    pub fn texture_gradient(&self, id: TextureId, at: &TexturePoint) -> DVec2 {
-        match self.texture(id) {
-            Texture::Bitmap(bitmap) => bitmap.gradient(at.uv),
-            Texture::Scaled { nested, scale } if scale.is_grey() => {
-                self.texture_gradient(*nested, at) * scale.0[0]
-            }
-            _ => DVec2::ZERO,
-        }
-    }
 }
 
 /// Luminance of linear sRGB, with Mitsuba's weights.
@@ -253,7 +173,7 @@ impl BitmapTexture {
         }
     }
 
-    /// How the luminance changes with u and v: of the blend, so zero without one.
+    /// The change of luminance with u and v. It is that of the blend, so zero without one.
     pub fn gradient(&self, uv: DVec2) -> DVec2 {
         if self.filter == TextureFilter::Nearest {
             return DVec2::ZERO;
@@ -264,8 +184,8 @@ impl BitmapTexture {
             (b - a) * (1.0 - weight.y) + (d - c) * weight.y,
             (c - a) * (1.0 - weight.x) + (d - b) * weight.x,
         );
-        // The chain rule through `to_uv`. Mitsuba multiplies by the image's size after it, not before:
-        // the same unless `to_uv` turns an image that is not square.
+        // The chain rule through `to_uv`. Mitsuba multiplies by the image's size after `to_uv`, not before.
+        // Both are the same unless `to_uv` turns an image that is not square.
         self.size()
             * DVec2::new(
                 self.to_uv.x_axis.truncate().dot(by_texel),
@@ -277,7 +197,7 @@ impl BitmapTexture {
         DVec2::new(self.image.width() as f64, self.image.height() as f64)
     }
 
-    /// The texel whose center is the upper left of the four nearest, and how far from it.
+    /// The texel whose center is the upper left of the four nearest, and the distance from it.
     fn cell(&self, uv: DVec2) -> (DVec2, DVec2) {
         let at = self.to_uv.transform_point2(uv) * self.size() - 0.5;
         let corner = at.floor();
@@ -310,7 +230,7 @@ impl TextureWrap {
             }
             Self::Clamp => at,
         };
-        // Saturates; and a remainder that rounded up to the size itself is brought back.
+        // The cast saturates, and a remainder that rounded up to the size itself is brought back.
         (inside.max(0.0) as usize).min(count - 1)
     }
 }

@@ -1,4 +1,4 @@
-//! What must hold of a scene as a whole.
+//! Conditions on a scene as a whole.
 
 use super::material_check::{self, non_negative};
 use super::{Emitter, Material, Object, SceneError, SceneParts, SensorKind, ShapeId, Warning};
@@ -107,10 +107,10 @@ pub(super) fn check(parts: &SceneParts) -> Result<(), SceneError> {
     Ok(())
 }
 
-/// What is odd about the meshes, given what they are made of.
+/// Warnings about meshes, given their materials.
 ///
-/// Degenerate and doubled faces matter on any surface. Open edges and inward orientation
-/// matter where a material needs to know inside from outside: on a dielectric.
+/// Degenerate and doubled faces matter on any surface. Open edges and inward orientation matter if a material
+/// needs to know inside from outside: on a dielectric.
 pub(super) fn mesh_warnings(
     shapes: &[Shape],
     objects: &[Object],
@@ -134,7 +134,7 @@ pub(super) fn mesh_warnings(
     warnings
 }
 
-/// Whether a material means different things inside and outside a solid.
+/// True if a material means different things inside and outside a solid.
 pub(super) fn needs_inside(material: &Material, all: &[Material]) -> bool {
     match material {
         Material::Dielectric {

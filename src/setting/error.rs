@@ -1,12 +1,12 @@
-//! What is said of a setting that there is not, or that cannot be so.
+//! Errors about names that do not exist and values that are not allowed.
 
-/// A setting that there is not, or that cannot be so.
+/// A name that does not exist, or a value that a setting cannot have.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SettingError {
     /// No such name.
     #[error("no {what} is called \"{name}\"{suggestion}; there are {there}")]
     Unknown {
-        /// What was named.
+        /// The thing named.
         what: String,
         /// The name.
         name: String,
@@ -20,9 +20,9 @@ pub enum SettingError {
     Value {
         /// The setting.
         key: String,
-        /// What was asked for.
+        /// The value asked for.
         value: String,
-        /// What can be.
+        /// The values allowed.
         allowed: String,
     },
 }
@@ -38,7 +38,7 @@ impl SettingError {
         Self::Unknown {
             what: what.into(),
             name: name.to_owned(),
-            suggestion: suggestion(name, &there),
+            suggestion: did_you_mean(name, there.iter().copied()),
             there: there.join(", "),
         }
     }
@@ -53,13 +53,35 @@ impl SettingError {
     }
 }
 
-/// `; did you mean "x"?`, or nothing where no name is near: more than a third of the letters wrong is another word.
-fn suggestion(name: &str, there: &[&str]) -> String {
-    let distance = |known: &&&str| strsim::damerau_levenshtein(name, known);
-    let nearest = there.iter().min_by_key(distance);
-    nearest
-        .filter(|known| 3 * distance(known) <= known.len().max(3))
-        .map_or_else(String::new, |known| format!("; did you mean \"{known}\"?"))
+/// Bytes of the longest name that is compared with others: a file may hold a "name" of any length.
+const LONGEST_NAME: usize = 64;
+
+/// `; did you mean "x"?` with the name nearest to the one written, or nothing if none is near.
+///
+/// A name is near if at most a third of its letters are inserted, removed, replaced or swapped with their
+/// neighbour. That is one slip in three to five letters and two in six to eight; with more slips, short names
+/// begin to resemble unrelated words. Case, `_`, `-` and spaces do not count. Among names equally near, the
+/// first by alphabet is taken, whatever the order of `there`.
+pub fn did_you_mean<'a>(name: &str, there: impl IntoIterator<Item = &'a str>) -> String {
+    if name.len() > LONGEST_NAME {
+        return String::new();
+    }
+    let plain = |name: &str| name.to_lowercase().replace(['_', '-', ' '], "");
+    let written = plain(name);
+    let nearest = there
+        .into_iter()
+        .map(|known| {
+            let letters = plain(known);
+            let distance = strsim::osa_distance(&written, &letters);
+            (distance, known, letters.chars().count())
+        })
+        .min();
+    match nearest {
+        Some((distance, known, letters)) if 3 * distance <= letters => {
+            format!("; did you mean \"{known}\"?")
+        }
+        _ => String::new(),
+    }
 }
 
 #[cfg(test)]
@@ -68,7 +90,34 @@ mod tests {
 
     #[test]
     fn nothing_is_suggested_that_is_another_word() {
-        assert_eq!(suggestion("colour", &["photons", "seed"]), "");
+        assert_eq!(did_you_mean("colour", ["photons", "seed"]), "");
+        assert_eq!(did_you_mean("caustic_receiver", ["int_ior"]), "");
+        assert_eq!(did_you_mean(&"x".repeat(1_000_000), ["int_ior"]), "");
+    }
+
+    #[test]
+    fn a_third_of_the_letters_may_be_wrong_and_no_more() {
+        let is_near = |name, known| !did_you_mean(name, [known]).is_empty();
+        assert!(is_near("glas", "glass"));
+        assert!(!is_near("gla", "glass"));
+        assert!(is_near("fotons", "photons"));
+        assert!(!is_near("fotonz", "photons"));
+        assert!(!is_near("y", "x"));
+    }
+
+    #[test]
+    fn case_and_separators_do_not_count_and_swapped_neighbours_count_once() {
+        let suggestion = did_you_mean("intIOR", ["ext_ior", "int_ior"]);
+        assert_eq!(suggestion, "; did you mean \"int_ior\"?");
+        assert_eq!(did_you_mean("IOR", ["roi"]), "");
+        assert_eq!(did_you_mean("sede", ["seed"]), "; did you mean \"seed\"?");
+    }
+
+    #[test]
+    fn the_order_of_the_names_does_not_matter() {
+        let suggestion = "; did you mean \"bell\"?";
+        assert_eq!(did_you_mean("tell", ["cell", "bell"]), suggestion);
+        assert_eq!(did_you_mean("tell", ["bell", "cell"]), suggestion);
     }
 
     #[test]

@@ -12,7 +12,7 @@ pub mod table;
 pub mod values;
 pub mod words;
 
-pub use error::SettingError;
+pub use error::{SettingError, did_you_mean};
 pub use table::{Kind, Preset, Setting};
 pub use values::{Given, Values, parse_duration, parse_fraction};
 pub use words::{Words, words_of};

@@ -5,7 +5,7 @@
 
 use super::report::Check;
 use crate::film::Image;
-use crate::metric::Comparison;
+use crate::metric::LayerComparison;
 
 /// A mistake must explain so much of the squared difference to be named: an approximation's own error is rarely turned to
 /// half by moving, turning or scaling its image, and one that is moved, turned or scaled loses more.
@@ -25,7 +25,7 @@ const ROUNDING: f64 = 1e-9;
 const REACH: isize = 2;
 
 /// What a candidate looks like.
-pub fn checks(truth: &Image, candidate: &Image, layer: &Comparison) -> Vec<Check> {
+pub fn checks(truth: &Image, candidate: &Image, layer: &LayerComparison) -> Vec<Check> {
     let size = [truth.width, truth.height];
     let (Some(truth), Some(other)) = (plane(truth, layer), plane(candidate, layer)) else {
         return Vec::new();
@@ -42,7 +42,7 @@ pub fn checks(truth: &Image, candidate: &Image, layer: &Comparison) -> Vec<Check
 }
 
 /// The mean of a layer's channels; of all light under any of its names.
-pub(super) fn plane(image: &Image, layer: &Comparison) -> Option<Vec<f64>> {
+pub(super) fn plane(image: &Image, layer: &LayerComparison) -> Option<Vec<f64>> {
     let names: &[&str] = if layer.is_total {
         &["E", "L", ""]
     } else {
@@ -114,7 +114,7 @@ const SLIPS: [(f64, &str); 12] = [
 ];
 
 /// Whether energy is far off, and which slip that resembles.
-fn units(layer: &Comparison) -> Option<Check> {
+fn units(layer: &LayerComparison) -> Option<Check> {
     let ratio = layer.difference.energy_ratio?;
     if (ratio - 1.0).abs() <= ENERGY {
         return None;

@@ -10,7 +10,7 @@ use crate::transport::signature::Signature;
 /// A film of a study, with everything that is known of it.
 #[derive(Clone, Debug)]
 pub struct Product {
-    /// The layers as channels, as [`Source`](crate::metric::Source) reads them.
+    /// The layers as channels, as [`CompareImage`](crate::metric::CompareImage) reads them.
     pub image: Image,
     /// The quantity that is measured.
     pub quantity: Quantity,
@@ -215,7 +215,7 @@ impl LedgerTable {
 mod tests {
     use super::*;
     use crate::geometry::TraversalCounters;
-    use crate::metric::{Settings, Source, compare};
+    use crate::metric::{CompareImage, CompareSettings, compare};
     use crate::transport::ledger::Ledger;
 
     #[test]
@@ -249,10 +249,10 @@ mod tests {
         truth.add_rgb("E", &[[6.0; 3], [8.0; 3]]);
         truth.add_rgb("LTTD", &[[1.0; 3], [3.0; 3]]);
         let sources = [
-            Source::new("truth", truth),
-            Source::new("film", product.image),
+            CompareImage::new("truth", truth),
+            CompareImage::new("film", product.image),
         ];
-        let report = compare(&sources[0], &sources[1], &Settings::default()).unwrap();
+        let report = compare(&sources[0], &sources[1], &CompareSettings::default()).unwrap();
         let named = |name: &str| report.layers.iter().find(|layer| layer.layer == name);
         assert_eq!(named("LTTD").unwrap().difference.rmse, 0.0);
         assert_eq!(named("E").unwrap().difference.rmse, 5.0);

@@ -5,7 +5,7 @@
 
 use super::facts::Facts;
 use crate::film::Image;
-use crate::metric::Comparison;
+use crate::metric::LayerComparison;
 
 /// The truth's error may be so large a part of an error that it judges. By then it changes it by 10 % where both have one sign
 /// everywhere, and by √(1 + 0.01), half a percent, where they are independent.
@@ -22,7 +22,7 @@ pub const LARGEST_SHARE: f64 = 0.1;
 /// which is to [`relative_rmse`](crate::metric::difference::Difference::relative_rmse) as σ is to the root mean square difference.
 /// Direct light that is the same in both films to the last bit (references share a quadrature) has no part in their
 /// difference, and none in σ. `None` where the truth does not know its error, or is dark.
-pub fn error(truth: &Facts, is_direct_shared: bool, comparison: &Comparison) -> Option<f64> {
+pub fn error(truth: &Facts, is_direct_shared: bool, comparison: &LayerComparison) -> Option<f64> {
     let direct = if is_direct_shared {
         0.0
     } else {

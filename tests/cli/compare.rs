@@ -5,7 +5,7 @@ use std::process::Output;
 
 use assert_cmd::Command;
 use nephroid::film::{Image, exr};
-use nephroid::metric::{Settings, Source, compare};
+use nephroid::metric::{CompareImage, CompareSettings, compare};
 
 struct Folder(tempfile::TempDir);
 
@@ -180,8 +180,8 @@ fn the_library_says_what_the_command_says_to_the_last_digit() {
     let a = folder.write("a.exr", &rendered(1.0));
     let b = folder.write("b.exr", &rendered(1.003));
     let printed = text(&folder.compare(&[&a, &b, "--json"]).stdout);
-    let source = |path: &str| Source::new(path, exr::read(Path::new(path)).unwrap());
-    let report = compare(&source(&a), &source(&b), &Settings::default()).unwrap();
+    let source = |path: &str| CompareImage::new(path, exr::read(Path::new(path)).unwrap());
+    let report = compare(&source(&a), &source(&b), &CompareSettings::default()).unwrap();
     let without_space = |text: &str| text.split_whitespace().collect::<String>();
     let layers = serde_json::to_string(&report.layers).unwrap();
     assert!(layers.len() > 1000);

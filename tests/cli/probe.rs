@@ -66,6 +66,21 @@ fn json_holds_what_the_table_holds() {
     assert_eq!(report["complete"], true);
 }
 
+#[test]
+fn as_many_specular_events_are_allowed_as_a_signature_holds_and_no_more() {
+    let probed = |depth: &str| {
+        let arguments = ["--at", "0.6,0.4", "--rays", "1", "--max-depth", depth];
+        probe("coffee-cup.xml", &arguments)
+    };
+    let longest = probed("127");
+    let said = text(&longest.stderr);
+    assert!(matches!(longest.status.code(), Some(0 | 1)), "{said}");
+    let beyond = probed("128");
+    let said = text(&beyond.stderr);
+    assert_eq!(beyond.status.code(), Some(2), "{said}");
+    assert!(said.contains("0..=127"), "{said}");
+}
+
 /// Below the ball's centre the light of whole circles meets: a curve of light space, of which each division has twice
 /// the pieces.
 #[test]

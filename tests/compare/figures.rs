@@ -2,17 +2,18 @@
 
 use nephroid::film::Image;
 use nephroid::metric::{
-    CompareError, Comparison, Maps, Pairing, Report, Settings, Side, Verdict, Window, compare,
+    CompareError, CompareSettings, Comparison, ImageSide, LayerComparison, Maps, Pairing, Verdict,
+    Window, compare,
 };
 
 use crate::support::images::{grey, source};
 
 /// All light of two grey images.
-fn compared(reference: Image, other: Image) -> Comparison {
+fn compared(reference: Image, other: Image) -> LayerComparison {
     let report = compare(
         &source("a.exr", reference),
         &source("b.exr", other),
-        &Settings::default(),
+        &CompareSettings::default(),
     );
     report.unwrap().layers.remove(0)
 }
@@ -217,15 +218,15 @@ fn the_reference_is_the_one_named() {
     let a = source("a.exr", grey([16, 16], |_, _| 1.0, None));
     let b = source("b.exr", grey([16, 16], |_, _| 2.0, None));
     let bias = |reference| {
-        let settings = Settings {
+        let settings = CompareSettings {
             reference,
-            ..Settings::default()
+            ..CompareSettings::default()
         };
-        let report: Report = compare(&a, &b, &settings).unwrap();
+        let report: Comparison = compare(&a, &b, &settings).unwrap();
         report.layers[0].equivalence.bias.relative.unwrap()
     };
-    assert_eq!(bias(Side::A), 1.0);
-    assert_eq!(bias(Side::B), -0.5);
+    assert_eq!(bias(ImageSide::A), 1.0);
+    assert_eq!(bias(ImageSide::B), -0.5);
 }
 
 #[test]
@@ -243,7 +244,7 @@ fn layers_are_those_that_both_have_and_error_bars_are_none_of_them() {
         image(&["E", "E.stderr", "LD", "LTTD", "LTTD.lo", "LTTD.hi"]),
     );
     let b = source("b.exr", image(&["E", "E.lo", "E.hi", "LRD", "LTTD"]));
-    let report = compare(&a, &b, &Settings::default()).unwrap();
+    let report = compare(&a, &b, &CompareSettings::default()).unwrap();
     let names: Vec<&str> = report.layers.iter().map(|it| it.layer.as_str()).collect();
     assert_eq!(names, ["E", "LTTD"]);
     assert!(report.layers[0].is_total);
@@ -251,9 +252,9 @@ fn layers_are_those_that_both_have_and_error_bars_are_none_of_them() {
         let expected = format!("only {file} has layers {layer}: not compared");
         assert!(report.notes.contains(&expected), "{:?}", report.notes);
     }
-    let settings = Settings {
+    let settings = CompareSettings {
         layers: vec!["LRD".to_owned()],
-        ..Settings::default()
+        ..CompareSettings::default()
     };
     let error = compare(&a, &b, &settings).unwrap_err().to_string();
     assert_eq!(
@@ -270,7 +271,7 @@ fn what_cannot_be_compared_says_file_channel_and_pixel() {
         let report = compare(
             &source("a.exr", a),
             &source("b.exr", b),
-            &Settings::default(),
+            &CompareSettings::default(),
         );
         report.unwrap_err().to_string()
     };
@@ -362,7 +363,7 @@ fn a_window_is_compared_alone_and_its_places_are_those_of_the_file() {
     };
     let a = source("a.exr", reference()).cropped(window).unwrap();
     let b = source("b.exr", other).cropped(window).unwrap();
-    let report = compare(&a, &b, &Settings::default()).unwrap();
+    let report = compare(&a, &b, &CompareSettings::default()).unwrap();
     let it = &report.layers[0].difference;
     assert_eq!((it.worst.x, it.worst.y, it.worst.difference), (7, 9, 2.0));
     close(it.mae, 2.0 / 80.0);
@@ -387,7 +388,7 @@ fn maps_are_differences_ratios_and_scores() {
         ),
     );
     let b = source("b.exr", grey([3, 1], |x, _| [3.0, 1.0, 3.0][x], None));
-    let pairing = Pairing::new(&a, &b, Side::A, &[]).unwrap();
+    let pairing = Pairing::new(&a, &b, ImageSide::A, &[]).unwrap();
     let maps = Maps::of(&pairing.pairs[0]);
     assert_eq!(maps.difference.values(), [1.0, 1.0, -1.0]);
     assert_eq!(maps.relative.values()[0], 0.5);

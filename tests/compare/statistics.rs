@@ -2,7 +2,7 @@
 //! independent normal errors are compared, and the counts of wrong answers judged by the binomial distribution.
 
 use nephroid::film::Image;
-use nephroid::metric::{Comparison, Settings, Verdict, compare};
+use nephroid::metric::{CompareSettings, LayerComparison, Verdict, compare};
 
 use crate::support::images::{Normal, credible, grey, source};
 
@@ -25,17 +25,22 @@ fn error(x: usize, y: usize) -> f64 {
     0.02 + 0.04 * light(y, x).sqrt()
 }
 
-fn settings(margin: f64) -> Settings {
-    Settings {
+fn settings(margin: f64) -> CompareSettings {
+    CompareSettings {
         margin,
         level: LEVEL,
         pixels_per_degree: None,
-        ..Settings::default()
+        ..CompareSettings::default()
     }
 }
 
 /// All light of two images whose errors come from so many samples each.
-fn compared(reference: Image, other: Image, samples: [Option<u64>; 2], margin: f64) -> Comparison {
+fn compared(
+    reference: Image,
+    other: Image,
+    samples: [Option<u64>; 2],
+    margin: f64,
+) -> LayerComparison {
     let [mut a, mut b] = [source("a.exr", reference), source("b.exr", other)];
     [a.samples, b.samples] = samples;
     compare(&a, &b, &settings(margin)).unwrap().layers.remove(0)

@@ -1,7 +1,7 @@
 //! Images made from formulas, for the tests of comparison.
 
 use nephroid::film::Image;
-use nephroid::metric::Source;
+use nephroid::metric::CompareImage;
 use nephroid::numeric::{Stream, StreamKind};
 
 /// An image of one grey channel `Y` by the value at (x, y), and of its standard errors, if any.
@@ -20,8 +20,8 @@ pub fn grey(
 }
 
 /// A source that messages call `name`.
-pub fn source(name: &str, image: Image) -> Source {
-    Source::new(name, image)
+pub fn source(name: &str, image: Image) -> CompareImage {
+    CompareImage::new(name, image)
 }
 
 /// Independent standard normal numbers, by seed and index.

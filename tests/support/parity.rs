@@ -3,7 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use nephroid::film::{Channel, Image, exr};
-use nephroid::metric::{Comparison, Pairing, Settings, Side, Source, Verdict};
+use nephroid::metric::{
+    CompareImage, CompareSettings, ImageSide, LayerComparison, Pairing, Verdict,
+};
 use nephroid::mitsuba::load;
 use nephroid::reference::path::{PathBudget, PathSettings, run};
 use nephroid::reference::{Layer, Progress};
@@ -116,16 +118,16 @@ fn thinned(image: &Image, stride: usize) -> Image {
 pub fn outcome(name: &str, ours: &Image, mitsuba: &Image, filter_radius: f64) -> Outcome {
     let stride = (2.0 * filter_radius).ceil() as usize;
     let [mitsuba, ours] = [("Mitsuba", mitsuba), ("ours", ours)]
-        .map(|(name, image)| Source::new(name, thinned(image, stride)));
+        .map(|(name, image)| CompareImage::new(name, thinned(image, stride)));
     assert_eq!(mitsuba.samples, Some(u64::from(REPLICATES)));
-    let pairing = Pairing::new(&mitsuba, &ours, Side::A, &[]).unwrap();
-    let settings = Settings {
+    let pairing = Pairing::new(&mitsuba, &ours, ImageSide::A, &[]).unwrap();
+    let settings = CompareSettings {
         margin: 0.01,
         level: 0.05,
         pixels_per_degree: None,
-        ..Settings::default()
+        ..CompareSettings::default()
     };
-    let found = Comparison::of(&pairing.pairs[0], &settings);
+    let found = LayerComparison::of(&pairing.pairs[0], &settings);
     let significance = found.significance.unwrap();
     let equivalence = found.equivalence;
     let unknown = f64::NAN;

@@ -8,6 +8,7 @@ use super::parse::{parse_duration, parse_shading_normals, parse_uv};
 use super::{MAX_COUNT, SceneArgs};
 use crate::reference::probe::ProbeSettings;
 use crate::transport::scatter::ShadingNormals;
+use crate::transport::signature::MAX_EVENTS;
 
 /// `nephroid probe`.
 #[derive(Debug, clap::Args)]
@@ -25,7 +26,7 @@ pub struct ProbeArgs {
     pub sensor: Option<String>,
 
     /// Specular events after which light is cut off
-    #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u32).range(0..=31))]
+    #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u32).range(0..=MAX_EVENTS as i64))]
     pub max_depth: u32,
 
     /// What interpolated normals do to flux
@@ -50,7 +51,7 @@ pub struct ProbeArgs {
 }
 
 impl ProbeArgs {
-    /// What the flags mean.
+    /// The settings that the flags ask for.
     pub fn settings(&self) -> ProbeSettings {
         let default = ProbeSettings::default();
         ProbeSettings {

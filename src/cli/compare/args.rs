@@ -6,7 +6,7 @@ use clap::ValueEnum;
 
 use super::super::args::parse_fraction;
 use crate::metric::flip::PIXELS_PER_DEGREE;
-use crate::metric::{Settings, Side, Window};
+use crate::metric::{CompareSettings, ImageSide, Window};
 
 /// `nephroid compare`.
 #[derive(Debug, clap::Args)]
@@ -90,12 +90,12 @@ pub enum SideArg {
 }
 
 impl CompareArgs {
-    /// What the flags mean.
-    pub fn settings(&self) -> Settings {
-        Settings {
+    /// The settings that the flags ask for.
+    pub fn settings(&self) -> CompareSettings {
+        CompareSettings {
             reference: match self.reference {
-                SideArg::A => Side::A,
-                SideArg::B => Side::B,
+                SideArg::A => ImageSide::A,
+                SideArg::B => ImageSide::B,
             },
             layers: self.layer.clone(),
             margin: self.margin,

@@ -1,4 +1,4 @@
-//! `nephroid compare`: how far two images are apart.
+//! `nephroid compare`: figures of the difference of two images.
 
 mod args;
 mod pictures;
@@ -10,14 +10,14 @@ use serde::Serialize;
 
 use super::Outcome;
 use crate::film::exr;
-use crate::metric::{Pairing, Report, Source, Verdict};
+use crate::metric::{CompareImage, Comparison, Pairing, Verdict};
 pub use args::{CompareArgs, SideArg};
 
-/// What `--json` prints.
+/// The output of `--json`.
 #[derive(Serialize)]
 struct Output<'a> {
     #[serde(flatten)]
-    report: &'a Report,
+    report: &'a Comparison,
     unit: Option<&'a str>,
     /// The maps written.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -28,7 +28,7 @@ struct Output<'a> {
 ///
 /// # Errors
 ///
-/// Where an image cannot be read, the two cannot be compared, or a map not written.
+/// If an image cannot be read, the two cannot be compared, or a map not written.
 pub fn compare(args: &CompareArgs) -> anyhow::Result<Outcome> {
     // Side by side: large files take longer to read than to compare.
     let (a, b) = rayon::join(
@@ -38,7 +38,7 @@ pub fn compare(args: &CompareArgs) -> anyhow::Result<Outcome> {
     let (a, b) = (a?, b?);
     let settings = args.settings();
     let pairing = Pairing::new(&a, &b, settings.reference, &settings.layers)?;
-    let report = Report::of(&pairing, &a, &b, &settings);
+    let report = Comparison::of(&pairing, &a, &b, &settings);
     let unit = a.image.metadata("unit").or(b.image.metadata("unit"));
     let files = match &args.maps {
         Some(folder) => pictures::write(&pairing, unit.unwrap_or(""), folder)?,
@@ -52,7 +52,7 @@ pub fn compare(args: &CompareArgs) -> anyhow::Result<Outcome> {
         };
         say!("{}", serde_json::to_string_pretty(&output)?);
     } else {
-        say!("{}", table::Table::new(&report, unit, &files));
+        say!("{}", table::TextTable::new(&report, unit, &files));
     }
     Ok(match report.verdict {
         Verdict::Equivalent => Outcome::Complete,
@@ -67,9 +67,9 @@ fn source(
     path: &Path,
     errors: Option<&Path>,
     samples: Option<u64>,
-) -> anyhow::Result<Source> {
+) -> anyhow::Result<CompareImage> {
     let name = |path: &Path| path.display().to_string();
-    let mut source = Source::new(name(path), exr::read(path)?);
+    let mut source = CompareImage::new(name(path), exr::read(path)?);
     if let Some(path) = errors {
         source.errors = Some((name(path), exr::read(path)?));
     }

@@ -7,16 +7,16 @@ use anyhow::Context;
 use crate::film::Grid;
 use crate::film::picture::{self, BarRange, Content, PictureSpec};
 use crate::metric::maps::{Maps, reach};
-use crate::metric::{Pair, Pairing};
+use crate::metric::{LayerPair, Pairing};
 
-/// The bar of z ends here: of 10⁶ normal numbers less than one is beyond.
+/// The end of the bar of z: of 10⁶ normal numbers less than one is beyond.
 const LARGEST_Z: f64 = 5.0;
 
 /// Writes the maps of all layers into a folder. Returns their paths.
 ///
 /// # Errors
 ///
-/// Where the folder cannot be made or a file not written.
+/// If the folder cannot be made or a file not written.
 pub(super) fn write(pairing: &Pairing, unit: &str, folder: &Path) -> anyhow::Result<Vec<String>> {
     std::fs::create_dir_all(folder)
         .with_context(|| format!("cannot make the folder {}", folder.display()))?;
@@ -54,8 +54,8 @@ pub(super) fn write(pairing: &Pairing, unit: &str, folder: &Path) -> anyhow::Res
     Ok(files)
 }
 
-/// The layer's name with all that a file's name may not hold replaced.
-fn file_name(pair: &Pair) -> String {
+/// The layer's name, with every character replaced that a file name cannot hold.
+fn file_name(pair: &LayerPair) -> String {
     let allowed = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
     let replaced = |c: char| if allowed(c) { c } else { '_' };
     pair.name.chars().map(replaced).collect()

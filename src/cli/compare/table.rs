@@ -4,20 +4,20 @@ use std::fmt;
 
 use crate::run::format::number;
 use crate::metric::difference::{EPSILON, PER_MILLE};
-use crate::metric::{Comparison, Report, Side};
+use crate::metric::{Comparison, ImageSide, LayerComparison};
 
 /// A report for people.
-pub(super) struct Table<'a> {
-    report: &'a Report,
+pub(super) struct TextTable<'a> {
+    report: &'a Comparison,
     unit: &'a str,
     files: &'a [String],
 }
 
-/// What stands where there is no figure.
+/// The mark for a figure that does not exist.
 const NOTHING: &str = "-";
 
-impl<'a> Table<'a> {
-    pub(super) fn new(report: &'a Report, unit: Option<&'a str>, files: &'a [String]) -> Self {
+impl<'a> TextTable<'a> {
+    pub(super) fn new(report: &'a Comparison, unit: Option<&'a str>, files: &'a [String]) -> Self {
         Self {
             report,
             unit: unit.unwrap_or("in the images' unit"),
@@ -31,7 +31,7 @@ impl<'a> Table<'a> {
         out: &mut fmt::Formatter,
         title: &str,
         headings: &[&str],
-        cells: impl Fn(&Comparison) -> Option<Vec<String>>,
+        cells: impl Fn(&LayerComparison) -> Option<Vec<String>>,
     ) -> fmt::Result {
         let lines: Vec<(&str, Vec<String>)> = self
             .report
@@ -223,7 +223,7 @@ impl<'a> Table<'a> {
         )
     }
 
-    /// What the figures depend on.
+    /// Prints the conventions and settings that the figures depend on.
     fn conventions(&self, out: &mut fmt::Formatter) -> fmt::Result {
         let Some(layer) = self.report.layers.first() else {
             return Ok(());
@@ -288,10 +288,10 @@ impl<'a> Table<'a> {
     }
 }
 
-impl fmt::Display for Table<'_> {
+impl fmt::Display for TextTable<'_> {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         let report = self.report;
-        let mark = |side: Side| {
+        let mark = |side: ImageSide| {
             if report.settings.reference == side {
                 " (reference)"
             } else {
@@ -302,9 +302,9 @@ impl fmt::Display for Table<'_> {
             out,
             "A {}{} · B {}{}",
             report.a,
-            mark(Side::A),
+            mark(ImageSide::A),
             report.b,
-            mark(Side::B)
+            mark(ImageSide::B)
         )?;
         if let Some(layer) = report.layers.first() {
             write!(out, " · {} x {} texels", layer.size[0], layer.size[1])?;
@@ -340,7 +340,7 @@ fn signed_percent(value: Option<f64>) -> String {
     optional(value, |value| format!("{:+.4} %", 100.0 * value))
 }
 
-/// A percentage without the last digits that a product of decimals has.
+/// A percentage without the last digits, which come from a product of decimals.
 fn rounded(value: f64) -> f64 {
     (value * 1e6).round() / 1e6
 }

@@ -3,7 +3,7 @@
 use anyhow::Context;
 
 use crate::film::{atomic, exr};
-use crate::metric::{self, Source};
+use crate::metric::{self, CompareImage};
 use crate::study::report::Judged;
 use crate::study::store::file_name;
 use crate::study::{SensorPlan, Session, StudyError};
@@ -37,10 +37,10 @@ pub fn copy<'a>(session: &Session, plan: &'a SensorPlan) -> anyhow::Result<Vec<J
             .into());
         }
         // With itself: what cannot be compared at all is better known now, too.
-        let source = Source::new(candidate.file.display().to_string(), image);
-        let quick = metric::Settings {
+        let source = CompareImage::new(candidate.file.display().to_string(), image);
+        let quick = metric::CompareSettings {
             pixels_per_degree: None,
-            ..metric::Settings::default()
+            ..metric::CompareSettings::default()
         };
         metric::compare(&source, &source, &quick)?;
         let name = format!(

@@ -1,4 +1,4 @@
-//! Colour spaces that FLIP measures in. All conversions assume the illuminant D65.
+//! The colour spaces that FLIP measures in. All conversions assume the illuminant D65.
 
 /// Three numbers of one texel.
 pub(super) type Colour = [f32; 3];
@@ -44,8 +44,8 @@ pub(super) fn luminance([r, g, b]: Colour) -> f32 {
     0.2126 * r + 0.7152 * g + 0.0722 * b
 }
 
-/// Linear sRGB to the opponent space `YCxCz`: CIELAB without its cube root, so that it is linear and
-/// can be filtered (Andersson et al. 2020, section 4.1).
+/// Linear sRGB to the opponent space `YCxCz`: CIELAB without its cube root, so that it is linear and can be
+/// filtered (Andersson et al. 2020, section 4.1).
 #[inline]
 pub(super) fn to_opponent(rgb: Colour) -> Colour {
     let [x, y, z] = transformed(&RGB_TO_XYZ, rgb);
@@ -53,7 +53,7 @@ pub(super) fn to_opponent(rgb: Colour) -> Colour {
     [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
 }
 
-/// The way back from [`to_opponent`].
+/// The inverse of [`to_opponent`].
 #[inline]
 pub(super) fn from_opponent([luma, cx, cz]: Colour) -> Colour {
     let y = (luma + 16.0) / 116.0;
@@ -62,8 +62,8 @@ pub(super) fn from_opponent([luma, cx, cz]: Colour) -> Colour {
     transformed(&XYZ_TO_RGB, [x, y, z])
 }
 
-/// Linear sRGB to CIELAB with Hunt's adjustment: chroma is less visible where it is dark,
-/// a' = 0.01 L a and b' = 0.01 L b (Andersson et al. 2020, section 4.1.2).
+/// Linear sRGB to CIELAB with Hunt's adjustment: chroma is less visible in the dark, a' = 0.01 L a and b' =
+/// 0.01 L b (Andersson et al. 2020, section 4.1.2).
 #[inline]
 pub(super) fn to_hunt_lab(rgb: Colour) -> Colour {
     const DELTA: f32 = 6.0 / 29.0;
@@ -100,8 +100,7 @@ mod tests {
         for rgb in [[0.0, 0.0, 0.0], [1.0, 1.0, 1.0], [0.2, 0.7, 0.05]] {
             let back = from_opponent(to_opponent(rgb));
             for c in 0..3 {
-                // f32 has seven digits; some ten operations on values
-                // up to 500 / 500 = 1.
+                // f32 has seven digits; some ten operations on values up to 500 / 500 = 1.
                 assert!((back[c] - rgb[c]).abs() < 20.0 * f32::EPSILON, "{back:?}");
             }
         }

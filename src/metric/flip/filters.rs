@@ -2,11 +2,11 @@
 
 use std::f32::consts::PI;
 
-/// What the eye makes of a channel of the opponent space: Gaussians a √(π/b) exp(−π² x²/b) over
-/// the angle x \[degrees\], by (a, b) (Andersson et al. 2020, table 1).
+/// The eye's response to a channel of the opponent space: Gaussians a √(π/b) exp(−π² x²/b) over the angle x
+/// \[degrees\], by (a, b) (Andersson et al. 2020, table 1).
 const ACHROMATIC: (f32, f32) = (1.0, 0.0047);
 const RED_GREEN: (f32, f32) = (1.0, 0.0053);
-/// The blue-yellow channel has a sum of two.
+/// The response to the blue-yellow channel: a sum of two Gaussians.
 const BLUE_YELLOW: [(f32, f32); 2] = [(34.1, 0.04), (13.5, 0.025)];
 
 /// Width of the edges and points to be found \[degrees\]: two standard deviations (section 4.2).
@@ -14,11 +14,11 @@ const FEATURE_WIDTH: f32 = 0.082;
 
 /// The kernels at one number of pixels a degree. All have odd lengths.
 pub(super) struct Filters {
-    /// Of the achromatic and of the red-green channel.
+    /// The achromatic channel's kernel.
     pub(super) achromatic: Vec<f32>,
-    /// Of the red-green channel.
+    /// The red-green channel's kernel.
     pub(super) red_green: Vec<f32>,
-    /// Of the blue-yellow channel: two kernels whose two-dimensional products are added.
+    /// The blue-yellow channel's kernels: two, whose two-dimensional products are added.
     pub(super) blue_yellow: [Vec<f32>; 2],
     /// A Gaussian, across features.
     pub(super) smooth: Vec<f32>,
@@ -74,7 +74,7 @@ impl Filters {
         }
     }
 
-    /// Texels around a texel that decide its error.
+    /// Number of texels on each side of a texel that decide its error.
     pub(super) fn reach(&self) -> usize {
         self.achromatic.len().max(self.smooth.len()) / 2
     }

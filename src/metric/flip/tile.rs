@@ -1,32 +1,25 @@
-//! LDR-FLIP of one square of texels: all that a texel depends on lies within a few texels of it, so
-//! that memory stays small and the squares can be done in any order.
+//! LDR-FLIP of one square of texels.
+//!
+//! All that a texel depends on lies within a few texels of it. So memory stays small, and the squares can be
+//! done in any order.
 
 use super::colour::{Colour, from_opponent, hyab, to_hunt_lab, to_opponent};
+use super::display::{Display, shown};
 use super::filters::{Filters, along, strided};
-use super::{Display, Images};
+use super::images::Images;
 
 /// Texels a side: small enough for a cache, large beside the kernels' reach.
 pub(super) const TILE: usize = 128;
 
-/// Narkowicz' fit of the ACES tone curve, (p₀ x² + p₁ x) / (q₀ x² + q₁ x + q₂), for x without the
-/// exposure of 0.6 built into it.
-pub(super) const ACES: [f32; 5] = [
-    0.6 * 0.6 * 2.51,
-    0.6 * 0.03,
-    0.6 * 0.6 * 2.43,
-    0.6 * 0.59,
-    0.14,
-];
-
 /// The exponent of colour differences.
 const COLOUR_EXPONENT: f32 = 0.7;
-/// Differences below this part of the largest take most of the scale, ...
+/// Part of the largest difference below which differences take most of the scale.
 const LARGE_DIFFERENCE: f32 = 0.4;
-/// ... up to this error.
+/// Error up to which these differences reach.
 const LARGE_ERROR: f32 = 0.95;
 
-/// One image's part of the work.
-struct Side {
+/// Buffers of one of the two images.
+struct TileSide {
     /// Luma, red-green, blue-yellow of the square and its border.
     opponent: [Vec<f32>; 3],
     /// Filtered along rows: luma, red-green, blue-yellow twice; smooth, edge, point.
@@ -38,23 +31,23 @@ struct Side {
 }
 
 /// Buffers of a square and the error found in it.
-pub(super) struct Tile {
+pub(super) struct FlipTile {
     reach: usize,
     /// Texels a row with the border.
     padded: usize,
-    /// The largest colour difference there is, to its exponent.
+    /// The largest colour difference possible, raised to [`COLOUR_EXPONENT`].
     largest: f32,
-    sides: [Side; 2],
+    sides: [TileSide; 2],
     scratch: [Vec<f32>; 2],
     error: Vec<f32>,
 }
 
-impl Tile {
+impl FlipTile {
     pub(super) fn new(filters: &Filters) -> Self {
         let reach = filters.reach();
         let padded = TILE + 2 * reach;
         let buffer = |length: usize| vec![0.0; length];
-        let side = || Side {
+        let side = || TileSide {
             opponent: std::array::from_fn(|_| buffer(padded * padded)),
             rows: std::array::from_fn(|_| buffer(TILE * padded)),
             seen: std::array::from_fn(|_| buffer(TILE * TILE)),
@@ -71,7 +64,7 @@ impl Tile {
         }
     }
 
-    /// Takes the square whose upper left texel is `corner`; beyond the image its border goes on.
+    /// Takes the square whose upper left texel is `corner`; beyond the image its border is repeated.
     pub(super) fn load(&mut self, images: &Images, display: Display, corner: [usize; 2]) {
         let place = |i: usize, corner: usize, size: usize| {
             (corner + i).saturating_sub(self.reach).min(size - 1)
@@ -116,7 +109,7 @@ impl Tile {
         }
     }
 
-    /// Raises the texels of `rows`, which the square lies in from column `left` on.
+    /// Raises those texels of `rows` that the square covers, from column `left` on.
     pub(super) fn raise(&self, rows: &mut [f32], width: usize, left: usize) {
         let columns = TILE.min(width - left);
         for (row, errors) in rows.chunks_mut(width).zip(self.error.chunks(TILE)) {
@@ -128,7 +121,7 @@ impl Tile {
     }
 }
 
-impl Side {
+impl TileSide {
     fn filter_rows(&mut self, filters: &Filters, padded: usize, reach: usize) {
         let [wide, narrow] = &filters.blue_yellow;
         let kernels = [
@@ -177,7 +170,7 @@ impl Side {
             {
                 *out = a + b;
             }
-            // Luma is 116 Y − 16; features are of Y, and derivatives do not see the constant.
+            // Luma is 116 Y − 16. Features are of Y, and derivatives do not see the constant.
             for (kind, (across, derivative)) in [(5, &filters.edge), (6, &filters.point)]
                 .into_iter()
                 .enumerate()
@@ -194,25 +187,6 @@ impl Side {
             }
         }
     }
-}
-
-/// A value as a display shows it, 0..=1.
-#[inline]
-fn shown(value: f32, display: Display) -> f32 {
-    let value = match display {
-        Display::Clamp => value,
-        Display::Expose(factor) => {
-            let x = value.max(0.0) * factor;
-            let [p0, p1, q0, q1, q2] = ACES;
-            // By x, since x² of a very bright texel is beyond f32.
-            if x > 1.0 {
-                (p0 + p1 / x) / (q0 + q1 / x + q2 / x / x)
-            } else {
-                (p0 * x + p1) * x / ((q0 * x + q1) * x + q2)
-            }
-        }
-    };
-    value.clamp(0.0, 1.0)
 }
 
 /// Colour differences on the scale 0..=1, small ones stretched (Andersson et al. 2020, section 4.1.3).

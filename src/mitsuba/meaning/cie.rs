@@ -1,8 +1,8 @@
-//! Spectra become linear sRGB.
+//! Conversion of spectra to linear sRGB.
 //!
-//! The CIE 1931 colour matching functions (2° observer) and the relative power of illuminant D65,
-//! every 5 nm from 360 to 830 nm (CIE 15:2004, tables T.4 and T.1). The integral is the sum that
-//! Mitsuba 3.9.1 forms in its `rgb` variants, so that a file means the same light here and there.
+//! The tables hold the CIE 1931 colour matching functions (2° observer) and the relative power of illuminant
+//! D65, every 5 nm from 360 to 830 nm. They are tables T.4 and T.1 of CIE 15:2004. The integral is the sum
+//! that Mitsuba 3.9.1 forms in its `rgb` variants, so that a file means the same light here and there.
 
 use crate::radiometry::Rgb;
 
@@ -110,12 +110,12 @@ const CIE: [[f64; 4]; 95] = [
     [0.0000012511, 0.0000004518, 0.0, 60.3125],
 ];
 
-/// The integral of ȳ, in nm: an equal-energy spectrum of 1 gets Y = 1 (`CIE_Y_normalization` there).
+/// The integral of ȳ \[nm\]: an equal-energy spectrum of 1 gets Y = 1 (Mitsuba's `CIE_Y_normalization`).
 const Y_INTEGRAL: f64 = 106.75026;
-/// What D65's relative power is divided by, so that a reflectance of 1 gets Y = 1.
+/// The divisor of D65's relative power, with which a reflectance of 1 gets Y = 1.
 const D65_MEAN: f64 = 98.9974;
 
-/// How an illuminant enters the integral.
+/// The weight of a spectrum in the integral.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Weight {
     /// The spectrum is light itself.
@@ -126,9 +126,8 @@ pub enum Weight {
 
 /// The colour of a spectrum that is 1 at all wavelengths, seen as light.
 ///
-/// It is not white: linear sRGB's white is D65, and this is illuminant E. Mitsuba's `rgb` variants
-/// give `<spectrum value="1"/>` of an emitter this colour, but `<float value="1"/>` and
-/// `<rgb value="1"/>` white.
+/// It is not white: linear sRGB's white is D65, and this is illuminant E. Mitsuba's `rgb` variants give
+/// `<spectrum value="1"/>` of an emitter this colour, but `<float value="1"/>` and `<rgb value="1"/>` white.
 pub const EQUAL_ENERGY: Rgb = xyz_to_srgb([1.0; 3]);
 
 /// Linear sRGB of XYZ (ITU-R BT.709 primaries, D65 white), as Mitsuba rounds the matrix.
@@ -146,8 +145,8 @@ const fn xyz_to_srgb([x, y, z]: [f64; 3]) -> Rgb {
 /// XYZ = Σᵢ (x̄, ȳ, z̄)(λᵢ) s(λᵢ) w(λᵢ) Δ / ∫ȳ,   1000 wavelengths λᵢ from 360 to 830 nm, Δ = 0.47 nm
 /// ```
 ///
-/// with w = 1 for [`Weight::Emission`], D65 for [`Weight::UnderD65`]; then negative channels
-/// (colours that sRGB cannot show) become 0, as in Mitsuba's `spectrum_list_to_srgb`.
+/// with w = 1 for [`Weight::Emission`] and D65 for [`Weight::UnderD65`]. Negative channels (colours that sRGB
+/// cannot show) then become 0, as in Mitsuba's `spectrum_list_to_srgb`.
 ///
 /// `samples`: two or more, wavelengths rising.
 pub fn to_srgb(samples: &[(f64, f64)], weight: Weight) -> Rgb {
@@ -172,7 +171,7 @@ pub fn to_srgb(samples: &[(f64, f64)], weight: Weight) -> Rgb {
     xyz_to_srgb(xyz.map(|sum| sum * scale)).map(|channel| channel.max(0.0))
 }
 
-/// Between the two nearest samples; nothing outside the first and the last.
+/// The value between the two nearest samples; none outside the first and the last.
 fn linear(samples: &[(f64, f64)], wavelength: f64) -> Option<f64> {
     let above = samples.partition_point(|sample| sample.0 <= wavelength);
     let (w0, v0) = *samples.get(above.checked_sub(1)?)?;
@@ -193,9 +192,9 @@ fn cie(wavelength: f64) -> [f64; 4] {
 mod tests {
     use super::*;
 
-    /// Mitsuba 3.9.1 prints six digits of its single-precision numbers: half a digit in the sixth
-    /// place of the largest is 5e-6 of it, and f32 sums of 1000 terms add less than 1000 * 2^-24
-    /// = 6e-5 of the result in the worst case (1e-5 seen).
+    /// Tolerance: Mitsuba 3.9.1 prints six digits of its single-precision numbers, so half a digit in the
+    /// sixth place of the largest is 5e-6 of it. Sums in f32 of 1000 terms add less than 1000 * 2^-24 = 6e-5
+    /// of the result in the worst case (1e-5 seen).
     fn assert_is(found: Rgb, mitsuba: [f64; 3]) {
         for (a, b) in found.0.into_iter().zip(mitsuba) {
             assert!(

@@ -1,4 +1,4 @@
-//! `<emitter>` becomes [`Emitter`].
+//! The meaning of `<emitter>`, which becomes an [`Emitter`].
 
 use glam::DVec3;
 
@@ -7,16 +7,17 @@ use super::spectra::{self, Role};
 use super::textures::Textures;
 use crate::film::bitmap::{Bitmap, BitmapEncoding};
 use crate::geometry::Transform;
-use crate::mitsuba::error::{LoadError, did_you_mean};
+use crate::mitsuba::error::LoadError;
 use crate::mitsuba::files::Files;
-use crate::mitsuba::syntax::{Kind, ObjectIndex, Tree};
+use crate::mitsuba::syntax::{ObjectIndex, ObjectKind, Tree};
 use crate::radiometry::Rgb;
 use crate::scene::{Emitter, Envmap, EnvmapError, ShapeId};
+use crate::setting::did_you_mean;
 
 /// Every plugin that becomes an emitter.
 const MODELLED: [&str; 6] = ["area", "constant", "directional", "envmap", "point", "spot"];
 
-/// The half angle of a `spot` where the file gives none, in degrees.
+/// The half angle of a `spot` if the file gives none, in degrees.
 const DEFAULT_CUTOFF: f64 = 20.0;
 
 /// An emitter that belongs to the scene.
@@ -75,14 +76,14 @@ fn not_modelled(plugin: &Plugin) -> LoadError {
 }
 
 fn finish(plugin: Plugin) -> Result<(), LoadError> {
-    // How often an emitter is sampled changes no expected value; one of weight 0 would be dark in Mitsuba, were it a point or
-    // a direction.
+    // The weight changes no expected value, only how often an emitter is sampled. With weight 0, a point or a
+    // direction would be dark in Mitsuba.
     plugin.positive_or("sampling_weight", 1.0)?;
-    plugin.refuse(Kind::Medium, "media are not modelled")?;
+    plugin.refuse(ObjectKind::Medium, "media are not modelled")?;
     plugin.finish()
 }
 
-/// 1 in every channel where the file gives none, as in Mitsuba.
+/// The strength of an emitter; 1 in every channel if the file gives none, as in Mitsuba.
 fn strength(tree: &Tree, plugin: &Plugin, name: &str) -> Result<Rgb, LoadError> {
     spectra::read_or(tree, plugin, name, Role::Emission, 1.0)
 }
@@ -104,7 +105,7 @@ fn point(tree: &Tree, plugin: &Plugin) -> Result<Emitter, LoadError> {
     })
 }
 
-/// `cutoff_angle` defaults to 20 degrees and `beam_width` to three quarters of it.
+/// A spot light. `cutoff_angle` defaults to 20 degrees and `beam_width` to three quarters of it.
 fn spot(tree: &Tree, plugin: &Plugin) -> Result<Emitter, LoadError> {
     let to_world = plugin.to_world()?;
     let intensity = strength(tree, plugin, "intensity")?;
@@ -140,7 +141,7 @@ fn spot(tree: &Tree, plugin: &Plugin) -> Result<Emitter, LoadError> {
     })
 }
 
-/// `direction`, or the +z axis of `to_world`, is where the light travels to.
+/// Parallel light, which travels along `direction` or the +z axis of `to_world`.
 fn directional(tree: &Tree, plugin: &Plugin) -> Result<Emitter, LoadError> {
     let direction = plugin.vector("direction")?;
     let to_world = plugin.transform("to_world")?;
@@ -162,7 +163,7 @@ fn directional(tree: &Tree, plugin: &Plugin) -> Result<Emitter, LoadError> {
     })
 }
 
-/// Turned or not, it looks the same.
+/// The same light from all directions: `to_world` makes no difference.
 fn constant(tree: &Tree, plugin: &Plugin) -> Result<Emitter, LoadError> {
     plugin.transform("to_world")?;
     Ok(Emitter::Constant {
@@ -172,14 +173,14 @@ fn constant(tree: &Tree, plugin: &Plugin) -> Result<Emitter, LoadError> {
 
 /// The image `filename`, whose alpha does not matter, times `scale`.
 ///
-/// `mis_compensation` changes how directions are chosen in Mitsuba, and no expected value.
+/// `mis_compensation` changes the choice of directions in Mitsuba, and no expected value.
 fn envmap(plugin: &Plugin, files: &mut Files) -> Result<Emitter, LoadError> {
     plugin.boolean_or("mis_compensation", false)?;
     let scale = plugin.float_at("scale")?;
     let turn = plugin.transform("to_world")?;
     let to_world = turn.map_or(Transform::IDENTITY, |(to_world, _)| to_world);
     let path = files.resolve(plugin.required_string("filename")?);
-    let image = files.read(&path).and_then(|bytes| {
+    let image = files.read_named(&path).and_then(|bytes| {
         Bitmap::read(&bytes, BitmapEncoding::Color)
             .map_err(|error| format!("{}: {error}", path.display()))
     });

@@ -1,16 +1,16 @@
-//! `<film>` and `<rfilter>`.
+//! The meaning of `<film>` and `<rfilter>`.
 
 use super::plugin::Plugin;
 use crate::mitsuba::error::LoadError;
-use crate::mitsuba::syntax::{Kind, ObjectIndex, Tree};
+use crate::mitsuba::syntax::{ObjectIndex, ObjectKind, Tree};
 use crate::scene::{Crop, Film, ReconstructionFilter};
 
 const DEFAULT_WIDTH: u32 = 768;
 const DEFAULT_HEIGHT: u32 = 576;
-/// Mitsuba's film filters so where the file does not say.
+/// The filter of Mitsuba's film if the file gives none.
 const DEFAULT_FILTER: ReconstructionFilter = ReconstructionFilter::Gaussian { stddev: 0.5 };
 
-/// Parameters of Mitsuba 0.6' films that say how the image is stored or shown: known in old files.
+/// Parameters of Mitsuba 0.6' films for storing or showing the image: known in old files.
 const OLD_STORAGE: [&str; 11] = [
     "attach_log",
     "high_quality_edges",
@@ -25,7 +25,7 @@ const OLD_STORAGE: [&str; 11] = [
     "has_alpha",
 ];
 
-/// The film, or Mitsuba's default film where the sensor has none.
+/// The film, or Mitsuba's default film if the sensor has none.
 ///
 /// In old files `ldrfilm` is known, too: it has the same grid and stores it otherwise.
 pub fn read(tree: &Tree, film: Option<ObjectIndex>) -> Result<Film, LoadError> {
@@ -60,7 +60,7 @@ pub fn read(tree: &Tree, film: Option<ObjectIndex>) -> Result<Film, LoadError> {
             crop.width, crop.height, crop.offset_x, crop.offset_y
         )));
     }
-    let filter = match plugin.child(Kind::ReconstructionFilter)? {
+    let filter = match plugin.child(ObjectKind::ReconstructionFilter)? {
         None => DEFAULT_FILTER,
         Some(filter) => read_filter(tree, filter)?,
     };

@@ -1,4 +1,4 @@
-//! What a `<shape>` says of its form.
+//! The forms of shapes: the part of `<shape>` that is geometry.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -26,40 +26,40 @@ pub const MODELLED: [&str; 8] = [
 
 /// A form before it is made into a [`Shape`].
 #[derive(Clone, Debug)]
-pub enum Form {
+pub enum ShapeForm {
     /// Unit sphere, mapped.
-    Sphere(Placed),
+    Sphere(Placement),
     /// [-1, 1]² in the xy plane, mapped.
-    Rectangle(Placed),
+    Rectangle(Placement),
     /// Unit disc in the xy plane, mapped.
-    Disk(Placed),
+    Disk(Placement),
     /// Radius 1 about the z axis from z = 0 to z = 1, mapped.
-    Cylinder(Placed),
+    Cylinder(Placement),
     /// Triangles.
     Mesh(MeshForm),
 }
 
-/// Where a form stands, and which way it looks.
+/// The place and orientation of a form.
 #[derive(Clone, Copy, Debug)]
-pub struct Placed {
+pub struct Placement {
     /// Object space to world.
     pub to_world: Transform,
-    /// Turn the normals round.
+    /// True to turn the normals round.
     pub flip_normals: bool,
 }
 
 /// Triangles before they are read.
 #[derive(Clone, Debug)]
 pub struct MeshForm {
-    /// Where the triangles come from.
+    /// The origin of the triangles.
     pub source: MeshSource,
-    /// Where they stand.
-    pub placed: Placed,
-    /// Ignore the file's normals and make none.
+    /// Their place.
+    pub placed: Placement,
+    /// True to ignore the file's normals and make none.
     pub face_normals: bool,
 }
 
-/// Where triangles come from.
+/// The origin of triangles.
 #[derive(Clone, Debug)]
 pub enum MeshSource {
     /// Mitsuba's cube.
@@ -70,17 +70,17 @@ pub enum MeshSource {
         path: PathBuf,
         /// Its contents.
         bytes: Arc<[u8]>,
-        /// How to read it.
+        /// Its format.
         format: Format,
     },
 }
 
-impl Form {
-    /// Makes the shape; here mesh files are parsed.
+impl ShapeForm {
+    /// Makes the shape; mesh files are parsed here.
     ///
     /// # Errors
     ///
-    /// What is wrong with the file or the form, without the place in the XML file.
+    /// The problem with the file or the form, without the place in the XML file.
     pub fn build(self) -> Result<Shape, String> {
         let not_round = |error: crate::geometry::ShapeError| error.to_string();
         match self {
@@ -111,7 +111,7 @@ impl MeshForm {
     ///
     /// # Errors
     ///
-    /// The file's name, the place in it, and what is wrong there.
+    /// The file's name, the place in it, and the problem there.
     pub fn parts(&self) -> Result<MeshParts, String> {
         let mut parts = match &self.source {
             MeshSource::Cube => mesh_files::cube(),
@@ -141,13 +141,13 @@ impl MeshForm {
     }
 }
 
-/// The form of a shape plugin and Mitsuba's name for it; `None` where the plugin is not one of
-/// [`MODELLED`]. `outer` is applied last.
+/// The form of a shape plugin and Mitsuba's name for it; `None` if the plugin is not one of [`MODELLED`].
+/// `outer` is applied last.
 pub fn read(
     plugin: &Plugin,
     outer: &Transform,
     files: &mut Files,
-) -> Result<Option<(Form, &'static str)>, LoadError> {
+) -> Result<Option<(ShapeForm, &'static str)>, LoadError> {
     let Some(name) = MODELLED.into_iter().find(|name| *name == plugin.name()) else {
         return Ok(None);
     };
@@ -163,22 +163,22 @@ pub fn read(
         .and_then(|inner| outer.after(&inner));
     to_world =
         composed.map_err(|error| plugin.error(format!("has no usable transform: {error}")))?;
-    let placed = Placed {
+    let placed = Placement {
         to_world,
         flip_normals,
     };
     let form = match name {
-        "sphere" => Form::Sphere(placed),
+        "sphere" => ShapeForm::Sphere(placed),
         "rectangle" => {
             plugin.boolean_or("face_normals", false)?;
-            Form::Rectangle(placed)
+            ShapeForm::Rectangle(placed)
         }
-        "disk" => Form::Disk(placed),
-        "cylinder" => Form::Cylinder(placed),
+        "disk" => ShapeForm::Disk(placed),
+        "cylinder" => ShapeForm::Cylinder(placed),
         _ => {
             let face_normals = plugin.boolean_or("face_normals", false)?;
             let source = mesh_source(plugin, name, files)?;
-            Form::Mesh(MeshForm {
+            ShapeForm::Mesh(MeshForm {
                 source,
                 placed,
                 face_normals,
@@ -196,7 +196,8 @@ fn sphere(plugin: &Plugin) -> Result<DMat4, LoadError> {
     Ok(DMat4::from_translation(center) * DMat4::from_scale(DVec3::splat(radius)))
 }
 
-/// From `p0` to `p1`; the directions across are Mitsuba's, so that u begins at the same place.
+/// The transform of a cylinder from `p0` to `p1`. The directions across are Mitsuba's, so that u begins at
+/// the same place.
 fn cylinder(plugin: &Plugin) -> Result<DMat4, LoadError> {
     let radius = plugin.positive_or("radius", 1.0)?;
     let p0 = plugin.vector("p0")?.map_or(DVec3::ZERO, |(point, _)| point);
@@ -228,7 +229,7 @@ fn mesh_source(plugin: &Plugin, name: &str, files: &mut Files) -> Result<MeshSou
         _ => return Ok(MeshSource::Cube),
     };
     let path = files.resolve(plugin.required_string("filename")?);
-    let bytes = match files.read(&path) {
+    let bytes = match files.read_named(&path) {
         Ok(bytes) => bytes,
         Err(message) => {
             let at = plugin.find("filename").map(|found| found.property.at);

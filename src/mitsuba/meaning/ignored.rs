@@ -1,9 +1,9 @@
-//! What the file holds and no result depends on.
+//! The contents of a file that no result depends on.
 
 use std::collections::HashSet;
 
 use super::plugin::what;
-use crate::mitsuba::syntax::{Object, ObjectIndex, Tree};
+use crate::mitsuba::syntax::{ObjectIndex, Tree, TreeObject};
 use crate::scene::Ignored;
 
 /// Entries in the order found, one for each object.
@@ -27,7 +27,7 @@ impl IgnoredList {
     }
 }
 
-fn with_id(object: &Object) -> String {
+fn with_id(object: &TreeObject) -> String {
     match &object.id {
         Some(id) => format!("{} (id \"{id}\")", what(object)),
         None => what(object),

@@ -1,28 +1,29 @@
-//! `<integrator>`: which paths a file asks for.
+//! The meaning of `<integrator>`: the paths that a file asks for.
 
 use super::plugin::Plugin;
 use crate::mitsuba::error::LoadError;
-use crate::mitsuba::syntax::{Kind, ObjectIndex, Tree};
+use crate::mitsuba::syntax::{ObjectIndex, ObjectKind, Tree};
 use crate::scene::Integrator;
 
-/// What an integrator says of paths; `None` for those that follow none, or otherwise than `path` does.
+/// The limits that an integrator sets on paths; `None` if it follows none, or follows them otherwise than
+/// `path` does.
 ///
-/// `aov` stands for the integrator inside of it. Parameters of other meaning are not looked at, as before: methods
-/// are chosen on the command line.
+/// `aov` stands for the integrator inside of it. Parameters of other meaning are not looked at: methods are
+/// chosen on the command line.
 ///
 /// # Errors
 ///
-/// Where a parameter is not what Mitsuba allows.
+/// If a parameter is not what Mitsuba allows.
 pub fn read(tree: &Tree, integrator: ObjectIndex) -> Result<Option<Integrator>, LoadError> {
     let plugin = Plugin::new(tree, integrator);
     let max_depth = match plugin.name() {
         "aov" => {
-            return match plugin.children(Kind::Integrator).first() {
+            return match plugin.children(ObjectKind::Integrator).first() {
                 Some((nested, _)) => read(tree, *nested),
                 None => Ok(None),
             };
         }
-        // Light that met one surface, whatever the file says.
+        // Direct light met one surface, whatever the file says.
         "direct" => Some(2),
         "path" | "ptracer" | "volpath" => {
             let depth = plugin.float_or("max_depth", -1.0)?;
@@ -43,7 +44,7 @@ pub fn read(tree: &Tree, integrator: ObjectIndex) -> Result<Option<Integrator>, 
     }))
 }
 
-/// Why an integrator makes no difference to other methods.
+/// Reason why an integrator makes no difference to other methods.
 pub fn why_ignored(found: Option<&Integrator>) -> &'static str {
     if found.is_some() {
         "methods are chosen on the command line; of this one paths from a camera take max_depth, \

@@ -1,13 +1,15 @@
 //! Refractive indices by name.
 
-use crate::mitsuba::error::{LoadError, did_you_mean};
+use crate::mitsuba::error::LoadError;
 use crate::mitsuba::syntax::{Value, shortened};
+use crate::setting::did_you_mean;
 
 use super::plugin::Plugin;
 
-/// Mitsuba's table (`include/mitsuba/render/ior.h`; read back from version 3.9.1 by
-/// `mi.load_dict({"type": "dielectric", "int_ior": name})`): gases at 0 °C and 1 atm, liquids at
-/// 20 °C, solids at room temperature.
+/// Mitsuba's table of indices: gases at 0 °C and 1 atm, liquids at 20 °C, solids at room temperature.
+///
+/// It is `include/mitsuba/render/ior.h`, read back from version 3.9.1 by
+/// `mi.load_dict({"type": "dielectric", "int_ior": name})`.
 const NAMED: [(&str, f64); 23] = [
     ("vacuum", 1.0),
     ("helium", 1.000036),

@@ -1,4 +1,4 @@
-//! `<bsdf>` becomes [`Material`].
+//! The meaning of `<bsdf>`, which becomes a [`Material`].
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -7,12 +7,13 @@ use super::plugin::Plugin;
 use super::spectra::{self, Role};
 use super::textures::Textures;
 use super::{ior, metals};
-use crate::mitsuba::error::{LoadError, did_you_mean};
+use crate::mitsuba::error::LoadError;
 use crate::mitsuba::files::Files;
-use crate::mitsuba::syntax::{Kind, ObjectIndex, Tree, shortened};
+use crate::mitsuba::syntax::{ObjectIndex, ObjectKind, Tree, shortened};
 use crate::optics::{FacetDistribution, RoughTransmittance};
 use crate::radiometry::Rgb;
 use crate::scene::{Coat, Color, Material, MaterialId, NormalTurn, Roughness};
+use crate::setting::did_you_mean;
 
 /// Every plugin that becomes a material.
 const MODELLED: [&str; 13] = [
@@ -31,13 +32,13 @@ const MODELLED: [&str; 13] = [
     "twosided",
 ];
 
-/// The reflectance of `diffuse` where the file gives none, and of a shape without a bsdf.
+/// The reflectance of `diffuse` if the file gives none, and of a shape without a bsdf.
 const DEFAULT_REFLECTANCE: f64 = 0.5;
 
-/// Mitsuba's roughness where the file gives none.
+/// Mitsuba's roughness if the file gives none.
 const DEFAULT_ALPHA: f64 = 0.1;
 
-/// Materials found so far; each bsdf of the file is read once.
+/// The materials so far; each bsdf of the file is read once.
 #[derive(Default)]
 pub struct Materials {
     pub list: Vec<Material>,
@@ -47,14 +48,14 @@ pub struct Materials {
 }
 
 impl Materials {
-    /// Whether a shape uses the bsdf.
+    /// True if a shape uses the bsdf.
     pub fn is_used(&self, bsdf: ObjectIndex) -> bool {
         self.known.contains_key(&bsdf)
     }
 
-    /// What a shape without a bsdf gets, as in Mitsuba: `diffuse` with reflectance 0.5.
+    /// The material of a shape without a bsdf, as in Mitsuba: `diffuse` with reflectance 0.5.
     ///
-    /// One that shines is black, as in Mitsuba, which keeps lamps from reflecting unless told to.
+    /// A shape that shines is black, as in Mitsuba: an area light does not reflect unless the file says so.
     pub fn default_material(&mut self, shines: bool) -> MaterialId {
         if let Some(id) = self.defaults[usize::from(shines)] {
             return id;
@@ -154,7 +155,7 @@ impl Materials {
         files: &mut Files,
     ) -> Result<MaterialId, LoadError> {
         let nested = plugin
-            .child(Kind::Bsdf)?
+            .child(ObjectKind::Bsdf)?
             .ok_or_else(|| plugin.error("needs a nested bsdf"))?;
         self.read(tree, nested, files)
     }
@@ -170,8 +171,8 @@ impl Materials {
         self.textures.color(tree, plugin, name, 1.0, files)
     }
 
-    /// `distribution`, and `alpha` or both of `alpha_u` and `alpha_v`. `sample_visible` changes how
-    /// Mitsuba samples, and no result.
+    /// The roughness: `distribution`, and `alpha` or both of `alpha_u` and `alpha_v`. `sample_visible`
+    /// changes how Mitsuba samples, and no result.
     fn roughness(
         &mut self,
         tree: &Tree,
@@ -280,7 +281,7 @@ impl Materials {
         let distribution = distribution(plugin)?;
         let alpha = plugin.positive_or("alpha", DEFAULT_ALPHA)?;
         let eta = interior_ior / exterior_ior;
-        // The table is the same for the same coat, and takes a while.
+        // The table is the same for the same coat, and takes a while to make.
         let like = self.list.iter().find_map(|known| match known {
             Material::RoughPlastic {
                 coat: other,
@@ -305,7 +306,8 @@ impl Materials {
         })
     }
 
-    /// `bumpmap` holds a texture of any name; `normalmap` one called `normalmap`.
+    /// A material with turned normals. `bumpmap` holds a texture of any name; `normalmap` holds one called
+    /// `normalmap`.
     fn turned(
         &mut self,
         tree: &Tree,
@@ -314,7 +316,7 @@ impl Materials {
     ) -> Result<Material, LoadError> {
         let by = if plugin.name() == "bumpmap" {
             let texture = plugin
-                .child(Kind::Texture)?
+                .child(ObjectKind::Texture)?
                 .ok_or_else(|| plugin.error("needs a nested texture"))?;
             if matches!(
                 tree.object(texture).plugin.as_str(),
@@ -358,7 +360,7 @@ impl Materials {
         plugin: &Plugin,
         files: &mut Files,
     ) -> Result<Material, LoadError> {
-        let sides = plugin.children(Kind::Bsdf);
+        let sides = plugin.children(ObjectKind::Bsdf);
         let (front, back) = match sides[..] {
             [(both, _)] => (both, both),
             [(front, _), (back, _)] => (front, back),
@@ -384,7 +386,7 @@ impl Materials {
         })
     }
 
-    /// Whether a material scatters on its front only and lets nothing through.
+    /// True if a material scatters on its front only and lets nothing through.
     fn is_one_sided(&self, id: MaterialId) -> bool {
         match &self.list[id.0 as usize] {
             Material::Diffuse { .. }
@@ -409,7 +411,7 @@ fn distribution(plugin: &Plugin) -> Result<FacetDistribution, LoadError> {
     match name.to_ascii_lowercase().as_str() {
         "beckmann" => Ok(FacetDistribution::Beckmann),
         "ggx" => Ok(FacetDistribution::Ggx),
-        // As if asked for, to complain with the parameter's place.
+        // Asked for again, so that the error names the parameter's place.
         _ => plugin
             .choice_or("distribution", &["beckmann", "ggx"], "beckmann")
             .map(|_| FacetDistribution::Beckmann),
@@ -427,10 +429,11 @@ fn differing_indices(plugin: &Plugin, inside: &str) -> Result<(f64, f64), LoadEr
     Ok((interior, exterior))
 }
 
-/// `eta` and `k`, or `material`; the perfect mirror (eta 0, k 1) where the file gives neither.
+/// The complex index: `eta` and `k`, or `material`; the perfect mirror (eta 0, k 1) if the file gives
+/// neither.
 ///
-/// Old files may give `extEta`, the index of what surrounds the metal: it divides eta and k, as
-/// Mitsuba 0.6 documents. (Mitsuba 3 rejects it.)
+/// Old files may give `extEta`, the index of the medium around the metal: it divides eta and k, as Mitsuba
+/// 0.6 documents. (Mitsuba 3 rejects it.)
 fn metal(tree: &Tree, plugin: &Plugin) -> Result<(Rgb, Rgb), LoadError> {
     let eta = spectra::read(tree, plugin, "eta", Role::Index)?;
     let k = spectra::read(tree, plugin, "k", Role::Index)?;

@@ -1,8 +1,8 @@
-//! The second step: what the plugins make of what the files say.
+//! The second step: the meaning of the plugins in the files.
 //!
-//! One file a kind of object. Each plugin asks for the properties it knows, with their units and
-//! limits; a property that nobody asked for is an error, as in Mitsuba. Defaults and meanings are
-//! those of Mitsuba 3.9.1, `scalar_rgb`.
+//! There is one file for each kind of object. Each plugin asks for the properties it knows, with their units
+//! and limits; a property that nobody asked for is an error, as in Mitsuba. Defaults and meanings are those
+//! of Mitsuba 3.9.1, `scalar_rgb`.
 
 mod cie;
 mod emitters;

@@ -1,33 +1,34 @@
-//! A plugin asks for its properties; what nobody asked for is an error.
+//! The interface between a plugin and its properties: a property that was not asked for is an error.
 
 use std::cell::{Cell, RefCell};
 
 use glam::DVec3;
 
 use crate::geometry::Transform;
-use crate::mitsuba::error::{LoadError, did_you_mean};
+use crate::mitsuba::error::LoadError;
 use crate::mitsuba::syntax::{
-    Kind, Object, ObjectIndex, Position, Property, Tree, Value, shortened,
+    ObjectIndex, ObjectKind, Position, Property, Tree, TreeObject, Value, shortened,
 };
 use crate::scene::SourcePosition;
+use crate::setting::did_you_mean;
 
-/// An object of the tree, and a record of what was asked of it.
+/// An object of the tree, and a record of the properties asked for.
 pub struct Plugin<'t> {
     tree: &'t Tree,
-    object: &'t Object,
+    object: &'t TreeObject,
     used: Vec<Cell<bool>>,
     asked: RefCell<Vec<String>>,
 }
 
-/// A property that was found.
+/// A property that an object has.
 #[derive(Clone, Copy)]
-pub struct Found<'t> {
+pub struct PropertyRef<'t> {
     pub property: &'t Property,
     pub value: &'t Value,
 }
 
 impl<'t> Plugin<'t> {
-    /// Nothing asked yet.
+    /// The plugin of an object, with nothing asked yet.
     pub fn new(tree: &'t Tree, object: ObjectIndex) -> Self {
         let object = tree.object(object);
         Self {
@@ -48,7 +49,7 @@ impl<'t> Plugin<'t> {
         what(self.object)
     }
 
-    /// Where it is declared.
+    /// The place where it is declared.
     pub fn source(&self) -> SourcePosition {
         self.tree.source(self.object.at)
     }
@@ -58,7 +59,7 @@ impl<'t> Plugin<'t> {
         self.tree.source(at)
     }
 
-    /// Whether its file predates Mitsuba 2.
+    /// True if its file predates Mitsuba 2.
     pub fn is_old(&self) -> bool {
         self.tree.is_old(self.object.at)
     }
@@ -82,7 +83,7 @@ impl<'t> Plugin<'t> {
     }
 
     /// The property with this name; from now on it counts as known.
-    pub fn find(&self, name: &str) -> Option<Found<'t>> {
+    pub fn find(&self, name: &str) -> Option<PropertyRef<'t>> {
         if !self.asked.borrow().iter().any(|asked| asked == name) {
             self.asked.borrow_mut().push(name.to_owned());
         }
@@ -93,13 +94,13 @@ impl<'t> Plugin<'t> {
             .position(|property| property.name == name)?;
         self.used[index].set(true);
         let property = &self.object.properties[index];
-        Some(Found {
+        Some(PropertyRef {
             property,
             value: &property.value,
         })
     }
 
-    fn wrong_type(&self, found: Found, name: &str, expected: &str) -> LoadError {
+    fn wrong_type(&self, found: PropertyRef, name: &str, expected: &str) -> LoadError {
         let message = format!("must be {expected}, not {}", found.value.what());
         self.parameter_error(found.property.at, name, message)
     }
@@ -116,12 +117,12 @@ impl<'t> Plugin<'t> {
         }
     }
 
-    /// A number, or `default` where the file gives none.
+    /// A number, or `default` if the file gives none.
     pub fn float_or(&self, name: &str, default: f64) -> Result<f64, LoadError> {
         Ok(self.float_at(name)?.map_or(default, |(number, _)| number))
     }
 
-    /// A number above zero, or `default` where the file gives none.
+    /// A number above zero, or `default` if the file gives none.
     pub fn positive_or(&self, name: &str, default: f64) -> Result<f64, LoadError> {
         match self.float_at(name)? {
             Some((number, at)) if number <= 0.0 => {
@@ -131,7 +132,7 @@ impl<'t> Plugin<'t> {
         }
     }
 
-    /// A whole number from `smallest` to `u32::MAX`, or `default` where the file gives none.
+    /// A whole number from `smallest` to `u32::MAX`, or `default` if the file gives none.
     pub fn integer_or(&self, name: &str, smallest: u32, default: u32) -> Result<u32, LoadError> {
         let Some(found) = self.find(name) else {
             return Ok(default);
@@ -148,7 +149,7 @@ impl<'t> Plugin<'t> {
         }
     }
 
-    /// True or false, or `default` where the file says neither.
+    /// True or false, or `default` if the file gives neither.
     pub fn boolean_or(&self, name: &str, default: bool) -> Result<bool, LoadError> {
         let Some(found) = self.find(name) else {
             return Ok(default);
@@ -176,7 +177,7 @@ impl<'t> Plugin<'t> {
             .ok_or_else(|| self.error(format!("needs the parameter \"{name}\"")))
     }
 
-    /// One of several words, or `default` where the file gives none.
+    /// One of several words, or `default` if the file gives none.
     pub fn choice_or(
         &self,
         name: &str,
@@ -233,7 +234,7 @@ impl<'t> Plugin<'t> {
     }
 
     /// The objects of one kind that it holds, whatever their names, in the file's order.
-    pub fn children(&self, kind: Kind) -> Vec<(ObjectIndex, Position)> {
+    pub fn children(&self, kind: ObjectKind) -> Vec<(ObjectIndex, Position)> {
         let mut children = Vec::new();
         for (property, used) in self.object.properties.iter().zip(&self.used) {
             if let Value::Object(child) = property.value
@@ -250,8 +251,8 @@ impl<'t> Plugin<'t> {
     ///
     /// # Errors
     ///
-    /// Where it holds several.
-    pub fn child(&self, kind: Kind) -> Result<Option<ObjectIndex>, LoadError> {
+    /// If it holds several.
+    pub fn child(&self, kind: ObjectKind) -> Result<Option<ObjectIndex>, LoadError> {
         match self.children(kind)[..] {
             [] => Ok(None),
             [(child, _)] => Ok(Some(child)),
@@ -262,8 +263,8 @@ impl<'t> Plugin<'t> {
         }
     }
 
-    /// Fails where it holds an object of a kind that is not modelled there.
-    pub fn refuse(&self, kind: Kind, why: &str) -> Result<(), LoadError> {
+    /// Fails if it holds an object of a kind that is not modelled there.
+    pub fn refuse(&self, kind: ObjectKind, why: &str) -> Result<(), LoadError> {
         match self.children(kind).first() {
             None => Ok(()),
             Some((child, at)) => {
@@ -277,14 +278,14 @@ impl<'t> Plugin<'t> {
         }
     }
 
-    /// Notes names as known that make no difference here.
+    /// Marks names as known that make no difference here.
     pub fn accept(&self, names: &[&str]) {
         for name in names {
             self.find(name);
         }
     }
 
-    /// Fails where the file gives a property that was never asked for, as Mitsuba does.
+    /// Fails if the file gives a property that was never asked for, as Mitsuba does.
     pub fn finish(self) -> Result<(), LoadError> {
         let strange = self
             .object
@@ -323,6 +324,6 @@ impl<'t> Plugin<'t> {
 }
 
 /// Tag and plugin, as messages name an object.
-pub fn what(object: &Object) -> String {
+pub fn what(object: &TreeObject) -> String {
     format!("{} \"{}\"", object.kind.tag(), shortened(&object.plugin))
 }

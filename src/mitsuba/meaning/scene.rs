@@ -1,38 +1,31 @@
-//! The scene element: everything in it, in the file's order.
+//! The meaning of the scene element: everything in it, in the file's order.
 
 use std::collections::{HashMap, HashSet};
 
 use rayon::prelude::*;
 
-use super::forms::{self, Form};
+use super::forms::{self, ShapeForm};
 use super::ignored::IgnoredList;
 use super::materials::Materials;
 use super::plugin::{Plugin, what};
 use super::{emitters, integrator, sensors};
 use crate::geometry::{Shape, Transform};
-use crate::mitsuba::error::{LoadError, did_you_mean};
+use crate::mitsuba::error::LoadError;
 use crate::mitsuba::files::Files;
-use crate::mitsuba::syntax::{Kind, ObjectIndex, Position, Tree, Value, shortened};
-use crate::scene::{
-    Emitter, Ignored, Integrator, Material, Object, Sensor, ShapeId, Texture, Warning,
-};
+use crate::mitsuba::syntax::{ObjectIndex, ObjectKind, Position, Tree, Value, shortened};
+use crate::scene::{Emitter, Object, SceneParts, Sensor, ShapeId, Warning};
+use crate::setting::did_you_mean;
 
-/// How many shapes instances may show in all: each is a shape of its own here, so that a small file of groups and
-/// instances would say more than any memory holds.
+/// Largest number of shapes that instances may show in all. Each is a shape of its own here, so that a small
+/// file of groups and instances could make more than any memory holds.
 const MOST_INSTANCED: usize = 1 << 18;
 
-/// What a scene means, forms not yet built.
+/// A scene whose forms are not yet built.
 #[derive(Debug)]
 pub struct Meaning {
-    pub forms: Vec<Form>,
-    pub objects: Vec<Object>,
-    pub materials: Vec<Material>,
-    pub textures: Vec<Texture>,
-    pub emitters: Vec<Emitter>,
-    pub sensors: Vec<Sensor>,
-    pub integrator: Option<Integrator>,
-    pub warnings: Vec<Warning>,
-    pub ignored: Vec<Ignored>,
+    pub forms: Vec<ShapeForm>,
+    /// All but the shapes, the path and the hash.
+    pub parts: SceneParts,
 }
 
 impl Meaning {
@@ -41,8 +34,12 @@ impl Meaning {
     /// # Errors
     ///
     /// The first shape in the file's order that cannot be made.
-    pub fn build_shapes(forms: Vec<Form>, objects: &[Object]) -> Result<Vec<Shape>, LoadError> {
-        let shapes: Vec<Result<Shape, String>> = forms.into_par_iter().map(Form::build).collect();
+    pub fn build_shapes(
+        forms: Vec<ShapeForm>,
+        objects: &[Object],
+    ) -> Result<Vec<Shape>, LoadError> {
+        let shapes: Vec<Result<Shape, String>> =
+            forms.into_par_iter().map(ShapeForm::build).collect();
         let blamed = shapes.into_iter().zip(objects).map(|(shape, object)| {
             shape.map_err(|message| {
                 let message = format!("shape \"{}\": {message}", object.plugin);
@@ -57,19 +54,18 @@ impl Meaning {
 ///
 /// # Errors
 ///
-/// What is not modelled, unknown, out of range or missing, at its place.
+/// If something is not modelled, unknown, out of range or missing; with its place.
 pub fn read(tree: &Tree, files: &mut Files) -> Result<Meaning, LoadError> {
     let mut reader = SceneReader {
         tree,
         files,
         materials: Materials::default(),
         ignored: IgnoredList::default(),
-        warnings: tree.warnings().to_vec(),
         forms: Vec::new(),
-        objects: Vec::new(),
-        emitters: Vec::new(),
-        sensors: Vec::new(),
-        integrator: None,
+        parts: SceneParts {
+            warnings: tree.warnings().to_vec(),
+            ..SceneParts::default()
+        },
         attached: HashSet::new(),
         instanced: 0,
         ids: Ids::new(tree),
@@ -82,18 +78,16 @@ pub fn read(tree: &Tree, files: &mut Files) -> Result<Meaning, LoadError> {
         reader.top_level(child)?;
     }
     reader.note_unused()?;
-    let mut warnings = reader.warnings;
-    warnings.append(&mut reader.materials.textures.warnings);
+    let mut parts = reader.parts;
+    parts.materials = reader.materials.list;
+    parts.textures = reader.materials.textures.list;
+    parts
+        .warnings
+        .append(&mut reader.materials.textures.warnings);
+    parts.ignored = reader.ignored.list;
     Ok(Meaning {
         forms: reader.forms,
-        objects: reader.objects,
-        materials: reader.materials.list,
-        textures: reader.materials.textures.list,
-        emitters: reader.emitters,
-        sensors: reader.sensors,
-        integrator: reader.integrator,
-        warnings,
-        ignored: reader.ignored.list,
+        parts,
     })
 }
 
@@ -102,16 +96,12 @@ struct SceneReader<'t, 'f> {
     files: &'f mut Files,
     materials: Materials,
     ignored: IgnoredList,
-    warnings: Vec<Warning>,
-    forms: Vec<Form>,
-    objects: Vec<Object>,
-    emitters: Vec<Emitter>,
-    sensors: Vec<Sensor>,
-    /// The first that says how paths end.
-    integrator: Option<Integrator>,
+    forms: Vec<ShapeForm>,
+    /// The parts so far. The integrator is the first that sets limits on paths.
+    parts: SceneParts,
     /// Emitters that belong to a shape.
     attached: HashSet<ObjectIndex>,
-    /// How many shapes instances show so far.
+    /// Number of shapes that instances show so far.
     instanced: usize,
     ids: Ids,
 }
@@ -121,55 +111,57 @@ impl SceneReader<'_, '_> {
         let tree = self.tree;
         let object = tree.object(child);
         match object.kind {
-            Kind::Shape => self.top_level_shape(child),
-            // It shines where a shape refers to it.
-            Kind::Emitter if object.plugin == "area" => Ok(()),
-            Kind::Emitter => {
+            ObjectKind::Shape => self.top_level_shape(child),
+            // It shines only if a shape refers to it.
+            ObjectKind::Emitter if object.plugin == "area" => Ok(()),
+            ObjectKind::Emitter => {
                 let emitter = emitters::read(tree, child, self.files)?;
-                if emitter.is_environment() && self.emitters.iter().any(Emitter::is_environment) {
+                if emitter.is_environment()
+                    && self.parts.emitters.iter().any(Emitter::is_environment)
+                {
                     return Err(Plugin::new(tree, child)
                         .error("is a second environment; a scene can have one"));
                 }
-                self.emitters.push(emitter);
+                self.parts.emitters.push(emitter);
                 Ok(())
             }
-            Kind::Sensor => {
+            ObjectKind::Sensor => {
                 let (kind, film) = sensors::read(tree, child)?;
                 let id = self.ids.of(tree, child, "");
                 self.note_sampler(child);
-                self.sensors.push(Sensor { id, kind, film });
+                self.parts.sensors.push(Sensor { id, kind, film });
                 Ok(())
             }
-            Kind::Integrator => {
+            ObjectKind::Integrator => {
                 let found = integrator::read(tree, child)?;
                 self.ignored
                     .add(tree, child, integrator::why_ignored(found.as_ref()));
-                self.integrator = self.integrator.take().or(found);
+                self.parts.integrator = self.parts.integrator.take().or(found);
                 Ok(())
             }
-            Kind::Bsdf
-            | Kind::Texture
-            | Kind::Medium
-            | Kind::Volume
-            | Kind::Phase
-            | Kind::Film
-            | Kind::Sampler
-            | Kind::Field
-            | Kind::ReconstructionFilter
-            | Kind::Scene => Ok(()),
+            ObjectKind::Bsdf
+            | ObjectKind::Texture
+            | ObjectKind::Medium
+            | ObjectKind::Volume
+            | ObjectKind::Phase
+            | ObjectKind::Film
+            | ObjectKind::Sampler
+            | ObjectKind::Field
+            | ObjectKind::ReconstructionFilter
+            | ObjectKind::Scene => Ok(()),
         }
     }
 
     fn note_sampler(&mut self, sensor: ObjectIndex) {
         let why = "the number of samples is chosen on the command line";
-        for (sampler, _) in Plugin::new(self.tree, sensor).children(Kind::Sampler) {
+        for (sampler, _) in Plugin::new(self.tree, sensor).children(ObjectKind::Sampler) {
             self.ignored.add(self.tree, sampler, why);
         }
     }
 
     fn top_level_shape(&mut self, shape: ObjectIndex) -> Result<(), LoadError> {
         match self.tree.object(shape).plugin.as_str() {
-            // Nothing by itself: instances show it.
+            // A group is nothing by itself: instances show it.
             "shapegroup" => Ok(()),
             "instance" => self.instance(shape),
             _ => self.shape(shape, None),
@@ -182,7 +174,7 @@ impl SceneReader<'_, '_> {
         let plugin = Plugin::new(tree, instance);
         let to_world = plugin.to_world()?;
         let group = plugin
-            .child(Kind::Shape)?
+            .child(ObjectKind::Shape)?
             .ok_or_else(|| plugin.error("needs a shapegroup"))?;
         if tree.object(group).plugin != "shapegroup" {
             return Err(plugin.error(format!(
@@ -193,7 +185,7 @@ impl SceneReader<'_, '_> {
         plugin.finish()?;
         let prefix = self.ids.of(tree, instance, "") + "/";
         let group = Plugin::new(tree, group);
-        for (member, _) in group.children(Kind::Shape) {
+        for (member, _) in group.children(ObjectKind::Shape) {
             self.instanced += 1;
             if self.instanced > MOST_INSTANCED {
                 return Err(Plugin::new(tree, instance).error(format!(
@@ -211,7 +203,8 @@ impl SceneReader<'_, '_> {
         group.finish()
     }
 
-    /// A shape with a form of its own. `instance`: what is applied last, and how ids begin.
+    /// Reads a shape with a form of its own. `instance`: the transform that is applied last, and the
+    /// beginning of ids.
     fn shape(
         &mut self,
         shape: ObjectIndex,
@@ -232,23 +225,23 @@ impl SceneReader<'_, '_> {
                 "is not modelled{hint}; modelled shapes are: {modelled}"
             )));
         };
-        plugin.refuse(Kind::Medium, "media are not modelled")?;
+        plugin.refuse(ObjectKind::Medium, "media are not modelled")?;
         plugin.float_or("silhouette_sampling_weight", 1.0)?;
-        let bsdf = plugin.child(Kind::Bsdf)?;
-        let emitter = plugin.child(Kind::Emitter)?;
+        let bsdf = plugin.child(ObjectKind::Bsdf)?;
+        let emitter = plugin.child(ObjectKind::Emitter)?;
         let material = match bsdf {
             Some(bsdf) => self.materials.read(tree, bsdf, self.files)?,
             None => self.materials.default_material(emitter.is_some()),
         };
-        let id = ShapeId(self.objects.len() as u32);
-        let meters = plugin.children(Kind::Sensor);
+        let id = ShapeId(self.parts.objects.len() as u32);
+        let meters = plugin.children(ObjectKind::Sensor);
         if instance.is_some() {
             plugin.refuse(
-                Kind::Emitter,
+                ObjectKind::Emitter,
                 "a shape that is shown by instances cannot shine",
             )?;
             plugin.refuse(
-                Kind::Sensor,
+                ObjectKind::Sensor,
                 "a shape that is shown by instances cannot be measured",
             )?;
         }
@@ -261,11 +254,11 @@ impl SceneReader<'_, '_> {
             }
             let textures = &mut self.materials.textures;
             let area = emitters::read_area(tree, emitter, id, textures, self.files)?;
-            self.emitters.push(area);
+            self.parts.emitters.push(area);
         }
         self.meters(&meters, id)?;
         let object_id = self.ids.of(tree, shape, prefix);
-        self.objects.push(Object {
+        self.parts.objects.push(Object {
             id: object_id,
             plugin: name,
             declared_at,
@@ -282,42 +275,44 @@ impl SceneReader<'_, '_> {
     ) -> Result<(), LoadError> {
         for (number, (meter, at)) in meters.iter().enumerate() {
             let (kind, film, warning) = sensors::read_meter(self.tree, *meter, shape)?;
-            self.warnings.extend(warning);
+            self.parts.warnings.extend(warning);
             if number == 1 {
-                self.warnings.push(Warning {
+                self.parts.warnings.push(Warning {
                     at: Some(self.tree.source(*at)),
                     message: "the shape has several sensors; Mitsuba 3 allows one".to_owned(),
                 });
             }
             let id = self.ids.of(self.tree, *meter, "");
             self.note_sampler(*meter);
-            self.sensors.push(Sensor { id, kind, film });
+            self.parts.sensors.push(Sensor { id, kind, film });
         }
         Ok(())
     }
 
-    /// Top-level objects that no shape or sensor refers to.
+    /// Notes top-level objects that no shape or sensor refers to.
     fn note_unused(&mut self) -> Result<(), LoadError> {
         for property in &self.tree.root().properties {
             let Value::Object(child) = property.value else {
                 continue;
             };
             let why = match self.tree.object(child).kind {
-                Kind::Emitter
+                ObjectKind::Emitter
                     if self.tree.object(child).plugin == "area"
                         && !self.attached.contains(&child) =>
                 {
                     return Err(Plugin::new(self.tree, child).error("must belong to a shape"));
                 }
-                Kind::Bsdf if self.materials.is_used(child) => continue,
-                Kind::Bsdf => "no shape uses it",
-                Kind::Texture if self.materials.textures.is_used(child) => continue,
-                Kind::Sampler | Kind::Film | Kind::ReconstructionFilter => {
+                ObjectKind::Bsdf if self.materials.is_used(child) => continue,
+                ObjectKind::Bsdf => "no shape uses it",
+                ObjectKind::Texture if self.materials.textures.is_used(child) => continue,
+                ObjectKind::Sampler | ObjectKind::Film | ObjectKind::ReconstructionFilter => {
                     "it belongs to no sensor"
                 }
-                Kind::Texture | Kind::Medium | Kind::Volume | Kind::Phase | Kind::Field => {
-                    "nothing that is modelled uses it"
-                }
+                ObjectKind::Texture
+                | ObjectKind::Medium
+                | ObjectKind::Volume
+                | ObjectKind::Phase
+                | ObjectKind::Field => "nothing that is modelled uses it",
                 _ => continue,
             };
             self.ignored.add(self.tree, child, why);
@@ -328,7 +323,7 @@ impl SceneReader<'_, '_> {
 
 /// Names for shapes and sensors, each once.
 struct Ids {
-    /// The file's ids and those made so far.
+    /// The ids in the file and those made so far.
     taken: HashSet<String>,
     made: HashMap<String, u32>,
 }

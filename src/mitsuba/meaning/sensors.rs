@@ -1,18 +1,19 @@
-//! `<sensor>` becomes [`SensorKind`] and [`Film`].
+//! The meaning of `<sensor>`, which becomes a [`SensorKind`] and a [`Film`].
 
 use glam::{DMat3, DVec2};
 
 use super::film;
 use super::plugin::Plugin;
 use crate::geometry::Transform;
-use crate::mitsuba::error::{LoadError, did_you_mean};
-use crate::mitsuba::syntax::{Kind, ObjectIndex, Tree, shortened};
+use crate::mitsuba::error::LoadError;
+use crate::mitsuba::syntax::{ObjectIndex, ObjectKind, Tree, shortened};
 use crate::scene::{Film, Perspective, ReconstructionFilter, SensorKind, ShapeId, Warning};
+use crate::setting::did_you_mean;
 
 /// Every plugin that becomes a sensor.
 const MODELLED: [&str; 4] = ["irradiancemeter", "orthographic", "perspective", "thinlens"];
 
-/// How far the products of a camera's axes may be from 0 and 1: Mitsuba's own limit
+/// Largest deviation of the products of a camera's axes from 0 and 1: Mitsuba's own limit
 /// (`AffineTransform::has_scale`).
 const RIGID_TOLERANCE: f64 = 1e-3;
 
@@ -64,7 +65,7 @@ pub fn read(tree: &Tree, sensor: ObjectIndex) -> Result<(SensorKind, Film), Load
     Ok((kind, film))
 }
 
-/// A sensor that belongs to a shape; warns where Mitsuba would blur over texels.
+/// A sensor that belongs to a shape, with a warning if Mitsuba would blur over texels.
 pub fn read_meter(
     tree: &Tree,
     sensor: ObjectIndex,
@@ -102,13 +103,13 @@ fn not_modelled(plugin: &Plugin) -> LoadError {
     ))
 }
 
-/// What all sensors share; samplers and shutters make no difference here.
+/// Reads the parameters that all sensors share; samplers and shutters make no difference here.
 fn common(tree: &Tree, plugin: &Plugin) -> Result<Film, LoadError> {
-    plugin.refuse(Kind::Medium, "media are not modelled")?;
-    plugin.children(Kind::Sampler);
+    plugin.refuse(ObjectKind::Medium, "media are not modelled")?;
+    plugin.children(ObjectKind::Sampler);
     plugin.float_or("shutter_open", 0.0)?;
     plugin.float_or("shutter_close", 0.0)?;
-    film::read(tree, plugin.child(Kind::Film)?)
+    film::read(tree, plugin.child(ObjectKind::Film)?)
 }
 
 fn clips(plugin: &Plugin) -> Result<(f64, f64), LoadError> {
@@ -120,7 +121,7 @@ fn clips(plugin: &Plugin) -> Result<(f64, f64), LoadError> {
     Ok((near, far))
 }
 
-/// Mitsuba rejects cameras that stretch space.
+/// Fails for a camera that stretches space, as Mitsuba does.
 fn must_be_rigid(plugin: &Plugin, to_world: &Transform) -> Result<(), LoadError> {
     let linear = DMat3::from_mat4(to_world.matrix());
     if (linear * linear.transpose()).abs_diff_eq(DMat3::IDENTITY, RIGID_TOLERANCE) {
@@ -130,10 +131,10 @@ fn must_be_rigid(plugin: &Plugin, to_world: &Transform) -> Result<(), LoadError>
     }
 }
 
-/// The full horizontal field of view of the uncropped film, in radians.
+/// The full horizontal field of view of the uncropped film \[rad\].
 ///
-/// `fov` is in degrees along `fov_axis`; without it, `focal_length` ("50mm" by default) is that of a
-/// 35 mm still camera, whose film measures 36 mm x 24 mm and whose diagonal is the image's.
+/// `fov` is in degrees along `fov_axis`. Without it, `focal_length` ("50mm" by default) is that of a 35 mm
+/// still camera. Its film measures 36 mm x 24 mm, and its diagonal is the image's.
 fn horizontal_fov(plugin: &Plugin, film: &Film) -> Result<f64, LoadError> {
     let aspect = f64::from(film.width) / f64::from(film.height);
     let Some((degrees, at)) = plugin.float_at("fov")? else {

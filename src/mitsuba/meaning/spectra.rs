@@ -1,13 +1,13 @@
-//! Radiometric parameters: floats, colours and spectra become linear sRGB.
+//! Radiometric parameters: conversion of floats, colours and spectra to linear sRGB.
 
 use crate::mitsuba::error::LoadError;
-use crate::mitsuba::syntax::{Kind, ObjectIndex, Position, Spectrum, Tree, Value};
+use crate::mitsuba::syntax::{ObjectIndex, ObjectKind, Position, Spectrum, Tree, Value};
 use crate::radiometry::Rgb;
 
 use super::cie::{self, Weight};
 use super::plugin::{Plugin, what};
 
-/// What a parameter means, which decides its limits and how spectra are weighted.
+/// The role of a parameter, which decides its limits and the weight of spectra.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
     /// Light: not negative.
@@ -18,7 +18,7 @@ pub enum Role {
     Index,
 }
 
-/// The parameter `name` of a plugin in linear sRGB, and its place; `None` where the file has none.
+/// The parameter `name` of a plugin in linear sRGB, and its place; `None` if the file has none.
 ///
 /// | element | emission | fraction or index |
 /// |---|---|---|
@@ -34,7 +34,7 @@ pub enum Role {
 ///
 /// # Errors
 ///
-/// Textures and spectra from files are not modelled; numbers out of range.
+/// If it is a texture or a spectrum from a file, which are not modelled, or a number out of range.
 pub fn read(
     tree: &Tree,
     plugin: &Plugin,
@@ -59,7 +59,7 @@ pub fn read(
                 "spectra from files are not modelled; give numbers or wavelength:value pairs";
             return Err(plugin.parameter_error(at, name, message));
         }
-        Value::Object(child) if tree.object(child).kind == Kind::Texture => {
+        Value::Object(child) if tree.object(child).kind == ObjectKind::Texture => {
             nested(tree, plugin, name, child, role)?
         }
         ref other => {
@@ -87,7 +87,7 @@ pub fn read(
     }
 }
 
-/// [`read`], or `default` where the file gives nothing.
+/// As [`read`], or `default` if the file gives nothing.
 pub fn read_or(
     tree: &Tree,
     plugin: &Plugin,
@@ -102,7 +102,7 @@ fn integrated(samples: &[(f64, f64)], role: Role) -> Rgb {
     match role {
         Role::Emission => cie::to_srgb(samples, Weight::Emission),
         Role::Index => cie::to_srgb(samples, Weight::UnderD65),
-        // Saturated colours may leave sRGB's cube; Mitsuba cuts them off, too.
+        // Saturated colours may leave sRGB's cube; Mitsuba clamps them, too.
         Role::Fraction => cie::to_srgb(samples, Weight::UnderD65).map(|channel| channel.min(1.0)),
     }
 }

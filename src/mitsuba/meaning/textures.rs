@@ -1,4 +1,4 @@
-//! `<texture>` becomes [`Texture`].
+//! The meaning of `<texture>`, which becomes a [`Texture`].
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -10,25 +10,26 @@ use super::spectra::{self, Role};
 use crate::film::bitmap::{Bitmap, BitmapEncoding};
 use crate::mitsuba::error::LoadError;
 use crate::mitsuba::files::Files;
-use crate::mitsuba::syntax::{Kind, ObjectIndex, Spectrum, Tree, Value};
+use crate::mitsuba::syntax::{ObjectIndex, ObjectKind, Spectrum, Tree, Value};
 use crate::radiometry::Rgb;
 use crate::scene::{
     BitmapTexture, Color, Scalar, Texture, TextureFilter, TextureId, TextureWrap, Warning,
 };
 
-/// Textures found so far; each texture of the file is read once.
+/// The textures so far; each texture of the file is read once.
 #[derive(Default)]
 pub struct Textures {
     pub list: Vec<Texture>,
-    /// `None` where the image is missing.
+    /// `None` if the image is missing.
     known: HashMap<ObjectIndex, Option<TextureId>>,
     pub warnings: Vec<Warning>,
 }
 
-/// Whether it varies over a surface (and is not a plain spectrum with a type).
+/// True if it varies over a surface (and is not a plain spectrum with a type).
 fn is_texture(tree: &Tree, object: ObjectIndex) -> bool {
     let object = tree.object(object);
-    object.kind == Kind::Texture && !matches!(object.plugin.as_str(), "uniform" | "srgb" | "d65")
+    object.kind == ObjectKind::Texture
+        && !matches!(object.plugin.as_str(), "uniform" | "srgb" | "d65")
 }
 
 /// The texture that a parameter refers to, if any.
@@ -40,15 +41,15 @@ fn of_parameter(tree: &Tree, plugin: &Plugin, name: &str) -> Option<ObjectIndex>
 }
 
 impl Textures {
-    /// Whether a material uses the texture.
+    /// True if a material uses the texture.
     pub fn is_used(&self, texture: ObjectIndex) -> bool {
         self.known.contains_key(&texture)
     }
 
-    /// A fraction of light, or `default` where the file gives none.
+    /// A fraction of light, or `default` if the file gives none.
     ///
-    /// [`Color::Unknown`] for a missing image and a spectrum from a file: what ends specular chains may
-    /// have any colour, and only what sees it has to know.
+    /// It is [`Color::Unknown`] for a missing image and a spectrum from a file. A surface that ends specular
+    /// chains may have any colour: only a sensor that sees it needs to know.
     pub fn color(
         &mut self,
         tree: &Tree,
@@ -72,9 +73,9 @@ impl Textures {
         spectra::read_or(tree, plugin, name, Role::Fraction, default).map(Color::Constant)
     }
 
-    /// A factor on what a smooth interface reflects or lets through, 1 where the file gives none.
+    /// A factor on the light that a smooth interface reflects or lets through; 1 if the file gives none.
     ///
-    /// Unlike [`Self::color`]'s its image must be there: chains go on by it.
+    /// Unlike for [`Self::color`], the image must be there: chains go on by it.
     pub fn filter(
         &mut self,
         tree: &Tree,
@@ -107,7 +108,7 @@ impl Textures {
         }
     }
 
-    /// A number not below 0, or `default` where the file gives none.
+    /// A number not below 0, or `default` if the file gives none.
     pub fn scalar(
         &mut self,
         tree: &Tree,
@@ -130,7 +131,7 @@ impl Textures {
         }
     }
 
-    /// A share of light, the same in all channels, or `default` where the file gives none.
+    /// A share of light, the same in all channels, or `default` if the file gives none.
     pub fn share(
         &mut self,
         tree: &Tree,
@@ -151,7 +152,7 @@ impl Textures {
         }
     }
 
-    /// The texture that light is given by, if it is one; its image must be there, and not be negative.
+    /// The texture that gives an emitter's light, if it is one; its image must be there, and not be negative.
     pub fn emission(
         &mut self,
         tree: &Tree,
@@ -172,7 +173,7 @@ impl Textures {
         }
     }
 
-    /// Fails where an image has negative texels, warns where it has some above 1.
+    /// Fails if an image has negative texels; warns if it has some above 1.
     fn check_fraction(&mut self, texture: &Plugin, id: TextureId) -> Result<(), LoadError> {
         let Some([low, high]) = self.range(id) else {
             return Ok(());
@@ -231,7 +232,7 @@ impl Textures {
         Err(Plugin::new(tree, texture).error(message))
     }
 
-    /// A texture; `None`, with a warning, where its image is missing.
+    /// A texture; `None`, with a warning, if its image is missing.
     pub fn read(
         &mut self,
         tree: &Tree,
@@ -267,9 +268,9 @@ impl Textures {
 
     /// An image file, which is decoded here.
     ///
-    /// Mitsuba keeps images of up to 16 bits a channel in half floats unless told otherwise: there values
-    /// are rounded to 11 bits, here they are not. `gamma`, `cache`, `maxAnisotropy` and the filters
-    /// `trilinear` and `ewa` (bilinear, for want of a footprint) are known in old files only.
+    /// Unless told otherwise, Mitsuba keeps images of up to 16 bits a channel in half floats. Values are
+    /// rounded to 11 bits there, but not here. `gamma`, `cache`, `maxAnisotropy` and the filters `trilinear`
+    /// and `ewa` (bilinear, for want of a footprint) are known in old files only.
     fn bitmap(&mut self, plugin: &Plugin, files: &mut Files) -> Result<Option<Texture>, LoadError> {
         let filter = match plugin.choice_or(
             "filter_type",
@@ -319,7 +320,7 @@ impl Textures {
             });
             return Ok(None);
         }
-        let image = files.read(&path).and_then(|bytes| {
+        let image = files.read_named(&path).and_then(|bytes| {
             Bitmap::read(&bytes, encoding).map_err(|error| format!("{}: {error}", path.display()))
         });
         let image = image.map_err(|message| plugin.error(message))?;
@@ -340,7 +341,7 @@ impl Textures {
     ) -> Result<Option<Texture>, LoadError> {
         let scale = spectra::read_or(tree, plugin, "scale", Role::Index, 1.0)?;
         let child = plugin
-            .child(Kind::Texture)?
+            .child(ObjectKind::Texture)?
             .ok_or_else(|| plugin.error("needs a nested texture"))?;
         let nested = self.read(tree, child, files)?;
         Ok(nested.map(|nested| Texture::Scaled { nested, scale }))
@@ -358,7 +359,7 @@ fn checkerboard(tree: &Tree, plugin: &Plugin) -> Result<Texture, LoadError> {
     })
 }
 
-/// The part of `to_uv` that Mitsuba uses: what the matrix does to x and y, third row and column left out.
+/// The part of `to_uv` that Mitsuba uses: its action on x and y, third row and column left out.
 fn to_uv(plugin: &Plugin) -> Result<DMat3, LoadError> {
     let Some((transform, _)) = plugin.transform("to_uv")? else {
         return Ok(DMat3::IDENTITY);

@@ -4,8 +4,8 @@ use glam::{DVec2, DVec3};
 
 use crate::geometry::MeshParts;
 
-/// The normal of each side, and its corners: the order in which Mitsuba's `cube` has them, so that
-/// indices and (u, v) agree.
+/// The normal of each side, and its corners. Their order is that of Mitsuba's `cube`, so that indices and (u,
+/// v) agree.
 #[rustfmt::skip]
 const SIDES: [([i8; 3], [[i8; 3]; 4]); 6] = [
     ([0, -1, 0], [[1, -1, -1], [1, -1, 1], [-1, -1, 1], [-1, -1, -1]]),
@@ -19,7 +19,7 @@ const SIDES: [([i8; 3], [[i8; 3]; 4]); 6] = [
 /// The (u, v) of each side's corners.
 const UVS: [[f64; 2]; 4] = [[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]];
 
-/// [-1, 1]³ in 12 triangles with outward normals; each side has its own four vertices.
+/// The cube [-1, 1]³ in 12 triangles with outward normals; each side has its own four vertices.
 pub fn cube() -> MeshParts {
     let vector = |[x, y, z]: [i8; 3]| DVec3::new(x.into(), y.into(), z.into());
     let mut parts = MeshParts::default();

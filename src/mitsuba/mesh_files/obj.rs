@@ -1,39 +1,40 @@
 //! Wavefront OBJ.
 //!
-//! One mesh from a whole file, groups and materials notwithstanding, as Mitsuba does: corners with
-//! the same position, texture coordinate and normal become one vertex, polygons become fans. (The
-//! crate tobj splits a file into a mesh a group, which opens edges between groups, and reports
-//! no line numbers; so the reader is our own, and tobj is the oracle of a test.)
+//! As in Mitsuba, a whole file is one mesh, whatever its groups and materials. Corners with the same
+//! position, texture coordinate and normal become one vertex; polygons become fans.
+//!
+//! The reader is our own. The crate tobj splits a file into a mesh a group, which opens edges between groups,
+//! and reports no line numbers. It is the oracle of a test.
 
 use std::collections::HashMap;
 
 use glam::{DVec2, DVec3};
 
-use super::{MeshFileError, Place};
+use super::error::{FilePlace, MeshFileError};
 use crate::geometry::MeshParts;
 
-/// No texture coordinate, no normal, or the end of a chain.
+/// Mark for no texture coordinate, no normal, or the end of a chain.
 const NONE: u32 = u32::MAX;
-/// How many vertices share a position before a hash table takes over from the chain: the chain is
-/// faster for what meshes have (a handful), the table keeps hostile files from quadratic time.
+/// Number of vertices that may share a position before a hash table takes over from the chain. The chain is
+/// faster for the handful that meshes have; the table keeps hostile files from quadratic time.
 const LONGEST_CHAIN: usize = 16;
 
 /// The vertices and triangles of an OBJ file.
 pub fn parse(bytes: &[u8]) -> Result<MeshParts, MeshFileError> {
-    let mut reader = Reader::default();
+    let mut reader = ObjReader::default();
     for (number, line) in bytes.split(|byte| *byte == b'\n').enumerate() {
         reader
             .line(line)
-            .map_err(|message| MeshFileError::new(Place::Line(number + 1), message))?;
+            .map_err(|message| MeshFileError::new(FilePlace::Line(number + 1), message))?;
     }
     if reader.triangles.is_empty() {
-        return Err(MeshFileError::new(Place::File, "holds no faces"));
+        return Err(MeshFileError::new(FilePlace::File, "holds no faces"));
     }
     Ok(reader.finish())
 }
 
 #[derive(Default)]
-struct Reader {
+struct ObjReader {
     positions: Vec<DVec3>,
     uvs: Vec<DVec2>,
     normals: Vec<DVec3>,
@@ -43,25 +44,25 @@ struct Reader {
 
 /// A corner of a face: position, texture coordinate, normal.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
-struct Corner {
+struct ObjCorner {
     position: u32,
     uv: u32,
     normal: u32,
 }
 
-/// Each distinct corner is a vertex, numbered in the order of first use.
+/// The distinct corners: each is a vertex, numbered in the order of first use.
 #[derive(Default)]
 struct Corners {
-    list: Vec<Corner>,
+    list: Vec<ObjCorner>,
     /// The next vertex with the same position.
     next: Vec<u32>,
     /// The first vertex with a position.
     first: Vec<u32>,
-    beyond_chains: HashMap<Corner, u32>,
+    beyond_chains: HashMap<ObjCorner, u32>,
 }
 
 impl Corners {
-    fn vertex(&mut self, corner: Corner) -> Result<u32, String> {
+    fn vertex(&mut self, corner: ObjCorner) -> Result<u32, String> {
         let position = corner.position as usize;
         if self.first.len() <= position {
             self.first.resize(position + 1, NONE);
@@ -91,7 +92,7 @@ impl Corners {
         Ok(new)
     }
 
-    fn push(&mut self, corner: Corner) -> Result<u32, String> {
+    fn push(&mut self, corner: ObjCorner) -> Result<u32, String> {
         let new = u32::try_from(self.list.len())
             .ok()
             .filter(|new| *new != NONE);
@@ -102,12 +103,12 @@ impl Corners {
     }
 }
 
-/// Says which of its kind, from 0, something is about.
+/// Puts the item that an error is about before its message: its kind, and its number from 0.
 fn of(kind: &'static str, index: usize) -> impl Fn(String) -> String {
     move |message| format!("{kind} {index}: {message}")
 }
 
-impl Reader {
+impl ObjReader {
     fn line(&mut self, line: &[u8]) -> Result<(), String> {
         let mut words = line
             .split(u8::is_ascii_whitespace)
@@ -126,7 +127,7 @@ impl Reader {
                 self.uvs.push(DVec2::from_array(uv));
             }
             Some(b"f") => self.face(words)?,
-            // Groups, materials, smoothing, lines, points, comments.
+            // Groups, materials, smoothing, lines, points and comments mean nothing here.
             _ => {}
         }
         Ok(())
@@ -151,14 +152,14 @@ impl Reader {
         Ok(())
     }
 
-    /// `v`, `v/vt`, `v//vn` or `v/vt/vn`.
-    fn corner(&self, word: &[u8]) -> Result<Corner, String> {
+    /// A corner: `v`, `v/vt`, `v//vn` or `v/vt/vn`.
+    fn corner(&self, word: &[u8]) -> Result<ObjCorner, String> {
         let mut parts = word.split(|byte| *byte == b'/');
         let mut index = |count: usize, what: &str| match parts.next() {
             None | Some(b"") => Ok(NONE),
             Some(text) => resolve(text, count, what),
         };
-        let corner = Corner {
+        let corner = ObjCorner {
             position: index(self.positions.len(), "vertex")?,
             uv: index(self.uvs.len(), "texture coordinate")?,
             normal: index(self.normals.len(), "normal")?,
@@ -174,14 +175,14 @@ impl Reader {
 
     fn finish(self) -> MeshParts {
         let corners = &self.corners.list;
-        let position = |corner: &Corner| self.positions[corner.position as usize];
-        let normal = |corner: &Corner| {
+        let position = |corner: &ObjCorner| self.positions[corner.position as usize];
+        let normal = |corner: &ObjCorner| {
             self.normals
                 .get(corner.normal as usize)
                 .copied()
                 .unwrap_or_default()
         };
-        let uv = |corner: &Corner| {
+        let uv = |corner: &ObjCorner| {
             self.uvs
                 .get(corner.uv as usize)
                 .copied()
@@ -199,7 +200,7 @@ impl Reader {
     }
 }
 
-/// From 1 upwards, or from -1 (the latest) downwards.
+/// The index that a number in a file means: from 1 upwards, or from -1 (the latest) downwards.
 fn resolve(text: &[u8], count: usize, what: &str) -> Result<u32, String> {
     let number: i64 = parse_word(text)
         .ok_or_else(|| format!("\"{}\" is not a number of a {what}", lossy(text)))?;
@@ -217,7 +218,7 @@ fn resolve(text: &[u8], count: usize, what: &str) -> Result<u32, String> {
     }
 }
 
-/// The first N numbers; what follows (weights, colours) is let be.
+/// The first N numbers; the rest (weights, colours) is ignored.
 fn numbers<'a, const N: usize>(
     mut words: impl Iterator<Item = &'a [u8]>,
 ) -> Result<[f64; N], String> {

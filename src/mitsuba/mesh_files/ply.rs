@@ -1,14 +1,14 @@
 //! Stanford PLY, ascii and binary.
 //!
-//! The element `vertex` gives positions (`x y z`), normals (`nx ny nz`) and texture coordinates
-//! (`u v`, `s t` or `texture_u texture_v`); the list `vertex_indices` or `vertex_index` of `face`
-//! gives polygons, which become fans. Either may have a colour (`r g b` or `red green blue`): its numbers
-//! are taken as they are, whole ones too, as Mitsuba does. Everything else is skipped.
+//! The element `vertex` gives positions (`x y z`), normals (`nx ny nz`) and texture coordinates (`u v`, `s t`
+//! or `texture_u texture_v`). The list `vertex_indices` or `vertex_index` of `face` gives polygons, which
+//! become fans. Either may have a colour (`r g b` or `red green blue`). As in Mitsuba, its numbers are taken
+//! as they are, whole ones too. Everything else is skipped.
 
 use glam::{DVec2, DVec3};
 
-use super::ply_header::{self, Element, Encoding, Layout, Scalar};
-use super::{MeshFileError, Place, check_indices};
+use super::error::{FilePlace, MeshFileError, check_indices};
+use super::ply_header::{self, PlyElement, PlyEncoding, PlyLayout, PlyScalar};
 use crate::geometry::MeshParts;
 use crate::mitsuba::files::line_ends;
 
@@ -17,21 +17,21 @@ pub fn parse(bytes: &[u8]) -> Result<MeshParts, MeshFileError> {
     let header = ply_header::parse(bytes)?;
     let body = &bytes[header.body..];
     match header.encoding {
-        Encoding::Ascii => read(
+        PlyEncoding::Ascii => read(
             &header.elements,
             Ascii {
                 rest: body,
                 line: header.lines + 1,
             },
         ),
-        Encoding::LittleEndian => read(
+        PlyEncoding::LittleEndian => read(
             &header.elements,
             Binary::<false> {
                 bytes,
                 at: header.body,
             },
         ),
-        Encoding::BigEndian => read(
+        PlyEncoding::BigEndian => read(
             &header.elements,
             Binary::<true> {
                 bytes,
@@ -43,12 +43,12 @@ pub fn parse(bytes: &[u8]) -> Result<MeshParts, MeshFileError> {
 
 /// The numbers of a body, one after the other. `f64` holds every type exactly.
 trait Numbers {
-    fn next(&mut self, scalar: Scalar) -> Result<f64, MeshFileError>;
+    fn next(&mut self, scalar: PlyScalar) -> Result<f64, MeshFileError>;
     /// The fewest bytes that a number of a type takes.
-    fn least_bytes(scalar: Scalar) -> usize;
-    /// How many bytes are left.
+    fn least_bytes(scalar: PlyScalar) -> usize;
+    /// Number of bytes left.
     fn rest(&self) -> usize;
-    fn place(&self) -> Place;
+    fn place(&self) -> FilePlace;
 }
 
 struct Ascii<'a> {
@@ -57,7 +57,7 @@ struct Ascii<'a> {
 }
 
 impl Numbers for Ascii<'_> {
-    fn next(&mut self, _: Scalar) -> Result<f64, MeshFileError> {
+    fn next(&mut self, _: PlyScalar) -> Result<f64, MeshFileError> {
         let blank = self
             .rest
             .iter()
@@ -88,7 +88,7 @@ impl Numbers for Ascii<'_> {
         })
     }
 
-    fn least_bytes(_: Scalar) -> usize {
+    fn least_bytes(_: PlyScalar) -> usize {
         2 // a digit and a blank
     }
 
@@ -96,8 +96,8 @@ impl Numbers for Ascii<'_> {
         self.rest.len() + 1 // the last blank may be missing
     }
 
-    fn place(&self) -> Place {
-        Place::Line(self.line)
+    fn place(&self) -> FilePlace {
+        FilePlace::Line(self.line)
     }
 }
 
@@ -123,20 +123,20 @@ impl<const BIG_ENDIAN: bool> Binary<'_, BIG_ENDIAN> {
 
 impl<const BIG_ENDIAN: bool> Numbers for Binary<'_, BIG_ENDIAN> {
     #[inline]
-    fn next(&mut self, scalar: Scalar) -> Result<f64, MeshFileError> {
+    fn next(&mut self, scalar: PlyScalar) -> Result<f64, MeshFileError> {
         Ok(match scalar {
-            Scalar::I8 => i8::from_le_bytes(self.take()?).into(),
-            Scalar::U8 => u8::from_le_bytes(self.take()?).into(),
-            Scalar::I16 => i16::from_le_bytes(self.take()?).into(),
-            Scalar::U16 => u16::from_le_bytes(self.take()?).into(),
-            Scalar::I32 => i32::from_le_bytes(self.take()?).into(),
-            Scalar::U32 => u32::from_le_bytes(self.take()?).into(),
-            Scalar::F32 => f32::from_le_bytes(self.take()?).into(),
-            Scalar::F64 => f64::from_le_bytes(self.take()?),
+            PlyScalar::I8 => i8::from_le_bytes(self.take()?).into(),
+            PlyScalar::U8 => u8::from_le_bytes(self.take()?).into(),
+            PlyScalar::I16 => i16::from_le_bytes(self.take()?).into(),
+            PlyScalar::U16 => u16::from_le_bytes(self.take()?).into(),
+            PlyScalar::I32 => i32::from_le_bytes(self.take()?).into(),
+            PlyScalar::U32 => u32::from_le_bytes(self.take()?).into(),
+            PlyScalar::F32 => f32::from_le_bytes(self.take()?).into(),
+            PlyScalar::F64 => f64::from_le_bytes(self.take()?),
         })
     }
 
-    fn least_bytes(scalar: Scalar) -> usize {
+    fn least_bytes(scalar: PlyScalar) -> usize {
         scalar.bytes()
     }
 
@@ -144,17 +144,17 @@ impl<const BIG_ENDIAN: bool> Numbers for Binary<'_, BIG_ENDIAN> {
         self.bytes.len() - self.at
     }
 
-    fn place(&self) -> Place {
-        Place::Byte(self.at)
+    fn place(&self) -> FilePlace {
+        FilePlace::Byte(self.at)
     }
 }
 
-fn read(elements: &[Element], mut numbers: impl Numbers) -> Result<MeshParts, MeshFileError> {
+fn read(elements: &[PlyElement], mut numbers: impl Numbers) -> Result<MeshParts, MeshFileError> {
     let mut parts = MeshParts::default();
     for name in ["vertex", "face"] {
         if !elements.iter().any(|element| element.name == name) {
             return Err(MeshFileError::new(
-                Place::File,
+                FilePlace::File,
                 format!("the header declares no element \"{name}\""),
             ));
         }
@@ -171,12 +171,12 @@ fn read(elements: &[Element], mut numbers: impl Numbers) -> Result<MeshParts, Me
     Ok(parts)
 }
 
-/// Fails where the header announces more items than the rest of the file can hold: what is reserved
-/// for them is never more than what a file of this length may need.
-fn check_room<N: Numbers>(element: &Element, numbers: &N) -> Result<(), MeshFileError> {
-    let least = |property: &ply_header::Property| match property.layout {
-        Layout::Number(scalar) => N::least_bytes(scalar),
-        Layout::List { length, item } => {
+/// Fails if the header announces more items than the rest of the file can hold. So the memory reserved is
+/// never more than a file of this length may need.
+fn check_room<N: Numbers>(element: &PlyElement, numbers: &N) -> Result<(), MeshFileError> {
+    let least = |property: &ply_header::PlyProperty| match property.layout {
+        PlyLayout::Number(scalar) => N::least_bytes(scalar),
+        PlyLayout::List { length, item } => {
             let corners = if is_polygon(property) { 3 } else { 0 };
             N::least_bytes(length) + corners * N::least_bytes(item)
         }
@@ -192,13 +192,13 @@ fn check_room<N: Numbers>(element: &Element, numbers: &N) -> Result<(), MeshFile
     Ok(())
 }
 
-/// Whether a property is the list of a face's corners.
-fn is_polygon(property: &ply_header::Property) -> bool {
+/// True if a property is the list of a face's corners.
+fn is_polygon(property: &ply_header::PlyProperty) -> bool {
     matches!(property.name.as_str(), "vertex_indices" | "vertex_index")
-        && matches!(property.layout, Layout::List { .. })
+        && matches!(property.layout, PlyLayout::List { .. })
 }
 
-/// What a property of a vertex is good for: the slot it goes to.
+/// The slot that each property of a vertex goes to.
 const SLOTS: [(&str, usize); 18] = [
     ("x", 0),
     ("y", 1),
@@ -219,22 +219,22 @@ const SLOTS: [(&str, usize); 18] = [
     ("green", 9),
     ("blue", 10),
 ];
-/// Where the rest goes.
+/// The slot of all other properties.
 const NOWHERE: usize = 11;
 
-/// Where each property's numbers go.
-fn slots(element: &Element) -> Vec<usize> {
+/// The slot of each property's numbers.
+fn slots(element: &PlyElement) -> Vec<usize> {
     (element.properties.iter())
         .map(|property| {
             let slot = SLOTS.iter().find(|(name, _)| *name == property.name);
-            slot.filter(|_| matches!(property.layout, Layout::Number(_)))
+            slot.filter(|_| matches!(property.layout, PlyLayout::Number(_)))
                 .map_or(NOWHERE, |(_, slot)| *slot)
         })
         .collect()
 }
 
 fn read_vertices(
-    element: &Element,
+    element: &PlyElement,
     numbers: &mut impl Numbers,
     parts: &mut MeshParts,
 ) -> Result<(), MeshFileError> {
@@ -242,7 +242,7 @@ fn read_vertices(
     let has = |range: std::ops::Range<usize>| range.into_iter().all(|slot| slots.contains(&slot));
     if !has(0..3) {
         return Err(MeshFileError::new(
-            Place::File,
+            FilePlace::File,
             "element \"vertex\" needs the properties x, y and z",
         ));
     }
@@ -255,8 +255,8 @@ fn read_vertices(
         let mut values = [0.0; NOWHERE + 1];
         for (property, slot) in element.properties.iter().zip(&slots) {
             match property.layout {
-                Layout::Number(scalar) => values[*slot] = numbers.next(scalar)?,
-                Layout::List { length, item } => {
+                PlyLayout::Number(scalar) => values[*slot] = numbers.next(scalar)?,
+                PlyLayout::List { length, item } => {
                     for _ in 0..list_length(numbers, length)? {
                         numbers.next(item)?;
                     }
@@ -289,13 +289,13 @@ fn read_vertices(
 }
 
 fn read_faces(
-    element: &Element,
+    element: &PlyElement,
     numbers: &mut impl Numbers,
     parts: &mut MeshParts,
 ) -> Result<(), MeshFileError> {
     if !element.properties.iter().any(is_polygon) {
         return Err(MeshFileError::new(
-            Place::File,
+            FilePlace::File,
             "element \"face\" needs the list vertex_indices",
         ));
     }
@@ -307,11 +307,11 @@ fn read_faces(
         let mut values = [0.0; NOWHERE + 1];
         for (property, slot) in element.properties.iter().zip(&slots) {
             match property.layout {
-                Layout::Number(scalar) => values[*slot] = numbers.next(scalar)?,
-                Layout::List { length, item } if is_polygon(property) => {
+                PlyLayout::Number(scalar) => values[*slot] = numbers.next(scalar)?,
+                PlyLayout::List { length, item } if is_polygon(property) => {
                     read_polygon(numbers, length, item, &mut parts.triangles)?;
                 }
-                Layout::List { length, item } => {
+                PlyLayout::List { length, item } => {
                     for _ in 0..list_length(numbers, length)? {
                         numbers.next(item)?;
                     }
@@ -329,8 +329,8 @@ fn read_faces(
 
 fn read_polygon(
     numbers: &mut impl Numbers,
-    length: Scalar,
-    item: Scalar,
+    length: PlyScalar,
+    item: PlyScalar,
     triangles: &mut Vec<[u32; 3]>,
 ) -> Result<(), MeshFileError> {
     let place = numbers.place();
@@ -351,19 +351,19 @@ fn read_polygon(
     Ok(())
 }
 
-fn list_length(numbers: &mut impl Numbers, scalar: Scalar) -> Result<u32, MeshFileError> {
+fn list_length(numbers: &mut impl Numbers, scalar: PlyScalar) -> Result<u32, MeshFileError> {
     whole(numbers, scalar, "the length of a list")
 }
 
-fn vertex_index(numbers: &mut impl Numbers, scalar: Scalar) -> Result<u32, MeshFileError> {
+fn vertex_index(numbers: &mut impl Numbers, scalar: PlyScalar) -> Result<u32, MeshFileError> {
     whole(numbers, scalar, "the number of a vertex")
 }
 
 #[inline]
-fn whole(numbers: &mut impl Numbers, scalar: Scalar, what: &str) -> Result<u32, MeshFileError> {
+fn whole(numbers: &mut impl Numbers, scalar: PlyScalar, what: &str) -> Result<u32, MeshFileError> {
     let place = numbers.place();
     let number = numbers.next(scalar)?;
-    // Out of range and NaN, a cast saturates or gives 0, and so does not come back as it was.
+    // For NaN and out of range, the cast saturates or gives 0, so the number does not come back as it was.
     let whole = number as u32;
     if f64::from(whole) == number {
         Ok(whole)
@@ -375,17 +375,17 @@ fn whole(numbers: &mut impl Numbers, scalar: Scalar, what: &str) -> Result<u32, 
     }
 }
 
-fn skip(element: &Element, numbers: &mut impl Numbers) -> Result<(), MeshFileError> {
+fn skip(element: &PlyElement, numbers: &mut impl Numbers) -> Result<(), MeshFileError> {
     if element.properties.is_empty() {
         return Ok(());
     }
     for _ in 0..element.count {
         for property in &element.properties {
             match property.layout {
-                Layout::Number(scalar) => {
+                PlyLayout::Number(scalar) => {
                     numbers.next(scalar)?;
                 }
-                Layout::List { length, item } => {
+                PlyLayout::List { length, item } => {
                     for _ in 0..list_length(numbers, length)? {
                         numbers.next(item)?;
                     }

@@ -1,13 +1,13 @@
-//! The header of a PLY file: what elements follow, and how they are stored.
+//! The header of a PLY file: the elements that follow, and the way they are stored.
 
-use super::{MeshFileError, Place};
+use super::error::{FilePlace, MeshFileError};
 
-/// How many tables a file may have; files in the wild have two to four.
+/// Largest number of tables in a file; files in the wild have two to four.
 const MOST_ELEMENTS: usize = 256;
 
-/// How the numbers of the body are written.
+/// The encoding of the body's numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Encoding {
+pub enum PlyEncoding {
     Ascii,
     LittleEndian,
     BigEndian,
@@ -15,7 +15,7 @@ pub enum Encoding {
 
 /// The type of a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Scalar {
+pub enum PlyScalar {
     I8,
     U8,
     I16,
@@ -26,7 +26,7 @@ pub enum Scalar {
     F64,
 }
 
-impl Scalar {
+impl PlyScalar {
     fn of_name(name: &str) -> Option<Self> {
         Some(match name {
             "char" | "int8" => Self::I8,
@@ -41,7 +41,7 @@ impl Scalar {
         })
     }
 
-    /// In binary files.
+    /// Bytes of a number in a binary file.
     pub fn bytes(self) -> usize {
         match self {
             Self::I8 | Self::U8 => 1,
@@ -52,50 +52,50 @@ impl Scalar {
     }
 }
 
-/// One number, or a list of them with its length before.
+/// The layout of a property: one number, or a list of them with its length before.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Layout {
-    Number(Scalar),
-    List { length: Scalar, item: Scalar },
+pub enum PlyLayout {
+    Number(PlyScalar),
+    List { length: PlyScalar, item: PlyScalar },
 }
 
 /// A named number or list of every item of an element.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Property {
+pub struct PlyProperty {
     pub name: String,
-    pub layout: Layout,
+    pub layout: PlyLayout,
 }
 
 /// A table of the body.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Element {
+pub struct PlyElement {
     pub name: String,
     pub count: usize,
-    pub properties: Vec<Property>,
+    pub properties: Vec<PlyProperty>,
 }
 
-/// What the header says.
+/// The contents of a header.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Header {
-    pub encoding: Encoding,
-    pub elements: Vec<Element>,
-    /// Where the body begins.
+pub struct PlyHeader {
+    pub encoding: PlyEncoding,
+    pub elements: Vec<PlyElement>,
+    /// The byte at which the body begins.
     pub body: usize,
-    /// How many lines the header has.
+    /// Number of lines of the header.
     pub lines: usize,
 }
 
 /// Reads the header at the beginning of a file.
-pub fn parse(bytes: &[u8]) -> Result<Header, MeshFileError> {
-    let mut header = Header {
-        encoding: Encoding::Ascii,
+pub fn parse(bytes: &[u8]) -> Result<PlyHeader, MeshFileError> {
+    let mut header = PlyHeader {
+        encoding: PlyEncoding::Ascii,
         elements: Vec::new(),
         body: 0,
         lines: 0,
     };
     let mut encoding = None;
     loop {
-        let place = Place::Line(header.lines + 1);
+        let place = FilePlace::Line(header.lines + 1);
         let fail = |message: String| Err(MeshFileError::new(place, message));
         let rest = &bytes[header.body..];
         let Some(end) = rest.iter().position(|byte| *byte == b'\n') else {
@@ -113,9 +113,9 @@ pub fn parse(bytes: &[u8]) -> Result<Header, MeshFileError> {
             [] | ["comment" | "obj_info", ..] => {}
             ["format", name, "1.0"] => {
                 encoding = Some(match name {
-                    "ascii" => Encoding::Ascii,
-                    "binary_little_endian" => Encoding::LittleEndian,
-                    "binary_big_endian" => Encoding::BigEndian,
+                    "ascii" => PlyEncoding::Ascii,
+                    "binary_little_endian" => PlyEncoding::LittleEndian,
+                    "binary_big_endian" => PlyEncoding::BigEndian,
                     _ => {
                         return fail(format!(
                             "the format must be ascii, binary_little_endian or binary_big_endian, not \"{name}\""
@@ -133,7 +133,7 @@ pub fn parse(bytes: &[u8]) -> Result<Header, MeshFileError> {
                 if header.elements.iter().any(|element| element.name == name) {
                     return fail(format!("element \"{name}\" is declared twice"));
                 }
-                header.elements.push(Element {
+                header.elements.push(PlyElement {
                     name: name.to_owned(),
                     count,
                     properties: Vec::new(),
@@ -149,7 +149,7 @@ pub fn parse(bytes: &[u8]) -> Result<Header, MeshFileError> {
                 let Some(element) = header.elements.last_mut() else {
                     return fail("a property before the first element".to_owned());
                 };
-                element.properties.push(Property {
+                element.properties.push(PlyProperty {
                     name: name.to_owned(),
                     layout,
                 });
@@ -160,7 +160,7 @@ pub fn parse(bytes: &[u8]) -> Result<Header, MeshFileError> {
     }
     let Some(encoding) = encoding else {
         return Err(MeshFileError::new(
-            Place::Line(header.lines),
+            FilePlace::Line(header.lines),
             "the header names no format with version 1.0",
         ));
     };
@@ -168,12 +168,12 @@ pub fn parse(bytes: &[u8]) -> Result<Header, MeshFileError> {
     Ok(header)
 }
 
-fn layout(words: &[&str]) -> Option<Layout> {
+fn layout(words: &[&str]) -> Option<PlyLayout> {
     match words {
-        [number] => Scalar::of_name(number).map(Layout::Number),
-        ["list", length, item] => Some(Layout::List {
-            length: Scalar::of_name(length)?,
-            item: Scalar::of_name(item)?,
+        [number] => PlyScalar::of_name(number).map(PlyLayout::Number),
+        ["list", length, item] => Some(PlyLayout::List {
+            length: PlyScalar::of_name(length)?,
+            item: PlyScalar::of_name(item)?,
         }),
         _ => None,
     }

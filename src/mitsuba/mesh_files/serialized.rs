@@ -1,15 +1,15 @@
 //! Mitsuba's serialized meshes.
 //!
-//! A file holds meshes one after the other, each a header (format 0x041C and version, 16 bits
-//! each) and a zlib stream, then a table of offsets and their number (32 bits). All little endian.
-//! Documented with Mitsuba's plugin `serialized`.
+//! A file holds meshes one after the other: each is a header (format 0x041C and version, 16 bits each) and a
+//! zlib stream. A table of offsets and their number (32 bits) follow. All numbers are little endian. The
+//! format is documented with Mitsuba's plugin `serialized`.
 
 use std::io::Read;
 
 use flate2::read::ZlibDecoder;
 use glam::{DVec2, DVec3};
 
-use super::{MeshFileError, Place, check_indices};
+use super::error::{FilePlace, MeshFileError, check_indices};
 use crate::geometry::MeshParts;
 
 const FORMAT: u16 = 0x041C;
@@ -20,14 +20,16 @@ const HAS_COLORS: u32 = 0x0008;
 const FACE_NORMALS: u32 = 0x0010;
 const DOUBLE_PRECISION: u32 = 0x2000;
 
-/// How many numbers are read at a time: a count in the file reserves no more than this.
+/// Number of items read at a time: a count in the file reserves no more than this.
 const BLOCK: usize = 1 << 14;
 
-/// Bytes of a mesh for each byte it is compressed to. The dullest of honest meshes, flat grids with
-/// constant normals, come to 6; zlib's own limit is 1032, which a file made to exhaust memory reaches.
+/// Largest number of bytes of a mesh for each byte it is compressed to. The dullest of honest meshes, flat
+/// grids with constant normals, come to 6. zlib's own limit is 1032, which a file made to exhaust memory
+/// reaches.
 const MAX_EXPANSION: u64 = 64;
 
-/// Mitsuba knows no limit; a file of nothing but a name would be read for minutes.
+/// Bytes of the longest name. Mitsuba knows no limit, but a file of nothing but a name would be read for
+/// minutes.
 const LONGEST_NAME: usize = 1 << 16;
 
 /// The mesh with this number, counted from 0.
@@ -39,7 +41,7 @@ pub fn parse(bytes: &[u8], shape_index: u32) -> Result<MeshParts, MeshFileError>
         offset(bytes, version, shape_index)?
     };
     header(bytes, start)?;
-    let mut stream = Stream {
+    let mut stream = MeshStream {
         start,
         compressed: bytes.len() - start - 4,
         decoder: ZlibDecoder::new(&bytes[start + 4..]),
@@ -76,7 +78,7 @@ pub fn parse(bytes: &[u8], shape_index: u32) -> Result<MeshParts, MeshFileError>
 
 /// The version at a mesh's beginning.
 fn header(bytes: &[u8], start: usize) -> Result<u16, MeshFileError> {
-    let fail = |message: String| Err(MeshFileError::new(Place::Byte(start), message));
+    let fail = |message: String| Err(MeshFileError::new(FilePlace::Byte(start), message));
     let Some([f0, f1, v0, v1]) = bytes
         .get(start..)
         .and_then(|bytes| bytes.first_chunk().copied())
@@ -93,10 +95,10 @@ fn header(bytes: &[u8], start: usize) -> Result<u16, MeshFileError> {
     }
 }
 
-/// Where a mesh begins, from the table at the end: 64 bits each in version 4, 32 in version 3.
+/// The byte at which a mesh begins, from the table at the end: 64 bits each in version 4, 32 in version 3.
 fn offset(bytes: &[u8], version: u16, shape_index: u32) -> Result<usize, MeshFileError> {
     let table_end = bytes.len().saturating_sub(4);
-    let fail = |message: String| MeshFileError::new(Place::Byte(table_end), message);
+    let fail = |message: String| MeshFileError::new(FilePlace::Byte(table_end), message);
     let count = bytes
         .last_chunk()
         .map_or(0, |count| u32::from_le_bytes(*count));
@@ -122,29 +124,29 @@ fn offset(bytes: &[u8], version: u16, shape_index: u32) -> Result<usize, MeshFil
         .filter(|offset| *offset < bytes.len());
     offset.ok_or_else(|| {
         MeshFileError::new(
-            Place::Byte(entry),
+            FilePlace::Byte(entry),
             "the table points behind the end of the file",
         )
     })
 }
 
 /// The decompressed contents of a mesh.
-struct Stream<'a> {
+struct MeshStream<'a> {
     start: usize,
-    /// How many bytes follow the mesh's header.
+    /// Number of bytes that follow the mesh's header.
     compressed: usize,
     decoder: ZlibDecoder<&'a [u8]>,
 }
 
-impl Stream<'_> {
+impl MeshStream<'_> {
     fn fill(&mut self, buffer: &mut [u8]) -> Result<(), MeshFileError> {
         self.decoder.read_exact(buffer).map_err(|error| {
             let message = format!("the mesh that begins here cannot be decompressed: {error}");
-            MeshFileError::new(Place::Byte(self.start), message)
+            MeshFileError::new(FilePlace::Byte(self.start), message)
         })
     }
 
-    /// The shape's name, with the zero at its end.
+    /// Skips the shape's name, with the zero at its end.
     fn skip_name(&mut self) -> Result<(), MeshFileError> {
         for _ in 0..=LONGEST_NAME {
             if self.take::<1>()? == [0] {
@@ -152,10 +154,10 @@ impl Stream<'_> {
             }
         }
         let message = format!("the mesh's name has more than {LONGEST_NAME} bytes");
-        Err(MeshFileError::new(Place::Byte(self.start), message))
+        Err(MeshFileError::new(FilePlace::Byte(self.start), message))
     }
 
-    /// Fails where the mesh announces more than what is compressed here can hold.
+    /// Fails if the mesh announces more than the compressed bytes can hold.
     fn check_room(
         &self,
         vertices: usize,
@@ -176,7 +178,7 @@ impl Stream<'_> {
             "the mesh announces {vertices} vertices and {triangles} triangles, but only {} bytes follow; {MAX_EXPANSION} bytes for each are allowed",
             self.compressed
         );
-        Err(MeshFileError::new(Place::Byte(self.start), message))
+        Err(MeshFileError::new(FilePlace::Byte(self.start), message))
     }
 
     fn take<const N: usize>(&mut self) -> Result<[u8; N], MeshFileError> {
@@ -191,7 +193,7 @@ impl Stream<'_> {
             .map(|count| count as usize)
             .map_err(|_| {
                 MeshFileError::new(
-                    Place::Byte(self.start),
+                    FilePlace::Byte(self.start),
                     format!("{count} {what} are more than 32 bits can number"),
                 )
             })

@@ -1,12 +1,12 @@
-//! What keeps hostile files from taking the XML parser's time.
+//! Limits that keep hostile files from taking the XML parser's time.
 
-/// How many attributes an element may have. No element that means anything has more than five.
+/// Largest number of attributes of an element. No element that means anything has more than five.
 pub const MOST_ATTRIBUTES: usize = 64;
 
 /// The place of the first tag with more than [`MOST_ATTRIBUTES`] attributes.
 ///
-/// The parser looks for duplicates by comparing each attribute with all before it, which takes half
-/// a minute for a hundred thousand of them; this pass is linear.
+/// The parser looks for duplicates by comparing each attribute with all before it. That takes half a minute
+/// for a hundred thousand of them; this pass is linear.
 pub fn crowded_tag(text: &str) -> Option<usize> {
     let mut at = 0;
     while let Some(open) = text[at..].find('<') {
@@ -28,7 +28,7 @@ pub fn crowded_tag(text: &str) -> Option<usize> {
     None
 }
 
-/// How long the tag is that the text begins with, and how many equal signs it has outside quotes.
+/// The length of the tag that the text begins with, and the number of equal signs outside its quotes.
 fn tag(text: &[u8]) -> (usize, usize) {
     let mut quote = None;
     let mut attributes = 0;

@@ -1,8 +1,7 @@
-//! The first step: what the files say, with the place of every element.
+//! The first step: the contents of the files, with the place of every element.
 //!
-//! Tags, parameters (`$name`), includes, aliases and numbers are understood here; what a plugin
-//! makes of its properties is not. The result is a flat list of objects, each with its
-//! properties in the file's order.
+//! Tags, parameters (`$name`), includes, aliases and numbers are understood here; the meaning of a plugin's
+//! properties is not. The result is a flat list of objects, each with its properties in the file's order.
 
 mod guard;
 mod lines;
@@ -25,7 +24,7 @@ pub use numbers::shortened;
 pub use reader::read;
 pub use transforms::some_perpendicular;
 
-/// How deep elements, includes and references may nest.
+/// Largest depth of nested elements, includes and references.
 ///
 /// Mitsuba's own scenes stay below 10; the limit keeps hostile files from exhausting the stack.
 pub const MAX_DEPTH: usize = 64;
@@ -44,18 +43,18 @@ pub type Version = [u32; 3];
 /// The index of an object in its [`Tree`].
 pub type ObjectIndex = usize;
 
-/// All that a main file and its includes say.
+/// The contents of a main file and its includes.
 #[derive(Debug, Default)]
 pub struct Tree {
     files: Vec<(PathBuf, Version)>,
-    objects: Vec<Object>,
+    objects: Vec<TreeObject>,
     ids: HashMap<String, ObjectIndex>,
     warnings: Vec<Warning>,
 }
 
-/// What kind of thing an element declares.
+/// The kind of object that an element declares.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Kind {
+pub enum ObjectKind {
     Scene,
     Bsdf,
     Emitter,
@@ -72,7 +71,7 @@ pub enum Kind {
     Volume,
 }
 
-impl Kind {
+impl ObjectKind {
     const TAGS: [(&'static str, Self); 14] = [
         ("scene", Self::Scene),
         ("bsdf", Self::Bsdf),
@@ -109,8 +108,8 @@ impl Kind {
 
 /// A plugin with its properties.
 #[derive(Clone, Debug)]
-pub struct Object {
-    pub kind: Kind,
+pub struct TreeObject {
+    pub kind: ObjectKind,
     /// The `type` attribute; `scene` for the root.
     pub plugin: String,
     pub id: Option<String>,
@@ -121,13 +120,13 @@ pub struct Object {
 /// A value that an object holds.
 #[derive(Clone, Debug)]
 pub struct Property {
-    /// Empty where the element has no `name`.
+    /// Empty if the element has no `name`.
     pub name: String,
     pub at: Position,
     pub value: Value,
 }
 
-/// What a property says.
+/// The value of a property.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Value {
     Boolean(bool),
@@ -162,7 +161,7 @@ impl Value {
     }
 }
 
-/// What a `<spectrum>` without a type says.
+/// The value of a `<spectrum>` without a type.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Spectrum {
     /// The same at all wavelengths.
@@ -175,26 +174,26 @@ pub enum Spectrum {
 
 impl Tree {
     /// The scene element.
-    pub fn root(&self) -> &Object {
+    pub fn root(&self) -> &TreeObject {
         &self.objects[0]
     }
 
-    /// What is odd, but has a meaning.
+    /// Oddities that still have a meaning.
     pub fn warnings(&self) -> &[Warning] {
         &self.warnings
     }
 
     /// All objects; the root first.
-    pub fn objects(&self) -> &[Object] {
+    pub fn objects(&self) -> &[TreeObject] {
         &self.objects
     }
 
     /// The object with this index.
-    pub fn object(&self, index: ObjectIndex) -> &Object {
+    pub fn object(&self, index: ObjectIndex) -> &TreeObject {
         &self.objects[index]
     }
 
-    /// Whether the file of an object predates Mitsuba 2 (`version` below 2.0.0).
+    /// True if the file of an object predates Mitsuba 2 (`version` below 2.0.0).
     pub fn is_old(&self, at: Position) -> bool {
         self.version(at) < [2, 0, 0]
     }

@@ -1,4 +1,4 @@
-//! Numbers as attributes hold them.
+//! Numbers in attributes.
 
 use glam::DVec3;
 
@@ -52,8 +52,8 @@ pub fn vector(text: &str) -> Result<DVec3, String> {
 
 /// Linear sRGB from three numbers, one number (grey), or `#rrggbb`.
 ///
-/// The hexadecimal form is sRGB-encoded, as on the web, and is decoded here. (Mitsuba 3.9
-/// documents it no more and rejects it; its meaning is not in doubt.)
+/// The hexadecimal form is sRGB-encoded, as on the web, and is decoded here. (Mitsuba 3.9 does not document
+/// it and rejects it; its meaning is not in doubt.)
 pub fn rgb(text: &str) -> Result<[f64; 3], String> {
     if let Some(digits) = text.trim().strip_prefix('#') {
         return hexadecimal(digits).map(|encoded| encoded.map(decode_srgb));
@@ -129,7 +129,7 @@ pub fn spectrum(text: &str) -> Result<Spectrum, String> {
     Ok(Spectrum::Samples(samples))
 }
 
-/// What a file wrote, cut to a length that fits into a message.
+/// A text from a file, cut to a length that fits into a message.
 pub fn shortened(text: &str) -> String {
     const LIMIT: usize = 60;
     if text.chars().count() <= LIMIT {

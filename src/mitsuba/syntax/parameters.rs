@@ -1,31 +1,32 @@
-//! `$name` in attributes, from `<default>` and the command line.
+//! The parameters `$name` in attributes, from `<default>` and the command line.
 
 use std::collections::{BTreeSet, HashMap};
 
 use super::shortened;
 
-/// How long an attribute may become.
+/// Bytes of the longest attribute.
 ///
-/// Defaults may use earlier defaults, so that thirty lines that each double the last would fill
-/// any memory. The longest honest attributes, measured spectra, have some kilobytes.
+/// Defaults may use earlier defaults, so that thirty lines that each double the last would fill any memory.
+/// The longest honest attributes, measured spectra, have some kilobytes.
 const LONGEST: usize = 1 << 20;
 
-/// How much parameters may add to all attributes together, bytes.
+/// Bytes that parameters may add to all attributes together.
 ///
-/// A line of fifty bytes may say an attribute of [`LONGEST`]; many would fill any memory. It is 16 bytes for
-/// each of a million attributes.
+/// A line of fifty bytes may make an attribute of [`LONGEST`]; many such lines would fill any memory. The
+/// limit is 16 bytes for each of a million attributes.
 const MOST_IN_ALL: usize = 1 << 24;
 
-/// How long a name may be: each `$` is compared with names of every length.
+/// Bytes of the longest name: each `$` is compared with names of every length.
 const LONGEST_NAME: usize = 128;
 
 /// The values that `$name` stands for.
 #[derive(Debug, Default)]
 pub struct Parameters {
     known: HashMap<String, Parameter>,
-    /// Of all names: the longest that fits is meant, so that `$spp` does not hide `$spp_final`.
+    /// The lengths of all names. The longest name that fits is meant, so that `$spp` does not hide
+    /// `$spp_final`.
     lengths: BTreeSet<usize>,
-    /// How many bytes parameters became so far.
+    /// Number of bytes that parameters added so far.
     added: usize,
 }
 
@@ -36,7 +37,8 @@ struct Parameter {
 }
 
 impl Parameters {
-    /// What the caller gives; it wins over any `<default>`, and the last of several over the others.
+    /// The values that the caller gives. They win over any `<default>`; the last of several for a name wins
+    /// over the others.
     pub fn new(given: &[(String, String)]) -> Self {
         let mut parameters = Self::default();
         for (name, value) in given {
@@ -50,11 +52,11 @@ impl Parameters {
         parameters
     }
 
-    /// A `<default>`: counts unless the parameter has a value already.
+    /// Sets a `<default>`, which counts unless the parameter has a value already.
     ///
     /// # Errors
     ///
-    /// Where the name is absurdly long.
+    /// If the name is absurdly long.
     pub fn set_default(&mut self, name: &str, value: &str) -> Result<(), String> {
         if name.len() > LONGEST_NAME {
             return Err(format!(
@@ -92,7 +94,7 @@ impl Parameters {
     ///
     /// # Errors
     ///
-    /// Where a parameter has no value, or the result is absurdly long.
+    /// If a parameter has no value, or the result is absurdly long.
     pub fn substitute(&mut self, text: &str) -> Result<String, String> {
         let mut result = String::with_capacity(text.len());
         let mut rest = text;

@@ -1,4 +1,4 @@
-//! Elements become objects and properties.
+//! Reader of elements, which become objects and properties.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -9,19 +9,21 @@ use roxmltree::{Document, Node, ParsingOptions};
 use super::lines::LineIndex;
 use super::parameters::Parameters;
 use super::transforms::{self, required};
-use super::values::{Element, value, version};
-use super::{Kind, MAX_DEPTH, Object, ObjectIndex, Position, Property, Tree, Value, Version};
+use super::values::{XmlElement, value, version};
+use super::{
+    MAX_DEPTH, ObjectIndex, ObjectKind, Position, Property, Tree, TreeObject, Value, Version,
+};
 use super::{guard, numbers, references, upgrade};
 use crate::mitsuba::error::LoadError;
 use crate::mitsuba::files::{Files, line_ends};
 use crate::scene::{SourcePosition, Warning};
 
-/// How deep includes may nest; Mitsuba's limit.
+/// Largest depth of nested includes; Mitsuba's limit.
 const MAX_INCLUDE_DEPTH: usize = 15;
 
-/// How many files and how many bytes of them may be included in all, each as often as it is.
+/// Largest number of files, and of their bytes, that may be included in all, each as often as it is.
 ///
-/// Fifteen files that each include the next ten times say 10¹⁵. Scenes include some tens.
+/// Fifteen files that each include the next ten times make 10¹⁵. Scenes include some tens.
 const MOST_INCLUDES: usize = 1 << 14;
 const MOST_INCLUDED_BYTES: usize = 1 << 24;
 
@@ -29,7 +31,7 @@ const MOST_INCLUDED_BYTES: usize = 1 << 24;
 ///
 /// # Errors
 ///
-/// Where a file cannot be read, is not well-formed, or says something that no plugin could mean.
+/// If a file cannot be read, is not well-formed, or holds something that no plugin could mean.
 pub fn read(path: &Path, given: &[(String, String)], files: &mut Files) -> Result<Tree, LoadError> {
     let mut reader = Reader {
         tree: Tree::default(),
@@ -56,14 +58,14 @@ struct Reader<'a> {
     files: &'a mut Files,
     /// The file being read, and those that include it.
     open: Vec<PathBuf>,
-    /// The line of every named property so far: a scene may hold any number of them.
+    /// The line of every named property so far, in a map: a scene may hold any number of them.
     named: HashMap<(ObjectIndex, String), u32>,
     /// The length of all includes so far.
     included_bytes: usize,
 }
 
 /// The file that elements are read from.
-struct Source {
+struct SourceFile {
     file: u32,
     version: Version,
     lines: LineIndex,
@@ -103,7 +105,7 @@ impl Reader<'_> {
                 format!("an element with more than {most} attributes"),
             ));
         }
-        // No document type declarations: Mitsuba expands none of their entities either, and without
+        // Document type declarations are refused. Mitsuba expands none of their entities either, and without
         // them a file cannot grow while it is parsed. (`&amp;` and `&#160;` need none.)
         let options = ParsingOptions {
             allow_dtd: false,
@@ -118,7 +120,7 @@ impl Reader<'_> {
             LoadError::new(at, format!("not well-formed XML: {error}"))
         })?;
         let root = document.root_element();
-        let source = Source {
+        let source = SourceFile {
             file: self.tree.files.len() as u32,
             version: root
                 .attribute("version")
@@ -147,7 +149,7 @@ impl Reader<'_> {
                     ),
                 );
             }
-            None => self.object(root, Kind::Scene, None, &source)?,
+            None => self.object(root, ObjectKind::Scene, None, &source)?,
             Some((parent, _)) if root.tag_name().name() == "scene" => {
                 for child in root.children().filter(Node::is_element) {
                     self.child(child, parent, 1, &source)?;
@@ -162,9 +164,9 @@ impl Reader<'_> {
         Ok(())
     }
 
-    fn object_kind(&self, node: Node, source: &Source) -> Result<Kind, LoadError> {
+    fn object_kind(&self, node: Node, source: &SourceFile) -> Result<ObjectKind, LoadError> {
         let tag = node.tag_name().name();
-        Kind::of_tag(tag).ok_or_else(|| {
+        ObjectKind::of_tag(tag).ok_or_else(|| {
             let at = source.lines.position(source.file, node.range().start);
             LoadError::new(self.tree.source(at), format!("<{tag}> is not an object"))
         })
@@ -174,12 +176,12 @@ impl Reader<'_> {
         Err(LoadError::new(self.tree.source(at), message))
     }
 
-    /// Replaces the parameters in all attributes.
+    /// An element with the parameters in all attributes replaced.
     fn element<'n>(
         &mut self,
         node: Node<'n, '_>,
-        source: &Source,
-    ) -> Result<Element<'n>, LoadError> {
+        source: &SourceFile,
+    ) -> Result<XmlElement<'n>, LoadError> {
         let at = source.lines.position(source.file, node.range().start);
         let mut attributes = Vec::with_capacity(node.attributes().len());
         for attribute in node.attributes() {
@@ -188,20 +190,20 @@ impl Reader<'_> {
                 Err(message) => return self.fail(at, message),
             }
         }
-        Ok(Element {
+        Ok(XmlElement {
             tag: node.tag_name().name(),
             attributes,
             at,
         })
     }
 
-    /// An object and all that it holds. `parent`: who holds it, under what name, and how deep.
+    /// Reads an object and all that it holds. `parent`: its holder, its name there, and the holder's depth.
     fn object(
         &mut self,
         node: Node,
-        kind: Kind,
+        kind: ObjectKind,
         parent: Option<(ObjectIndex, String, usize)>,
-        source: &Source,
+        source: &SourceFile,
     ) -> Result<(), LoadError> {
         let element = self.element(node, source)?;
         let at = element.at;
@@ -212,7 +214,7 @@ impl Reader<'_> {
             &["type", "id", "name"]
         };
         let described = transforms::allow(&element.attributes, allowed).and_then(|()| {
-            if kind == Kind::Scene {
+            if kind == ObjectKind::Scene {
                 return Ok("scene".to_owned());
             }
             required(&element.attributes, "type").map(str::to_owned)
@@ -235,7 +237,7 @@ impl Reader<'_> {
                 ),
             );
         }
-        self.tree.objects.push(Object {
+        self.tree.objects.push(TreeObject {
             kind,
             plugin,
             id,
@@ -260,23 +262,23 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// An element inside an object.
+    /// Reads an element inside an object.
     fn child(
         &mut self,
         node: Node,
         holder: ObjectIndex,
         depth: usize,
-        source: &Source,
+        source: &SourceFile,
     ) -> Result<(), LoadError> {
         let tag = node.tag_name().name();
         let is_spectrum_plugin = tag == "spectrum" && node.has_attribute("type");
         let kind = if is_spectrum_plugin {
-            Some(Kind::Texture)
+            Some(ObjectKind::Texture)
         } else {
-            Kind::of_tag(tag)
+            ObjectKind::of_tag(tag)
         };
         if let Some(kind) = kind {
-            if kind == Kind::Scene {
+            if kind == ObjectKind::Scene {
                 let at = source.lines.position(source.file, node.range().start);
                 return self.fail(at, "a scene cannot be inside another object".to_owned());
             }
@@ -304,12 +306,12 @@ impl Reader<'_> {
         }
     }
 
-    /// Elements that need nothing but their attributes.
+    /// Reads an element that needs nothing but its attributes.
     fn simple(
         &mut self,
-        element: &Element,
+        element: &XmlElement,
         holder: ObjectIndex,
-        source: &Source,
+        source: &SourceFile,
     ) -> Result<(), String> {
         let allow = |allowed: &[&str]| transforms::allow(&element.attributes, allowed);
         let get = |name: &str| required(&element.attributes, name);
@@ -368,9 +370,9 @@ impl Reader<'_> {
     fn transform(
         &mut self,
         node: Node,
-        element: &Element,
+        element: &XmlElement,
         holder: ObjectIndex,
-        source: &Source,
+        source: &SourceFile,
     ) -> Result<(), LoadError> {
         let name = transforms::allow(&element.attributes, &["name"])
             .and_then(|()| required(&element.attributes, "name"));
@@ -405,7 +407,7 @@ impl Reader<'_> {
         self.give(holder, name, element.at, Value::Transform(matrix))
     }
 
-    fn include(&mut self, element: &Element, holder: ObjectIndex) -> Result<(), LoadError> {
+    fn include(&mut self, element: &XmlElement, holder: ObjectIndex) -> Result<(), LoadError> {
         let allowed = transforms::allow(&element.attributes, &["filename", "name"]);
         let path = match allowed.and_then(|()| required(&element.attributes, "filename")) {
             Ok(name) => self.files.resolve(name),
@@ -443,13 +445,13 @@ impl Reader<'_> {
         let name = element.attribute("name").unwrap_or_default().to_owned();
         let folders = self.files.folder_count();
         self.file(&path, Some((holder, name)))?;
-        // As in Mitsuba, folders of an included file count only inside it; meshes are looked up from
-        // the main file's.
+        // As in Mitsuba, folders of an included file count only inside it. Meshes are looked up from the main
+        // file's.
         self.files.forget_folders(folders);
         Ok(())
     }
 
-    /// [`Self::add`] with the place in the error.
+    /// As [`Self::add`], with the place in the error.
     fn give(
         &mut self,
         holder: ObjectIndex,

@@ -1,13 +1,14 @@
-//! `<ref>` finds its object; no object may hold itself.
+//! References: `<ref>` finds its object, and no object may hold itself.
 
 use super::{MAX_DEPTH, ObjectIndex, Tree, Value, numbers};
-use crate::mitsuba::error::{LoadError, did_you_mean};
+use crate::mitsuba::error::LoadError;
+use crate::setting::did_you_mean;
 
 /// Replaces every [`Value::Reference`] by the object meant.
 ///
 /// # Errors
 ///
-/// Where an id is unknown, or objects hold each other in a ring or too deep.
+/// If an id is unknown, or objects hold each other in a ring or too deep.
 pub fn resolve(tree: &mut Tree) -> Result<(), LoadError> {
     for object in 0..tree.objects.len() {
         for property in 0..tree.objects[object].properties.len() {
@@ -33,7 +34,7 @@ fn unknown_id(tree: &Tree, id: &str) -> String {
     format!("no object has the id \"{}\"{hint}", numbers::shortened(id))
 }
 
-/// How many levels of objects hang below an object.
+/// The number of levels of objects below an object, as far as it is known.
 #[derive(Clone, Copy)]
 enum Height {
     Unknown,

@@ -14,7 +14,7 @@ pub const STEPS: [&str; 5] = ["translate", "rotate", "scale", "lookat", "matrix"
 ///
 /// # Errors
 ///
-/// What is wrong with the attributes, without the place.
+/// The problem with the attributes, without the place.
 pub fn step(tag: &str, attributes: &Attributes) -> Result<DMat4, String> {
     match tag {
         "translate" => {
@@ -71,7 +71,7 @@ pub fn required<'a>(attributes: &'a Attributes, name: &str) -> Result<&'a str, S
     attribute(attributes, name).ok_or_else(|| format!("the attribute \"{name}\" is missing"))
 }
 
-/// Fails where there are attributes other than these.
+/// Fails if there are attributes other than these.
 pub fn allow(attributes: &Attributes, allowed: &[&str]) -> Result<(), String> {
     match attributes
         .iter()
@@ -86,7 +86,7 @@ pub fn allow(attributes: &Attributes, allowed: &[&str]) -> Result<(), String> {
     }
 }
 
-/// `x`, `y`, `z`, or `value` with one or three numbers.
+/// The components `x`, `y`, `z`, or `value` with one or three numbers.
 pub fn components(attributes: &Attributes, missing: f64) -> Result<DVec3, String> {
     let of_axis = |axis: &str| match attribute(attributes, axis) {
         Some(text) => numbers::float(text).map(Some),
@@ -111,10 +111,10 @@ pub fn components(attributes: &Attributes, missing: f64) -> Result<DVec3, String
     }
 }
 
-/// What is odd about a step that is otherwise fine.
+/// The oddity of a step that is otherwise fine, if there is one.
 ///
-/// Mitsuba 3.9 does not normalise the axis of a `<rotate>` (0.6 did): about (0, 1, 1) it does not
-/// turn but also stretches. The same file must mean the same thing here, so it does here, too.
+/// Mitsuba 3.9 does not normalise the axis of a `<rotate>` (0.6 did): about (0, 1, 1) the step not only turns
+/// but also stretches. The same file must mean the same thing here, so the step stretches here, too.
 pub fn oddity(tag: &str, attributes: &Attributes) -> Option<String> {
     let axis = components(attributes, 0.0)
         .ok()
@@ -125,14 +125,14 @@ pub fn oddity(tag: &str, attributes: &Attributes) -> Option<String> {
     ))
 }
 
-/// Whether a vector has length 1 but for single precision or six digits of a file.
+/// True if a vector has length 1, up to single precision or six digits of a file.
 fn is_unit(vector: DVec3) -> bool {
     (vector.length_squared() - 1.0).abs() < 1e-5
 }
 
 /// A turn about a unit axis by an angle in degrees, counter-clockwise seen against the axis.
 ///
-/// Quarter turns are exact, so that what a file turns by 90° stays parallel to the axes.
+/// Quarter turns are exact, so that an object turned by 90° stays parallel to the axes.
 fn rotation(axis: DVec3, degrees: f64) -> DMat4 {
     let (sin, cos) = match degrees.rem_euclid(360.0) {
         0.0 => (0.0, 1.0),
@@ -174,8 +174,10 @@ fn look_at(origin: DVec3, target: DVec3, up: DVec3) -> Result<DMat4, String> {
     ))
 }
 
-/// The first of the two unit vectors that complete `n` to a frame, as Mitsuba chooses it: Duff
-/// et al., *Building an Orthonormal Basis, Revisited*, JCGT 6(1), 2017, listing 3.
+/// The first of the two unit vectors that complete `n` to a frame.
+///
+/// It is chosen as in Mitsuba: Duff et al., *Building an Orthonormal Basis, Revisited*, JCGT 6(1), 2017,
+/// listing 3.
 pub fn some_perpendicular(n: DVec3) -> DVec3 {
     let sign = 1.0_f64.copysign(n.z);
     let a = -1.0 / (sign + n.z);
@@ -186,7 +188,7 @@ pub fn some_perpendicular(n: DVec3) -> DVec3 {
     )
 }
 
-/// 16 numbers, row by row, or 9 for the linear part.
+/// A matrix: 16 numbers, row by row, or 9 for the linear part.
 fn matrix(text: &str) -> Result<DMat4, String> {
     let numbers = numbers::floats(text)?;
     let rows = match numbers.len() {
@@ -286,7 +288,7 @@ mod tests {
         );
         assert_eq!(frame.transform_vector3(DVec3::Z), DVec3::Z);
         assert_eq!(frame.transform_vector3(DVec3::Y), DVec3::Y);
-        // Mitsuba's camera has +x to the left; with z forward and y up that is +x here.
+        // Mitsuba's camera has +x to the left, which is +x here for z forward and y up.
         assert_eq!(frame.transform_vector3(DVec3::X), DVec3::X);
     }
 

@@ -1,14 +1,14 @@
-//! Files older than version 2.0 become new ones.
+//! Upgrade of files older than version 2.0.
 //!
-//! Mitsuba 2 renamed all parameters from camelCase to `snake_case`, `diffuseReflectance` of
-//! `diffuse` to `reflectance`, and replaced `uscale`, `vscale`, `uoffset`, `voffset` of textures by
-//! a transform `to_uv`. Mitsuba 3's parser (`src/core/parser.cpp`, version 3.9) upgrades old files
-//! by these rules, and so does this one. What else changed between the versions, a plugin has to
-//! know ([`Tree::is_old`](super::Tree::is_old)).
+//! Mitsuba 2 renamed all parameters from camelCase to `snake_case`, and `diffuseReflectance` of `diffuse` to
+//! `reflectance`. It replaced `uscale`, `vscale`, `uoffset`, `voffset` of textures by a transform `to_uv`.
+//! Mitsuba 3's parser (`src/core/parser.cpp`, version 3.9) upgrades old files by these rules, and so does
+//! this one. All other changes between the versions are left to the plugins
+//! ([`Tree::is_old`](super::Tree::is_old)).
 
 use glam::{DMat4, DVec3};
 
-use super::{Object, Property, Tree, Value};
+use super::{Property, Tree, TreeObject, Value};
 
 /// Upgrades the objects of all old files.
 pub fn upgrade(tree: &mut Tree) {
@@ -19,7 +19,7 @@ pub fn upgrade(tree: &mut Tree) {
     }
 }
 
-fn upgrade_object(object: &mut Object) {
+fn upgrade_object(object: &mut TreeObject) {
     for property in &mut object.properties {
         property.name = snake_case(&property.name);
         if object.plugin == "diffuse" && property.name == "diffuse_reflectance" {
@@ -29,10 +29,10 @@ fn upgrade_object(object: &mut Object) {
     gather_uv_transform(object);
 }
 
-/// `toWorld` becomes `to_world`, `intIOR` becomes `int_ior`, `B` stays.
+/// The new spelling of a name: `toWorld` becomes `to_world`, `intIOR` becomes `int_ior`, `B` stays.
 ///
-/// An underscore goes in where a capital follows a small letter, and the whole run of capitals
-/// becomes small.
+/// An underscore goes in before a capital that follows a small letter, and the whole run of capitals becomes
+/// small.
 fn snake_case(name: &str) -> String {
     let mut result = String::with_capacity(name.len() + 4);
     let mut lowering = false;
@@ -57,8 +57,8 @@ fn snake_case(name: &str) -> String {
     result
 }
 
-/// First the offset, then the scale, as `to_uv`.
-fn gather_uv_transform(object: &mut Object) {
+/// Joins offset and scale to one transform `to_uv`: first the offset, then the scale.
+fn gather_uv_transform(object: &mut TreeObject) {
     let (mut scale, mut offset) = (DVec3::ONE, DVec3::ZERO);
     let mut at = None;
     object.properties.retain(|property| {
@@ -72,7 +72,7 @@ fn gather_uv_transform(object: &mut Object) {
         match property.value {
             Value::Float(number) => *target = number,
             Value::Integer(number) => *target = number as f64,
-            // The plugin will complain of it.
+            // The plugin will report it.
             _ => return true,
         }
         at = Some(property.at);

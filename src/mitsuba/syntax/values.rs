@@ -1,8 +1,8 @@
-//! Elements that give a property its value.
+//! The values that elements give to properties.
 
 use super::transforms::{self, attribute, required};
-use super::{Kind, Position, Spectrum, Value, Version, numbers};
-use crate::mitsuba::error::did_you_mean;
+use super::{ObjectKind, Position, Spectrum, Value, Version, numbers};
+use crate::setting::did_you_mean;
 
 /// Tags that give a property a value.
 const VALUE_TAGS: [&str; 8] = [
@@ -12,13 +12,13 @@ const VALUE_TAGS: [&str; 8] = [
 const OTHER_TAGS: [&str; 6] = ["alias", "default", "include", "path", "ref", "transform"];
 
 /// An element with its parameters replaced.
-pub struct Element<'a> {
+pub struct XmlElement<'a> {
     pub tag: &'a str,
     pub attributes: Vec<(String, String)>,
     pub at: Position,
 }
 
-impl Element<'_> {
+impl XmlElement<'_> {
     /// The value of an attribute.
     pub fn attribute(&self, name: &str) -> Option<&str> {
         attribute(&self.attributes, name)
@@ -27,13 +27,13 @@ impl Element<'_> {
 
 /// The value that an element gives. `old`: the file's version is below 2.0.
 ///
-/// Old files may also use `<srgb>` (sRGB-encoded, decoded here) and `<spectrum>` with three numbers
-/// (linear RGB): documented in Mitsuba 0.6 and unambiguous, though Mitsuba 3 rejects them.
-pub fn value(element: &Element, old: bool) -> Result<Value, String> {
+/// Old files may also use `<srgb>` (sRGB-encoded, decoded here) and `<spectrum>` with three numbers (linear
+/// RGB). Both are documented in Mitsuba 0.6 and unambiguous, though Mitsuba 3 rejects them.
+pub fn value(element: &XmlElement, old: bool) -> Result<Value, String> {
     let known = VALUE_TAGS.contains(&element.tag) || (old && element.tag == "srgb");
     if !known {
         let tags = || {
-            Kind::TAGS
+            ObjectKind::TAGS
                 .iter()
                 .map(|(tag, _)| *tag)
                 .chain(VALUE_TAGS)
@@ -85,7 +85,7 @@ fn spectrum(text: &str, old: bool) -> Result<Value, String> {
     numbers::spectrum(text).map(Value::Spectrum)
 }
 
-/// `3.0.0`, `2.1` or `3`.
+/// A version such as `3.0.0`, `2.1` or `3`.
 pub fn version(text: &str) -> Option<Version> {
     let mut version = [0; 3];
     let parts: Vec<&str> = text.trim().split('.').collect();

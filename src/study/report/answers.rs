@@ -4,7 +4,7 @@ use super::super::checks::plane;
 use super::figures::{Answer, Curve, OrderOf, Row, StageErrors};
 use super::text::percent;
 use crate::film::Image;
-use crate::metric::Comparison;
+use crate::metric::LayerComparison;
 
 /// Where more work halves the error at more than this many times the work, it does not help.
 const HOPELESS: f64 = 1000.0;
@@ -103,7 +103,7 @@ fn price(curve: &Curve) -> Option<String> {
 }
 
 /// The smallest part of all texels that holds half of Σ d², d the difference of channels' means; `None` where there is none.
-pub(super) fn half_in(truth: &Image, film: &Image, layer: &Comparison) -> Option<f64> {
+pub(super) fn half_in(truth: &Image, film: &Image, layer: &LayerComparison) -> Option<f64> {
     half_of(&plane(truth, layer)?, &plane(film, layer)?)
 }
 

@@ -18,7 +18,7 @@ use super::figures::{
 use super::stages::{StageFilms, stage_errors};
 use super::trade::{curves, front, gates, mark_pareto, orders_in_seconds};
 use crate::film::{Image, exr};
-use crate::metric::{self, Comparison, Source};
+use crate::metric::{self, CompareImage, LayerComparison};
 use crate::scene::requirements;
 
 /// What a row is made from.
@@ -157,14 +157,14 @@ const CONVENTIONS: [&str; 8] = [
 
 /// A film as it is in its file.
 struct Film {
-    source: Source,
+    source: CompareImage,
 }
 
 impl Film {
     fn read(session: &Session, name: &str) -> Result<Self, StudyError> {
         let image = exr::read(&session.store.path(name))?;
         Ok(Self {
-            source: Source::new(format!("{FILMS}/{name}"), image),
+            source: CompareImage::new(format!("{FILMS}/{name}"), image),
         })
     }
 }
@@ -193,9 +193,9 @@ fn row(
     truth: &Film,
     judged: &Judged,
 ) -> Result<Row, StudyError> {
-    let settings = metric::Settings {
+    let settings = metric::CompareSettings {
         margin: session.plan.margin,
-        ..metric::Settings::default()
+        ..metric::CompareSettings::default()
     };
     let (name, file) = match judged {
         Judged::Run(run, stored) => (&run.name, &stored.exr),
@@ -249,7 +249,10 @@ fn row(
 }
 
 /// The layer of a name, or that of all light.
-fn layer_judged<'a>(comparison: &'a metric::Report, name: Option<&str>) -> Option<&'a Comparison> {
+fn layer_judged<'a>(
+    comparison: &'a metric::Comparison,
+    name: Option<&str>,
+) -> Option<&'a LayerComparison> {
     let named = comparison
         .layers
         .iter()

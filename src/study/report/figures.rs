@@ -133,7 +133,7 @@ pub struct Row {
     /// What looks like a mistake rather than an approximation.
     pub checks: Vec<Check>,
     /// All figures of `nephroid compare`, layer by layer.
-    pub comparison: metric::Report,
+    pub comparison: metric::Comparison,
 }
 
 /// Something that looks like a mistake.

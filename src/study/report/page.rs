@@ -9,7 +9,7 @@ use super::super::StudyError;
 use super::figures::{Report, SensorFigures, Timings};
 use super::planes::{Digits, Plane, reduced};
 use crate::film::{Image, exr};
-use crate::metric::{Maps, Pairing, Side, Source};
+use crate::metric::{CompareImage, ImageSide, Maps, Pairing};
 
 /// The page may be so large \[bytes\]; where films at full size are more, they are averaged over squares of texels.
 const LARGEST: usize = 14_000_000;
@@ -100,13 +100,18 @@ pub fn page(folder: &Path, report: &Report, timings: &Timings) -> Result<String,
 /// The films of a sensor: the truth, each row, and the truth's layers that rows are judged by.
 fn films(folder: &Path, sensor: &SensorFigures) -> Result<Vec<Film>, StudyError> {
     let read = |file: &str| exr::read(&folder.join(file));
-    let truth = Source::new(sensor.truth.file.clone(), read(&sensor.truth.file)?);
+    let truth = CompareImage::new(sensor.truth.file.clone(), read(&sensor.truth.file)?);
     let total = sensor.quantity.symbol();
     let mut films = vec![Film::of(&truth.image, &sensor.truth.file, total)];
     for row in &sensor.rows {
-        let other = Source::new(row.file.clone(), read(&row.file)?);
+        let other = CompareImage::new(row.file.clone(), read(&row.file)?);
         let mut film = Film::of(&other.image, &row.file, &row.layer);
-        let pairing = Pairing::new(&truth, &other, Side::A, std::slice::from_ref(&row.layer))?;
+        let pairing = Pairing::new(
+            &truth,
+            &other,
+            ImageSide::A,
+            std::slice::from_ref(&row.layer),
+        )?;
         let z = pairing.pairs.first().and_then(|pair| Maps::of(pair).z);
         film.z = z.map(|grid| grid.iter().copied().collect());
         films.push(film);

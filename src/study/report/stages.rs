@@ -7,7 +7,7 @@ use super::super::session::Session;
 use super::super::store::Stored;
 use super::figures::{StageError, StageErrors};
 use crate::film::{Image, exr};
-use crate::metric::Source;
+use crate::metric::CompareImage;
 use crate::radiometry::Rgb;
 
 /// The films of an approximation's stages.
@@ -24,7 +24,7 @@ pub struct StageFilms<'a> {
 /// The figures; `None` where the truth has none of the light that is modelled.
 pub(super) fn stage_errors(
     session: &Session,
-    truth: &Source,
+    truth: &CompareImage,
     films: &StageFilms,
 ) -> Result<Option<StageErrors>, StudyError> {
     let layer = &films.all.facts.judged;
@@ -67,7 +67,7 @@ pub(super) fn stage_errors(
 }
 
 /// The part of the truth's light from mirrors and glass that is not among the modelled.
-fn not_modelled(truth: &Source, modelled: &[Rgb]) -> f64 {
+fn not_modelled(truth: &CompareImage, modelled: &[Rgb]) -> f64 {
     let total = |name: &str| channels(&truth.image, name).map_or(0.0, |values| sum(&values));
     let specular = total("E").max(total("L")) - total("LD");
     if specular > 0.0 {

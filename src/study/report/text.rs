@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use super::figures::{
     GateVerdict, Report, Row, SensorFigures, SensorTimings, Timing, Timings, TruthFigures,
 };
-use crate::metric::Comparison;
+use crate::metric::LayerComparison;
 use crate::run::Quantity;
 
 /// A line a row; numbers as in the JSON, empty where there is none.
@@ -24,7 +24,7 @@ pub fn csv(report: &Report, timings: &Timings) -> String {
 
 fn line(row: &Row, timing: &Timing) -> String {
     let judged = judged(row);
-    let figure = |figure: fn(&Comparison) -> Option<f64>| number(judged.and_then(figure));
+    let figure = |figure: fn(&LayerComparison) -> Option<f64>| number(judged.and_then(figure));
     let cells = [
         field(&row.name),
         field(&row.label),
@@ -60,7 +60,7 @@ fn rays(row: &Row) -> Option<u64> {
 }
 
 /// The comparison of the layer that a row is judged by.
-pub fn judged(row: &Row) -> Option<&Comparison> {
+pub fn judged(row: &Row) -> Option<&LayerComparison> {
     row.comparison
         .layers
         .iter()

@@ -1,6 +1,6 @@
 use super::*;
 
-/// A square of two triangles, given as one polygon, with every attribute and things to skip.
+/// A square of two triangles, given as one polygon, with every attribute and properties to skip.
 fn ascii() -> String {
     "ply\r\nformat ascii 1.0\r\ncomment a square\nelement vertex 4\n\
      property float confidence\nproperty double z\nproperty float x\nproperty float y\n\

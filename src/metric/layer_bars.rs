@@ -2,9 +2,9 @@
 
 use std::borrow::Cow;
 
-use super::pair::{Bars, component};
-use super::source::{Contents, Kind, TOTALS};
-use super::{CompareError, Source};
+use super::bars::Bars;
+use super::image::{ChannelKind, Contents, TOTALS, component};
+use super::{CompareError, CompareImage};
 use crate::film::Channel;
 
 /// Linear sRGB to CIE XYZ under D65 (IEC 61966-2-1), as Mitsuba's `moment` integrator converts.
@@ -17,20 +17,22 @@ const RGB_TO_XYZ: [[f32; 3]; 3] = [
 /// Half a unit in the last place of an `f32`, relative.
 const ROUNDING: f64 = 1.0 / (1 << 24) as f64;
 
-/// One layer of one image.
-pub(super) struct Measured<'a> {
+/// Values and bars of one layer of one image.
+pub(super) struct LayerBars<'a> {
     /// `R`, `G`, `B`; `X`, `Y`, `Z`; or `Y`.
     pub(super) names: Vec<&'a str>,
     /// Values and bars, channel by channel.
     pub(super) bars: Vec<Bars<'a>>,
 }
 
-impl<'a> Measured<'a> {
-    /// A layer as its file has it: with moments where it is all light and they are there, else with
-    /// the errors of a separate image where one is given, else with its own.
+impl<'a> LayerBars<'a> {
+    /// A layer as its file has it, with its errors.
+    ///
+    /// The errors are the moments, if the layer is all light and has them; else those of a separate image, if
+    /// one is given; else the file's own.
     pub(super) fn of(
         contents: &Contents<'a>,
-        source: &'a Source,
+        source: &'a CompareImage,
         layer: &str,
         is_total: bool,
     ) -> Result<Self, CompareError> {
@@ -40,7 +42,7 @@ impl<'a> Measured<'a> {
         {
             return Self::from_moments(contents, source, &means, &squares);
         }
-        let values = contents.colour(layer, Kind::Value);
+        let values = contents.colour(layer, ChannelKind::Value);
         let (errors, bounds) = match &source.errors {
             None => (contents.standard_errors(layer)?, contents.bounds(layer)?),
             Some((name, image)) => {
@@ -65,11 +67,12 @@ impl<'a> Measured<'a> {
 
     /// Standard errors of means of n samples from their second moments, √((m₂ − m₁²) / (n − 1)).
     ///
-    /// Zero, for not known, where the difference may be rounding: summed up as `f32`, n equal samples
-    /// may be off by n u of themselves (Higham 2002, section 4.2), so m₂ by n u and m₁² by 2 n u.
+    /// An error is zero, for "not known", if the difference may be rounding. Summed up as `f32`, n equal
+    /// samples may be off by n u of themselves (Higham 2002, section 4.2). So m₂ may be off by n u and m₁² by
+    /// 2 n u.
     fn from_moments(
         contents: &Contents<'a>,
-        source: &Source,
+        source: &CompareImage,
         means: &[&'a Channel],
         squares: &[&'a Channel],
     ) -> Result<Self, CompareError> {
@@ -105,7 +108,7 @@ impl<'a> Measured<'a> {
         })
     }
 
-    /// Two layers in the same channels: where one is in X, Y, Z, so becomes the other.
+    /// Two layers in the same channels: if one is in X, Y and Z, the other is converted.
     pub(super) fn alike([a, b]: [Self; 2]) -> [Self; 2] {
         if a.names == b.names {
             return [a, b];
@@ -121,9 +124,11 @@ impl<'a> Measured<'a> {
         })
     }
 
-    /// Red, green and blue as X, Y and Z. How far the channels' errors are correlated is not known: as if they were
-    /// altogether, σ(X) = Σ m σ, which is the largest it can be, and exact for light of one colour. Bounds
-    /// keep their order, as no weight is negative.
+    /// Red, green and blue as X, Y and Z.
+    ///
+    /// The correlation of the channels' errors is not known. They count as fully correlated: σ(X) = Σ m σ,
+    /// which is the largest it can be, and exact for light of one colour. Bounds keep their order, as no
+    /// weight is negative.
     fn to_xyz(&self) -> Self {
         let [r, g, b] = [0, 1, 2].map(|c| &self.bars[c.min(self.bars.len() - 1)]);
         let errors = [r, g, b].map(|bars| bars.standard_errors.as_deref());
@@ -155,8 +160,10 @@ fn mixed(weights: [f32; 3], planes: [&[f32]; 3]) -> Cow<'static, [f32]> {
     Cow::Owned((0..planes[0].len()).map(mix).collect())
 }
 
-/// Standard errors from an image of their own: named as errors of the layer, or as if they were
-/// the layer. Those of all light may have any of its names, and must be there.
+/// Standard errors from an image of their own.
+///
+/// They are named as errors of the layer, or as if they were the layer. The errors of all light may have any
+/// of its names, and must be there.
 fn separate_errors<'a>(
     errors: &Contents<'a>,
     layer: &str,
@@ -169,7 +176,7 @@ fn separate_errors<'a>(
         if let Some(found) = errors.standard_errors(name)?.filter(fitting) {
             return Ok(Some(found));
         }
-        let found = errors.errors_from(&errors.colour(name, Kind::Value), false)?;
+        let found = errors.errors_from(&errors.colour(name, ChannelKind::Value), false)?;
         if let Some(found) = found.filter(fitting) {
             return Ok(Some(found));
         }

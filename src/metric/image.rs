@@ -1,4 +1,4 @@
-//! What is in a file: layers, and what it says of their errors.
+//! The contents of an image file: layers, and their errors.
 //!
 //! | channels | meaning |
 //! |---|---|
@@ -6,7 +6,7 @@
 //! | `NAME.stderr.R` ... | one standard error of it |
 //! | `NAME.variance.R` ... | its variance: the standard error squared |
 //! | `NAME.lo.R` ..., `NAME.hi.R` ... | its lower and upper bounds |
-//! | `NAME.X .Y .Z` with `m2_NAME.X` ... | mean and second moment of one sample in CIE XYZ: Mitsuba's `moment` |
+//! | `NAME.X .Y .Z` with `m2_NAME.X` ... | mean, second moment of a sample in CIE XYZ: Mitsuba's `moment` |
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -16,18 +16,18 @@ use crate::film::{Channel, Image};
 
 /// An image to compare, and what is known of its errors beside its own channels.
 #[derive(Clone, Debug)]
-pub struct Source {
-    /// What messages call it: the file's name.
+pub struct CompareImage {
+    /// The name for messages: the file's.
     pub name: String,
     /// The image.
     pub image: Image,
-    /// A separate image of standard errors and its name: channels as in a layer (`R`), or named as
-    /// errors (`stderr.R`, `variance.R`).
+    /// A separate image of standard errors and its name: channels as in a layer (`R`), or named as errors
+    /// (`stderr.R`, `variance.R`).
     pub errors: Option<(String, Image)>,
-    /// How many independent values each standard error comes from: replicates, or samples a pixel.
-    /// Where it is not known, standard errors count as exact.
+    /// Number of independent values behind each standard error: replicates, or samples a pixel. If it is not
+    /// known, standard errors count as exact.
     pub samples: Option<u64>,
-    /// Where the image's upper left texel was in its file, which messages and places refer to.
+    /// The place of the image's upper left texel in its file. Messages and places refer to the file.
     pub corner: [usize; 2],
 }
 
@@ -40,7 +40,7 @@ pub struct Window {
     pub size: [usize; 2],
 }
 
-impl Source {
+impl CompareImage {
     /// An image as it is in its file. `samples` are the replicates that the file's settings name.
     pub fn new(name: impl Into<String>, image: Image) -> Self {
         let settings = image.metadata("settings");
@@ -60,7 +60,7 @@ impl Source {
     ///
     /// # Errors
     ///
-    /// Where the window is empty or leaves the image.
+    /// If the window is empty or leaves the image.
     pub fn cropped(&self, window: Window) -> Result<Self, CompareError> {
         let errors = match &self.errors {
             Some((name, image)) => Some((name.clone(), cropped(image, window)?)),
@@ -75,7 +75,7 @@ impl Source {
         })
     }
 
-    /// Degrees of freedom of the standard errors; infinite where they count as exact.
+    /// Degrees of freedom of the standard errors; infinite if they count as exact.
     pub(super) fn freedom(&self) -> f64 {
         self.samples
             .map_or(f64::INFINITY, |n| n.saturating_sub(1).max(1) as f64)
@@ -117,9 +117,9 @@ fn cropped(image: &Image, window: Window) -> Result<Image, CompareError> {
     })
 }
 
-/// What a group of channels says of a layer.
+/// The meaning of a group of channels for a layer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Kind {
+pub(super) enum ChannelKind {
     Value,
     StandardError,
     Variance,
@@ -128,7 +128,7 @@ pub(super) enum Kind {
     SecondMoment,
 }
 
-impl Kind {
+impl ChannelKind {
     const SUFFIXES: [(&'static str, Self); 4] = [
         ("stderr", Self::StandardError),
         ("variance", Self::Variance),
@@ -159,13 +159,13 @@ pub(super) struct Contents<'a> {
     pub(super) name: &'a str,
     image: &'a Image,
     corner: [usize; 2],
-    groups: BTreeMap<(&'a str, Kind), BTreeMap<&'a str, &'a Channel>>,
+    groups: BTreeMap<(&'a str, ChannelKind), BTreeMap<&'a str, &'a Channel>>,
 }
 
 /// The names that a layer of all light has.
 pub(super) const TOTALS: [&str; 3] = ["E", "L", ""];
 
-/// What is not light although its channels are named like a layer's.
+/// Names of channels that look like a layer's but hold no light.
 const NOT_LIGHT: [&str; 1] = ["count"];
 
 impl<'a> Contents<'a> {
@@ -174,7 +174,7 @@ impl<'a> Contents<'a> {
         for channel in &image.channels {
             let (prefix, component) = channel.name.rsplit_once('.').unwrap_or(("", &channel.name));
             groups
-                .entry(Kind::of(prefix))
+                .entry(ChannelKind::of(prefix))
                 .or_default()
                 .insert(component, channel);
         }
@@ -186,18 +186,18 @@ impl<'a> Contents<'a> {
         }
     }
 
-    /// The channels of a group: red, green, blue, or the one of luminance; none where it is neither.
-    pub(super) fn colour(&self, layer: &str, kind: Kind) -> Vec<&'a Channel> {
+    /// The channels of a group: red, green, blue, or luminance alone; none if it has neither.
+    pub(super) fn colour(&self, layer: &str, kind: ChannelKind) -> Vec<&'a Channel> {
         self.components(layer, kind, &["R", "G", "B"])
             .or_else(|| self.components(layer, kind, &["Y"]))
             .unwrap_or_default()
     }
 
-    /// The channels of these components, where all are there.
+    /// The channels of these components, if all are there.
     pub(super) fn components(
         &self,
         layer: &str,
-        kind: Kind,
+        kind: ChannelKind,
         names: &[&str],
     ) -> Option<Vec<&'a Channel>> {
         let group = self.groups.get(&(layer, kind))?;
@@ -208,7 +208,7 @@ impl<'a> Contents<'a> {
     pub(super) fn total(&self) -> Result<&'static str, CompareError> {
         TOTALS
             .into_iter()
-            .find(|name| !self.colour(name, Kind::Value).is_empty())
+            .find(|name| !self.colour(name, ChannelKind::Value).is_empty())
             .ok_or_else(|| CompareError::NoTotal {
                 file: self.name.to_owned(),
                 channels: names(self.image.channels.iter()),
@@ -220,27 +220,26 @@ impl<'a> Contents<'a> {
         self.groups
             .keys()
             .filter(|(name, kind)| {
-                *kind == Kind::Value
+                *kind == ChannelKind::Value
                     && !TOTALS.contains(name)
                     && !NOT_LIGHT.contains(name)
-                    && !self.groups.contains_key(&(name, Kind::SecondMoment))
-                    && !self.colour(name, Kind::Value).is_empty()
+                    && !self.groups.contains_key(&(name, ChannelKind::SecondMoment))
+                    && !self.colour(name, ChannelKind::Value).is_empty()
             })
             .map(|(name, _)| *name)
             .collect()
     }
 
-    /// Mean and second moment of one sample in X, Y and Z, where the file has them: three channels
-    /// each.
+    /// Mean and second moment of one sample in X, Y and Z, if the file has them: three channels each.
     pub(super) fn moments(&self) -> Option<[Vec<&'a Channel>; 2]> {
         const XYZ: [&str; 3] = ["X", "Y", "Z"];
         self.groups
             .keys()
-            .filter(|(_, kind)| *kind == Kind::SecondMoment)
+            .filter(|(_, kind)| *kind == ChannelKind::SecondMoment)
             .find_map(|(name, _)| {
                 Some([
-                    self.components(name, Kind::Value, &XYZ)?,
-                    self.components(name, Kind::SecondMoment, &XYZ)?,
+                    self.components(name, ChannelKind::Value, &XYZ)?,
+                    self.components(name, ChannelKind::SecondMoment, &XYZ)?,
                 ])
             })
     }
@@ -250,16 +249,16 @@ impl<'a> Contents<'a> {
         self.check(channels, f32::is_finite, not_finite)
     }
 
-    /// Standard errors, or `None` where there are none or all are NaN, which says "not known".
+    /// Standard errors, or `None` if there are none or all are NaN, which says "not known".
     pub(super) fn standard_errors(
         &self,
         layer: &str,
     ) -> Result<Option<Vec<Cow<'a, [f32]>>>, CompareError> {
-        let errors = self.colour(layer, Kind::StandardError);
+        let errors = self.colour(layer, ChannelKind::StandardError);
         if !errors.is_empty() {
             return self.errors_from(&errors, false);
         }
-        self.errors_from(&self.colour(layer, Kind::Variance), true)
+        self.errors_from(&self.colour(layer, ChannelKind::Variance), true)
     }
 
     /// Channels as standard errors.
@@ -293,9 +292,10 @@ impl<'a> Contents<'a> {
         Ok(Some(errors.collect()))
     }
 
-    /// Lower and upper bounds of each channel, or `None` where there are none or all are NaN.
+    /// Lower and upper bounds of each channel, or `None` if there are none or all are NaN.
     pub(super) fn bounds(&self, layer: &str) -> Result<Option<Vec<[&'a [f32]; 2]>>, CompareError> {
-        let [lows, highs] = [Kind::Low, Kind::High].map(|kind| self.colour(layer, kind));
+        let [lows, highs] =
+            [ChannelKind::Low, ChannelKind::High].map(|kind| self.colour(layer, kind));
         if lows.is_empty() || lows.len() != highs.len() || are_unknown(&lows) {
             return Ok(None);
         }
@@ -372,4 +372,10 @@ fn are_unknown(channels: &[&Channel]) -> bool {
 pub(super) fn names<'a>(channels: impl Iterator<Item = &'a Channel>) -> String {
     let names: Vec<&str> = channels.map(|channel| channel.name.as_str()).collect();
     names.join(", ")
+}
+
+/// The last part of a channel's name.
+pub(super) fn component(name: &str) -> &str {
+    name.rsplit_once('.')
+        .map_or(name, |(_, component)| component)
 }

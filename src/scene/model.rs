@@ -1,0 +1,136 @@
+//! The scene that all methods render: immutable, and checked as a whole.
+
+use std::path::{Path, PathBuf};
+
+use super::{
+    Emitter, Ignored, Integrator, Material, MaterialId, Object, SceneError, SceneParts, Sensor,
+    Texture, TextureId, Warning, coincidence, validate,
+};
+use crate::geometry::World;
+
+/// An immutable, validated scene.
+#[derive(Debug)]
+pub struct Scene {
+    path: PathBuf,
+    content_hash: String,
+    world: World,
+    objects: Vec<Object>,
+    materials: Vec<Material>,
+    textures: Vec<Texture>,
+    emitters: Vec<Emitter>,
+    sensors: Vec<Sensor>,
+    integrator: Option<Integrator>,
+    warnings: Vec<Warning>,
+    ignored: Vec<Ignored>,
+}
+
+impl Scene {
+    /// Checks the parts as a whole, looks for defects of meshes and builds the search tree.
+    ///
+    /// Oddities of a mesh become warnings: an open refractor still bends light, only not as a solid would. An
+    /// interface at the same place as another surface becomes a warning, too.
+    ///
+    /// # Errors
+    ///
+    /// If a number is outside its physical range or an index refers to nothing.
+    pub fn new(parts: SceneParts) -> Result<Self, SceneError> {
+        validate::check(&parts)?;
+        let mut warnings = parts.warnings;
+        warnings.extend(validate::mesh_warnings(
+            &parts.shapes,
+            &parts.objects,
+            &parts.materials,
+        ));
+        warnings.extend(coincidence::warnings(
+            &parts.shapes,
+            &parts.objects,
+            &parts.materials,
+        ));
+        Ok(Self {
+            path: parts.path,
+            content_hash: parts.content_hash,
+            world: World::new(parts.shapes),
+            objects: parts.objects,
+            materials: parts.materials,
+            textures: parts.textures,
+            emitters: parts.emitters,
+            sensors: parts.sensors,
+            integrator: parts.integrator,
+            warnings,
+            ignored: parts.ignored,
+        })
+    }
+
+    /// The main file, as named by the caller.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// A hash over everything the scene was read from.
+    pub fn content_hash(&self) -> &str {
+        &self.content_hash
+    }
+
+    /// The surfaces.
+    pub fn world(&self) -> &World {
+        &self.world
+    }
+
+    /// The entry of each shape, beside its form.
+    pub fn objects(&self) -> &[Object] {
+        &self.objects
+    }
+
+    /// All materials.
+    pub fn materials(&self) -> &[Material] {
+        &self.materials
+    }
+
+    /// The material of a shape.
+    #[inline]
+    pub fn material_of(&self, shape: u32) -> &Material {
+        self.material(self.objects[shape as usize].material)
+    }
+
+    /// The material with this id.
+    #[inline]
+    pub fn material(&self, id: MaterialId) -> &Material {
+        &self.materials[id.0 as usize]
+    }
+
+    /// All textures.
+    pub fn textures(&self) -> &[Texture] {
+        &self.textures
+    }
+
+    /// The texture with this id.
+    #[inline]
+    pub fn texture(&self, id: TextureId) -> &Texture {
+        &self.textures[id.0 as usize]
+    }
+
+    /// All emitters, in the file's order.
+    pub fn emitters(&self) -> &[Emitter] {
+        &self.emitters
+    }
+
+    /// All sensors, in the file's order.
+    pub fn sensors(&self) -> &[Sensor] {
+        &self.sensors
+    }
+
+    /// The limits that the file's integrator sets on paths, if it is one that follows paths.
+    pub fn integrator(&self) -> Option<&Integrator> {
+        self.integrator.as_ref()
+    }
+
+    /// Oddities that are no errors.
+    pub fn warnings(&self) -> &[Warning] {
+        &self.warnings
+    }
+
+    /// Contents of the file that make no difference here.
+    pub fn ignored(&self) -> &[Ignored] {
+        &self.ignored
+    }
+}
