@@ -1,12 +1,12 @@
 //! The plain materials, each in the frame of its normal.
 
-use std::f64::consts::{FRAC_1_PI, TAU};
+use std::f64::consts::FRAC_1_PI;
 
 use glam::DVec3;
 
-use super::Scattering;
 use super::plastic::{Plastic, RoughPlastic};
 use super::rough::{RoughInterface, RoughMetal};
+use super::sample::{LobeSample, Scattering, cosine_hemisphere};
 use super::smooth::{Interface, Metal};
 use crate::radiometry::Rgb;
 
@@ -24,17 +24,6 @@ pub(super) enum Lobe<'a> {
     RoughConductor(RoughMetal),
     Plastic(Plastic),
     RoughPlastic(RoughPlastic<'a>),
-}
-
-/// What a lobe answers when asked for a direction; as [`super::BsdfSample`], in its frame.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct LobeSample {
-    pub wo: DVec3,
-    pub weight: Rgb,
-    pub pdf: f64,
-    pub is_delta: bool,
-    pub eta: f64,
-    pub scattering: Scattering,
 }
 
 impl Lobe<'_> {
@@ -106,12 +95,4 @@ fn lambert(wi: DVec3, wo: DVec3) -> f64 {
     } else {
         0.0
     }
-}
-
-/// A direction with density cos θ / π (Malley's method).
-#[inline]
-pub(super) fn cosine_hemisphere(u: [f64; 2]) -> DVec3 {
-    let radius = u[0].sqrt();
-    let (sin, cos) = (TAU * u[1]).sin_cos();
-    DVec3::new(radius * cos, radius * sin, (1.0 - u[0]).sqrt())
 }

@@ -9,9 +9,8 @@ use std::f64::consts::FRAC_1_PI;
 
 use glam::DVec3;
 
-use super::Scattering;
-use super::lobe::{LobeSample, cosine_hemisphere};
 use super::rough::{half, mirrored_density, mirrored_share, weighed};
+use super::sample::{LobeSample, Scattering, cosine_hemisphere};
 use crate::optics::{Microfacets, RoughTransmittance, dielectric_reflectance, reflect};
 use crate::radiometry::Rgb;
 

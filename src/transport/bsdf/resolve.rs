@@ -2,56 +2,67 @@
 
 use glam::DVec3;
 
+use super::at_point::Bsdf;
+use super::layer::Layer;
 use super::lobe::Lobe;
 use super::plastic::{Base, Plastic, RoughPlastic};
 use super::rough::{RoughInterface, RoughMetal};
 use super::smooth::{Interface, Metal};
 use super::turned::{Turned, raised};
-use super::{Bsdf, Layer};
 use crate::geometry::{Frame, Hit, SurfacePoint};
 use crate::optics::Microfacets;
 use crate::radiometry::Rgb;
 use crate::scene::{Coat, Color, Material, NormalTurn, Roughness, Scalar, Scene, TexturePoint};
 
-/// Looks through masks, on both sides and below turned normals, and looks up all textures.
-pub(super) fn at<'a>(scene: &'a Scene, hit: &Hit, point: &SurfacePoint) -> Bsdf<'a> {
-    let here = Here {
-        scene,
-        hit,
-        point,
-        texture: TexturePoint::new(scene, hit, point),
-    };
-    let mut material = scene.material_of(hit.shape);
-    let mut opacity = 1.0;
-    while let Material::Mask {
-        opacity: own,
-        nested,
-    } = material
-    {
-        opacity *= here.scalar(*own).clamp(0.0, 1.0);
-        material = scene.material(*nested);
-    }
-    if *material == Material::Null {
-        opacity = 0.0;
-    }
-    let (first, second) = match material {
-        Material::TwoSided { front, back } => (scene.material(*front), Some(scene.material(*back))),
-        _ => (material, None),
-    };
-    let uses_tangents = uses_tangents(scene, first)
-        || second.is_some_and(|material| uses_tangents(scene, material));
-    let frame = if uses_tangents {
-        let [dp_du, _] = scene.world().tangents(hit, point);
-        Frame::along(point.shading_normal, dp_du)
-    } else {
-        Frame::around(point.shading_normal)
-    };
-    Bsdf {
-        geometric_normal: point.geometric_normal,
-        frame,
-        passed: 1.0 - opacity,
-        front: here.layer(&frame, first),
-        back: second.map(|material| here.layer(&frame, material)),
+impl<'a> Bsdf<'a> {
+    /// The material that a ray met at `hit`. Colours that are unknown are black: see [`check_colors`](super::check_colors).
+    ///
+    /// `point` must be [`World::surface_point`] of it, for its `uv`.
+    ///
+    /// [`World::surface_point`]: crate::geometry::World::surface_point
+    ///
+    /// Looks through masks, on both sides and below turned normals, and looks up all textures.
+    pub fn at(scene: &'a Scene, hit: &Hit, point: &SurfacePoint) -> Self {
+        let here = Here {
+            scene,
+            hit,
+            point,
+            texture: TexturePoint::new(scene, hit, point),
+        };
+        let mut material = scene.material_of(hit.shape);
+        let mut opacity = 1.0;
+        while let Material::Mask {
+            opacity: own,
+            nested,
+        } = material
+        {
+            opacity *= here.scalar(*own).clamp(0.0, 1.0);
+            material = scene.material(*nested);
+        }
+        if *material == Material::Null {
+            opacity = 0.0;
+        }
+        let (first, second) = match material {
+            Material::TwoSided { front, back } => {
+                (scene.material(*front), Some(scene.material(*back)))
+            }
+            _ => (material, None),
+        };
+        let uses_tangents = uses_tangents(scene, first)
+            || second.is_some_and(|material| uses_tangents(scene, material));
+        let frame = if uses_tangents {
+            let [dp_du, _] = scene.world().tangents(hit, point);
+            Frame::along(point.shading_normal, dp_du)
+        } else {
+            Frame::around(point.shading_normal)
+        };
+        Self {
+            geometric_normal: point.geometric_normal,
+            frame,
+            passed: 1.0 - opacity,
+            front: here.layer(&frame, first),
+            back: second.map(|material| here.layer(&frame, material)),
+        }
     }
 }
 

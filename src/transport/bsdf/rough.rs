@@ -5,8 +5,7 @@
 
 use glam::DVec3;
 
-use super::Scattering;
-use super::lobe::LobeSample;
+use super::sample::{LobeSample, Scattering};
 use super::smooth::{Interface, Metal};
 use crate::optics::{Microfacets, dielectric_reflectance, reflect, refract};
 use crate::radiometry::Rgb;

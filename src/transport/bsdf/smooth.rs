@@ -2,8 +2,7 @@
 
 use glam::DVec3;
 
-use super::Scattering;
-use super::lobe::LobeSample;
+use super::sample::{LobeSample, Scattering};
 use crate::optics::{
     conductor_reflectance, dielectric_reflectance, refract, thin_slab_reflectance,
 };

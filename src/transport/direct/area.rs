@@ -2,9 +2,11 @@
 
 use glam::{DVec2, DVec3};
 
-use super::delta::Glance;
+use super::glance::Glance;
+use super::leaf::GAUSS;
+use super::light::DirectLight;
 use super::look::Passed;
-use super::{DirectLight, DirectTexel, GAUSS};
+use super::texel::DirectTexel;
 use crate::geometry::SurfacePoint;
 use crate::numeric::Stream;
 use crate::radiometry::Rgb;

@@ -1,17 +1,14 @@
 //! Delta emitters: a texel's average by 2 x 2 Gauss points, closely where a shadow's edge runs.
 
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 
+use super::glance::Glance;
+use super::leaf::{Leaf, SHADOW_LEVELS};
+use super::light::DirectLight;
 use super::look::{Look, NO_RANGE, POINTS, Passed, Sum, joined};
-use super::{DirectLight, DirectTexel, GAUSS};
-use crate::geometry::SurfacePoint;
+use super::texel::DirectTexel;
 use crate::radiometry::Rgb;
 use crate::scene::Emitter;
-use crate::transport::domain::chart::Falloff;
-use crate::transport::receiver::Receiver;
-
-/// How often a leaf on a shadow's edge is quartered.
-pub(super) const SHADOW_LEVELS: u32 = 6;
 
 /// How often all of a texel of several faces near a shadow's edge is quartered.
 const EDGE_LEVELS: u32 = 3;
@@ -22,72 +19,6 @@ const EDGE_LEVELS: u32 = 3;
 /// An edge that bulges into a leaf between two of them by the sagitta s²/(8R), s the leaf's size,
 /// is seen from there for all radii R above s.
 const GUARDS: [f64; 3] = [-0.625, 0.0, 0.625];
-
-/// Whether a texel and its neighbours do not all see the same share of the emitter.
-pub(super) fn is_near_edge(first: &[Glance], texel: usize, receiver: &Receiver) -> bool {
-    let (column, row) = (texel % receiver.width(), texel / receiver.width());
-    let near = |i: usize, count: usize| i.saturating_sub(1)..(i + 2).min(count);
-    let mut seen = first[texel].passed;
-    for row in near(row, receiver.height()) {
-        for column in near(column, receiver.width()) {
-            seen = seen.with(first[row * receiver.width() + column].passed);
-        }
-    }
-    seen.is_mixed()
-}
-
-/// A texel's irradiance from few points, and what these see of the emitter.
-pub(super) struct Glance {
-    pub(super) value: DirectTexel,
-    pub(super) passed: Passed,
-}
-
-impl Glance {
-    /// Where no light can be.
-    pub(super) const DARK: Self = Self {
-        value: DirectTexel {
-            irradiance: Rgb::BLACK,
-            error: Rgb::BLACK,
-        },
-        passed: Passed::NOTHING_SEEN,
-    };
-}
-
-/// A part of a texel, by fractions across it.
-#[derive(Clone, Copy)]
-pub(super) struct Leaf {
-    pub(super) from: DVec2,
-    pub(super) size: f64,
-    pub(super) level: u32,
-}
-
-impl Leaf {
-    /// All of a texel.
-    const TEXEL: Self = Self {
-        from: DVec2::ZERO,
-        size: 1.0,
-        level: 0,
-    };
-
-    fn quarters(&self) -> [Self; 4] {
-        [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)].map(|(i, j)| Self {
-            from: self.from + DVec2::new(i, j) * (0.5 * self.size),
-            size: 0.5 * self.size,
-            level: self.level + 1,
-        })
-    }
-
-    /// Each of weight 1/4: exact for polynomials of degree 3 in each direction.
-    pub(super) fn gauss_points(&self) -> [DVec2; 4] {
-        [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)]
-            .map(|(i, j)| self.at(i * GAUSS, j * GAUSS))
-    }
-
-    /// The point (x, y) sizes from the middle.
-    fn at(&self, x: f64, y: f64) -> DVec2 {
-        self.from + (DVec2::new(x, y) + 0.5) * self.size
-    }
-}
 
 impl DirectLight<'_> {
     /// Average over a texel of a delta emitter's light, as few points see it.
@@ -282,59 +213,4 @@ impl DirectLight<'_> {
         let angle = (middle - from).angle_between(to_world.vector(DVec3::Z));
         (angle - cutoff_angle).abs() < reach || (angle - beam_width).abs() < reach || angle < reach
     }
-
-    /// A delta emitter's unshadowed irradiance at a point, and the share (0..=1) that passes.
-    pub(super) fn arriving(&mut self, point: &SurfacePoint, emitter: &Emitter) -> (Rgb, f64) {
-        let (irradiance, towards, distance) = unshadowed(point, emitter);
-        if irradiance.is_black() {
-            return (Rgb::BLACK, 0.0);
-        }
-        let passed = self.transmittance(point, towards, distance);
-        (irradiance, passed)
-    }
-}
-
-/// A delta emitter's irradiance at a point if nothing is in the way, the direction towards it and its distance \[m\]; no other
-/// emitter has any.
-pub(super) fn unshadowed(point: &SurfacePoint, emitter: &Emitter) -> (Rgb, DVec3, f64) {
-    let from = |position, intensity| from_point(point, position, intensity, Falloff::of(emitter));
-    match emitter {
-        Emitter::Directional {
-            direction,
-            irradiance,
-        } => {
-            let cos = -direction.dot(point.geometric_normal);
-            (*irradiance * cos.max(0.0), -*direction, f64::INFINITY)
-        }
-        Emitter::Point {
-            position,
-            intensity,
-        } => from(*position, *intensity),
-        Emitter::Spot {
-            to_world,
-            intensity,
-            ..
-        } => from(to_world.point(DVec3::ZERO), *intensity),
-        Emitter::Area { .. } | Emitter::Constant { .. } | Emitter::Envmap(_) => {
-            (Rgb::BLACK, DVec3::Z, f64::INFINITY)
-        }
-    }
-}
-
-/// Irradiance from a point: I(ω) cos θ / r².
-fn from_point(
-    point: &SurfacePoint,
-    position: DVec3,
-    intensity: Rgb,
-    falloff: Falloff,
-) -> (Rgb, DVec3, f64) {
-    let offset = position - point.position;
-    let distance = offset.length();
-    if distance == 0.0 {
-        return (Rgb::BLACK, DVec3::Z, 0.0);
-    }
-    let towards = offset / distance;
-    let cos = towards.dot(point.geometric_normal).max(0.0);
-    let factor = falloff.factor(-towards) * cos / (distance * distance);
-    (intensity * factor, towards, distance)
 }

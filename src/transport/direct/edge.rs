@@ -8,8 +8,9 @@
 
 use glam::DVec2;
 
-use super::DirectLight;
-use super::delta::{Leaf, SHADOW_LEVELS, unshadowed};
+use super::arriving::unshadowed;
+use super::leaf::{Leaf, SHADOW_LEVELS};
+use super::light::DirectLight;
 use super::look::Sum;
 use crate::radiometry::Rgb;
 use crate::scene::Emitter;

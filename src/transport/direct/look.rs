@@ -1,6 +1,6 @@
 //! What points of a texel see of a delta emitter, and how it sums up.
 
-use super::DirectTexel;
+use super::texel::DirectTexel;
 use crate::radiometry::Rgb;
 
 /// The least and the largest share of an emitter that some points see.

@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
-use super::LightSample;
+use super::sample::LightSample;
 use super::sphere::BallView;
 use crate::geometry::{Hit, Mesh, Ray, Shape, Sphere, SurfacePoint};
 use crate::numeric::Choice;

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::LightSample;
+use super::sample::LightSample;
 use crate::geometry::SurfacePoint;
 use crate::radiometry::Rgb;
 use crate::transport::domain::chart::Falloff;

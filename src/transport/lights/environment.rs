@@ -4,7 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use glam::{DVec2, DVec3};
 
-use super::LightSample;
+use super::sample::LightSample;
 use crate::numeric::Choice;
 use crate::radiometry::Rgb;
 use crate::scene::{Envmap, luminance};

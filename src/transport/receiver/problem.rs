@@ -1,4 +1,32 @@
-//! Why a mesh's (u, v) cannot carry texels.
+//! Reasons why a sensor, or the (u, v) of a mesh, cannot carry texels.
+
+/// Why a sensor cannot be used as a receiver.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ReceiverError {
+    /// It is a camera.
+    #[error(
+        "sensor \"{id}\" is a {plugin}: this method measures irradiance; \
+         sensors of plugin irradiancemeter are allowed"
+    )]
+    NotAMeter {
+        /// The sensor.
+        id: String,
+        /// Mitsuba's name of its kind.
+        plugin: &'static str,
+    },
+    /// The shape is a mesh whose (u, v) cannot carry texels.
+    #[error("sensor \"{id}\" measures shape \"{shape}\" ({plugin}), which {problem}")]
+    Mesh {
+        /// The sensor.
+        id: String,
+        /// The shape.
+        shape: String,
+        /// Mitsuba's name of the shape.
+        plugin: &'static str,
+        /// What is wrong.
+        problem: UvProblem,
+    },
+}
 
 /// What is wrong with a mesh's uv map; reads on after "which".
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

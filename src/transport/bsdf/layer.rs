@@ -2,9 +2,16 @@
 
 use glam::DVec3;
 
-use super::Layer;
+use super::lobe::Lobe;
 use super::turned::Turned;
 use crate::geometry::Frame;
+
+/// A lobe, and the texture that turns its normal, if any.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Layer<'a> {
+    pub(super) lobe: Lobe<'a>,
+    pub(super) turned: Option<Turned>,
+}
 
 /// A layer as a path from one direction meets it.
 ///

@@ -1,0 +1,36 @@
+//! A first look at a texel, and the texels that need a closer one.
+
+use super::look::Passed;
+use super::texel::DirectTexel;
+use crate::radiometry::Rgb;
+use crate::transport::receiver::Receiver;
+
+/// A texel's irradiance from few points, and what these see of the emitter.
+pub(super) struct Glance {
+    pub(super) value: DirectTexel,
+    pub(super) passed: Passed,
+}
+
+impl Glance {
+    /// Where no light can be.
+    pub(super) const DARK: Self = Self {
+        value: DirectTexel {
+            irradiance: Rgb::BLACK,
+            error: Rgb::BLACK,
+        },
+        passed: Passed::NOTHING_SEEN,
+    };
+}
+
+/// Whether a texel and its neighbours do not all see the same share of the emitter.
+pub(super) fn is_near_edge(first: &[Glance], texel: usize, receiver: &Receiver) -> bool {
+    let (column, row) = (texel % receiver.width(), texel / receiver.width());
+    let near = |i: usize, count: usize| i.saturating_sub(1)..(i + 2).min(count);
+    let mut seen = first[texel].passed;
+    for row in near(row, receiver.height()) {
+        for column in near(column, receiver.width()) {
+            seen = seen.with(first[row * receiver.width() + column].passed);
+        }
+    }
+    seen.is_mixed()
+}
