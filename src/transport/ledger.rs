@@ -22,7 +22,7 @@ pub enum Fate {
 }
 
 impl Fate {
-    /// All fates, in the order of a [`Row`]'s sums.
+    /// All fates, in the order of a [`FluxByFate`]'s sums.
     pub const ALL: [Self; 5] = [
         Self::Received,
         Self::Direct,
@@ -40,7 +40,7 @@ impl Fate {
 
 /// The flux that ended after one sequence of events, by fate \[W\].
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
-pub struct Row {
+pub struct FluxByFate {
     /// In a texel of the sensor.
     pub received: Rgb,
     /// In a texel, without a specular event.
@@ -53,7 +53,7 @@ pub struct Row {
     pub cut_off: Rgb,
 }
 
-impl Row {
+impl FluxByFate {
     /// The row with these sums, in the order of [`Fate::ALL`].
     pub fn from_fates(fates: [Rgb; 5]) -> Self {
         let [received, direct, escaped, absorbed, cut_off] = fates;
@@ -84,9 +84,9 @@ pub struct Ledger {
     pub shading_gain: Rgb,
     /// One row a signature, of the events before the end; rows past the kept signatures are
     /// together in `other`.
-    pub rows: BTreeMap<Signature, Row>,
+    pub rows: BTreeMap<Signature, FluxByFate>,
     /// Flux of signatures that have no row of their own.
-    pub other: Row,
+    pub other: FluxByFate,
     /// Flux that ended elsewhere, mean of channels, by difference: of methods that follow only what is
     /// received. Then `emitted` is a mean of channels, too, and the rows' other fates are not known.
     pub elsewhere: Option<f64>,
@@ -94,7 +94,7 @@ pub struct Ledger {
 
 impl Ledger {
     /// Flux by fate over all signatures \[W\].
-    pub fn sum(&self) -> Row {
+    pub fn sum(&self) -> FluxByFate {
         let mut sum = self.other;
         for row in self.rows.values() {
             sum.received += row.received;

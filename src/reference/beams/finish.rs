@@ -16,7 +16,7 @@ use crate::radiometry::Rgb;
 use crate::reference::{Estimate, Layer, LayerName, Quantity, Target};
 use crate::scene::Scene;
 use crate::transport::direct::{AREA_REPLICATES, Direct};
-use crate::transport::ledger::{Ledger, Row};
+use crate::transport::ledger::{FluxByFate, Ledger};
 use crate::transport::signature::Signature;
 
 /// The two-sided confidence of bounds, as far as they are random.
@@ -168,9 +168,9 @@ impl Outcome<'_> {
         for layer in layers {
             let flux = |(texel, value): (usize, &Rgb)| *value * self.target.measure(texel);
             let received = layer.irradiance.iter().enumerate().map(flux).sum();
-            let row = Row {
+            let row = FluxByFate {
                 received,
-                ..Row::default()
+                ..FluxByFate::default()
             };
             match layer.name {
                 LayerName::Path(signature) => ledger.rows.insert(signature, row),

@@ -18,7 +18,7 @@ use crate::radiometry::Rgb;
 use crate::reference::estimate::relative_error;
 use crate::reference::{Estimate, Layer, LayerName, Target};
 use crate::transport::direct::Direct;
-use crate::transport::ledger::{Ledger, Row};
+use crate::transport::ledger::{FluxByFate, Ledger};
 use crate::transport::signature::Signature;
 
 /// Photons times flux, and its variance, by texel.
@@ -223,7 +223,7 @@ impl Rounds {
 }
 
 fn add_ledger(sum: &mut Ledger, addend: &Ledger, weight: f64) {
-    let add_row = |sum: &mut Row, addend: &Row| {
+    let add_row = |sum: &mut FluxByFate, addend: &FluxByFate| {
         sum.received += addend.received * weight;
         sum.direct += addend.direct * weight;
         sum.escaped += addend.escaped * weight;

@@ -10,7 +10,7 @@ use crate::reference::Target;
 use crate::scene::Scene;
 use crate::transport::chain::Arrival;
 use crate::transport::flux::Flux;
-use crate::transport::ledger::{Fate, Ledger, Row};
+use crate::transport::ledger::{Fate, FluxByFate, Ledger};
 use crate::transport::screen::Screen;
 use crate::transport::signature::Signature;
 
@@ -388,7 +388,7 @@ impl LedgerSums {
         let mean = |sum: [i128; 3]| {
             Rgb(sum.map(|quanta| self.scale.value_i128(quanta) / f64::from(replicates.max(1))))
         };
-        let row = |index: usize| Row::from_fates(self.rows[index].map(mean));
+        let row = |index: usize| FluxByFate::from_fates(self.rows[index].map(mean));
         let names = std::iter::once(Signature::DIRECT).chain(map.signatures().iter().copied());
         Ledger {
             emitted: mean(self.emitted),

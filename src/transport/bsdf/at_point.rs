@@ -4,7 +4,7 @@ use std::f64::consts::FRAC_1_PI;
 
 use glam::DVec3;
 
-use super::layer::{Layer, View};
+use super::layer::{BsdfLayer, LayerView};
 use super::sample::{BsdfSample, Scattering, Transport, cosine_hemisphere};
 use crate::geometry::Frame;
 use crate::radiometry::Rgb;
@@ -21,9 +21,9 @@ pub struct Bsdf<'a> {
     /// The share that passes without an event.
     pub(super) passed: f64,
     /// What stands on the front; light on the back meets it, too, unless there is a `back`.
-    pub(super) front: Layer<'a>,
+    pub(super) front: BsdfLayer<'a>,
     /// What stands on the back of a two-sided surface.
-    pub(super) back: Option<Layer<'a>>,
+    pub(super) back: Option<BsdfLayer<'a>>,
 }
 
 impl<'a> Bsdf<'a> {
@@ -129,7 +129,7 @@ impl<'a> Bsdf<'a> {
         }
     }
 
-    fn sample_radiance(&self, view: &View, u: [f64; 3]) -> Option<BsdfSample> {
+    fn sample_radiance(&self, view: &LayerView, u: [f64; 3]) -> Option<BsdfSample> {
         let sampled = view.layer.lobe.sample(view.wi, u)?;
         let to = view.leave_lobe(sampled.wo)?;
         Some(BsdfSample {
@@ -146,7 +146,7 @@ impl<'a> Bsdf<'a> {
     ///
     /// A turned normal that faces away from the viewer is turned back towards him: so light from `wi`
     /// goes on to viewers that the normal as seen from `wi` faces away from, and that it never samples.
-    fn sample_turned_flux(&self, view: &View, wi: DVec3, u: [f64; 3]) -> Option<BsdfSample> {
+    fn sample_turned_flux(&self, view: &LayerView, wi: DVec3, u: [f64; 3]) -> Option<BsdfSample> {
         let opacity = 1.0 - self.passed;
         let own = 2.0 * u[0];
         let mut sample = if own < 1.0 {
@@ -184,7 +184,7 @@ impl<'a> Bsdf<'a> {
     /// A delta lobe's weight for flux, given that for radiance. With c the cosines in the lobe's
     /// frame, the factor is η² |cᵢ wo·n| / |cₒ wi·n|, and the bumps' shadow is that of the
     /// path the other way round. `None` for light along the true surface.
-    fn adjoint_weight(&self, view: &View, wi: DVec3, sample: &BsdfSample) -> Option<Rgb> {
+    fn adjoint_weight(&self, view: &LayerView, wi: DVec3, sample: &BsdfSample) -> Option<Rgb> {
         let n = self.geometric_normal;
         let to = view.to_lobe(self.frame.to_local(sample.wo))?;
         let veach = (view.wi.z * sample.wo.dot(n)) / (to.wo.z * wi.dot(n));
@@ -196,7 +196,7 @@ impl<'a> Bsdf<'a> {
 
     /// What a path that comes from `wi` meets.
     #[inline]
-    fn view(&self, wi: DVec3) -> View<'_, 'a> {
-        View::new(&self.front, self.back.as_ref(), self.frame.to_local(wi))
+    fn view(&self, wi: DVec3) -> LayerView<'_, 'a> {
+        LayerView::new(&self.front, self.back.as_ref(), self.frame.to_local(wi))
     }
 }

@@ -8,7 +8,7 @@ use crate::geometry::Frame;
 
 /// A lobe, and the texture that turns its normal, if any.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Layer<'a> {
+pub(super) struct BsdfLayer<'a> {
     pub(super) lobe: Lobe<'a>,
     pub(super) turned: Option<Turned>,
 }
@@ -17,8 +17,8 @@ pub(super) struct Layer<'a> {
 ///
 /// Three frames: the shading frame; the same mirrored at the tangent plane, on the back of a two-sided
 /// surface, as Mitsuba does; and that of the lobe, whose normal a texture may have turned.
-pub(super) struct View<'b, 'a> {
-    pub layer: &'b Layer<'a>,
+pub(super) struct LayerView<'b, 'a> {
+    pub layer: &'b BsdfLayer<'a>,
     is_mirrored: bool,
     turned: Option<(Turned, Frame)>,
     /// In the lobe's frame.
@@ -34,10 +34,10 @@ pub(super) struct Onward {
     pub wo: DVec3,
 }
 
-impl<'b, 'a> View<'b, 'a> {
+impl<'b, 'a> LayerView<'b, 'a> {
     /// The layer that a path from `wi`, in the shading frame, meets.
     #[inline]
-    pub fn new(front: &'b Layer<'a>, back: Option<&'b Layer<'a>>, wi: DVec3) -> Self {
+    pub fn new(front: &'b BsdfLayer<'a>, back: Option<&'b BsdfLayer<'a>>, wi: DVec3) -> Self {
         let (layer, is_mirrored) = match back {
             Some(back) if wi.z < 0.0 => (back, true),
             _ => (front, false),

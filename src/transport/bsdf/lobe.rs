@@ -7,7 +7,7 @@ use glam::DVec3;
 use super::plastic::{Plastic, RoughPlastic};
 use super::rough::{RoughInterface, RoughMetal};
 use super::sample::{LobeSample, Scattering, cosine_hemisphere};
-use super::smooth::{Interface, Metal};
+use super::smooth::{Interface, SmoothMetal};
 use crate::radiometry::Rgb;
 
 /// A material without wrappers; +z is its normal, radiance is what it scatters.
@@ -19,7 +19,7 @@ pub(super) enum Lobe<'a> {
     Diffuse(Rgb),
     Dielectric(Interface),
     Pane(Interface),
-    Conductor(Metal),
+    Conductor(SmoothMetal),
     RoughDielectric(RoughInterface),
     RoughConductor(RoughMetal),
     Plastic(Plastic),

@@ -3,11 +3,11 @@
 use glam::DVec3;
 
 use super::at_point::Bsdf;
-use super::layer::Layer;
+use super::layer::BsdfLayer;
 use super::lobe::Lobe;
 use super::plastic::{Base, Plastic, RoughPlastic};
 use super::rough::{RoughInterface, RoughMetal};
-use super::smooth::{Interface, Metal};
+use super::smooth::{Interface, SmoothMetal};
 use super::turned::{Turned, raised};
 use crate::geometry::{Frame, Hit, SurfacePoint};
 use crate::optics::Microfacets;
@@ -95,7 +95,7 @@ impl<'a> Here<'a, '_> {
         self.scene.color(color, &self.texture)
     }
 
-    fn layer(&self, frame: &Frame, material: &'a Material) -> Layer<'a> {
+    fn layer(&self, frame: &Frame, material: &'a Material) -> BsdfLayer<'a> {
         let Material::Turned {
             by,
             flip_invalid_normals,
@@ -103,13 +103,13 @@ impl<'a> Here<'a, '_> {
             nested,
         } = material
         else {
-            return Layer {
+            return BsdfLayer {
                 lobe: self.lobe(material),
                 turned: None,
             };
         };
         let normal = self.turned_normal(frame, by);
-        Layer {
+        BsdfLayer {
             lobe: self.lobe(self.scene.material(*nested)),
             turned: Some(Turned::new(
                 normal,
@@ -176,7 +176,7 @@ impl<'a> Here<'a, '_> {
                 eta,
                 k,
                 specular_reflectance,
-            } => Lobe::Conductor(Metal {
+            } => Lobe::Conductor(SmoothMetal {
                 eta: *eta,
                 k: *k,
                 specular_reflectance: self.color(*specular_reflectance),
@@ -201,7 +201,7 @@ impl<'a> Here<'a, '_> {
                 specular_reflectance,
                 roughness,
             } => Lobe::RoughConductor(RoughMetal {
-                metal: Metal {
+                metal: SmoothMetal {
                     eta: *eta,
                     k: *k,
                     specular_reflectance: self.color(*specular_reflectance),

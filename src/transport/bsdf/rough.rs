@@ -6,14 +6,14 @@
 use glam::DVec3;
 
 use super::sample::{LobeSample, Scattering};
-use super::smooth::{Interface, Metal};
+use super::smooth::{Interface, SmoothMetal};
 use crate::optics::{Microfacets, dielectric_reflectance, reflect, refract};
 use crate::radiometry::Rgb;
 
 /// A metal made of facets.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct RoughMetal {
-    pub metal: Metal,
+    pub metal: SmoothMetal,
     pub facets: Microfacets,
 }
 

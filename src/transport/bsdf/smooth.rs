@@ -19,7 +19,7 @@ pub(super) struct Interface {
 
 /// A metal, with what scales its reflection.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Metal {
+pub(super) struct SmoothMetal {
     pub eta: Rgb,
     pub k: Rgb,
     pub specular_reflectance: Rgb,
@@ -79,7 +79,7 @@ impl Interface {
     }
 }
 
-impl Metal {
+impl SmoothMetal {
     /// Fresnel reflectance of each channel, times its factor.
     pub fn reflectance(&self, cos_incident: f64) -> Rgb {
         let of = |c: usize| conductor_reflectance(cos_incident, self.eta.0[c], self.k.0[c]);

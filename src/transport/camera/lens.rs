@@ -9,7 +9,7 @@ use crate::scene::SensorKind;
 
 /// How space is projected.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Lens {
+pub(super) enum CameraLens {
     /// Rays from a point, or from a disk about it.
     Central {
         /// World space.
@@ -37,7 +37,7 @@ pub(super) struct Aperture {
 }
 
 /// A point as a lens sees it.
-pub(super) struct Seen {
+pub(super) struct LensProjection {
     /// On the plane z = 1 of camera space (its xy plane, for parallel rays).
     pub on_film: DVec2,
     /// From the point to the camera, a unit vector.
@@ -50,7 +50,7 @@ pub(super) struct Seen {
     pub importance: f64,
 }
 
-impl Lens {
+impl CameraLens {
     /// The lens of a camera; of any other sensor a pinhole at its origin.
     pub fn new(kind: &SensorKind, to_world: &Transform) -> Self {
         let linear = DMat3::from_mat4(to_world.matrix());
@@ -107,7 +107,7 @@ impl Lens {
         position: DVec3,
         lens: DVec2,
         near_clip: f64,
-    ) -> Option<Seen> {
+    ) -> Option<LensProjection> {
         let local = to_world.inverse().point(position);
         match *self {
             Self::Central {
@@ -129,7 +129,7 @@ impl Lens {
                 let whole = offset.length();
                 // |M q| is the distance that belongs to one unit of camera space's z.
                 let stretch = whole / local.z;
-                Some(Seen {
+                Some(LensProjection {
                     on_film,
                     towards: offset / whole,
                     depth: local.z - near_clip,
@@ -143,7 +143,7 @@ impl Lens {
             } => {
                 let stretch = to_world.vector(DVec3::Z).length();
                 let distance = (local.z - near_clip) * stretch;
-                Some(Seen {
+                Some(LensProjection {
                     on_film: local.truncate(),
                     towards: -axis,
                     // As in Mitsuba: rays are far_clip − near_clip long in the *world*, however
@@ -157,7 +157,7 @@ impl Lens {
     }
 
     /// The ray through a film point and a point of the lens, from the near plane on, and its length by unit of
-    /// depth (as [`Seen::depth`] counts it).
+    /// depth (as [`LensProjection::depth`] counts it).
     #[inline]
     pub fn ray(
         &self,

@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 
 use super::diffuse::has_unknown_reflectance;
 use super::error::CameraError;
-use super::lens::Lens;
+use super::lens::CameraLens;
 use crate::geometry::{Ray, Transform};
 use crate::scene::{Film, ReconstructionFilter, Scene, Sensor, SensorKind};
 use crate::transport::scatter::ShadingNormals;
@@ -19,7 +19,7 @@ use crate::transport::scatter::ShadingNormals;
 pub struct Camera {
     film: Film,
     to_world: Transform,
-    lens: Lens,
+    lens: CameraLens,
     near_clip: f64,
     far_clip: f64,
     /// The film point, in pixels of the crop, on the camera's axis.
@@ -125,7 +125,7 @@ impl Camera {
         let mut camera = Self {
             film: film.clone(),
             to_world,
-            lens: Lens::new(&sensor.kind, &to_world),
+            lens: CameraLens::new(&sensor.kind, &to_world),
             near_clip,
             far_clip,
             center: (0.5 - offset) * full - crop,

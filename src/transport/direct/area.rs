@@ -11,7 +11,7 @@ use crate::geometry::SurfacePoint;
 use crate::numeric::Stream;
 use crate::radiometry::Rgb;
 use crate::scene::Emitter;
-use crate::transport::domain::surface::{Area, LightSurface, Part, surface_point};
+use crate::transport::domain::surface::{Area, LightPart, LightSurface, surface_point};
 
 /// Replicates of the quadrature over an area light; their scatter is the error.
 pub const REPLICATES: u32 = 16;
@@ -166,18 +166,19 @@ impl DirectLight<'_> {
         let whole = light.rectangle()?;
         let (mut coarse, mut fine, mut at_corners) = (0.0, 0.0, 0.0);
         for part in light.parts() {
-            let Part::Flat(area @ Area::Parallelogram { .. }, normal) = part else {
+            let LightPart::Flat(area @ Area::Parallelogram { .. }, normal) = part else {
                 return None;
             };
             let size = area.area();
             let point = |u: f64, v: f64| surface_point(area.point(DVec2::new(u, v)), *normal);
             let center = point(0.5, 0.5);
-            let value = |from: &SurfacePoint| kernel(from, &center).map_or(0.0, |it| it.value);
+            let value =
+                |from: &SurfacePoint| geometry_term(from, &center).map_or(0.0, |it| it.value);
             coarse += value(&middle) * size;
             at_corners += corners.iter().map(value).sum::<f64>() * size / 4.0;
             for (i, j) in [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)] {
                 let sample = point(0.5 + i * GAUSS, 0.5 + j * GAUSS);
-                if let Some(seen) = kernel(&middle, &sample) {
+                if let Some(seen) = geometry_term(&middle, &sample) {
                     if self.transmittance(&middle, seen.towards, seen.reach) < 1.0 {
                         return None;
                     }
@@ -190,7 +191,7 @@ impl DirectLight<'_> {
         for (u, v) in CORNERS {
             let sample = surface_point(whole.0.point(DVec2::new(u, v)), whole.1);
             for corner in &corners {
-                if let Some(seen) = kernel(corner, &sample)
+                if let Some(seen) = geometry_term(corner, &sample)
                     && self.transmittance(corner, seen.towards, seen.reach) < 1.0
                 {
                     return None;
@@ -203,7 +204,10 @@ impl DirectLight<'_> {
 
     /// One sample of ∫ cos θ cos θ′ / r² dA without shadows, and the share (0..=1) that passes.
     fn area_sample(&mut self, point: &SurfacePoint, light: &LightSurface, at: DVec2) -> (f64, f64) {
-        let Some(seen) = light.sample(at).and_then(|sample| kernel(point, &sample)) else {
+        let Some(seen) = light
+            .sample(at)
+            .and_then(|sample| geometry_term(point, &sample))
+        else {
             return (0.0, 0.0);
         };
         let passed = self.transmittance(point, seen.towards, seen.reach);
@@ -212,7 +216,7 @@ impl DirectLight<'_> {
 }
 
 /// A point of an area light, as seen from the receiver.
-struct Seen {
+struct GeometryTerm {
     /// cos θ cos θ′ / r² [1/m²].
     value: f64,
     towards: DVec3,
@@ -221,7 +225,7 @@ struct Seen {
 }
 
 /// What a point of an area light does to a receiver point; `None` where either turns its back.
-fn kernel(point: &SurfacePoint, sample: &SurfacePoint) -> Option<Seen> {
+fn geometry_term(point: &SurfacePoint, sample: &SurfacePoint) -> Option<GeometryTerm> {
     let offset = sample.position - point.position;
     let distance_squared = offset.length_squared();
     let distance = distance_squared.sqrt();
@@ -232,7 +236,7 @@ fn kernel(point: &SurfacePoint, sample: &SurfacePoint) -> Option<Seen> {
         return None;
     }
     let margin = sample.position_error.length() + point.position_error.length();
-    Some(Seen {
+    Some(GeometryTerm {
         value: cos_receiver * cos_light / distance_squared,
         towards,
         reach: distance * (1.0 - 8.0 * f64::EPSILON) - 2.0 * margin / cos_light,

@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::glance::Glance;
 use super::leaf::{Leaf, SHADOW_LEVELS};
 use super::light::DirectLight;
-use super::look::{Look, NO_RANGE, POINTS, Passed, Sum, joined};
+use super::look::{LeafLight, NO_RANGE, POINTS, Passed, Sum, joined};
 use super::texel::DirectTexel;
 use crate::radiometry::Rgb;
 use crate::scene::Emitter;
@@ -122,8 +122,8 @@ impl DirectLight<'_> {
     }
 
     /// A leaf's part of its texel's irradiance, by 2 x 2 Gauss points.
-    fn look(&mut self, texel: usize, leaf: &Leaf, emitter: &Emitter) -> Look {
-        let mut look = Look {
+    fn look(&mut self, texel: usize, leaf: &Leaf, emitter: &Emitter) -> LeafLight {
+        let mut look = LeafLight {
             flux: Rgb::BLACK,
             unshadowed: Rgb::BLACK,
             area: 0.0,

@@ -14,7 +14,7 @@ use super::light::DirectLight;
 use super::look::Sum;
 use crate::radiometry::Rgb;
 use crate::scene::Emitter;
-use crate::transport::receiver::Patch;
+use crate::transport::receiver::ReceiverPatch;
 
 /// Cells across a texel.
 const CELLS: usize = 8;
@@ -27,7 +27,7 @@ const UNCERTAIN: f64 = 1e-4;
 
 /// A square part of a texel, and the share of the emitter that its corners see, counter-clockwise from the least.
 #[derive(Clone, Copy)]
-struct Cell {
+struct EdgeCell {
     from: DVec2,
     size: f64,
     shares: [f64; 4],
@@ -38,7 +38,7 @@ struct Cell {
 }
 
 /// Two parts of a cell that see different shares.
-struct Cut {
+struct EdgeCut {
     parts: [(Vec<DVec2>, f64); 2],
     /// Where the edge runs.
     middle: DVec2,
@@ -46,7 +46,7 @@ struct Cut {
     uncertain: f64,
 }
 
-impl Cut {
+impl EdgeCut {
     /// Whether a point is in the first part.
     fn is_first(&self, point: DVec2) -> bool {
         let outline = &self.parts[0].0;
@@ -63,7 +63,7 @@ impl Cut {
     }
 
     /// Whether a cell's Gauss points see what the part that they are in does.
-    fn agrees_with(&self, cell: &Cell) -> bool {
+    fn agrees_with(&self, cell: &EdgeCell) -> bool {
         let points = cell.gauss_points();
         let mut pairs = points.iter().zip(cell.inner);
         pairs.all(|(at, share)| share == self.parts[usize::from(!self.is_first(*at))].1)
@@ -86,7 +86,7 @@ const CORNERS: [DVec2; 4] = [
     DVec2::new(0.0, 1.0),
 ];
 
-impl Cell {
+impl EdgeCell {
     fn corner(&self, index: usize) -> DVec2 {
         self.from + CORNERS[index % 4] * self.size
     }
@@ -178,7 +178,7 @@ impl DirectLight<'_> {
         for index in 0..(across + 2) * (across + 2) {
             let (column, row) = (index % (across + 2), index / (across + 2));
             let shares = of(column, row);
-            let mut cell = Cell {
+            let mut cell = EdgeCell {
                 from: leaf.from + (DVec2::new(column as f64, row as f64) - 1.0) * size,
                 size,
                 shares,
@@ -215,7 +215,7 @@ impl DirectLight<'_> {
 impl EdgeTexel<'_, '_> {
     /// Looks closely at the cells beside an edge, and so follows narrow shadows from one cell to the next. What a cell hid makes it
     /// suspicious.
-    fn follow(&mut self, cells: &mut [Cell], across: usize) -> Result<(), Uncut> {
+    fn follow(&mut self, cells: &mut [EdgeCell], across: usize) -> Result<(), Uncut> {
         let wide = across + 2;
         let mut pending: Vec<usize> = (0..cells.len()).filter(|&i| !cells[i].is_even()).collect();
         let mut is_known: Vec<bool> = cells.iter().map(|cell| !cell.is_even()).collect();
@@ -239,7 +239,7 @@ impl EdgeTexel<'_, '_> {
     }
 
     /// Adds a cell, whole, cut or in quarters.
-    fn cell(&mut self, cell: Cell, sum: &mut Sum) -> Result<(), Uncut> {
+    fn cell(&mut self, cell: EdgeCell, sum: &mut Sum) -> Result<(), Uncut> {
         let mut pending = vec![cell];
         while let Some(cell) = pending.pop() {
             if cell.is_even() && (cell.is_last() || !cell.is_suspicious) {
@@ -275,7 +275,7 @@ impl EdgeTexel<'_, '_> {
     }
 
     /// What a cell's Gauss points see.
-    fn inner(&mut self, cell: &Cell) -> Result<[f64; 4], Uncut> {
+    fn inner(&mut self, cell: &EdgeCell) -> Result<[f64; 4], Uncut> {
         let mut inner = [0.0; 4];
         for (share, at) in inner.iter_mut().zip(cell.gauss_points()) {
             *share = self.share(at)?;
@@ -284,7 +284,7 @@ impl EdgeTexel<'_, '_> {
     }
 
     /// Adds both parts of a cell, and what is uncertain between them.
-    fn add_cut(&self, cut: &Cut, sum: &mut Sum) -> Result<(), Uncut> {
+    fn add_cut(&self, cut: &EdgeCut, sum: &mut Sum) -> Result<(), Uncut> {
         let [(_, a), (_, b)] = cut.parts;
         for (outline, share) in &cut.parts {
             self.add(outline, *share, sum)?;
@@ -299,13 +299,13 @@ impl EdgeTexel<'_, '_> {
         Ok(self.light.arriving(&patch.point, self.emitter).1)
     }
 
-    fn patch(&self, at: DVec2) -> Result<Patch, Uncut> {
+    fn patch(&self, at: DVec2) -> Result<ReceiverPatch, Uncut> {
         let at = self.light.receiver.clamped(self.texel, at);
         let patch = self.light.patch(self.texel, at);
         patch.ok_or(Uncut::NoSurface)
     }
 
-    fn quarters(&mut self, cell: &Cell) -> Result<[Cell; 4], Uncut> {
+    fn quarters(&mut self, cell: &EdgeCell) -> Result<[EdgeCell; 4], Uncut> {
         let [a, b, c, d] = cell.shares;
         let mut at = |x: f64, y: f64| self.share(cell.from + DVec2::new(x, y) * cell.size);
         let (bottom, right, top, left) =
@@ -313,7 +313,7 @@ impl EdgeTexel<'_, '_> {
         let middle = at(0.5, 0.5)?;
         let size = 0.5 * cell.size;
         let mut quarter = |x: f64, y: f64, shares| {
-            let mut quarter = Cell {
+            let mut quarter = EdgeCell {
                 from: cell.from + DVec2::new(x, y) * size,
                 size,
                 shares,
@@ -332,7 +332,7 @@ impl EdgeTexel<'_, '_> {
     }
 
     /// Cuts a cell whose corners see two shares, if one edge runs through it.
-    fn along_edge(&mut self, cell: &Cell) -> Result<Cut, Uncut> {
+    fn along_edge(&mut self, cell: &EdgeCell) -> Result<EdgeCut, Uncut> {
         let shares = cell.shares;
         let crossed: Vec<usize> = (0..4)
             .filter(|&i| shares[i] != shares[(i + 1) % 4])
@@ -386,7 +386,7 @@ impl EdgeTexel<'_, '_> {
             outline.extend([to, apex]);
             outline
         };
-        Ok(Cut {
+        Ok(EdgeCut {
             parts: [
                 (part(first, second, enters + 1..=leaves), inner),
                 (part(second, first, leaves + 1..=enters + 4), outer),
@@ -446,7 +446,7 @@ impl EdgeTexel<'_, '_> {
     }
 
     /// Adds a cell of several edges that is not divided any more: its points' average, and all that they differ by as error.
-    fn add_mixed(&self, cell: &Cell, sum: &mut Sum) -> Result<(), Uncut> {
+    fn add_mixed(&self, cell: &EdgeCell, sum: &mut Sum) -> Result<(), Uncut> {
         let shares = cell.shares.iter().chain(&cell.inner).copied();
         // Gauss points stand for the cell; corners tell of what is beside it, too.
         self.add(&cell.outline(), cell.inner.iter().sum::<f64>() / 4.0, sum)?;

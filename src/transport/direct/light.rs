@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 
 use crate::geometry::{SurfacePoint, TraversalCounters};
 use crate::scene::Scene;
-use crate::transport::receiver::{Patch, Receiver};
+use crate::transport::receiver::{Receiver, ReceiverPatch};
 use crate::transport::visibility::transmittance;
 
 /// Looks from the receiver at emitters.
@@ -18,7 +18,7 @@ pub(super) struct DirectLight<'a> {
 
 impl DirectLight<'_> {
     /// The receiver at fractions `at` across a texel; `None` where it has no surface there.
-    pub(super) fn patch(&self, texel: usize, at: DVec2) -> Option<Patch> {
+    pub(super) fn patch(&self, texel: usize, at: DVec2) -> Option<ReceiverPatch> {
         self.receiver.patch(self.scene, texel, at)
     }
 

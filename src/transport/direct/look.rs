@@ -36,7 +36,7 @@ impl Passed {
 }
 
 /// What a leaf's points see, all weighted by the surface about them.
-pub(super) struct Look {
+pub(super) struct LeafLight {
     /// Irradiance times area [W].
     pub(super) flux: Rgb,
     /// The same without shadow.
@@ -59,7 +59,7 @@ pub(super) const POINTS: usize = 4;
 /// leaf's share of its texel: what the leaf leaves uncertain, relative to the irradiance.
 const ROUGH: f64 = 1e-3;
 
-impl Look {
+impl LeafLight {
     /// Whether leaves smaller than this one, `size` of a texel wide, would find more surface, or know its irradiance better.
     ///
     /// A leaf without any surface counts as rough: a texel has some.
@@ -99,7 +99,7 @@ impl Sum {
         range: NO_RANGE,
     };
 
-    pub(super) fn add(&mut self, look: &Look) {
+    pub(super) fn add(&mut self, look: &LeafLight) {
         self.flux += look.flux;
         self.area += look.area;
         if look.is_ragged {

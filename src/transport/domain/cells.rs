@@ -3,9 +3,9 @@
 use glam::{DMat3, DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::chart::{Chart, Falloff, Patch};
+use super::chart::{ChartPatch, Falloff, LightChart};
 use super::probe::Probe;
-use super::surface::{LightSurface, MAX_TRIANGLES, Part};
+use super::surface::{LightPart, LightSurface, MAX_TRIANGLES};
 use crate::geometry::{Bounds, Shape};
 use crate::radiometry::Rgb;
 use crate::scene::{Emitter, Scene};
@@ -20,19 +20,19 @@ const MAX_LEVEL: u32 = 40;
 
 /// A patch of a chart, light of which may meet specular geometry.
 #[derive(Clone, Copy, Debug)]
-pub struct Cell {
+pub struct LightCell {
     chart: u32,
-    patch: Patch,
+    patch: ChartPatch,
 }
 
-impl Cell {
+impl LightCell {
     /// Its chart, as an index into [`LightSpace::charts`].
     pub fn chart(&self) -> usize {
         self.chart as usize
     }
 
     /// Its part of the chart.
-    pub fn patch(&self) -> &Patch {
+    pub fn patch(&self) -> &ChartPatch {
         &self.patch
     }
 }
@@ -40,10 +40,10 @@ impl Cell {
 /// All light that can meet specular geometry, as a list of cells.
 #[derive(Debug)]
 pub struct LightSpace {
-    charts: Vec<Chart>,
+    charts: Vec<LightChart>,
     /// By chart: the emitter, as an index into the scene's.
     emitters: Vec<u32>,
-    cells: Vec<Cell>,
+    cells: Vec<LightCell>,
     /// Sum of the shares of all cells before each; one longer than `cells`, from 0 to 1.
     cumulative: Vec<f64>,
     flux_bound: Rgb,
@@ -87,8 +87,8 @@ impl LightSpace {
                 emitters.resize(charts.len(), index as u32);
             }
         }
-        let mut cells: Vec<Cell> = (0..charts.len() as u32)
-            .map(|chart| Cell {
+        let mut cells: Vec<LightCell> = (0..charts.len() as u32)
+            .map(|chart| LightCell {
                 chart,
                 patch: charts[chart as usize].root(&targets.bounds),
             })
@@ -101,7 +101,7 @@ impl LightSpace {
             cells = cells
                 .par_iter()
                 .flat_map_iter(|cell| {
-                    cell.patch.quarters().map(|patch| Cell {
+                    cell.patch.quarters().map(|patch| LightCell {
                         chart: cell.chart,
                         patch,
                     })
@@ -133,7 +133,7 @@ impl LightSpace {
     }
 
     /// The charts over all emitters.
-    pub fn charts(&self) -> &[Chart] {
+    pub fn charts(&self) -> &[LightChart] {
         &self.charts
     }
 
@@ -143,7 +143,7 @@ impl LightSpace {
     }
 
     /// The patch that all of a chart's cells were divided from.
-    pub fn root(&self, chart: &Chart) -> Patch {
+    pub fn root(&self, chart: &LightChart) -> ChartPatch {
         chart.root(&self.specular_bounds)
     }
 
@@ -151,13 +151,13 @@ impl LightSpace {
     /// geometry. Looks at every cell: for tests and pictures.
     pub fn holds(&self, chart: usize, place: DVec2) -> bool {
         self.cells.iter().any(|cell| {
-            let Patch { from, to } = cell.patch;
+            let ChartPatch { from, to } = cell.patch;
             cell.chart as usize == chart && from.cmple(place).all() && place.cmple(to).all()
         })
     }
 
     /// The cells, neighbours near each other.
-    pub fn cells(&self) -> &[Cell] {
+    pub fn cells(&self) -> &[LightCell] {
         &self.cells
     }
 
@@ -166,7 +166,7 @@ impl LightSpace {
         self.cells.is_empty()
     }
 
-    /// The flux of all cells \[W\], or a little more (see [`Chart::flux_bound`]).
+    /// The flux of all cells \[W\], or a little more (see [`LightChart::flux_bound`]).
     pub fn flux_bound(&self) -> Rgb {
         self.flux_bound
     }
@@ -178,7 +178,7 @@ impl LightSpace {
 
     /// Whether any cell needs four dimensions: light that starts from a surface.
     pub fn has_area(&self) -> bool {
-        self.charts.iter().any(Chart::has_area)
+        self.charts.iter().any(LightChart::has_area)
     }
 
     /// The share (0..=1) of all cells' flux that a cell has; they sum to 1.
@@ -197,7 +197,7 @@ impl LightSpace {
     }
 
     /// The chart that a cell is part of.
-    pub fn chart(&self, cell: usize) -> &Chart {
+    pub fn chart(&self, cell: usize) -> &LightChart {
         &self.charts[self.cells[cell].chart as usize]
     }
 }
@@ -242,7 +242,7 @@ impl<'a> Targets<'a> {
         targets
     }
 
-    fn may_be_met(&self, charts: &[Chart], cell: &Cell) -> bool {
+    fn may_be_met(&self, charts: &[LightChart], cell: &LightCell) -> bool {
         let chart = &charts[cell.chart as usize];
         if chart.flux_bound(&cell.patch).is_black() {
             return false;
@@ -263,13 +263,13 @@ impl<'a> Targets<'a> {
 fn add_charts(
     scene: &Scene,
     emitter: &Emitter,
-    charts: &mut Vec<Chart>,
+    charts: &mut Vec<LightChart>,
 ) -> Result<(), LightSpaceError> {
     match emitter {
         Emitter::Point {
             position,
             intensity,
-        } => charts.extend(cube_faces(&DMat3::IDENTITY).map(|axes| Chart::Face {
+        } => charts.extend(cube_faces(&DMat3::IDENTITY).map(|axes| LightChart::Face {
             origin: *position,
             axes,
             intensity: *intensity,
@@ -284,7 +284,7 @@ fn add_charts(
             let (x, y) = axis.any_orthonormal_pair();
             let falloff = Falloff::of(emitter);
             let origin = to_world.point(DVec3::ZERO);
-            let faces = cube_faces(&DMat3::from_cols(x, y, axis)).map(|axes| Chart::Face {
+            let faces = cube_faces(&DMat3::from_cols(x, y, axis)).map(|axes| LightChart::Face {
                 origin,
                 axes,
                 intensity: *intensity,
@@ -298,7 +298,7 @@ fn add_charts(
         } => {
             let bounds = scene.world().bounds();
             let (x, y) = direction.any_orthonormal_pair();
-            charts.push(Chart::Parallel {
+            charts.push(LightChart::Parallel {
                 origin: bounds.center() - *direction * (bounds.radius() * 1.01),
                 across: [x, y],
                 direction: *direction,
@@ -318,16 +318,16 @@ fn add_charts(
             };
             for part in surface.parts() {
                 match *part {
-                    Part::Flat(area, normal) => {
+                    LightPart::Flat(area, normal) => {
                         let (x, y) = normal.any_orthonormal_pair();
-                        charts.push(Chart::Flat {
+                        charts.push(LightChart::Flat {
                             area,
                             axes: [x, y, normal],
                             radiance: *radiance,
                         });
                     }
-                    Part::Ball { center, radius } => {
-                        charts.extend(cube_faces(&DMat3::IDENTITY).map(|axes| Chart::Ball {
+                    LightPart::Ball { center, radius } => {
+                        charts.extend(cube_faces(&DMat3::IDENTITY).map(|axes| LightChart::Ball {
                             center,
                             radius,
                             axes,

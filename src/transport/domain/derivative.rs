@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
-use super::chart::{Chart, face_sample};
+use super::chart::{LightChart, face_sample};
 use crate::geometry::Ray;
 use crate::optics::RayDerivative;
 
@@ -16,11 +16,11 @@ pub struct DeltaEmission {
     /// Light-space measure per unit of chart area: solid angle \[sr\] of a point, cross section \[m²\]
     /// of parallel light.
     pub measure: f64,
-    /// Flux per measure, as a factor on the chart's [strength](Chart::strength): a spot's falloff.
+    /// Flux per measure, as a factor on the chart's [strength](LightChart::strength): a spot's falloff.
     pub falloff: f64,
 }
 
-impl Chart {
+impl LightChart {
     /// The ray at `place` (in chart coordinates) with its derivatives; `None` for area emitters, whose light at
     /// a place of the chart is more than one ray.
     ///

@@ -12,5 +12,5 @@ mod derivative;
 pub mod probe;
 pub mod surface;
 
-pub use cells::{Cell, LightSpace, LightSpaceError};
+pub use cells::{LightCell, LightSpace, LightSpaceError};
 pub use derivative::DeltaEmission;

@@ -14,7 +14,7 @@ use crate::scene::{Scene, ShapeId, TextureId, TexturePoint};
 pub(super) struct AreaLight<'a> {
     scene: &'a Scene,
     shape: ShapeId,
-    form: Form<'a>,
+    form: AreaForm<'a>,
     /// [m²]
     area: f64,
     /// [W/m²/sr], or a factor on the texture.
@@ -25,7 +25,7 @@ pub(super) struct AreaLight<'a> {
 
 /// How directions to it are chosen.
 #[derive(Clone, Debug)]
-enum Form<'a> {
+enum AreaForm<'a> {
     /// Uniform over the directions in which it is seen.
     Ball(&'a Sphere),
     /// Uniform over its area: faces by their area, `None` where there is none.
@@ -44,12 +44,12 @@ impl<'a> AreaLight<'a> {
     ) -> Self {
         let surface = &scene.world().shapes()[shape.0 as usize];
         let form = match surface {
-            Shape::Sphere(sphere) => Form::Ball(sphere),
-            Shape::Mesh(mesh) => Form::Mesh(mesh, faces_by_area(mesh)),
-            Shape::Rectangle(_) | Shape::Disk(_) | Shape::Cylinder(_) => Form::Patch(surface),
+            Shape::Sphere(sphere) => AreaForm::Ball(sphere),
+            Shape::Mesh(mesh) => AreaForm::Mesh(mesh, faces_by_area(mesh)),
+            Shape::Rectangle(_) | Shape::Disk(_) | Shape::Cylinder(_) => AreaForm::Patch(surface),
         };
         let area = match &form {
-            Form::Mesh(_, faces) => faces.as_ref().map_or(0.0, Choice::total),
+            AreaForm::Mesh(_, faces) => faces.as_ref().map_or(0.0, Choice::total),
             _ => surface.area(),
         };
         Self {
@@ -97,8 +97,8 @@ impl<'a> AreaLight<'a> {
             return 0.0;
         }
         match self.form {
-            Form::Ball(ball) => BallView::new(ball, from).pdf_solid_angle(),
-            Form::Mesh(..) | Form::Patch(_) => {
+            AreaForm::Ball(ball) => BallView::new(ball, from).pdf_solid_angle(),
+            AreaForm::Mesh(..) | AreaForm::Patch(_) => {
                 // dω = cos θ' dA / r²
                 from.distance_squared(point.position) / (self.area * cos_light)
             }
@@ -108,14 +108,14 @@ impl<'a> AreaLight<'a> {
     /// A direction to it from `from`; `None` where the front cannot be seen.
     pub(super) fn sample(&self, from: &SurfacePoint, u: [f64; 2]) -> Option<LightSample> {
         match &self.form {
-            Form::Ball(ball) => self.sample_ball(ball, from, u),
-            Form::Mesh(mesh, faces) => {
+            AreaForm::Ball(ball) => self.sample_ball(ball, from, u),
+            AreaForm::Mesh(mesh, faces) => {
                 let (face, barycentric) = uniform_on_mesh(faces.as_ref()?, u);
                 // Only faces with an area are chosen: they need no other normal.
                 let target = mesh.at_barycentric(face, barycentric, DVec3::ZERO);
                 self.sample_point(from, &target, face, barycentric)
             }
-            Form::Patch(shape) => {
+            AreaForm::Patch(shape) => {
                 let target = uniform_on_patch(shape, u)?;
                 self.sample_point(from, &target, 0, DVec2::ZERO)
             }
@@ -143,7 +143,7 @@ impl<'a> AreaLight<'a> {
             face,
             barycentric,
         };
-        Seen {
+        AreaDirection {
             direction,
             distance,
             cos_light,
@@ -157,7 +157,7 @@ impl<'a> AreaLight<'a> {
         let view = BallView::new(ball, from.position);
         let found = view.sample(ball, u)?;
         let error = ball.along(DVec3::Z).position_error;
-        Seen {
+        AreaDirection {
             direction: found.direction,
             distance: found.distance,
             cos_light: found.cos_light,
@@ -178,7 +178,7 @@ impl<'a> AreaLight<'a> {
 }
 
 /// A place of a light, as seen from a point.
-struct Seen {
+struct AreaDirection {
     direction: DVec3,
     distance: f64,
     /// Between the light's normal and the way back.
@@ -188,7 +188,7 @@ struct Seen {
     margin: f64,
 }
 
-impl Seen {
+impl AreaDirection {
     /// With the radiance [W/m²/sr] that it sends.
     fn sample(self, radiance: impl FnOnce() -> Rgb) -> Option<LightSample> {
         // Distance zero has no direction, and squares of lengths may leave the range of f64.

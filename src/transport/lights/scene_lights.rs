@@ -16,7 +16,7 @@ use crate::transport::domain::chart::Falloff;
 pub struct Lights<'a> {
     scene: &'a Scene,
     /// In the scene's order.
-    list: Vec<Light<'a>>,
+    list: Vec<SceneLight<'a>>,
     /// For each shape, the index of the light that it is.
     of_shape: Vec<Option<u32>>,
     /// The index of the light all round.
@@ -27,7 +27,7 @@ pub struct Lights<'a> {
 // A scene holds a handful of them: boxing the large variant would only cost clarity.
 #[allow(clippy::large_enum_variant)]
 #[derive(Clone, Debug)]
-enum Light<'a> {
+enum SceneLight<'a> {
     Delta(DeltaLight),
     Area(AreaLight<'a>),
     Environment(Environment<'a>),
@@ -48,29 +48,29 @@ impl<'a> Lights<'a> {
                 } => {
                     // A scene has at most one emitter a shape, and fewer than 2³² of them.
                     of_shape[shape.0 as usize] = Some(index as u32);
-                    Light::Area(AreaLight::new(scene, *shape, *radiance, *texture))
+                    SceneLight::Area(AreaLight::new(scene, *shape, *radiance, *texture))
                 }
                 Emitter::Point {
                     position,
                     intensity,
-                } => Light::Delta(DeltaLight::at(*position, *intensity, Falloff::None)),
+                } => SceneLight::Delta(DeltaLight::at(*position, *intensity, Falloff::None)),
                 Emitter::Spot {
                     to_world,
                     intensity,
                     ..
                 } => {
                     let position = to_world.point(DVec3::ZERO);
-                    Light::Delta(DeltaLight::at(position, *intensity, Falloff::of(emitter)))
+                    SceneLight::Delta(DeltaLight::at(position, *intensity, Falloff::of(emitter)))
                 }
                 Emitter::Directional {
                     direction,
                     irradiance,
-                } => Light::Delta(DeltaLight::far_away(*direction, *irradiance)),
+                } => SceneLight::Delta(DeltaLight::far_away(*direction, *irradiance)),
                 Emitter::Constant { radiance } => {
-                    Light::Environment(Environment::Constant(*radiance))
+                    SceneLight::Environment(Environment::Constant(*radiance))
                 }
                 Emitter::Envmap(map) => {
-                    Light::Environment(Environment::Image(ImageLight::new(map)))
+                    SceneLight::Environment(Environment::Image(ImageLight::new(map)))
                 }
             })
             .collect();
@@ -90,9 +90,9 @@ impl<'a> Lights<'a> {
         let count = self.list.len();
         let emitter = ((u[0] * count as f64) as usize).min(count.checked_sub(1)?);
         let sample = match &self.list[emitter] {
-            Light::Delta(light) => light.sample(point),
-            Light::Area(light) => light.sample(point, [u[1], u[2]]),
-            Light::Environment(light) => light.sample([u[1], u[2]]),
+            SceneLight::Delta(light) => light.sample(point),
+            SceneLight::Area(light) => light.sample(point, [u[1], u[2]]),
+            SceneLight::Environment(light) => light.sample([u[1], u[2]]),
         }?;
         Some(LightSample {
             radiance_over_pdf: sample.radiance_over_pdf * count as f64,
@@ -108,8 +108,8 @@ impl<'a> Lights<'a> {
     /// `hit` is what the ray met first, `None` where it left the scene. Delta lights are never met.
     pub fn emitted(&self, ray: &Ray, hit: Option<&Hit>) -> Rgb {
         match self.met(hit) {
-            Some(Met::Surface(light, hit)) => light.emitted(ray, hit),
-            Some(Met::Environment(light)) => light.radiance(ray.direction),
+            Some(LightHit::Surface(light, hit)) => light.emitted(ray, hit),
+            Some(LightHit::Environment(light)) => light.radiance(ray.direction),
             None => Rgb::BLACK,
         }
     }
@@ -120,32 +120,32 @@ impl<'a> Lights<'a> {
     /// The ray may start elsewhere on the line, as it does behind null surfaces.
     pub fn pdf_solid_angle(&self, from: DVec3, ray: &Ray, hit: Option<&Hit>) -> f64 {
         let pdf = match self.met(hit) {
-            Some(Met::Surface(light, hit)) => {
+            Some(LightHit::Surface(light, hit)) => {
                 let point = self.scene.world().bounce_point(ray, hit);
                 light.pdf_solid_angle(from, &point, ray.direction)
             }
-            Some(Met::Environment(light)) => light.pdf_solid_angle(ray.direction),
+            Some(LightHit::Environment(light)) => light.pdf_solid_angle(ray.direction),
             None => 0.0,
         };
         pdf / self.list.len().max(1) as f64
     }
 
     /// The light that a ray met, if what it met can shine.
-    fn met<'b>(&'b self, hit: Option<&'b Hit>) -> Option<Met<'b, 'a>> {
+    fn met<'b>(&'b self, hit: Option<&'b Hit>) -> Option<LightHit<'b, 'a>> {
         let index = match hit {
             Some(hit) => self.of_shape[hit.shape as usize]? as usize,
             None => self.environment?,
         };
         match (&self.list[index], hit) {
-            (Light::Area(light), Some(hit)) => Some(Met::Surface(light, hit)),
-            (Light::Environment(light), None) => Some(Met::Environment(light)),
+            (SceneLight::Area(light), Some(hit)) => Some(LightHit::Surface(light, hit)),
+            (SceneLight::Environment(light), None) => Some(LightHit::Environment(light)),
             _ => None,
         }
     }
 }
 
 /// What a ray met that can shine.
-enum Met<'b, 'a> {
+enum LightHit<'b, 'a> {
     Surface(&'b AreaLight<'a>, &'b Hit),
     Environment(&'b Environment<'a>),
 }

@@ -10,7 +10,7 @@ use glam::DVec2;
 
 /// The part of a triangle that falls into one texel.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Piece {
+pub(super) struct TexelPiece {
     pub column: u32,
     pub row: u32,
     /// Its fraction (0..=1) of the triangle's area.
@@ -21,14 +21,14 @@ pub(super) struct Piece {
 
 /// A grid of texels; its border texels reach to infinity, as `Receiver::texel` has it.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Grid {
+pub(super) struct ClipGrid {
     pub columns: u32,
     pub rows: u32,
 }
 
 /// A point of the triangle.
 #[derive(Clone, Copy, Debug)]
-struct Corner {
+struct ClipCorner {
     /// On the film, in texels: column and row.
     at: [f64; 2],
     barycentric: DVec2,
@@ -38,20 +38,20 @@ struct Corner {
 #[derive(Debug, Default)]
 pub(super) struct Clipper {
     /// What is left of the triangle above the rows done.
-    rest: Vec<Corner>,
+    rest: Vec<ClipCorner>,
     /// What falls into one row, and is left of it right of the columns done.
-    strip: Vec<Corner>,
+    strip: Vec<ClipCorner>,
     /// What falls into one texel.
-    cell: Vec<Corner>,
-    spare: Vec<Corner>,
+    cell: Vec<ClipCorner>,
+    spare: Vec<ClipCorner>,
 }
 
 impl Clipper {
     /// Hands every piece with area of a triangle to `found`; `image` is on the film, in texels.
-    pub fn pieces(&mut self, grid: Grid, image: [DVec2; 3], mut found: impl FnMut(Piece)) {
+    pub fn pieces(&mut self, grid: ClipGrid, image: [DVec2; 3], mut found: impl FnMut(TexelPiece)) {
         let weights = [DVec2::ZERO, DVec2::X, DVec2::Y];
         self.rest.clear();
-        self.rest.extend((0..3).map(|i| Corner {
+        self.rest.extend((0..3).map(|i| ClipCorner {
             at: image[i].to_array(),
             barycentric: weights[i],
         }));
@@ -79,7 +79,7 @@ impl Clipper {
                     last,
                 );
                 if let Some((share, centroid)) = area(&self.cell) {
-                    found(Piece {
+                    found(TexelPiece {
                         column,
                         row,
                         share,
@@ -92,7 +92,7 @@ impl Clipper {
 }
 
 /// The first and last texel along an axis that a polygon reaches.
-fn range(polygon: &[Corner], axis: usize, count: u32) -> (u32, u32) {
+fn range(polygon: &[ClipCorner], axis: usize, count: u32) -> (u32, u32) {
     let along = || polygon.iter().map(|corner| corner.at[axis]);
     let low = along().fold(f64::INFINITY, f64::min);
     let high = along().fold(f64::NEG_INFINITY, f64::max);
@@ -103,9 +103,9 @@ fn range(polygon: &[Corner], axis: usize, count: u32) -> (u32, u32) {
 /// Moves what lies before the end of texel `index` from `rest` to `part`; all of it where the
 /// texel is the last.
 fn take_below(
-    rest: &mut Vec<Corner>,
-    part: &mut Vec<Corner>,
-    spare: &mut Vec<Corner>,
+    rest: &mut Vec<ClipCorner>,
+    part: &mut Vec<ClipCorner>,
+    spare: &mut Vec<ClipCorner>,
     axis: usize,
     index: u32,
     last: u32,
@@ -135,7 +135,7 @@ fn take_below(
 }
 
 /// Where an edge crosses a line. The order of its ends makes no difference to a bit.
-fn crossing(from: Corner, to: Corner, axis: usize, line: f64) -> Corner {
+fn crossing(from: ClipCorner, to: ClipCorner, axis: usize, line: f64) -> ClipCorner {
     let (a, b) = if from.at[axis] < to.at[axis] {
         (from, to)
     } else {
@@ -144,14 +144,14 @@ fn crossing(from: Corner, to: Corner, axis: usize, line: f64) -> Corner {
     let t = ((line - a.at[axis]) / (b.at[axis] - a.at[axis])).clamp(0.0, 1.0);
     let mut at = [0, 1].map(|axis| a.at[axis] + (b.at[axis] - a.at[axis]) * t);
     at[axis] = line;
-    Corner {
+    ClipCorner {
         at,
         barycentric: a.barycentric.lerp(b.barycentric, t),
     }
 }
 
 /// A convex polygon's share of its triangle, and its centroid; `None` where it has no area.
-fn area(polygon: &[Corner]) -> Option<(f64, DVec2)> {
+fn area(polygon: &[ClipCorner]) -> Option<(f64, DVec2)> {
     let (first, others) = polygon.split_first()?;
     let origin = first.barycentric;
     let mut share = 0.0;
@@ -170,10 +170,10 @@ fn area(polygon: &[Corner]) -> Option<(f64, DVec2)> {
 mod tests {
     use super::*;
 
-    fn pieces(columns: u32, rows: u32, image: [(f64, f64); 3]) -> Vec<Piece> {
+    fn pieces(columns: u32, rows: u32, image: [(f64, f64); 3]) -> Vec<TexelPiece> {
         let mut all = Vec::new();
         let image = image.map(|(x, y)| DVec2::new(x, y));
-        Clipper::default().pieces(Grid { columns, rows }, image, |piece| all.push(piece));
+        Clipper::default().pieces(ClipGrid { columns, rows }, image, |piece| all.push(piece));
         all
     }
 
@@ -225,7 +225,7 @@ mod tests {
     #[test]
     fn a_piece_lies_where_its_centroid_does() {
         let image = [(0.3, 0.2), (7.9, 1.1), (2.2, 6.6)].map(|(x, y)| DVec2::new(x, y));
-        let grid = Grid {
+        let grid = ClipGrid {
             columns: 8,
             rows: 8,
         };

@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-use super::clip::{Clipper, Grid, Piece};
+use super::clip::{ClipGrid, Clipper, TexelPiece};
 use super::problem::UvProblem;
 use crate::geometry::{Mesh, SurfacePoint};
 use crate::scene::Film;
@@ -42,7 +42,7 @@ struct Home {
 
 /// What is gathered of a texel while the faces are cut.
 #[derive(Clone, Copy, Default)]
-struct Gathered {
+struct TexelTally {
     area: f64,
     /// The part of `area` on faces that the uv map collapses.
     collapsed: f64,
@@ -60,12 +60,12 @@ impl Coverage {
     /// Where faces that the uv map collapses make up more than a millionth of a texel's surface.
     pub fn new(mesh: &Mesh, uvs: &[DVec2], film: &Film) -> Result<Self, UvProblem> {
         let crop = film.crop;
-        let grid = Grid {
+        let grid = ClipGrid {
             columns: film.width,
             rows: film.height,
         };
         let size = DVec2::new(f64::from(film.width), f64::from(film.height));
-        let mut texels = vec![Gathered::default(); crop.width as usize * crop.height as usize];
+        let mut texels = vec![TexelTally::default(); crop.width as usize * crop.height as usize];
         let mut clipper = Clipper::default();
         for (face, triangle) in mesh.triangles().iter().enumerate() {
             let face = face as u32;
@@ -96,7 +96,7 @@ impl Coverage {
                 }
             });
         }
-        let is_lost = |texel: &Gathered| texel.collapsed > COLLAPSED_SHARE * texel.area;
+        let is_lost = |texel: &TexelTally| texel.collapsed > COLLAPSED_SHARE * texel.area;
         if let Some(index) = texels.iter().position(is_lost) {
             let width = crop.width as usize;
             return Err(UvProblem::Collapsed {
@@ -155,7 +155,7 @@ fn is_thin([a, b, c]: [DVec2; 3], area: f64) -> bool {
 }
 
 /// The index of a piece's texel in the crop.
-fn cropped(film: &Film, piece: &Piece) -> Option<usize> {
+fn cropped(film: &Film, piece: &TexelPiece) -> Option<usize> {
     let crop = film.crop;
     let column = piece.column.checked_sub(crop.offset_x)?;
     let row = piece.row.checked_sub(crop.offset_y)?;

@@ -48,7 +48,7 @@ struct MeshTexels {
 
 /// A point of a receiver, and how much surface there is about it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Patch {
+pub struct ReceiverPatch {
     /// The surface.
     pub point: SurfacePoint,
     /// The triangle of a mesh; 0 for analytic shapes.
@@ -57,7 +57,7 @@ pub struct Patch {
     pub density: f64,
 }
 
-impl Patch {
+impl ReceiverPatch {
     /// How far normals and densities that are the same may differ by rounding, relative.
     ///
     /// Both come from differences of coordinates: of faces 1e-3 as long as their distance from
@@ -85,10 +85,10 @@ impl MeshTexels {
     }
 
     /// `None` where no face lies; areas by share of the uv square, not yet of a texel.
-    fn at_uv(&self, mesh: &Mesh, uv: DVec2) -> Option<Patch> {
+    fn at_uv(&self, mesh: &Mesh, uv: DVec2) -> Option<ReceiverPatch> {
         let place = self.lookup.find(mesh, mesh.uvs()?, uv)?;
         let normal = mesh.face_normal(place.face);
-        Some(Patch {
+        Some(ReceiverPatch {
             point: mesh.at_barycentric(place.face, place.barycentric, normal),
             face: place.face,
             density: mesh.face_area(place.face) / place.uv_area,
@@ -252,7 +252,7 @@ impl Receiver {
     ///
     /// For a scene other than the one the receiver was made for.
     #[inline]
-    pub fn patch(&self, scene: &Scene, texel: usize, at: DVec2) -> Option<Patch> {
+    pub fn patch(&self, scene: &Scene, texel: usize, at: DVec2) -> Option<ReceiverPatch> {
         let shape = &scene.world().shapes()[self.shape as usize];
         let uv = self.uv(texel, at);
         let whole = self.full.x * self.full.y;
@@ -272,7 +272,7 @@ impl Receiver {
                 sphere.area() * std::f64::consts::FRAC_PI_2 * angle.sin() / whole
             }
         };
-        Some(Patch {
+        Some(ReceiverPatch {
             point,
             face: 0,
             density,

@@ -32,7 +32,7 @@ pub(super) struct UvLookup {
 
 /// A point of a mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Place {
+pub(super) struct FacePlace {
     pub face: u32,
     /// The weights of the face's second and third vertex.
     pub barycentric: DVec2,
@@ -41,7 +41,7 @@ pub(super) struct Place {
 }
 
 /// A face's image.
-type Image = [DVec2; 3];
+type FaceImage = [DVec2; 3];
 
 impl UvLookup {
     /// The grid over `mesh`, whose `uvs` are.
@@ -50,7 +50,7 @@ impl UvLookup {
     ///
     /// Where a (u, v) lies outside [0, 1]² by more than a hair, or on two faces.
     pub fn new(mesh: &Mesh, uvs: &[DVec2]) -> Result<Self, UvProblem> {
-        let images: Vec<Image> = mesh
+        let images: Vec<FaceImage> = mesh
             .triangles()
             .iter()
             .map(|triangle| triangle.map(|vertex| uvs[vertex as usize]))
@@ -70,7 +70,7 @@ impl UvLookup {
     }
 
     /// About one cell a face, over the box of all images.
-    fn over(images: &[Image]) -> Self {
+    fn over(images: &[FaceImage]) -> Self {
         let corners = || images.iter().flatten().copied();
         let low = corners().fold(DVec2::INFINITY, DVec2::min);
         let high = corners().fold(DVec2::NEG_INFINITY, DVec2::max);
@@ -96,7 +96,7 @@ impl UvLookup {
     }
 
     /// Counting sort of the faces by the cells that they reach.
-    fn fill(&mut self, images: &[Image]) {
+    fn fill(&mut self, images: &[FaceImage]) {
         let cells = self.side as usize * self.side as usize;
         let mut starts = vec![0_u32; cells + 1];
         for image in images {
@@ -125,7 +125,7 @@ impl UvLookup {
     }
 
     /// The cells that the box of an image reaches; none for an image that is but a line or a point.
-    fn cells(&self, image: &Image) -> impl Iterator<Item = usize> + use<> {
+    fn cells(&self, image: &FaceImage) -> impl Iterator<Item = usize> + use<> {
         let [a, b, c] = *image;
         let low = self.cell(a.min(b).min(c));
         let high = self.cell(a.max(b).max(c));
@@ -143,7 +143,7 @@ impl UvLookup {
     }
 
     /// Two faces whose images overlap by more than a hair.
-    fn overlap(&self, images: &[Image]) -> Option<(u32, u32)> {
+    fn overlap(&self, images: &[FaceImage]) -> Option<(u32, u32)> {
         (0..self.starts.len() - 1).find_map(|cell| {
             let faces = self.faces_of(cell);
             faces.iter().enumerate().find_map(|(i, &first)| {
@@ -157,13 +157,13 @@ impl UvLookup {
 
     /// The point of `mesh` at `uv`; `None` where no face lies there.
     #[inline]
-    pub fn find(&self, mesh: &Mesh, uvs: &[DVec2], uv: DVec2) -> Option<Place> {
+    pub fn find(&self, mesh: &Mesh, uvs: &[DVec2], uv: DVec2) -> Option<FacePlace> {
         let cell = self.cell(uv);
         let cell = cell.y as usize * self.side as usize + cell.x as usize;
         self.faces_of(cell).iter().find_map(|&face| {
             let image = mesh.triangles()[face as usize].map(|vertex| uvs[vertex as usize]);
             let barycentric = barycentric(&image, uv)?;
-            Some(Place {
+            Some(FacePlace {
                 face,
                 barycentric,
                 uv_area: 0.5 * double_area(&image).abs(),
@@ -173,12 +173,12 @@ impl UvLookup {
 }
 
 /// Positive where the image is counter-clockwise.
-fn double_area([a, b, c]: &Image) -> f64 {
+fn double_area([a, b, c]: &FaceImage) -> f64 {
     (*b - *a).perp_dot(*c - *a)
 }
 
 /// The weights of the second and third corner at `uv`; `None` outside.
-fn barycentric(image: &Image, uv: DVec2) -> Option<DVec2> {
+fn barycentric(image: &FaceImage, uv: DVec2) -> Option<DVec2> {
     let [a, b, c] = *image;
     let double_area = double_area(image);
     let b1 = (uv - a).perp_dot(c - a) / double_area;
@@ -192,12 +192,12 @@ fn barycentric(image: &Image, uv: DVec2) -> Option<DVec2> {
 
 /// Whether two triangles reach into each other by more than a hair: no edge of either separates
 /// them (the separating-axis theorem, for which edges are enough in the plane).
-fn overlap(one: &Image, other: &Image) -> bool {
+fn overlap(one: &FaceImage, other: &FaceImage) -> bool {
     !(separates(one, other) || separates(other, one))
 }
 
 /// Whether an edge of `image` has all of `other` on its far side, but for a hair.
-fn separates(image: &Image, other: &Image) -> bool {
+fn separates(image: &FaceImage, other: &FaceImage) -> bool {
     let inward = double_area(image).signum();
     (0..3).any(|i| {
         let (from, to) = (image[i], image[(i + 1) % 3]);

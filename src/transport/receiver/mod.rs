@@ -11,5 +11,5 @@ mod grid;
 mod lookup;
 mod problem;
 
-pub use grid::{Patch, Receiver};
+pub use grid::{Receiver, ReceiverPatch};
 pub use problem::{ReceiverError, UvProblem};
