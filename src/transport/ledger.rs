@@ -1,11 +1,11 @@
-//! Where all the flux went.
+//! A ledger of the places where flux ended.
 
 use std::collections::BTreeMap;
 
 use super::signature::Signature;
 use crate::radiometry::Rgb;
 
-/// How the flux of a chain ended.
+/// End of a chain's flux.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Fate {
     /// In a texel of the sensor.
@@ -14,8 +14,8 @@ pub enum Fate {
     Direct,
     /// Left the scene.
     Escaped,
-    /// On a surface: a diffuse one, a metal's or filter's share, the back of a mirror, or where
-    /// a shading normal contradicts the true one.
+    /// On a surface: a diffuse one, a metal's or filter's share, the back of a mirror, or a place where a
+    /// shading normal contradicts the true one.
     Absorbed,
     /// Followed to the deepest level that the settings allow.
     CutOff,
@@ -72,23 +72,24 @@ impl FluxByFate {
     }
 }
 
-/// Where all traced flux went \[W\].
+/// Ledger of all traced flux \[W\].
 ///
-/// `emitted + shading_gain = Σ rows` to rounding, per channel. `shading_gain` is zero unless
-/// adjoint shading normals scale flux.
+/// `emitted + shading_gain = Σ rows` to rounding, per channel. `shading_gain` is zero unless adjoint shading
+/// normals scale flux.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Ledger {
     /// Flux that photons left their emitters with.
     pub emitted: Rgb,
     /// Flux that adjoint shading normals added; may be negative.
     pub shading_gain: Rgb,
-    /// One row a signature, of the events before the end; rows past the kept signatures are
-    /// together in `other`.
+    /// One row a signature, of the events before the end. Rows past the kept signatures are summed in
+    /// `other`.
     pub rows: BTreeMap<Signature, FluxByFate>,
     /// Flux of signatures that have no row of their own.
     pub other: FluxByFate,
-    /// Flux that ended elsewhere, mean of channels, by difference: of methods that follow only what is
-    /// received. Then `emitted` is a mean of channels, too, and the rows' other fates are not known.
+    /// Flux that ended elsewhere, mean of channels, known by difference. Methods that follow only received
+    /// light have it. Then `emitted` is a mean of channels, too, and the other fates of the rows are not
+    /// known.
     pub elsewhere: Option<f64>,
 }
 
@@ -106,8 +107,10 @@ impl Ledger {
         sum
     }
 
-    /// |emitted + gain − Σ rows| / emitted, the worst channel; 0 where nothing was emitted. `None` where part
-    /// of the flux is known by difference: that closes by definition.
+    /// Relative error of the balance, |emitted + gain − Σ rows| / emitted, in the worst channel; 0 if nothing
+    /// was emitted.
+    ///
+    /// `None` if part of the flux is known by difference, since the balance then closes by definition.
     pub fn closure_error(&self) -> Option<f64> {
         if self.elsewhere.is_some() {
             return None;

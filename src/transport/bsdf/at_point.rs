@@ -1,4 +1,4 @@
-//! A material at one point of a surface, and what it does to light there.
+//! A material at one point of a surface, and its effect on light there.
 
 use std::f64::consts::FRAC_1_PI;
 
@@ -16,45 +16,46 @@ const BELOW_ONE: f64 = 1.0f64.next_down();
 #[derive(Clone, Debug)]
 pub struct Bsdf<'a> {
     pub(super) geometric_normal: DVec3,
-    /// Of the shading normal, before any texture turns it.
+    /// Frame of the shading normal, before any texture turns it.
     pub(super) frame: Frame,
     /// The share that passes without an event.
     pub(super) passed: f64,
-    /// What stands on the front; light on the back meets it, too, unless there is a `back`.
+    /// The layer on the front. Light on the back meets it, too, unless there is a `back`.
     pub(super) front: BsdfLayer<'a>,
-    /// What stands on the back of a two-sided surface.
+    /// The layer on the back of a two-sided surface.
     pub(super) back: Option<BsdfLayer<'a>>,
 }
 
 impl<'a> Bsdf<'a> {
-    /// Whether no direction has a density: there are delta lobes and passing light, or nothing at all.
+    /// True if no direction has a density: there are delta lobes and passing light, or nothing at all.
     #[inline]
     pub fn is_delta(&self) -> bool {
         self.front.lobe.is_delta() && self.back.as_ref().is_none_or(|back| back.lobe.is_delta())
     }
 
-    /// The share (0..=1) of light that goes straight on without an event: all of it at a null
-    /// surface, one minus the opacity at a mask. The panes of `thindielectric` are an interface, not this.
+    /// The share (0..=1) of light that goes straight on without an event: all of it at a null surface, one
+    /// minus the opacity at a mask. The panes of `thindielectric` do not count: they are an interface.
     #[inline]
     pub fn passed(&self) -> Rgb {
         Rgb::grey(self.passed)
     }
 
-    /// Whether the shading normal and the true one agree on the sides that `wi` and `wo` are on.
+    /// True if the shading normal and the true one agree on the sides that `wi` and `wo` are on.
     ///
-    /// Mitsuba's `ptracer` and this program's photons count only such light; Mitsuba's `path` and
-    /// [`eval`](Self::eval) do not ask. Always true where the two normals are one.
+    /// Mitsuba's `ptracer` and this program's photons count only such light. Mitsuba's `path` and
+    /// [`eval`](Self::eval) make no such check. Always true if the two normals are one.
     #[inline]
     pub fn is_consistent(&self, wi: DVec3, wo: DVec3) -> bool {
         let agrees = |w: DVec3| w.dot(self.geometric_normal) * w.dot(self.frame.n) > 0.0;
         agrees(wi) && agrees(wo)
     }
 
-    /// f |cos θ| \[1/sr\], the share of light scattered per solid angle: of all lobes with a density.
+    /// f |cos θ| \[1/sr\], the share of light that all lobes with a density scatter per solid angle.
     ///
-    /// For [`Transport::Radiance`] the cosine is that of `wo`, and for [`Transport::Flux`] the value is
-    /// the adjoint (see the [module](self)); in both, what a path carries is multiplied by this and
-    /// divided by the density of `wo`. Zero, never negative or NaN, for directions along the surface.
+    /// For [`Transport::Radiance`] the cosine is that of `wo`. For [`Transport::Flux`] the value is the
+    /// adjoint (see the [module](super)). In both cases the quantity that a path carries is multiplied by
+    /// this value and divided by the density of `wo`. The value is zero, never negative or NaN, for
+    /// directions along the surface.
     pub fn eval(&self, wi: DVec3, wo: DVec3, mode: Transport) -> Rgb {
         match mode {
             Transport::Radiance => self.eval_radiance(wi, wo),
@@ -83,10 +84,11 @@ impl<'a> Bsdf<'a> {
 
     /// The density [1/sr] with which [`sample`](Self::sample) chooses `wo` from the lobes that have one.
     ///
-    /// Its integral over the sphere is the probability that `sample` chooses such a lobe: below
-    /// 1 where there are delta lobes or passing light beside it, or where some choices lead nowhere.
-    /// Both transports sample alike, but for flux where a texture turns the normal:
-    /// [`BsdfSample::pdf_solid_angle`] is always that of the sample.
+    /// Its integral over the sphere is the probability that `sample` chooses such a lobe. That is below 1 if
+    /// there are delta lobes or passing light beside it, or if some choices lead nowhere.
+    ///
+    /// Both transports sample alike, except for flux if a texture turns the normal:
+    /// [`BsdfSample::pdf_solid_angle`] is always the density of the sample.
     pub fn pdf_solid_angle(&self, wi: DVec3, wo: DVec3) -> f64 {
         let view = self.view(wi);
         view.to_lobe(self.frame.to_local(wo)).map_or(0.0, |to| {
@@ -94,10 +96,10 @@ impl<'a> Bsdf<'a> {
         })
     }
 
-    /// A direction to go on along; `None` where the path ends.
+    /// A direction to go on along; `None` if the path ends.
     ///
-    /// `u` are uniform in [0, 1): the first chooses among the lobes, the others a direction. The mean of
-    /// the weights, those of `None` being zero, is the albedo of the surface as seen along `wi`.
+    /// `u` are uniform in [0, 1): the first chooses among the lobes, the others a direction. The mean of the
+    /// weights, with zero for `None`, is the albedo of the surface as seen along `wi`.
     pub fn sample(&self, wi: DVec3, u: [f64; 3], mode: Transport) -> Option<BsdfSample> {
         let opacity = 1.0 - self.passed;
         if u[0] >= opacity {
@@ -142,10 +144,10 @@ impl<'a> Bsdf<'a> {
         })
     }
 
-    /// Half of the samples as for radiance, half with the cosine's density.
+    /// Samples for flux with a turned normal: half of them as for radiance, half with the cosine's density.
     ///
-    /// A turned normal that faces away from the viewer is turned back towards him: so light from `wi`
-    /// goes on to viewers that the normal as seen from `wi` faces away from, and that it never samples.
+    /// A turned normal that faces away from the viewer is turned back towards him. So light from `wi` also
+    /// goes on to viewers that the normal as seen from `wi` faces away from. That normal never samples them.
     fn sample_turned_flux(&self, view: &LayerView, wi: DVec3, u: [f64; 3]) -> Option<BsdfSample> {
         let opacity = 1.0 - self.passed;
         let own = 2.0 * u[0];
@@ -181,9 +183,10 @@ impl<'a> Bsdf<'a> {
         Some(sample)
     }
 
-    /// A delta lobe's weight for flux, given that for radiance. With c the cosines in the lobe's
-    /// frame, the factor is η² |cᵢ wo·n| / |cₒ wi·n|, and the bumps' shadow is that of the
-    /// path the other way round. `None` for light along the true surface.
+    /// A delta lobe's weight for flux, given that for radiance; `None` for light along the true surface.
+    ///
+    /// With c the cosines in the lobe's frame, the factor is η² |cᵢ wo·n| / |cₒ wi·n|. The bumps' shadow is
+    /// that of the path the other way round.
     fn adjoint_weight(&self, view: &LayerView, wi: DVec3, sample: &BsdfSample) -> Option<Rgb> {
         let n = self.geometric_normal;
         let to = view.to_lobe(self.frame.to_local(sample.wo))?;
@@ -194,7 +197,7 @@ impl<'a> Bsdf<'a> {
         (factor.is_finite() && factor > 0.0).then(|| sample.weight * factor)
     }
 
-    /// What a path that comes from `wi` meets.
+    /// The layer that a path from `wi` meets.
     #[inline]
     fn view(&self, wi: DVec3) -> LayerView<'_, 'a> {
         LayerView::new(&self.front, self.back.as_ref(), self.frame.to_local(wi))

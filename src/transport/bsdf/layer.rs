@@ -1,4 +1,4 @@
-//! What of a [`Bsdf`](super::Bsdf) a path from one direction meets.
+//! Layers of a [`Bsdf`](super::Bsdf), and one layer as a path from one direction meets it.
 
 use glam::DVec3;
 
@@ -15,8 +15,9 @@ pub(super) struct BsdfLayer<'a> {
 
 /// A layer as a path from one direction meets it.
 ///
-/// Three frames: the shading frame; the same mirrored at the tangent plane, on the back of a two-sided
-/// surface, as Mitsuba does; and that of the lobe, whose normal a texture may have turned.
+/// There are three frames. One is the shading frame. One is the same mirrored at the tangent plane, on the
+/// back of a two-sided surface, as Mitsuba does. One is that of the lobe, whose normal a texture may have
+/// turned.
 pub(super) struct LayerView<'b, 'a> {
     pub layer: &'b BsdfLayer<'a>,
     is_mirrored: bool,
@@ -52,13 +53,13 @@ impl<'b, 'a> LayerView<'b, 'a> {
         }
     }
 
-    /// Whether a texture turned the normal.
+    /// True if a texture turned the normal.
     pub fn is_turned(&self) -> bool {
         self.turned.is_some()
     }
 
-    /// From the shading frame; `None` where the turned normal has the direction on its other side, where
-    /// no light goes.
+    /// The direction in all frames, from the shading frame; `None` if the turned normal has it on its other
+    /// side, where no light goes.
     #[inline]
     pub fn to_lobe(&self, unmirrored: DVec3) -> Option<Onward> {
         let mirrored = mirrored_if(self.is_mirrored, unmirrored);
@@ -69,7 +70,7 @@ impl<'b, 'a> LayerView<'b, 'a> {
         self.checked(unmirrored, mirrored, wo)
     }
 
-    /// From the lobe's frame; `None` as for [`Self::to_lobe`].
+    /// The direction in all frames, from the lobe's frame; `None` as for [`Self::to_lobe`].
     #[inline]
     pub fn leave_lobe(&self, wo: DVec3) -> Option<Onward> {
         let mirrored = match &self.turned {
@@ -104,7 +105,7 @@ impl<'b, 'a> LayerView<'b, 'a> {
     }
 }
 
-/// Mirrored at the tangent plane, or not.
+/// The direction, mirrored at the tangent plane if asked for.
 #[inline]
 fn mirrored_if(is_mirrored: bool, local: DVec3) -> DVec3 {
     if is_mirrored {

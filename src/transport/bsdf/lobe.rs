@@ -1,4 +1,4 @@
-//! The plain materials, each in the frame of its normal.
+//! Plain materials, each in the frame of its normal.
 
 use std::f64::consts::FRAC_1_PI;
 
@@ -10,7 +10,7 @@ use super::sample::{LobeSample, Scattering, cosine_hemisphere};
 use super::smooth::{Interface, SmoothMetal};
 use crate::radiometry::Rgb;
 
-/// A material without wrappers; +z is its normal, radiance is what it scatters.
+/// A material without wrappers, with +z as its normal, that scatters radiance.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Lobe<'a> {
     /// Scatters nothing.
@@ -27,7 +27,7 @@ pub(super) enum Lobe<'a> {
 }
 
 impl Lobe<'_> {
-    /// Whether no direction has a density.
+    /// True if no direction has a density.
     #[inline]
     pub fn is_delta(&self) -> bool {
         matches!(
@@ -36,7 +36,7 @@ impl Lobe<'_> {
         )
     }
 
-    /// f |cos θₒ| of all but delta lobes.
+    /// f |cos θₒ| of all lobes but delta lobes.
     pub fn eval(&self, wi: DVec3, wo: DVec3) -> Rgb {
         match self {
             Self::Black | Self::Dielectric(_) | Self::Pane(_) | Self::Conductor(_) => Rgb::BLACK,
@@ -87,7 +87,7 @@ impl Lobe<'_> {
     }
 }
 
-/// cos θₒ / π where both directions are on the front.
+/// cos θₒ / π if both directions are on the front, else zero.
 #[inline]
 fn lambert(wi: DVec3, wo: DVec3) -> f64 {
     if wi.z > 0.0 && wo.z > 0.0 {

@@ -1,11 +1,11 @@
-//! How a surface scatters light: what a path that starts at a camera needs of every material.
+//! Scattering of light by a surface, for paths that start at a camera.
 //!
-//! A [`Bsdf`] is a material at one point of a surface: textures are looked up, masks are weighed, bump
-//! and normal maps have turned the normal. All directions are unit vectors in world space and point
-//! *away* from the surface. `wi` is the side a path comes from, `wo` the side it goes on to; which
-//! of them light travels along is the meaning of [`Transport`].
+//! A [`Bsdf`] is a material at one point of a surface. Textures are looked up, masks are weighed, and bump
+//! and normal maps have turned the normal. All directions are unit vectors in world space and point *away*
+//! from the surface. `wi` is the side that a path comes from, `wo` the side that it goes on to. [`Transport`]
+//! tells along which of them light travels.
 //!
-//! Light goes on in three ways, kept apart since an estimator can do different things with each:
+//! Light goes on in three ways, kept apart since an estimator can treat each in its own way:
 //!
 //! | part | what it is | how it is found |
 //! |---|---|---|
@@ -14,10 +14,10 @@
 //! | the rest | all that has a density over solid angle | [`eval`](Bsdf::eval), [`pdf_solid_angle`](Bsdf::pdf_solid_angle), [`sample`](Bsdf::sample) |
 //!
 //! The meaning of every parameter is that of Mitsuba 3.9.1, checked against it direction by direction
-//! (`tests/scattering/mitsuba_oracle.rs`). In particular everything happens in the *shading* frame: which side a
-//! direction is on is asked of the shading normal, as Mitsuba's `path` does. Where that and the true
-//! normal disagree, [`Bsdf::is_consistent`] says so: Mitsuba's `ptracer` and this program's photons
-//! leave such light out.
+//! (`tests/scattering/mitsuba_oracle.rs`). In particular everything happens in the *shading* frame: the
+//! shading normal decides on which side a direction is, as in Mitsuba's `path`. [`Bsdf::is_consistent`] tells
+//! if the true normal agrees. If it does not, Mitsuba's `ptracer` and this program's photons leave the light
+//! out.
 //!
 //! # Light that travels along `wi`
 //!
@@ -27,9 +27,9 @@
 //! eval_flux(wi, wo) = eval_radiance(wo, wi) |wo·n| / |wi·n|
 //! ```
 //!
-//! for this makes what a camera's path and a photon's path count the same integral. The equation
-//! holds two well-known rules: radiance that is refracted scales by (nᵢ/nₜ)² and flux does not, and
-//! flux at a shading normal s scales by |wi·s wo·n| / |wi·n wo·s| (Veach 1997, 5.2 and 5.3).
+//! With this equation a camera's path and a photon's path count the same integral. It holds two well-known
+//! rules (Veach 1997, 5.2 and 5.3). Refracted radiance scales by (nᵢ/nₜ)² and flux does not. Flux at a
+//! shading normal s scales by |wi·s wo·n| / |wi·n wo·s|.
 
 mod at_point;
 mod check;

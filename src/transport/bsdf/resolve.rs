@@ -1,4 +1,4 @@
-//! From a scene's material to a [`Bsdf`] at a point.
+//! The way from a scene's material to a [`Bsdf`] at a point.
 
 use glam::DVec3;
 
@@ -15,7 +15,8 @@ use crate::radiometry::Rgb;
 use crate::scene::{Coat, Color, Material, NormalTurn, Roughness, Scalar, Scene, TexturePoint};
 
 impl<'a> Bsdf<'a> {
-    /// The material that a ray met at `hit`. Colours that are unknown are black: see [`check_colors`](super::check_colors).
+    /// The material that a ray met at `hit`. Unknown colours are black: see
+    /// [`check_colors`](super::check_colors).
     ///
     /// `point` must be [`World::surface_point`] of it, for its `uv`.
     ///
@@ -66,7 +67,7 @@ impl<'a> Bsdf<'a> {
     }
 }
 
-/// Whether it matters which way u grows.
+/// True if the direction in which u grows matters.
 fn uses_tangents(scene: &Scene, material: &Material) -> bool {
     match material {
         Material::Turned { .. } => true,
@@ -78,7 +79,7 @@ fn uses_tangents(scene: &Scene, material: &Material) -> bool {
     }
 }
 
-/// Where textures are looked up.
+/// The point at which textures are looked up.
 struct Here<'a, 'p> {
     scene: &'a Scene,
     hit: &'p Hit,
@@ -119,7 +120,7 @@ impl<'a> Here<'a, '_> {
         }
     }
 
-    /// In the shading frame, of any length.
+    /// The turned normal, in the shading frame and of any length.
     fn turned_normal(&self, frame: &Frame, by: &NormalTurn) -> DVec3 {
         match *by {
             NormalTurn::Height { texture, scale } => {
@@ -145,7 +146,7 @@ impl<'a> Here<'a, '_> {
         }
     }
 
-    /// What a plain material is here.
+    /// The lobe of a plain material at this point.
     fn lobe(&self, material: &'a Material) -> Lobe<'a> {
         match material {
             Material::Diffuse { reflectance } => Lobe::Diffuse(self.color(*reflectance)),

@@ -1,4 +1,4 @@
-//! Sampled directions.
+//! Sampled directions, of a whole material and of one lobe.
 
 use std::f64::consts::TAU;
 
@@ -6,17 +6,17 @@ use glam::DVec3;
 
 use crate::radiometry::Rgb;
 
-/// Which quantity a path carries from `wi` to `wo`.
+/// The quantity that a path carries from `wi` to `wo`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Transport {
-    /// The path starts at a camera: light travels along it backwards, in through `wo` and out through
-    /// `wi`, and its radiance scales by (nᵢ/nₜ)² where it is refracted.
+    /// Radiance: the path starts at a camera. Light travels along it backwards, in through `wo` and out
+    /// through `wi`, and its radiance scales by (nᵢ/nₜ)² if it is refracted.
     Radiance,
-    /// The path starts at a light: flux arrives from `wi` and leaves towards `wo`.
+    /// Flux: the path starts at a light. Flux arrives from `wi` and leaves towards `wo`.
     Flux,
 }
 
-/// What a sampled direction belongs to.
+/// The kind of event that a sampled direction belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Scattering {
     /// Straight on, as if nothing were there: no event.
@@ -34,22 +34,23 @@ pub enum Scattering {
 pub struct BsdfSample {
     /// A unit vector that points away from the surface.
     pub wo: DVec3,
-    /// The factor on what the path carries: f |cos θ| / density, or the share by its probability for
-    /// delta lobes and passing light.
+    /// The factor on the quantity that the path carries: f |cos θ| / density. For delta lobes and passing
+    /// light it is the share divided by its probability.
     pub weight: Rgb,
-    /// For directions with a density, that density [1/sr]: for radiance [`Bsdf::pdf_solid_angle`](super::Bsdf::pdf_solid_angle). For delta
-    /// lobes and passing light the probability of the choice.
+    /// The density [1/sr] of directions that have one: for radiance
+    /// [`Bsdf::pdf_solid_angle`](super::Bsdf::pdf_solid_angle). For delta lobes and passing light it is the
+    /// probability of the choice.
     pub pdf_solid_angle: f64,
-    /// Whether the direction was chosen from finitely many; `eval` knows nothing of those.
+    /// True if the direction was chosen from finitely many, which `eval` leaves out.
     pub is_delta: bool,
-    /// `n_transmitted / n_incident` as the path goes, from wi's side to wo's; 1 where it stays on its
-    /// side or nothing bends it. Russian roulette on radiance divides it out.
+    /// `n_transmitted / n_incident` as the path goes, from wi's side to wo's; 1 if it stays on its side or
+    /// nothing bends it. Russian roulette on radiance divides it out.
     pub eta: f64,
-    /// What happened.
+    /// The kind of event.
     pub scattering: Scattering,
 }
 
-/// What a lobe answers when asked for a direction; as [`super::BsdfSample`], in its frame.
+/// A direction sampled from a lobe; as [`super::BsdfSample`], in the lobe's frame.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LobeSample {
     pub wo: DVec3,

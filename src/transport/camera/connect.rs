@@ -10,27 +10,26 @@ use crate::scene::Scene;
 use crate::transport::scatter::ShadingNormals;
 use crate::transport::visibility::transmittance;
 
-/// What a camera makes of flux that arrives at a point it sees.
+/// The connection of a camera to flux that arrives at a point it sees.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Connection {
-    /// In pixels of the cropped film, continuous; may lie outside of it.
+    /// Film point in pixels of the cropped film, continuous; may lie outside of it.
     pub at: DVec2,
-    /// Radiance of the pixel [W/m²/sr] by flux arriving at the point \[W\].
+    /// Radiance of the pixel [W/m²/sr] per flux arriving at the point \[W\].
     pub radiance_per_flux: Rgb,
-    /// From the point to the near plane (what lies between was found clear).
+    /// Distance from the point to the near plane; the way between was found clear.
     pub distance: f64,
 }
 
 impl Camera {
-    /// What a pixel gains from flux that arrives at `point` of shape `shape`, travelling along the unit
+    /// The gain of a pixel from flux that arrives at `point` of shape `shape`, travelling along the unit
     /// vector `direction`.
     ///
-    /// `None` where nothing is seen of it: the surface is not diffuse (or a mask over it is
-    /// open), light and camera are on different sides or on one that is black, the point is out of the clip
-    /// planes, or something hides it. Film coordinates outside the crop are no reason: a
-    /// beam's image may reach in.
+    /// `None` if the camera sees nothing of it. The surface may not be diffuse, or have an open mask over it.
+    /// Light and camera may be on different sides, or on one that is black. The point may be out of the clip
+    /// planes, or hidden. Film coordinates outside the crop are no reason, since a beam's image may reach in.
     ///
-    /// Mirrors and glass between point and camera hide it, too: what is seen by way of them is another path.
+    /// Mirrors and glass between point and camera hide it, too: light seen by way of them takes another path.
     pub fn connect(
         &self,
         scene: &Scene,
@@ -42,7 +41,8 @@ impl Camera {
         self.connect_through(scene, shape, point, direction, LENS_MIDDLE, counters)
     }
 
-    /// As [`connect`](Self::connect), through a point of the lens: see [`project_through`](Self::project_through).
+    /// As [`connect`](Self::connect), through a point of the lens: see
+    /// [`project_through`](Self::project_through).
     pub fn connect_through(
         &self,
         scene: &Scene,
@@ -87,10 +87,10 @@ impl Camera {
         })
     }
 
-    /// [`connect`](Self::connect), for light that counts in one pixel alone: that pixel, row by row from the
-    /// top, and its radiance [W/m²/sr] by flux arriving at the point \[W\].
+    /// [`connect`](Self::connect), for light that counts in one pixel alone. The result is that pixel,
+    /// counted row by row from the top, and its radiance [W/m²/sr] per flux arriving at the point \[W\].
     ///
-    /// `None` also where the point is seen outside of the crop: no shadow ray is spent on it.
+    /// `None` also if the point is seen outside of the crop: no shadow ray is spent on it.
     pub fn connect_pixel(
         &self,
         scene: &Scene,
@@ -107,7 +107,7 @@ impl Camera {
         Some((pixel, seen.radiance_per_flux))
     }
 
-    /// Whether a shape's surface is diffuse and not black on either side, so that light on it may be seen.
+    /// True if a shape's surface is diffuse and not black on either side, so that light on it may be seen.
     pub fn may_see_surface(&self, scene: &Scene, shape: u32) -> bool {
         let material = scene.material_of(shape);
         [true, false]

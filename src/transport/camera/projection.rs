@@ -11,9 +11,9 @@ use crate::transport::scatter::ShadingNormals;
 
 /// A camera: a film on which points of the scene are seen.
 ///
-/// The film's coordinates are in pixels of its crop: x to the right, y down, the top left corner of the
-/// crop at (0, 0). Mitsuba's conventions (checked against 3.9.1, see `tests/paths/camera.rs`): camera space
-/// has +x to the *left* of the image, +y up, and looks along +z; a principal point's offset moves the
+/// The film's coordinates are in pixels of its crop: x to the right, y down, the top left corner of the crop
+/// at (0, 0). The conventions are Mitsuba's (checked against 3.9.1, see `tests/paths/camera.rs`). Camera
+/// space has +x to the *left* of the image, +y up, and looks along +z. A principal point's offset moves the
 /// image left and up.
 #[derive(Clone, Debug)]
 pub struct Camera {
@@ -24,44 +24,46 @@ pub struct Camera {
     far_clip: f64,
     /// The film point, in pixels of the crop, on the camera's axis.
     center: DVec2,
-    /// Pixels a unit of camera space (on the plane z = 1, for a pinhole); the same along x and y.
+    /// Pixels per unit of camera space (on the plane z = 1, for a pinhole); the same along x and y.
     pixels: f64,
     pub(super) shading_normals: ShadingNormals,
-    /// Round what is near the film: see [`planes`](Self::planes).
+    /// Planes round the region near the film: see [`planes`](Self::planes).
     planes: [[DVec3; 2]; 5],
 }
 
-/// How a camera sees a point.
+/// The projection of a point onto the film.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Projection {
-    /// In pixels of the cropped film, continuous; may lie outside of it.
+    /// Film point in pixels of the cropped film, continuous; may lie outside of it.
     pub at: DVec2,
-    /// From the point to the camera, a unit vector.
+    /// Unit vector from the point to the camera.
     pub towards: DVec3,
-    /// From the point to the near plane, along `towards`.
+    /// Distance from the point to the near plane, along `towards`.
     pub distance: f64,
-    /// Radiance [W/m²/sr] averaged over a pixel, by radiance times surface area times cosine
-    /// [W/sr] there: the pixel's importance times the geometric term [1/m²].
+    /// Radiance [W/m²/sr] averaged over a pixel, per radiance times surface area times cosine [W/sr] at the
+    /// point. It is the pixel's importance times the geometric term [1/m²].
     pub importance: f64,
 }
 
 /// A camera's view through a point of its film.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PixelRay {
-    /// From the near plane on.
+    /// The ray, from the near plane on.
     pub ray: Ray,
-    /// The distance to the far plane: what lies beyond is not seen.
+    /// The distance to the far plane: surfaces beyond it are not seen.
     pub reach: f64,
 }
 
 impl Camera {
-    /// The camera that a sensor describes, for light that is connected to it from Lambertian surfaces of known
-    /// reflectance, pixel by pixel; with shading normals that keep [`ShadingNormals::Flux`].
+    /// The camera that a sensor describes, for light on Lambertian surfaces of known reflectance that is
+    /// connected to it, pixel by pixel.
+    ///
+    /// Its shading normals are [`ShadingNormals::Flux`].
     ///
     /// # Errors
     ///
-    /// For an irradiance meter or a thin lens, a filter other than the box, or where a diffuse surface
-    /// of the scene has a reflectance that is not a constant colour.
+    /// For an irradiance meter or a thin lens, or a filter other than the box. Also if a diffuse surface of
+    /// the scene has a reflectance that is not a constant colour.
     pub fn new(scene: &Scene, sensor: &Sensor) -> Result<Self, CameraError> {
         let id = || sensor.id.clone();
         let is_refused = matches!(
@@ -94,12 +96,13 @@ impl Camera {
         }
     }
 
-    /// The camera that a sensor describes, of any kind, with any filter and before any scene: for methods that
-    /// ask each surface's [`Bsdf`](super::bsdf::Bsdf) what it scatters.
+    /// The camera that a sensor describes, of any kind, with any filter and before any scene.
+    ///
+    /// It is for methods that ask each surface's [`Bsdf`](crate::transport::bsdf::Bsdf) for its scattering.
     ///
     /// # Errors
     ///
-    /// For an irradiance meter, and where pixels or film coordinates overflow.
+    /// For an irradiance meter, and if pixels or film coordinates overflow.
     pub fn of_sensor(sensor: &Sensor) -> Result<Self, CameraError> {
         let id = || sensor.id.clone();
         let film = &sensor.film;
@@ -142,11 +145,11 @@ impl Camera {
         Ok(camera)
     }
 
-    /// The same camera, with what interpolated normals of diffuse surfaces do to light.
+    /// The same camera, with another effect of interpolated normals on light from diffuse surfaces.
     ///
-    /// With `Flux` a surface reflects what its true normal receives; with `Adjoint` its radiance is
-    /// that of a surface with the shading normal s, as in Mitsuba's images: flux from w counts
-    /// |w · s| / |w · g| times, g the true normal (Veach 1997, 5.3), and nothing where the two
+    /// With `Flux` a surface reflects what its true normal receives. With `Adjoint` its radiance is that of a
+    /// surface with the shading normal s, as in Mitsuba's images: with g the true normal, flux from w is
+    /// scaled by the factor |w · s| / |w · g| (Veach 1997, 5.3). It counts nothing if the two normals
     /// disagree about sides.
     #[must_use]
     pub fn with_shading_normals(mut self, shading_normals: ShadingNormals) -> Self {
@@ -154,17 +157,17 @@ impl Camera {
         self
     }
 
-    /// Pixels a row, of the crop.
+    /// Number of pixels in a row of the crop.
     pub fn width(&self) -> usize {
         self.film.crop.width as usize
     }
 
-    /// Rows of pixels, of the crop.
+    /// Number of rows of the crop.
     pub fn height(&self) -> usize {
         self.film.crop.height as usize
     }
 
-    /// The pixel at film coordinates, row by row from the top; `None` outside the crop.
+    /// The pixel at film coordinates, counted row by row from the top; `None` outside the crop.
     #[inline]
     pub fn pixel(&self, at: DVec2) -> Option<usize> {
         let (width, height) = (self.width(), self.height());
@@ -172,17 +175,18 @@ impl Camera {
         is_inside.then(|| at.y as usize * width + at.x as usize)
     }
 
-    /// Where a point is seen, whatever lies between; `None` before the near plane and beyond the far one.
+    /// The projection of a point, hidden or not; `None` before the near plane and beyond the far one.
     ///
-    /// Through the middle of a lens: see [`project_through`](Self::project_through).
+    /// It is through the middle of a lens: see [`project_through`](Self::project_through).
     #[inline]
     pub fn project(&self, position: DVec3) -> Option<Projection> {
         self.project_through(position, LENS_MIDDLE)
     }
 
-    /// Where a point is seen through the point `lens` of the lens, as in [`ray_through`](Self::ray_through).
+    /// The projection of a point through the point `lens` of the lens, as in
+    /// [`ray_through`](Self::ray_through).
     ///
-    /// The mean of `importance` over uniform `lens` in [0, 1)² is the pixel's whole.
+    /// The mean of `importance` over uniform `lens` in [0, 1)² is the importance of the whole pixel.
     #[inline]
     pub fn project_through(&self, position: DVec3, lens: DVec2) -> Option<Projection> {
         let seen = self
@@ -200,17 +204,21 @@ impl Camera {
         })
     }
 
-    /// The view through film coordinates `at` (pixels of the crop; may lie outside of it) and the middle of the lens.
+    /// The view through film coordinates `at` (pixels of the crop; may lie outside of it) and the middle of
+    /// the lens.
     ///
-    /// The inverse of [`project`](Self::project). Its radiance needs no weight: a pixel's is the average over it.
+    /// It is the inverse of [`project`](Self::project). Its radiance needs no weight: a pixel's is the
+    /// average over it.
     pub fn pixel_ray(&self, at: DVec2) -> PixelRay {
         self.ray_through(at, LENS_MIDDLE)
     }
 
-    /// The view through film coordinates `at` and the point `lens` of the lens, which uniform numbers in
-    /// [0, 1)² spread evenly over it; other cameras do not look at `lens`.
+    /// The view through film coordinates `at` and the point `lens` of the lens.
     ///
-    /// The inverse of [`project_through`](Self::project_through): a pixel's radiance is the average over both.
+    /// Uniform numbers in [0, 1)² spread evenly over the lens. Cameras without a lens ignore `lens`.
+    ///
+    /// It is the inverse of [`project_through`](Self::project_through): a pixel's radiance is the average
+    /// over both arguments.
     pub fn ray_through(&self, at: DVec2, lens: DVec2) -> PixelRay {
         let on_film = (self.center - at) / self.pixels;
         let depth = self.far_clip - self.near_clip;
@@ -221,16 +229,18 @@ impl Camera {
         }
     }
 
-    /// The corners of a film three times as wide and high, about the camera's.
+    /// The corners of a film three times as wide and high as the camera's, about the same middle.
     pub fn near_film(&self) -> [DVec2; 2] {
         let film = DVec2::new(self.width() as f64, self.height() as f64);
         [-film, 2.0 * film]
     }
 
-    /// The planes round what is seen near the film ([`near_film`](Self::near_film)) through the middle of the
-    /// lens: the near plane, then the four sides. Each is a point of it and its normal (of any length) that points out of sight.
+    /// The planes round the region seen near the film ([`near_film`](Self::near_film)) through the middle of
+    /// the lens: the near plane, then the four sides.
     ///
-    /// What is behind the camera is out of sight by the near plane, whatever the sides say.
+    /// Each plane is a point of it and its normal (of any length), which points out of sight.
+    ///
+    /// Points behind the camera are out of sight by the near plane, whatever the sides tell.
     pub fn planes(&self) -> &[[DVec3; 2]; 5] {
         &self.planes
     }
@@ -246,7 +256,7 @@ impl Camera {
         let middle = self.pixel_ray(0.5 * (low + high)).ray;
         let side = |index: usize| {
             let (ray, next) = (rays[index], rays[(index + 1) % 4]);
-            // Both lines of sight are in it, whether they meet in a pinhole or are parallel.
+            // Both lines of sight are in the plane, whether they meet in a pinhole or are parallel.
             let across = next.origin + next.direction - ray.origin;
             let normal = ray.direction.cross(across);
             let inside = normal.dot(middle.origin + middle.direction - ray.origin);
@@ -262,13 +272,14 @@ impl Camera {
         [[a, near], side(0), side(1), side(2), side(3)]
     }
 
-    /// How samples spread over pixels.
+    /// The filter by which samples spread over pixels.
     pub fn filter(&self) -> ReconstructionFilter {
         self.film.filter
     }
 
-    /// How many pixels beyond the film's crop, each way, paths from the camera sample: those that the filter
-    /// reaches in from, where the film asks for it (`sample_border`).
+    /// Number of pixels beyond the film's crop, each way, that paths from the camera sample.
+    ///
+    /// The filter reaches in from these pixels, if the film asks for it (`sample_border`).
     pub fn sampled_border(&self) -> usize {
         if self.film.sample_border {
             self.film.filter.border()
@@ -277,11 +288,11 @@ impl Camera {
         }
     }
 
-    /// Whether rays start anywhere on a lens of some size.
+    /// True if rays start anywhere on a lens of some size.
     pub fn has_aperture(&self) -> bool {
         self.lens.has_aperture()
     }
 }
 
-/// The numbers of the middle of the lens.
+/// The coordinates of the middle of the lens.
 pub(super) const LENS_MIDDLE: DVec2 = DVec2::splat(0.5);

@@ -1,4 +1,4 @@
-//! Area lights: quadrature where nothing is in the way, randomised quasi-Monte Carlo elsewhere.
+//! Area lights: quadrature if nothing is in the way, otherwise randomised quasi-Monte Carlo.
 
 use glam::{DVec2, DVec3};
 
@@ -16,17 +16,18 @@ use crate::transport::domain::surface::{Area, LightPart, LightSurface, surface_p
 /// Replicates of the quadrature over an area light; their scatter is the error.
 pub const REPLICATES: u32 = 16;
 
-/// Samples of a texel and an area light, in each replicate, where no more are asked for.
+/// Samples of a texel and an area light, in each replicate, if no more are asked for.
 pub(super) const SAMPLES: u32 = 8;
 
-/// Samples between two questions whether to give up: some milliseconds.
+/// Samples between two looks at `stop`: some milliseconds of work.
 const ASK_EVERY: u32 = 4096;
 
-/// Largest relative error of a light's irradiance without shadow that is taken without sampling, and above which a texel
-/// gets the samples that are asked for.
+/// Largest relative error of a light's irradiance without shadow that is accepted without sampling.
+///
+/// A texel with a larger error gets the samples that are asked for.
 pub(super) const SMOOTH_ERROR: f64 = 1e-3;
 
-/// The corners of a texel or a light, a hair inside: off the walls that either may touch.
+/// The corners of a texel or a light, a hair inside. So they are off the walls that either may touch.
 const CORNERS: [(f64, f64); 4] = {
     const INSET: f64 = 1e-6;
     [
@@ -38,8 +39,8 @@ const CORNERS: [(f64, f64); 4] = {
 };
 
 impl DirectLight<'_> {
-    /// Average over a texel of an area light: E = ∫ L cos θ cos θ′ / r² dA over light and texel, with `each` samples in each
-    /// replicate.
+    /// Average irradiance of an area light over a texel: E = ∫ L cos θ cos θ′ / r² dA over light and texel,
+    /// with `each` samples in each replicate.
     pub(super) fn area(
         &mut self,
         texel: usize,
@@ -101,8 +102,8 @@ impl DirectLight<'_> {
         }
         let n = f64::from(REPLICATES);
         let variance = ((sum_squares - sum * sum / n) / (n - 1.0)).max(0.0);
-        // Stratified samples often agree on how many of them see the light, in all replicates:
-        // then their scatter is none, but the edge is known to one sample only.
+        // Stratified samples often agree, in all replicates, on how many of them see the light. Their scatter
+        // is zero then, but the edge is known to one sample only.
         let samples = n * f64::from(each);
         let is_mixed = sum > 0.0 && sum * f64::from(each) < unshadowed;
         let one_sample = if is_mixed {
@@ -119,8 +120,9 @@ impl DirectLight<'_> {
         }
     }
 
-    /// The same where a mesh covers so little of a texel that no sample found it: one point stands
-    /// for the texel, and its irradiance without shadow for the error.
+    /// As [`area`](Self::area), for a texel of which a mesh covers so little that no sample found it.
+    ///
+    /// One point stands for the texel, and its irradiance without shadow for the error.
     fn area_at_home(
         &mut self,
         texel: usize,
@@ -145,13 +147,15 @@ impl DirectLight<'_> {
         }
     }
 
-    /// ∫ cos θ cos θ′ / r² dA over all of a light made of parallelograms, at the middle of a
-    /// texel, and a bound on its error; `None` where any part may be hidden, the receiver is no one
-    /// surface, or the error is more than `SMOOTH_ERROR`.
+    /// ∫ cos θ cos θ′ / r² dA over all of a light made of parallelograms, at the middle of a texel, and a
+    /// bound on its error.
     ///
-    /// Each part is integrated with 2 x 2 Gauss points, at the texel's middle and, for what the
-    /// middle leaves out, at its corners: the mean of the corners less the middle is three times
-    /// the midpoint rule's error. The difference to one point a part bounds that of the parts.
+    /// `None` if any part may be hidden, the receiver is not one surface, or the error is above
+    /// `SMOOTH_ERROR`.
+    ///
+    /// Each part is integrated with 2 x 2 Gauss points, at the texel's middle. The corners tell the error of
+    /// the midpoint rule: the mean of the corners less the middle is three times that error. The difference
+    /// to one point a part bounds the error of the parts.
     fn unshadowed(&mut self, texel: usize, light: &LightSurface) -> Option<(f64, f64)> {
         let middle = self.patch(texel, DVec2::splat(0.5))?;
         let mut corners = [middle.point; 4];
@@ -186,8 +190,8 @@ impl DirectLight<'_> {
                 }
             }
         }
-        // On which side of a straight edge a ray passes is bilinear in its two ends: an edge that
-        // hides any of the light from any of the texel does so for a pair of corners.
+        // The side of a straight edge on which a ray passes is bilinear in the ray's two ends. So an edge
+        // that hides any of the light from any of the texel does so for a pair of corners.
         for (u, v) in CORNERS {
             let sample = surface_point(whole.0.point(DVec2::new(u, v)), whole.1);
             for corner in &corners {
@@ -215,16 +219,16 @@ impl DirectLight<'_> {
     }
 }
 
-/// A point of an area light, as seen from the receiver.
+/// Geometry term of a point of an area light and a point of the receiver.
 struct GeometryTerm {
     /// cos θ cos θ′ / r² [1/m²].
     value: f64,
     towards: DVec3,
-    /// How far a shadow ray goes: up to the light, not onto it.
+    /// Length of a shadow ray: up to the light, not onto it.
     reach: f64,
 }
 
-/// What a point of an area light does to a receiver point; `None` where either turns its back.
+/// The geometry term of a point of an area light; `None` if either surface turns its back.
 fn geometry_term(point: &SurfacePoint, sample: &SurfacePoint) -> Option<GeometryTerm> {
     let offset = sample.position - point.position;
     let distance_squared = offset.length_squared();

@@ -20,8 +20,8 @@ impl DirectLight<'_> {
     }
 }
 
-/// A delta emitter's irradiance at a point if nothing is in the way, the direction towards it and its distance \[m\]; no other
-/// emitter has any.
+/// Irradiance of a delta emitter at a point if nothing is in the way, the direction towards it and its
+/// distance \[m\]. Other emitters give none.
 pub(super) fn unshadowed(point: &SurfacePoint, emitter: &Emitter) -> (Rgb, DVec3, f64) {
     let from = |position, intensity| from_point(point, position, intensity, Falloff::of(emitter));
     match emitter {

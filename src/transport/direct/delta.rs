@@ -1,4 +1,4 @@
-//! Delta emitters: a texel's average by 2 x 2 Gauss points, closely where a shadow's edge runs.
+//! Delta emitters: a texel's average by 2 x 2 Gauss points, with a closer look along the edges of shadows.
 
 use glam::DVec3;
 
@@ -10,18 +10,20 @@ use super::texel::DirectTexel;
 use crate::radiometry::Rgb;
 use crate::scene::Emitter;
 
-/// How often all of a texel of several faces near a shadow's edge is quartered.
+/// Number of times that all of a texel is quartered, if it has several faces and lies near a shadow's edge.
 const EDGE_LEVELS: u32 = 3;
 
-/// Where else a leaf near an edge looks for the emitter: a grid of 3 x 3 points over the leaf and
-/// an eighth of its size around it.
+/// Places of a leaf's guards, relative to its middle and in units of its size, along each axis.
 ///
-/// An edge that bulges into a leaf between two of them by the sagitta s²/(8R), s the leaf's size,
-/// is seen from there for all radii R above s.
+/// Guards are further points from which a leaf near an edge looks at the emitter: a grid of 3 x 3 points over
+/// the leaf and an eighth of its size around it.
+///
+/// Let s be the leaf's size. An edge that bulges into a leaf between two guards, by the sagitta s²/(8R), is
+/// seen from there for all radii R above s.
 const GUARDS: [f64; 3] = [-0.625, 0.0, 0.625];
 
 impl DirectLight<'_> {
-    /// Average over a texel of a delta emitter's light, as few points see it.
+    /// Average of a delta emitter's light over a texel, as few points see it.
     pub(super) fn glance(&mut self, texel: usize, emitter: &Emitter) -> Glance {
         let mut passed = Passed::NOTHING_SEEN;
         if !self.receiver.has_surface(texel) {
@@ -46,7 +48,7 @@ impl DirectLight<'_> {
             sum.add(&look);
             passed = passed.with(look.passed);
             if is_border || look.is_ragged {
-                // No neighbours on one side, perhaps: nobody else looks there.
+                // There may be no neighbours on one side, so nobody else looks there.
                 passed = self.guarded(texel, &leaf, emitter, passed);
             }
         }
@@ -56,7 +58,7 @@ impl DirectLight<'_> {
         Glance { value, passed }
     }
 
-    /// Average over a texel of a delta emitter's light, where a shadow's edge may run through it.
+    /// Average of a delta emitter's light over a texel through which a shadow's edge may run.
     pub(super) fn edge(&mut self, texel: usize, emitter: &Emitter) -> DirectTexel {
         if !self.receiver.has_surface(texel) {
             return DirectTexel::default();
@@ -65,7 +67,7 @@ impl DirectLight<'_> {
             .unwrap_or_else(|| self.by_quarters(texel, emitter))
     }
 
-    /// The same along the edge; `None` where the texel's surface is not one smooth one.
+    /// As [`edge`](Self::edge), cut along the edge; `None` if the texel's surface is not one smooth one.
     fn by_cuts(&mut self, texel: usize, emitter: &Emitter) -> Option<DirectTexel> {
         let mut sum = Sum::NOTHING;
         let mut pending = vec![Leaf::TEXEL];
@@ -76,12 +78,12 @@ impl DirectLight<'_> {
                 self.cut(texel, &leaf, emitter, &mut sum)?;
             }
         }
-        // What is cut off may be a rounding more than there was.
+        // The parts cut off may exceed the whole by rounding.
         sum.flux = Rgb(sum.flux.0.map(|flux| flux.max(0.0)));
         sum.average()
     }
 
-    /// The same by ever smaller leaves, of any surface.
+    /// As [`edge`](Self::edge), by ever smaller leaves, for any surface.
     fn by_quarters(&mut self, texel: usize, emitter: &Emitter) -> DirectTexel {
         let mut sum = Sum::NOTHING;
         let mut pending = vec![Leaf::TEXEL];
@@ -107,8 +109,9 @@ impl DirectLight<'_> {
             .unwrap_or_else(|| self.at_home(texel, emitter))
     }
 
-    /// A texel of which a mesh covers so little that no leaf's points found it: one point stands
-    /// for it, and its irradiance without shadow for the error.
+    /// Irradiance of a texel of which a mesh covers so little that no leaf's points found it.
+    ///
+    /// One point stands for the texel, and its irradiance without shadow for the error.
     fn at_home(&mut self, texel: usize, emitter: &Emitter) -> DirectTexel {
         self.receiver
             .home(self.scene, texel)
@@ -152,7 +155,8 @@ impl DirectLight<'_> {
         look
     }
 
-    /// What a leaf's guards see beside its points. On the receiver's border they stand on the border.
+    /// Shares that a leaf's guards see, joined with those of its points. On the receiver's border the guards
+    /// stand on the border.
     fn guarded(&mut self, texel: usize, leaf: &Leaf, emitter: &Emitter, seen: Passed) -> Passed {
         let mut passed = seen;
         for i in GUARDS {
@@ -169,12 +173,12 @@ impl DirectLight<'_> {
         passed
     }
 
-    /// Whether a leaf is too large for 2 x 2 Gauss points: to integrate 1/r² and the cosine, or
-    /// the edges of a spot's beam.
+    /// True if a leaf is too large for 2 x 2 Gauss points to integrate 1/r² and the cosine, or the edges of a
+    /// spot's beam.
     ///
-    /// For the former their relative error is about (size / distance)⁴ / 100: a ratio of 1/64
-    /// leaves 1e-9. A spot's falloff has kinks where the beam starts to fall and where it ends;
-    /// leaves across them, and leaves that could hold the whole beam, are divided to the end.
+    /// For 1/r² and the cosine, the relative error is about (size / distance)⁴ / 100: a ratio of 1/64 leaves
+    /// 1e-9. A spot's falloff has kinks where the beam starts to fall and where it ends. Leaves across these
+    /// kinks, and leaves that could hold the whole beam, are divided to the end.
     fn is_coarse(&self, texel: usize, leaf: &Leaf, emitter: &Emitter) -> bool {
         let from = match emitter {
             Emitter::Point { position, .. } => *position,

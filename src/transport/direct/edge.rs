@@ -1,10 +1,12 @@
-//! A texel that a shadow's edge runs through: the edge is found by bisection, and the texel cut along it.
+//! Texels that a shadow's edge runs through: bisection finds the edge, and the texel is cut along it.
 //!
-//! A lattice of points, and Gauss points within its cells, say which cells the edge enters. It crosses a cell's border in two places, which bisection finds, and
-//! bends between them: a third place, on the normal through the chord's middle, tells by how much. So a cell is cut along a
-//! parabola. What the bend moves, chord times sagitta, is booked as the error: it is 1.5 times the
-//! area between chord and parabola, and larger than what a cut with one corner may be off by. Irradiance without shadow is smooth,
-//! and asks for no rays.
+//! A lattice of points, and Gauss points within its cells, tell which cells the edge enters. The edge crosses
+//! a cell's border in two places, which bisection finds, and bends between them. A third place, on the normal
+//! through the chord's middle, tells by how much. So a cell is cut along a parabola.
+//!
+//! The area moved by the bend, chord times sagitta, is booked as the error. It is 1.5 times the area between
+//! chord and parabola, and larger than the error of a cut with one corner. Irradiance without shadow is
+//! smooth, and needs no rays.
 
 use glam::DVec2;
 
@@ -16,44 +18,45 @@ use crate::radiometry::Rgb;
 use crate::scene::Emitter;
 use crate::transport::receiver::ReceiverPatch;
 
-/// Cells across a texel.
+/// Cells along a side of a texel.
 const CELLS: usize = 8;
 
-/// How often a crossing's interval is halved.
+/// Number of times that a crossing's interval is halved.
 const BISECTIONS: i32 = 14;
 
-/// The share of a texel that a cut may leave uncertain before its cell is quartered instead.
+/// Largest share of a texel that a cut may leave uncertain; above it, the cell is quartered instead.
 const UNCERTAIN: f64 = 1e-4;
 
-/// A square part of a texel, and the share of the emitter that its corners see, counter-clockwise from the least.
+/// A square part of a texel, and the share of the emitter that each corner sees, counter-clockwise from the
+/// lowest.
 #[derive(Clone, Copy)]
 struct EdgeCell {
     from: DVec2,
     size: f64,
     shares: [f64; 4],
-    /// What its Gauss points see.
+    /// Shares that the Gauss points see.
     inner: [f64; 4],
-    /// Whether more is looked at than these points, should they agree.
+    /// True if these points are not enough, even if they agree.
     is_suspicious: bool,
 }
 
 /// Two parts of a cell that see different shares.
 struct EdgeCut {
     parts: [(Vec<DVec2>, f64); 2],
-    /// Where the edge runs.
+    /// A point of the edge.
     middle: DVec2,
     /// Share of the texel that may belong to the other part.
     uncertain: f64,
 }
 
 impl EdgeCut {
-    /// Whether a point is in the first part.
+    /// True if a point is in the first part, by the parity of the outline's crossings.
     fn is_first(&self, point: DVec2) -> bool {
         let outline = &self.parts[0].0;
         let mut is_inside = false;
         for (index, a) in outline.iter().enumerate() {
             let b = outline[(index + 1) % outline.len()];
-            // How often the outline is crossed on the way to the right.
+            // Crossings of the outline are counted on the way to the right.
             if (a.y > point.y) != (b.y > point.y) {
                 let x = a.x + (point.y - a.y) / (b.y - a.y) * (b.x - a.x);
                 is_inside ^= x > point.x;
@@ -62,7 +65,7 @@ impl EdgeCut {
         is_inside
     }
 
-    /// Whether a cell's Gauss points see what the part that they are in does.
+    /// True if each of a cell's Gauss points sees the share of the part that holds it.
     fn agrees_with(&self, cell: &EdgeCell) -> bool {
         let points = cell.gauss_points();
         let mut pairs = points.iter().zip(cell.inner);
@@ -70,7 +73,7 @@ impl EdgeCut {
     }
 }
 
-/// Why something is not cut.
+/// Reasons why something is not cut.
 #[derive(Clone, Copy, Debug)]
 enum Uncut {
     /// There is no surface at a point.
@@ -91,13 +94,13 @@ impl EdgeCell {
         self.from + CORNERS[index % 4] * self.size
     }
 
-    /// Whether all its points see the same.
+    /// True if all its points see the same share.
     fn is_even(&self) -> bool {
         let all = self.shares.iter().chain(&self.inner);
         all.copied().all(|share| share == self.shares[0])
     }
 
-    /// Whether it and its quarters all see the same.
+    /// True if it and its quarters all see the same share.
     fn is_like(&self, quarters: &[Self; 4]) -> bool {
         let agrees = |one: &Self| one.is_even() && one.shares[0] == self.shares[0];
         self.is_even() && quarters.iter().all(agrees)
@@ -121,23 +124,23 @@ impl EdgeCell {
     }
 }
 
-/// Whether a cell is one of the leaf's, `across` a side, and not of the ring around them.
+/// True if a cell is one of the leaf's, `across` a side, and not one of the ring around them.
 fn is_inside(column: usize, row: usize, across: usize) -> bool {
     (1..=across).contains(&column) && (1..=across).contains(&row)
 }
 
-/// What one emitter's light does in one texel.
+/// One emitter's light in one texel.
 struct EdgeTexel<'a, 'b> {
     light: &'a mut DirectLight<'b>,
     texel: usize,
     emitter: &'a Emitter,
-    /// The share that the most of a leaf is taken to see, before cells say otherwise.
+    /// The share that most of a leaf is assumed to see, before cells tell otherwise.
     base: f64,
 }
 
 impl DirectLight<'_> {
-    /// Adds a leaf's part of its texel's light, cut along the shadow's edge; `None` where the leaf's surface is not one smooth
-    /// one.
+    /// Adds a leaf's part of its texel's light, cut along the shadow's edge. `None` if the leaf's surface is
+    /// not one smooth one.
     pub(super) fn cut(
         &mut self,
         texel: usize,
@@ -173,7 +176,7 @@ impl DirectLight<'_> {
             emitter,
             base,
         };
-        // Cells and the ring around them, whose Gauss points are others' concern.
+        // Cells and the ring around them. The Gauss points of the ring belong to other texels.
         let mut cells = Vec::with_capacity((across + 2) * (across + 2));
         for index in 0..(across + 2) * (across + 2) {
             let (column, row) = (index % (across + 2), index / (across + 2));
@@ -213,8 +216,8 @@ impl DirectLight<'_> {
 }
 
 impl EdgeTexel<'_, '_> {
-    /// Looks closely at the cells beside an edge, and so follows narrow shadows from one cell to the next. What a cell hid makes it
-    /// suspicious.
+    /// Looks closely at the cells beside an edge, and so follows narrow shadows from one cell to the next. A
+    /// cell that hid something becomes suspicious.
     fn follow(&mut self, cells: &mut [EdgeCell], across: usize) -> Result<(), Uncut> {
         let wide = across + 2;
         let mut pending: Vec<usize> = (0..cells.len()).filter(|&i| !cells[i].is_even()).collect();
@@ -274,7 +277,7 @@ impl EdgeTexel<'_, '_> {
         Ok(())
     }
 
-    /// What a cell's Gauss points see.
+    /// Shares that a cell's Gauss points see.
     fn inner(&mut self, cell: &EdgeCell) -> Result<[f64; 4], Uncut> {
         let mut inner = [0.0; 4];
         for (share, at) in inner.iter_mut().zip(cell.gauss_points()) {
@@ -283,7 +286,7 @@ impl EdgeTexel<'_, '_> {
         Ok(inner)
     }
 
-    /// Adds both parts of a cell, and what is uncertain between them.
+    /// Adds both parts of a cell, and the uncertain area between them.
     fn add_cut(&self, cut: &EdgeCut, sum: &mut Sum) -> Result<(), Uncut> {
         let [(_, a), (_, b)] = cut.parts;
         for (outline, share) in &cut.parts {
@@ -378,7 +381,7 @@ impl EdgeTexel<'_, '_> {
             let found = self.crossing(middle, middle + away * reach, seen, beyond, precision)?;
             sagitta = found - middle;
         }
-        // A triangle of the parabola's area, 2/3 of chord times sagitta.
+        // A triangle with the parabola's area, 2/3 of chord times sagitta.
         let apex = middle + sagitta * (4.0 / 3.0);
         let part = |from: DVec2, to: DVec2, corners: std::ops::RangeInclusive<usize>| {
             let mut outline = vec![from];
@@ -396,7 +399,7 @@ impl EdgeTexel<'_, '_> {
         })
     }
 
-    /// Where between two points the share changes, to the precision given.
+    /// The point between two others at which the share changes, to the precision given.
     fn crossing(
         &mut self,
         mut from: DVec2,
@@ -419,13 +422,14 @@ impl EdgeTexel<'_, '_> {
         Ok(0.5 * (from + to))
     }
 
-    /// Irradiance without shadow times surface by share of the texel \[W\].
+    /// Irradiance without shadow times surface per share of the texel \[W\].
     fn light_at(&self, at: DVec2) -> Result<Rgb, Uncut> {
         let patch = self.patch(at)?;
         Ok(unshadowed(&patch.point, self.emitter).0 * patch.density)
     }
 
-    /// Adds what a polygon sees more or less than the leaf was taken to, each triangle of a fan by its edges' middles.
+    /// Adds the difference between a polygon's light and that assumed for the leaf, with each triangle of a
+    /// fan integrated by the middles of its edges.
     fn add(&self, outline: &[DVec2], share: f64, sum: &mut Sum) -> Result<(), Uncut> {
         if share == self.base {
             return Ok(());
@@ -445,10 +449,11 @@ impl EdgeTexel<'_, '_> {
         Ok(())
     }
 
-    /// Adds a cell of several edges that is not divided any more: its points' average, and all that they differ by as error.
+    /// Adds a cell of several edges that is not divided further: the average of its points. All that the
+    /// points differ by is the error.
     fn add_mixed(&self, cell: &EdgeCell, sum: &mut Sum) -> Result<(), Uncut> {
         let shares = cell.shares.iter().chain(&cell.inner).copied();
-        // Gauss points stand for the cell; corners tell of what is beside it, too.
+        // The Gauss points stand for the cell; the corners also tell of the surface beside it.
         self.add(&cell.outline(), cell.inner.iter().sum::<f64>() / 4.0, sum)?;
         let least = shares.clone().fold(f64::INFINITY, f64::min);
         let most = shares.fold(f64::NEG_INFINITY, f64::max);

@@ -5,14 +5,14 @@ use super::texel::DirectTexel;
 use crate::radiometry::Rgb;
 use crate::transport::receiver::Receiver;
 
-/// A texel's irradiance from few points, and what these see of the emitter.
+/// A texel's irradiance from few points, and the shares of the emitter that these see.
 pub(super) struct Glance {
     pub(super) value: DirectTexel,
     pub(super) passed: Passed,
 }
 
 impl Glance {
-    /// Where no light can be.
+    /// A texel that no light can reach.
     pub(super) const DARK: Self = Self {
         value: DirectTexel {
             irradiance: Rgb::BLACK,
@@ -22,7 +22,7 @@ impl Glance {
     };
 }
 
-/// Whether a texel and its neighbours do not all see the same share of the emitter.
+/// True if a texel and its neighbours do not all see the same share of the emitter.
 pub(super) fn is_near_edge(first: &[Glance], texel: usize, receiver: &Receiver) -> bool {
     let (column, row) = (texel % receiver.width(), texel / receiver.width());
     let near = |i: usize, count: usize| i.saturating_sub(1)..(i + 2).min(count);

@@ -5,7 +5,7 @@ use glam::DVec2;
 /// Half the distance of two Gauss points on an interval of length 1: 1 / (2 √3).
 pub(super) const GAUSS: f64 = 0.288_675_134_594_812_9;
 
-/// How often a leaf on a shadow's edge is quartered.
+/// Number of times that a leaf on a shadow's edge is quartered.
 pub(super) const SHADOW_LEVELS: u32 = 6;
 
 /// A part of a texel, by fractions across it.
@@ -32,7 +32,7 @@ impl Leaf {
         })
     }
 
-    /// Each of weight 1/4: exact for polynomials of degree 3 in each direction.
+    /// Points of weight 1/4 each, exact for polynomials of degree 3 in each direction.
     pub(super) fn gauss_points(&self) -> [DVec2; 4] {
         [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)]
             .map(|(i, j)| self.at(i * GAUSS, j * GAUSS))

@@ -1,4 +1,4 @@
-//! A view from the receiver at the emitters.
+//! A view from the receiver towards the emitters.
 
 use glam::{DVec2, DVec3};
 
@@ -7,17 +7,17 @@ use crate::scene::Scene;
 use crate::transport::receiver::{Receiver, ReceiverPatch};
 use crate::transport::visibility::transmittance;
 
-/// Looks from the receiver at emitters.
+/// A view from the receiver towards the emitters, with the work that it took.
 pub(super) struct DirectLight<'a> {
     pub(super) scene: &'a Scene,
     pub(super) receiver: &'a Receiver,
-    /// Whether to give up: what is measured from then on is thrown away.
+    /// Tells when to give up; values measured after that are thrown away.
     pub(super) stop: &'a (dyn Fn() -> bool + Sync),
     pub(super) counters: TraversalCounters,
 }
 
 impl DirectLight<'_> {
-    /// The receiver at fractions `at` across a texel; `None` where it has no surface there.
+    /// The receiver at fractions `at` across a texel; `None` if it has no surface there.
     pub(super) fn patch(&self, texel: usize, at: DVec2) -> Option<ReceiverPatch> {
         self.receiver.patch(self.scene, texel, at)
     }

@@ -12,20 +12,21 @@ use crate::scene::{Emitter, Scene};
 use crate::transport::domain::surface::LightSurface;
 use crate::transport::receiver::Receiver;
 
-/// Samples of a texel and an area light where no more are asked for.
+/// Samples of a texel and an area light if no more are asked for.
 pub const AREA_SAMPLES: u32 = area::REPLICATES * area::SAMPLES;
 
 /// Direct irradiance of every texel, and the work it took.
 #[derive(Clone, Debug)]
 pub struct Direct {
-    /// Row by row, as the receiver's texels.
+    /// Texels row by row, as the receiver's.
     pub texels: Vec<DirectTexel>,
     /// Shadow rays and their cost.
     pub counters: TraversalCounters,
 }
 
-/// Measures `LD` on every texel of the receiver, with so many samples of a texel and an area light where light is hard to
-/// measure; `None` where `stop` said so before the end.
+/// Measures `LD` on every texel of the receiver; `None` if `stop` asked for an end before.
+///
+/// Texels in which an area light is hard to measure get `samples` samples of it.
 pub fn direct(
     scene: &Scene,
     receiver: &Receiver,
@@ -34,7 +35,7 @@ pub fn direct(
     stop: &(dyn Fn() -> bool + Sync),
 ) -> Option<Direct> {
     let stream = Stream::new(StreamKind::Sobol, seed).split(0x4c44);
-    // A light whose surface is not modelled has been refused when light space was built.
+    // Light space refuses lights whose surface is not modelled.
     let surfaces: Vec<Option<LightSurface>> = scene
         .emitters()
         .iter()
@@ -59,7 +60,8 @@ pub fn direct(
                 area(at, texel, &stream, area::SAMPLES)
             })?;
             let each = samples / area::REPLICATES;
-            // Points of their own: that texels were chosen by the first ones does not bias what the second ones find.
+            // Points of their own: the first points chose the texels, and this must not bias the second
+            // result.
             let again = stream.split(AGAIN);
             result.by_row(scene, receiver, stop, |at, texel| {
                 let value = first[texel].value;
@@ -89,16 +91,16 @@ pub fn direct(
     Some(result)
 }
 
-/// The stream of second samples; texels' are counted from 0.
+/// The stream of second samples; streams of texels are counted from 0.
 const AGAIN: u64 = u64::MAX;
 
-/// Whether the scatter of a texel's samples is large.
+/// True if the scatter of a texel's samples is large.
 fn is_rough(texel: &DirectTexel) -> bool {
     texel.error.max_channel() > area::SMOOTH_ERROR * texel.irradiance.max_channel()
 }
 
 impl Direct {
-    /// What is known before anything was measured: nothing, which is NaN.
+    /// The state before any measurement: every texel is NaN.
     pub fn unknown(texels: usize) -> Self {
         Self {
             texels: vec![DirectTexel::UNKNOWN; texels],
@@ -126,7 +128,7 @@ impl Direct {
                 let mut texels = Vec::with_capacity(receiver.width());
                 for column in 0..receiver.width() {
                     texels.push(measure(&mut at, row * receiver.width() + column));
-                    // What was given up in its middle is no measurement.
+                    // A texel that was given up halfway is no measurement.
                     if stop() {
                         return None;
                     }

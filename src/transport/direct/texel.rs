@@ -7,12 +7,12 @@ use crate::radiometry::Rgb;
 pub struct DirectTexel {
     /// Average irradiance [W/m²].
     pub irradiance: Rgb,
-    /// For delta emitters a bound, for area lights the standard error [W/m²].
+    /// Error [W/m²]: a bound for delta emitters, the standard error for area lights.
     pub error: Rgb,
 }
 
 impl DirectTexel {
-    /// Nothing is known of it.
+    /// A texel of which nothing is known.
     pub(super) const UNKNOWN: Self = Self {
         irradiance: Rgb::grey(f64::NAN),
         error: Rgb::grey(f64::NAN),

@@ -11,14 +11,16 @@ use crate::radiometry::Rgb;
 use crate::scene::{Emitter, Scene};
 use crate::transport::chain_limits::{self, NotFollowed};
 
-/// Cells are divided until there are this many, so that they follow the outline of the specular
-/// geometry (some 5 % of a ball's cells are at its rim then) and a cell's rays stay together.
+/// Number of cells at which division ends.
+///
+/// With it cells follow the outline of the specular geometry (about 5 % of a ball's cells are at its rim),
+/// and a cell's rays stay together.
 const ENOUGH_CELLS: usize = 2048;
 
-/// ... but not more often than this: a patch 2⁻³⁹ wide still holds thousands of `f64` places.
+/// Largest number of divisions: a patch 2⁻³⁹ wide still holds thousands of `f64` places.
 const MAX_LEVEL: u32 = 40;
 
-/// A patch of a chart, light of which may meet specular geometry.
+/// A patch of a chart whose light may meet specular geometry.
 #[derive(Clone, Copy, Debug)]
 pub struct LightCell {
     chart: u32,
@@ -41,7 +43,7 @@ impl LightCell {
 #[derive(Debug)]
 pub struct LightSpace {
     charts: Vec<LightChart>,
-    /// By chart: the emitter, as an index into the scene's.
+    /// The emitter of each chart, as an index into the scene's.
     emitters: Vec<u32>,
     cells: Vec<LightCell>,
     /// Sum of the shares of all cells before each; one longer than `cells`, from 0 to 1.
@@ -51,7 +53,7 @@ pub struct LightSpace {
     specular_bounds: Bounds,
 }
 
-/// Why light space cannot be built.
+/// Reason why light space cannot be built.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum LightSpaceError {
     /// The shape of an area light has no charts.
@@ -75,7 +77,7 @@ impl LightSpace {
     ///
     /// # Errors
     ///
-    /// Where the shape of an area light is not modelled, or chains cannot be followed in the scene.
+    /// If the shape of an area light is not modelled, or chains cannot be followed in the scene.
     pub fn new(scene: &Scene) -> Result<Self, LightSpaceError> {
         chain_limits::check(scene)?;
         let targets = Targets::new(scene);
@@ -97,7 +99,7 @@ impl LightSpace {
         let mut level = 0;
         while !cells.is_empty() && cells.len() < ENOUGH_CELLS && level < MAX_LEVEL {
             level += 1;
-            // An indexed parallel map: the order does not depend on the number of threads.
+            // A parallel map over indices: the order does not depend on the number of threads.
             cells = cells
                 .par_iter()
                 .flat_map_iter(|cell| {
@@ -137,7 +139,7 @@ impl LightSpace {
         &self.charts
     }
 
-    /// The emitter that a chart covers (a part of), as an index into the scene's emitters.
+    /// The emitter that a chart covers, at least in part, as an index into the scene's emitters.
     pub fn emitter_of(&self, chart: usize) -> usize {
         self.emitters[chart] as usize
     }
@@ -147,8 +149,9 @@ impl LightSpace {
         chart.root(&self.specular_bounds)
     }
 
-    /// Whether a place on a chart lies in a cell, so that light from there may meet specular
-    /// geometry. Looks at every cell: for tests and pictures.
+    /// True if a place on a chart lies in a cell, so that light from there may meet specular geometry.
+    ///
+    /// It looks at every cell, so it is for tests and pictures.
     pub fn holds(&self, chart: usize, place: DVec2) -> bool {
         self.cells.iter().any(|cell| {
             let ChartPatch { from, to } = cell.patch;
@@ -161,7 +164,7 @@ impl LightSpace {
         &self.cells
     }
 
-    /// Whether no light can meet specular geometry.
+    /// True if no light can meet specular geometry.
     pub fn is_empty(&self) -> bool {
         self.cells.is_empty()
     }
@@ -171,12 +174,12 @@ impl LightSpace {
         self.flux_bound
     }
 
-    /// How often the charts were divided.
+    /// Number of times that the charts were divided.
     pub fn level(&self) -> u32 {
         self.level
     }
 
-    /// Whether any cell needs four dimensions: light that starts from a surface.
+    /// True if any cell needs four dimensions: light that starts from a surface.
     pub fn has_area(&self) -> bool {
         self.charts.iter().any(LightChart::has_area)
     }
@@ -187,9 +190,10 @@ impl LightSpace {
         self.cumulative[cell + 1] - self.cumulative[cell]
     }
 
-    /// How many of `count` samples a cell gets, and the number of the first: systematic
-    /// sampling. Cell c gets ⌊count · C(c+1) + offset⌋ − ⌊count · C(c) + offset⌋, with C the
-    /// cumulative shares; over a uniform `offset` in [0, 1) that is count times its share.
+    /// Number of the `count` samples that a cell gets, by systematic sampling.
+    ///
+    /// Cell c gets ⌊count · C(c+1) + offset⌋ − ⌊count · C(c) + offset⌋, with C the cumulative shares. Over a
+    /// uniform `offset` in [0, 1) its mean is `count` times the cell's share.
     #[inline]
     pub fn allotment(&self, cell: usize, count: u64, offset: f64) -> u64 {
         let before = |c: usize| (self.cumulative[c] * count as f64 + offset).floor();
@@ -205,7 +209,7 @@ impl LightSpace {
 /// The specular geometry.
 struct Targets<'a> {
     scene: &'a Scene,
-    /// By shape.
+    /// For each shape, true if it is specular and found by its boxes.
     specular: Vec<bool>,
     balls: Vec<(DVec3, f64)>,
     any_others: bool,
@@ -228,7 +232,7 @@ impl<'a> Targets<'a> {
             let mut in_tree = false;
             if specular {
                 targets.bounds = targets.bounds.union(shape.bounds());
-                // A ball is told from its box: it fills only half of it.
+                // A ball is not tested by its box: it fills only half of it.
                 match shape {
                     Shape::Sphere(sphere) => {
                         targets.balls.push((sphere.center(), sphere.radius()));

@@ -40,7 +40,7 @@ impl DeltaLight {
         }
     }
 
-    /// The one direction; `None` at the light itself and out of a spot's cone.
+    /// The one direction towards the light; `None` at the light itself and out of a spot's cone.
     pub(super) fn sample(&self, point: &SurfacePoint) -> Option<LightSample> {
         let (direction, distance, irradiance) = match &self.place {
             DeltaPlace::FarAway(travel) => (-*travel, f64::INFINITY, self.strength),

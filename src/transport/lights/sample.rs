@@ -7,20 +7,20 @@ use crate::radiometry::Rgb;
 /// A direction from which light may come to a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightSample {
-    /// From the point to the light, a unit vector.
+    /// Unit vector from the point to the light.
     pub direction: DVec3,
-    /// How far away the light is; infinite for parallel light and environments.
+    /// Distance of the light; infinite for parallel light and environments.
     pub distance: f64,
-    /// How far a shadow ray goes: up to the light but not onto it, whatever was rounded.
+    /// Length of a shadow ray: up to the light but not onto it, whatever the rounding.
     pub reach: f64,
-    /// What the light brings if nothing is in the way: radiance [W/m²/sr] by `pdf_solid_angle`, that is
-    /// irradiance across the direction [W/m²] for a delta light, by the probability of its choice.
+    /// Radiance [W/m²/sr] divided by `pdf_solid_angle`, if nothing is in the way. For a delta light it is
+    /// irradiance across the direction [W/m²] divided by the probability of the light's choice.
     pub radiance_over_pdf: Rgb,
-    /// The density of `direction` [1/sr], the choice of the emitter included; for a delta light the probability
-    /// of that choice.
+    /// The density of `direction` [1/sr], the choice of the emitter included. For a delta light it is the
+    /// probability of that choice.
     pub pdf_solid_angle: f64,
-    /// Whether no other sampling can find this light: a delta light, of weight 1.
+    /// True if no other sampling can find this light: a delta light, of weight 1.
     pub is_delta: bool,
-    /// Index into [`Scene::emitters`].
+    /// Index into [`Scene::emitters`](crate::scene::Scene::emitters).
     pub emitter: usize,
 }

@@ -15,16 +15,16 @@ use crate::transport::domain::chart::Falloff;
 #[derive(Clone, Debug)]
 pub struct Lights<'a> {
     scene: &'a Scene,
-    /// In the scene's order.
+    /// The emitters in the scene's order.
     list: Vec<SceneLight<'a>>,
-    /// For each shape, the index of the light that it is.
+    /// For each shape, the index of its light.
     of_shape: Vec<Option<u32>>,
-    /// The index of the light all round.
+    /// The index of the environment.
     environment: Option<usize>,
 }
 
 /// One emitter.
-// A scene holds a handful of them: boxing the large variant would only cost clarity.
+// A scene holds a handful of lights: boxing the large variant would only cost clarity.
 #[allow(clippy::large_enum_variant)]
 #[derive(Clone, Debug)]
 enum SceneLight<'a> {
@@ -34,7 +34,7 @@ enum SceneLight<'a> {
 }
 
 impl<'a> Lights<'a> {
-    /// The emitters of `scene`; all of them can be sampled.
+    /// The emitters of `scene`, all of which can be sampled.
     pub fn new(scene: &'a Scene) -> Self {
         let mut of_shape = vec![None; scene.world().shapes().len()];
         let environment = scene.emitters().iter().position(Emitter::is_environment);
@@ -82,10 +82,10 @@ impl<'a> Lights<'a> {
         }
     }
 
-    /// A direction from which light may come to `point`; `None` where the emitter chosen sends nothing there.
+    /// A direction from which light may come to `point`; `None` if the emitter chosen sends nothing there.
     ///
-    /// `u` are uniform in [0, 1): the first chooses the emitter. No direction of `point`'s own surface is left out:
-    /// whether it scatters light from there is the bsdf's business.
+    /// `u` are uniform in [0, 1): the first chooses the emitter. No direction of `point`'s own surface is
+    /// left out: the bsdf decides if light from there is scattered.
     pub fn sample(&self, point: &SurfacePoint, u: [f64; 3]) -> Option<LightSample> {
         let count = self.list.len();
         let emitter = ((u[0] * count as f64) as usize).min(count.checked_sub(1)?);
@@ -102,10 +102,9 @@ impl<'a> Lights<'a> {
         })
     }
 
-    /// Radiance [W/m²/sr] that comes back along a ray from what it met: the front side of an area
-    /// light, or the environment.
+    /// Radiance [W/m²/sr] that comes back along a ray, from the front of an area light or the environment.
     ///
-    /// `hit` is what the ray met first, `None` where it left the scene. Delta lights are never met.
+    /// `hit` is the first thing that the ray met, `None` if it left the scene. Rays never meet delta lights.
     pub fn emitted(&self, ray: &Ray, hit: Option<&Hit>) -> Rgb {
         match self.met(hit) {
             Some(LightHit::Surface(light, hit)) => light.emitted(ray, hit),
@@ -114,8 +113,8 @@ impl<'a> Lights<'a> {
         }
     }
 
-    /// The density [1/sr] with which [`sample`](Self::sample) at `from` chooses the ray's direction for the light
-    /// that the ray met: zero where that sends nothing along the ray.
+    /// The density [1/sr] with which [`sample`](Self::sample) at `from` chooses the ray's direction for the
+    /// light that the ray met. It is zero if that light sends nothing along the ray.
     ///
     /// The ray may start elsewhere on the line, as it does behind null surfaces.
     pub fn pdf_solid_angle(&self, from: DVec3, ray: &Ray, hit: Option<&Hit>) -> f64 {
@@ -130,7 +129,7 @@ impl<'a> Lights<'a> {
         pdf / self.list.len().max(1) as f64
     }
 
-    /// The light that a ray met, if what it met can shine.
+    /// The light that a ray met, if there is one.
     fn met<'b>(&'b self, hit: Option<&'b Hit>) -> Option<LightHit<'b, 'a>> {
         let index = match hit {
             Some(hit) => self.of_shape[hit.shape as usize]? as usize,
@@ -144,7 +143,7 @@ impl<'a> Lights<'a> {
     }
 }
 
-/// What a ray met that can shine.
+/// A light that a ray met.
 enum LightHit<'b, 'a> {
     Surface(&'b AreaLight<'a>, &'b Hit),
     Environment(&'b Environment<'a>),

@@ -1,10 +1,10 @@
 //! A triangle's image cut along the lines of a grid.
 //!
-//! What counts is how much of the *surface* falls in each texel. A triangle maps affinely to the
-//! film, so a part of its image is as large a share of the image as it is of the triangle; but an
-//! image may be a line or a point. So the share is measured in barycentric coordinates, where
-//! every triangle has the same area, 1/2, and only the cuts are found on the film. A cut hands
-//! the same point to both of its sides: the shares sum to one but for rounding.
+//! The result is the part of the *surface* in each texel. A triangle maps affinely to the film, so a part of
+//! its image is as large a share of the image as it is of the triangle. But an image may be a line or a
+//! point. So the share is measured in barycentric coordinates, where every triangle has the same area, 1/2,
+//! and only the cuts are found on the film. A cut hands the same point to both of its sides: the shares sum
+//! to one but for rounding.
 
 use glam::DVec2;
 
@@ -19,7 +19,7 @@ pub(super) struct TexelPiece {
     pub centroid: DVec2,
 }
 
-/// A grid of texels; its border texels reach to infinity, as `Receiver::texel` has it.
+/// A grid of texels. Its border texels reach to infinity, as in `Receiver::texel`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ClipGrid {
     pub columns: u32,
@@ -29,19 +29,19 @@ pub(super) struct ClipGrid {
 /// A point of the triangle.
 #[derive(Clone, Copy, Debug)]
 struct ClipCorner {
-    /// On the film, in texels: column and row.
+    /// Column and row on the film, in texels.
     at: [f64; 2],
     barycentric: DVec2,
 }
 
-/// Cuts triangles; keeps its buffers from one to the next.
+/// A cutter of triangles, which keeps its buffers from one to the next.
 #[derive(Debug, Default)]
 pub(super) struct Clipper {
-    /// What is left of the triangle above the rows done.
+    /// The part of the triangle above the rows done.
     rest: Vec<ClipCorner>,
-    /// What falls into one row, and is left of it right of the columns done.
+    /// The part in one row, to the right of the columns done.
     strip: Vec<ClipCorner>,
-    /// What falls into one texel.
+    /// The part in one texel.
     cell: Vec<ClipCorner>,
     spare: Vec<ClipCorner>,
 }
@@ -100,8 +100,8 @@ fn range(polygon: &[ClipCorner], axis: usize, count: u32) -> (u32, u32) {
     (texel(low), texel(high))
 }
 
-/// Moves what lies before the end of texel `index` from `rest` to `part`; all of it where the
-/// texel is the last.
+/// Moves the part before the end of texel `index` from `rest` to `part`, or all of it if the texel is the
+/// last.
 fn take_below(
     rest: &mut Vec<ClipCorner>,
     part: &mut Vec<ClipCorner>,
@@ -134,7 +134,7 @@ fn take_below(
     std::mem::swap(rest, spare);
 }
 
-/// Where an edge crosses a line. The order of its ends makes no difference to a bit.
+/// The point at which an edge crosses a line. The order of the edge's ends makes no difference to a bit.
 fn crossing(from: ClipCorner, to: ClipCorner, axis: usize, line: f64) -> ClipCorner {
     let (a, b) = if from.at[axis] < to.at[axis] {
         (from, to)
@@ -150,7 +150,7 @@ fn crossing(from: ClipCorner, to: ClipCorner, axis: usize, line: f64) -> ClipCor
     }
 }
 
-/// A convex polygon's share of its triangle, and its centroid; `None` where it has no area.
+/// A convex polygon's share of its triangle, and its centroid; `None` if it has no area.
 fn area(polygon: &[ClipCorner]) -> Option<(f64, DVec2)> {
     let (first, others) = polygon.split_first()?;
     let origin = first.barycentric;
@@ -158,7 +158,7 @@ fn area(polygon: &[ClipCorner]) -> Option<(f64, DVec2)> {
     let mut moment = DVec2::ZERO;
     for edge in others.windows(2) {
         let (p, q) = (edge[0].barycentric - origin, edge[1].barycentric - origin);
-        // Twice the area, of which the whole triangle has 1.
+        // Twice the area; the whole triangle has 1.
         let fan = p.perp_dot(q);
         share += fan;
         moment += (p + q) * fan;
@@ -210,8 +210,8 @@ mod tests {
 
     #[test]
     fn an_image_without_area_is_shared_by_the_surface_that_it_came_from() {
-        // Along the line the surface's width grows from nothing to the full edge at x = 2: half
-        // the triangle's height is a quarter of its area.
+        // Along the line the surface's width grows from nothing to the full edge at x = 2: half the
+        // triangle's height is a quarter of its area.
         let all = pieces(2, 1, [(0.0, 0.5), (2.0, 0.5), (2.0, 0.5)]);
         assert_eq!(all.len(), 2);
         assert!((all[0].share - 0.25).abs() <= ROUNDING);

@@ -10,14 +10,14 @@ use crate::scene::{Crop, Film, Scene, Sensor, SensorKind};
 
 /// An irradiance meter: a grid of texels over the (u, v) of a shape's front side.
 ///
-/// Texel (column, row) of the full film covers u in [column, column + 1) / width and v in
-/// [row, row + 1) / height; row 0 is at v = 0, as in Mitsuba's images of an `irradiancemeter`.
-/// Only the cropped part is measured. u = 1 and v = 1 belong to the last texel.
+/// Texel (column, row) of the full film covers u in [column, column + 1) / width and v in [row, row + 1) /
+/// height. Row 0 is at v = 0, as in Mitsuba's images of an `irradiancemeter`. Only the cropped part is
+/// measured. u = 1 and v = 1 belong to the last texel.
 ///
-/// On a mesh, texels lie over the mesh's own uvs, which must be within [0, 1] and on one face each.
-/// (A meter of several texels on a mesh has no such layout in Mitsuba 3.9.1: its rows go through
-/// the faces in the file's order. With one texel, both measure the same.) Irradiance is flux by
-/// *surface* area, so a texel that the mesh covers in part has the average over that part.
+/// On a mesh, texels lie over the mesh's own uvs, which must be within [0, 1] and on one face each. (A meter
+/// of several texels on a mesh has no such layout in Mitsuba 3.9.1: its rows go through the faces in the
+/// file's order. With one texel, both measure the same.) Irradiance is flux by *surface* area, so a texel
+/// that the mesh covers in part has the average over that part.
 #[derive(Clone, Debug)]
 pub struct Receiver {
     shape: u32,
@@ -26,27 +26,27 @@ pub struct Receiver {
     area: TexelArea,
 }
 
-/// The area of a texel, by what it depends on.
+/// The area of a texel, by the coordinates that it depends on.
 #[derive(Clone, Debug)]
 enum TexelArea {
-    /// All the same (rectangle, cylinder).
+    /// The same for all texels (rectangle, cylinder).
     Uniform(f64),
-    /// One a column: rings of a disc, where u is the radius.
+    /// One area a column: rings of a disc, where u is the radius.
     Column(Vec<f64>),
-    /// One a row: belts of a sphere, where v runs from pole to pole.
+    /// One area a row: belts of a sphere, where v runs from pole to pole.
     Row(Vec<f64>),
-    /// One a texel of a mesh.
+    /// One area a texel of a mesh.
     Mesh(Box<MeshTexels>),
 }
 
-/// What a mesh's texels hold, and the way back to it.
+/// Areas of a mesh's texels, and the way back to the mesh.
 #[derive(Clone, Debug)]
 struct MeshTexels {
     coverage: Coverage,
     lookup: UvLookup,
 }
 
-/// A point of a receiver, and how much surface there is about it.
+/// A point of a receiver, and the density of surface around it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ReceiverPatch {
     /// The surface.
@@ -58,14 +58,13 @@ pub struct ReceiverPatch {
 }
 
 impl ReceiverPatch {
-    /// How far normals and densities that are the same may differ by rounding, relative.
+    /// Largest relative difference by rounding between equal normals or densities.
     ///
-    /// Both come from differences of coordinates: of faces 1e-3 as long as their distance from
-    /// the origin is, with coordinates from `f32` files (6e-8), they keep four digits.
+    /// Both come from differences of coordinates. Let faces be 1e-3 as long as their distance from the
+    /// origin, with coordinates from `f32` files (6e-8): then both keep four digits.
     const SAME: f64 = 1e-4;
 
-    /// Whether this and `other` are one smooth surface: on one face, or on faces that lie and
-    /// stretch alike.
+    /// True if this and `other` are one smooth surface: on one face, or on faces that lie and stretch alike.
     #[inline]
     pub fn continues(&self, other: &Self) -> bool {
         self.face == other.face || {
@@ -84,7 +83,8 @@ impl MeshTexels {
         Ok(Self { coverage, lookup })
     }
 
-    /// `None` where no face lies; areas by share of the uv square, not yet of a texel.
+    /// The patch at `uv`; `None` if no face lies there. Its density is by share of the uv square, not yet of
+    /// a texel.
     fn at_uv(&self, mesh: &Mesh, uv: DVec2) -> Option<ReceiverPatch> {
         let place = self.lookup.find(mesh, mesh.uvs()?, uv)?;
         let normal = mesh.face_normal(place.face);
@@ -101,7 +101,7 @@ impl Receiver {
     ///
     /// # Errors
     ///
-    /// For a camera, and for a meter on a mesh without (u, v), or whose (u, v) leave [0, 1]², overlap
+    /// For a camera, for a meter on a mesh without (u, v), and for a mesh whose (u, v) leave [0, 1]², overlap
     /// or collapse.
     pub fn new(scene: &Scene, sensor: &Sensor) -> Result<Self, ReceiverError> {
         let SensorKind::IrradianceMeter { shape } = sensor.kind else {
@@ -161,26 +161,27 @@ impl Receiver {
         self.shape
     }
 
-    /// Texels a row.
+    /// Number of texels in a row.
     #[inline]
     pub fn width(&self) -> usize {
         self.crop.width as usize
     }
 
-    /// Rows.
+    /// Number of rows.
     #[inline]
     pub fn height(&self) -> usize {
         self.crop.height as usize
     }
 
-    /// How many texels there are.
+    /// Number of texels.
     pub fn texels(&self) -> usize {
         self.width() * self.height()
     }
 
-    /// The texel that light travelling along `direction` falls into at `point`, row by row;
-    /// `None` where it arrives from behind or falls outside the crop (or, by rounding, into a texel
-    /// that a mesh reaches with its border only).
+    /// The texel, counted row by row, into which light travelling along `direction` falls at `point`.
+    ///
+    /// `None` if the light arrives from behind or falls outside the crop. Also `None` if, by rounding, it
+    /// falls into a texel that a mesh reaches with its border only.
     #[inline]
     pub fn texel(&self, point: &SurfacePoint, direction: DVec3) -> Option<usize> {
         if direction.dot(point.geometric_normal) >= 0.0 {
@@ -202,8 +203,8 @@ impl Receiver {
         self.has_surface(texel).then_some(texel)
     }
 
-    /// Where light travelling along `direction` falls at `point`, in texels from the cropped film's
-    /// corner, beyond its border too; `None` where it arrives from behind.
+    /// The film point at which light travelling along `direction` falls at `point`, in texels from the
+    /// cropped film's corner, beyond its border too. `None` if it arrives from behind.
     #[inline]
     pub fn place(&self, point: &SurfacePoint, direction: DVec3) -> Option<DVec2> {
         (direction.dot(point.geometric_normal) < 0.0).then(|| self.film_place(point.uv))
@@ -215,7 +216,7 @@ impl Receiver {
         uv * self.full - DVec2::new(f64::from(self.crop.offset_x), f64::from(self.crop.offset_y))
     }
 
-    /// Whether any surface lies in a texel.
+    /// True if any surface lies in a texel.
     #[inline]
     pub fn has_surface(&self, texel: usize) -> bool {
         match &self.area {
@@ -224,7 +225,7 @@ impl Receiver {
         }
     }
 
-    /// The area of the surface in a texel \[m²\]; zero where a mesh does not reach.
+    /// The area of the surface in a texel \[m²\]; zero if a mesh does not reach.
     pub fn texel_area(&self, texel: usize) -> f64 {
         let column = texel % self.width() + self.crop.offset_x as usize;
         let row = texel / self.width() + self.crop.offset_y as usize;
@@ -236,7 +237,7 @@ impl Receiver {
         }
     }
 
-    /// The surface at fractions `at` (in 0..=1) across a texel; `None` where a mesh has none.
+    /// The surface at fractions `at` (in 0..=1) across a texel; `None` if a mesh has none.
     ///
     /// # Panics
     ///
@@ -246,7 +247,7 @@ impl Receiver {
         self.patch(scene, texel, at).map(|patch| patch.point)
     }
 
-    /// [`point`](Self::point), and how densely surface lies there.
+    /// [`point`](Self::point), with the density of surface there.
     ///
     /// # Panics
     ///
@@ -280,7 +281,7 @@ impl Receiver {
     }
 
     /// A point of the surface in a texel of which a mesh covers so little that a search by
-    /// [`point`](Self::point) may miss it; `None` where it covers enough, or nothing.
+    /// [`point`](Self::point) may miss it. `None` if the mesh covers enough, or nothing.
     pub fn home(&self, scene: &Scene, texel: usize) -> Option<SurfacePoint> {
         match (&scene.world().shapes()[self.shape as usize], &self.area) {
             (Shape::Mesh(mesh), TexelArea::Mesh(texels)) => texels.coverage.home(mesh, texel),
@@ -288,7 +289,8 @@ impl Receiver {
         }
     }
 
-    /// The nearest to `at`, fractions across a texel or a little beyond it, that the surface has.
+    /// The point nearest to `at`, in fractions across a texel or a little beyond it, at which there is
+    /// surface.
     pub fn clamped(&self, texel: usize, at: DVec2) -> DVec2 {
         let corner = self.uv(texel, DVec2::ZERO) * self.full;
         at.clamp(-corner, self.full - corner)

@@ -1,31 +1,33 @@
-//! From (u, v) back to the surface.
+//! The way from (u, v) back to the surface.
 
 use glam::{DVec2, UVec2};
 
 use super::problem::UvProblem;
 use crate::geometry::Mesh;
 
-/// How far uvs may stray from [0, 1], and faces into each other: one unit in the sixth digit, as
-/// mesh files write them (and 16 roundings of `f32`). What lies beyond belongs to border texels.
+/// Distance by which uvs may leave [0, 1], and faces may overlap: one unit in the sixth digit, as mesh files
+/// write them (and 16 roundings of `f32`). Uvs beyond [0, 1] belong to border texels.
 const HAIR: f64 = 1e-6;
 
-/// How far outside a face, in barycentric weights, a point may be by rounding and still be on it; and
-/// the height, in units of u and v, up to which a face is but a line.
+/// Distance outside a face, in barycentric weights, at which a point still counts as on it, because of
+/// rounding.
+///
+/// It is also the height, in units of u and v, up to which a face is only a line.
 const BORDER: f64 = 1e-12;
 
-/// The grid is made coarser where its cells would refer to more than this many times as many
-/// faces as there are (long thin faces).
+/// Largest number of references to faces by the grid's cells, for each face. Above it (with long thin faces)
+/// the grid is made coarser.
 const REFERENCES_A_FACE: usize = 16;
 
 /// A uniform grid over the images of a mesh's faces in the uv plane.
 #[derive(Clone, Debug)]
 pub(super) struct UvLookup {
     low: DVec2,
-    /// Cells a unit of u and v.
+    /// Cells per unit of u and v.
     scale: DVec2,
-    /// Cells a row, and rows.
+    /// Number of cells in a row, and of rows.
     side: u32,
-    /// Where each cell's faces begin in `faces`; one more than there are cells.
+    /// The index in `faces` at which each cell's faces begin; one more than there are cells.
     starts: Vec<u32>,
     faces: Vec<u32>,
 }
@@ -44,11 +46,11 @@ pub(super) struct FacePlace {
 type FaceImage = [DVec2; 3];
 
 impl UvLookup {
-    /// The grid over `mesh`, whose `uvs` are.
+    /// The grid over `mesh`, whose texture coordinates are `uvs`.
     ///
     /// # Errors
     ///
-    /// Where a (u, v) lies outside [0, 1]² by more than a hair, or on two faces.
+    /// If a (u, v) lies outside [0, 1]² by more than a hair, or on two faces.
     pub fn new(mesh: &Mesh, uvs: &[DVec2]) -> Result<Self, UvProblem> {
         let images: Vec<FaceImage> = mesh
             .triangles()
@@ -155,7 +157,7 @@ impl UvLookup {
         })
     }
 
-    /// The point of `mesh` at `uv`; `None` where no face lies there.
+    /// The point of `mesh` at `uv`; `None` if no face lies there.
     #[inline]
     pub fn find(&self, mesh: &Mesh, uvs: &[DVec2], uv: DVec2) -> Option<FacePlace> {
         let cell = self.cell(uv);
@@ -172,7 +174,7 @@ impl UvLookup {
     }
 }
 
-/// Positive where the image is counter-clockwise.
+/// Twice the signed area: positive if the image is counter-clockwise.
 fn double_area([a, b, c]: &FaceImage) -> f64 {
     (*b - *a).perp_dot(*c - *a)
 }
@@ -190,13 +192,13 @@ fn barycentric(image: &FaceImage, uv: DVec2) -> Option<DVec2> {
     })
 }
 
-/// Whether two triangles reach into each other by more than a hair: no edge of either separates
-/// them (the separating-axis theorem, for which edges are enough in the plane).
+/// True if two triangles overlap by more than a hair: no edge of either separates them. (In the plane edges
+/// are enough for the separating-axis theorem.)
 fn overlap(one: &FaceImage, other: &FaceImage) -> bool {
     !(separates(one, other) || separates(other, one))
 }
 
-/// Whether an edge of `image` has all of `other` on its far side, but for a hair.
+/// True if an edge of `image` has all of `other` on its far side, but for a hair.
 fn separates(image: &FaceImage, other: &FaceImage) -> bool {
     let inward = double_area(image).signum();
     (0..3).any(|i| {
