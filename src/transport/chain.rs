@@ -18,9 +18,9 @@ use crate::scene::Scene;
 /// Depth to which chains are followed, and to which they are split.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct ChainSettings {
-    /// Specular events after which flux is cut off, at most [`MAX_EVENTS`].
+    /// Number of specular events after which flux is cut off, at most [`MAX_EVENTS`].
     pub max_depth: u32,
-    /// Specular events up to which every branch is followed; later ones follow one at random.
+    /// Number of specular events up to which every branch is followed; later ones follow one at random.
     pub split_depth: u32,
     /// Effect of interpolated normals on flux.
     pub shading_normals: ShadingNormals,
@@ -55,7 +55,7 @@ pub struct Arrival<'a, const N: usize> {
 
 /// A receiver of the reports on a followed chain.
 pub trait ChainSink<const N: usize> {
-    /// Light arrives at a surface, whatever becomes of it then. Returns the fate of the light that ends here.
+    /// Light arrives at a surface, and may end there or go on. Returns the fate of the light that ends.
     ///
     /// `counters` is for rays that the sink traces itself.
     fn arrived(&mut self, arrival: &Arrival<N>, counters: &mut TraversalCounters) -> Fate;
@@ -206,7 +206,7 @@ impl<'a, const N: usize> ChainTracer<'a, N> {
                 }
             }
         }
-        // Shares sum to one but for rounding, which is no absorption.
+        // Shares sum to one but for rounding, which does not count as absorption.
         if rest.max_magnitude() > 4.0 * f64::EPSILON * flight.flux.max_magnitude() {
             sink.ended(flight.signature, Fate::Absorbed, rest);
         }

@@ -89,7 +89,7 @@ fn check_material(scene: &Scene, shape: &str, id: MaterialId) -> Result<(), NotF
                 plugin: material.plugin(),
             });
         }
-        // Chains end at turned normals, whatever is below them.
+        // Chains end at turned normals, with any material below them.
         Material::Turned { .. } => return Ok(()),
         _ => {}
     }

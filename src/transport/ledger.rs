@@ -1,4 +1,4 @@
-//! A ledger of the places where flux ended.
+//! A ledger of traced flux, by its end.
 
 use std::collections::BTreeMap;
 
@@ -8,13 +8,13 @@ use crate::radiometry::Rgb;
 /// End of a chain's flux.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Fate {
-    /// In a texel of the sensor.
+    /// Received in a texel of the sensor.
     Received,
-    /// In a texel of the sensor, without any specular event: measured by quadrature instead.
+    /// Received in a texel of the sensor, but without any specular event: measured by quadrature instead.
     Direct,
     /// Left the scene.
     Escaped,
-    /// On a surface: a diffuse one, a metal's or filter's share, the back of a mirror, or a place where a
+    /// Absorbed on a surface: a diffuse one, a metal's or filter's share, the back of a mirror. Also if a
     /// shading normal contradicts the true one.
     Absorbed,
     /// Followed to the deepest level that the settings allow.
@@ -41,15 +41,15 @@ impl Fate {
 /// The flux that ended after one sequence of events, by fate \[W\].
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 pub struct FluxByFate {
-    /// In a texel of the sensor.
+    /// Flux received in a texel of the sensor.
     pub received: Rgb,
-    /// In a texel, without a specular event.
+    /// Flux received in a texel, without a specular event.
     pub direct: Rgb,
-    /// Left the scene.
+    /// Flux that left the scene.
     pub escaped: Rgb,
-    /// On a surface.
+    /// Flux absorbed on a surface.
     pub absorbed: Rgb,
-    /// Past the deepest level.
+    /// Flux past the deepest level.
     pub cut_off: Rgb,
 }
 

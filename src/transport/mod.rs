@@ -1,14 +1,14 @@
 //! Transport of light from an emitter, along specular chains, to a sensor.
 //!
-//! A [`domain`] says where light can leave an emitter and meet specular geometry. A [`chain`] follows one ray
-//! of it through reflections and refractions; [`chain_limits`] lists the light that chains leave out.
+//! A [`domain`] holds the light that can leave an emitter and meet specular geometry. A [`chain`] follows one
+//! ray of it through reflections and refractions. [`chain_limits`] lists the light that chains leave out.
 //!
 //! A [`receiver`] finds the texel in which a chain ends. A [`camera`] finds the film point at which this end
 //! is seen, and [`visibility`] tells if anything hides it. A [`screen`] is either of the two.
 //!
-//! For paths that start at a camera, [`bsdf`] describes the scattering of any surface, and [`lights`] the
-//! light that may arrive there. [`path_class`] names the kinds of paths that a method finds. [`direct`]
-//! measures the light that met nothing specular.
+//! [`bsdf`], [`lights`] and [`path_class`] serve paths that start at a camera. The first describes the
+//! scattering of any surface, the second the light that may arrive there. The third names the kinds of paths
+//! that a method finds. [`direct`] measures the light that met nothing specular.
 //!
 //! Beams name rays by their [`first_surface`] and follow [`prescribed`] events. [`differentials`] follow the
 //! light right beside a ray. Every reference and every approximation is built from these.

@@ -14,7 +14,9 @@
 //! | [`Caustic`](PathClass::Caustic) | L S+ D E | `caustic` | light that is connected to the camera |
 //! | [`SeenCaustic`](PathClass::SeenCaustic) | L S+ D S+ E | `caustic-sds` | photons that are looked up |
 //! | [`Indirect`](PathClass::Indirect) | L D (S\|D)* D S* E | `indirect` | paths, by sampling emitters |
-//! | [`IndirectCaustic`](PathClass::IndirectCaustic) | L S+ D (S\|D)* D S* E | `caustic-indirect` | light, photons |
+//! | [`IndirectCaustic`] | L S+ D (S\|D)* D S* E | `caustic-indirect` | light, photons |
+//!
+//! [`IndirectCaustic`]: PathClass::IndirectCaustic
 //!
 //! A path from the camera finds light that begins with L S+ D only by running into an emitter of some size by
 //! chance. It never does if all emitters are points or directions. So camera paths leave such classes to
@@ -26,13 +28,13 @@ use std::fmt;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum PathClass {
-    /// L S* E: an emitter, seen directly or by mirrors and glass.
+    /// L S* E: an emitter, seen directly or by way of mirrors and glass.
     Emitted,
     /// L D S* E: direct light.
     Direct,
     /// L S+ D E: a caustic, seen directly.
     Caustic,
-    /// L S+ D S+ E: a caustic, seen by mirrors or glass.
+    /// L S+ D S+ E: a caustic, seen by way of mirrors or glass.
     #[serde(rename = "caustic-sds")]
     SeenCaustic,
     /// L D (S|D)* D S* E: direct light that is scattered on.
@@ -174,8 +176,8 @@ impl PathEvents {
     }
 }
 
-/// The class, by the number of D and by the presence of an S between the light (or the camera) and the D next
-/// to it.
+/// The class, by the number of D and the presence of an S between the light (or the camera) and the D next to
+/// it.
 #[inline]
 fn class(scattered: u8, at_light: bool, at_camera: bool) -> PathClass {
     match (scattered, at_light, at_camera) {

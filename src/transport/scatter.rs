@@ -125,7 +125,7 @@ impl<'a> Meeting<'a> {
         meeting
     }
 
-    /// Looks through masks and two-sided materials at what is inside.
+    /// Looks through masks and two-sided materials at the material inside.
     fn unwrap(&mut self, scene: &'a Scene, mut material: &'a Material, front: bool) {
         let mut passed = 0.0;
         let mut weight = 1.0;

@@ -74,7 +74,7 @@ impl Screen<'_> {
     /// sum on the film. `None` if no texel does.
     ///
     /// A camera sees the light that diffuse surfaces reflect. A receiver counts the light that falls on its
-    /// front, whatever is there.
+    /// front, on any material.
     #[inline]
     pub fn texel<const N: usize>(
         &self,
@@ -132,8 +132,8 @@ impl Screen<'_> {
         }
     }
 
-    /// True if a camera sees nothing in a bundle of segments, whatever they meet: all of it is before the
-    /// near plane, or beyond the same side of the film. For a receiver, the shape of a hit decides instead.
+    /// True if a camera sees nothing in a bundle of segments, with any hit: all of it is before the near
+    /// plane, or beyond the same side of the film. For a receiver, the shape of a hit decides instead.
     pub fn sees_nothing_of(&self, bundle: &Hull) -> bool {
         self.is_beyond_a_side(|normal, side| bundle.reach(normal)[0] > side)
     }

@@ -53,7 +53,7 @@ impl PathNumbers {
         self.stream.padded4(self.index, 0)
     }
 
-    /// For an emitter, as seen from a path's surface: its choice, and a direction to it.
+    /// The numbers for an emitter, as seen from a path's surface: its choice, and a direction to it.
     ///
     /// A group's first two dimensions are the most even ones, so the direction gets them.
     #[inline]
@@ -62,7 +62,7 @@ impl PathNumbers {
         [choice, x, y]
     }
 
-    /// For a surface: the choice of a lobe, a direction, and roulette.
+    /// The numbers for a surface: the choice of a lobe, a direction, and roulette.
     #[inline]
     fn surface(self, surface: u32) -> ([f64; 3], f64) {
         let [x, y, choice, roulette] = self.stream.padded4(self.index, 2 * surface + 2);

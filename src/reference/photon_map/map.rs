@@ -88,8 +88,10 @@ fn scatters(scene: &Scene, id: MaterialId) -> bool {
 /// The photons of one pass, to be searched by place.
 pub struct PhotonMap {
     photons: Vec<Photon>,
-    /// The search tree; `None` if there are no photons. kiddo's mutable trees fail on points that share a
-    /// coordinate, as photons on a floor do; its immutable ones do not.
+    /// The search tree; `None` if there are no photons.
+    ///
+    /// The mutable trees of kiddo fail on points that share a coordinate, as photons on a floor do. Its
+    /// immutable ones do not.
     tree: Option<ImmutableKdTree<f64, 3>>,
 }
 

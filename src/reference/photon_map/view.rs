@@ -33,8 +33,9 @@ impl VisiblePoint<'_> {
     /// Radiance leaving the point [W/m²/sr] per irradiance [W/m²] that arrives along `direction`.
     ///
     /// [`Bsdf::eval`] holds the cosine of the shading normal. Irradiance holds that of the surface on which
-    /// photons are counted. By [`ShadingNormals::Flux`] a surface reflects what its true normal receives. By
-    /// [`ShadingNormals::Adjoint`] it is that of the shading normal (as [`Camera::with_shading_normals`]).
+    /// photons are counted. By [`ShadingNormals::Flux`] a surface reflects the light that its true normal
+    /// receives. By [`ShadingNormals::Adjoint`] it is that of the shading normal (as
+    /// [`Camera::with_shading_normals`]).
     #[inline]
     pub fn radiance(&self, direction: DVec3, shading_normals: ShadingNormals) -> Rgb {
         let wo = -direction;
@@ -42,7 +43,7 @@ impl VisiblePoint<'_> {
             ShadingNormals::Flux => self.point.shading_normal,
             ShadingNormals::Adjoint => self.point.geometric_normal,
         };
-        // If the two normals disagree about sides, no light goes, as where photons meet mirrors.
+        // If the two normals disagree about sides, no light goes, as for photons that meet mirrors.
         if !self.bsdf.is_consistent(self.wi, wo) {
             return Rgb::BLACK;
         }
@@ -53,8 +54,8 @@ impl VisiblePoint<'_> {
 /// Follows one ray from the film point `at`, and reports each scattering surface it meets.
 ///
 /// At mirrors and glass one branch is chosen at random, with the probability of its share. So the mean over
-/// `choices` is that over the whole Fresnel tree, whatever its depth. The chain ends at a surface that
-/// scatters and has no delta part, past `max_depth` specular events, or in the void.
+/// `choices` is that over the whole Fresnel tree of any depth. The chain ends at a surface that scatters and
+/// has no delta part, past `max_depth` specular events, or in the void.
 pub fn follow<'a>(
     scene: &'a Scene,
     camera: &Camera,

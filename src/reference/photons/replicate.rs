@@ -19,8 +19,7 @@ const TASK_PHOTONS: u64 = 4096;
 pub trait Recipient<const N: usize>: Send {
     /// A photon starts with `flux` \[W\].
     fn emitted(&mut self, flux: Flux<N>);
-    /// Light arrives at a surface, whatever becomes of it then. Returns the fate of the light that ends
-    /// there.
+    /// Light arrives at a surface, and may end there or go on. Returns the fate of the light that ends.
     fn arrived(&mut self, arrival: &Arrival<N>, counters: &mut TraversalCounters) -> Fate;
     /// `flux` \[W\] ended after the events of `signature`.
     fn ended(&mut self, signature: Signature, fate: Fate, flux: Flux<N>);

@@ -281,8 +281,8 @@ impl<const N: usize> Recipient<N> for Tally<'_, N> {
 
     fn finish(&mut self) {
         self.write();
-        // Tasks are kept until the replicate's end, up to 2¹⁶ of them, so they give back memory that they no
-        // longer need.
+        // Tasks are kept until the replicate's end, up to 2¹⁶ of them, so they give back the memory of these
+        // deposits.
         self.kept = Vec::new();
     }
 }

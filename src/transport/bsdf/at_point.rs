@@ -52,7 +52,7 @@ impl<'a> Bsdf<'a> {
 
     /// f |cos θ| \[1/sr\], the share of light that all lobes with a density scatter per solid angle.
     ///
-    /// For [`Transport::Radiance`] the cosine is that of `wo`. For [`Transport::Flux`] the value is the
+    /// The cosine is that of `wo` for [`Transport::Radiance`]. For [`Transport::Flux`] the value is the
     /// adjoint (see the [module](super)). In both cases the quantity that a path carries is multiplied by
     /// this value and divided by the density of `wo`. The value is zero, never negative or NaN, for
     /// directions along the surface.

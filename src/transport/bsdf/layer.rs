@@ -3,14 +3,14 @@
 use glam::DVec3;
 
 use super::lobe::Lobe;
-use super::turned::Turned;
+use super::turned::TurnedNormal;
 use crate::geometry::Frame;
 
 /// A lobe, and the texture that turns its normal, if any.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct BsdfLayer<'a> {
     pub(super) lobe: Lobe<'a>,
-    pub(super) turned: Option<Turned>,
+    pub(super) turned: Option<TurnedNormal>,
 }
 
 /// A layer as a path from one direction meets it.
@@ -21,17 +21,17 @@ pub(super) struct BsdfLayer<'a> {
 pub(super) struct LayerView<'b, 'a> {
     pub layer: &'b BsdfLayer<'a>,
     is_mirrored: bool,
-    turned: Option<(Turned, Frame)>,
-    /// In the lobe's frame.
+    turned: Option<(TurnedNormal, Frame)>,
+    /// Direction of the path's start, in the lobe's frame.
     pub wi: DVec3,
 }
 
 /// The direction that a path goes on along, in three frames.
 pub(super) struct Onward {
-    /// In the shading frame.
+    /// The direction in the shading frame.
     pub unmirrored: DVec3,
     mirrored: DVec3,
-    /// In the lobe's frame.
+    /// The direction in the lobe's frame.
     pub wo: DVec3,
 }
 
@@ -58,8 +58,9 @@ impl<'b, 'a> LayerView<'b, 'a> {
         self.turned.is_some()
     }
 
-    /// The direction in all frames, from the shading frame; `None` if the turned normal has it on its other
-    /// side, where no light goes.
+    /// The direction in all frames, from the shading frame.
+    ///
+    /// `None` if the turned normal has it on its other side, to which no light goes.
     #[inline]
     pub fn to_lobe(&self, unmirrored: DVec3) -> Option<Onward> {
         let mirrored = mirrored_if(self.is_mirrored, unmirrored);

@@ -7,11 +7,16 @@
 //!
 //! Light goes on in three ways, kept apart since an estimator can treat each in its own way:
 //!
-//! | part | what it is | how it is found |
+//! | part | content | found by |
 //! |---|---|---|
-//! | [`passed`](Bsdf::passed) | the share that goes straight on, as if nothing were there | [`sample`](Bsdf::sample), or by looking through |
-//! | delta lobes | mirror reflection and refraction | [`sample`](Bsdf::sample) only |
-//! | the rest | all that has a density over solid angle | [`eval`](Bsdf::eval), [`pdf_solid_angle`](Bsdf::pdf_solid_angle), [`sample`](Bsdf::sample) |
+//! | [`passed`] | the share that goes straight on, as if nothing were there | [`sample`], or looking through |
+//! | delta lobes | mirror reflection and refraction | [`sample`] only |
+//! | the rest | all light with a density over solid angle | [`eval`], [`pdf_solid_angle`], [`sample`] |
+//!
+//! [`passed`]: Bsdf::passed
+//! [`sample`]: Bsdf::sample
+//! [`eval`]: Bsdf::eval
+//! [`pdf_solid_angle`]: Bsdf::pdf_solid_angle
 //!
 //! The meaning of every parameter is that of Mitsuba 3.9.1, checked against it direction by direction
 //! (`tests/scattering/mitsuba_oracle.rs`). In particular everything happens in the *shading* frame: the

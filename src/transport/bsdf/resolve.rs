@@ -8,7 +8,7 @@ use super::lobe::Lobe;
 use super::plastic::{Base, Plastic, RoughPlastic};
 use super::rough::{RoughInterface, RoughMetal};
 use super::smooth::{Interface, SmoothMetal};
-use super::turned::{Turned, raised};
+use super::turned::{TurnedNormal, raised};
 use crate::geometry::{Frame, Hit, SurfacePoint};
 use crate::optics::Microfacets;
 use crate::radiometry::Rgb;
@@ -112,7 +112,7 @@ impl<'a> Here<'a, '_> {
         let normal = self.turned_normal(frame, by);
         BsdfLayer {
             lobe: self.lobe(self.scene.material(*nested)),
-            turned: Some(Turned::new(
+            turned: Some(TurnedNormal::new(
                 normal,
                 *flip_invalid_normals,
                 *use_shadowing_function,

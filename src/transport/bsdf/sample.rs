@@ -25,7 +25,7 @@ pub enum Scattering {
     Reflected,
     /// Refracted or passed through an interface, smooth or rough.
     Transmitted,
-    /// Scattered by what is below the interface, or by a matt surface.
+    /// Scattered below the interface, or by a matt surface.
     Diffuse,
 }
 

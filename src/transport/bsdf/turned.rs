@@ -6,7 +6,7 @@ use crate::geometry::Frame;
 
 /// A normal turned by a texture, and Mitsuba's remedies for its worst effects.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Turned {
+pub(super) struct TurnedNormal {
     /// The turned unit normal in the frame of the unturned one.
     pub normal: DVec3,
     /// True if the normal is turned round the unturned one when it faces away from the viewer.
@@ -15,7 +15,7 @@ pub(super) struct Turned {
     pub softens: bool,
 }
 
-impl Turned {
+impl TurnedNormal {
     /// A turned normal, given with any length; the unturned one if the length is zero.
     pub fn new(normal: DVec3, flips: bool, softens: bool) -> Self {
         Self {

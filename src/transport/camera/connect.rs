@@ -41,7 +41,7 @@ impl Camera {
         self.connect_through(scene, shape, point, direction, LENS_MIDDLE, counters)
     }
 
-    /// As [`connect`](Self::connect), through a point of the lens: see
+    /// The same as [`connect`](Self::connect), through a point of the lens: see
     /// [`project_through`](Self::project_through).
     pub fn connect_through(
         &self,

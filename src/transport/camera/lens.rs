@@ -158,7 +158,7 @@ impl CameraLens {
     }
 
     /// The ray through a film point and a point of the lens, from the near plane on, and its length per unit
-    /// of depth, as in [`LensProjection::depth`].
+    /// of [`LensProjection::depth`].
     #[inline]
     pub fn ray(
         &self,

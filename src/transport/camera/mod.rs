@@ -1,9 +1,9 @@
 //! Cameras: the film point at which light on a surface is seen, and the brightness there.
 //!
 //! A pixel of a box-filtered film holds the average radiance over the pixel, L = 1/A ∫ L(x) dx. Seen from the
-//! surface, the same is an integral over the pixel's footprint. Let q = (x, y, 1) be a film point on the
-//! plane z = 1 in camera space, M the linear part of the camera's map to the world, and d the distance. Then
-//! the footprint's area is
+//! surface, the same is an integral over the pixel's footprint. In camera space, let q = (x, y, 1) be a film
+//! point on the plane z = 1. Let M be the linear part of the camera's map to the world, and d the distance.
+//! Then the footprint's area is
 //!
 //! ```text
 //! dA cos θ / d² = dω = |det M| / |M q|³ dx dy
@@ -29,8 +29,8 @@
 //! ```
 //!
 //! Through a thin lens, a pixel's radiance is also the average over the lens. For each of its points the
-//! equations are those of a pinhole there. The pinhole's film is shifted so that the plane in focus stays
-//! where it is.
+//! equations are those of a pinhole there. The pinhole's film is shifted so that the plane in focus stays in
+//! place.
 
 mod connect;
 mod diffuse;
@@ -40,4 +40,4 @@ mod projection;
 
 pub use connect::Connection;
 pub use error::CameraError;
-pub use projection::{Camera, PixelRay, Projection};
+pub use projection::{Camera, CameraProjection, PixelRay};

@@ -33,7 +33,7 @@ pub struct Camera {
 
 /// The projection of a point onto the film.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Projection {
+pub struct CameraProjection {
     /// Film point in pixels of the cropped film, continuous; may lie outside of it.
     pub at: DVec2,
     /// Unit vector from the point to the camera.
@@ -62,8 +62,8 @@ impl Camera {
     ///
     /// # Errors
     ///
-    /// For an irradiance meter or a thin lens, or a filter other than the box. Also if a diffuse surface of
-    /// the scene has a reflectance that is not a constant colour.
+    /// For an irradiance meter or a thin lens, and for a filter other than the box. Also if a diffuse surface
+    /// of the scene has a reflectance that is not a constant colour.
     pub fn new(scene: &Scene, sensor: &Sensor) -> Result<Self, CameraError> {
         let id = || sensor.id.clone();
         let is_refused = matches!(
@@ -147,10 +147,10 @@ impl Camera {
 
     /// The same camera, with another effect of interpolated normals on light from diffuse surfaces.
     ///
-    /// With `Flux` a surface reflects what its true normal receives. With `Adjoint` its radiance is that of a
-    /// surface with the shading normal s, as in Mitsuba's images: with g the true normal, flux from w is
-    /// scaled by the factor |w · s| / |w · g| (Veach 1997, 5.3). It counts nothing if the two normals
-    /// disagree about sides.
+    /// With `Flux` a surface reflects the light that its true normal receives. With `Adjoint` its radiance is
+    /// that of a surface with the shading normal s, as in Mitsuba's images. Let g be the true normal. Then
+    /// flux from w is scaled by the factor |w · s| / |w · g| (Veach 1997, 5.3). It counts nothing if the two
+    /// normals disagree about sides.
     #[must_use]
     pub fn with_shading_normals(mut self, shading_normals: ShadingNormals) -> Self {
         self.shading_normals = shading_normals;
@@ -179,7 +179,7 @@ impl Camera {
     ///
     /// It is through the middle of a lens: see [`project_through`](Self::project_through).
     #[inline]
-    pub fn project(&self, position: DVec3) -> Option<Projection> {
+    pub fn project(&self, position: DVec3) -> Option<CameraProjection> {
         self.project_through(position, LENS_MIDDLE)
     }
 
@@ -188,7 +188,7 @@ impl Camera {
     ///
     /// The mean of `importance` over uniform `lens` in [0, 1)² is the importance of the whole pixel.
     #[inline]
-    pub fn project_through(&self, position: DVec3, lens: DVec2) -> Option<Projection> {
+    pub fn project_through(&self, position: DVec3, lens: DVec2) -> Option<CameraProjection> {
         let seen = self
             .lens
             .project(&self.to_world, position, lens, self.near_clip)?;
@@ -196,7 +196,7 @@ impl Camera {
         let at = self.center - seen.on_film * self.pixels;
         let importance = seen.importance / pixel_area;
         let is_seen = seen.depth > 0.0 && seen.depth <= self.far_clip - self.near_clip;
-        (is_seen && at.is_finite() && importance.is_finite()).then_some(Projection {
+        (is_seen && at.is_finite() && importance.is_finite()).then_some(CameraProjection {
             at,
             towards: seen.towards,
             distance: seen.distance,
@@ -240,7 +240,7 @@ impl Camera {
     ///
     /// Each plane is a point of it and its normal (of any length), which points out of sight.
     ///
-    /// Points behind the camera are out of sight by the near plane, whatever the sides tell.
+    /// Points behind the camera are out of sight by the near plane, even inside of the sides.
     pub fn planes(&self) -> &[[DVec3; 2]; 5] {
         &self.planes
     }

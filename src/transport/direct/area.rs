@@ -5,7 +5,7 @@ use glam::{DVec2, DVec3};
 use super::glance::Glance;
 use super::leaf::GAUSS;
 use super::light::DirectLight;
-use super::look::Passed;
+use super::look::ShareRange;
 use super::texel::DirectTexel;
 use crate::geometry::SurfacePoint;
 use crate::numeric::Stream;
@@ -58,7 +58,7 @@ impl DirectLight<'_> {
                     irradiance: *radiance * value,
                     error: *radiance * error,
                 },
-                passed: Passed::NOTHING_SEEN.with_share(1.0),
+                passed: ShareRange::NOTHING_SEEN.with_share(1.0),
             };
         }
         if !self.receiver.has_surface(texel) {
@@ -69,7 +69,7 @@ impl DirectLight<'_> {
         let mut sum_squares = 0.0;
         let mut unshadowed = 0.0;
         let mut is_found = false;
-        let mut all_passed = Passed::NOTHING_SEEN;
+        let mut all_passed = ShareRange::NOTHING_SEEN;
         'replicates: for replicate in 0..REPLICATES {
             let stream = stream.split(u64::from(replicate));
             let mut mean = 0.0;
@@ -120,7 +120,8 @@ impl DirectLight<'_> {
         }
     }
 
-    /// As [`area`](Self::area), for a texel of which a mesh covers so little that no sample found it.
+    /// The same as [`area`](Self::area), for a texel of which a mesh covers so little that no sample found
+    /// it.
     ///
     /// One point stands for the texel, and its irradiance without shadow for the error.
     fn area_at_home(

@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::glance::Glance;
 use super::leaf::{Leaf, SHADOW_LEVELS};
 use super::light::DirectLight;
-use super::look::{LeafLight, NO_RANGE, POINTS, Passed, Sum, joined};
+use super::look::{LeafLight, NO_RANGE, POINTS, ShareRange, Sum, joined};
 use super::texel::DirectTexel;
 use crate::radiometry::Rgb;
 use crate::scene::Emitter;
@@ -13,19 +13,19 @@ use crate::scene::Emitter;
 /// Number of times that all of a texel is quartered, if it has several faces and lies near a shadow's edge.
 const EDGE_LEVELS: u32 = 3;
 
-/// Places of a leaf's guards, relative to its middle and in units of its size, along each axis.
+/// Places of a leaf's outer points, relative to its middle and in units of its size, along each axis.
 ///
-/// Guards are further points from which a leaf near an edge looks at the emitter: a grid of 3 x 3 points over
-/// the leaf and an eighth of its size around it.
+/// A leaf near an edge also looks at the emitter from these points: a grid of 3 x 3 over the leaf and an
+/// eighth of its size around it.
 ///
-/// Let s be the leaf's size. An edge that bulges into a leaf between two guards, by the sagitta s²/(8R), is
-/// seen from there for all radii R above s.
-const GUARDS: [f64; 3] = [-0.625, 0.0, 0.625];
+/// Let s be the leaf's size. An edge that bulges into a leaf between two outer points, by the sagitta
+/// s²/(8R), is seen from there for all radii R above s.
+const OUTER_POINTS: [f64; 3] = [-0.625, 0.0, 0.625];
 
 impl DirectLight<'_> {
     /// Average of a delta emitter's light over a texel, as few points see it.
     pub(super) fn glance(&mut self, texel: usize, emitter: &Emitter) -> Glance {
-        let mut passed = Passed::NOTHING_SEEN;
+        let mut passed = ShareRange::NOTHING_SEEN;
         if !self.receiver.has_surface(texel) {
             let value = DirectTexel::default();
             return Glance { value, passed };
@@ -48,8 +48,8 @@ impl DirectLight<'_> {
             sum.add(&look);
             passed = passed.with(look.passed);
             if is_border || look.is_ragged {
-                // There may be no neighbours on one side, so nobody else looks there.
-                passed = self.guarded(texel, &leaf, emitter, passed);
+                // There may be no neighbours on one side, and so no other texel that looks there.
+                passed = self.with_outer_points(texel, &leaf, emitter, passed);
             }
         }
         let value = sum
@@ -67,7 +67,8 @@ impl DirectLight<'_> {
             .unwrap_or_else(|| self.by_quarters(texel, emitter))
     }
 
-    /// As [`edge`](Self::edge), cut along the edge; `None` if the texel's surface is not one smooth one.
+    /// The same as [`edge`](Self::edge), cut along the edge; `None` if the texel's surface is not one smooth
+    /// one.
     fn by_cuts(&mut self, texel: usize, emitter: &Emitter) -> Option<DirectTexel> {
         let mut sum = Sum::NOTHING;
         let mut pending = vec![Leaf::TEXEL];
@@ -83,7 +84,7 @@ impl DirectLight<'_> {
         sum.average()
     }
 
-    /// As [`edge`](Self::edge), by ever smaller leaves, for any surface.
+    /// The same as [`edge`](Self::edge), by ever smaller leaves, for any surface.
     fn by_quarters(&mut self, texel: usize, emitter: &Emitter) -> DirectTexel {
         let mut sum = Sum::NOTHING;
         let mut pending = vec![Leaf::TEXEL];
@@ -93,7 +94,7 @@ impl DirectLight<'_> {
                 continue;
             }
             let look = self.look(texel, &leaf, emitter);
-            let passed = self.guarded(texel, &leaf, emitter, look.passed);
+            let passed = self.with_outer_points(texel, &leaf, emitter, look.passed);
             let mixed = passed.is_mixed() && !look.unshadowed.is_black();
             if mixed && leaf.level < SHADOW_LEVELS {
                 pending.extend(leaf.quarters());
@@ -131,7 +132,7 @@ impl DirectLight<'_> {
             unshadowed: Rgb::BLACK,
             area: 0.0,
             range: NO_RANGE,
-            passed: Passed::NOTHING_SEEN,
+            passed: ShareRange::NOTHING_SEEN,
             found: 0,
             is_ragged: false,
         };
@@ -155,12 +156,18 @@ impl DirectLight<'_> {
         look
     }
 
-    /// Shares that a leaf's guards see, joined with those of its points. On the receiver's border the guards
-    /// stand on the border.
-    fn guarded(&mut self, texel: usize, leaf: &Leaf, emitter: &Emitter, seen: Passed) -> Passed {
+    /// Shares that a leaf's outer points see, joined with those of its points. On the receiver's border these
+    /// points are moved onto the border.
+    fn with_outer_points(
+        &mut self,
+        texel: usize,
+        leaf: &Leaf,
+        emitter: &Emitter,
+        seen: ShareRange,
+    ) -> ShareRange {
         let mut passed = seen;
-        for i in GUARDS {
-            for j in GUARDS {
+        for i in OUTER_POINTS {
+            for j in OUTER_POINTS {
                 if passed.is_mixed() {
                     return passed;
                 }
@@ -173,12 +180,12 @@ impl DirectLight<'_> {
         passed
     }
 
-    /// True if a leaf is too large for 2 x 2 Gauss points to integrate 1/r² and the cosine, or the edges of a
-    /// spot's beam.
+    /// True if a leaf is too large for 2 x 2 Gauss points, because of 1/r² and the cosine, or of the edges of
+    /// a spot's beam.
     ///
-    /// For 1/r² and the cosine, the relative error is about (size / distance)⁴ / 100: a ratio of 1/64 leaves
-    /// 1e-9. A spot's falloff has kinks where the beam starts to fall and where it ends. Leaves across these
-    /// kinks, and leaves that could hold the whole beam, are divided to the end.
+    /// The relative error for 1/r² and the cosine is about (size / distance)⁴ / 100: a ratio of 1/64 leaves
+    /// 1e-9. A spot's falloff has kinks at the angles where the beam starts to fall and where it ends. Leaves
+    /// across these kinks, and leaves that could hold the whole beam, are divided to the end.
     fn is_coarse(&self, texel: usize, leaf: &Leaf, emitter: &Emitter) -> bool {
         let from = match emitter {
             Emitter::Point { position, .. } => *position,

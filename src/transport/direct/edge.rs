@@ -75,7 +75,7 @@ impl EdgeCut {
 
 /// Reasons why something is not cut.
 #[derive(Clone, Copy, Debug)]
-enum Uncut {
+enum NoCut {
     /// There is no surface at a point.
     NoSurface,
     /// More than one edge, or more than two shares: smaller cells may be simpler.
@@ -218,7 +218,7 @@ impl DirectLight<'_> {
 impl EdgeTexel<'_, '_> {
     /// Looks closely at the cells beside an edge, and so follows narrow shadows from one cell to the next. A
     /// cell that hid something becomes suspicious.
-    fn follow(&mut self, cells: &mut [EdgeCell], across: usize) -> Result<(), Uncut> {
+    fn follow(&mut self, cells: &mut [EdgeCell], across: usize) -> Result<(), NoCut> {
         let wide = across + 2;
         let mut pending: Vec<usize> = (0..cells.len()).filter(|&i| !cells[i].is_even()).collect();
         let mut is_known: Vec<bool> = cells.iter().map(|cell| !cell.is_even()).collect();
@@ -242,7 +242,7 @@ impl EdgeTexel<'_, '_> {
     }
 
     /// Adds a cell, whole, cut or in quarters.
-    fn cell(&mut self, cell: EdgeCell, sum: &mut Sum) -> Result<(), Uncut> {
+    fn cell(&mut self, cell: EdgeCell, sum: &mut Sum) -> Result<(), NoCut> {
         let mut pending = vec![cell];
         while let Some(cell) = pending.pop() {
             if cell.is_even() && (cell.is_last() || !cell.is_suspicious) {
@@ -252,8 +252,8 @@ impl EdgeTexel<'_, '_> {
             if !cell.is_even() {
                 let cut = match self.along_edge(&cell) {
                     Ok(cut) => Some(cut),
-                    Err(Uncut::NotSimple) => None,
-                    Err(Uncut::NoSurface) => return Err(Uncut::NoSurface),
+                    Err(NoCut::NotSimple) => None,
+                    Err(NoCut::NoSurface) => return Err(NoCut::NoSurface),
                 };
                 if let Some(cut) = cut
                     && cut.uncertain <= UNCERTAIN
@@ -278,7 +278,7 @@ impl EdgeTexel<'_, '_> {
     }
 
     /// Shares that a cell's Gauss points see.
-    fn inner(&mut self, cell: &EdgeCell) -> Result<[f64; 4], Uncut> {
+    fn inner(&mut self, cell: &EdgeCell) -> Result<[f64; 4], NoCut> {
         let mut inner = [0.0; 4];
         for (share, at) in inner.iter_mut().zip(cell.gauss_points()) {
             *share = self.share(at)?;
@@ -287,7 +287,7 @@ impl EdgeTexel<'_, '_> {
     }
 
     /// Adds both parts of a cell, and the uncertain area between them.
-    fn add_cut(&self, cut: &EdgeCut, sum: &mut Sum) -> Result<(), Uncut> {
+    fn add_cut(&self, cut: &EdgeCut, sum: &mut Sum) -> Result<(), NoCut> {
         let [(_, a), (_, b)] = cut.parts;
         for (outline, share) in &cut.parts {
             self.add(outline, *share, sum)?;
@@ -297,18 +297,18 @@ impl EdgeTexel<'_, '_> {
     }
 
     /// The share that a point of the texel sees.
-    fn share(&mut self, at: DVec2) -> Result<f64, Uncut> {
+    fn share(&mut self, at: DVec2) -> Result<f64, NoCut> {
         let patch = self.patch(at)?;
         Ok(self.light.arriving(&patch.point, self.emitter).1)
     }
 
-    fn patch(&self, at: DVec2) -> Result<ReceiverPatch, Uncut> {
+    fn patch(&self, at: DVec2) -> Result<ReceiverPatch, NoCut> {
         let at = self.light.receiver.clamped(self.texel, at);
         let patch = self.light.patch(self.texel, at);
-        patch.ok_or(Uncut::NoSurface)
+        patch.ok_or(NoCut::NoSurface)
     }
 
-    fn quarters(&mut self, cell: &EdgeCell) -> Result<[EdgeCell; 4], Uncut> {
+    fn quarters(&mut self, cell: &EdgeCell) -> Result<[EdgeCell; 4], NoCut> {
         let [a, b, c, d] = cell.shares;
         let mut at = |x: f64, y: f64| self.share(cell.from + DVec2::new(x, y) * cell.size);
         let (bottom, right, top, left) =
@@ -335,20 +335,20 @@ impl EdgeTexel<'_, '_> {
     }
 
     /// Cuts a cell whose corners see two shares, if one edge runs through it.
-    fn along_edge(&mut self, cell: &EdgeCell) -> Result<EdgeCut, Uncut> {
+    fn along_edge(&mut self, cell: &EdgeCell) -> Result<EdgeCut, NoCut> {
         let shares = cell.shares;
         let crossed: Vec<usize> = (0..4)
             .filter(|&i| shares[i] != shares[(i + 1) % 4])
             .collect();
         let [enters, leaves] = crossed[..] else {
-            return Err(Uncut::NotSimple);
+            return Err(NoCut::NotSimple);
         };
         let (inner, outer) = (shares[leaves], shares[enters]);
         if shares
             .iter()
             .any(|share| *share != inner && *share != outer)
         {
-            return Err(Uncut::NotSimple);
+            return Err(NoCut::NotSimple);
         }
         let precision = 0.5_f64.powi(BISECTIONS) * cell.size;
         let mut ends = [DVec2::ZERO; 2];
@@ -371,7 +371,7 @@ impl EdgeTexel<'_, '_> {
             let mut reach = cell.size / 64.0;
             loop {
                 if reach > cell.size {
-                    return Err(Uncut::NotSimple);
+                    return Err(NoCut::NotSimple);
                 }
                 if self.share(middle + away * reach)? == beyond {
                     break;
@@ -407,7 +407,7 @@ impl EdgeTexel<'_, '_> {
         before: f64,
         after: f64,
         precision: f64,
-    ) -> Result<DVec2, Uncut> {
+    ) -> Result<DVec2, NoCut> {
         while from.distance(to) > precision {
             let middle = 0.5 * (from + to);
             let share = self.share(middle)?;
@@ -416,21 +416,21 @@ impl EdgeTexel<'_, '_> {
             } else if share == after {
                 to = middle;
             } else {
-                return Err(Uncut::NotSimple);
+                return Err(NoCut::NotSimple);
             }
         }
         Ok(0.5 * (from + to))
     }
 
     /// Irradiance without shadow times surface per share of the texel \[W\].
-    fn light_at(&self, at: DVec2) -> Result<Rgb, Uncut> {
+    fn light_at(&self, at: DVec2) -> Result<Rgb, NoCut> {
         let patch = self.patch(at)?;
         Ok(unshadowed(&patch.point, self.emitter).0 * patch.density)
     }
 
-    /// Adds the difference between a polygon's light and that assumed for the leaf, with each triangle of a
-    /// fan integrated by the middles of its edges.
-    fn add(&self, outline: &[DVec2], share: f64, sum: &mut Sum) -> Result<(), Uncut> {
+    /// Adds the difference between a polygon's light and that assumed for the leaf. Each triangle of a fan is
+    /// integrated by the middles of its edges.
+    fn add(&self, outline: &[DVec2], share: f64, sum: &mut Sum) -> Result<(), NoCut> {
         if share == self.base {
             return Ok(());
         }
@@ -451,7 +451,7 @@ impl EdgeTexel<'_, '_> {
 
     /// Adds a cell of several edges that is not divided further: the average of its points. All that the
     /// points differ by is the error.
-    fn add_mixed(&self, cell: &EdgeCell, sum: &mut Sum) -> Result<(), Uncut> {
+    fn add_mixed(&self, cell: &EdgeCell, sum: &mut Sum) -> Result<(), NoCut> {
         let shares = cell.shares.iter().chain(&cell.inner).copied();
         // The Gauss points stand for the cell; the corners also tell of the surface beside it.
         self.add(&cell.outline(), cell.inner.iter().sum::<f64>() / 4.0, sum)?;

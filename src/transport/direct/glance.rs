@@ -1,6 +1,6 @@
 //! A first look at a texel, and the texels that need a closer one.
 
-use super::look::Passed;
+use super::look::ShareRange;
 use super::texel::DirectTexel;
 use crate::radiometry::Rgb;
 use crate::transport::receiver::Receiver;
@@ -8,7 +8,7 @@ use crate::transport::receiver::Receiver;
 /// A texel's irradiance from few points, and the shares of the emitter that these see.
 pub(super) struct Glance {
     pub(super) value: DirectTexel,
-    pub(super) passed: Passed,
+    pub(super) passed: ShareRange,
 }
 
 impl Glance {
@@ -18,7 +18,7 @@ impl Glance {
             irradiance: Rgb::BLACK,
             error: Rgb::BLACK,
         },
-        passed: Passed::NOTHING_SEEN,
+        passed: ShareRange::NOTHING_SEEN,
     };
 }
 

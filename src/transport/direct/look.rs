@@ -5,12 +5,12 @@ use crate::radiometry::Rgb;
 
 /// The least and the largest share of an emitter that some points see.
 #[derive(Clone, Copy)]
-pub(super) struct Passed {
+pub(super) struct ShareRange {
     pub(super) least: f64,
     pub(super) most: f64,
 }
 
-impl Passed {
+impl ShareRange {
     pub(super) const NOTHING_SEEN: Self = Self {
         least: f64::INFINITY,
         most: f64::NEG_INFINITY,
@@ -45,7 +45,7 @@ pub(super) struct LeafLight {
     pub(super) area: f64,
     /// The least and the most irradiance without shadow at any point.
     pub(super) range: (Rgb, Rgb),
-    pub(super) passed: Passed,
+    pub(super) passed: ShareRange,
     /// Number of points that are on the surface.
     pub(super) found: usize,
     /// True if the points are not on one smooth surface.
@@ -112,7 +112,7 @@ impl Sum {
 
     /// The average over the surface found; `None` if none was.
     ///
-    /// For ragged leaves the distribution of irradiance over the surface is uncertain, as far as these leaves
+    /// The distribution of irradiance over the surface is uncertain for ragged leaves, as far as these leaves
     /// reach. The irradiance of all of it is in the range seen.
     pub(super) fn average(&self) -> Option<DirectTexel> {
         (self.area > 0.0).then(|| DirectTexel {

@@ -2,20 +2,20 @@
 //!
 //! A delta emitter's light is integrated over a texel with 2 x 2 Gauss points. Shadows have sharp edges,
 //! which may run through a texel and yet miss its four points. So a texel gets a closer look if its points
-//! *or its neighbours'* differ in what they see of the emitter: it is cut along the edge (`edge.rs`). The
+//! *or its neighbours'* see different shares of the emitter: it is cut along the edge (`edge.rs`). The
 //! uncertainty left by the edge's bend is booked as error.
 //!
-//! Texels on several faces are cut into a quadtree instead, at least `EDGE_LEVELS` deep. The tree goes down
-//! to `SHADOW_LEVELS` where a leaf's guards, which stand a little outside of it, do not all see the same
-//! share as the leaf. A leaf that is still mixed there is booked as error.
+//! Texels on several faces are cut into a quadtree instead, at least `EDGE_LEVELS` deep. A leaf's outer
+//! points lie a little outside of it. The tree goes down to `SHADOW_LEVELS` if these and the leaf do not all
+//! see the same share. A leaf that is still mixed there is booked as error.
 //!
 //! Area lights are integrated over texel and emitter together by randomised quasi-Monte Carlo, with
 //! `AREA_SAMPLES` a texel. If more are asked for, texels around the edges of shadows and texels with large
 //! scatter are sampled anew, with that number.
 //!
-//! Averages are by surface area. If a mesh covers a texel in part, or faces that stretch or lean differently
-//! meet in it, the parts concerned are cut into smaller ones, too (`EDGE_LEVELS` deep). The rest of the
-//! uncertainty is booked as error.
+//! Averages are by surface area. A mesh may cover a texel in part, or have faces that stretch or lean
+//! differently within it. The parts concerned are cut into smaller ones, too (`EDGE_LEVELS` deep). The rest
+//! of the uncertainty is booked as error.
 //!
 //! A shadow (or a gap in one) narrower than about half a texel can be missed. In a texel with an edge, that
 //! holds for a shadow narrower than 1/8 of it.

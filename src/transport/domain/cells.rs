@@ -13,8 +13,8 @@ use crate::transport::chain_limits::{self, NotFollowed};
 
 /// Number of cells at which division ends.
 ///
-/// With it cells follow the outline of the specular geometry (about 5 % of a ball's cells are at its rim),
-/// and a cell's rays stay together.
+/// The cells then follow the outline of the specular geometry (about 5 % of a ball's cells are at its rim). A
+/// cell's rays also stay together.
 const ENOUGH_CELLS: usize = 2048;
 
 /// Largest number of divisions: a patch 2⁻³⁹ wide still holds thousands of `f64` places.

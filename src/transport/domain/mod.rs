@@ -2,8 +2,8 @@
 //!
 //! [Charts](chart) cover every emitter's emission. They are two-dimensional, each with a known flux density.
 //! A chart is divided into a quadtree of cells. A cell is dropped if no light of it can reach a specular
-//! surface, by a conservative test of the cell's [beam](probe) against the boxes of the search tree. So the
-//! flux dropped makes no caustic, by construction. Photons and beams start in the cells that are left.
+//! surface. The test is conservative, of the cell's [beam](probe) against the boxes of the search tree. So
+//! the flux dropped makes no caustic, by construction. Photons and beams start in the cells that are left.
 
 mod cells;
 pub mod chart;

@@ -119,7 +119,7 @@ impl<'a> ImageLight<'a> {
         light
     }
 
-    /// Luminance of a texel as it is in the image, times the sine of its row.
+    /// Luminance of a texel, as stored in the image, times the sine of its row.
     fn texel_weight(&self, column: usize, row: usize) -> f64 {
         luminance(Rgb(self.map.image().texel(column, row))) * self.sines[row]
     }

@@ -11,7 +11,7 @@ pub struct LightSample {
     pub direction: DVec3,
     /// Distance of the light; infinite for parallel light and environments.
     pub distance: f64,
-    /// Length of a shadow ray: up to the light but not onto it, whatever the rounding.
+    /// Length of a shadow ray: up to the light but not onto it, with room for rounding.
     pub reach: f64,
     /// Radiance [W/m²/sr] divided by `pdf_solid_angle`, if nothing is in the way. For a delta light it is
     /// irradiance across the direction [W/m²] divided by the probability of the light's choice.

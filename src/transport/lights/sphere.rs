@@ -9,8 +9,8 @@ use crate::geometry::{Frame, Sphere};
 /// The view of a ball from a point.
 ///
 /// Every direction towards the shining side is as likely as any other. From outside these directions fill a
-/// cone, for a ball that shines outward (with its near side) and for one that shines inward (with its far
-/// side). From inside they are all directions or none.
+/// cone. The ball shows its near side if it shines outward, and its far side if it shines inward. From inside
+/// the directions are all or none.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum BallView {
     /// Its shining side cannot be seen.

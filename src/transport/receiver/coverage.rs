@@ -10,7 +10,7 @@ use crate::scene::Film;
 /// Distance \[texels\] within which an image's points are moved onto a texel's border.
 ///
 /// A mesh whose uvs end on a border but for rounding would else leave slivers in the texels beyond. These
-/// would be so thin that the rounding of a photon's uv decides what they receive. With uvs of 2⁻⁵² relative
+/// would be so thin that the rounding of a photon's uv decides if they receive it. With uvs of 2⁻⁵² relative
 /// error on a film of 2¹⁶ texels, that rounding is 2⁻³⁶ texels. So it moves 2⁻⁶ of the thinnest strip that
 /// stays.
 const SNAP: f64 = 1.0 / (1_u64 << 30) as f64;

@@ -53,7 +53,7 @@ pub struct ReceiverPatch {
     pub point: SurfacePoint,
     /// The triangle of a mesh; 0 for analytic shapes.
     pub face: u32,
-    /// Surface area by fraction of a texel \[m²\]: its average over a texel is the texel's area.
+    /// Surface area per fraction of a texel \[m²\]: its average over a texel is the texel's area.
     pub density: f64,
 }
 
