@@ -180,8 +180,8 @@ impl DirectLight<'_> {
         passed
     }
 
-    /// True if a leaf is too large for 2 x 2 Gauss points, because of 1/r² and the cosine, or of the edges of
-    /// a spot's beam.
+    /// True if a leaf is too large for 2 x 2 Gauss points, because of 1/r² and the cosine, or of a spot's
+    /// edges.
     ///
     /// The relative error for 1/r² and the cosine is about (size / distance)⁴ / 100: a ratio of 1/64 leaves
     /// 1e-9. A spot's falloff has kinks at the angles where the beam starts to fall and where it ends. Leaves

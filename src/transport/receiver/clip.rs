@@ -1,6 +1,6 @@
 //! A triangle's image cut along the lines of a grid.
 //!
-//! The result is the part of the *surface* in each texel. A triangle maps affinely to the film, so a part of
+//! The result is the part of the *surface* in each texel. A triangle maps affinely to the film. So a part of
 //! its image is as large a share of the image as it is of the triangle. But an image may be a line or a
 //! point. So the share is measured in barycentric coordinates, in which every triangle has the same area,
 //! 1/2. Only the cuts are found on the film. A cut hands the same point to both of its sides: the shares sum
