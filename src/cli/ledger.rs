@@ -7,7 +7,7 @@ use serde::Serialize;
 use crate::radiometry::Rgb;
 use crate::run::format::number;
 use crate::run::{Estimate, LayerName, Quantity};
-use crate::transport::ledger::Row;
+use crate::transport::ledger::FluxByFate;
 
 /// The ledger in numbers \[W\].
 #[derive(Clone, Debug, Serialize)]
@@ -32,7 +32,7 @@ pub struct LedgerSummary {
 #[serde(untagged)]
 pub enum RowSummary {
     /// In all ways.
-    Fates(Row),
+    Fates(FluxByFate),
     /// On the sensor: no more is known of beams.
     Received {
         /// Flux in texels.
@@ -47,7 +47,7 @@ impl LedgerSummary {
             return None;
         }
         let ledger = &estimate.ledger;
-        let summary_of = |row: &Row| match ledger.elsewhere {
+        let summary_of = |row: &FluxByFate| match ledger.elsewhere {
             None => RowSummary::Fates(*row),
             Some(_) => RowSummary::Received {
                 received: row.received,

@@ -1,12 +1,12 @@
-//! Following light along specular chains.
+//! Specular chains, and the light that follows them.
 //!
-//! One photon may become many: at an interface light goes on along every branch (the Fresnel
-//! tree) for the first few events, and then along one branch, chosen with the probability of
-//! its share. Both keep the expected flux of every branch; choosing one keeps the flux itself,
-//! too, so the [ledger](super::ledger) closes for every photon and not only on average.
+//! One photon may become many. For the first few events light goes on along every branch of an interface (the
+//! Fresnel tree). After that it goes on along one branch, chosen with the probability of its share. Both keep
+//! the expected flux of every branch. Choosing one also keeps the flux itself, so the [ledger](super::ledger)
+//! closes for every photon and not only on average.
 //!
-//! A chain knows nothing of sensors: it tells its [`ChainSink`] of every surface that light
-//! arrives at, and a sensor, or a photon map, makes of that what it will.
+//! A chain knows nothing of sensors. It tells its [`ChainSink`] of every surface at which light arrives, and
+//! a sensor, or a photon map, uses that as it likes.
 
 use super::flux::Flux;
 use super::ledger::Fate;
@@ -15,19 +15,19 @@ use super::signature::{MAX_EVENTS, Signature};
 use crate::geometry::{Hit, Ray, SurfacePoint, TraversalCounters};
 use crate::scene::Scene;
 
-/// How far and how finely chains are followed.
+/// Depth to which chains are followed, and to which they are split.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct ChainSettings {
-    /// Specular events after which flux is cut off, at most [`MAX_EVENTS`].
+    /// Number of specular events after which flux is cut off, at most [`MAX_EVENTS`].
     pub max_depth: u32,
-    /// Specular events up to which every branch is followed; later ones follow one at random.
+    /// Number of specular events up to which every branch is followed; later ones follow one at random.
     pub split_depth: u32,
-    /// What interpolated normals do to flux.
+    /// Effect of interpolated normals on flux.
     pub shading_normals: ShadingNormals,
 }
 
 impl Default for ChainSettings {
-    /// 16 events, all branches for the first two.
+    /// Settings of 16 events, with all branches for the first two.
     fn default() -> Self {
         Self {
             max_depth: 16,
@@ -37,38 +37,38 @@ impl Default for ChainSettings {
     }
 }
 
-/// Light that met a surface.
+/// Light that arrives at a surface.
 #[derive(Clone, Copy, Debug)]
 pub struct Arrival<'a, const N: usize> {
     /// The leg that ends here.
     pub ray: &'a Ray,
-    /// What it met.
+    /// The hit at the end of the leg.
     pub hit: &'a Hit,
-    /// [`World::bounce_point`](crate::geometry::World::bounce_point) of the hit: `uv` is unspecified on
-    /// round shapes.
+    /// [`World::bounce_point`](crate::geometry::World::bounce_point) of the hit: `uv` is unspecified on round
+    /// shapes.
     pub point: &'a SurfacePoint,
     /// The specular events so far.
     pub signature: Signature,
-    /// What arrives \[W\].
+    /// Flux that arrives \[W\].
     pub flux: Flux<N>,
 }
 
-/// What a followed chain reports.
+/// A receiver of the reports on a followed chain.
 pub trait ChainSink<const N: usize> {
-    /// Light arrives at a surface, whatever becomes of it then. Returns the fate of what ends here.
+    /// Light arrives at a surface, and may end there or go on. Returns the fate of the light that ends.
     ///
     /// `counters` is for rays that the sink traces itself.
     fn arrived(&mut self, arrival: &Arrival<N>, counters: &mut TraversalCounters) -> Fate;
-    /// `flux` \[W\] ended, with the events of `signature` behind it.
+    /// `flux` \[W\] ended after the events of `signature`.
     fn ended(&mut self, signature: Signature, fate: Fate, flux: Flux<N>);
     /// Adjoint shading normals added `flux` \[W\].
     fn gained(&mut self, flux: Flux<N>);
-    /// A uniform number in [0, 1) for the choice at the end of `signature`, `passes` surfaces
-    /// passed through: always the same for the same arguments.
+    /// A uniform number in [0, 1) for the choice after `signature` and `passes` surfaces passed through. It
+    /// is always the same for the same arguments.
     fn choice(&mut self, signature: Signature, passes: u32) -> f64;
 }
 
-/// Light on its way.
+/// Light on its way, one leg of a chain.
 #[derive(Clone, Copy, Debug)]
 struct Flight<const N: usize> {
     ray: Ray,
@@ -77,11 +77,11 @@ struct Flight<const N: usize> {
     passes: u32,
 }
 
-/// Surfaces that change nothing (null, open masks) a chain may pass before it is cut off.
-/// A ray meets each surface once, so only a pathological scene gets here.
+/// Largest number of surfaces that change nothing (null, open masks) before a chain is cut off. A ray meets
+/// each surface once, so only a pathological scene reaches it.
 pub const MAX_PASSES: u32 = 4096;
 
-/// Follows chains through one scene. Make one a thread: it keeps its stack.
+/// A tracer of chains through one scene. Each thread needs its own, since it keeps its stack.
 pub struct ChainTracer<'a, const N: usize> {
     scene: &'a Scene,
     settings: ChainSettings,
@@ -96,7 +96,7 @@ impl<'a, const N: usize> ChainTracer<'a, N> {
     ///
     /// # Panics
     ///
-    /// Where `settings.max_depth` is above [`MAX_EVENTS`].
+    /// If `settings.max_depth` is above [`MAX_EVENTS`].
     pub fn new(scene: &'a Scene, settings: ChainSettings) -> Self {
         assert!(settings.max_depth as usize <= MAX_EVENTS);
         Self {
@@ -121,7 +121,7 @@ impl<'a, const N: usize> ChainTracer<'a, N> {
         }
     }
 
-    /// To the next surface, and on along one of its branches; others are left pending.
+    /// Goes to the next surface, and on along one of its branches; others are left pending.
     #[inline]
     fn step(&mut self, flight: &Flight<N>, sink: &mut impl ChainSink<N>) -> Option<Flight<N>> {
         if flight.flux.is_black() {
@@ -166,7 +166,7 @@ impl<'a, const N: usize> ChainTracer<'a, N> {
         }
     }
 
-    /// One way, chosen with the probability of its share: it carries all the flux.
+    /// Follows one way, chosen with the probability of its share: it carries all the flux.
     #[inline]
     fn follow_one(
         &self,
@@ -185,7 +185,7 @@ impl<'a, const N: usize> ChainTracer<'a, N> {
         next
     }
 
-    /// Every way that light goes.
+    /// Follows every way that light goes.
     #[inline]
     fn follow_all(
         &mut self,
@@ -206,14 +206,14 @@ impl<'a, const N: usize> ChainTracer<'a, N> {
                 }
             }
         }
-        // Shares sum to one but for rounding, which is no absorption.
+        // Shares sum to one but for rounding, which does not count as absorption.
         if rest.max_magnitude() > 4.0 * f64::EPSILON * flight.flux.max_magnitude() {
             sink.ended(flight.signature, Fate::Absorbed, rest);
         }
         last
     }
 
-    /// Past the deepest level: what passes without an event goes on, the rest is cut off.
+    /// Past the deepest level: light that passes without an event goes on, the rest is cut off.
     fn pass(
         &self,
         flight: &Flight<N>,
@@ -239,8 +239,9 @@ impl<'a, const N: usize> ChainTracer<'a, N> {
         }
     }
 
-    /// `flux` of a flight on one of the ways from where it is; `None` where there is no way
-    /// after all. What a tint takes is absorbed; what one adds, adjoint shading normals gain.
+    /// `flux` of a flight on one of the ways from its place; `None` if there is no way after all.
+    ///
+    /// Flux that a tint takes is absorbed. Flux that a tint adds is a gain by adjoint shading normals.
     #[inline]
     fn along(
         &self,

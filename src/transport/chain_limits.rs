@@ -1,8 +1,8 @@
-//! What of a scene specular chains leave out: photons, beams and probes follow smooth interfaces only.
+//! Limits of specular chains in a scene: photons, beams and probes follow smooth interfaces only.
 
 use crate::scene::{Emitter, Material, MaterialId, Object, Scalar, Scene};
 
-/// Why chains cannot be followed in a scene.
+/// Reason why chains cannot be followed in a scene.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NotFollowed {
     /// A mask that varies over its surface.
@@ -31,16 +31,16 @@ pub enum NotFollowed {
          that shine evenly; use --method path"
     )]
     Emitter {
-        /// Which, in the file's order, from 0.
+        /// Index of the emitter in the file's order, from 0.
         index: usize,
         /// Mitsuba's name of the emitter.
         plugin: &'static str,
-        /// What it does.
+        /// The unsupported property of the emitter.
         what: &'static str,
     },
 }
 
-/// Fails where chains cannot start, or not be followed: see [`NotFollowed`].
+/// Fails if chains cannot start, or cannot be followed: see [`NotFollowed`].
 ///
 /// # Errors
 ///
@@ -67,7 +67,7 @@ pub fn check(scene: &Scene) -> Result<(), NotFollowed> {
     Ok(())
 }
 
-/// A material of a shape, and what it wraps.
+/// Checks a material of a shape, and the materials it wraps.
 fn check_material(scene: &Scene, shape: &str, id: MaterialId) -> Result<(), NotFollowed> {
     let material = scene.material(id);
     match material {
@@ -89,7 +89,7 @@ fn check_material(scene: &Scene, shape: &str, id: MaterialId) -> Result<(), NotF
                 plugin: material.plugin(),
             });
         }
-        // Chains end at turned normals, whatever is below them.
+        // Chains end at turned normals, with any material below them.
         Material::Turned { .. } => return Ok(()),
         _ => {}
     }
@@ -98,9 +98,10 @@ fn check_material(scene: &Scene, shape: &str, id: MaterialId) -> Result<(), NotF
         .try_for_each(|nested| check_material(scene, shape, nested))
 }
 
-/// What to warn of where light is followed along specular chains only: rough interfaces, and smooth ones
-/// whose normals a texture turns. They receive and block light; what they reflect and
-/// refract is left out.
+/// Warnings for methods that follow light along specular chains only.
+///
+/// They name rough interfaces, and smooth ones whose normals a texture turns. These receive and block light,
+/// but light that they reflect and refract is left out.
 pub fn left_out(scene: &Scene) -> Vec<String> {
     let is_rough = |object: &&Object| {
         scene
@@ -122,8 +123,8 @@ pub fn left_out(scene: &Scene) -> Vec<String> {
     )]
 }
 
-/// What to warn of where light on diffuse surfaces is connected to a camera: surfaces that scatter light
-/// otherwise look black.
+/// Warnings for methods that connect light on diffuse surfaces to a camera: surfaces that scatter light in
+/// another way look black.
 pub fn left_out_of_image(scene: &Scene) -> Vec<String> {
     let scatters = |material: &Material| {
         matches!(
@@ -150,7 +151,7 @@ pub fn left_out_of_image(scene: &Scene) -> Vec<String> {
     )]
 }
 
-/// The first few, and how many more.
+/// The first few shapes, and the number of the others.
 fn listed(shapes: &[String]) -> String {
     const NAMED: usize = 4;
     if shapes.len() <= NAMED {
@@ -172,7 +173,7 @@ fn named(scene: &Scene, object: &Object) -> String {
     )
 }
 
-/// Whether `test` holds for a material or anything it wraps.
+/// True if `test` holds for a material or anything it wraps.
 fn any(scene: &Scene, id: MaterialId, test: &impl Fn(&Material) -> bool) -> bool {
     let material = scene.material(id);
     test(material) || material.nested().any(|id| any(scene, id, test))

@@ -4,8 +4,8 @@ use std::ops::{Add, AddAssign, Mul, Sub};
 
 use crate::radiometry::Rgb;
 
-/// Flux \[W\], or a factor on it, in `N` channels: one where nothing in the scene is coloured
-/// (then it stands for all three), else red, green and blue.
+/// Flux \[W\], or a factor on it, in `N` channels. If nothing in the scene is coloured, there is one channel
+/// (it stands for all three); else there are red, green and blue.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Flux<const N: usize>(pub [f64; N]);
 
@@ -28,7 +28,7 @@ impl<const N: usize> Flux<N> {
         Rgb(std::array::from_fn(|c| self.0[c.min(N - 1)]))
     }
 
-    /// Whether every channel is exactly zero.
+    /// True if every channel is exactly zero.
     #[inline]
     pub fn is_black(self) -> bool {
         self.0 == [0.0; N]

@@ -1,28 +1,28 @@
-//! Where all the flux went.
+//! A ledger of traced flux, by its end.
 
 use std::collections::BTreeMap;
 
 use super::signature::Signature;
 use crate::radiometry::Rgb;
 
-/// How the flux of a chain ended.
+/// End of a chain's flux.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Fate {
-    /// In a texel of the sensor.
+    /// Received in a texel of the sensor.
     Received,
-    /// In a texel of the sensor, without any specular event: measured by quadrature instead.
+    /// Received in a texel of the sensor, but without any specular event: measured by quadrature instead.
     Direct,
     /// Left the scene.
     Escaped,
-    /// On a surface: a diffuse one, a metal's or filter's share, the back of a mirror, or where
-    /// a shading normal contradicts the true one.
+    /// Absorbed on a surface: a diffuse one, a metal's or filter's share, the back of a mirror. Also if a
+    /// shading normal contradicts the true one.
     Absorbed,
     /// Followed to the deepest level that the settings allow.
     CutOff,
 }
 
 impl Fate {
-    /// All fates, in the order of a [`Row`]'s sums.
+    /// All fates, in the order of a [`FluxByFate`]'s sums.
     pub const ALL: [Self; 5] = [
         Self::Received,
         Self::Direct,
@@ -40,20 +40,20 @@ impl Fate {
 
 /// The flux that ended after one sequence of events, by fate \[W\].
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
-pub struct Row {
-    /// In a texel of the sensor.
+pub struct FluxByFate {
+    /// Flux received in a texel of the sensor.
     pub received: Rgb,
-    /// In a texel, without a specular event.
+    /// Flux received in a texel, without a specular event.
     pub direct: Rgb,
-    /// Left the scene.
+    /// Flux that left the scene.
     pub escaped: Rgb,
-    /// On a surface.
+    /// Flux absorbed on a surface.
     pub absorbed: Rgb,
-    /// Past the deepest level.
+    /// Flux past the deepest level.
     pub cut_off: Rgb,
 }
 
-impl Row {
+impl FluxByFate {
     /// The row with these sums, in the order of [`Fate::ALL`].
     pub fn from_fates(fates: [Rgb; 5]) -> Self {
         let [received, direct, escaped, absorbed, cut_off] = fates;
@@ -72,29 +72,30 @@ impl Row {
     }
 }
 
-/// Where all traced flux went \[W\].
+/// Ledger of all traced flux \[W\].
 ///
-/// `emitted + shading_gain = Σ rows` to rounding, per channel. `shading_gain` is zero unless
-/// adjoint shading normals scale flux.
+/// `emitted + shading_gain = Σ rows` to rounding, per channel. `shading_gain` is zero unless adjoint shading
+/// normals scale flux.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Ledger {
     /// Flux that photons left their emitters with.
     pub emitted: Rgb,
     /// Flux that adjoint shading normals added; may be negative.
     pub shading_gain: Rgb,
-    /// One row a signature, of the events before the end; rows past the kept signatures are
-    /// together in `other`.
-    pub rows: BTreeMap<Signature, Row>,
+    /// One row a signature, of the events before the end. Rows past the kept signatures are summed in
+    /// `other`.
+    pub rows: BTreeMap<Signature, FluxByFate>,
     /// Flux of signatures that have no row of their own.
-    pub other: Row,
-    /// Flux that ended elsewhere, mean of channels, by difference: of methods that follow only what is
-    /// received. Then `emitted` is a mean of channels, too, and the rows' other fates are not known.
+    pub other: FluxByFate,
+    /// Flux that ended elsewhere, mean of channels, known by difference. Methods that follow only received
+    /// light have it. Then `emitted` is a mean of channels, too, and the other fates of the rows are not
+    /// known.
     pub elsewhere: Option<f64>,
 }
 
 impl Ledger {
     /// Flux by fate over all signatures \[W\].
-    pub fn sum(&self) -> Row {
+    pub fn sum(&self) -> FluxByFate {
         let mut sum = self.other;
         for row in self.rows.values() {
             sum.received += row.received;
@@ -106,8 +107,10 @@ impl Ledger {
         sum
     }
 
-    /// |emitted + gain − Σ rows| / emitted, the worst channel; 0 where nothing was emitted. `None` where part
-    /// of the flux is known by difference: that closes by definition.
+    /// Relative error of the balance, |emitted + gain − Σ rows| / emitted, in the worst channel; 0 if nothing
+    /// was emitted.
+    ///
+    /// `None` if part of the flux is known by difference, since the balance then closes by definition.
     pub fn closure_error(&self) -> Option<f64> {
         if self.elsewhere.is_some() {
             return None;

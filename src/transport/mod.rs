@@ -1,13 +1,17 @@
-//! From an emitter, along specular chains, to a sensor.
+//! Transport of light from an emitter, along specular chains, to a sensor.
 //!
-//! A [`domain`] says where light can leave an emitter and meet specular geometry; a
-//! [`chain`] follows one ray of it through reflections and refractions ([`chain_limits`] says what that leaves out); a [`receiver`]
-//! says which texel the end of a chain falls in, and a [`camera`] where on its film that is seen;
-//! [`visibility`] says whether; [`bsdf`] says how any surface scatters, [`lights`] what may shine on it and [`path_class`] which
-//! paths a method finds, for those that start at a camera; [`direct`] measures the light that met nothing specular. Beams name
-//! rays by their [`first_surface`] and follow [`prescribed`] events to a [`screen`];
-//! [`differentials`] follow the light right beside a ray. Every reference and every approximation
-//! is built from these.
+//! A [`domain`] holds the light that can leave an emitter and meet specular geometry. A [`chain`] follows one
+//! ray of it through reflections and refractions. [`chain_limits`] lists the light that chains leave out.
+//!
+//! A [`receiver`] finds the texel in which a chain ends. A [`camera`] finds the film point at which this end
+//! is seen, and [`visibility`] tells if anything hides it. A [`screen`] is either of the two.
+//!
+//! [`bsdf`], [`lights`] and [`path_class`] serve paths that start at a camera. The first describes the
+//! scattering of any surface, the second the light that may arrive there. The third names the kinds of paths
+//! that a method finds. [`direct`] measures the light that met nothing specular.
+//!
+//! Beams name rays by their [`first_surface`] and follow [`prescribed`] events. [`differentials`] follow the
+//! light right beside a ray. Every reference and every approximation is built from these.
 
 pub mod bsdf;
 pub mod camera;

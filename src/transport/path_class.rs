@@ -1,9 +1,9 @@
-//! Classes of light paths: which method finds which.
+//! Classes of light paths, by which methods share the paths among them.
 //!
-//! A path is written from light to camera as in Heckbert 1990 (*Adaptive Radiosity Textures for
-//! Bidirectional Ray Tracing*): L, then a letter a surface, then E. S is a *delta* event (mirror reflection, smooth
-//! refraction, a thin pane) and D any other: a matt surface, but a rough interface, too, for what
-//! matters is whether a direction has a density. Passing a null surface or the open part of a mask is no letter.
+//! A path is written from light to camera as in Heckbert 1990 (*Adaptive Radiosity Textures for Bidirectional
+//! Ray Tracing*): L, then a letter a surface, then E. S is a *delta* event: mirror reflection, smooth
+//! refraction, a thin pane. D is any other: a matt surface, but also a rough interface, since the difference
+//! is whether a direction has a density. Passing a null surface or the open part of a mask adds no letter.
 //!
 //! Every path is in exactly one class:
 //!
@@ -14,11 +14,13 @@
 //! | [`Caustic`](PathClass::Caustic) | L S+ D E | `caustic` | light that is connected to the camera |
 //! | [`SeenCaustic`](PathClass::SeenCaustic) | L S+ D S+ E | `caustic-sds` | photons that are looked up |
 //! | [`Indirect`](PathClass::Indirect) | L D (S\|D)* D S* E | `indirect` | paths, by sampling emitters |
-//! | [`IndirectCaustic`](PathClass::IndirectCaustic) | L S+ D (S\|D)* D S* E | `caustic-indirect` | light, photons |
+//! | [`IndirectCaustic`] | L S+ D (S\|D)* D S* E | `caustic-indirect` | light, photons |
 //!
-//! What begins with L S+ D, a path from the camera finds only by running into an emitter of some size
-//! by chance, and never where all emitters are points or directions: a camera's paths and light's are put
-//! together by leaving such classes to the latter ([`PathClasses::CAUSTICS`]), each path counted once.
+//! [`IndirectCaustic`]: PathClass::IndirectCaustic
+//!
+//! A path from the camera finds light that begins with L S+ D only by running into an emitter of some size by
+//! chance. It never does if all emitters are points or directions. So camera paths leave such classes to
+//! light paths ([`PathClasses::CAUSTICS`]), and each path counts once.
 
 use std::fmt;
 
@@ -26,13 +28,13 @@ use std::fmt;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum PathClass {
-    /// L S* E: an emitter, seen directly or by mirrors and glass.
+    /// L S* E: an emitter, seen directly or by way of mirrors and glass.
     Emitted,
     /// L D S* E: direct light.
     Direct,
     /// L S+ D E: a caustic, seen directly.
     Caustic,
-    /// L S+ D S+ E: a caustic, seen by mirrors or glass.
+    /// L S+ D S+ E: a caustic, seen by way of mirrors or glass.
     #[serde(rename = "caustic-sds")]
     SeenCaustic,
     /// L D (S|D)* D S* E: direct light that is scattered on.
@@ -93,13 +95,13 @@ impl PathClasses {
     pub const NONE: Self = Self(0);
     /// Every path.
     pub const ALL: Self = Self(0b11_1111);
-    /// Every path whose light meets mirrors or glass before anything else that scatters it: L S+ D ... E.
+    /// Paths whose light meets mirrors or glass before anything else that scatters it: L S+ D ... E.
     pub const CAUSTICS: Self = Self::NONE
         .with(PathClass::Caustic)
         .with(PathClass::SeenCaustic)
         .with(PathClass::IndirectCaustic);
 
-    /// The set and a class.
+    /// The set with a class added.
     #[must_use]
     pub const fn with(self, class: PathClass) -> Self {
         Self(self.0 | 1 << class as u8)
@@ -111,7 +113,7 @@ impl PathClasses {
         Self(self.0 & !other.0)
     }
 
-    /// Whether the set holds a class.
+    /// True if the set holds a class.
     #[inline]
     pub const fn contains(self, class: PathClass) -> bool {
         self.0 >> class as u8 & 1 == 1
@@ -125,19 +127,19 @@ impl PathClasses {
     }
 }
 
-/// What a path from one of its ends has met so far: enough to tell its class at the other end.
+/// Events of a path so far, from one of its ends: enough to tell its class at the other end.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PathEvents {
-    /// Whether there was an S before the first D.
+    /// True if there was an S before the first D.
     first_specular: bool,
-    /// How many D; 2 stands for more.
+    /// Number of D; 2 stands for more.
     scattered: u8,
-    /// Whether there was an S since the last D, or ever.
+    /// True if there was an S since the last D, or ever.
     last_specular: bool,
 }
 
 impl PathEvents {
-    /// One event more: S where `is_delta`, else D. Passing is none, and not to be reported.
+    /// The events with one more: S if `is_delta`, else D. Passing is no event, and is not to be reported.
     #[inline]
     #[must_use]
     pub fn then(self, is_delta: bool) -> Self {
@@ -156,25 +158,26 @@ impl PathEvents {
         }
     }
 
-    /// The class of a path that started at the camera and meets an emitter now.
+    /// The class of a path that started at the camera and now meets an emitter.
     #[inline]
     pub fn class_at_emitter(self) -> PathClass {
         class(self.scattered, self.last_specular, self.first_specular)
     }
 
-    /// The class of a path that started at an emitter and meets the camera now.
+    /// The class of a path that started at an emitter and now meets the camera.
     #[inline]
     pub fn class_at_camera(self) -> PathClass {
         class(self.scattered, self.first_specular, self.last_specular)
     }
 
-    /// Whether light has met a D, the only thing that can be connected to.
+    /// True if light has met a D, the only surface that can be connected to.
     pub fn is_scattered(self) -> bool {
         self.scattered > 0
     }
 }
 
-/// By how many D there are, and whether there is an S between the light, or the camera, and the D next to it.
+/// The class, by the number of D and the presence of an S between the light (or the camera) and the D next to
+/// it.
 #[inline]
 fn class(scattered: u8, at_light: bool, at_camera: bool) -> PathClass {
     match (scattered, at_light, at_camera) {

@@ -1,4 +1,4 @@
-//! What a surface makes of one ray: the branches light goes on along.
+//! Interactions of one ray with a surface, and the branches along which light goes on.
 
 use glam::DVec3;
 
@@ -10,22 +10,22 @@ use crate::optics::{
 };
 use crate::scene::{Material, Scene, TexturePoint};
 
-/// What interpolated normals do to the flux a ray carries.
+/// Effect of interpolated normals on the flux that a ray carries.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum ShadingNormals {
     /// Flux changes by Fresnel's equations and absorption only: the ledger closes.
     #[default]
     Flux,
-    /// Flux is also scaled by |ωi·ns ωo·ng| / |ωo·ns ωi·ng| at every specular event
-    /// (Veach 1997, 5.3), as Mitsuba's `ptracer` does and any camera-side path tracer implies.
+    /// Flux is also scaled by |ωi·ns ωo·ng| / |ωo·ns ωi·ng| at every specular event (Veach 1997, 5.3).
+    /// Mitsuba's `ptracer` does so, and any path tracer from the camera implies it.
     Adjoint,
 }
 
 /// The ways light can go on from a surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Way {
-    /// As if nothing were there; no event.
+    /// Straight on, as if nothing were there; no event.
     Passed,
     /// Back to the side it came from.
     Reflected,
@@ -48,7 +48,7 @@ impl Way {
     }
 }
 
-/// Light that goes on.
+/// Light that goes on along one of the ways.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Branch<const N: usize> {
     /// The new direction of travel, a unit vector.
@@ -57,10 +57,11 @@ pub struct Branch<const N: usize> {
     pub tint: Flux<N>,
 }
 
-/// What one of the ways does to a ray's direction, with the unit normal on the side light arrives from.
+/// Change of a ray's direction along one of the ways, with the unit normal on the side that light arrives
+/// from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Bending {
-    /// Nothing: it passes, or crosses a thin pane or matched media.
+    /// No change: light passes, or crosses a thin pane or matched media.
     Straight,
     /// A mirror reflection.
     Reflection {
@@ -76,25 +77,25 @@ pub enum Bending {
     },
 }
 
-/// A ray at a surface: how its light is shared out, before anyone asks where it goes.
+/// Interaction of a ray with a surface: the shares of its light, before their directions are computed.
 ///
-/// What the shares and tints do not carry on is absorbed.
+/// The part that neither shares nor tints carry on is absorbed.
 pub struct Meeting<'a> {
     point: &'a SurfacePoint,
     direction: DVec3,
     shading_normals: ShadingNormals,
-    /// What is there, once masks are passed and sides chosen.
+    /// The material inside masks, on the side that light meets.
     material: &'a Material,
-    /// The shading normal on the side light arrives from; zero where nothing needs it.
+    /// The shading normal on the side light arrives from; zero if nothing needs it.
     normal: DVec3,
-    /// `n_transmitted / n_incident`; 1 where light goes straight through.
+    /// `n_transmitted / n_incident`; 1 if light goes straight through.
     eta: f64,
-    /// By [`Way`].
+    /// Shares by [`Way`].
     shares: [f64; 3],
 }
 
 impl<'a> Meeting<'a> {
-    /// Light that travels along `direction` meets `material` at `point`.
+    /// The interaction of light that travels along `direction` with `material` at `point`.
     #[inline]
     pub fn new(
         scene: &'a Scene,
@@ -124,7 +125,7 @@ impl<'a> Meeting<'a> {
         meeting
     }
 
-    /// Looks through masks and two-sided materials at what is inside.
+    /// Looks through masks and two-sided materials at the material inside.
     fn unwrap(&mut self, scene: &'a Scene, mut material: &'a Material, front: bool) {
         let mut passed = 0.0;
         let mut weight = 1.0;
@@ -132,8 +133,7 @@ impl<'a> Meeting<'a> {
         loop {
             match *material {
                 Material::Mask { opacity, nested } => {
-                    // Chains are refused where an opacity varies (see `LightSpace`), so `uv` is not
-                    // looked at.
+                    // Chains are refused if an opacity varies (see `LightSpace`), so `uv` is not used.
                     let opacity = scene.scalar(
                         opacity,
                         &TexturePoint {
@@ -162,8 +162,8 @@ impl<'a> Meeting<'a> {
         self.shares[Way::Passed as usize] += passed;
     }
 
-    /// Shares out `weight` of the light at a plain material; `front` says whether light arrives
-    /// on the side that a metal coats, or from a dielectric's exterior.
+    /// Shares out `weight` of the light at a plain material. `front` is true if light arrives on the side
+    /// that a metal coats, or from a dielectric's exterior.
     #[inline]
     fn share(&mut self, material: &'a Material, front: bool, weight: f64) {
         self.material = material;
@@ -222,9 +222,10 @@ impl<'a> Meeting<'a> {
         self.shares[Way::Transmitted as usize] = weight * (1.0 - reflectance);
     }
 
-    /// Finds the shading normal on the side light arrives from. False where the shading normal
-    /// and the true one disagree about that side: such light is absorbed, as in Mitsuba's
-    /// `ptracer`.
+    /// Finds the shading normal on the side that light arrives from.
+    ///
+    /// False if the shading normal and the true one disagree about that side. Such light is absorbed, as in
+    /// Mitsuba's `ptracer`.
     #[inline]
     fn face(&mut self) -> bool {
         let shading = self.point.shading_normal;
@@ -245,13 +246,13 @@ impl<'a> Meeting<'a> {
         self.shares[way as usize]
     }
 
-    /// Whether no light goes on.
+    /// True if no light goes on.
     #[inline]
     pub fn is_end(&self) -> bool {
         self.shares == [0.0; 3]
     }
 
-    /// The way of the share that `choice`, uniform in [0, 1), falls into; `None` for absorption.
+    /// The way into whose share `choice`, uniform in [0, 1), falls; `None` for absorption.
     #[inline]
     pub fn choose(&self, choice: f64) -> Option<Way> {
         let [passed, reflected, transmitted] = self.shares;
@@ -266,7 +267,7 @@ impl<'a> Meeting<'a> {
         }
     }
 
-    /// Where light of a share above zero goes; `None` where the true surface is in its way.
+    /// The branch along a way with a share above zero; `None` if the true surface is in its way.
     #[inline]
     pub fn branch<const N: usize>(&self, way: Way) -> Option<Branch<N>> {
         match way {
@@ -312,8 +313,8 @@ impl<'a> Meeting<'a> {
         }
     }
 
-    /// What a way with a share above zero does to the direction: for those who follow the light beside
-    /// the ray, too.
+    /// The change of direction along a way with a share above zero. It also serves those who follow the light
+    /// beside the ray.
     pub fn bending(&self, way: Way) -> Bending {
         let normal = self.normal;
         match (way, self.material) {
@@ -328,7 +329,7 @@ impl<'a> Meeting<'a> {
         }
     }
 
-    /// What a metal leaves of each channel.
+    /// The share of each channel that a metal reflects.
     fn metallic_tint<const N: usize>(&self) -> Flux<N> {
         let Material::Conductor {
             eta,
@@ -348,7 +349,7 @@ impl<'a> Meeting<'a> {
         Flux::of(specular_reflectance.even()) * metal
     }
 
-    /// A branch, unless the true surface is in its way.
+    /// The branch, unless the true surface is in its way.
     #[inline]
     fn checked<const N: usize>(
         &self,

@@ -1,5 +1,5 @@
-//! What the last leg of a light path falls on: the texel or pixel for a photon, film coordinates for the end of a
-//! prescribed path.
+//! The sensor at the end of a light path: texels or pixels for a photon, film coordinates for the end of a
+//! path of fixed signature.
 
 use glam::{DVec2, DVec3};
 
@@ -14,14 +14,14 @@ use crate::scene::Scene;
 /// A sensor as light meets it.
 #[derive(Clone, Copy, Debug)]
 pub enum Screen<'a> {
-    /// An irradiance meter: flux counts as it is.
+    /// An irradiance meter: it sums up flux itself.
     Receiver(&'a Receiver),
     /// A camera that looks at diffuse surfaces.
     Camera {
         /// The camera.
         camera: &'a Camera,
-        /// The étendue [m² sr] that flux counts by: radiance [W/m²/sr] of a pixel times it is what
-        /// the film sums up. With that of a typical pixel, film sums are about flux \[W\], as a receiver's.
+        /// The étendue [m² sr] by which flux counts: the film sums up the radiance [W/m²/sr] of a pixel times
+        /// it. With that of a typical pixel, film sums are about flux \[W\], as for a receiver.
         etendue: f64,
     },
 }
@@ -35,7 +35,7 @@ impl Screen<'_> {
         }
     }
 
-    /// Whether film coordinates are on the film, not beside it.
+    /// True if film coordinates are on the film, not beside it.
     #[inline]
     pub fn is_on_film(&self, at: DVec2) -> bool {
         let [width, height] = self.size();
@@ -43,7 +43,8 @@ impl Screen<'_> {
         at.cmpge(DVec2::ZERO).all() && at.cmple(end).all()
     }
 
-    /// Some points that the sensor measures, spread over its film: those of nine that it has a surface at.
+    /// Some points that the sensor measures, spread over its film: nine, less those at which it has no
+    /// surface.
     pub fn points(&self, scene: &Scene) -> Vec<DVec3> {
         const PARTS: [f64; 3] = [1.0 / 6.0, 0.5, 5.0 / 6.0];
         let size = self.size();
@@ -69,11 +70,11 @@ impl Screen<'_> {
             .collect()
     }
 
-    /// The texel or pixel that counts light which arrives at a surface, and the factor from its flux \[W\] to
-    /// what the film sums up; `None` where none does.
+    /// The texel or pixel that counts light arriving at a surface, and the factor from its flux \[W\] to the
+    /// sum on the film. `None` if no texel does.
     ///
-    /// A camera sees what diffuse surfaces make of light, a receiver what
-    /// falls on its front, whatever is there.
+    /// A camera sees the light that diffuse surfaces reflect. A receiver counts the light that falls on its
+    /// front, on any material.
     #[inline]
     pub fn texel<const N: usize>(
         &self,
@@ -101,8 +102,10 @@ impl Screen<'_> {
         }
     }
 
-    /// How a path ends whose last leg is `ray`, which met `hit` or nothing at all: where, the
-    /// factor from its flux to what the film sums up, and a mark of the surface it ended on.
+    /// The end of a path whose last leg is `ray`, which met `hit` or nothing at all.
+    ///
+    /// The other results are the factor from its flux to the sum on the film, and a mark of the surface on
+    /// which it ended.
     #[inline]
     pub fn end(
         &self,
@@ -129,13 +132,13 @@ impl Screen<'_> {
         }
     }
 
-    /// Whether a camera sees nothing in a bundle of segments, whatever they meet: all of it is before the near plane, or beyond
-    /// the same side of the film. A receiver's light is asked for by its shape.
+    /// True if a camera sees nothing in a bundle of segments, with any hit: all of it is before the near
+    /// plane, or beyond the same side of the film. For a receiver, the shape of a hit decides instead.
     pub fn sees_nothing_of(&self, bundle: &Hull) -> bool {
         self.is_beyond_a_side(|normal, side| bundle.reach(normal)[0] > side)
     }
 
-    /// Whether light on a surface of `shape` may be measured at all.
+    /// True if light on a surface of `shape` may be measured at all.
     pub fn may_see(&self, scene: &Scene, shape: u32) -> bool {
         match self {
             Self::Receiver(receiver) => receiver.shape() == shape,
@@ -143,14 +146,15 @@ impl Screen<'_> {
         }
     }
 
-    /// Whether no light that ends on a surface of `shape` within the convex hull of `places` lands; what else may
-    /// hide it from a camera is not looked for.
+    /// True if no light lands that ends on a surface of `shape` within the convex hull of `places`. The test
+    /// ignores anything else that may hide it from a camera.
     pub fn is_out_of_sight(&self, scene: &Scene, shape: u32, places: &[DVec3]) -> bool {
         let are_beyond = |normal: DVec3, side| places.iter().all(|it| normal.dot(*it) > side);
         !self.may_see(scene, shape) || self.is_beyond_a_side(are_beyond)
     }
 
-    /// Whether something is all on the far side of one of a camera's planes, n · p = `side`; false for NaN.
+    /// True if something is wholly on the far side of one of a camera's planes, n · p = `side`; false for
+    /// NaN.
     fn is_beyond_a_side(&self, is_beyond: impl Fn(DVec3, f64) -> bool) -> bool {
         match self {
             Self::Receiver(_) => false,
@@ -162,8 +166,10 @@ impl Screen<'_> {
     }
 }
 
-/// The plane of a rectangle or disc goes on beyond its border where nothing else is in the way: then
-/// the border needs no attention, the film's edge cuts what lands there.
+/// The end of a path on a receiver.
+///
+/// The plane of a rectangle or disc goes on beyond its border if nothing else is in the way. Then the border
+/// needs no attention: the film's edge cuts the light that lands there.
 #[inline]
 fn on_receiver(
     receiver: &Receiver,
@@ -195,8 +201,7 @@ fn on_receiver(
     }
 }
 
-/// A number for each half of a round surface's turn: where one turn ends and the next begins, film
-/// coordinates jump.
+/// A number for each half of a round surface's turn: film coordinates jump at the end of a turn.
 #[inline]
 fn half_turn(shape: &Shape, uv: DVec2) -> u64 {
     let turn = match shape {
@@ -204,15 +209,16 @@ fn half_turn(shape: &Shape, uv: DVec2) -> u64 {
         Shape::Sphere(_) | Shape::Cylinder(_) => uv.x,
         Shape::Rectangle(_) | Shape::Mesh(_) => return 0,
     };
-    // Clear of the bits that say how a path ended.
+    // The bits are clear of those that tell how a path ended.
     u64::from(turn < 0.5) << 4
 }
 
-/// Where a camera sees the point that was hit, and the pixel's radiance by flux arriving there.
+/// The film point at which a camera sees the point that was hit, and the pixel's radiance per flux arriving
+/// there.
 ///
-/// `None` where it does not see it, nor would on a film three times as wide and high: towards the
-/// plane through the pinhole film coordinates and factors grow without limit, and beams that go there
-/// are dark.
+/// `None` if the camera does not see it, and would not on a film three times as wide and high. Towards the
+/// plane through the pinhole, film coordinates and factors grow without limit, and beams that go there are
+/// dark.
 #[inline]
 fn on_camera(
     camera: &Camera,
@@ -231,8 +237,8 @@ fn on_camera(
     Some((seen.at, seen.radiance_per_flux))
 }
 
-/// A number for the smooth surface that was hit: its brightness to the camera jumps between flat
-/// faces, and so does its reflectance between its two sides.
+/// A number for the smooth surface that was hit. Its brightness to the camera jumps between flat faces, and
+/// so does its reflectance between its two sides.
 #[inline]
 fn seen_surface(scene: &Scene, ray: &Ray, hit: &Hit) -> u64 {
     let facet = match &scene.world().shapes()[hit.shape as usize] {
@@ -241,6 +247,6 @@ fn seen_surface(scene: &Scene, ray: &Ray, hit: &Hit) -> u64 {
     };
     let point = scene.world().surface_point(ray, hit);
     let front = ray.direction.dot(point.geometric_normal) < 0.0;
-    // Clear of the bits that say how a path ended.
+    // The bits are clear of those that tell how a path ended.
     (u64::from(hit.shape) + 1) << 38 | facet << 4 | u64::from(front) << 3
 }

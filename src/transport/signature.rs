@@ -1,9 +1,9 @@
-//! What happened to light between emitter and sensor, in letters.
+//! Path signatures: the events between emitter and sensor, in letters.
 
 use std::fmt;
 use std::str::FromStr;
 
-/// The longest chain of specular events a [`Signature`] can hold.
+/// The largest number of specular events that a [`Signature`] can hold.
 pub const MAX_EVENTS: usize = 127;
 
 /// One specular event.
@@ -22,8 +22,8 @@ pub enum Event {
 /// Signatures are ordered by length, then letter by letter with R before T.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Signature {
-    /// A leading one, then a bit an event from the first on: 1 is a transmission. As a number
-    /// it grows with length, then with the letters.
+    /// A leading one, then one bit an event, the first event first: 1 is a transmission. As a number it grows
+    /// with length, then with the letters.
     code: u128,
 }
 
@@ -35,7 +35,7 @@ impl Signature {
     ///
     /// # Panics
     ///
-    /// Past [`MAX_EVENTS`] events; settings are checked not to allow that.
+    /// Past [`MAX_EVENTS`] events. Settings are checked so that this cannot happen.
     #[inline]
     #[must_use]
     pub fn then(self, event: Event) -> Self {
@@ -48,13 +48,13 @@ impl Signature {
         }
     }
 
-    /// How many specular events there were.
+    /// Number of specular events.
     #[inline]
     pub fn len(self) -> usize {
         self.code.ilog2() as usize
     }
 
-    /// Whether there was no specular event.
+    /// True if there was no specular event.
     #[inline]
     pub fn is_empty(self) -> bool {
         self == Self::DIRECT
@@ -73,7 +73,8 @@ impl Signature {
 
     /// A number that no other signature of up to 31 events has, and hardly any longer one.
     ///
-    /// A short code is its own key; what a long one has beyond 32 bits is mixed into it by multiplications and shifts.
+    /// A short code is its own key. The bits of a long one beyond 32 are mixed into the key by
+    /// multiplications and shifts.
     #[inline]
     pub fn key(self) -> u32 {
         let [low, high] = [32, 96].map(|shift| (self.code >> shift) as u64);

@@ -1,16 +1,17 @@
-//! What lies between two points.
+//! Visibility between two points.
 
 use glam::DVec3;
 
 use crate::geometry::{Ray, SurfacePoint, TraversalCounters};
 use crate::scene::{Material, Scalar, Scene, TexturePoint};
 
-/// The share (0..=1) of light that passes between `point` and what lies `distance` away along
-/// the unit vector `towards`: null surfaces let all of it through, masks one minus their opacity,
-/// all else nothing.
+/// The share (0..=1) of light that passes between `point` and the place at `distance` along the unit vector
+/// `towards`.
 ///
-/// Both ends are exclusive: the surface of `point` itself does not count, nor does one at
-/// `distance`. Refraction is no straight passage: glass blocks.
+/// Null surfaces let all of it through, masks one minus their opacity, and everything else nothing.
+///
+/// Both ends are exclusive: the surface of `point` itself does not count, nor does one at `distance`.
+/// Refraction does not count as a straight passage, so glass blocks.
 pub fn transmittance(
     scene: &Scene,
     point: &SurfacePoint,
@@ -40,8 +41,8 @@ pub fn transmittance(
     }
 }
 
-/// The share of light that passes masks, met one after the other: `any_hit` reports a round
-/// shape once even where a ray crosses it twice.
+/// The share of light that passes masks, met one after the other. It is needed since `any_hit` reports a
+/// round shape once even if a ray crosses it twice.
 fn masked_transmittance(
     scene: &Scene,
     mut ray: Ray,

@@ -231,7 +231,7 @@ fn what_photons_find_the_survey_finds() {
         photons.settings.max_layers = 256;
         photons.settings.chains.max_depth = DEPTH;
         let witness = photons.estimate(&scene);
-        let received = |row: &nephroid::transport::ledger::Row| row.received.mean();
+        let received = |row: &nephroid::transport::ledger::FluxByFate| row.received.mean();
         let total: f64 = witness.ledger.rows.values().map(received).sum();
         let mut found = 0;
         for (signature, row) in &witness.ledger.rows {

@@ -21,7 +21,7 @@ use nephroid::reference::photons::{Budget, PhotonSettings};
 use nephroid::reference::{Estimate, LayerName, Progress};
 use nephroid::scene::Scene;
 use nephroid::transport::chain::ChainSettings;
-use nephroid::transport::ledger::Row;
+use nephroid::transport::ledger::FluxByFate;
 use nephroid::transport::signature::Signature;
 use rayon::prelude::*;
 use tempfile::TempDir;
@@ -251,7 +251,7 @@ fn photons(scene: &Scene) -> Estimate {
     estimate
 }
 
-fn row(estimate: &Estimate, signature: &str) -> Row {
+fn row(estimate: &Estimate, signature: &str) -> FluxByFate {
     let signature: Signature = signature.parse().unwrap();
     estimate
         .ledger

@@ -6,7 +6,7 @@ use nephroid::numeric::StreamKind;
 use nephroid::reference::closed_form::{GlassBall, Path, TexelGrid};
 use nephroid::reference::{Estimate, LayerName};
 use nephroid::scene::Scene;
-use nephroid::transport::ledger::Row;
+use nephroid::transport::ledger::FluxByFate;
 use nephroid::transport::scatter::ShadingNormals;
 use nephroid::transport::signature::Signature;
 
@@ -177,7 +177,7 @@ fn split_depth_and_replicates_do_not_move_the_estimate() {
 }
 
 /// All fates of the ledger's rows with so many events, or fewer.
-fn rows_up_to(estimate: &Estimate, events: usize) -> Vec<(Signature, Row)> {
+fn rows_up_to(estimate: &Estimate, events: usize) -> Vec<(Signature, FluxByFate)> {
     let rows = estimate.ledger.rows.iter();
     rows.filter(|(signature, _)| signature.len() <= events)
         .map(|(signature, row)| (*signature, *row))

@@ -197,7 +197,7 @@ pub fn assert_photons_are_within_bounds(
         it.name = format!("{name} {signature}");
         it.assert_every_texel_agrees(0, alpha, comparisons);
     }
-    let received = |row: &nephroid::transport::ledger::Row| row.received.mean();
+    let received = |row: &nephroid::transport::ledger::FluxByFate| row.received.mean();
     let total: f64 = witness.ledger.rows.values().map(received).sum();
     for (signature, row) in &witness.ledger.rows {
         let wanted = LayerName::Path(*signature);

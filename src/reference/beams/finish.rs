@@ -17,7 +17,7 @@ use crate::reference::Target;
 use crate::run::{Estimate, Layer, LayerName, Quantity};
 use crate::scene::Scene;
 use crate::transport::direct::{AREA_REPLICATES, Direct};
-use crate::transport::ledger::{Ledger, Row};
+use crate::transport::ledger::{FluxByFate, Ledger};
 use crate::transport::signature::Signature;
 
 /// The two-sided confidence of bounds, as far as they are random.
@@ -169,9 +169,9 @@ impl Outcome<'_> {
         for layer in layers {
             let flux = |(texel, value): (usize, &Rgb)| *value * self.target.measure(texel);
             let received = layer.values.iter().enumerate().map(flux).sum();
-            let row = Row {
+            let row = FluxByFate {
                 received,
-                ..Row::default()
+                ..FluxByFate::default()
             };
             match layer.name {
                 LayerName::Path(signature) => ledger.rows.insert(signature, row),

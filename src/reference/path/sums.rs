@@ -1,17 +1,18 @@
-//! From images of replicates to an image with an error bar.
+//! The way from images of replicates to an image with an error bar.
 //!
 //! Pixel i of replicate r has the sums Aᵣ = Σ f L and Bᵣ = Σ f over its samples (f the filter's weights). The
-//! image is their quotient over all replicates together, as in Mitsuba, and its error is that of a ratio
-//! of means (Cochran, *Sampling Techniques*, 3rd edition 1977, equation 6.9):
+//! image is their quotient over all replicates together, as in Mitsuba. Its error is that of a ratio of means
+//! (Cochran, *Sampling Techniques*, 3rd edition 1977, equation 6.9):
 //!
 //! ```text
 //! X = Ā / B̄        σ² = Σᵣ (Aᵣ − X Bᵣ)² / (R (R − 1) B̄²)
 //! ```
 //!
-//! With the box filter all Bᵣ are the same and this is a plain mean. With others X has a bias that falls with the
-//! number of samples in all, faster than σ; it is that of any renderer that divides by weights.
+//! With the box filter all Bᵣ are the same, and this is a plain mean. With other filters X has a bias that
+//! falls with the number of samples in all, faster than σ. Any renderer that divides by weights has this
+//! bias.
 //!
-//! Rounds k, of nₖ samples a pixel each, are independent estimates and combined as
+//! Rounds k, of nₖ samples a pixel each, are independent estimates and are combined as
 //!
 //! ```text
 //! X = Σ nₖ Xₖ / Σ nₖ        σ² = Σ (nₖ σₖ / Σ nₖ)²
@@ -26,7 +27,7 @@ use crate::run::estimate::relative_error;
 use crate::run::{Layer, LayerName};
 use crate::transport::path_class::PathClass;
 
-/// Where the sum of all classes is kept, behind the classes.
+/// Index of the sum of all classes, behind the classes.
 const TOTAL: usize = PathClass::ALL.len();
 
 /// Moments over the replicates of one round.
@@ -34,7 +35,7 @@ pub struct RoundSums {
     replicates: u32,
     /// Mean of Bᵣ, and Σ (Bᵣ − B̄)².
     weights: Vec<[f64; 2]>,
-    /// Moments of Aᵣ of each class and of their sum; empty where all replicates are black.
+    /// Moments of Aᵣ of each class and of their sum; empty if all replicates are black.
     layers: [Vec<Moments>; TOTAL + 1],
     pub counters: TraversalCounters,
     pub cut_off: u64,
@@ -50,7 +51,7 @@ struct Moments {
 }
 
 impl RoundSums {
-    /// No replicate yet of an image of so many pixels.
+    /// The moments before any replicate, for an image of `pixels` pixels.
     pub fn new(pixels: usize) -> Self {
         Self {
             replicates: 0,
@@ -62,7 +63,7 @@ impl RoundSums {
         }
     }
 
-    /// How many replicates there are.
+    /// Number of replicates.
     pub fn replicates(&self) -> u32 {
         self.replicates
     }
@@ -94,7 +95,7 @@ impl RoundSums {
                 if is_dark {
                     continue;
                 }
-                // Black in all replicates before: all moments are zero.
+                // All replicates before were black, so all moments are zero.
                 layer.resize(pixels, Moments::default());
             }
             for (pixel, moments) in layer.iter_mut().enumerate() {
@@ -118,7 +119,7 @@ impl RoundSums {
             let slope = value.0[c];
             let residuals = moments.squares.0[c] - 2.0 * slope * moments.products.0[c]
                 + slope * slope * of_weights;
-            // Where all replicates agree, rounding may leave less than nothing.
+            // If all replicates agree, rounding may leave a negative rest.
             residuals.max(0.0) / (replicates * (replicates - 1.0) * weight * weight)
         }));
         (value, variance)
@@ -135,7 +136,8 @@ impl RoundSums {
 }
 
 impl Moments {
-    /// Adds a replicate; `of_weight` is its weight's distance from the mean of all weights, its own included.
+    /// Adds a replicate. `of_weight` is the distance of its weight from the mean of all weights, its own
+    /// included.
     #[inline]
     fn add(&mut self, value: Rgb, of_weight: f64, share: f64) {
         let deviation = value - self.mean;
@@ -150,14 +152,14 @@ pub struct Rounds {
     pixels: usize,
     /// Σ nₖ.
     samples: u64,
-    /// Σ nₖ Xₖ and Σ nₖ² σₖ² of each class and of their sum; empty where black.
+    /// Σ nₖ Xₖ and Σ nₖ² σₖ² of each class and of their sum; empty if black.
     layers: [Vec<[Rgb; 2]>; TOTAL + 1],
     pub counters: TraversalCounters,
     pub cut_off: u64,
 }
 
 impl Rounds {
-    /// No round yet.
+    /// The state before any round.
     pub fn new(pixels: usize) -> Self {
         Self {
             pixels,
@@ -168,12 +170,12 @@ impl Rounds {
         }
     }
 
-    /// Samples a pixel, of all rounds and replicates.
+    /// Number of samples of a pixel, of all rounds and replicates.
     pub fn samples(&self) -> u64 {
         self.samples
     }
 
-    /// Adds a round of so many samples a pixel and replicate. One without replicates adds nothing.
+    /// Adds a round of `samples` samples a pixel and replicate. A round without replicates adds nothing.
     pub fn add(&mut self, round: &RoundSums, samples: u64) {
         let samples = samples * u64::from(round.replicates);
         let weight = samples as f64;
@@ -201,7 +203,7 @@ impl Rounds {
         )
     }
 
-    /// The image of all classes; unknown without any round.
+    /// The image of all classes; unknown before any round.
     pub fn total(&self) -> Layer {
         let mut layer = self.layer(LayerName::Total, &self.layers[TOTAL]);
         if self.samples == 0 {

@@ -1,8 +1,8 @@
 //! One randomisation of an image, tile by tile.
 //!
-//! A tile is what one thread does at a time. It keeps its samples' sums for itself, its border included that the
-//! filter reaches into, and tiles are added to the film in their order: so the order of all additions is
-//! fixed, and with it every bit, on any number of threads.
+//! A tile is the work that one thread does at a time. It keeps its samples' sums for itself, including those
+//! in the border that the filter reaches into. Tiles are added to the film in their order. So the order of
+//! all additions is fixed, and with it every bit, on any number of threads.
 
 use glam::DVec2;
 use rayon::prelude::*;
@@ -21,10 +21,10 @@ use crate::transport::path_class::PathClass;
 /// A tile's side \[pixels\].
 const TILE: usize = 16;
 
-/// Samples of a pixel between two questions whether to give up: some milliseconds.
+/// Samples of a pixel between two looks at `stop`: some milliseconds of work.
 const ASK_EVERY: u64 = 4096;
 
-/// Tiles between two additions to the film: their sums are kept until then, some 50 kB each.
+/// Tiles between two additions to the film. Their sums are kept until then, about 50 kB each.
 const BATCH: usize = 1024;
 
 /// One randomisation of a camera's image.
@@ -33,19 +33,19 @@ pub struct Job<'a> {
     pub scene: &'a Scene,
     /// The emitters.
     pub lights: &'a Lights<'a>,
-    /// For each shape, whether it shines.
+    /// For each shape, true if it shines.
     pub shines: &'a [bool],
     /// The camera.
     pub camera: &'a Camera,
-    /// How paths are followed.
+    /// Settings of the paths.
     pub settings: &'a PathSettings,
     /// The randomisation's own stream.
     pub stream: Stream,
     /// Samples a pixel.
     pub samples: u64,
-    /// Whether to give up.
+    /// Tells when to give up.
     pub stop: &'a (dyn Fn() -> bool + Sync),
-    /// Told how many paths each finished tile started.
+    /// Receives the number of paths that each finished tile started.
     pub finished: &'a (dyn Fn(u64) + Sync),
 }
 
@@ -54,13 +54,13 @@ pub struct Job<'a> {
 pub struct ImageSums {
     /// Σ f by pixel, f a sample's filter weight there.
     pub weights: Vec<f64>,
-    /// Σ f L by pixel, of each class in the order of [`PathClass::ALL`]; empty where all samples are black.
+    /// Σ f L by pixel, for each class in the order of [`PathClass::ALL`]; empty if all samples are black.
     pub radiance: [Vec<Rgb>; PathClass::ALL.len()],
     /// The work.
     pub counters: TraversalCounters,
-    /// Paths ended because they met too many surfaces.
+    /// Number of paths ended because they met too many surfaces.
     pub cut_off: u64,
-    /// Samples that are no numbers, and where the first of them is.
+    /// Number of samples that are not finite, and the film point of the first of them.
     pub not_finite: Option<(u64, DVec2)>,
 }
 
@@ -73,8 +73,8 @@ struct Block {
     sums: ImageSums,
 }
 
-/// A rectangle of pixels to sample, counted from the top left one: with a border that is sampled, too, the
-/// film begins behind it.
+/// A rectangle of pixels to sample, counted from the top left one. If a border is sampled, too, the film
+/// begins behind it.
 #[derive(Clone, Copy)]
 struct Tile {
     left: usize,
@@ -115,7 +115,7 @@ impl ImageSums {
 }
 
 impl Job<'_> {
-    /// Traces all samples; `None` where `stop` said so before the end.
+    /// Traces all samples; `None` if `stop` asked for an end before.
     pub fn trace(&self) -> Option<ImageSums> {
         let (width, height) = (self.camera.width(), self.camera.height());
         let mut film = ImageSums::new(width * height);
@@ -129,7 +129,7 @@ impl Job<'_> {
         Some(film)
     }
 
-    /// How many paths [`trace`](Self::trace) starts.
+    /// Number of paths that [`trace`](Self::trace) starts.
     pub fn paths(&self) -> u64 {
         let border = 2 * self.camera.sampled_border();
         let pixels = (self.camera.width() + border) * (self.camera.height() + border);
@@ -155,7 +155,7 @@ impl Job<'_> {
         tiles
     }
 
-    /// `None` where `stop` said so before the end.
+    /// Traces a tile's samples; `None` if `stop` asked for an end before.
     fn trace_tile(&self, tile: &Tile) -> Option<Block> {
         let mut block = self.block(tile);
         let mut tracer = Tracer::new(self.scene, self.lights, self.settings, self.shines);
@@ -226,7 +226,7 @@ impl Block {
     }
 }
 
-/// `pixel + offset`, whose rounding must not lead to the next pixel.
+/// `pixel + offset`. Rounding must not lead to the next pixel.
 #[inline]
 fn within(pixel: usize, offset: f64) -> f64 {
     (pixel as f64 + offset).min(((pixel + 1) as f64).next_down())

@@ -16,23 +16,24 @@ use crate::transport::visibility::transmittance;
 /// Radiance [W/m²/sr] by class of path, in the order of [`PathClass::ALL`].
 pub type RadianceByClass = [Rgb; PathClass::ALL.len()];
 
-/// How many surfaces a path may meet, those that it passes included: where neither `max_depth` nor roulette
-/// ends it, light could go round between mirrors for ever.
+/// Largest number of surfaces that a path may meet, those that it passes included. If neither `max_depth` nor
+/// roulette ends it, light could go round between mirrors for ever.
 const MAX_SURFACES: u32 = 1 << 16;
 
-/// Roulette keeps a path with this probability at most, so that light that no surface absorbs ends, too: Mitsuba's.
+/// Largest probability with which roulette keeps a path, as in Mitsuba. So light that no surface absorbs
+/// ends, too.
 const MAX_SURVIVAL: f64 = 0.95;
 
-/// Follows paths through a scene.
+/// A tracer of paths through a scene.
 pub struct Tracer<'a> {
     scene: &'a Scene,
     lights: &'a Lights<'a>,
     settings: &'a PathSettings,
-    /// For each shape, whether it shines.
+    /// For each shape, true if it shines.
     shines: &'a [bool],
     /// Work done.
     pub counters: TraversalCounters,
-    /// Paths ended at [`MAX_SURFACES`].
+    /// Number of paths ended at [`MAX_SURFACES`].
     pub cut_off: u64,
 }
 
@@ -52,16 +53,16 @@ impl PathNumbers {
         self.stream.padded4(self.index, 0)
     }
 
-    /// For an emitter, as seen from a path's surface: its choice, and a direction to it.
+    /// The numbers for an emitter, as seen from a path's surface: its choice, and a direction to it.
     ///
-    /// A group's first two dimensions are the most even ones: they are the direction's.
+    /// A group's first two dimensions are the most even ones, so the direction gets them.
     #[inline]
     fn emitter(self, surface: u32) -> [f64; 3] {
         let [x, y, choice, _] = self.stream.padded4(self.index, 2 * surface + 1);
         [choice, x, y]
     }
 
-    /// For a surface: the choice of a lobe, a direction, and roulette.
+    /// The numbers for a surface: the choice of a lobe, a direction, and roulette.
     #[inline]
     fn surface(self, surface: u32) -> ([f64; 3], f64) {
         let [x, y, choice, roulette] = self.stream.padded4(self.index, 2 * surface + 2);
@@ -69,7 +70,7 @@ impl PathNumbers {
     }
 }
 
-/// For each shape, whether it shines.
+/// For each shape, true if it shines.
 pub fn shining_shapes(scene: &Scene) -> Vec<bool> {
     let mut shines = vec![false; scene.objects().len()];
     for emitter in scene.emitters() {
@@ -83,26 +84,28 @@ pub fn shining_shapes(scene: &Scene) -> Vec<bool> {
 /// A path on its way.
 struct Path {
     ray: Ray,
-    /// How far it is looked along `ray`.
+    /// Length of `ray` that is searched for surfaces.
     reach: f64,
-    /// Radiance at the camera by radiance that comes along `ray`.
+    /// Radiance at the camera per radiance that comes along `ray`.
     throughput: Rgb,
     /// The product of all `eta` so far.
     eta: f64,
-    /// What it met.
+    /// Events so far.
     events: PathEvents,
-    /// Legs so far, that along `ray` included; what it passes parts none.
+    /// Number of legs so far, that along `ray` included. Surfaces that the path passes do not divide legs.
     legs: u32,
-    /// Where it was scattered last, and the density of the direction; `None` where nothing else than the
-    /// path itself could have found it: from the camera, and after delta events.
+    /// The place of the last scattering, and the density of the direction from it.
+    ///
+    /// `None` if nothing else than the path itself could have found its light: from the camera, and after
+    /// delta events.
     last: Option<(DVec3, f64)>,
-    /// Whether nothing has turned it aside.
+    /// True if nothing has turned it aside.
     is_straight: bool,
     radiance: RadianceByClass,
 }
 
 impl<'a> Tracer<'a> {
-    /// A tracer; `shines` as of [`shining_shapes`].
+    /// A tracer, with `shines` as from [`shining_shapes`].
     pub fn new(
         scene: &'a Scene,
         lights: &'a Lights<'a>,
@@ -149,7 +152,7 @@ impl<'a> Tracer<'a> {
         path.radiance
     }
 
-    /// To the next surface, and away from it. Says whether the path goes on.
+    /// Goes to the next surface, and away from it. True if the path goes on.
     fn step(&mut self, path: &mut Path, surface: u32, numbers: PathNumbers) -> bool {
         let world = self.scene.world();
         let hit = world.closest_hit(&path.ray, path.reach, &mut self.counters);
@@ -185,7 +188,8 @@ impl<'a> Tracer<'a> {
         }
     }
 
-    /// Hidden shapes are seen through by the camera; mirrors show them, and so does a mask that is passed first.
+    /// Passes hidden shapes, which the camera looks through. Mirrors show them, and so does a mask that is
+    /// passed first.
     fn skip_shining(&mut self, path: &mut Path) {
         let world = self.scene.world();
         for _ in 0..MAX_SURFACES {
@@ -199,7 +203,7 @@ impl<'a> Tracer<'a> {
         }
     }
 
-    /// Counts what shines back along the path's ray.
+    /// Counts the light that shines back along the path's ray.
     fn meet_emitter(&self, path: &mut Path, hit: Option<&Hit>) {
         let class = path.events.class_at_emitter();
         if !self.settings.classes.contains(class) {
@@ -218,7 +222,7 @@ impl<'a> Tracer<'a> {
         path.radiance[class.index()] += path.throughput * emitted * weight;
     }
 
-    /// Counts the light of an emitter that is chosen and looked for (next-event estimation).
+    /// Counts the light of an emitter that is chosen and tested for visibility (next-event estimation).
     fn sample_emitter(&mut self, path: &mut Path, point: &SurfacePoint, bsdf: &Bsdf, u: [f64; 3]) {
         let class = path.events.then(false).class_at_emitter();
         let way = self.settings.light_sampling;
@@ -247,8 +251,10 @@ impl<'a> Tracer<'a> {
         path.radiance[class.index()] += path.throughput * value * light.radiance_over_pdf * passed;
     }
 
-    /// Russian roulette on a path that was just scattered: Mitsuba's, on its throughput without what
-    /// refraction makes of radiance, which is undone where the light leaves the glass.
+    /// Russian roulette on a path that was just scattered, as in Mitsuba.
+    ///
+    /// It uses the throughput without the factor of refraction on radiance, which is undone when the light
+    /// leaves the glass.
     fn survives(&self, path: &mut Path, roulette: f64) -> bool {
         let leg_before = path.legs - 1;
         if path.throughput.is_black() {
@@ -264,13 +270,13 @@ impl<'a> Tracer<'a> {
 }
 
 impl Path {
-    /// On behind a surface that the path passes.
+    /// Sends the path on, behind a surface that it passes.
     fn pass(&mut self, point: &SurfacePoint, distance: f64) {
         self.ray = point.spawn(self.ray.direction);
         self.reach -= distance;
     }
 
-    /// On along a direction that a surface scatters to.
+    /// Sends the path on, along a direction to which a surface scatters.
     fn scatter(&mut self, point: &SurfacePoint, sample: &BsdfSample) {
         // A pane does not turn light aside.
         let goes_straight =

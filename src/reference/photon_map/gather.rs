@@ -1,13 +1,13 @@
-//! Looking up one photon map at what every pixel sees.
+//! Lookups of one photon map at the points that every pixel sees.
 //!
-//! At a visible point x with radius r the irradiance is estimated as the flux of the photons within r by the
-//! disc's area (Jensen 1996, *Global Illumination using Photon Maps*), so that a pixel gains
+//! Let x be a visible point and r a radius. The irradiance is estimated as the flux of the photons within r,
+//! divided by the disc's area (Jensen 1996, *Global Illumination using Photon Maps*). So a pixel gains
 //!
 //! ```text
 //! L = w Σ f(ωi, ωo) Φ / (π r²)        over the photons with |x − y| ≤ r
 //! ```
 //!
-//! with w the chain's weight. The same sum with √2 r is made beside it: their difference tells the bias.
+//! with w the chain's weight. The same sum is made with √2 r beside it: their difference tells the bias.
 
 use rayon::prelude::*;
 
@@ -19,17 +19,17 @@ use crate::geometry::TraversalCounters;
 use crate::numeric::{FixedPoint, Stream};
 use crate::transport::camera::Camera;
 
-/// The films that lookups are added to: a layer each, and what √2 times the radius changes of it.
+/// The films that lookups are added to: one a layer, and one for its change with √2 times the radius.
 pub struct Films {
     pub values: Vec<Accumulator>,
     pub differences: Vec<Accumulator>,
 }
 
-/// What a pass of lookups did.
+/// The result of a pass of lookups.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Gathered {
     pub counters: TraversalCounters,
-    /// Contributions that the film cannot hold.
+    /// Number of contributions that the film cannot hold.
     pub refused: u64,
 }
 
@@ -38,13 +38,13 @@ pub struct Pass<'a> {
     pub setup: &'a Setup<'a>,
     pub camera: &'a Camera,
     pub map: &'a PhotonMap,
-    /// Of the replicate.
+    /// The stream of the replicate.
     pub stream: Stream,
-    /// Its number, from 0.
+    /// The number of the pass, from 0.
     pub number: u64,
     /// The radius in pixels, squared.
     pub radius_squared: f64,
-    /// The étendue by one over the number of passes that the sum is divided by.
+    /// The étendue divided by the number of passes over which the sum is averaged.
     pub factor: f64,
 }
 
@@ -98,7 +98,8 @@ impl Pass<'_> {
         done.refused += refused;
     }
 
-    /// Adds what the photons about one point make of it; how many of them the film cannot hold.
+    /// Adds the light of the photons around one point, and returns how many contributions the film cannot
+    /// hold.
     fn look_up(&self, seen: &VisiblePoint, pixel: usize, films: &Films, scale: FixedPoint) -> u64 {
         let radius_squared = self.radius_squared * seen.pixel_size * seen.pixel_size;
         let by_area = self.factor / (std::f64::consts::PI * radius_squared);

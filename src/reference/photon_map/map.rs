@@ -1,4 +1,4 @@
-//! One photon map: where the photons of one pass met surfaces that scatter light, and the search among them.
+//! One photon map: the photons of one pass at the surfaces that scatter light, and the search among them.
 
 use glam::DVec3;
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
@@ -14,12 +14,12 @@ use crate::transport::flux::Flux;
 use crate::transport::ledger::Fate;
 use crate::transport::signature::Signature;
 
-/// A photon where it met a surface.
+/// A photon at the surface that it met.
 #[derive(Clone, Copy, Debug)]
 pub struct Photon {
     /// The unit vector it travelled along.
     pub direction: DVec3,
-    /// What arrived \[W\].
+    /// Flux that arrived \[W\].
     pub flux: Rgb,
     /// The layer of its signature.
     pub layer: u32,
@@ -27,15 +27,15 @@ pub struct Photon {
     pub shape: u32,
 }
 
-/// Keeps what a task's photons leave on surfaces that scatter.
+/// A record of the photons that a task leaves on surfaces that scatter.
 pub struct Catch<'a> {
-    /// By shape: see [`scattering_shapes`].
+    /// For each shape, true if it scatters: see [`scattering_shapes`].
     pub scatters: &'a [bool],
     /// Layers of signatures.
     pub map: &'a LayerMap,
-    /// Where photons were caught.
+    /// Places of the photons.
     pub positions: Vec<[f64; 3]>,
-    /// What was caught there.
+    /// The photons at these places.
     pub photons: Vec<Photon>,
 }
 
@@ -45,7 +45,7 @@ impl Recipient<3> for Catch<'_> {
     #[inline]
     fn arrived(&mut self, arrival: &Arrival<3>, _counters: &mut TraversalCounters) -> Fate {
         let shape = arrival.hit.shape;
-        // Direct light is no caustic, and what photons find of it is what passes glass's borders.
+        // Direct light is no caustic; photons find only the part of it that passes the borders of glass.
         if self.scatters[shape as usize] && !arrival.signature.is_empty() {
             self.positions.push(arrival.point.position.to_array());
             self.photons.push(Photon {
@@ -65,7 +65,7 @@ impl Recipient<3> for Catch<'_> {
     fn finish(&mut self) {}
 }
 
-/// By shape: whether it scatters any light in a way that has a density over directions.
+/// For each shape, true if it scatters any light in a way that has a density over directions.
 pub fn scattering_shapes(scene: &Scene) -> Vec<bool> {
     let scatters = |object: &crate::scene::Object| scatters(scene, object.material);
     scene.objects().iter().map(scatters).collect()
@@ -88,17 +88,19 @@ fn scatters(scene: &Scene, id: MaterialId) -> bool {
 /// The photons of one pass, to be searched by place.
 pub struct PhotonMap {
     photons: Vec<Photon>,
-    /// kiddo's mutable trees fail on points that share a coordinate, as photons on a floor do; its
-    /// immutable ones do not. `None` where there are no photons.
+    /// The search tree; `None` if there are no photons.
+    ///
+    /// The mutable trees of kiddo fail on points that share a coordinate, as photons on a floor do. Its
+    /// immutable ones do not.
     tree: Option<ImmutableKdTree<f64, 3>>,
 }
 
 impl PhotonMap {
-    /// The map of all that a pass' tasks caught, in their order.
+    /// The map of all photons that the tasks of a pass recorded, in their order.
     ///
     /// # Errors
     ///
-    /// Where the tree refuses so many photons.
+    /// If the tree refuses so many photons.
     pub fn new(tasks: Vec<Task<Catch<'_>>>) -> Result<Self, Error> {
         let mut positions = Vec::new();
         let mut photons = Vec::new();
@@ -124,17 +126,18 @@ impl PhotonMap {
         Ok(Self { photons, tree })
     }
 
-    /// How many photons there are.
+    /// Number of photons.
     pub fn len(&self) -> usize {
         self.photons.len()
     }
 
-    /// Whether no photon met a surface that scatters.
+    /// True if no photon met a surface that scatters.
     pub fn is_empty(&self) -> bool {
         self.photons.is_empty()
     }
 
-    /// Visits each photon whose squared distance \[m²\] from `position` is at most `radius_squared`, in any order.
+    /// Visits each photon whose squared distance \[m²\] from `position` is at most `radius_squared`, in any
+    /// order.
     #[inline]
     pub fn within(
         &self,

@@ -1,4 +1,4 @@
-//! Which path signatures bring light to surfaces that scatter.
+//! The path signatures that bring light to surfaces that scatter.
 
 use std::collections::BTreeMap;
 
@@ -10,7 +10,7 @@ use crate::transport::flux::Flux;
 use crate::transport::ledger::Fate;
 use crate::transport::signature::Signature;
 
-/// Counts flux by signature, in quanta of `scale`.
+/// A counter of flux by signature, in quanta of `scale`.
 pub struct Pilot<'a> {
     pub scatters: &'a [bool],
     pub scale: FixedPoint,
@@ -22,7 +22,7 @@ impl Recipient<3> for Pilot<'_> {
 
     fn arrived(&mut self, arrival: &Arrival<3>, _counters: &mut TraversalCounters) -> Fate {
         if self.scatters[arrival.hit.shape as usize] && !arrival.signature.is_empty() {
-            // What does not fit is reported by the run itself.
+            // The run itself reports flux that does not fit.
             let quanta = self.scale.quantise(arrival.flux.rgb().mean()).unwrap_or(0);
             *self.received.entry(arrival.signature).or_default() += i128::from(quanta);
         }

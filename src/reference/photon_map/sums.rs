@@ -7,13 +7,13 @@ use crate::geometry::TraversalCounters;
 use crate::numeric::FixedPoint;
 use crate::run::Error;
 
-/// What a round adds up to, in integers: threads may add in any order.
+/// Sums of a round, in integers: threads may add in any order.
 pub struct RoundSums {
-    /// By layer: radiance times the target's étendue, and what √2 times the radius changes of it.
+    /// Films by layer: radiance times the target's étendue, and its change with √2 times the radius.
     pub films: Films,
     /// All layers together: their error bars need the sums of each replicate.
     pub total: Accumulator,
-    /// The same of the differences.
+    /// The same sum of the differences.
     pub total_difference: Accumulator,
     /// Work done.
     pub counters: TraversalCounters,
@@ -47,7 +47,7 @@ impl RoundSums {
     ///
     /// # Errors
     ///
-    /// Where a contribution is not representable.
+    /// If a contribution is not representable.
     pub fn gather(&mut self, pass: &Pass) -> Result<(), Error> {
         let done = pass.gather(&self.films, self.scale);
         self.counters += done.counters;
@@ -64,7 +64,7 @@ impl RoundSums {
     ///
     /// # Errors
     ///
-    /// Where a sum overflows.
+    /// If a sum overflows.
     pub fn end_replicate(&mut self) -> Result<(), Error> {
         let Films {
             values,

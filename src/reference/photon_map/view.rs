@@ -1,4 +1,4 @@
-//! From the camera along specular chains to the points where photons are looked up.
+//! The way from the camera along specular chains to the points where photons are looked up.
 
 use glam::{DVec2, DVec3};
 
@@ -13,7 +13,7 @@ use crate::transport::scatter::ShadingNormals;
 
 /// A point of a scattering surface that the camera sees, directly or by way of mirrors and glass.
 pub struct VisiblePoint<'a> {
-    /// Radiance at the camera by radiance that leaves the point, divided by the probability of the chain.
+    /// Radiance at the camera per radiance that leaves the point, divided by the probability of the chain.
     pub weight: Rgb,
     /// The surface.
     pub bsdf: Bsdf<'a>,
@@ -21,20 +21,21 @@ pub struct VisiblePoint<'a> {
     pub shape: u32,
     /// The place.
     pub point: SurfacePoint,
-    /// Towards where it is seen from, a unit vector.
+    /// Unit vector towards the place from which it is seen.
     pub wi: DVec3,
     /// The side of a pixel there \[m\], as if it were seen straight and head on.
     pub pixel_size: f64,
-    /// Whether there was a mirror or glass on the way.
+    /// True if there was a mirror or glass on the way.
     pub by_specular: bool,
 }
 
 impl VisiblePoint<'_> {
-    /// Radiance leaving the point [W/m²/sr] by irradiance [W/m²] that arrives along `direction`.
+    /// Radiance leaving the point [W/m²/sr] per irradiance [W/m²] that arrives along `direction`.
     ///
-    /// [`Bsdf::eval`] holds the cosine of the shading normal, and irradiance that of the surface photons are counted on.
-    /// By [`ShadingNormals::Flux`] a surface reflects what its true normal receives; by
-    /// [`ShadingNormals::Adjoint`] it is that of the shading normal (as [`Camera::with_shading_normals`]).
+    /// [`Bsdf::eval`] holds the cosine of the shading normal. Irradiance holds that of the surface on which
+    /// photons are counted. By [`ShadingNormals::Flux`] a surface reflects the light that its true normal
+    /// receives. By [`ShadingNormals::Adjoint`] it is that of the shading normal (as
+    /// [`Camera::with_shading_normals`]).
     #[inline]
     pub fn radiance(&self, direction: DVec3, shading_normals: ShadingNormals) -> Rgb {
         let wo = -direction;
@@ -42,7 +43,7 @@ impl VisiblePoint<'_> {
             ShadingNormals::Flux => self.point.shading_normal,
             ShadingNormals::Adjoint => self.point.geometric_normal,
         };
-        // Where the two normals disagree about sides, no light goes: as where photons meet mirrors.
+        // If the two normals disagree about sides, no light goes, as for photons that meet mirrors.
         if !self.bsdf.is_consistent(self.wi, wo) {
             return Rgb::BLACK;
         }
@@ -52,9 +53,9 @@ impl VisiblePoint<'_> {
 
 /// Follows one ray from the film point `at`, and reports each scattering surface it meets.
 ///
-/// At mirrors and glass one branch is chosen at random, with the probability of its share: the mean over
-/// `choices` is that over the whole Fresnel tree, whatever its depth. The chain ends where a surface scatters and has
-/// no delta part, past `max_depth` specular events, or in the void.
+/// At mirrors and glass one branch is chosen at random, with the probability of its share. So the mean over
+/// `choices` is that over the whole Fresnel tree of any depth. The chain ends at a surface that scatters and
+/// has no delta part, past `max_depth` specular events, or in the void.
 pub fn follow<'a>(
     scene: &'a Scene,
     camera: &Camera,
@@ -101,7 +102,7 @@ pub fn follow<'a>(
             return;
         }
         ray = point.spawn(sample.wo);
-        // The far plane cuts what the camera sees directly.
+        // The far plane cuts only surfaces that the camera sees directly.
         reach = f64::INFINITY;
     }
 }

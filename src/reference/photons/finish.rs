@@ -1,4 +1,4 @@
-//! From exact sums to an estimate.
+//! The way from exact sums to an estimate.
 //!
 //! Rounds k are independent estimates Eₖ of nₖ photons in all. They are combined as
 //!
@@ -6,7 +6,7 @@
 //! E = Σ nₖ Eₖ / Σ nₖ        σ² = Σ (nₖ σₖ / Σ nₖ)²
 //! ```
 //!
-//! with weights that do not depend on the estimates, so that nothing is biased.
+//! with weights that do not depend on the estimates, so that there is no bias.
 
 use rayon::prelude::*;
 
@@ -19,7 +19,7 @@ use crate::reference::Target;
 use crate::run::estimate::relative_error;
 use crate::run::{Estimate, Layer, LayerName};
 use crate::transport::direct::Direct;
-use crate::transport::ledger::{Ledger, Row};
+use crate::transport::ledger::{FluxByFate, Ledger};
 use crate::transport::signature::Signature;
 
 /// Photons times flux, and its variance, by texel.
@@ -62,7 +62,7 @@ impl Weighted {
 
     /// Averages by the target's measure, of rounds of `weight` photons in all.
     pub fn layer(&self, name: LayerName, weight: f64, target: &Target) -> Layer {
-        // A texel without surface receives nothing; its irradiance is called zero.
+        // A texel without surface receives nothing; its irradiance is defined as zero.
         let per_measure = |texel: usize| match target.measure(texel) {
             0.0 => 0.0,
             measure => 1.0 / (weight * measure),
@@ -114,7 +114,7 @@ pub struct Rounds {
 }
 
 impl Rounds {
-    /// No round yet.
+    /// The state before any round.
     pub fn new(texels: usize, map: &LayerMap) -> Self {
         Self {
             layers: vec![Weighted::new(texels); map.len()],
@@ -131,7 +131,7 @@ impl Rounds {
         self.paths
     }
 
-    /// Adds a round. One without replicates adds nothing.
+    /// Adds a round. A round without replicates adds nothing.
     pub fn add(&mut self, sums: &RoundSums, map: &LayerMap) {
         let replicates = sums.replicates();
         let photons = sums.photons * u64::from(replicates);
@@ -160,7 +160,7 @@ impl Rounds {
         self.total.relative_error()
     }
 
-    /// The estimate, with the direct light where it was measured.
+    /// The estimate, with the direct light if it was measured.
     pub fn estimate(
         self,
         target: &Target,
@@ -179,7 +179,7 @@ impl Rounds {
             .map(|signature| LayerName::Path(*signature))
             .chain([LayerName::Other]);
         for (name, weighted) in names.zip(&self.layers) {
-            // Most scenes' paths all have layers: then nothing is left over.
+            // In most scenes all paths have layers, and nothing is left over.
             let is_empty = weighted.flux.iter().all(|flux| flux.is_black());
             if !(name == LayerName::Other && is_empty) {
                 layers.push(weighted.layer(name, weight, target));
@@ -224,7 +224,7 @@ impl Rounds {
 }
 
 fn add_ledger(sum: &mut Ledger, addend: &Ledger, weight: f64) {
-    let add_row = |sum: &mut Row, addend: &Row| {
+    let add_row = |sum: &mut FluxByFate, addend: &FluxByFate| {
         sum.received += addend.received * weight;
         sum.direct += addend.direct * weight;
         sum.escaped += addend.escaped * weight;

@@ -1,4 +1,4 @@
-//! Which path signatures get a layer of their own.
+//! The path signatures that get a layer of their own.
 
 use std::collections::BTreeMap;
 
@@ -13,7 +13,7 @@ use crate::transport::ledger::Fate;
 use crate::transport::screen::Screen;
 use crate::transport::signature::Signature;
 
-/// Path signatures and the layers they are counted in.
+/// Path signatures and the layers in which they are counted.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LayerMap {
     signatures: Vec<Signature>,
@@ -27,8 +27,8 @@ impl LayerMap {
         Self { signatures }
     }
 
-    /// A layer for each of the `max_layers` signatures with most flux, in any unit; ties go to the smaller
-    /// signature.
+    /// A layer for each of the `max_layers` signatures with the most flux, in any unit. Ties go to the
+    /// smaller signature.
     pub fn of_brightest(
         received: impl IntoIterator<Item = (Signature, i128)>,
         max_layers: usize,
@@ -44,12 +44,12 @@ impl LayerMap {
         &self.signatures
     }
 
-    /// How many layers there are, the shared one (the last) included.
+    /// Number of layers, including the shared one (the last).
     pub fn len(&self) -> usize {
         self.signatures.len() + 1
     }
 
-    /// Never: the shared layer is always there.
+    /// Always false: the shared layer is always there.
     pub fn is_empty(&self) -> bool {
         false
     }
@@ -57,7 +57,7 @@ impl LayerMap {
     /// The layer of a signature.
     #[inline]
     pub fn layer(&self, signature: Signature) -> usize {
-        // A handful of words: looking at each is faster than hashing.
+        // There are a handful of signatures: looking at each is faster than hashing.
         self.signatures
             .iter()
             .position(|kept| *kept == signature)
@@ -65,14 +65,13 @@ impl LayerMap {
     }
 }
 
-/// Photons of the pilot run that finds which signatures are bright. Its photons are used for
-/// nothing else.
+/// Photons of the pilot run that finds the bright signatures. Its photons are used for nothing else.
 pub const PILOT_PHOTONS: u64 = 1 << 16;
 
-/// The layers for the `max_layers` signatures that bring most flux to the target.
+/// The layers for the `max_layers` signatures that bring the most flux to the target.
 ///
-/// Flux is compared as exact integers and ties go to the smaller signature, so the choice does
-/// not depend on the number of threads.
+/// Flux is compared as exact integers and ties go to the smaller signature, so the choice does not depend on
+/// the number of threads.
 pub fn pilot(job: &Job, target: &Target, max_layers: usize) -> LayerMap {
     let scale = job.scale(target.headroom());
     let found = job.trace(PILOT_PHOTONS, || Pilot {
@@ -90,7 +89,7 @@ pub fn pilot(job: &Job, target: &Target, max_layers: usize) -> LayerMap {
     LayerMap::of_brightest(received, max_layers)
 }
 
-/// Counts flux by signature.
+/// A counter of flux by signature.
 struct Pilot<'a> {
     scene: &'a Scene,
     screen: Screen<'a>,
@@ -104,7 +103,7 @@ impl Recipient<3> for Pilot<'_> {
             && !arrival.signature.is_empty()
         {
             let counted = (arrival.flux.rgb() * factor).mean();
-            // What does not fit is reported by the run itself.
+            // The run itself reports flux that does not fit.
             let quanta = self.scale.quantise(counted).unwrap_or(0);
             *self.received.entry(arrival.signature).or_default() += i128::from(quanta);
         }

@@ -1,4 +1,4 @@
-//! One randomisation: start photons all over light space and follow them.
+//! One randomisation of photons: they start all over light space and are followed.
 
 use glam::DVec2;
 use rayon::prelude::*;
@@ -12,16 +12,16 @@ use crate::transport::flux::Flux;
 use crate::transport::ledger::Fate;
 use crate::transport::signature::Signature;
 
-/// Photons of one task, at least: enough to make its set-up cheap, few enough to keep all cores busy.
+/// Least number of photons of one task: enough to make its set-up cheap, few enough to keep all cores busy.
 const TASK_PHOTONS: u64 = 4096;
 
-/// What the photons of one task leave behind, in `N` channels.
+/// Record of the photons of one task, in `N` channels.
 pub trait Recipient<const N: usize>: Send {
     /// A photon starts with `flux` \[W\].
     fn emitted(&mut self, flux: Flux<N>);
-    /// Light arrives at a surface, whatever becomes of it then. Returns the fate of what ends there.
+    /// Light arrives at a surface, and may end there or go on. Returns the fate of the light that ends.
     fn arrived(&mut self, arrival: &Arrival<N>, counters: &mut TraversalCounters) -> Fate;
-    /// `flux` \[W\] ended with the events of `signature` behind it.
+    /// `flux` \[W\] ended after the events of `signature`.
     fn ended(&mut self, signature: Signature, fate: Fate, flux: Flux<N>);
     /// Adjoint shading normals added `flux` \[W\].
     fn gained(&mut self, flux: Flux<N>);
@@ -34,23 +34,23 @@ pub trait Recipient<const N: usize>: Send {
 pub struct Job<'a> {
     /// The scene.
     pub scene: &'a Scene,
-    /// Where they start.
+    /// The light space in which photons start.
     pub light: &'a LightSpace,
-    /// How they are followed.
+    /// Settings of their chains.
     pub chains: ChainSettings,
     /// The randomisation's own stream.
     pub stream: Stream,
-    /// Whether to give up.
+    /// Tells when to give up.
     pub stop: &'a (dyn Fn() -> bool + Sync),
-    /// Told how many photons each finished task started.
+    /// Receives the number of photons that each finished task started.
     pub finished: &'a (dyn Fn(u64) + Sync),
 }
 
 /// A finished task.
 pub struct Task<R> {
-    /// What its photons left behind.
+    /// The record of its photons.
     pub recipient: R,
-    /// The work they took.
+    /// The work that they took.
     pub counters: TraversalCounters,
 }
 
@@ -62,10 +62,12 @@ struct Span {
 }
 
 impl Job<'_> {
-    /// Traces `photons` photons. Every photon is keyed by (stream, cell, number in the cell), so
-    /// what it does depends on nothing else; tasks come in the order of their cells.
+    /// Traces `photons` photons.
     ///
-    /// After `stop` says so, the tasks not yet started are missing.
+    /// Every photon is keyed by (stream, cell, number in the cell), so its path depends on nothing else.
+    /// Tasks come in the order of their cells.
+    ///
+    /// After `stop` asked for an end, the tasks not yet started are missing.
     pub fn trace<const N: usize, R: Recipient<N>>(
         &self,
         photons: u64,
@@ -96,17 +98,17 @@ impl Job<'_> {
     /// The fixed-point scale that holds `headroom` times all flux of the light space in one texel.
     pub fn scale(&self, headroom: f64) -> FixedPoint {
         let total = self.light.flux_bound().max_channel() * headroom;
-        // Outside 1e±250 W there is no scale: with that of 1 W, deposits too large are refused as
-        // not representable, and those too small round to zero.
+        // Outside 1e±250 W there is no scale. With that of 1 W, deposits that are too large are refused as
+        // not representable, and those that are too small round to zero.
         FixedPoint::for_total(total).unwrap_or(FixedPoint::OF_ONE)
     }
 
     /// Cuts the photons of all cells into tasks of about the same size.
     fn tasks(&self, photons: u64) -> Vec<Vec<Span>> {
-        // Twenty bits of offset: with the counts below 2³² no rounding can add a photon.
+        // The offset has twenty bits: with the counts below 2³², no rounding can add a photon.
         let offset =
             (self.stream.extra(0, u32::MAX) * f64::from(1 << 20)).floor() / f64::from(1 << 20);
-        // Never more than some 2¹⁶ tasks: each leaves a ledger behind until the replicate ends.
+        // There are never more than about 2¹⁶ tasks, since each leaves a ledger until the replicate ends.
         let task_photons = TASK_PHOTONS.max(photons >> 16);
         let mut tasks = Vec::new();
         let mut task = Vec::new();
@@ -142,7 +144,7 @@ impl Job<'_> {
         let chart = self.light.chart(span.cell);
         let patch = self.light.cells()[span.cell].patch();
         let has_area = chart.has_area();
-        // The cell stands for all light with probability `share`, once a photon.
+        // Each photon of the cell stands for all light with probability `share`.
         let weight = 1.0 / (photons as f64 * self.light.share(span.cell));
         let strength = Flux::of(chart.strength() * weight);
         for index in span.first..span.first + span.count {
@@ -164,7 +166,7 @@ impl Job<'_> {
     }
 }
 
-/// Hands a photon's ends to its task, and deals its random choices.
+/// A sink that hands a photon's ends to its task, and deals its random choices.
 struct Sink<'a, R> {
     recipient: &'a mut R,
     choices: Extras,
@@ -188,7 +190,7 @@ impl<const N: usize, R: Recipient<N>> ChainSink<N> for Sink<'_, R> {
 
     #[inline]
     fn choice(&mut self, signature: Signature, passes: u32) -> f64 {
-        // A path is named by its events and passes: one dimension for each choice along it.
+        // The events and passes of a path name it: there is one dimension for each choice along it.
         let dimension = signature.key() ^ passes.wrapping_mul(0x9e37_79b9);
         self.choices.at(dimension)
     }

@@ -1,9 +1,9 @@
 //! Parts of a run, computed apart and put together exactly.
 //!
-//! A shard traces every n-th replicate. Its file holds the integer sums, so that merging the
-//! shards of a run gives the very bits of the run in one piece.
+//! A shard traces every n-th replicate. Its file holds the integer sums, so merging the shards of a run gives
+//! the very bits of the run in one piece.
 //!
-//! File: the line `nephroid shard 1`, one line of JSON (`Header`), then the accumulators.
+//! A file has the line `nephroid shard 1`, one line of JSON (`Header`), then the accumulators.
 
 use std::io::{self, BufRead, Read, Write};
 
@@ -20,17 +20,17 @@ use crate::run::{Budget, Error, Estimate, Refusal};
 /// The first line of a shard file, version included.
 const MAGIC: &str = "nephroid shard 1";
 
-/// Longest header line that is read, in bytes: a thousand layers need a tenth of it.
+/// Longest header line that is read, in bytes. A thousand layers need a tenth of it.
 const MAX_HEADER: u64 = 1 << 22;
 
-/// What identifies the run, and what is small.
+/// Identity of the run, and its small sums.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct Header {
     /// Everything that must be the same in all shards of a run.
     run: RunIdentity,
     shard: Shard,
     counters: TraversalCounters,
-    /// As decimal text: JSON's numbers are too short.
+    /// Integers as decimal text, since JSON's numbers are too short.
     ledger: Vec<String>,
 }
 
@@ -55,13 +55,13 @@ pub struct Part {
     sums: RoundSums,
 }
 
-/// Why shards cannot be read or merged.
+/// Reason why shards cannot be read or merged.
 #[derive(Debug, thiserror::Error)]
 pub enum ShardError {
-    /// The system said no, or the file ends early.
+    /// The system reported an error, or the file ends early.
     #[error(transparent)]
     Io(#[from] io::Error),
-    /// Something else than a shard.
+    /// The file is not a shard.
     #[error("not a shard of this version of nephroid: {0}")]
     Malformed(String),
     /// The sums are damaged or do not fit.
@@ -70,19 +70,19 @@ pub enum ShardError {
     /// A shard of another run.
     #[error("the shards are not of one run: {field} is {left} here and {right} there")]
     OtherRun {
-        /// What differs.
+        /// The field that differs.
         field: &'static str,
-        /// In the first shard, or in this run.
+        /// Its value in the first shard, or in this run.
         left: String,
-        /// In the other.
+        /// Its value in the other.
         right: String,
     },
     /// Some are missing or doubled.
     #[error("a run of {count} shards needs each of them once; given were {given:?}")]
     Incomplete {
-        /// How many there must be.
+        /// The number that there must be.
         count: u32,
-        /// Which were given, counted from 1.
+        /// The shards that were given, counted from 1.
         given: Vec<u32>,
     },
 }
@@ -106,12 +106,12 @@ impl Setup<'_> {
         }
     }
 
-    /// Traces the shard's replicates. `None` where it was stopped before its end: part of a
-    /// shard is of no use.
+    /// Traces the shard's replicates. `None` if it was stopped before its end, since part of a shard is of no
+    /// use.
     ///
     /// # Errors
     ///
-    /// Where the budget limits anything but photons, or contributions are not representable.
+    /// If the budget limits anything but photons, or contributions are not representable.
     pub fn run_shard(
         &self,
         sensor: &str,
@@ -140,7 +140,7 @@ impl Setup<'_> {
     ///
     /// # Errors
     ///
-    /// Where a shard is of another run, missing or doubled.
+    /// If a shard is of another run, missing or doubled.
     pub fn merge(&self, sensor: &str, parts: Vec<Part>) -> Result<Estimate, ShardError> {
         let mut given: Vec<u32> = parts.iter().map(|part| part.shard.index + 1).collect();
         given.sort_unstable();
@@ -171,7 +171,7 @@ impl Setup<'_> {
     }
 }
 
-/// Says in which field two runs differ.
+/// Names the field in which two runs differ.
 fn compare(left: &RunIdentity, right: &RunIdentity) -> Result<(), ShardError> {
     let fields = [
         ("the version", &left.version, &right.version),
@@ -225,7 +225,7 @@ impl Part {
     ///
     /// # Errors
     ///
-    /// Where the file is no shard, is damaged, or cannot be read.
+    /// If the file is no shard, is damaged, or cannot be read.
     pub fn read_from(mut reader: impl BufRead) -> Result<Self, ShardError> {
         let mut lines = reader.by_ref().take(MAX_HEADER);
         let mut line = String::new();

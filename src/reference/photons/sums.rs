@@ -11,17 +11,18 @@ use crate::run::Error;
 use crate::scene::Scene;
 use crate::transport::chain::Arrival;
 use crate::transport::flux::Flux;
-use crate::transport::ledger::{Fate, Ledger, Row};
+use crate::transport::ledger::{Fate, FluxByFate, Ledger};
 use crate::transport::screen::Screen;
 use crate::transport::signature::Signature;
 
-/// What a round of replicates, or a shard of it, adds up to: all of it integers, so that any
-/// order and any division of the work gives the same bits.
+/// Sums of a round of replicates, or of a shard of it.
+///
+/// All of them are integers, so any order and any division of the work gives the same bits.
 #[derive(Debug)]
 pub struct RoundSums {
     /// Flux \[W\] by texel, one accumulator a layer of the [`LayerMap`].
     pub layers: Vec<Accumulator>,
-    /// Flux \[W\] by texel, all layers together: its error bar needs the sums of each replicate.
+    /// Flux \[W\] by texel, all layers together. Its error bar needs the sums of each replicate.
     pub total: Accumulator,
     /// Flux \[W\] by fate.
     pub ledger: LedgerSums,
@@ -32,8 +33,8 @@ pub struct RoundSums {
 }
 
 impl RoundSums {
-    /// Empty sums for a target and its layers; one channel stands for three where nothing in
-    /// the scene is coloured.
+    /// Empty sums for a target and its layers. One channel stands for three if nothing in the scene is
+    /// coloured.
     pub fn new(job: &Job, target: &Target, map: &LayerMap, photons: u64) -> Self {
         let channels = if target.is_achromatic(job.scene) {
             1
@@ -51,17 +52,16 @@ impl RoundSums {
         }
     }
 
-    /// How many replicates are in the sums.
+    /// Number of replicates in the sums.
     pub fn replicates(&self) -> u32 {
         self.total.replicates()
     }
 
-    /// Traces one more replicate. Returns false, with the sums as they were, where it was
-    /// stopped.
+    /// Traces one more replicate. False, with unchanged sums, if it was stopped.
     ///
     /// # Errors
     ///
-    /// Where a contribution is not representable or a sum overflows.
+    /// If a contribution is not representable or a sum overflows.
     pub fn add_replicate(
         &mut self,
         job: &Job,
@@ -122,7 +122,7 @@ impl RoundSums {
     ///
     /// # Errors
     ///
-    /// Where the two are not of the same round, or a sum overflows.
+    /// If the two are not of the same round, or a sum overflows.
     pub fn merge(&mut self, other: &Self) -> Result<(), AccumulatorError> {
         for (layer, others) in self.layers.iter_mut().zip(&other.layers) {
             layer.merge(others)?;
@@ -141,8 +141,10 @@ struct Deposit<const N: usize> {
     quanta: [i64; N],
 }
 
-/// Deposits that a task keeps back. An addition that all threads see makes the processor finish
-/// all it has begun: one at a time, each would cost the next photon's head start.
+/// Deposits that a task keeps back.
+///
+/// An addition that all threads see makes the processor finish everything it has begun. One at a time, such
+/// additions would cost the next photon's head start.
 const KEPT_DEPOSITS: usize = 1024;
 
 /// One task's share of a replicate.
@@ -176,7 +178,7 @@ impl<const N: usize> Tally<'_, N> {
         })
     }
 
-    /// 0 for light without events, then the layers.
+    /// The row of a signature: 0 for light without events, then the layers.
     #[inline]
     fn row(&self, signature: Signature) -> usize {
         if signature.is_empty() {
@@ -186,7 +188,7 @@ impl<const N: usize> Tally<'_, N> {
         }
     }
 
-    /// Keeps what fell into a texel.
+    /// Keeps light that fell into a texel.
     #[inline]
     fn keep(&mut self, signature: Signature, texel: usize, counted: Flux<N>) {
         let quanta = self.quantise(signature, counted);
@@ -234,8 +236,8 @@ impl<const N: usize> Recipient<N> for Tally<'_, N> {
                 Fate::Received
             }
             Screen::Camera { .. } => {
-                // A surface takes the light, and a camera only sees what is made of it. Direct light is
-                // another matter: photons look for what meets specular geometry.
+                // A surface takes the light, and a camera sees only the light that is reflected. Direct light
+                // does not count here: photons are for light that meets specular geometry.
                 if !arrival.signature.is_empty()
                     && let Some((pixel, factor)) = self.screen.texel(self.scene, arrival, counters)
                 {
@@ -261,7 +263,8 @@ impl<const N: usize> Recipient<N> for Tally<'_, N> {
 
     fn finish(&mut self) {
         self.write();
-        // Tasks are kept until the replicate's end, up to 2¹⁶ of them: without what they need no more.
+        // Tasks are kept until the replicate's end, up to 2¹⁶ of them, so they give back the memory of these
+        // deposits.
         self.kept = Vec::new();
     }
 }
@@ -270,7 +273,7 @@ impl<const N: usize> Recipient<N> for Tally<'_, N> {
 struct TaskLedger<const N: usize> {
     emitted: [i128; N],
     shading_gain: [i128; N],
-    /// As of [`LedgerSums`].
+    /// Rows as in [`LedgerSums`].
     rows: Vec<[[i128; N]; 5]>,
 }
 
@@ -284,7 +287,7 @@ impl<const N: usize> TaskLedger<N> {
     }
 }
 
-/// A [`Ledger`] in quanta, summed over replicates: integers, so that order cannot matter.
+/// A [`Ledger`] in quanta, summed over replicates. The sums are integers, so order cannot matter.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LedgerSums {
     scale: FixedPoint,
@@ -335,7 +338,7 @@ impl LedgerSums {
             .chain(self.rows.iter().flatten().flatten().copied())
     }
 
-    /// Sums for `rows` rows from their numbers; `None` where there are too few.
+    /// Sums for `rows` rows from their numbers; `None` if there are too few.
     pub fn from_numbers(
         scale: FixedPoint,
         rows: usize,
@@ -370,7 +373,7 @@ impl LedgerSums {
         let mean = |sum: [i128; 3]| {
             Rgb(sum.map(|quanta| self.scale.value_i128(quanta) / f64::from(replicates.max(1))))
         };
-        let row = |index: usize| Row::from_fates(self.rows[index].map(mean));
+        let row = |index: usize| FluxByFate::from_fates(self.rows[index].map(mean));
         let names = std::iter::once(Signature::DIRECT).chain(map.signatures().iter().copied());
         Ledger {
             emitted: mean(self.emitted),

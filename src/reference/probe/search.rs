@@ -11,7 +11,7 @@ use super::newton::{Outcome, Root, solve};
 use super::target::Image;
 use crate::geometry::TraversalCounters;
 use crate::transport::differentials::{Interaction, signature};
-use crate::transport::domain::chart::Patch;
+use crate::transport::domain::chart::ChartPatch;
 use crate::transport::signature::Signature;
 
 /// A patch is divided at most so often: 2⁻³⁰ of a cell, where some 2¹⁶ places of a coordinate are left to a patch. Two roots this
@@ -42,7 +42,7 @@ pub(super) struct Found {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Piece {
     chart: usize,
-    patch: Patch,
+    patch: ChartPatch,
     level: u32,
 }
 

@@ -1,4 +1,4 @@
-//! Whether everything that a camera may see is known.
+//! A check that the colours of all surfaces are known.
 
 use crate::scene::{Color, MaterialId, Scene};
 
@@ -15,11 +15,11 @@ pub struct UnknownColor {
     pub plugin: &'static str,
 }
 
-/// Fails where a surface has a colour that is not known, which a [`Bsdf`](super::Bsdf) would take for black.
+/// Fails if a surface has an unknown colour, which a [`Bsdf`](super::Bsdf) would take for black.
 ///
 /// # Errors
 ///
-/// The first such shape.
+/// The first shape with such a surface.
 pub fn check_colors(scene: &Scene) -> Result<(), UnknownColor> {
     for object in scene.objects() {
         if let Some(plugin) = unknown(scene, object.material) {

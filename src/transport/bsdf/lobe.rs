@@ -1,16 +1,16 @@
-//! The plain materials, each in the frame of its normal.
+//! Plain materials, each in the frame of its normal.
 
-use std::f64::consts::{FRAC_1_PI, TAU};
+use std::f64::consts::FRAC_1_PI;
 
 use glam::DVec3;
 
-use super::Scattering;
 use super::plastic::{Plastic, RoughPlastic};
 use super::rough::{RoughInterface, RoughMetal};
-use super::smooth::{Interface, Metal};
+use super::sample::{LobeSample, Scattering, cosine_hemisphere};
+use super::smooth::{Interface, SmoothMetal};
 use crate::radiometry::Rgb;
 
-/// A material without wrappers; +z is its normal, radiance is what it scatters.
+/// A material without wrappers, with +z as its normal, that scatters radiance.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Lobe<'a> {
     /// Scatters nothing.
@@ -19,26 +19,15 @@ pub(super) enum Lobe<'a> {
     Diffuse(Rgb),
     Dielectric(Interface),
     Pane(Interface),
-    Conductor(Metal),
+    Conductor(SmoothMetal),
     RoughDielectric(RoughInterface),
     RoughConductor(RoughMetal),
     Plastic(Plastic),
     RoughPlastic(RoughPlastic<'a>),
 }
 
-/// What a lobe answers when asked for a direction; as [`super::BsdfSample`], in its frame.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct LobeSample {
-    pub wo: DVec3,
-    pub weight: Rgb,
-    pub pdf: f64,
-    pub is_delta: bool,
-    pub eta: f64,
-    pub scattering: Scattering,
-}
-
 impl Lobe<'_> {
-    /// Whether no direction has a density.
+    /// True if no direction has a density.
     #[inline]
     pub fn is_delta(&self) -> bool {
         matches!(
@@ -47,7 +36,7 @@ impl Lobe<'_> {
         )
     }
 
-    /// f |cos θₒ| of all but delta lobes.
+    /// f |cos θₒ| of all lobes but delta lobes.
     pub fn eval(&self, wi: DVec3, wo: DVec3) -> Rgb {
         match self {
             Self::Black | Self::Dielectric(_) | Self::Pane(_) | Self::Conductor(_) => Rgb::BLACK,
@@ -98,7 +87,7 @@ impl Lobe<'_> {
     }
 }
 
-/// cos θₒ / π where both directions are on the front.
+/// cos θₒ / π if both directions are on the front, else zero.
 #[inline]
 fn lambert(wi: DVec3, wo: DVec3) -> f64 {
     if wi.z > 0.0 && wo.z > 0.0 {
@@ -106,12 +95,4 @@ fn lambert(wi: DVec3, wo: DVec3) -> f64 {
     } else {
         0.0
     }
-}
-
-/// A direction with density cos θ / π (Malley's method).
-#[inline]
-pub(super) fn cosine_hemisphere(u: [f64; 2]) -> DVec3 {
-    let radius = u[0].sqrt();
-    let (sin, cos) = (TAU * u[1]).sin_cos();
-    DVec3::new(radius * cos, radius * sin, (1.0 - u[0]).sqrt())
 }

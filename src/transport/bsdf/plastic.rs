@@ -1,37 +1,36 @@
 //! A matt base under a transparent coat.
 //!
-//! What enters the coat is scattered by the base, and partly thrown back to it by the coat's inside,
-//! any number of times: with r the share thrown back and ρ the base's albedo, ρ / (1 − ρ r) comes out
-//! of the series. Mitsuba leaves ρ out of the denominator unless `nonlinear`, which keeps the colour of the
-//! base unchanged.
+//! The base scatters the light that enters the coat, and the coat's inside throws part of it back to the
+//! base, any number of times. With r the share thrown back and ρ the base's albedo, the series sums to ρ / (1
+//! − ρ r). Mitsuba leaves ρ out of the denominator unless `nonlinear`, which keeps the colour of the base
+//! unchanged.
 
 use std::f64::consts::FRAC_1_PI;
 
 use glam::DVec3;
 
-use super::Scattering;
-use super::lobe::{LobeSample, cosine_hemisphere};
 use super::rough::{half, mirrored_density, mirrored_share, weighed};
+use super::sample::{LobeSample, Scattering, cosine_hemisphere};
 use crate::optics::{Microfacets, RoughTransmittance, dielectric_reflectance, reflect};
 use crate::radiometry::Rgb;
 
 /// The base, seen through its coat.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Base {
-    /// The coat's index by that of what is around.
+    /// The coat's index divided by that of its surroundings.
     pub eta: f64,
     pub diffuse_reflectance: Rgb,
     pub specular_reflectance: Rgb,
     pub nonlinear: bool,
 }
 
-/// With a smooth coat.
+/// A matt base under a smooth coat.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Plastic {
     pub base: Base,
 }
 
-/// With a rough coat.
+/// A matt base under a rough coat.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct RoughPlastic<'a> {
     pub base: Base,
@@ -48,16 +47,16 @@ impl Base {
         })
     }
 
-    /// What the base scatters from a direction of which the share `entering` enters the coat, times the
-    /// cosine of one of which the share `leaving` leaves it [1/sr].
+    /// The base's f cos θ [1/sr], with the share `entering` of light that enters the coat and the share
+    /// `leaving` that leaves it at angle θ.
     ///
-    /// 1/η² is the solid angle outside by that inside of the coat.
+    /// 1/η² is the ratio of the solid angle outside of the coat to that inside.
     fn eval(&self, internal_reflectance: f64, entering: f64, leaving: f64, cos: f64) -> Rgb {
         let through = entering * leaving / (self.eta * self.eta);
         self.repeated(internal_reflectance) * (FRAC_1_PI * cos * through)
     }
 
-    /// The probability that a sample is one of the coat, of which a share enters.
+    /// The probability that a sample belongs to the coat, of which the share `entering` enters.
     fn coat_probability(&self, entering: f64) -> f64 {
         let (base, coat) = (
             self.diffuse_reflectance.mean(),
@@ -77,7 +76,7 @@ impl Plastic {
         1.0 - dielectric_reflectance(cos, self.base.eta)
     }
 
-    /// Of the base only: the coat's mirror image is a delta lobe.
+    /// f cos θ of the base only: the coat's mirror image is a delta lobe.
     pub fn eval(&self, wi: DVec3, wo: DVec3) -> Rgb {
         if wi.z <= 0.0 || wo.z <= 0.0 {
             return Rgb::BLACK;
@@ -118,7 +117,7 @@ impl Plastic {
 }
 
 impl RoughPlastic<'_> {
-    /// What the coat's facets mirror, and what comes from below.
+    /// f cos θ of the coat's facets and of the base below.
     pub fn eval(&self, wi: DVec3, wo: DVec3) -> Rgb {
         let Some(m) = half(wi, wo) else {
             return Rgb::BLACK;
@@ -160,8 +159,8 @@ impl RoughPlastic<'_> {
 
 /// The share of diffuse light that a smooth surface reflects to the inside, as Mitsuba computes it.
 ///
-/// With `eta` = `n_inside / n_outside` above 1 a fit of Egan and Hilgeman (1973), within 0.1 % up to 1.5 and
-/// 0.6 % up to 2; below 1 one of d'Eon and Irving (SIGGRAPH 2011), within 0.2 %.
+/// For `eta` = `n_inside / n_outside` above 1 this is a fit of Egan and Hilgeman (1973), within 0.1 % up to
+/// 1.5 and 0.6 % up to 2. Below 1 it is a fit of d'Eon and Irving (SIGGRAPH 2011), within 0.2 %.
 fn diffuse_reflectance_from_inside(eta: f64) -> f64 {
     let seen = 1.0 / eta;
     if seen < 1.0 {

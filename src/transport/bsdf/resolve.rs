@@ -1,61 +1,73 @@
-//! From a scene's material to a [`Bsdf`] at a point.
+//! The way from a scene's material to a [`Bsdf`] at a point.
 
 use glam::DVec3;
 
+use super::at_point::Bsdf;
+use super::layer::BsdfLayer;
 use super::lobe::Lobe;
 use super::plastic::{Base, Plastic, RoughPlastic};
 use super::rough::{RoughInterface, RoughMetal};
-use super::smooth::{Interface, Metal};
-use super::turned::{Turned, raised};
-use super::{Bsdf, Layer};
+use super::smooth::{Interface, SmoothMetal};
+use super::turned::{TurnedNormal, raised};
 use crate::geometry::{Frame, Hit, SurfacePoint};
 use crate::optics::Microfacets;
 use crate::radiometry::Rgb;
 use crate::scene::{Coat, Color, Material, NormalTurn, Roughness, Scalar, Scene, TexturePoint};
 
-/// Looks through masks, on both sides and below turned normals, and looks up all textures.
-pub(super) fn at<'a>(scene: &'a Scene, hit: &Hit, point: &SurfacePoint) -> Bsdf<'a> {
-    let here = Here {
-        scene,
-        hit,
-        point,
-        texture: TexturePoint::new(scene, hit, point),
-    };
-    let mut material = scene.material_of(hit.shape);
-    let mut opacity = 1.0;
-    while let Material::Mask {
-        opacity: own,
-        nested,
-    } = material
-    {
-        opacity *= here.scalar(*own).clamp(0.0, 1.0);
-        material = scene.material(*nested);
-    }
-    if *material == Material::Null {
-        opacity = 0.0;
-    }
-    let (first, second) = match material {
-        Material::TwoSided { front, back } => (scene.material(*front), Some(scene.material(*back))),
-        _ => (material, None),
-    };
-    let uses_tangents = uses_tangents(scene, first)
-        || second.is_some_and(|material| uses_tangents(scene, material));
-    let frame = if uses_tangents {
-        let [dp_du, _] = scene.world().tangents(hit, point);
-        Frame::along(point.shading_normal, dp_du)
-    } else {
-        Frame::around(point.shading_normal)
-    };
-    Bsdf {
-        geometric_normal: point.geometric_normal,
-        frame,
-        passed: 1.0 - opacity,
-        front: here.layer(&frame, first),
-        back: second.map(|material| here.layer(&frame, material)),
+impl<'a> Bsdf<'a> {
+    /// The material that a ray met at `hit`. Unknown colours are black: see
+    /// [`check_colors`](super::check_colors).
+    ///
+    /// `point` must be [`World::surface_point`] of it, for its `uv`.
+    ///
+    /// [`World::surface_point`]: crate::geometry::World::surface_point
+    ///
+    /// Looks through masks, on both sides and below turned normals, and looks up all textures.
+    pub fn at(scene: &'a Scene, hit: &Hit, point: &SurfacePoint) -> Self {
+        let here = Here {
+            scene,
+            hit,
+            point,
+            texture: TexturePoint::new(scene, hit, point),
+        };
+        let mut material = scene.material_of(hit.shape);
+        let mut opacity = 1.0;
+        while let Material::Mask {
+            opacity: own,
+            nested,
+        } = material
+        {
+            opacity *= here.scalar(*own).clamp(0.0, 1.0);
+            material = scene.material(*nested);
+        }
+        if *material == Material::Null {
+            opacity = 0.0;
+        }
+        let (first, second) = match material {
+            Material::TwoSided { front, back } => {
+                (scene.material(*front), Some(scene.material(*back)))
+            }
+            _ => (material, None),
+        };
+        let uses_tangents = uses_tangents(scene, first)
+            || second.is_some_and(|material| uses_tangents(scene, material));
+        let frame = if uses_tangents {
+            let [dp_du, _] = scene.world().tangents(hit, point);
+            Frame::along(point.shading_normal, dp_du)
+        } else {
+            Frame::around(point.shading_normal)
+        };
+        Self {
+            geometric_normal: point.geometric_normal,
+            frame,
+            passed: 1.0 - opacity,
+            front: here.layer(&frame, first),
+            back: second.map(|material| here.layer(&frame, material)),
+        }
     }
 }
 
-/// Whether it matters which way u grows.
+/// True if the direction in which u grows matters.
 fn uses_tangents(scene: &Scene, material: &Material) -> bool {
     match material {
         Material::Turned { .. } => true,
@@ -67,7 +79,7 @@ fn uses_tangents(scene: &Scene, material: &Material) -> bool {
     }
 }
 
-/// Where textures are looked up.
+/// The point at which textures are looked up.
 struct Here<'a, 'p> {
     scene: &'a Scene,
     hit: &'p Hit,
@@ -84,7 +96,7 @@ impl<'a> Here<'a, '_> {
         self.scene.color(color, &self.texture)
     }
 
-    fn layer(&self, frame: &Frame, material: &'a Material) -> Layer<'a> {
+    fn layer(&self, frame: &Frame, material: &'a Material) -> BsdfLayer<'a> {
         let Material::Turned {
             by,
             flip_invalid_normals,
@@ -92,15 +104,15 @@ impl<'a> Here<'a, '_> {
             nested,
         } = material
         else {
-            return Layer {
+            return BsdfLayer {
                 lobe: self.lobe(material),
                 turned: None,
             };
         };
         let normal = self.turned_normal(frame, by);
-        Layer {
+        BsdfLayer {
             lobe: self.lobe(self.scene.material(*nested)),
-            turned: Some(Turned::new(
+            turned: Some(TurnedNormal::new(
                 normal,
                 *flip_invalid_normals,
                 *use_shadowing_function,
@@ -108,7 +120,7 @@ impl<'a> Here<'a, '_> {
         }
     }
 
-    /// In the shading frame, of any length.
+    /// The turned normal, in the shading frame and of any length.
     fn turned_normal(&self, frame: &Frame, by: &NormalTurn) -> DVec3 {
         match *by {
             NormalTurn::Height { texture, scale } => {
@@ -134,7 +146,7 @@ impl<'a> Here<'a, '_> {
         }
     }
 
-    /// What a plain material is here.
+    /// The lobe of a plain material at this point.
     fn lobe(&self, material: &'a Material) -> Lobe<'a> {
         match material {
             Material::Diffuse { reflectance } => Lobe::Diffuse(self.color(*reflectance)),
@@ -165,7 +177,7 @@ impl<'a> Here<'a, '_> {
                 eta,
                 k,
                 specular_reflectance,
-            } => Lobe::Conductor(Metal {
+            } => Lobe::Conductor(SmoothMetal {
                 eta: *eta,
                 k: *k,
                 specular_reflectance: self.color(*specular_reflectance),
@@ -190,7 +202,7 @@ impl<'a> Here<'a, '_> {
                 specular_reflectance,
                 roughness,
             } => Lobe::RoughConductor(RoughMetal {
-                metal: Metal {
+                metal: SmoothMetal {
                     eta: *eta,
                     k: *k,
                     specular_reflectance: self.color(*specular_reflectance),

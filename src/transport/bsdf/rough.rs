@@ -1,20 +1,20 @@
-//! Rough mirrors and rough interfaces: microfacets that mirror or refract, each light once.
+//! Rough mirrors and rough interfaces: microfacets that reflect or refract light once.
 //!
-//! Walter et al., *Microfacet Models for Refraction through Rough Surfaces* (EGSR 2007). Light that meets
-//! a second facet is lost: the albedo of a lossless surface is below 1, the more so the rougher.
+//! The model is that of Walter et al., *Microfacet Models for Refraction through Rough Surfaces* (EGSR 2007).
+//! Light that meets a second facet is lost. So the albedo of a lossless surface is below 1, the more so the
+//! rougher it is.
 
 use glam::DVec3;
 
-use super::Scattering;
-use super::lobe::LobeSample;
-use super::smooth::{Interface, Metal};
+use super::sample::{LobeSample, Scattering};
+use super::smooth::{Interface, SmoothMetal};
 use crate::optics::{Microfacets, dielectric_reflectance, reflect, refract};
 use crate::radiometry::Rgb;
 
 /// A metal made of facets.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct RoughMetal {
-    pub metal: Metal,
+    pub metal: SmoothMetal,
     pub facets: Microfacets,
 }
 
@@ -57,8 +57,8 @@ impl RoughMetal {
 }
 
 impl RoughInterface {
-    /// What goes from `wi` to `wo`: F D G / (4 |cos θᵢ|) on wi's side, and on the other, with
-    /// η = nₒ / nᵢ and radiance scaled by 1/η²,
+    /// f |cos θₒ| from `wi` to `wo`: on wi's side F D G / (4 |cos θᵢ|). On the other side, with η = nₒ / nᵢ
+    /// and radiance scaled by 1/η²,
     ///
     /// ```text
     /// (1 − F) D G |wi·m| |wo·m| / (|cos θᵢ| (wi·m + η wo·m)²)
@@ -122,7 +122,7 @@ impl RoughInterface {
         weighed(self.eval(wi, wo), self.pdf(wi, wo), wo, eta, scattering)
     }
 
-    /// The facet between two directions; `None` where there is none that does it.
+    /// The facet that sends light from `wi` to `wo`; `None` if there is none.
     fn bend(&self, wi: DVec3, wo: DVec3) -> Option<Bend> {
         if wi.z == 0.0 || wo.z == 0.0 {
             return None;
@@ -148,7 +148,7 @@ struct Bend {
     m: DVec3,
     /// Its Fresnel reflectance.
     reflectance: f64,
-    /// nₒ / nᵢ where it refracts.
+    /// nₒ / nᵢ if it refracts.
     eta: Option<f64>,
 }
 
@@ -161,24 +161,25 @@ pub(super) fn half(wi: DVec3, wo: DVec3) -> Option<DVec3> {
     }
 }
 
-/// D G / (4 |cos θᵢ|): what perfect facets mirror from `wi` to `wo` [1/sr].
+/// D G / (4 |cos θᵢ|) [1/sr], the share that perfect facets reflect from `wi` to `wo`.
 pub(super) fn mirrored_share(facets: &Microfacets, wi: DVec3, wo: DVec3, m: DVec3) -> f64 {
     let shadowing = facets.shadowing(wi, m) * facets.shadowing(wo, m);
     finite(facets.density(m) * shadowing / (4.0 * wi.z.abs()))
 }
 
-/// The density of directions mirrored at visible normals [1/sr]: the normals' own, by 4 wo·m.
+/// The density [1/sr] of directions reflected at visible normals: the normals' own, divided by 4 wo·m.
 pub(super) fn mirrored_density(facets: &Microfacets, wi: DVec3, wo: DVec3, m: DVec3) -> f64 {
     finite(facets.visible_density(wi, m) / (4.0 * wo.dot(m).abs()))
 }
 
-/// Solid angle of normals by that of refracted directions: η² |wo·m| / (wi·m + η wo·m)² (equation 17).
+/// Solid angle of normals per solid angle of refracted directions: η² |wo·m| / (wi·m + η wo·m)² (equation
+/// 17).
 fn spread(wi: DVec3, wo: DVec3, m: DVec3, eta: f64) -> f64 {
     let sum = wi.dot(m) + eta * wo.dot(m);
     eta * eta * wo.dot(m).abs() / (sum * sum)
 }
 
-/// A sample with a density, unless that is zero.
+/// A sample with a density; `None` if that is zero or infinite.
 pub(super) fn weighed(
     value: Rgb,
     pdf: f64,
@@ -196,7 +197,7 @@ pub(super) fn weighed(
     })
 }
 
-/// Zero for what is not a number: quotients of two zeros at grazing angles.
+/// Zero for values that are not finite: quotients of two zeros at grazing angles.
 #[inline]
 fn finite(value: f64) -> f64 {
     if value.is_finite() { value } else { 0.0 }

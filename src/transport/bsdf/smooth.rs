@@ -2,8 +2,7 @@
 
 use glam::DVec3;
 
-use super::Scattering;
-use super::lobe::LobeSample;
+use super::sample::{LobeSample, Scattering};
 use crate::optics::{
     conductor_reflectance, dielectric_reflectance, refract, thin_slab_reflectance,
 };
@@ -12,28 +11,28 @@ use crate::radiometry::Rgb;
 /// A border between two media, or a pane of one in another.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Interface {
-    /// Index behind the surface (seen from +z) by index before it.
+    /// Index behind the surface (seen from +z) divided by the index before it.
     pub eta: f64,
     pub specular_reflectance: Rgb,
     pub specular_transmittance: Rgb,
 }
 
-/// A metal, with what scales its reflection.
+/// A metal, and the factor on its reflection.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Metal {
+pub(super) struct SmoothMetal {
     pub eta: Rgb,
     pub k: Rgb,
     pub specular_reflectance: Rgb,
 }
 
 impl Interface {
-    /// Index on the far side by index on `wi`'s side.
+    /// Index on the far side divided by the index on `wi`'s side.
     #[inline]
     pub fn eta_towards(&self, wi: DVec3) -> f64 {
         if wi.z > 0.0 { self.eta } else { 1.0 / self.eta }
     }
 
-    /// Reflection with the probability F, else refraction, whose radiance scales by 1/η².
+    /// Reflection with the probability F, else refraction, which scales radiance by 1/η².
     pub fn sample(&self, wi: DVec3, choice: f64) -> Option<LobeSample> {
         let eta = self.eta_towards(wi);
         let reflectance = dielectric_reflectance(wi.z.abs(), eta);
@@ -52,7 +51,8 @@ impl Interface {
         })
     }
 
-    /// A pane does not shift rays and leaves them in the medium they were in.
+    /// Reflection or passage straight on: a pane does not shift rays and leaves them in the medium they were
+    /// in.
     pub fn sample_pane(&self, wi: DVec3, choice: f64) -> Option<LobeSample> {
         let reflectance = thin_slab_reflectance(wi.z.abs(), self.eta);
         if choice < reflectance {
@@ -80,7 +80,7 @@ impl Interface {
     }
 }
 
-impl Metal {
+impl SmoothMetal {
     /// Fresnel reflectance of each channel, times its factor.
     pub fn reflectance(&self, cos_incident: f64) -> Rgb {
         let of = |c: usize| conductor_reflectance(cos_incident, self.eta.0[c], self.k.0[c]);
@@ -104,7 +104,7 @@ impl Metal {
     }
 }
 
-/// Whether a direction leaves the surface at all.
+/// True if a direction leaves the surface at all, and does not run along it.
 #[inline]
 fn leaves(direction: DVec3) -> bool {
     direction.z != 0.0

@@ -4,19 +4,19 @@ use glam::{DVec2, DVec3};
 
 use crate::geometry::Frame;
 
-/// A normal turned by a texture, and what Mitsuba does against its worst effects.
+/// A normal turned by a texture, and Mitsuba's remedies for its worst effects.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Turned {
+pub(super) struct TurnedNormal {
     /// The turned unit normal in the frame of the unturned one.
     pub normal: DVec3,
-    /// Whether it is turned round the unturned one where it faces away from the viewer.
+    /// True if the normal is turned round the unturned one when it faces away from the viewer.
     pub flips: bool,
-    /// Whether shadows that it makes have a soft border.
+    /// True if the shadows that it makes have a soft border.
     pub softens: bool,
 }
 
-impl Turned {
-    /// A turned normal of any length; the unturned one where it has none.
+impl TurnedNormal {
+    /// A turned normal, given with any length; the unturned one if the length is zero.
     pub fn new(normal: DVec3, flips: bool, softens: bool) -> Self {
         Self {
             normal: normal.try_normalize().unwrap_or(DVec3::Z),
@@ -27,8 +27,9 @@ impl Turned {
 
     /// The frame of the lobe, in that of the unturned normal, for a view along `wi`.
     ///
-    /// With `flips`, a normal that `wi` sees from behind is turned by half a turn about the unturned one
-    /// (Schüssler et al., *Microfacet-Based Normal Mapping for Robust Monte Carlo Path Tracing*, 2017).
+    /// With `flips`, a normal that `wi` sees from behind is turned by half a turn about the unturned one. The
+    /// source is Schüssler et al., *Microfacet-Based Normal Mapping for Robust Monte Carlo Path Tracing*,
+    /// 2017.
     pub fn frame(&self, wi: DVec3) -> Frame {
         let mut n = self.normal;
         if self.flips && wi.z * wi.dot(n) <= 0.0 {
@@ -42,11 +43,11 @@ impl Turned {
         }
     }
 
-    /// The share of light along `wo` (in the frame of the unturned normal) that the bumps do not shadow:
-    /// G₁ of GGX with α² = tan²/8 of the turned normal, at most 1.
+    /// The share of light along `wo` (in the frame of the unturned normal) that the bumps do not shadow: G₁
+    /// of GGX with α² = tan²/8 of the turned normal, at most 1.
     ///
-    /// Conty Estevez, Lecocq and Stein, *A Microfacet-Based Shadowing Function to Solve the Bump
-    /// Terminator Problem* (Ray Tracing Gems, 2019, chapter 12).
+    /// The source is Conty Estevez, Lecocq and Stein, *A Microfacet-Based Shadowing Function to Solve the
+    /// Bump Terminator Problem* (Ray Tracing Gems, 2019, chapter 12).
     pub fn shadowing(&self, wo: DVec3) -> f64 {
         if !self.softens {
             return 1.0;
@@ -68,8 +69,9 @@ fn tan_squared(v: DVec3) -> f64 {
 
 /// The normal, in the surface's shading frame and of any length, of a surface raised by a height.
 ///
-/// With p(u, v) the surface, n its shading normal and h the height, the raised surface has the tangents
-/// ∂p + (∂h − n·∂p) n along u and v, the change of n itself left out, as Mitsuba does (and Blinn, 1978).
+/// Let p(u, v) be the surface, n its shading normal and h the height. Then the raised surface has the
+/// tangents ∂p + (∂h − n·∂p) n along u and v. The change of n itself is left out, as Mitsuba does (and Blinn,
+/// 1978).
 pub(super) fn raised(
     frame: &Frame,
     geometric_normal: DVec3,

@@ -1,16 +1,16 @@
-//! What diffuse surfaces, bare or in wrappers, make of light.
+//! Reflectance of diffuse surfaces, bare or in wrappers.
 
 use crate::radiometry::Rgb;
 use crate::scene::{Color, Material, Scalar, Scene};
 
-/// The share of light that a surface reflects diffusely on a side; `None` where it is not diffuse.
+/// The share of light that a surface reflects diffusely on a side; `None` if it is not diffuse.
 pub(super) fn reflectance<'a>(
     scene: &'a Scene,
     mut material: &'a Material,
     front: bool,
 ) -> Option<Rgb> {
     let mut share = 1.0;
-    // On the front of a one-sided material, or on any side of a two-sided one.
+    // True on the front of a one-sided material, and on either side of a two-sided one.
     let mut is_lit = front;
     loop {
         match material {
@@ -38,7 +38,8 @@ pub(super) fn reflectance<'a>(
     }
 }
 
-/// Whether a diffuse surface, perhaps in a wrapper, has a reflectance or an opacity that varies or is unknown.
+/// True if a diffuse surface, perhaps in a wrapper, has a reflectance or an opacity that varies or is
+/// unknown.
 pub(super) fn has_unknown_reflectance(scene: &Scene, material: &Material) -> bool {
     let of = |id| has_unknown_reflectance(scene, scene.material(id));
     match material {

@@ -1,15 +1,15 @@
-//! Why a sensor cannot be used as a camera.
+//! Reasons why a sensor cannot be used as a camera.
 
-/// Why a sensor cannot be used as a camera.
+/// Reason why a sensor cannot be used as a camera.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum CameraError {
-    /// It measures a shape.
+    /// The sensor measures a shape.
     #[error("sensor \"{id}\" is an irradiancemeter: it measures a surface and is no camera")]
     NoCamera {
         /// The sensor.
         id: String,
     },
-    /// It measures a shape, or has a lens of some size.
+    /// The sensor measures a shape, or has a lens of some size.
     #[error(
         "sensor \"{id}\" is a {plugin}: a camera that light can be connected to must be perspective \
          or orthographic"

@@ -1,4 +1,4 @@
-//! How space is projected: the geometry between a film point and a ray, in both directions.
+//! Projections of space: the geometry between a film point and a ray, in both directions.
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
@@ -7,12 +7,12 @@ use glam::{DMat3, DVec2, DVec3};
 use crate::geometry::{Ray, Transform};
 use crate::scene::SensorKind;
 
-/// How space is projected.
+/// A projection of space.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Lens {
+pub(super) enum CameraLens {
     /// Rays from a point, or from a disk about it.
     Central {
-        /// World space.
+        /// Position in world space.
         position: DVec3,
         /// |det M|.
         determinant: f64,
@@ -23,7 +23,7 @@ pub(super) enum Lens {
     Parallel {
         /// The unit vector along which the camera looks, world space.
         axis: DVec3,
-        /// World area across the axis, by area of camera space's xy plane.
+        /// World area across the axis per area of camera space's xy plane.
         magnification: f64,
     },
 }
@@ -32,26 +32,26 @@ pub(super) enum Lens {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Aperture {
     radius: f64,
-    /// The plane in focus is z = this.
+    /// Distance of the plane in focus, z = `focus_distance`.
     focus_distance: f64,
 }
 
 /// A point as a lens sees it.
-pub(super) struct Seen {
-    /// On the plane z = 1 of camera space (its xy plane, for parallel rays).
+pub(super) struct LensProjection {
+    /// Point on the plane z = 1 of camera space (its xy plane, for parallel rays).
     pub on_film: DVec2,
-    /// From the point to the camera, a unit vector.
+    /// Unit vector from the point to the camera.
     pub towards: DVec3,
-    /// Behind the near plane, in the unit of the clip distances.
+    /// Depth behind the near plane, in the unit of the clip distances.
     pub depth: f64,
-    /// From the point to the near plane, along `towards`.
+    /// Distance from the point to the near plane, along `towards`.
     pub distance: f64,
     /// |M q|³ / (d² |det M|), by area of the film.
     pub importance: f64,
 }
 
-impl Lens {
-    /// The lens of a camera; of any other sensor a pinhole at its origin.
+impl CameraLens {
+    /// The lens of a camera; for any other sensor a pinhole at its origin.
     pub fn new(kind: &SensorKind, to_world: &Transform) -> Self {
         let linear = DMat3::from_mat4(to_world.matrix());
         match *kind {
@@ -88,7 +88,7 @@ impl Lens {
         }
     }
 
-    /// Whether rays start anywhere on a disk.
+    /// True if rays start anywhere on a disk.
     pub fn has_aperture(&self) -> bool {
         matches!(
             self,
@@ -99,7 +99,7 @@ impl Lens {
         )
     }
 
-    /// Where a point is seen through the point `lens` of the lens; `None` behind the camera.
+    /// The projection of a point through the point `lens` of the lens; `None` behind the camera.
     #[inline]
     pub fn project(
         &self,
@@ -107,7 +107,7 @@ impl Lens {
         position: DVec3,
         lens: DVec2,
         near_clip: f64,
-    ) -> Option<Seen> {
+    ) -> Option<LensProjection> {
         let local = to_world.inverse().point(position);
         match *self {
             Self::Central {
@@ -123,13 +123,14 @@ impl Lens {
                 if let Some(aperture) = aperture {
                     let start = aperture.point(lens);
                     offset += to_world.vector(start.extend(0.0));
-                    // The ray from the lens through the point meets the plane in focus here, by its distance.
+                    // Here, shifted by its distance, the ray from the lens through the point meets the plane
+                    // in focus.
                     on_film += start * (1.0 / aperture.focus_distance - 1.0 / local.z);
                 }
                 let whole = offset.length();
                 // |M q| is the distance that belongs to one unit of camera space's z.
                 let stretch = whole / local.z;
-                Some(Seen {
+                Some(LensProjection {
                     on_film,
                     towards: offset / whole,
                     depth: local.z - near_clip,
@@ -143,11 +144,11 @@ impl Lens {
             } => {
                 let stretch = to_world.vector(DVec3::Z).length();
                 let distance = (local.z - near_clip) * stretch;
-                Some(Seen {
+                Some(LensProjection {
                     on_film: local.truncate(),
                     towards: -axis,
-                    // As in Mitsuba: rays are far_clip − near_clip long in the *world*, however
-                    // camera space is scaled.
+                    // As in Mitsuba, rays are far_clip − near_clip long in the *world*, however camera space
+                    // is scaled.
                     depth: distance,
                     distance,
                     importance: 1.0 / magnification,
@@ -156,8 +157,8 @@ impl Lens {
         }
     }
 
-    /// The ray through a film point and a point of the lens, from the near plane on, and its length by unit of
-    /// depth (as [`Seen::depth`] counts it).
+    /// The ray through a film point and a point of the lens, from the near plane on, and its length per unit
+    /// of [`LensProjection::depth`].
     #[inline]
     pub fn ray(
         &self,
@@ -193,8 +194,10 @@ impl Lens {
 }
 
 impl Aperture {
-    /// The point of the lens that belongs to a point of the unit square, by a map that keeps areas in
-    /// proportion and neighbours together (Shirley and Chiu, *A Low Distortion Map Between Disk and Square*, 1997).
+    /// The point of the lens that belongs to a point of the unit square.
+    ///
+    /// The map keeps areas in proportion and neighbours together (Shirley and Chiu, *A Low Distortion Map
+    /// Between Disk and Square*, 1997).
     fn point(&self, square: DVec2) -> DVec2 {
         let centred = 2.0 * square - 1.0;
         if centred == DVec2::ZERO {

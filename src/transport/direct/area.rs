@@ -1,30 +1,33 @@
-//! Area lights: quadrature where nothing is in the way, randomised quasi-Monte Carlo elsewhere.
+//! Area lights: quadrature if nothing is in the way, otherwise randomised quasi-Monte Carlo.
 
 use glam::{DVec2, DVec3};
 
-use super::delta::Glance;
-use super::look::Passed;
-use super::{DirectLight, DirectTexel, GAUSS};
+use super::glance::Glance;
+use super::leaf::GAUSS;
+use super::light::DirectLight;
+use super::look::ShareRange;
+use super::texel::DirectTexel;
 use crate::geometry::SurfacePoint;
 use crate::numeric::Stream;
 use crate::radiometry::Rgb;
 use crate::scene::Emitter;
-use crate::transport::domain::surface::{Area, LightSurface, Part, surface_point};
+use crate::transport::domain::surface::{Area, LightPart, LightSurface, surface_point};
 
 /// Replicates of the quadrature over an area light; their scatter is the error.
 pub const REPLICATES: u32 = 16;
 
-/// Samples of a texel and an area light, in each replicate, where no more are asked for.
+/// Samples of a texel and an area light, in each replicate, if no more are asked for.
 pub(super) const SAMPLES: u32 = 8;
 
-/// Samples between two questions whether to give up: some milliseconds.
+/// Samples between two looks at `stop`: some milliseconds of work.
 const ASK_EVERY: u32 = 4096;
 
-/// Largest relative error of a light's irradiance without shadow that is taken without sampling, and above which a texel
-/// gets the samples that are asked for.
+/// Largest relative error of a light's irradiance without shadow that is accepted without sampling.
+///
+/// A texel with a larger error gets the samples that are asked for.
 pub(super) const SMOOTH_ERROR: f64 = 1e-3;
 
-/// The corners of a texel or a light, a hair inside: off the walls that either may touch.
+/// The corners of a texel or a light, a hair inside. So they are off the walls that either may touch.
 const CORNERS: [(f64, f64); 4] = {
     const INSET: f64 = 1e-6;
     [
@@ -36,8 +39,8 @@ const CORNERS: [(f64, f64); 4] = {
 };
 
 impl DirectLight<'_> {
-    /// Average over a texel of an area light: E = ∫ L cos θ cos θ′ / r² dA over light and texel, with `each` samples in each
-    /// replicate.
+    /// Average irradiance of an area light over a texel: E = ∫ L cos θ cos θ′ / r² dA over light and texel,
+    /// with `each` samples in each replicate.
     pub(super) fn area(
         &mut self,
         texel: usize,
@@ -55,7 +58,7 @@ impl DirectLight<'_> {
                     irradiance: *radiance * value,
                     error: *radiance * error,
                 },
-                passed: Passed::NOTHING_SEEN.with_share(1.0),
+                passed: ShareRange::NOTHING_SEEN.with_share(1.0),
             };
         }
         if !self.receiver.has_surface(texel) {
@@ -66,7 +69,7 @@ impl DirectLight<'_> {
         let mut sum_squares = 0.0;
         let mut unshadowed = 0.0;
         let mut is_found = false;
-        let mut all_passed = Passed::NOTHING_SEEN;
+        let mut all_passed = ShareRange::NOTHING_SEEN;
         'replicates: for replicate in 0..REPLICATES {
             let stream = stream.split(u64::from(replicate));
             let mut mean = 0.0;
@@ -99,8 +102,8 @@ impl DirectLight<'_> {
         }
         let n = f64::from(REPLICATES);
         let variance = ((sum_squares - sum * sum / n) / (n - 1.0)).max(0.0);
-        // Stratified samples often agree on how many of them see the light, in all replicates:
-        // then their scatter is none, but the edge is known to one sample only.
+        // Stratified samples often agree, in all replicates, on how many of them see the light. Their scatter
+        // is zero then, but the edge is known to one sample only.
         let samples = n * f64::from(each);
         let is_mixed = sum > 0.0 && sum * f64::from(each) < unshadowed;
         let one_sample = if is_mixed {
@@ -117,8 +120,10 @@ impl DirectLight<'_> {
         }
     }
 
-    /// The same where a mesh covers so little of a texel that no sample found it: one point stands
-    /// for the texel, and its irradiance without shadow for the error.
+    /// The same as [`area`](Self::area), for a texel of which a mesh covers so little that no sample found
+    /// it.
+    ///
+    /// One point stands for the texel, and its irradiance without shadow for the error.
     fn area_at_home(
         &mut self,
         texel: usize,
@@ -143,13 +148,15 @@ impl DirectLight<'_> {
         }
     }
 
-    /// ∫ cos θ cos θ′ / r² dA over all of a light made of parallelograms, at the middle of a
-    /// texel, and a bound on its error; `None` where any part may be hidden, the receiver is no one
-    /// surface, or the error is more than `SMOOTH_ERROR`.
+    /// ∫ cos θ cos θ′ / r² dA over all of a light made of parallelograms, at the middle of a texel, and a
+    /// bound on its error.
     ///
-    /// Each part is integrated with 2 x 2 Gauss points, at the texel's middle and, for what the
-    /// middle leaves out, at its corners: the mean of the corners less the middle is three times
-    /// the midpoint rule's error. The difference to one point a part bounds that of the parts.
+    /// `None` if any part may be hidden, the receiver is not one surface, or the error is above
+    /// `SMOOTH_ERROR`.
+    ///
+    /// Each part is integrated with 2 x 2 Gauss points, at the texel's middle. The corners tell the error of
+    /// the midpoint rule: the mean of the corners less the middle is three times that error. The difference
+    /// to one point a part bounds the error of the parts.
     fn unshadowed(&mut self, texel: usize, light: &LightSurface) -> Option<(f64, f64)> {
         let middle = self.patch(texel, DVec2::splat(0.5))?;
         let mut corners = [middle.point; 4];
@@ -164,18 +171,19 @@ impl DirectLight<'_> {
         let whole = light.rectangle()?;
         let (mut coarse, mut fine, mut at_corners) = (0.0, 0.0, 0.0);
         for part in light.parts() {
-            let Part::Flat(area @ Area::Parallelogram { .. }, normal) = part else {
+            let LightPart::Flat(area @ Area::Parallelogram { .. }, normal) = part else {
                 return None;
             };
             let size = area.area();
             let point = |u: f64, v: f64| surface_point(area.point(DVec2::new(u, v)), *normal);
             let center = point(0.5, 0.5);
-            let value = |from: &SurfacePoint| kernel(from, &center).map_or(0.0, |it| it.value);
+            let value =
+                |from: &SurfacePoint| geometry_term(from, &center).map_or(0.0, |it| it.value);
             coarse += value(&middle) * size;
             at_corners += corners.iter().map(value).sum::<f64>() * size / 4.0;
             for (i, j) in [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)] {
                 let sample = point(0.5 + i * GAUSS, 0.5 + j * GAUSS);
-                if let Some(seen) = kernel(&middle, &sample) {
+                if let Some(seen) = geometry_term(&middle, &sample) {
                     if self.transmittance(&middle, seen.towards, seen.reach) < 1.0 {
                         return None;
                     }
@@ -183,12 +191,12 @@ impl DirectLight<'_> {
                 }
             }
         }
-        // On which side of a straight edge a ray passes is bilinear in its two ends: an edge that
-        // hides any of the light from any of the texel does so for a pair of corners.
+        // The side of a straight edge on which a ray passes is bilinear in the ray's two ends. So an edge
+        // that hides any of the light from any of the texel does so for a pair of corners.
         for (u, v) in CORNERS {
             let sample = surface_point(whole.0.point(DVec2::new(u, v)), whole.1);
             for corner in &corners {
-                if let Some(seen) = kernel(corner, &sample)
+                if let Some(seen) = geometry_term(corner, &sample)
                     && self.transmittance(corner, seen.towards, seen.reach) < 1.0
                 {
                     return None;
@@ -201,7 +209,10 @@ impl DirectLight<'_> {
 
     /// One sample of ∫ cos θ cos θ′ / r² dA without shadows, and the share (0..=1) that passes.
     fn area_sample(&mut self, point: &SurfacePoint, light: &LightSurface, at: DVec2) -> (f64, f64) {
-        let Some(seen) = light.sample(at).and_then(|sample| kernel(point, &sample)) else {
+        let Some(seen) = light
+            .sample(at)
+            .and_then(|sample| geometry_term(point, &sample))
+        else {
             return (0.0, 0.0);
         };
         let passed = self.transmittance(point, seen.towards, seen.reach);
@@ -209,17 +220,17 @@ impl DirectLight<'_> {
     }
 }
 
-/// A point of an area light, as seen from the receiver.
-struct Seen {
+/// Geometry term of a point of an area light and a point of the receiver.
+struct GeometryTerm {
     /// cos θ cos θ′ / r² [1/m²].
     value: f64,
     towards: DVec3,
-    /// How far a shadow ray goes: up to the light, not onto it.
+    /// Length of a shadow ray: up to the light, not onto it.
     reach: f64,
 }
 
-/// What a point of an area light does to a receiver point; `None` where either turns its back.
-fn kernel(point: &SurfacePoint, sample: &SurfacePoint) -> Option<Seen> {
+/// The geometry term of a point of an area light; `None` if either surface turns its back.
+fn geometry_term(point: &SurfacePoint, sample: &SurfacePoint) -> Option<GeometryTerm> {
     let offset = sample.position - point.position;
     let distance_squared = offset.length_squared();
     let distance = distance_squared.sqrt();
@@ -230,7 +241,7 @@ fn kernel(point: &SurfacePoint, sample: &SurfacePoint) -> Option<Seen> {
         return None;
     }
     let margin = sample.position_error.length() + point.position_error.length();
-    Some(Seen {
+    Some(GeometryTerm {
         value: cos_receiver * cos_light / distance_squared,
         towards,
         reach: distance * (1.0 - 8.0 * f64::EPSILON) - 2.0 * margin / cos_light,

@@ -1,98 +1,31 @@
-//! Delta emitters: a texel's average by 2 x 2 Gauss points, closely where a shadow's edge runs.
+//! Delta emitters: a texel's average by 2 x 2 Gauss points, with a closer look along the edges of shadows.
 
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 
-use super::look::{Look, NO_RANGE, POINTS, Passed, Sum, joined};
-use super::{DirectLight, DirectTexel, GAUSS};
-use crate::geometry::SurfacePoint;
+use super::glance::Glance;
+use super::leaf::{Leaf, SHADOW_LEVELS};
+use super::light::DirectLight;
+use super::look::{LeafLight, NO_RANGE, POINTS, ShareRange, Sum, joined};
+use super::texel::DirectTexel;
 use crate::radiometry::Rgb;
 use crate::scene::Emitter;
-use crate::transport::domain::chart::Falloff;
-use crate::transport::receiver::Receiver;
 
-/// How often a leaf on a shadow's edge is quartered.
-pub(super) const SHADOW_LEVELS: u32 = 6;
-
-/// How often all of a texel of several faces near a shadow's edge is quartered.
+/// Number of times that all of a texel is quartered, if it has several faces and lies near a shadow's edge.
 const EDGE_LEVELS: u32 = 3;
 
-/// Where else a leaf near an edge looks for the emitter: a grid of 3 x 3 points over the leaf and
-/// an eighth of its size around it.
+/// Places of a leaf's outer points, relative to its middle and in units of its size, along each axis.
 ///
-/// An edge that bulges into a leaf between two of them by the sagitta s²/(8R), s the leaf's size,
-/// is seen from there for all radii R above s.
-const GUARDS: [f64; 3] = [-0.625, 0.0, 0.625];
-
-/// Whether a texel and its neighbours do not all see the same share of the emitter.
-pub(super) fn is_near_edge(first: &[Glance], texel: usize, receiver: &Receiver) -> bool {
-    let (column, row) = (texel % receiver.width(), texel / receiver.width());
-    let near = |i: usize, count: usize| i.saturating_sub(1)..(i + 2).min(count);
-    let mut seen = first[texel].passed;
-    for row in near(row, receiver.height()) {
-        for column in near(column, receiver.width()) {
-            seen = seen.with(first[row * receiver.width() + column].passed);
-        }
-    }
-    seen.is_mixed()
-}
-
-/// A texel's irradiance from few points, and what these see of the emitter.
-pub(super) struct Glance {
-    pub(super) value: DirectTexel,
-    pub(super) passed: Passed,
-}
-
-impl Glance {
-    /// Where no light can be.
-    pub(super) const DARK: Self = Self {
-        value: DirectTexel {
-            irradiance: Rgb::BLACK,
-            error: Rgb::BLACK,
-        },
-        passed: Passed::NOTHING_SEEN,
-    };
-}
-
-/// A part of a texel, by fractions across it.
-#[derive(Clone, Copy)]
-pub(super) struct Leaf {
-    pub(super) from: DVec2,
-    pub(super) size: f64,
-    pub(super) level: u32,
-}
-
-impl Leaf {
-    /// All of a texel.
-    const TEXEL: Self = Self {
-        from: DVec2::ZERO,
-        size: 1.0,
-        level: 0,
-    };
-
-    fn quarters(&self) -> [Self; 4] {
-        [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)].map(|(i, j)| Self {
-            from: self.from + DVec2::new(i, j) * (0.5 * self.size),
-            size: 0.5 * self.size,
-            level: self.level + 1,
-        })
-    }
-
-    /// Each of weight 1/4: exact for polynomials of degree 3 in each direction.
-    pub(super) fn gauss_points(&self) -> [DVec2; 4] {
-        [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)]
-            .map(|(i, j)| self.at(i * GAUSS, j * GAUSS))
-    }
-
-    /// The point (x, y) sizes from the middle.
-    fn at(&self, x: f64, y: f64) -> DVec2 {
-        self.from + (DVec2::new(x, y) + 0.5) * self.size
-    }
-}
+/// A leaf near an edge also looks at the emitter from these points: a grid of 3 x 3 over the leaf and an
+/// eighth of its size around it.
+///
+/// Let s be the leaf's size. An edge that bulges into a leaf between two outer points, by the sagitta
+/// s²/(8R), is seen from there for all radii R above s.
+const OUTER_POINTS: [f64; 3] = [-0.625, 0.0, 0.625];
 
 impl DirectLight<'_> {
-    /// Average over a texel of a delta emitter's light, as few points see it.
+    /// Average of a delta emitter's light over a texel, as few points see it.
     pub(super) fn glance(&mut self, texel: usize, emitter: &Emitter) -> Glance {
-        let mut passed = Passed::NOTHING_SEEN;
+        let mut passed = ShareRange::NOTHING_SEEN;
         if !self.receiver.has_surface(texel) {
             let value = DirectTexel::default();
             return Glance { value, passed };
@@ -115,8 +48,8 @@ impl DirectLight<'_> {
             sum.add(&look);
             passed = passed.with(look.passed);
             if is_border || look.is_ragged {
-                // No neighbours on one side, perhaps: nobody else looks there.
-                passed = self.guarded(texel, &leaf, emitter, passed);
+                // There may be no neighbours on one side, and so no other texel that looks there.
+                passed = self.with_outer_points(texel, &leaf, emitter, passed);
             }
         }
         let value = sum
@@ -125,7 +58,7 @@ impl DirectLight<'_> {
         Glance { value, passed }
     }
 
-    /// Average over a texel of a delta emitter's light, where a shadow's edge may run through it.
+    /// Average of a delta emitter's light over a texel through which a shadow's edge may run.
     pub(super) fn edge(&mut self, texel: usize, emitter: &Emitter) -> DirectTexel {
         if !self.receiver.has_surface(texel) {
             return DirectTexel::default();
@@ -134,7 +67,8 @@ impl DirectLight<'_> {
             .unwrap_or_else(|| self.by_quarters(texel, emitter))
     }
 
-    /// The same along the edge; `None` where the texel's surface is not one smooth one.
+    /// The same as [`edge`](Self::edge), cut along the edge; `None` if the texel's surface is not one smooth
+    /// one.
     fn by_cuts(&mut self, texel: usize, emitter: &Emitter) -> Option<DirectTexel> {
         let mut sum = Sum::NOTHING;
         let mut pending = vec![Leaf::TEXEL];
@@ -145,12 +79,12 @@ impl DirectLight<'_> {
                 self.cut(texel, &leaf, emitter, &mut sum)?;
             }
         }
-        // What is cut off may be a rounding more than there was.
+        // The parts cut off may exceed the whole by rounding.
         sum.flux = Rgb(sum.flux.0.map(|flux| flux.max(0.0)));
         sum.average()
     }
 
-    /// The same by ever smaller leaves, of any surface.
+    /// The same as [`edge`](Self::edge), by ever smaller leaves, for any surface.
     fn by_quarters(&mut self, texel: usize, emitter: &Emitter) -> DirectTexel {
         let mut sum = Sum::NOTHING;
         let mut pending = vec![Leaf::TEXEL];
@@ -160,7 +94,7 @@ impl DirectLight<'_> {
                 continue;
             }
             let look = self.look(texel, &leaf, emitter);
-            let passed = self.guarded(texel, &leaf, emitter, look.passed);
+            let passed = self.with_outer_points(texel, &leaf, emitter, look.passed);
             let mixed = passed.is_mixed() && !look.unshadowed.is_black();
             if mixed && leaf.level < SHADOW_LEVELS {
                 pending.extend(leaf.quarters());
@@ -176,8 +110,9 @@ impl DirectLight<'_> {
             .unwrap_or_else(|| self.at_home(texel, emitter))
     }
 
-    /// A texel of which a mesh covers so little that no leaf's points found it: one point stands
-    /// for it, and its irradiance without shadow for the error.
+    /// Irradiance of a texel of which a mesh covers so little that no leaf's points found it.
+    ///
+    /// One point stands for the texel, and its irradiance without shadow for the error.
     fn at_home(&mut self, texel: usize, emitter: &Emitter) -> DirectTexel {
         self.receiver
             .home(self.scene, texel)
@@ -191,13 +126,13 @@ impl DirectLight<'_> {
     }
 
     /// A leaf's part of its texel's irradiance, by 2 x 2 Gauss points.
-    fn look(&mut self, texel: usize, leaf: &Leaf, emitter: &Emitter) -> Look {
-        let mut look = Look {
+    fn look(&mut self, texel: usize, leaf: &Leaf, emitter: &Emitter) -> LeafLight {
+        let mut look = LeafLight {
             flux: Rgb::BLACK,
             unshadowed: Rgb::BLACK,
             area: 0.0,
             range: NO_RANGE,
-            passed: Passed::NOTHING_SEEN,
+            passed: ShareRange::NOTHING_SEEN,
             found: 0,
             is_ragged: false,
         };
@@ -221,11 +156,18 @@ impl DirectLight<'_> {
         look
     }
 
-    /// What a leaf's guards see beside its points. On the receiver's border they stand on the border.
-    fn guarded(&mut self, texel: usize, leaf: &Leaf, emitter: &Emitter, seen: Passed) -> Passed {
+    /// Shares that a leaf's outer points see, joined with those of its points. On the receiver's border these
+    /// points are moved onto the border.
+    fn with_outer_points(
+        &mut self,
+        texel: usize,
+        leaf: &Leaf,
+        emitter: &Emitter,
+        seen: ShareRange,
+    ) -> ShareRange {
         let mut passed = seen;
-        for i in GUARDS {
-            for j in GUARDS {
+        for i in OUTER_POINTS {
+            for j in OUTER_POINTS {
                 if passed.is_mixed() {
                     return passed;
                 }
@@ -238,12 +180,12 @@ impl DirectLight<'_> {
         passed
     }
 
-    /// Whether a leaf is too large for 2 x 2 Gauss points: to integrate 1/r² and the cosine, or
-    /// the edges of a spot's beam.
+    /// True if a leaf is too large for 2 x 2 Gauss points, because of 1/r² and the cosine, or of a spot's
+    /// edges.
     ///
-    /// For the former their relative error is about (size / distance)⁴ / 100: a ratio of 1/64
-    /// leaves 1e-9. A spot's falloff has kinks where the beam starts to fall and where it ends;
-    /// leaves across them, and leaves that could hold the whole beam, are divided to the end.
+    /// The relative error for 1/r² and the cosine is about (size / distance)⁴ / 100: a ratio of 1/64 leaves
+    /// 1e-9. A spot's falloff has kinks at the angles where the beam starts to fall and where it ends. Leaves
+    /// across these kinks, and leaves that could hold the whole beam, are divided to the end.
     fn is_coarse(&self, texel: usize, leaf: &Leaf, emitter: &Emitter) -> bool {
         let from = match emitter {
             Emitter::Point { position, .. } => *position,
@@ -282,59 +224,4 @@ impl DirectLight<'_> {
         let angle = (middle - from).angle_between(to_world.vector(DVec3::Z));
         (angle - cutoff_angle).abs() < reach || (angle - beam_width).abs() < reach || angle < reach
     }
-
-    /// A delta emitter's unshadowed irradiance at a point, and the share (0..=1) that passes.
-    pub(super) fn arriving(&mut self, point: &SurfacePoint, emitter: &Emitter) -> (Rgb, f64) {
-        let (irradiance, towards, distance) = unshadowed(point, emitter);
-        if irradiance.is_black() {
-            return (Rgb::BLACK, 0.0);
-        }
-        let passed = self.transmittance(point, towards, distance);
-        (irradiance, passed)
-    }
-}
-
-/// A delta emitter's irradiance at a point if nothing is in the way, the direction towards it and its distance \[m\]; no other
-/// emitter has any.
-pub(super) fn unshadowed(point: &SurfacePoint, emitter: &Emitter) -> (Rgb, DVec3, f64) {
-    let from = |position, intensity| from_point(point, position, intensity, Falloff::of(emitter));
-    match emitter {
-        Emitter::Directional {
-            direction,
-            irradiance,
-        } => {
-            let cos = -direction.dot(point.geometric_normal);
-            (*irradiance * cos.max(0.0), -*direction, f64::INFINITY)
-        }
-        Emitter::Point {
-            position,
-            intensity,
-        } => from(*position, *intensity),
-        Emitter::Spot {
-            to_world,
-            intensity,
-            ..
-        } => from(to_world.point(DVec3::ZERO), *intensity),
-        Emitter::Area { .. } | Emitter::Constant { .. } | Emitter::Envmap(_) => {
-            (Rgb::BLACK, DVec3::Z, f64::INFINITY)
-        }
-    }
-}
-
-/// Irradiance from a point: I(ω) cos θ / r².
-fn from_point(
-    point: &SurfacePoint,
-    position: DVec3,
-    intensity: Rgb,
-    falloff: Falloff,
-) -> (Rgb, DVec3, f64) {
-    let offset = position - point.position;
-    let distance = offset.length();
-    if distance == 0.0 {
-        return (Rgb::BLACK, DVec3::Z, 0.0);
-    }
-    let towards = offset / distance;
-    let cos = towards.dot(point.geometric_normal).max(0.0);
-    let factor = falloff.factor(-towards) * cos / (distance * distance);
-    (intensity * factor, towards, distance)
 }

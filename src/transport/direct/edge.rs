@@ -1,58 +1,62 @@
-//! A texel that a shadow's edge runs through: the edge is found by bisection, and the texel cut along it.
+//! Texels that a shadow's edge runs through: bisection finds the edge, and the texel is cut along it.
 //!
-//! A lattice of points, and Gauss points within its cells, say which cells the edge enters. It crosses a cell's border in two places, which bisection finds, and
-//! bends between them: a third place, on the normal through the chord's middle, tells by how much. So a cell is cut along a
-//! parabola. What the bend moves, chord times sagitta, is booked as the error: it is 1.5 times the
-//! area between chord and parabola, and larger than what a cut with one corner may be off by. Irradiance without shadow is smooth,
-//! and asks for no rays.
+//! A lattice of points, and Gauss points within its cells, tell which cells the edge enters. The edge crosses
+//! a cell's border in two places, which bisection finds, and bends between them. A third place, on the normal
+//! through the chord's middle, tells by how much. So a cell is cut along a parabola.
+//!
+//! The area moved by the bend, chord times sagitta, is booked as the error. It is 1.5 times the area between
+//! chord and parabola, and larger than the error of a cut with one corner. Irradiance without shadow is
+//! smooth, and needs no rays.
 
 use glam::DVec2;
 
-use super::DirectLight;
-use super::delta::{Leaf, SHADOW_LEVELS, unshadowed};
+use super::arriving::unshadowed;
+use super::leaf::{Leaf, SHADOW_LEVELS};
+use super::light::DirectLight;
 use super::look::Sum;
 use crate::radiometry::Rgb;
 use crate::scene::Emitter;
-use crate::transport::receiver::Patch;
+use crate::transport::receiver::ReceiverPatch;
 
-/// Cells across a texel.
+/// Cells along a side of a texel.
 const CELLS: usize = 8;
 
-/// How often a crossing's interval is halved.
+/// Number of times that a crossing's interval is halved.
 const BISECTIONS: i32 = 14;
 
-/// The share of a texel that a cut may leave uncertain before its cell is quartered instead.
+/// Largest share of a texel that a cut may leave uncertain; above it, the cell is quartered instead.
 const UNCERTAIN: f64 = 1e-4;
 
-/// A square part of a texel, and the share of the emitter that its corners see, counter-clockwise from the least.
+/// A square part of a texel, and the share of the emitter that each corner sees, counter-clockwise from the
+/// lowest.
 #[derive(Clone, Copy)]
-struct Cell {
+struct EdgeCell {
     from: DVec2,
     size: f64,
     shares: [f64; 4],
-    /// What its Gauss points see.
+    /// Shares that the Gauss points see.
     inner: [f64; 4],
-    /// Whether more is looked at than these points, should they agree.
+    /// True if these points are not enough, even if they agree.
     is_suspicious: bool,
 }
 
 /// Two parts of a cell that see different shares.
-struct Cut {
+struct EdgeCut {
     parts: [(Vec<DVec2>, f64); 2],
-    /// Where the edge runs.
+    /// A point of the edge.
     middle: DVec2,
     /// Share of the texel that may belong to the other part.
     uncertain: f64,
 }
 
-impl Cut {
-    /// Whether a point is in the first part.
+impl EdgeCut {
+    /// True if a point is in the first part, by the parity of the outline's crossings.
     fn is_first(&self, point: DVec2) -> bool {
         let outline = &self.parts[0].0;
         let mut is_inside = false;
         for (index, a) in outline.iter().enumerate() {
             let b = outline[(index + 1) % outline.len()];
-            // How often the outline is crossed on the way to the right.
+            // Crossings of the outline are counted on the way to the right.
             if (a.y > point.y) != (b.y > point.y) {
                 let x = a.x + (point.y - a.y) / (b.y - a.y) * (b.x - a.x);
                 is_inside ^= x > point.x;
@@ -61,17 +65,17 @@ impl Cut {
         is_inside
     }
 
-    /// Whether a cell's Gauss points see what the part that they are in does.
-    fn agrees_with(&self, cell: &Cell) -> bool {
+    /// True if each of a cell's Gauss points sees the share of the part that holds it.
+    fn agrees_with(&self, cell: &EdgeCell) -> bool {
         let points = cell.gauss_points();
         let mut pairs = points.iter().zip(cell.inner);
         pairs.all(|(at, share)| share == self.parts[usize::from(!self.is_first(*at))].1)
     }
 }
 
-/// Why something is not cut.
+/// Reasons why something is not cut.
 #[derive(Clone, Copy, Debug)]
-enum Uncut {
+enum NoCut {
     /// There is no surface at a point.
     NoSurface,
     /// More than one edge, or more than two shares: smaller cells may be simpler.
@@ -85,18 +89,18 @@ const CORNERS: [DVec2; 4] = [
     DVec2::new(0.0, 1.0),
 ];
 
-impl Cell {
+impl EdgeCell {
     fn corner(&self, index: usize) -> DVec2 {
         self.from + CORNERS[index % 4] * self.size
     }
 
-    /// Whether all its points see the same.
+    /// True if all its points see the same share.
     fn is_even(&self) -> bool {
         let all = self.shares.iter().chain(&self.inner);
         all.copied().all(|share| share == self.shares[0])
     }
 
-    /// Whether it and its quarters all see the same.
+    /// True if it and its quarters all see the same share.
     fn is_like(&self, quarters: &[Self; 4]) -> bool {
         let agrees = |one: &Self| one.is_even() && one.shares[0] == self.shares[0];
         self.is_even() && quarters.iter().all(agrees)
@@ -120,23 +124,23 @@ impl Cell {
     }
 }
 
-/// Whether a cell is one of the leaf's, `across` a side, and not of the ring around them.
+/// True if a cell is one of the leaf's, `across` a side, and not one of the ring around them.
 fn is_inside(column: usize, row: usize, across: usize) -> bool {
     (1..=across).contains(&column) && (1..=across).contains(&row)
 }
 
-/// What one emitter's light does in one texel.
+/// One emitter's light in one texel.
 struct EdgeTexel<'a, 'b> {
     light: &'a mut DirectLight<'b>,
     texel: usize,
     emitter: &'a Emitter,
-    /// The share that the most of a leaf is taken to see, before cells say otherwise.
+    /// The share that most of a leaf is assumed to see, before cells tell otherwise.
     base: f64,
 }
 
 impl DirectLight<'_> {
-    /// Adds a leaf's part of its texel's light, cut along the shadow's edge; `None` where the leaf's surface is not one smooth
-    /// one.
+    /// Adds a leaf's part of its texel's light, cut along the shadow's edge. `None` if the leaf's surface is
+    /// not one smooth one.
     pub(super) fn cut(
         &mut self,
         texel: usize,
@@ -172,12 +176,12 @@ impl DirectLight<'_> {
             emitter,
             base,
         };
-        // Cells and the ring around them, whose Gauss points are others' concern.
+        // Cells and the ring around them. The Gauss points of the ring belong to other texels.
         let mut cells = Vec::with_capacity((across + 2) * (across + 2));
         for index in 0..(across + 2) * (across + 2) {
             let (column, row) = (index % (across + 2), index / (across + 2));
             let shares = of(column, row);
-            let mut cell = Cell {
+            let mut cell = EdgeCell {
                 from: leaf.from + (DVec2::new(column as f64, row as f64) - 1.0) * size,
                 size,
                 shares,
@@ -212,9 +216,9 @@ impl DirectLight<'_> {
 }
 
 impl EdgeTexel<'_, '_> {
-    /// Looks closely at the cells beside an edge, and so follows narrow shadows from one cell to the next. What a cell hid makes it
-    /// suspicious.
-    fn follow(&mut self, cells: &mut [Cell], across: usize) -> Result<(), Uncut> {
+    /// Looks closely at the cells beside an edge, and so follows narrow shadows from one cell to the next. A
+    /// cell that hid something becomes suspicious.
+    fn follow(&mut self, cells: &mut [EdgeCell], across: usize) -> Result<(), NoCut> {
         let wide = across + 2;
         let mut pending: Vec<usize> = (0..cells.len()).filter(|&i| !cells[i].is_even()).collect();
         let mut is_known: Vec<bool> = cells.iter().map(|cell| !cell.is_even()).collect();
@@ -238,7 +242,7 @@ impl EdgeTexel<'_, '_> {
     }
 
     /// Adds a cell, whole, cut or in quarters.
-    fn cell(&mut self, cell: Cell, sum: &mut Sum) -> Result<(), Uncut> {
+    fn cell(&mut self, cell: EdgeCell, sum: &mut Sum) -> Result<(), NoCut> {
         let mut pending = vec![cell];
         while let Some(cell) = pending.pop() {
             if cell.is_even() && (cell.is_last() || !cell.is_suspicious) {
@@ -248,8 +252,8 @@ impl EdgeTexel<'_, '_> {
             if !cell.is_even() {
                 let cut = match self.along_edge(&cell) {
                     Ok(cut) => Some(cut),
-                    Err(Uncut::NotSimple) => None,
-                    Err(Uncut::NoSurface) => return Err(Uncut::NoSurface),
+                    Err(NoCut::NotSimple) => None,
+                    Err(NoCut::NoSurface) => return Err(NoCut::NoSurface),
                 };
                 if let Some(cut) = cut
                     && cut.uncertain <= UNCERTAIN
@@ -273,8 +277,8 @@ impl EdgeTexel<'_, '_> {
         Ok(())
     }
 
-    /// What a cell's Gauss points see.
-    fn inner(&mut self, cell: &Cell) -> Result<[f64; 4], Uncut> {
+    /// Shares that a cell's Gauss points see.
+    fn inner(&mut self, cell: &EdgeCell) -> Result<[f64; 4], NoCut> {
         let mut inner = [0.0; 4];
         for (share, at) in inner.iter_mut().zip(cell.gauss_points()) {
             *share = self.share(at)?;
@@ -282,8 +286,8 @@ impl EdgeTexel<'_, '_> {
         Ok(inner)
     }
 
-    /// Adds both parts of a cell, and what is uncertain between them.
-    fn add_cut(&self, cut: &Cut, sum: &mut Sum) -> Result<(), Uncut> {
+    /// Adds both parts of a cell, and the uncertain area between them.
+    fn add_cut(&self, cut: &EdgeCut, sum: &mut Sum) -> Result<(), NoCut> {
         let [(_, a), (_, b)] = cut.parts;
         for (outline, share) in &cut.parts {
             self.add(outline, *share, sum)?;
@@ -293,18 +297,18 @@ impl EdgeTexel<'_, '_> {
     }
 
     /// The share that a point of the texel sees.
-    fn share(&mut self, at: DVec2) -> Result<f64, Uncut> {
+    fn share(&mut self, at: DVec2) -> Result<f64, NoCut> {
         let patch = self.patch(at)?;
         Ok(self.light.arriving(&patch.point, self.emitter).1)
     }
 
-    fn patch(&self, at: DVec2) -> Result<Patch, Uncut> {
+    fn patch(&self, at: DVec2) -> Result<ReceiverPatch, NoCut> {
         let at = self.light.receiver.clamped(self.texel, at);
         let patch = self.light.patch(self.texel, at);
-        patch.ok_or(Uncut::NoSurface)
+        patch.ok_or(NoCut::NoSurface)
     }
 
-    fn quarters(&mut self, cell: &Cell) -> Result<[Cell; 4], Uncut> {
+    fn quarters(&mut self, cell: &EdgeCell) -> Result<[EdgeCell; 4], NoCut> {
         let [a, b, c, d] = cell.shares;
         let mut at = |x: f64, y: f64| self.share(cell.from + DVec2::new(x, y) * cell.size);
         let (bottom, right, top, left) =
@@ -312,7 +316,7 @@ impl EdgeTexel<'_, '_> {
         let middle = at(0.5, 0.5)?;
         let size = 0.5 * cell.size;
         let mut quarter = |x: f64, y: f64, shares| {
-            let mut quarter = Cell {
+            let mut quarter = EdgeCell {
                 from: cell.from + DVec2::new(x, y) * size,
                 size,
                 shares,
@@ -331,20 +335,20 @@ impl EdgeTexel<'_, '_> {
     }
 
     /// Cuts a cell whose corners see two shares, if one edge runs through it.
-    fn along_edge(&mut self, cell: &Cell) -> Result<Cut, Uncut> {
+    fn along_edge(&mut self, cell: &EdgeCell) -> Result<EdgeCut, NoCut> {
         let shares = cell.shares;
         let crossed: Vec<usize> = (0..4)
             .filter(|&i| shares[i] != shares[(i + 1) % 4])
             .collect();
         let [enters, leaves] = crossed[..] else {
-            return Err(Uncut::NotSimple);
+            return Err(NoCut::NotSimple);
         };
         let (inner, outer) = (shares[leaves], shares[enters]);
         if shares
             .iter()
             .any(|share| *share != inner && *share != outer)
         {
-            return Err(Uncut::NotSimple);
+            return Err(NoCut::NotSimple);
         }
         let precision = 0.5_f64.powi(BISECTIONS) * cell.size;
         let mut ends = [DVec2::ZERO; 2];
@@ -367,7 +371,7 @@ impl EdgeTexel<'_, '_> {
             let mut reach = cell.size / 64.0;
             loop {
                 if reach > cell.size {
-                    return Err(Uncut::NotSimple);
+                    return Err(NoCut::NotSimple);
                 }
                 if self.share(middle + away * reach)? == beyond {
                     break;
@@ -377,7 +381,7 @@ impl EdgeTexel<'_, '_> {
             let found = self.crossing(middle, middle + away * reach, seen, beyond, precision)?;
             sagitta = found - middle;
         }
-        // A triangle of the parabola's area, 2/3 of chord times sagitta.
+        // A triangle with the parabola's area, 2/3 of chord times sagitta.
         let apex = middle + sagitta * (4.0 / 3.0);
         let part = |from: DVec2, to: DVec2, corners: std::ops::RangeInclusive<usize>| {
             let mut outline = vec![from];
@@ -385,7 +389,7 @@ impl EdgeTexel<'_, '_> {
             outline.extend([to, apex]);
             outline
         };
-        Ok(Cut {
+        Ok(EdgeCut {
             parts: [
                 (part(first, second, enters + 1..=leaves), inner),
                 (part(second, first, leaves + 1..=enters + 4), outer),
@@ -395,7 +399,7 @@ impl EdgeTexel<'_, '_> {
         })
     }
 
-    /// Where between two points the share changes, to the precision given.
+    /// The point between two others at which the share changes, to the precision given.
     fn crossing(
         &mut self,
         mut from: DVec2,
@@ -403,7 +407,7 @@ impl EdgeTexel<'_, '_> {
         before: f64,
         after: f64,
         precision: f64,
-    ) -> Result<DVec2, Uncut> {
+    ) -> Result<DVec2, NoCut> {
         while from.distance(to) > precision {
             let middle = 0.5 * (from + to);
             let share = self.share(middle)?;
@@ -412,20 +416,21 @@ impl EdgeTexel<'_, '_> {
             } else if share == after {
                 to = middle;
             } else {
-                return Err(Uncut::NotSimple);
+                return Err(NoCut::NotSimple);
             }
         }
         Ok(0.5 * (from + to))
     }
 
-    /// Irradiance without shadow times surface by share of the texel \[W\].
-    fn light_at(&self, at: DVec2) -> Result<Rgb, Uncut> {
+    /// Irradiance without shadow times surface per share of the texel \[W\].
+    fn light_at(&self, at: DVec2) -> Result<Rgb, NoCut> {
         let patch = self.patch(at)?;
         Ok(unshadowed(&patch.point, self.emitter).0 * patch.density)
     }
 
-    /// Adds what a polygon sees more or less than the leaf was taken to, each triangle of a fan by its edges' middles.
-    fn add(&self, outline: &[DVec2], share: f64, sum: &mut Sum) -> Result<(), Uncut> {
+    /// Adds the difference between a polygon's light and that assumed for the leaf. Each triangle of a fan is
+    /// integrated by the middles of its edges.
+    fn add(&self, outline: &[DVec2], share: f64, sum: &mut Sum) -> Result<(), NoCut> {
         if share == self.base {
             return Ok(());
         }
@@ -444,10 +449,11 @@ impl EdgeTexel<'_, '_> {
         Ok(())
     }
 
-    /// Adds a cell of several edges that is not divided any more: its points' average, and all that they differ by as error.
-    fn add_mixed(&self, cell: &Cell, sum: &mut Sum) -> Result<(), Uncut> {
+    /// Adds a cell of several edges that is not divided further: the average of its points. All that the
+    /// points differ by is the error.
+    fn add_mixed(&self, cell: &EdgeCell, sum: &mut Sum) -> Result<(), NoCut> {
         let shares = cell.shares.iter().chain(&cell.inner).copied();
-        // Gauss points stand for the cell; corners tell of what is beside it, too.
+        // The Gauss points stand for the cell; the corners also tell of the surface beside it.
         self.add(&cell.outline(), cell.inner.iter().sum::<f64>() / 4.0, sum)?;
         let least = shares.clone().fold(f64::INFINITY, f64::min);
         let most = shares.fold(f64::NEG_INFINITY, f64::max);

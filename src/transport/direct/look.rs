@@ -1,16 +1,16 @@
-//! What points of a texel see of a delta emitter, and how it sums up.
+//! Views from a texel's points at a delta emitter, and their sums.
 
-use super::DirectTexel;
+use super::texel::DirectTexel;
 use crate::radiometry::Rgb;
 
 /// The least and the largest share of an emitter that some points see.
 #[derive(Clone, Copy)]
-pub(super) struct Passed {
+pub(super) struct ShareRange {
     pub(super) least: f64,
     pub(super) most: f64,
 }
 
-impl Passed {
+impl ShareRange {
     pub(super) const NOTHING_SEEN: Self = Self {
         least: f64::INFINITY,
         most: f64::NEG_INFINITY,
@@ -35,34 +35,36 @@ impl Passed {
     }
 }
 
-/// What a leaf's points see, all weighted by the surface about them.
-pub(super) struct Look {
+/// Light of a leaf's points, weighted by the surface around them.
+pub(super) struct LeafLight {
     /// Irradiance times area [W].
     pub(super) flux: Rgb,
     /// The same without shadow.
     pub(super) unshadowed: Rgb,
-    /// The leaf's surface [m²], as its points have it.
+    /// The leaf's surface [m²], estimated from its points.
     pub(super) area: f64,
-    /// Irradiance without shadow: the least and the most of any point.
+    /// The least and the most irradiance without shadow at any point.
     pub(super) range: (Rgb, Rgb),
-    pub(super) passed: Passed,
-    /// How many of the points are on the surface.
+    pub(super) passed: ShareRange,
+    /// Number of points that are on the surface.
     pub(super) found: usize,
-    /// Whether the points are not on one smooth surface.
+    /// True if the points are not on one smooth surface.
     pub(super) is_ragged: bool,
 }
 
-/// The Gauss points of a leaf.
+/// Number of Gauss points of a leaf.
 pub(super) const POINTS: usize = 4;
 
-/// Largest spread of irradiances over a leaf of faces that stretch or lean differently, times the
-/// leaf's share of its texel: what the leaf leaves uncertain, relative to the irradiance.
+/// Largest relative uncertainty of a leaf's irradiance, if its faces stretch or lean differently.
+///
+/// The uncertainty is the spread of irradiances over the leaf times the leaf's share of its texel.
 const ROUGH: f64 = 1e-3;
 
-impl Look {
-    /// Whether leaves smaller than this one, `size` of a texel wide, would find more surface, or know its irradiance better.
+impl LeafLight {
+    /// True if smaller leaves than this one, `size` of a texel wide, would find more surface or a better
+    /// irradiance.
     ///
-    /// A leaf without any surface counts as rough: a texel has some.
+    /// A leaf without any surface counts as rough, since a texel has some.
     pub(super) fn is_rough(&self, size: f64) -> bool {
         let spread = (self.range.1 - self.range.0).max_channel() * size * size;
         self.found < POINTS || self.is_ragged && spread > ROUGH * self.range.1.max_channel()
@@ -82,7 +84,7 @@ pub(super) struct Sum {
 /// The range of no irradiance at all.
 pub(super) const NO_RANGE: (Rgb, Rgb) = (Rgb::grey(f64::INFINITY), Rgb::grey(f64::NEG_INFINITY));
 
-/// The range that holds two others.
+/// The smallest range that holds both ranges.
 pub(super) fn joined(a: (Rgb, Rgb), b: (Rgb, Rgb)) -> (Rgb, Rgb) {
     (
         Rgb(std::array::from_fn(|c| a.0.0[c].min(b.0.0[c]))),
@@ -99,7 +101,7 @@ impl Sum {
         range: NO_RANGE,
     };
 
-    pub(super) fn add(&mut self, look: &Look) {
+    pub(super) fn add(&mut self, look: &LeafLight) {
         self.flux += look.flux;
         self.area += look.area;
         if look.is_ragged {
@@ -108,10 +110,10 @@ impl Sum {
         self.range = joined(self.range, look.range);
     }
 
-    /// The average over the surface found; `None` where none was.
+    /// The average over the surface found; `None` if none was.
     ///
-    /// Where leaves are ragged, how much of the surface has which irradiance is uncertain, for as
-    /// much of it as they hold; all of it has one in the range seen.
+    /// The distribution of irradiance over the surface is uncertain for ragged leaves, as far as these leaves
+    /// reach. The irradiance of all of it is in the range seen.
     pub(super) fn average(&self) -> Option<DirectTexel> {
         (self.area > 0.0).then(|| DirectTexel {
             irradiance: self.flux / self.area,

@@ -3,36 +3,38 @@
 use glam::{DMat3, DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::chart::{Chart, Falloff, Patch};
+use super::chart::{ChartPatch, Falloff, LightChart};
 use super::probe::Probe;
-use super::surface::{LightSurface, MAX_TRIANGLES, Part};
+use super::surface::{LightPart, LightSurface, MAX_TRIANGLES};
 use crate::geometry::{Bounds, Shape};
 use crate::radiometry::Rgb;
 use crate::scene::{Emitter, Scene};
 use crate::transport::chain_limits::{self, NotFollowed};
 
-/// Cells are divided until there are this many, so that they follow the outline of the specular
-/// geometry (some 5 % of a ball's cells are at its rim then) and a cell's rays stay together.
+/// Number of cells at which division ends.
+///
+/// The cells then follow the outline of the specular geometry (about 5 % of a ball's cells are at its rim). A
+/// cell's rays also stay together.
 const ENOUGH_CELLS: usize = 2048;
 
-/// ... but not more often than this: a patch 2⁻³⁹ wide still holds thousands of `f64` places.
+/// Largest number of divisions: a patch 2⁻³⁹ wide still holds thousands of `f64` places.
 const MAX_LEVEL: u32 = 40;
 
-/// A patch of a chart, light of which may meet specular geometry.
+/// A patch of a chart whose light may meet specular geometry.
 #[derive(Clone, Copy, Debug)]
-pub struct Cell {
+pub struct LightCell {
     chart: u32,
-    patch: Patch,
+    patch: ChartPatch,
 }
 
-impl Cell {
+impl LightCell {
     /// Its chart, as an index into [`LightSpace::charts`].
     pub fn chart(&self) -> usize {
         self.chart as usize
     }
 
     /// Its part of the chart.
-    pub fn patch(&self) -> &Patch {
+    pub fn patch(&self) -> &ChartPatch {
         &self.patch
     }
 }
@@ -40,10 +42,10 @@ impl Cell {
 /// All light that can meet specular geometry, as a list of cells.
 #[derive(Debug)]
 pub struct LightSpace {
-    charts: Vec<Chart>,
-    /// By chart: the emitter, as an index into the scene's.
+    charts: Vec<LightChart>,
+    /// The emitter of each chart, as an index into the scene's.
     emitters: Vec<u32>,
-    cells: Vec<Cell>,
+    cells: Vec<LightCell>,
     /// Sum of the shares of all cells before each; one longer than `cells`, from 0 to 1.
     cumulative: Vec<f64>,
     flux_bound: Rgb,
@@ -51,7 +53,7 @@ pub struct LightSpace {
     specular_bounds: Bounds,
 }
 
-/// Why light space cannot be built.
+/// Reason why light space cannot be built.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum LightSpaceError {
     /// The shape of an area light has no charts.
@@ -75,7 +77,7 @@ impl LightSpace {
     ///
     /// # Errors
     ///
-    /// Where the shape of an area light is not modelled, or chains cannot be followed in the scene.
+    /// If the shape of an area light is not modelled, or chains cannot be followed in the scene.
     pub fn new(scene: &Scene) -> Result<Self, LightSpaceError> {
         chain_limits::check(scene)?;
         let targets = Targets::new(scene);
@@ -87,8 +89,8 @@ impl LightSpace {
                 emitters.resize(charts.len(), index as u32);
             }
         }
-        let mut cells: Vec<Cell> = (0..charts.len() as u32)
-            .map(|chart| Cell {
+        let mut cells: Vec<LightCell> = (0..charts.len() as u32)
+            .map(|chart| LightCell {
                 chart,
                 patch: charts[chart as usize].root(&targets.bounds),
             })
@@ -97,11 +99,11 @@ impl LightSpace {
         let mut level = 0;
         while !cells.is_empty() && cells.len() < ENOUGH_CELLS && level < MAX_LEVEL {
             level += 1;
-            // An indexed parallel map: the order does not depend on the number of threads.
+            // A parallel map over indices: the order does not depend on the number of threads.
             cells = cells
                 .par_iter()
                 .flat_map_iter(|cell| {
-                    cell.patch.quarters().map(|patch| Cell {
+                    cell.patch.quarters().map(|patch| LightCell {
                         chart: cell.chart,
                         patch,
                     })
@@ -133,52 +135,53 @@ impl LightSpace {
     }
 
     /// The charts over all emitters.
-    pub fn charts(&self) -> &[Chart] {
+    pub fn charts(&self) -> &[LightChart] {
         &self.charts
     }
 
-    /// The emitter that a chart covers (a part of), as an index into the scene's emitters.
+    /// The emitter that a chart covers, at least in part, as an index into the scene's emitters.
     pub fn emitter_of(&self, chart: usize) -> usize {
         self.emitters[chart] as usize
     }
 
     /// The patch that all of a chart's cells were divided from.
-    pub fn root(&self, chart: &Chart) -> Patch {
+    pub fn root(&self, chart: &LightChart) -> ChartPatch {
         chart.root(&self.specular_bounds)
     }
 
-    /// Whether a place on a chart lies in a cell, so that light from there may meet specular
-    /// geometry. Looks at every cell: for tests and pictures.
+    /// True if a place on a chart lies in a cell, so that light from there may meet specular geometry.
+    ///
+    /// It looks at every cell, so it is for tests and pictures.
     pub fn holds(&self, chart: usize, place: DVec2) -> bool {
         self.cells.iter().any(|cell| {
-            let Patch { from, to } = cell.patch;
+            let ChartPatch { from, to } = cell.patch;
             cell.chart as usize == chart && from.cmple(place).all() && place.cmple(to).all()
         })
     }
 
     /// The cells, neighbours near each other.
-    pub fn cells(&self) -> &[Cell] {
+    pub fn cells(&self) -> &[LightCell] {
         &self.cells
     }
 
-    /// Whether no light can meet specular geometry.
+    /// True if no light can meet specular geometry.
     pub fn is_empty(&self) -> bool {
         self.cells.is_empty()
     }
 
-    /// The flux of all cells \[W\], or a little more (see [`Chart::flux_bound`]).
+    /// The flux of all cells \[W\], or a little more (see [`LightChart::flux_bound`]).
     pub fn flux_bound(&self) -> Rgb {
         self.flux_bound
     }
 
-    /// How often the charts were divided.
+    /// Number of times that the charts were divided.
     pub fn level(&self) -> u32 {
         self.level
     }
 
-    /// Whether any cell needs four dimensions: light that starts from a surface.
+    /// True if any cell needs four dimensions: light that starts from a surface.
     pub fn has_area(&self) -> bool {
-        self.charts.iter().any(Chart::has_area)
+        self.charts.iter().any(LightChart::has_area)
     }
 
     /// The share (0..=1) of all cells' flux that a cell has; they sum to 1.
@@ -187,9 +190,10 @@ impl LightSpace {
         self.cumulative[cell + 1] - self.cumulative[cell]
     }
 
-    /// How many of `count` samples a cell gets, and the number of the first: systematic
-    /// sampling. Cell c gets ⌊count · C(c+1) + offset⌋ − ⌊count · C(c) + offset⌋, with C the
-    /// cumulative shares; over a uniform `offset` in [0, 1) that is count times its share.
+    /// Number of the `count` samples that a cell gets, by systematic sampling.
+    ///
+    /// Cell c gets ⌊count · C(c+1) + offset⌋ − ⌊count · C(c) + offset⌋, with C the cumulative shares. Over a
+    /// uniform `offset` in [0, 1) its mean is `count` times the cell's share.
     #[inline]
     pub fn allotment(&self, cell: usize, count: u64, offset: f64) -> u64 {
         let before = |c: usize| (self.cumulative[c] * count as f64 + offset).floor();
@@ -197,7 +201,7 @@ impl LightSpace {
     }
 
     /// The chart that a cell is part of.
-    pub fn chart(&self, cell: usize) -> &Chart {
+    pub fn chart(&self, cell: usize) -> &LightChart {
         &self.charts[self.cells[cell].chart as usize]
     }
 }
@@ -205,7 +209,7 @@ impl LightSpace {
 /// The specular geometry.
 struct Targets<'a> {
     scene: &'a Scene,
-    /// By shape.
+    /// For each shape, true if it is specular and found by its boxes.
     specular: Vec<bool>,
     balls: Vec<(DVec3, f64)>,
     any_others: bool,
@@ -228,7 +232,7 @@ impl<'a> Targets<'a> {
             let mut in_tree = false;
             if specular {
                 targets.bounds = targets.bounds.union(shape.bounds());
-                // A ball is told from its box: it fills only half of it.
+                // A ball is not tested by its box: it fills only half of it.
                 match shape {
                     Shape::Sphere(sphere) => {
                         targets.balls.push((sphere.center(), sphere.radius()));
@@ -242,7 +246,7 @@ impl<'a> Targets<'a> {
         targets
     }
 
-    fn may_be_met(&self, charts: &[Chart], cell: &Cell) -> bool {
+    fn may_be_met(&self, charts: &[LightChart], cell: &LightCell) -> bool {
         let chart = &charts[cell.chart as usize];
         if chart.flux_bound(&cell.patch).is_black() {
             return false;
@@ -263,13 +267,13 @@ impl<'a> Targets<'a> {
 fn add_charts(
     scene: &Scene,
     emitter: &Emitter,
-    charts: &mut Vec<Chart>,
+    charts: &mut Vec<LightChart>,
 ) -> Result<(), LightSpaceError> {
     match emitter {
         Emitter::Point {
             position,
             intensity,
-        } => charts.extend(cube_faces(&DMat3::IDENTITY).map(|axes| Chart::Face {
+        } => charts.extend(cube_faces(&DMat3::IDENTITY).map(|axes| LightChart::Face {
             origin: *position,
             axes,
             intensity: *intensity,
@@ -284,7 +288,7 @@ fn add_charts(
             let (x, y) = axis.any_orthonormal_pair();
             let falloff = Falloff::of(emitter);
             let origin = to_world.point(DVec3::ZERO);
-            let faces = cube_faces(&DMat3::from_cols(x, y, axis)).map(|axes| Chart::Face {
+            let faces = cube_faces(&DMat3::from_cols(x, y, axis)).map(|axes| LightChart::Face {
                 origin,
                 axes,
                 intensity: *intensity,
@@ -298,7 +302,7 @@ fn add_charts(
         } => {
             let bounds = scene.world().bounds();
             let (x, y) = direction.any_orthonormal_pair();
-            charts.push(Chart::Parallel {
+            charts.push(LightChart::Parallel {
                 origin: bounds.center() - *direction * (bounds.radius() * 1.01),
                 across: [x, y],
                 direction: *direction,
@@ -318,16 +322,16 @@ fn add_charts(
             };
             for part in surface.parts() {
                 match *part {
-                    Part::Flat(area, normal) => {
+                    LightPart::Flat(area, normal) => {
                         let (x, y) = normal.any_orthonormal_pair();
-                        charts.push(Chart::Flat {
+                        charts.push(LightChart::Flat {
                             area,
                             axes: [x, y, normal],
                             radiance: *radiance,
                         });
                     }
-                    Part::Ball { center, radius } => {
-                        charts.extend(cube_faces(&DMat3::IDENTITY).map(|axes| Chart::Ball {
+                    LightPart::Ball { center, radius } => {
+                        charts.extend(cube_faces(&DMat3::IDENTITY).map(|axes| LightChart::Ball {
                             center,
                             radius,
                             axes,

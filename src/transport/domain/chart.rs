@@ -12,14 +12,14 @@ use crate::scene::Emitter;
 
 /// A rectangle of chart coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Patch {
+pub struct ChartPatch {
     /// The lowest coordinates.
     pub from: DVec2,
     /// The highest coordinates.
     pub to: DVec2,
 }
 
-impl Patch {
+impl ChartPatch {
     /// The coordinates at fractions `at` (in 0..=1) across the patch.
     #[inline]
     pub fn at(&self, at: DVec2) -> DVec2 {
@@ -55,10 +55,10 @@ impl Patch {
     }
 }
 
-/// How a point emitter's intensity depends on direction.
+/// Dependence of a point emitter's intensity on direction.
 #[derive(Clone, Copy, Debug)]
 pub enum Falloff {
-    /// Not at all.
+    /// No dependence.
     None,
     /// A cone about the chart's frame axis: see [`Emitter::Spot`].
     Spot {
@@ -66,13 +66,13 @@ pub enum Falloff {
         axis: DVec3,
         /// Half the opening angle \[rad\].
         cutoff_angle: f64,
-        /// Where the intensity starts to fall \[rad\].
+        /// Angle to the axis at which the intensity starts to fall \[rad\].
         beam_width: f64,
     },
 }
 
 impl Falloff {
-    /// That of an emitter: of all but spots, none.
+    /// The falloff of an emitter: none, except for spots.
     pub fn of(emitter: &Emitter) -> Self {
         match emitter {
             Emitter::Spot {
@@ -89,8 +89,8 @@ impl Falloff {
         }
     }
 
-    /// The factor on the intensity in a direction; for a spot linear in the angle to the axis
-    /// between `beam_width` and `cutoff_angle`.
+    /// The factor on the intensity in a direction. For a spot it is linear in the angle to the axis between
+    /// `beam_width` and `cutoff_angle`.
     #[inline]
     pub fn factor(&self, direction: DVec3) -> f64 {
         match *self {
@@ -124,12 +124,12 @@ impl Falloff {
     }
 }
 
-/// Two-dimensional coordinates over (a part of) an emitter's light.
+/// Two-dimensional coordinates over an emitter's light, or over a part of it.
 #[derive(Clone, Copy, Debug)]
-pub enum Chart {
+pub enum LightChart {
     /// A cube-map face about a point: direction ∝ a₁ x + a₂ y + a₃, x and y in [-1, 1].
     Face {
-        /// Where the light starts.
+        /// Start of the light.
         origin: DVec3,
         /// Right-handed orthonormal frame; the third looks through the face.
         axes: [DVec3; 3],
@@ -149,25 +149,24 @@ pub enum Chart {
         /// Irradiance across the light [W/m²].
         irradiance: Rgb,
     },
-    /// Light from a flat surface: coordinates are the projections of the direction on two axes
-    /// in the surface (Nusselt's analog), x² + y² < 1; the place on the surface is two more
-    /// dimensions.
+    /// Light from a flat surface. Coordinates are the projections of the direction on two axes in the surface
+    /// (Nusselt's analog), x² + y² < 1. The place on the surface takes two more dimensions.
     Flat {
-        /// Where light starts.
+        /// The surface from which light starts.
         area: Area,
         /// Orthonormal frame; the third is the normal on the side that shines.
         axes: [DVec3; 3],
         /// Radiance [W/m²/sr].
         radiance: Rgb,
     },
-    /// Light from a ball: coordinates as of a face; the place on the disc that the ball shows
-    /// in that direction is two more dimensions.
+    /// Light from a ball. Coordinates are as of a face. The place on the disc that the ball shows in that
+    /// direction takes two more dimensions.
     Ball {
         /// Middle of the ball.
         center: DVec3,
         /// Its radius.
         radius: f64,
-        /// As of a face.
+        /// Frame as of a face.
         axes: [DVec3; 3],
         /// Radiance [W/m²/sr].
         radiance: Rgb,
@@ -179,14 +178,14 @@ pub enum Chart {
 pub struct Emission {
     /// The ray.
     pub ray: Ray,
-    /// Times the chart's [strength](Chart::strength), the flux density there times the patch's
-    /// measure \[W\]: its mean over uniform samples of the patch is the patch's flux.
+    /// Flux \[W\] divided by the chart's [strength](LightChart::strength): the flux density there times the
+    /// patch's measure. Its mean over uniform samples of the patch, times the strength, is the patch's flux.
     pub measure: f64,
 }
 
-impl Chart {
+impl LightChart {
     /// The patch of coordinates that holds all of the chart's light.
-    pub fn root(&self, specular: &Bounds) -> Patch {
+    pub fn root(&self, specular: &Bounds) -> ChartPatch {
         match *self {
             Self::Parallel { origin, across, .. } => {
                 let range = |axis: DVec3| {
@@ -197,20 +196,19 @@ impl Chart {
                     (middle - reach, middle + reach)
                 };
                 let (x, y) = (range(across[0]), range(across[1]));
-                Patch {
+                ChartPatch {
                     from: DVec2::new(x.0, y.0),
                     to: DVec2::new(x.1, y.1),
                 }
             }
-            _ => Patch {
+            _ => ChartPatch {
                 from: DVec2::NEG_ONE,
                 to: DVec2::ONE,
             },
         }
     }
 
-    /// The emitter's strength: radiant intensity [W/sr], irradiance [W/m²] or radiance
-    /// [W/m²/sr].
+    /// The emitter's strength: radiant intensity [W/sr], irradiance [W/m²] or radiance [W/m²/sr].
     pub fn strength(&self) -> Rgb {
         match *self {
             Self::Face { intensity, .. } => intensity,
@@ -219,13 +217,13 @@ impl Chart {
         }
     }
 
-    /// Whether the place light starts from needs two dimensions beside the chart's.
+    /// True if the start of light needs two dimensions beside the chart's.
     pub fn has_area(&self) -> bool {
         matches!(self, Self::Flat { .. } | Self::Ball { .. })
     }
 
-    /// Where light of a patch can go.
-    pub fn probe(&self, patch: &Patch) -> Probe {
+    /// The region that light of a patch can reach.
+    pub fn probe(&self, patch: &ChartPatch) -> Probe {
         match *self {
             Self::Face { origin, axes, .. } => face_frustum(origin, 0.0, &axes, patch),
             Self::Ball {
@@ -257,10 +255,11 @@ impl Chart {
         }
     }
 
-    /// The flux of a patch \[W\]: exact but for spots, where it is an upper bound, and for patches
-    /// across the rim of a flat emitter's hemisphere, where it counts the whole patch. Zero only
-    /// where there is none.
-    pub fn flux_bound(&self, patch: &Patch) -> Rgb {
+    /// The flux of a patch \[W\], or an upper bound; zero only if there is none.
+    ///
+    /// It is a bound for spots, and for patches across the rim of a flat emitter's hemisphere, of which it
+    /// counts the whole.
+    pub fn flux_bound(&self, patch: &ChartPatch) -> Rgb {
         match *self {
             Self::Face {
                 axes,
@@ -295,10 +294,9 @@ impl Chart {
         }
     }
 
-    /// The ray at fractions `at` across a patch, and at `start` across the emitter's surface
-    /// where it has one.
+    /// The ray at fractions `at` across a patch, and at `start` across the emitter's surface if it has one.
     #[inline]
-    pub fn emit(&self, patch: &Patch, at: DVec2, start: DVec2) -> Emission {
+    pub fn emit(&self, patch: &ChartPatch, at: DVec2, start: DVec2) -> Emission {
         let place = patch.at(at);
         match *self {
             Self::Face {
@@ -364,8 +362,8 @@ fn face_direction(axes: &[DVec3; 3], place: DVec2) -> DVec3 {
     face_sample(axes, place).0
 }
 
-/// The unit vector through a point of a cube-map face, and solid angle per unit of face area
-/// there: (1 + x² + y²)^(−3/2).
+/// The unit vector through a point of a cube-map face, and solid angle per unit of face area there: (1 + x² +
+/// y²)^(−3/2).
 #[inline]
 pub(super) fn face_sample(axes: &[DVec3; 3], place: DVec2) -> (DVec3, f64) {
     let inverse_length = 1.0 / (1.0 + place.length_squared()).sqrt();
@@ -375,9 +373,9 @@ pub(super) fn face_sample(axes: &[DVec3; 3], place: DVec2) -> (DVec3, f64) {
 
 /// Solid angle \[sr\] of a patch of a cube-map face.
 ///
-/// Ω = Σ ± atan(x y / √(1 + x² + y²)) over the corners, plus where x and y are both a patch's
-/// high or both its low coordinates.
-fn rectangle_solid_angle(patch: &Patch) -> f64 {
+/// Ω = Σ ± atan(x y / √(1 + x² + y²)) over the corners, with plus if x and y are both a patch's high or both
+/// its low coordinates.
+fn rectangle_solid_angle(patch: &ChartPatch) -> f64 {
     let corner = |x: f64, y: f64| (x * y).atan2((1.0 + x * x + y * y).sqrt());
     corner(patch.to.x, patch.to.y)
         - corner(patch.from.x, patch.to.y)
@@ -385,7 +383,7 @@ fn rectangle_solid_angle(patch: &Patch) -> f64 {
         + corner(patch.from.x, patch.from.y)
 }
 
-fn face_frustum(apex: DVec3, apex_radius: f64, axes: &[DVec3; 3], patch: &Patch) -> Probe {
+fn face_frustum(apex: DVec3, apex_radius: f64, axes: &[DVec3; 3], patch: &ChartPatch) -> Probe {
     let [x, y, z] = *axes;
     Probe::Frustum {
         apex,
@@ -401,13 +399,13 @@ fn face_frustum(apex: DVec3, apex_radius: f64, axes: &[DVec3; 3], patch: &Patch)
 }
 
 /// The point of a patch nearest to (0, 0).
-fn nearest_to_zero(patch: &Patch) -> DVec2 {
+fn nearest_to_zero(patch: &ChartPatch) -> DVec2 {
     DVec2::ZERO.clamp(patch.from, patch.to)
 }
 
-/// A cone (axis in the frame, half angle) round all unit vectors (x, y, √(1 − x² − y²)) with
-/// (x, y) in the patch: round a ball that holds the box they lie in.
-fn hemisphere_cone(patch: &Patch) -> (DVec3, f64) {
+/// A cone (axis in the frame, half angle) round all unit vectors (x, y, √(1 − x² − y²)) with (x, y) in the
+/// patch. It surrounds a ball that holds the box in which they lie.
+fn hemisphere_cone(patch: &ChartPatch) -> (DVec3, f64) {
     let height = |radius_squared: f64| (1.0 - radius_squared).max(0.0).sqrt();
     let highest = height(nearest_to_zero(patch).length_squared());
     let lowest = height(
@@ -434,7 +432,7 @@ mod tests {
 
     #[test]
     fn the_six_faces_make_a_whole_sphere() {
-        let root = Patch {
+        let root = ChartPatch {
             from: DVec2::NEG_ONE,
             to: DVec2::ONE,
         };
@@ -447,7 +445,7 @@ mod tests {
 
     #[test]
     fn a_patch_has_the_solid_angle_of_its_samples() {
-        let patch = Patch {
+        let patch = ChartPatch {
             from: DVec2::new(-0.3, 0.2),
             to: DVec2::new(0.5, 0.9),
         };
@@ -466,24 +464,24 @@ mod tests {
     #[test]
     fn a_probe_holds_every_ray_of_its_patch() {
         let charts = [
-            Chart::Flat {
+            LightChart::Flat {
                 area: Area::Triangle([DVec3::ZERO, DVec3::X, DVec3::new(0.2, 0.7, 0.1)]),
                 axes: [DVec3::X, DVec3::Y, DVec3::Z],
                 radiance: Rgb::WHITE,
             },
-            Chart::Ball {
+            LightChart::Ball {
                 center: DVec3::new(1.0, 2.0, 3.0),
                 radius: 0.5,
                 axes: [DVec3::Y, DVec3::Z, DVec3::X],
                 radiance: Rgb::WHITE,
             },
-            Chart::Face {
+            LightChart::Face {
                 origin: DVec3::new(5.0, 0.0, -1.0),
                 axes: [DVec3::Z, DVec3::X, DVec3::Y],
                 intensity: Rgb::WHITE,
                 falloff: Falloff::None,
             },
-            Chart::Parallel {
+            LightChart::Parallel {
                 origin: DVec3::new(5.0, 0.0, -1.0),
                 across: [DVec3::X, DVec3::Y],
                 direction: DVec3::Z,
@@ -494,7 +492,7 @@ mod tests {
         for chart in &charts {
             let mut patches = vec![chart.root(&Bounds::from_points([DVec3::ZERO, DVec3::ONE]))];
             for _ in 0..4 {
-                patches = patches.iter().flat_map(Patch::quarters).collect();
+                patches = patches.iter().flat_map(ChartPatch::quarters).collect();
             }
             for patch in &patches {
                 let probe = chart.probe(patch);

@@ -1,28 +1,29 @@
-//! Light of emitters without size, and how it changes across their charts.
+//! Light of emitters without size, and its change across their charts.
 
 use glam::{DVec2, DVec3};
 
-use super::chart::{Chart, face_sample};
+use super::chart::{LightChart, face_sample};
 use crate::geometry::Ray;
 use crate::optics::RayDerivative;
 
-/// One ray of a delta emitter, and how it changes with the chart's two coordinates.
+/// One ray of a delta emitter, and its change with the chart's two coordinates.
 #[derive(Clone, Copy, Debug)]
 pub struct DeltaEmission {
     /// The ray.
     pub ray: Ray,
-    /// By each coordinate.
+    /// Derivatives by each coordinate.
     pub derivatives: [RayDerivative; 2],
-    /// Light-space measure per unit of chart area: solid angle \[sr\] of a point, cross section \[m²\]
-    /// of parallel light.
+    /// Light-space measure per unit of chart area: solid angle \[sr\] of a point, cross section \[m²\] of
+    /// parallel light.
     pub measure: f64,
-    /// Flux per measure, as a factor on the chart's [strength](Chart::strength): a spot's falloff.
+    /// Flux per measure, as a factor on the chart's [strength](LightChart::strength): the falloff of a spot.
     pub falloff: f64,
 }
 
-impl Chart {
-    /// The ray at `place` (in chart coordinates) with its derivatives; `None` for area emitters, whose light at
-    /// a place of the chart is more than one ray.
+impl LightChart {
+    /// The ray at `place` (in chart coordinates) with its derivatives.
+    ///
+    /// `None` for area emitters, whose light at a place of the chart is more than one ray.
     ///
     /// `place` may lie beyond the chart's border: the coordinates go on.
     pub fn delta_emission(&self, place: DVec2) -> Option<DeltaEmission> {
@@ -68,8 +69,8 @@ impl Chart {
         }
     }
 
-    /// The place on the chart of the ray that passes through `point`; `None` where this chart has
-    /// none, and for area emitters.
+    /// The place on the chart of the ray that passes through `point`; `None` if this chart has none, and for
+    /// area emitters.
     pub fn place_towards(&self, point: DVec3) -> Option<DVec2> {
         match *self {
             Self::Face { origin, axes, .. } => {

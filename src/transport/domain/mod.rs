@@ -1,10 +1,9 @@
-//! Light space: where light can leave the emitters and meet specular geometry.
+//! Light space: the light that can leave the emitters and meet specular geometry.
 //!
-//! Every emitter's emission is covered by [charts](chart): two-dimensional, each with a known
-//! flux density. A chart is divided into a quadtree of cells, and a cell is dropped when no
-//! light of it can reach a specular surface: a conservative test of the cell's
-//! [beam](probe) against the boxes of the search tree, so the flux dropped makes no caustic,
-//! by construction. Photons and beams start in the cells that are left.
+//! [Charts](chart) cover every emitter's emission. They are two-dimensional, each with a known flux density.
+//! A chart is divided into a quadtree of cells. A cell is dropped if no light of it can reach a specular
+//! surface. The test is conservative, of the cell's [beam](probe) against the boxes of the search tree. So
+//! the flux dropped makes no caustic, by construction. Photons and beams start in the cells that are left.
 
 mod cells;
 pub mod chart;
@@ -12,5 +11,5 @@ mod derivative;
 pub mod probe;
 pub mod surface;
 
-pub use cells::{Cell, LightSpace, LightSpaceError};
+pub use cells::{LightCell, LightSpace, LightSpaceError};
 pub use derivative::DeltaEmission;

@@ -1,31 +1,31 @@
-//! Conservative tests: can light of a cell meet this box or ball at all?
+//! Conservative tests if light of a cell can meet a box or a ball at all.
 
 use glam::DVec3;
 
 use crate::geometry::Bounds;
 
-/// All points that light of a cell can pass through if nothing is in its way, or a set that
-/// holds them. "May overlap" is never wrongly false; it may be wrongly true.
+/// All points that light of a cell can pass through if nothing is in its way, or a set that holds them. "May
+/// overlap" is never wrongly false, but may be wrongly true.
 #[derive(Clone, Copy, Debug)]
 pub enum Probe {
     /// A pyramid between four planes through its apex.
     Frustum {
-        /// Where the light starts.
+        /// Start of the light.
         apex: DVec3,
         /// Unit normals of the planes, pointing inside.
         inward: [DVec3; 4],
-        /// The start is anywhere within this distance of the apex.
+        /// Largest distance of the start from the apex.
         apex_radius: f64,
     },
     /// A circular cone.
     Cone {
-        /// Where the light starts.
+        /// Start of the light.
         apex: DVec3,
         /// Unit vector along the middle.
         axis: DVec3,
         /// Half the opening angle \[rad\], at most π.
         half_angle: f64,
-        /// The start is anywhere within this distance of the apex.
+        /// Largest distance of the start from the apex.
         apex_radius: f64,
     },
     /// A parallel beam of rectangular cross-section, endless both ways.
@@ -38,11 +38,11 @@ pub enum Probe {
 }
 
 impl Probe {
-    /// Whether light of the cell may pass through the box.
+    /// True if light of the cell may pass through the box.
     pub fn may_overlap_box(&self, bounds: &Bounds) -> bool {
         let center = bounds.center();
         let half = 0.5 * bounds.extent();
-        // How far the box reaches from its centre along a unit vector.
+        // The extent of the box from its centre along a unit vector.
         let reach = |direction: DVec3| half.dot(direction.abs());
         match self {
             Self::Cone { .. } => self.may_overlap_ball(center, half.length()),
@@ -50,7 +50,7 @@ impl Probe {
         }
     }
 
-    /// Whether light of the cell may pass through the ball.
+    /// True if light of the cell may pass through the ball.
     pub fn may_overlap_ball(&self, center: DVec3, radius: f64) -> bool {
         match *self {
             Self::Cone {
@@ -98,6 +98,6 @@ impl Probe {
     }
 }
 
-/// Relative room for the rounding of these tests themselves: a few hundred units in the last
-/// place, where each test does about twenty operations.
+/// Relative room for the rounding of these tests themselves. It is a few hundred units in the last place,
+/// since each test does about twenty operations.
 const SLACK: f64 = 1e-13;

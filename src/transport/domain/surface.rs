@@ -85,10 +85,10 @@ impl Area {
     }
 }
 
-/// A part of a shining surface.
+/// A part of a light's surface.
 #[derive(Clone, Copy, Debug)]
-pub enum Part {
-    /// A flat one, and the unit normal on the side that shines.
+pub enum LightPart {
+    /// A flat part, and the unit normal on the side that shines.
     Flat(Area, DVec3),
     /// A whole ball, shining outward.
     Ball {
@@ -99,7 +99,7 @@ pub enum Part {
     },
 }
 
-impl Part {
+impl LightPart {
     fn area(&self) -> f64 {
         match self {
             Self::Flat(area, _) => area.area(),
@@ -108,27 +108,27 @@ impl Part {
     }
 }
 
-/// A shining surface.
+/// The surface of an area light.
 #[derive(Clone, Debug)]
 pub struct LightSurface {
-    parts: Vec<Part>,
+    parts: Vec<LightPart>,
     /// The whole of a rectangle, and its normal.
     rectangle: Option<(Area, DVec3)>,
-    /// Sum of the areas of all parts up to and with each.
+    /// Sum of the areas of all parts up to and including each.
     cumulative: Vec<f64>,
 }
 
-/// Meshes of more triangles are refused: each triangle has charts of its own, and they would
-/// not fit the number of cells.
+/// Largest number of triangles in a mesh that shines. Each triangle has charts of its own, and more of them
+/// would not fit the number of cells.
 pub const MAX_TRIANGLES: usize = 1024;
 
 impl LightSurface {
-    /// The parts of a shape; `None` where the shape is not modelled as a light: a cylinder, a
-    /// ball that shines inward, a mesh of more than [`MAX_TRIANGLES`] triangles.
+    /// The parts of a shape; `None` if the shape is not modelled as a light: a cylinder, a ball that shines
+    /// inward, a mesh of more than [`MAX_TRIANGLES`] triangles.
     pub fn new(shape: &Shape) -> Option<Self> {
-        let parts: Vec<Part> = match shape {
+        let parts: Vec<LightPart> = match shape {
             Shape::Rectangle(rectangle) => {
-                // In 4 x 4 parts: a smaller start makes a tighter test of where its light goes.
+                // In 4 x 4 parts: a smaller start makes a tighter test of the light's reach.
                 const PARTS: u32 = 4;
                 let whole = rectangle.edges();
                 let corner = rectangle.center() - 0.5 * (whole[0] + whole[1]);
@@ -137,7 +137,7 @@ impl LightSurface {
                     .map(|i| {
                         let (u, v) = (f64::from(i % PARTS), f64::from(i / PARTS));
                         let origin = corner + edges[0] * u + edges[1] * v;
-                        Part::Flat(Area::Parallelogram { origin, edges }, rectangle.normal())
+                        LightPart::Flat(Area::Parallelogram { origin, edges }, rectangle.normal())
                     })
                     .collect()
             }
@@ -146,9 +146,9 @@ impl LightSurface {
                     center: disk.center(),
                     axes: disk.half_axes(),
                 };
-                vec![Part::Flat(area, disk.normal())]
+                vec![LightPart::Flat(area, disk.normal())]
             }
-            Shape::Sphere(sphere) if !sphere.is_inward() => vec![Part::Ball {
+            Shape::Sphere(sphere) if !sphere.is_inward() => vec![LightPart::Ball {
                 center: sphere.center(),
                 radius: sphere.radius(),
             }],
@@ -156,7 +156,7 @@ impl LightSurface {
                 ..mesh.triangle_count() as u32)
                 .map(|face| {
                     let normal = mesh.face_normal(face);
-                    Part::Flat(Area::Triangle(mesh.corners(face)), normal)
+                    LightPart::Flat(Area::Triangle(mesh.corners(face)), normal)
                 })
                 .filter(|part| part.area() > 0.0)
                 .collect(),
@@ -187,11 +187,11 @@ impl LightSurface {
     }
 
     /// The parts.
-    pub fn parts(&self) -> &[Part] {
+    pub fn parts(&self) -> &[LightPart] {
         &self.parts
     }
 
-    /// The whole surface and its normal, where it is one parallelogram.
+    /// The whole surface and its normal, if it is one parallelogram.
     pub fn rectangle(&self) -> Option<(Area, DVec3)> {
         self.rectangle
     }
@@ -201,7 +201,7 @@ impl LightSurface {
         self.cumulative.last().copied().unwrap_or(0.0)
     }
 
-    /// A point and its normal at `at` in [0, 1)²: uniform over the surface.
+    /// A point with its normal at `at` in [0, 1)², uniform over the surface.
     pub fn sample(&self, at: DVec2) -> Option<SurfacePoint> {
         let wanted = at.x * self.area();
         let index = self
@@ -217,8 +217,8 @@ impl LightSurface {
         let across = ((wanted - before) / part.area()).clamp(0.0, 1.0);
         let at = DVec2::new(across, at.y);
         Some(match part {
-            Part::Flat(area, normal) => surface_point(area.point(at), *normal),
-            Part::Ball { center, radius } => {
+            LightPart::Flat(area, normal) => surface_point(area.point(at), *normal),
+            LightPart::Ball { center, radius } => {
                 // Archimedes: belts of equal height have equal area.
                 let height = 1.0 - 2.0 * at.x;
                 let out = 2.0 * (at.x * (1.0 - at.x)).sqrt();
@@ -230,8 +230,8 @@ impl LightSurface {
     }
 }
 
-/// A point on an emitter, with room for the rounding of its place: eight roundings, each at
-/// most half a unit in the last place of the coordinate sums.
+/// A point on an emitter, with room for the rounding of its place: eight roundings, each at most half a unit
+/// in the last place of the coordinate sums.
 pub fn surface_point(position: DVec3, normal: DVec3) -> SurfacePoint {
     SurfacePoint {
         position,

@@ -2,33 +2,34 @@
 
 use glam::{DVec2, DVec3};
 
-use super::LightSample;
+use super::sample::LightSample;
 use super::sphere::BallView;
 use crate::geometry::{Hit, Mesh, Ray, Shape, Sphere, SurfacePoint};
 use crate::numeric::WeightedChoice;
 use crate::radiometry::Rgb;
 use crate::scene::{Scene, ShapeId, TextureId, TexturePoint};
 
-/// A shape whose front shines, from each of its points the same in all directions.
+/// A shape whose front shines, with the same radiance from each of its points in all directions.
 #[derive(Clone, Debug)]
 pub(super) struct AreaLight<'a> {
     scene: &'a Scene,
     shape: ShapeId,
-    form: Form<'a>,
-    /// [m²]
+    form: AreaForm<'a>,
+    /// Area [m²].
     area: f64,
-    /// [W/m²/sr], or a factor on the texture.
+    /// Radiance [W/m²/sr], or a factor on the texture.
     radiance: Rgb,
-    /// Directions are chosen without a look at it; Mitsuba prefers bright texels.
+    /// The texture of the radiance. Directions are chosen without a look at it; Mitsuba prefers bright
+    /// texels.
     texture: Option<TextureId>,
 }
 
-/// How directions to it are chosen.
+/// The shape, by the choice of directions towards it.
 #[derive(Clone, Debug)]
-enum Form<'a> {
+enum AreaForm<'a> {
     /// Uniform over the directions in which it is seen.
     Ball(&'a Sphere),
-    /// Uniform over its area: faces by their area, `None` where there is none.
+    /// Uniform over its area: faces by their area, `None` if there is none.
     Mesh(&'a Mesh, Option<WeightedChoice>),
     /// Uniform over its area.
     Patch(&'a Shape),
@@ -44,12 +45,12 @@ impl<'a> AreaLight<'a> {
     ) -> Self {
         let surface = &scene.world().shapes()[shape.0 as usize];
         let form = match surface {
-            Shape::Sphere(sphere) => Form::Ball(sphere),
-            Shape::Mesh(mesh) => Form::Mesh(mesh, faces_by_area(mesh)),
-            Shape::Rectangle(_) | Shape::Disk(_) | Shape::Cylinder(_) => Form::Patch(surface),
+            Shape::Sphere(sphere) => AreaForm::Ball(sphere),
+            Shape::Mesh(mesh) => AreaForm::Mesh(mesh, faces_by_area(mesh)),
+            Shape::Rectangle(_) | Shape::Disk(_) | Shape::Cylinder(_) => AreaForm::Patch(surface),
         };
         let area = match &form {
-            Form::Mesh(_, faces) => faces.as_ref().map_or(0.0, WeightedChoice::total),
+            AreaForm::Mesh(_, faces) => faces.as_ref().map_or(0.0, WeightedChoice::total),
             _ => surface.area(),
         };
         Self {
@@ -65,7 +66,7 @@ impl<'a> AreaLight<'a> {
     /// Radiance [W/m²/sr] that comes back along the ray that hit it.
     pub(super) fn emitted(&self, ray: &Ray, hit: &Hit) -> Rgb {
         let world = self.scene.world();
-        // Only textures ask for uv, which takes time on round shapes.
+        // Only textures need uv, which takes time on round shapes.
         let point = match self.texture {
             Some(_) => world.surface_point(ray, hit),
             None => world.bounce_point(ray, hit),
@@ -97,25 +98,25 @@ impl<'a> AreaLight<'a> {
             return 0.0;
         }
         match self.form {
-            Form::Ball(ball) => BallView::new(ball, from).pdf_solid_angle(),
-            Form::Mesh(..) | Form::Patch(_) => {
+            AreaForm::Ball(ball) => BallView::new(ball, from).pdf_solid_angle(),
+            AreaForm::Mesh(..) | AreaForm::Patch(_) => {
                 // dω = cos θ' dA / r²
                 from.distance_squared(point.position) / (self.area * cos_light)
             }
         }
     }
 
-    /// A direction to it from `from`; `None` where the front cannot be seen.
+    /// A direction to it from `from`; `None` if the front cannot be seen.
     pub(super) fn sample(&self, from: &SurfacePoint, u: [f64; 2]) -> Option<LightSample> {
         match &self.form {
-            Form::Ball(ball) => self.sample_ball(ball, from, u),
-            Form::Mesh(mesh, faces) => {
+            AreaForm::Ball(ball) => self.sample_ball(ball, from, u),
+            AreaForm::Mesh(mesh, faces) => {
                 let (face, barycentric) = uniform_on_mesh(faces.as_ref()?, u);
                 // Only faces with an area are chosen: they need no other normal.
                 let target = mesh.at_barycentric(face, barycentric, DVec3::ZERO);
                 self.sample_point(from, &target, face, barycentric)
             }
-            Form::Patch(shape) => {
+            AreaForm::Patch(shape) => {
                 let target = uniform_on_patch(shape, u)?;
                 self.sample_point(from, &target, 0, DVec2::ZERO)
             }
@@ -143,7 +144,7 @@ impl<'a> AreaLight<'a> {
             face,
             barycentric,
         };
-        Seen {
+        AreaDirection {
             direction,
             distance,
             cos_light,
@@ -157,7 +158,7 @@ impl<'a> AreaLight<'a> {
         let view = BallView::new(ball, from.position);
         let found = view.sample(ball, u)?;
         let error = ball.along(DVec3::Z).position_error;
-        Seen {
+        AreaDirection {
             direction: found.direction,
             distance: found.distance,
             cos_light: found.cos_light,
@@ -177,21 +178,21 @@ impl<'a> AreaLight<'a> {
     }
 }
 
-/// A place of a light, as seen from a point.
-struct Seen {
+/// The direction from a point to a place on a light.
+struct AreaDirection {
     direction: DVec3,
     distance: f64,
-    /// Between the light's normal and the way back.
+    /// Cosine between the light's normal and the way back.
     cos_light: f64,
     pdf_solid_angle: f64,
-    /// How far the two ends may be off their surfaces.
+    /// Distance by which the two ends may be off their surfaces.
     margin: f64,
 }
 
-impl Seen {
-    /// With the radiance [W/m²/sr] that it sends.
+impl AreaDirection {
+    /// The sample, given the radiance [W/m²/sr] that the place sends.
     fn sample(self, radiance: impl FnOnce() -> Rgb) -> Option<LightSample> {
-        // Distance zero has no direction, and squares of lengths may leave the range of f64.
+        // A distance of zero has no direction, and squares of lengths may leave the range of f64.
         if !(self.pdf_solid_angle > 0.0 && self.pdf_solid_angle.is_finite()) {
             return None;
         }
@@ -217,17 +218,18 @@ fn uniform_on_mesh(faces: &WeightedChoice, u: [f64; 2]) -> (u32, DVec2) {
     (face.index as u32, barycentric)
 }
 
-/// A point of any other shape but a ball, uniform over its area.
+/// A point of any other shape but a ball, uniform over the shape's area.
 fn uniform_on_patch(shape: &Shape, u: [f64; 2]) -> Option<SurfacePoint> {
     shape.at_uv(match shape {
-        // Rings of equal area.
+        // Rings of a disc have equal area.
         Shape::Disk(_) => DVec2::new(u[0].sqrt(), u[1]),
-        // Their parameters keep areas in proportion.
+        // Parameters of the other shapes keep areas in proportion.
         _ => DVec2::new(u[0], u[1]),
     })
 }
 
-/// Faces in proportion to their area; of faces at the same place the first only, as rays meet no other.
+/// Faces in proportion to their area. Of faces at the same place only the first counts, as rays meet no
+/// other.
 fn faces_by_area(mesh: &Mesh) -> Option<WeightedChoice> {
     let mut areas = vec![0.0; mesh.triangle_count()];
     for face in mesh.distinct_faces() {

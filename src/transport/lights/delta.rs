@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::LightSample;
+use super::sample::LightSample;
 use crate::geometry::SurfacePoint;
 use crate::radiometry::Rgb;
 use crate::transport::domain::chart::Falloff;
@@ -10,13 +10,13 @@ use crate::transport::domain::chart::Falloff;
 /// A point, a spot or parallel light.
 #[derive(Clone, Debug)]
 pub(super) struct DeltaLight {
-    place: Place,
+    place: DeltaPlace,
     /// Radiant intensity [W/sr] on the axis, or irradiance [W/m²] across parallel light.
     strength: Rgb,
 }
 
 #[derive(Clone, Debug)]
-enum Place {
+enum DeltaPlace {
     /// Light in all directions from one point.
     At(DVec3, Falloff),
     /// Light that travels along a unit vector.
@@ -27,7 +27,7 @@ impl DeltaLight {
     /// A point that shines in all directions, with an intensity [W/sr] that may depend on them.
     pub(super) fn at(position: DVec3, intensity: Rgb, falloff: Falloff) -> Self {
         Self {
-            place: Place::At(position, falloff),
+            place: DeltaPlace::At(position, falloff),
             strength: intensity,
         }
     }
@@ -35,16 +35,16 @@ impl DeltaLight {
     /// Light that travels along a unit vector, with an irradiance [W/m²] across it.
     pub(super) fn far_away(direction: DVec3, irradiance: Rgb) -> Self {
         Self {
-            place: Place::FarAway(direction),
+            place: DeltaPlace::FarAway(direction),
             strength: irradiance,
         }
     }
 
-    /// The one direction; `None` at the light itself and out of a spot's cone.
+    /// The one direction towards the light; `None` at the light itself and out of a spot's cone.
     pub(super) fn sample(&self, point: &SurfacePoint) -> Option<LightSample> {
         let (direction, distance, irradiance) = match &self.place {
-            Place::FarAway(travel) => (-*travel, f64::INFINITY, self.strength),
-            Place::At(position, falloff) => {
+            DeltaPlace::FarAway(travel) => (-*travel, f64::INFINITY, self.strength),
+            DeltaPlace::At(position, falloff) => {
                 let offset = *position - point.position;
                 let distance = offset.length();
                 let direction = offset.try_normalize()?;

@@ -4,7 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use glam::{DVec2, DVec3};
 
-use super::LightSample;
+use super::sample::LightSample;
 use crate::numeric::WeightedChoice;
 use crate::radiometry::Rgb;
 use crate::scene::{Envmap, luminance};
@@ -35,7 +35,7 @@ impl Environment<'_> {
         }
     }
 
-    /// A direction; `None` where all is black.
+    /// A direction; `None` if all is black.
     pub(super) fn sample(&self, u: [f64; 2]) -> Option<LightSample> {
         let (direction, pdf_solid_angle, radiance) = match self {
             Self::Constant(radiance) => (uniform(u), 1.0 / (4.0 * PI), *radiance),
@@ -61,23 +61,24 @@ fn uniform(u: [f64; 2]) -> DVec3 {
     DVec3::new(radius * cos_phi, radius * sin_phi, height).normalize()
 }
 
-/// An image, and how its directions are chosen.
+/// An image, and the choice of its directions.
 ///
-/// As in Mitsuba 3.9.1 the density over column and row is bilinear between the weights
-/// w = luminance · sin θ of texels. In solid angle, with the mean of w over all columns and rows,
+/// As in Mitsuba 3.9.1, the density over column and row is bilinear between the weights w = luminance · sin θ
+/// of texels. In solid angle, with the mean of w over all columns and rows, it is
 ///
 /// ```text
 /// pdf = w / (mean(w) 2π² sin θ)
 /// ```
 ///
-/// The rows at the poles have no weight: a pole that is bright beside a dark row has light where the density is zero.
-/// The other sampling of directions must find that, as it does with multiple importance sampling.
+/// The rows at the poles have no weight. So a pole that is bright beside a dark row has light at which the
+/// density is zero. The other sampling of directions must find that light, as it does with multiple
+/// importance sampling.
 #[derive(Clone, Debug)]
 pub(super) struct ImageLight<'a> {
     map: &'a Envmap,
     /// sin θ of each row's center; exactly 0 at both poles.
     sines: Vec<f64>,
-    /// Rows of cells by weight; `None` where all is black.
+    /// Rows of cells by weight; `None` if all is black.
     rows: Option<WeightedChoice>,
     /// The cells of each row, by weight.
     columns: Vec<Option<WeightedChoice>>,
@@ -118,12 +119,12 @@ impl<'a> ImageLight<'a> {
         light
     }
 
-    /// Luminance of a texel as it is in the image, times the sine of its row.
+    /// Luminance of a texel, as stored in the image, times the sine of its row.
     fn texel_weight(&self, column: usize, row: usize) -> f64 {
         luminance(Rgb(self.map.image().texel(column, row))) * self.sines[row]
     }
 
-    /// The weight at a place.
+    /// The weight at continuous coordinates.
     fn weight(&self, coordinates: DVec2) -> f64 {
         self.map
             .cell(coordinates)
@@ -138,7 +139,7 @@ impl<'a> ImageLight<'a> {
 
     fn pdf_at(&self, coordinates: DVec2, sin: f64) -> f64 {
         let pdf = self.weight(coordinates) / (self.mean_weight * 2.0 * PI * PI * sin);
-        // At a pole, and where all is black, this is 0 / 0.
+        // At a pole, and if all is black, this is 0 / 0.
         if pdf.is_finite() { pdf } else { 0.0 }
     }
 
@@ -151,7 +152,7 @@ impl<'a> ImageLight<'a> {
         let [[a, b], [c, d]] = cell
             .rows
             .map(|row| cell.columns.map(|column| self.texel_weight(column, row)));
-        // Down by what both sides weigh together, then across by what is there.
+        // First down, by the joint weight of both sides, then across, by the weight at that height.
         let down = linear(a + b, c + d, row.rest);
         let across = linear(a + (c - a) * down, b + (d - b) * down, column.rest);
         let coordinates = corner + DVec2::new(across, down);
@@ -161,12 +162,13 @@ impl<'a> ImageLight<'a> {
     }
 }
 
-/// A number in 0..=1 with a density in proportion to a line from `a` at 0 to `b` at 1, from one that is uniform.
+/// A number in 0..=1 whose density is proportional to a line from `a` at 0 to `b` at 1, made from a uniform
+/// one.
 ///
-/// The root of (a t + (b − a) t² / 2) / ((a + b) / 2) = u, written without cancellation.
+/// It is the root of (a t + (b − a) t² / 2) / ((a + b) / 2) = u, written without cancellation.
 fn linear(a: f64, b: f64, u: f64) -> f64 {
     let root = (a * a + u * (b * b - a * a)).max(0.0).sqrt();
     let t = u * (a + b) / (a + root);
-    // 0 / 0 at the start of a line from 0.
+    // This is 0 / 0 at the start of a line from 0.
     if t.is_finite() { t.min(1.0) } else { 0.0 }
 }

@@ -6,11 +6,11 @@ use glam::DVec3;
 
 use crate::geometry::{Frame, Sphere};
 
-/// How a ball looks from a point.
+/// The view of a ball from a point.
 ///
-/// Every direction towards the shining side is as likely as any other. From outside that is a cone,
-/// whether the ball shines outward (with its near side) or inward (with its far side); from inside it is
-/// all directions or none.
+/// Every direction towards the shining side is as likely as any other. From outside these directions fill a
+/// cone. The ball shows its near side if it shines outward, and its far side if it shines inward. From inside
+/// the directions are all or none.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum BallView {
     /// Its shining side cannot be seen.
@@ -19,18 +19,18 @@ pub(super) enum BallView {
     Cone {
         /// The direction of its middle, a unit vector.
         axis: DVec3,
-        /// Distance of its middle.
+        /// Distance of the ball's middle.
         distance: f64,
-        /// Distance of its middle less its radius.
+        /// Distance of the ball's middle less its radius.
         gap: f64,
         /// 1 − the cosine of the cone's half angle.
         width: f64,
     },
     /// It is all round.
     Around {
-        /// From its middle.
+        /// Vector from the ball's middle to the point.
         offset: DVec3,
-        /// Whether the point is on the ball itself, as far as can be told.
+        /// True if the point is on the ball itself, as far as can be told.
         is_on_surface: bool,
     },
 }
@@ -48,8 +48,8 @@ impl BallView {
     pub(super) fn new(ball: &Sphere, from: DVec3) -> Self {
         let to_middle = ball.center() - from;
         let (distance, radius) = (to_middle.length(), ball.radius());
-        // A point found on the ball is this far off it at most, and `from` may have been moved by
-        // as much to leave it.
+        // A point found on the ball is this far off it at most, and `from` may have been moved by as much to
+        // leave it.
         let margin = 4.0 * ball.along(DVec3::Z).position_error.length();
         let gap = distance - radius;
         if gap > margin {
@@ -59,7 +59,7 @@ impl BallView {
                 axis: to_middle / distance,
                 distance,
                 gap,
-                // 1 − cos, where it would cancel.
+                // This is 1 − cos, which would cancel.
                 width: ratio * ratio / (1.0 + cos),
             }
         } else if ball.is_inward() {
@@ -72,7 +72,7 @@ impl BallView {
         }
     }
 
-    /// The density [1/sr] of [`sample`](Self::sample), wherever it may go.
+    /// The density [1/sr] of [`sample`](Self::sample), the same in all its directions.
     pub(super) fn pdf_solid_angle(&self) -> f64 {
         match *self {
             Self::Hidden => 0.0,
@@ -81,7 +81,7 @@ impl BallView {
         }
     }
 
-    /// A direction to the shining side, by uniform numbers.
+    /// A direction to the shining side, from uniform numbers.
     pub(super) fn sample(&self, ball: &Sphere, u: [f64; 2]) -> Option<BallSample> {
         let (sin_phi, cos_phi) = (TAU * u[1]).sin_cos();
         match *self {
@@ -97,7 +97,7 @@ impl BallView {
                 let sin_squared = below_one * (2.0 - below_one);
                 let sin = sin_squared.sqrt();
                 let local = DVec3::new(sin * cos_phi, sin * sin_phi, cos);
-                // Half the chord inside the ball: r² less the squared distance of line and middle.
+                // Half of the chord inside the ball: r² less the squared distance of line and middle.
                 let radius = ball.radius();
                 let miss = distance * sin;
                 let half_chord = ((radius - miss) * (radius + miss)).max(0.0).sqrt();

@@ -1,16 +1,16 @@
 //! A triangle's image cut along the lines of a grid.
 //!
-//! What counts is how much of the *surface* falls in each texel. A triangle maps affinely to the
-//! film, so a part of its image is as large a share of the image as it is of the triangle; but an
-//! image may be a line or a point. So the share is measured in barycentric coordinates, where
-//! every triangle has the same area, 1/2, and only the cuts are found on the film. A cut hands
-//! the same point to both of its sides: the shares sum to one but for rounding.
+//! The result is the part of the *surface* in each texel. A triangle maps affinely to the film. So a part of
+//! its image is as large a share of the image as it is of the triangle. But an image may be a line or a
+//! point. So the share is measured in barycentric coordinates, in which every triangle has the same area,
+//! 1/2. Only the cuts are found on the film. A cut hands the same point to both of its sides: the shares sum
+//! to one but for rounding.
 
 use glam::DVec2;
 
 /// The part of a triangle that falls into one texel.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Piece {
+pub(super) struct TexelPiece {
     pub column: u32,
     pub row: u32,
     /// Its fraction (0..=1) of the triangle's area.
@@ -19,39 +19,39 @@ pub(super) struct Piece {
     pub centroid: DVec2,
 }
 
-/// A grid of texels; its border texels reach to infinity, as `Receiver::texel` has it.
+/// A grid of texels. Its border texels reach to infinity, as in `Receiver::texel`.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Grid {
+pub(super) struct ClipGrid {
     pub columns: u32,
     pub rows: u32,
 }
 
 /// A point of the triangle.
 #[derive(Clone, Copy, Debug)]
-struct Corner {
-    /// On the film, in texels: column and row.
+struct ClipCorner {
+    /// Column and row on the film, in texels.
     at: [f64; 2],
     barycentric: DVec2,
 }
 
-/// Cuts triangles; keeps its buffers from one to the next.
+/// A cutter of triangles, which keeps its buffers from one to the next.
 #[derive(Debug, Default)]
 pub(super) struct Clipper {
-    /// What is left of the triangle above the rows done.
-    rest: Vec<Corner>,
-    /// What falls into one row, and is left of it right of the columns done.
-    strip: Vec<Corner>,
-    /// What falls into one texel.
-    cell: Vec<Corner>,
-    spare: Vec<Corner>,
+    /// The part of the triangle above the rows done.
+    rest: Vec<ClipCorner>,
+    /// The part in one row, to the right of the columns done.
+    strip: Vec<ClipCorner>,
+    /// The part in one texel.
+    cell: Vec<ClipCorner>,
+    spare: Vec<ClipCorner>,
 }
 
 impl Clipper {
     /// Hands every piece with area of a triangle to `found`; `image` is on the film, in texels.
-    pub fn pieces(&mut self, grid: Grid, image: [DVec2; 3], mut found: impl FnMut(Piece)) {
+    pub fn pieces(&mut self, grid: ClipGrid, image: [DVec2; 3], mut found: impl FnMut(TexelPiece)) {
         let weights = [DVec2::ZERO, DVec2::X, DVec2::Y];
         self.rest.clear();
-        self.rest.extend((0..3).map(|i| Corner {
+        self.rest.extend((0..3).map(|i| ClipCorner {
             at: image[i].to_array(),
             barycentric: weights[i],
         }));
@@ -79,7 +79,7 @@ impl Clipper {
                     last,
                 );
                 if let Some((share, centroid)) = area(&self.cell) {
-                    found(Piece {
+                    found(TexelPiece {
                         column,
                         row,
                         share,
@@ -92,7 +92,7 @@ impl Clipper {
 }
 
 /// The first and last texel along an axis that a polygon reaches.
-fn range(polygon: &[Corner], axis: usize, count: u32) -> (u32, u32) {
+fn range(polygon: &[ClipCorner], axis: usize, count: u32) -> (u32, u32) {
     let along = || polygon.iter().map(|corner| corner.at[axis]);
     let low = along().fold(f64::INFINITY, f64::min);
     let high = along().fold(f64::NEG_INFINITY, f64::max);
@@ -100,12 +100,12 @@ fn range(polygon: &[Corner], axis: usize, count: u32) -> (u32, u32) {
     (texel(low), texel(high))
 }
 
-/// Moves what lies before the end of texel `index` from `rest` to `part`; all of it where the
-/// texel is the last.
+/// Moves the part before the end of texel `index` from `rest` to `part`, or all of it if the texel is the
+/// last.
 fn take_below(
-    rest: &mut Vec<Corner>,
-    part: &mut Vec<Corner>,
-    spare: &mut Vec<Corner>,
+    rest: &mut Vec<ClipCorner>,
+    part: &mut Vec<ClipCorner>,
+    spare: &mut Vec<ClipCorner>,
     axis: usize,
     index: u32,
     last: u32,
@@ -134,8 +134,8 @@ fn take_below(
     std::mem::swap(rest, spare);
 }
 
-/// Where an edge crosses a line. The order of its ends makes no difference to a bit.
-fn crossing(from: Corner, to: Corner, axis: usize, line: f64) -> Corner {
+/// The point at which an edge crosses a line. The order of the edge's ends makes no difference to a bit.
+fn crossing(from: ClipCorner, to: ClipCorner, axis: usize, line: f64) -> ClipCorner {
     let (a, b) = if from.at[axis] < to.at[axis] {
         (from, to)
     } else {
@@ -144,21 +144,21 @@ fn crossing(from: Corner, to: Corner, axis: usize, line: f64) -> Corner {
     let t = ((line - a.at[axis]) / (b.at[axis] - a.at[axis])).clamp(0.0, 1.0);
     let mut at = [0, 1].map(|axis| a.at[axis] + (b.at[axis] - a.at[axis]) * t);
     at[axis] = line;
-    Corner {
+    ClipCorner {
         at,
         barycentric: a.barycentric.lerp(b.barycentric, t),
     }
 }
 
-/// A convex polygon's share of its triangle, and its centroid; `None` where it has no area.
-fn area(polygon: &[Corner]) -> Option<(f64, DVec2)> {
+/// A convex polygon's share of its triangle, and its centroid; `None` if it has no area.
+fn area(polygon: &[ClipCorner]) -> Option<(f64, DVec2)> {
     let (first, others) = polygon.split_first()?;
     let origin = first.barycentric;
     let mut share = 0.0;
     let mut moment = DVec2::ZERO;
     for edge in others.windows(2) {
         let (p, q) = (edge[0].barycentric - origin, edge[1].barycentric - origin);
-        // Twice the area, of which the whole triangle has 1.
+        // Twice the area; the whole triangle has 1.
         let fan = p.perp_dot(q);
         share += fan;
         moment += (p + q) * fan;
@@ -170,10 +170,10 @@ fn area(polygon: &[Corner]) -> Option<(f64, DVec2)> {
 mod tests {
     use super::*;
 
-    fn pieces(columns: u32, rows: u32, image: [(f64, f64); 3]) -> Vec<Piece> {
+    fn pieces(columns: u32, rows: u32, image: [(f64, f64); 3]) -> Vec<TexelPiece> {
         let mut all = Vec::new();
         let image = image.map(|(x, y)| DVec2::new(x, y));
-        Clipper::default().pieces(Grid { columns, rows }, image, |piece| all.push(piece));
+        Clipper::default().pieces(ClipGrid { columns, rows }, image, |piece| all.push(piece));
         all
     }
 
@@ -210,8 +210,8 @@ mod tests {
 
     #[test]
     fn an_image_without_area_is_shared_by_the_surface_that_it_came_from() {
-        // Along the line the surface's width grows from nothing to the full edge at x = 2: half
-        // the triangle's height is a quarter of its area.
+        // Along the line the surface's width grows from nothing to the full edge at x = 2: half the
+        // triangle's height is a quarter of its area.
         let all = pieces(2, 1, [(0.0, 0.5), (2.0, 0.5), (2.0, 0.5)]);
         assert_eq!(all.len(), 2);
         assert!((all[0].share - 0.25).abs() <= ROUNDING);
@@ -225,7 +225,7 @@ mod tests {
     #[test]
     fn a_piece_lies_where_its_centroid_does() {
         let image = [(0.3, 0.2), (7.9, 1.1), (2.2, 6.6)].map(|(x, y)| DVec2::new(x, y));
-        let grid = Grid {
+        let grid = ClipGrid {
             columns: 8,
             rows: 8,
         };

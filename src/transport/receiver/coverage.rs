@@ -1,35 +1,36 @@
-//! How much of a mesh's surface each texel holds.
+//! The area of a mesh's surface in each texel.
 
 use glam::DVec2;
 
-use super::clip::{Clipper, Grid, Piece};
+use super::clip::{ClipGrid, Clipper, TexelPiece};
 use super::problem::UvProblem;
 use crate::geometry::{Mesh, SurfacePoint};
 use crate::scene::Film;
 
-/// Images nearer than this to a texel's border are moved onto it \[texels\].
+/// Distance \[texels\] within which an image's points are moved onto a texel's border.
 ///
-/// A mesh whose uvs end on a border but for rounding would else leave slivers in the texels
-/// beyond, so thin that the rounding of a photon's uv decides what they receive. With uvs of
-/// 2⁻⁵² relative error on a film of 2¹⁶ texels that rounding is 2⁻³⁶ texels: of the thinnest
-/// strip that stays, it moves 2⁻⁶.
+/// A mesh whose uvs end on a border but for rounding would else leave slivers in the texels beyond. These
+/// would be so thin that the rounding of a photon's uv decides if they receive it. With uvs of 2⁻⁵² relative
+/// error on a film of 2¹⁶ texels, that rounding is 2⁻³⁶ texels. So it moves 2⁻⁶ of the thinnest strip that
+/// stays.
 const SNAP: f64 = 1.0 / (1_u64 << 30) as f64;
 
-/// How much of a texel's surface may be of faces whose image is a line or a point: photons
-/// find it, but the inverse map that direct light needs does not.
+/// Largest share of a texel's surface on faces whose image is a line or a point. Photons find these faces,
+/// but the inverse map that direct light needs does not.
 const COLLAPSED_SHARE: f64 = 1e-6;
 
-/// Texels of which the surface's image covers less than this remember a point of it: those that
-/// look for it on a grid of points might find none. (The grid of direct light, 2 x 2 Gauss points in
-/// 8 x 8 parts, has gaps of 0.072 texels: it finds every strip that is wider.)
+/// Share of a texel below which its coverage counts as thin; such a texel remembers a point of its surface.
+///
+/// A search on a grid of points might find none there. (The grid of direct light, 2 x 2 Gauss points in 8 x 8
+/// parts, has gaps of 0.072 texels: it finds every strip that is wider.)
 const THIN: f64 = 0.125;
 
 /// The surface in each texel of a film's crop.
 #[derive(Clone, Debug)]
 pub(super) struct Coverage {
-    /// Row by row; zero where a texel has no surface.
+    /// Areas row by row; zero if a texel has no surface.
     areas: Vec<f64>,
-    /// By texel: of those hardly covered, where the largest piece of surface lies.
+    /// For each texel hardly covered, a point of its largest piece of surface.
     homes: Vec<(usize, Home)>,
 }
 
@@ -40,9 +41,9 @@ struct Home {
     barycentric: DVec2,
 }
 
-/// What is gathered of a texel while the faces are cut.
+/// Sums over the pieces of a texel, while the faces are cut.
 #[derive(Clone, Copy, Default)]
-struct Gathered {
+struct TexelTally {
     area: f64,
     /// The part of `area` on faces that the uv map collapses.
     collapsed: f64,
@@ -57,15 +58,15 @@ impl Coverage {
     ///
     /// # Errors
     ///
-    /// Where faces that the uv map collapses make up more than a millionth of a texel's surface.
+    /// If faces that the uv map collapses make up more than a millionth of a texel's surface.
     pub fn new(mesh: &Mesh, uvs: &[DVec2], film: &Film) -> Result<Self, UvProblem> {
         let crop = film.crop;
-        let grid = Grid {
+        let grid = ClipGrid {
             columns: film.width,
             rows: film.height,
         };
         let size = DVec2::new(f64::from(film.width), f64::from(film.height));
-        let mut texels = vec![Gathered::default(); crop.width as usize * crop.height as usize];
+        let mut texels = vec![TexelTally::default(); crop.width as usize * crop.height as usize];
         let mut clipper = Clipper::default();
         for (face, triangle) in mesh.triangles().iter().enumerate() {
             let face = face as u32;
@@ -96,7 +97,7 @@ impl Coverage {
                 }
             });
         }
-        let is_lost = |texel: &Gathered| texel.collapsed > COLLAPSED_SHARE * texel.area;
+        let is_lost = |texel: &TexelTally| texel.collapsed > COLLAPSED_SHARE * texel.area;
         if let Some(index) = texels.iter().position(is_lost) {
             let width = crop.width as usize;
             return Err(UvProblem::Collapsed {
@@ -122,7 +123,7 @@ impl Coverage {
         self.areas[texel]
     }
 
-    /// Amid the largest piece of surface in a texel that is hardly covered.
+    /// A point amid the largest piece of surface in a texel that is hardly covered.
     pub fn home(&self, mesh: &Mesh, texel: usize) -> Option<SurfacePoint> {
         let index = self
             .homes
@@ -134,7 +135,7 @@ impl Coverage {
     }
 }
 
-/// Onto the texels' borders where it is on them but for rounding.
+/// The point, moved onto a texel's border if it is there but for rounding.
 fn snapped(at: DVec2) -> DVec2 {
     let snap = |x: f64| {
         let border = x.round();
@@ -143,19 +144,19 @@ fn snapped(at: DVec2) -> DVec2 {
     DVec2::new(snap(at.x), snap(at.y))
 }
 
-/// In square texels.
+/// Area of an image, in square texels.
 fn image_area([a, b, c]: [DVec2; 3]) -> f64 {
     0.5 * (b - a).perp_dot(c - a).abs()
 }
 
-/// Whether a triangle is so thin that points on a film will not find it.
+/// True if a triangle is so thin that points on a film will not find it.
 fn is_thin([a, b, c]: [DVec2; 3], area: f64) -> bool {
     let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
     2.0 * area <= SNAP * longest
 }
 
 /// The index of a piece's texel in the crop.
-fn cropped(film: &Film, piece: &Piece) -> Option<usize> {
+fn cropped(film: &Film, piece: &TexelPiece) -> Option<usize> {
     let crop = film.crop;
     let column = piece.column.checked_sub(crop.offset_x)?;
     let row = piece.row.checked_sub(crop.offset_y)?;

@@ -1,38 +1,40 @@
-//! From (u, v) back to the surface.
+//! The way from (u, v) back to the surface.
 
 use glam::{DVec2, UVec2};
 
 use super::problem::UvProblem;
 use crate::geometry::Mesh;
 
-/// How far uvs may stray from [0, 1], and faces into each other: one unit in the sixth digit, as
-/// mesh files write them (and 16 roundings of `f32`). What lies beyond belongs to border texels.
+/// Distance by which uvs may leave [0, 1], and faces may overlap: one unit in the sixth digit, as mesh files
+/// write them (and 16 roundings of `f32`). Uvs beyond [0, 1] belong to border texels.
 const HAIR: f64 = 1e-6;
 
-/// How far outside a face, in barycentric weights, a point may be by rounding and still be on it; and
-/// the height, in units of u and v, up to which a face is but a line.
+/// Distance outside a face, in barycentric weights, at which a point still counts as on it, because of
+/// rounding.
+///
+/// It is also the height, in units of u and v, up to which a face is only a line.
 const BORDER: f64 = 1e-12;
 
-/// The grid is made coarser where its cells would refer to more than this many times as many
-/// faces as there are (long thin faces).
+/// Largest number of references to faces by the grid's cells, for each face. Above it (with long thin faces)
+/// the grid is made coarser.
 const REFERENCES_A_FACE: usize = 16;
 
 /// A uniform grid over the images of a mesh's faces in the uv plane.
 #[derive(Clone, Debug)]
 pub(super) struct UvLookup {
     low: DVec2,
-    /// Cells a unit of u and v.
+    /// Cells per unit of u and v.
     scale: DVec2,
-    /// Cells a row, and rows.
+    /// Number of cells in a row, and of rows.
     side: u32,
-    /// Where each cell's faces begin in `faces`; one more than there are cells.
+    /// The index in `faces` at which each cell's faces begin; one more than there are cells.
     starts: Vec<u32>,
     faces: Vec<u32>,
 }
 
 /// A point of a mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Place {
+pub(super) struct FacePlace {
     pub face: u32,
     /// The weights of the face's second and third vertex.
     pub barycentric: DVec2,
@@ -41,16 +43,16 @@ pub(super) struct Place {
 }
 
 /// A face's image.
-type Image = [DVec2; 3];
+type FaceImage = [DVec2; 3];
 
 impl UvLookup {
-    /// The grid over `mesh`, whose `uvs` are.
+    /// The grid over `mesh`, whose texture coordinates are `uvs`.
     ///
     /// # Errors
     ///
-    /// Where a (u, v) lies outside [0, 1]² by more than a hair, or on two faces.
+    /// If a (u, v) lies outside [0, 1]² by more than a hair, or on two faces.
     pub fn new(mesh: &Mesh, uvs: &[DVec2]) -> Result<Self, UvProblem> {
-        let images: Vec<Image> = mesh
+        let images: Vec<FaceImage> = mesh
             .triangles()
             .iter()
             .map(|triangle| triangle.map(|vertex| uvs[vertex as usize]))
@@ -70,7 +72,7 @@ impl UvLookup {
     }
 
     /// About one cell a face, over the box of all images.
-    fn over(images: &[Image]) -> Self {
+    fn over(images: &[FaceImage]) -> Self {
         let corners = || images.iter().flatten().copied();
         let low = corners().fold(DVec2::INFINITY, DVec2::min);
         let high = corners().fold(DVec2::NEG_INFINITY, DVec2::max);
@@ -96,7 +98,7 @@ impl UvLookup {
     }
 
     /// Counting sort of the faces by the cells that they reach.
-    fn fill(&mut self, images: &[Image]) {
+    fn fill(&mut self, images: &[FaceImage]) {
         let cells = self.side as usize * self.side as usize;
         let mut starts = vec![0_u32; cells + 1];
         for image in images {
@@ -125,7 +127,7 @@ impl UvLookup {
     }
 
     /// The cells that the box of an image reaches; none for an image that is but a line or a point.
-    fn cells(&self, image: &Image) -> impl Iterator<Item = usize> + use<> {
+    fn cells(&self, image: &FaceImage) -> impl Iterator<Item = usize> + use<> {
         let [a, b, c] = *image;
         let low = self.cell(a.min(b).min(c));
         let high = self.cell(a.max(b).max(c));
@@ -143,7 +145,7 @@ impl UvLookup {
     }
 
     /// Two faces whose images overlap by more than a hair.
-    fn overlap(&self, images: &[Image]) -> Option<(u32, u32)> {
+    fn overlap(&self, images: &[FaceImage]) -> Option<(u32, u32)> {
         (0..self.starts.len() - 1).find_map(|cell| {
             let faces = self.faces_of(cell);
             faces.iter().enumerate().find_map(|(i, &first)| {
@@ -155,15 +157,15 @@ impl UvLookup {
         })
     }
 
-    /// The point of `mesh` at `uv`; `None` where no face lies there.
+    /// The point of `mesh` at `uv`; `None` if no face lies there.
     #[inline]
-    pub fn find(&self, mesh: &Mesh, uvs: &[DVec2], uv: DVec2) -> Option<Place> {
+    pub fn find(&self, mesh: &Mesh, uvs: &[DVec2], uv: DVec2) -> Option<FacePlace> {
         let cell = self.cell(uv);
         let cell = cell.y as usize * self.side as usize + cell.x as usize;
         self.faces_of(cell).iter().find_map(|&face| {
             let image = mesh.triangles()[face as usize].map(|vertex| uvs[vertex as usize]);
             let barycentric = barycentric(&image, uv)?;
-            Some(Place {
+            Some(FacePlace {
                 face,
                 barycentric,
                 uv_area: 0.5 * double_area(&image).abs(),
@@ -172,13 +174,13 @@ impl UvLookup {
     }
 }
 
-/// Positive where the image is counter-clockwise.
-fn double_area([a, b, c]: &Image) -> f64 {
+/// Twice the signed area: positive if the image is counter-clockwise.
+fn double_area([a, b, c]: &FaceImage) -> f64 {
     (*b - *a).perp_dot(*c - *a)
 }
 
 /// The weights of the second and third corner at `uv`; `None` outside.
-fn barycentric(image: &Image, uv: DVec2) -> Option<DVec2> {
+fn barycentric(image: &FaceImage, uv: DVec2) -> Option<DVec2> {
     let [a, b, c] = *image;
     let double_area = double_area(image);
     let b1 = (uv - a).perp_dot(c - a) / double_area;
@@ -190,14 +192,14 @@ fn barycentric(image: &Image, uv: DVec2) -> Option<DVec2> {
     })
 }
 
-/// Whether two triangles reach into each other by more than a hair: no edge of either separates
-/// them (the separating-axis theorem, for which edges are enough in the plane).
-fn overlap(one: &Image, other: &Image) -> bool {
+/// True if two triangles overlap by more than a hair: no edge of either separates them. (In the plane edges
+/// are enough for the separating-axis theorem.)
+fn overlap(one: &FaceImage, other: &FaceImage) -> bool {
     !(separates(one, other) || separates(other, one))
 }
 
-/// Whether an edge of `image` has all of `other` on its far side, but for a hair.
-fn separates(image: &Image, other: &Image) -> bool {
+/// True if an edge of `image` has all of `other` on its far side, but for a hair.
+fn separates(image: &FaceImage, other: &FaceImage) -> bool {
     let inward = double_area(image).signum();
     (0..3).any(|i| {
         let (from, to) = (image[i], image[(i + 1) % 3]);

@@ -1,36 +1,44 @@
-//! What of a [`Bsdf`](super::Bsdf) a path from one direction meets.
+//! Layers of a [`Bsdf`](super::Bsdf), and one layer as a path from one direction meets it.
 
 use glam::DVec3;
 
-use super::Layer;
-use super::turned::Turned;
+use super::lobe::Lobe;
+use super::turned::TurnedNormal;
 use crate::geometry::Frame;
+
+/// A lobe, and the texture that turns its normal, if any.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct BsdfLayer<'a> {
+    pub(super) lobe: Lobe<'a>,
+    pub(super) turned: Option<TurnedNormal>,
+}
 
 /// A layer as a path from one direction meets it.
 ///
-/// Three frames: the shading frame; the same mirrored at the tangent plane, on the back of a two-sided
-/// surface, as Mitsuba does; and that of the lobe, whose normal a texture may have turned.
-pub(super) struct View<'b, 'a> {
-    pub layer: &'b Layer<'a>,
+/// There are three frames. One is the shading frame. One is the same mirrored at the tangent plane, on the
+/// back of a two-sided surface, as Mitsuba does. One is that of the lobe, whose normal a texture may have
+/// turned.
+pub(super) struct LayerView<'b, 'a> {
+    pub layer: &'b BsdfLayer<'a>,
     is_mirrored: bool,
-    turned: Option<(Turned, Frame)>,
-    /// In the lobe's frame.
+    turned: Option<(TurnedNormal, Frame)>,
+    /// Direction of the path's start, in the lobe's frame.
     pub wi: DVec3,
 }
 
 /// The direction that a path goes on along, in three frames.
 pub(super) struct Onward {
-    /// In the shading frame.
+    /// The direction in the shading frame.
     pub unmirrored: DVec3,
     mirrored: DVec3,
-    /// In the lobe's frame.
+    /// The direction in the lobe's frame.
     pub wo: DVec3,
 }
 
-impl<'b, 'a> View<'b, 'a> {
+impl<'b, 'a> LayerView<'b, 'a> {
     /// The layer that a path from `wi`, in the shading frame, meets.
     #[inline]
-    pub fn new(front: &'b Layer<'a>, back: Option<&'b Layer<'a>>, wi: DVec3) -> Self {
+    pub fn new(front: &'b BsdfLayer<'a>, back: Option<&'b BsdfLayer<'a>>, wi: DVec3) -> Self {
         let (layer, is_mirrored) = match back {
             Some(back) if wi.z < 0.0 => (back, true),
             _ => (front, false),
@@ -45,13 +53,14 @@ impl<'b, 'a> View<'b, 'a> {
         }
     }
 
-    /// Whether a texture turned the normal.
+    /// True if a texture turned the normal.
     pub fn is_turned(&self) -> bool {
         self.turned.is_some()
     }
 
-    /// From the shading frame; `None` where the turned normal has the direction on its other side, where
-    /// no light goes.
+    /// The direction in all frames, from the shading frame.
+    ///
+    /// `None` if the turned normal has it on its other side, to which no light goes.
     #[inline]
     pub fn to_lobe(&self, unmirrored: DVec3) -> Option<Onward> {
         let mirrored = mirrored_if(self.is_mirrored, unmirrored);
@@ -62,7 +71,7 @@ impl<'b, 'a> View<'b, 'a> {
         self.checked(unmirrored, mirrored, wo)
     }
 
-    /// From the lobe's frame; `None` as for [`Self::to_lobe`].
+    /// The direction in all frames, from the lobe's frame; `None` as for [`Self::to_lobe`].
     #[inline]
     pub fn leave_lobe(&self, wo: DVec3) -> Option<Onward> {
         let mirrored = match &self.turned {
@@ -97,7 +106,7 @@ impl<'b, 'a> View<'b, 'a> {
     }
 }
 
-/// Mirrored at the tangent plane, or not.
+/// The direction, mirrored at the tangent plane if asked for.
 #[inline]
 fn mirrored_if(is_mirrored: bool, local: DVec3) -> DVec3 {
     if is_mirrored {

@@ -1,0 +1,66 @@
+//! Light of a delta emitter at a point of the receiver.
+
+use glam::DVec3;
+
+use super::light::DirectLight;
+use crate::geometry::SurfacePoint;
+use crate::radiometry::Rgb;
+use crate::scene::Emitter;
+use crate::transport::domain::chart::Falloff;
+
+impl DirectLight<'_> {
+    /// A delta emitter's unshadowed irradiance at a point, and the share (0..=1) that passes.
+    pub(super) fn arriving(&mut self, point: &SurfacePoint, emitter: &Emitter) -> (Rgb, f64) {
+        let (irradiance, towards, distance) = unshadowed(point, emitter);
+        if irradiance.is_black() {
+            return (Rgb::BLACK, 0.0);
+        }
+        let passed = self.transmittance(point, towards, distance);
+        (irradiance, passed)
+    }
+}
+
+/// Irradiance of a delta emitter at a point if nothing is in the way, the direction towards it and its
+/// distance \[m\]. Other emitters give none.
+pub(super) fn unshadowed(point: &SurfacePoint, emitter: &Emitter) -> (Rgb, DVec3, f64) {
+    let from = |position, intensity| from_point(point, position, intensity, Falloff::of(emitter));
+    match emitter {
+        Emitter::Directional {
+            direction,
+            irradiance,
+        } => {
+            let cos = -direction.dot(point.geometric_normal);
+            (*irradiance * cos.max(0.0), -*direction, f64::INFINITY)
+        }
+        Emitter::Point {
+            position,
+            intensity,
+        } => from(*position, *intensity),
+        Emitter::Spot {
+            to_world,
+            intensity,
+            ..
+        } => from(to_world.point(DVec3::ZERO), *intensity),
+        Emitter::Area { .. } | Emitter::Constant { .. } | Emitter::Envmap(_) => {
+            (Rgb::BLACK, DVec3::Z, f64::INFINITY)
+        }
+    }
+}
+
+/// Irradiance from a point: I(ω) cos θ / r².
+fn from_point(
+    point: &SurfacePoint,
+    position: DVec3,
+    intensity: Rgb,
+    falloff: Falloff,
+) -> (Rgb, DVec3, f64) {
+    let offset = position - point.position;
+    let distance = offset.length();
+    if distance == 0.0 {
+        return (Rgb::BLACK, DVec3::Z, 0.0);
+    }
+    let towards = offset / distance;
+    let cos = towards.dot(point.geometric_normal).max(0.0);
+    let factor = falloff.factor(-towards) * cos / (distance * distance);
+    (intensity * factor, towards, distance)
+}

@@ -1,0 +1,146 @@
+//! Direct irradiance of all texels, row by row on all cores.
+
+use rayon::prelude::*;
+
+use super::area;
+use super::glance::is_near_edge;
+use super::light::DirectLight;
+use super::texel::DirectTexel;
+use crate::geometry::TraversalCounters;
+use crate::numeric::{Stream, StreamKind};
+use crate::scene::{Emitter, Scene};
+use crate::transport::domain::surface::LightSurface;
+use crate::transport::receiver::Receiver;
+
+/// Samples of a texel and an area light if no more are asked for.
+pub const AREA_SAMPLES: u32 = area::REPLICATES * area::SAMPLES;
+
+/// Direct irradiance of every texel, and the work it took.
+#[derive(Clone, Debug)]
+pub struct Direct {
+    /// Texels row by row, as the receiver's.
+    pub texels: Vec<DirectTexel>,
+    /// Shadow rays and their cost.
+    pub counters: TraversalCounters,
+}
+
+/// Measures `LD` on every texel of the receiver; `None` if `stop` asked for an end before.
+///
+/// Texels in which an area light is hard to measure get `samples` samples of it.
+pub fn direct(
+    scene: &Scene,
+    receiver: &Receiver,
+    seed: u64,
+    samples: u32,
+    stop: &(dyn Fn() -> bool + Sync),
+) -> Option<Direct> {
+    let stream = Stream::new(StreamKind::Sobol, seed).split(0x4c44);
+    // Light space refuses lights whose surface is not modelled.
+    let surfaces: Vec<Option<LightSurface>> = scene
+        .emitters()
+        .iter()
+        .map(|emitter| match emitter {
+            Emitter::Area { shape, .. } => {
+                LightSurface::new(&scene.world().shapes()[shape.0 as usize])
+            }
+            _ => None,
+        })
+        .collect();
+    let mut result = Direct {
+        texels: vec![DirectTexel::default(); receiver.texels()],
+        counters: TraversalCounters::default(),
+    };
+    for (index, (emitter, surface)) in scene.emitters().iter().zip(&surfaces).enumerate() {
+        let measured = if let Some(surface) = surface {
+            let stream = stream.split(index as u64);
+            let area = |at: &mut DirectLight, texel: usize, stream: &Stream, each: u32| {
+                at.area(texel, emitter, surface, &stream.split(texel as u64), each)
+            };
+            let first = result.by_row(scene, receiver, stop, |at, texel| {
+                area(at, texel, &stream, area::SAMPLES)
+            })?;
+            let each = samples / area::REPLICATES;
+            // Points of their own: the first points chose the texels, and this must not bias the second
+            // result.
+            let again = stream.split(AGAIN);
+            result.by_row(scene, receiver, stop, |at, texel| {
+                let value = first[texel].value;
+                let is_hard = is_near_edge(&first, texel, receiver) || is_rough(&value);
+                if each > area::SAMPLES && is_hard {
+                    area(at, texel, &again, each).value
+                } else {
+                    value
+                }
+            })?
+        } else {
+            let first =
+                result.by_row(scene, receiver, stop, |at, texel| at.glance(texel, emitter))?;
+            result.by_row(scene, receiver, stop, |at, texel| {
+                if is_near_edge(&first, texel, receiver) {
+                    at.edge(texel, emitter)
+                } else {
+                    first[texel].value
+                }
+            })?
+        };
+        for (sum, part) in result.texels.iter_mut().zip(measured) {
+            sum.irradiance += part.irradiance;
+            sum.error += part.error;
+        }
+    }
+    Some(result)
+}
+
+/// The stream of second samples; streams of texels are counted from 0.
+const AGAIN: u64 = u64::MAX;
+
+/// True if the scatter of a texel's samples is large.
+fn is_rough(texel: &DirectTexel) -> bool {
+    texel.error.max_channel() > area::SMOOTH_ERROR * texel.irradiance.max_channel()
+}
+
+impl Direct {
+    /// The state before any measurement: every texel is NaN.
+    pub fn unknown(texels: usize) -> Self {
+        Self {
+            texels: vec![DirectTexel::UNKNOWN; texels],
+            counters: TraversalCounters::default(),
+        }
+    }
+
+    /// `measure` of every texel, on all cores; counts the work.
+    fn by_row<T: Send>(
+        &mut self,
+        scene: &Scene,
+        receiver: &Receiver,
+        stop: &(dyn Fn() -> bool + Sync),
+        measure: impl Fn(&mut DirectLight, usize) -> T + Sync,
+    ) -> Option<Vec<T>> {
+        let rows: Option<Vec<(Vec<T>, TraversalCounters)>> = (0..receiver.height())
+            .into_par_iter()
+            .map(|row| {
+                let mut at = DirectLight {
+                    scene,
+                    receiver,
+                    stop,
+                    counters: TraversalCounters::default(),
+                };
+                let mut texels = Vec::with_capacity(receiver.width());
+                for column in 0..receiver.width() {
+                    texels.push(measure(&mut at, row * receiver.width() + column));
+                    // A texel that was given up halfway is no measurement.
+                    if stop() {
+                        return None;
+                    }
+                }
+                Some((texels, at.counters))
+            })
+            .collect();
+        let mut all = Vec::with_capacity(receiver.texels());
+        for (texels, counters) in rows? {
+            all.extend(texels);
+            self.counters += counters;
+        }
+        Some(all)
+    }
+}
