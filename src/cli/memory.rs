@@ -96,7 +96,7 @@ fn beams(channels: u64, max_layers: u64) -> u64 {
     const LAYER: u64 = 4 * TRIPLE;
     // The layers with a signature, the one for the others, and their total.
     let layers = max_layers + 2;
-    // One signature's exact sums (three kinds by channel) and slack (channels and spread), see
+    // One signature's exact sums (three kinds by channel) and uncertain flux (channels and spread), see
     // `BeamFilm`; read as `Texel`s, from which `BoundedFlux` comes and then its `Sums`.
     let film = 8 * (3 * channels) + 8 * (channels + 1);
     let bounded = 8 * (2 * channels + 1);

@@ -79,7 +79,7 @@ pub enum Bending {
 /// A ray at a surface: how its light is shared out, before anyone asks where it goes.
 ///
 /// What the shares and tints do not carry on is absorbed.
-pub struct Meeting<'a> {
+pub struct Interaction<'a> {
     point: &'a SurfacePoint,
     direction: DVec3,
     shading_normals: ShadingNormals,
@@ -93,7 +93,7 @@ pub struct Meeting<'a> {
     shares: [f64; 3],
 }
 
-impl<'a> Meeting<'a> {
+impl<'a> Interaction<'a> {
     /// Light that travels along `direction` meets `material` at `point`.
     #[inline]
     pub fn new(
@@ -104,7 +104,7 @@ impl<'a> Meeting<'a> {
         shading_normals: ShadingNormals,
     ) -> Self {
         let front = direction.dot(point.geometric_normal) < 0.0;
-        let mut meeting = Self {
+        let mut interaction = Self {
             point,
             direction,
             shading_normals,
@@ -117,11 +117,11 @@ impl<'a> Meeting<'a> {
             // The commonest end of a chain.
             Material::Diffuse { .. } => {}
             Material::Mask { .. } | Material::TwoSided { .. } => {
-                meeting.unwrap(scene, material, front);
+                interaction.unwrap(scene, material, front);
             }
-            _ => meeting.share(material, front, 1.0),
+            _ => interaction.share(material, front, 1.0),
         }
-        meeting
+        interaction
     }
 
     /// Looks through masks and two-sided materials at what is inside.

@@ -1,11 +1,11 @@
 //! What the last leg of a light path falls on: the texel or pixel for a photon, film coordinates for the end of a
-//! prescribed path.
+//! path of fixed signature.
 
 use glam::{DVec2, DVec3};
 
 use super::camera::Camera;
 use super::chain::Arrival;
-use super::prescribed::{End, next_hit};
+use super::fixed_signature::{End, next_hit};
 use super::receiver::Receiver;
 use crate::geometry::{Hit, Hull, Ray, Shape, TraversalCounters};
 use crate::radiometry::Rgb;

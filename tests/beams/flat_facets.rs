@@ -92,7 +92,7 @@ fn solids() -> [(&'static str, Solid); 3] {
     ]
 }
 
-/// Each texel's error and the mean over the lit ones, and all slack of what set out, of one path.
+/// Each texel's error and the mean over the lit ones, and all uncertain flux of what set out, of one path.
 fn compare(solid: &Solid, path: Path, deepest: u32) -> (f64, f64, f64) {
     let scene = &solid.scene;
     let is_meter = |kind: &SensorKind| matches!(kind, SensorKind::IrradianceMeter { .. });
@@ -134,12 +134,16 @@ fn compare(solid: &Solid, path: Path, deepest: u32) -> (f64, f64, f64) {
             let found = layer.map_or(0.0, |layer| layer.irradiance[texel].0[0]);
             worst.max((found - truth).abs())
         });
-    let slack: f64 = report.signatures.iter().map(|one| one.slack.mean()).sum();
+    let uncertain: f64 = report
+        .signatures
+        .iter()
+        .map(|one| one.uncertain.mean())
+        .sum();
     let emitted = report.signatures.iter().map(|one| one.emitted);
     (
         worst,
         mean,
-        slack / emitted.fold(f64::MIN_POSITIVE, f64::max),
+        uncertain / emitted.fold(f64::MIN_POSITIVE, f64::max),
     )
 }
 
@@ -149,14 +153,14 @@ fn every_texel_of_cube_prism_and_diamond_is_that_of_the_closed_form_to_rounding(
     for (name, solid) in solids() {
         let through = (0..=DEEPEST).map(Path::Through);
         for path in [Path::Reflected(1)].into_iter().chain(through) {
-            let (worst, mean, slack) = compare(&solid, path, DEEPEST);
+            let (worst, mean, uncertain) = compare(&solid, path, DEEPEST);
             // An edge of a polygon that is off by 2⁻⁵⁰ of the scene's size, about a hundred texels,
             // moves as much of a texel's light; up to 8 legs stretch that by 10 each at most
             // where they graze, but then their light is weak. 1e-9 of the mean leaves a margin.
             assert!(worst <= 1e-9 * mean, "{name} {path:?}: {worst} of {mean}");
             // Slivers along edges, as wide as the rounding of eight legs: of which facet they are
             // is not known, and that is said.
-            assert!(slack <= 1e-12, "{name} {path:?}: {slack}");
+            assert!(uncertain <= 1e-12, "{name} {path:?}: {uncertain}");
         }
     }
 }

@@ -8,7 +8,7 @@
 //!   several cells cancel, but not in the neighbours, too: the largest |q| of 3 x 3 texels counts.
 //! - a, the flux of quarter cells within their bend of a texel line: it is a sum of positive terms,
 //!   and covers what cancels.
-//! - s, the flux of cells that no single line divides into families, and of borders' curvature.
+//! - s, the flux of cells that no single line divides into topologies, and of borders' curvature.
 //!
 //! ```text
 //! bar = max|q| + max(a)/32 + max(s)          over 3 x 3 texels
@@ -24,7 +24,7 @@ use crate::transport::flux::Flux;
 /// Factor of |q|.
 const OF_DIFFERENCE: f64 = 1.0;
 /// Factor of a.
-const OF_ASTRAY: f64 = 1.0 / 32.0;
+const OF_NEAR_LINES: f64 = 1.0 / 32.0;
 
 /// Where light is known exactly but for rounding, that is all there is: a deposit is a dozen
 /// operations on a path of a dozen more, with condition numbers of a hundred.
@@ -34,7 +34,7 @@ const ROUNDING: f64 = 1e-11;
 /// of each.
 const LIKELY: f64 = 0.25;
 /// ... and this part of s, spread over the texels that it may be on.
-const LIKELY_SLACK: f64 = 0.125;
+const LIKELY_UNCERTAIN: f64 = 0.125;
 
 /// One signature's flux, texel by texel \[W\].
 pub struct BoundedFlux<const N: usize> {
@@ -68,13 +68,13 @@ pub fn bounded<const N: usize>(film: &BeamFilm<N>) -> BoundedFlux<N> {
             result.flux.push(own.sums.flux);
             result.bar.push(
                 most.sums.difference * OF_DIFFERENCE
-                    + most.sums.astray * OF_ASTRAY
-                    + most.slack
+                    + most.sums.near_lines * OF_NEAR_LINES
+                    + most.uncertain
                     + most.sums.flux * ROUNDING,
             );
             result
                 .likely
-                .push(own.sums.difference.max_magnitude() * LIKELY + own.spread * LIKELY_SLACK);
+                .push(own.sums.difference.max_magnitude() * LIKELY + own.spread * LIKELY_UNCERTAIN);
         }
     }
     result
@@ -88,9 +88,9 @@ fn larger<const N: usize>(a: &Texel<N>, b: &Texel<N>) -> Texel<N> {
         sums: TexelSums {
             flux: of(&a.sums.flux, &b.sums.flux),
             difference: of(&a.sums.difference, &b.sums.difference),
-            astray: of(&a.sums.astray, &b.sums.astray),
+            near_lines: of(&a.sums.near_lines, &b.sums.near_lines),
         },
-        slack: of(&a.slack, &b.slack),
+        uncertain: of(&a.uncertain, &b.uncertain),
         spread: a.spread.max(b.spread),
     }
 }

@@ -2,9 +2,9 @@
 
 use glam::DVec2;
 
+use crate::transport::clearance::CellClearance;
 use crate::transport::first_surface::{middles, quarters};
 use crate::transport::flux::Flux;
-use crate::transport::guard::Clearance;
 
 /// A path of light, by where it met the first surface.
 #[derive(Clone, Copy, Debug)]
@@ -19,8 +19,8 @@ pub struct Node<const N: usize> {
     pub weight: Flux<N>,
     /// Flux that set out \[W\] for a unit of chart area, mean of channels.
     pub emitted: f64,
-    /// Which surfaces took part: the same for paths of one smooth family.
-    pub family: u64,
+    /// Which surfaces took part: the same for paths of one smooth topology.
+    pub topology: u64,
 }
 
 /// A triangle of light space.
@@ -28,10 +28,10 @@ pub struct Node<const N: usize> {
 pub struct Cell<const N: usize> {
     /// Its corners.
     pub corners: [Node<N>; 3],
-    /// How often its root was divided.
+    /// How often its patch was divided.
     pub level: u32,
     /// Which legs of its light are known to have nothing in their way.
-    pub clearance: Clearance,
+    pub clearance: CellClearance,
     /// The [`Look::weight_bend`] of the cell that it is a quarter of, where that was worth noting; else 0.
     pub noted_bend: f64,
 }
@@ -71,16 +71,16 @@ pub fn triangle_area<const N: usize>(corners: &[Node<N>; 3]) -> f64 {
 /// What the six nodes of a cell, its corners and its edges' middles, say together.
 #[derive(Clone, Copy, Debug)]
 pub struct Look<const N: usize> {
-    /// Whether all are of one family.
-    pub one_family: bool,
-    /// How many families there are.
-    pub families: u32,
+    /// Whether all are of one topology.
+    pub one_topology: bool,
+    /// How many topologies there are.
+    pub topologies: u32,
     /// Whether any landed.
     pub any_landed: bool,
     /// Whether an interface turned any back.
     pub any_turned_back: bool,
     /// The largest distance of a middle's landing from the mean of its edge's ends \[texels\], over
-    /// edges of one family.
+    /// edges of one topology.
     pub bend: f64,
     /// The largest difference of a middle's weight from the mean of its edge's ends likewise, the
     /// worst channel.
@@ -99,10 +99,10 @@ impl<const N: usize> Look<N> {
     /// Looks at a cell.
     #[inline]
     pub fn at(corners: &[Node<N>; 3], middles: &[Node<N>; 3]) -> Self {
-        let family = corners[0].family;
+        let topology = corners[0].topology;
         let mut look = Self {
-            one_family: true,
-            families: 1,
+            one_topology: true,
+            topologies: 1,
             any_landed: false,
             any_turned_back: false,
             bend: 0.0,
@@ -113,7 +113,7 @@ impl<const N: usize> Look<N> {
             emitted: 0.0,
         };
         for node in corners.iter().chain(middles) {
-            look.one_family &= node.family == family;
+            look.one_topology &= node.topology == topology;
             look.emitted = look.emitted.max(node.emitted);
             look.any_turned_back |= node.turned_back;
             if let Some(at) = node.landing {
@@ -125,21 +125,21 @@ impl<const N: usize> Look<N> {
                 }
             }
         }
-        if !look.one_family {
+        if !look.one_topology {
             let nodes = [0, 1, 2, 3, 4, 5].map(|i| {
                 if i < 3 {
-                    corners[i].family
+                    corners[i].topology
                 } else {
-                    middles[i - 3].family
+                    middles[i - 3].topology
                 }
             });
-            look.families = (0..6).filter(|&i| !nodes[..i].contains(&nodes[i])).count() as u32;
+            look.topologies = (0..6).filter(|&i| !nodes[..i].contains(&nodes[i])).count() as u32;
         }
         for (index, middle) in middles.iter().enumerate() {
             let (a, b) = (&corners[(index + 1) % 3], &corners[(index + 2) % 3]);
             if let (Some(p), Some(q), Some(m)) = (a.landing, b.landing, middle.landing)
-                && a.family == middle.family
-                && b.family == middle.family
+                && a.topology == middle.topology
+                && b.topology == middle.topology
             {
                 look.bend = look.bend.max((m - 0.5 * (p + q)).length());
                 let mean = (a.weight + b.weight) * 0.5;
@@ -153,7 +153,7 @@ impl<const N: usize> Look<N> {
     /// again between its nodes as they show.
     #[inline]
     pub fn is_off(&self, size: [usize; 2]) -> bool {
-        let margin = if self.one_family {
+        let margin = if self.one_topology {
             DVec2::splat(2.0 * self.bend)
         } else {
             // What the nodes did not see may reach as far as what they saw.

@@ -1,6 +1,6 @@
-//! Triangles of light space cut along the border between two families.
+//! Triangles of light space cut along the border between two topologies.
 //!
-//! Where a silhouette, a shadow's edge or the onset of total reflection crosses a cell, the family
+//! Where a silhouette, a shadow's edge or the onset of total reflection crosses a cell, the topology
 //! changes along two of its edges. Both crossings are found by bisection, and the triangle is
 //! cut along the straight line between them. What the border's curvature leaves is of second order
 //! in the cell's size, as the bend of a smooth cell is, and is extrapolated the same way.
@@ -9,10 +9,10 @@ use glam::DVec2;
 
 use super::cell::{Node, triangle_area};
 
-/// A triangle of one family that lands: corner landings and weights, and its area in light space.
+/// A triangle of one topology that lands: corner landings and weights, and its area in light space.
 #[derive(Clone, Copy, Debug)]
 pub struct Piece<const N: usize> {
-    /// The corners; those on a border have the values of the nearest path of the family.
+    /// The corners; those on a border have the values of the nearest path of the topology.
     pub corners: [Node<N>; 3],
     /// In chart coordinates.
     pub area: f64,
@@ -27,9 +27,9 @@ pub const CUT_ERROR: f64 = 1.0 / 1024.0;
 /// An edge's ends on both sides of a border, close to each other.
 #[derive(Clone, Copy, Debug)]
 struct Crossing<const N: usize> {
-    /// Of the family of the edge's first end.
+    /// Of the topology of the edge's first end.
     before: Node<N>,
-    /// Of the family of the edge's second end.
+    /// Of the topology of the edge's second end.
     after: Node<N>,
 }
 
@@ -53,14 +53,14 @@ pub fn whole<const N: usize>(corners: [Node<N>; 3]) -> Option<Piece<N>> {
     (lands && area > 0.0).then_some(Piece { corners, area })
 }
 
-/// Cuts a triangle into pieces of one family each, with `follow` for the path at chart coordinates;
-/// `None` where there are more than two families, or one in between: not to be cut by one line.
+/// Cuts a triangle into pieces of one topology each, with `follow` for the path at chart coordinates;
+/// `None` where there are more than two topologies, or one in between: not to be cut by one line.
 pub fn cut<const N: usize>(
     corners: &[Node<N>; 3],
     mut follow: impl FnMut(DVec2) -> Node<N>,
 ) -> Option<Pieces<N>> {
-    let [a, b, c] = corners.map(|node| node.family);
-    // The corner whose family is not that of the other two.
+    let [a, b, c] = corners.map(|node| node.topology);
+    // The corner whose topology is not that of the other two.
     let odd = match (a == b, b == c, c == a) {
         (true, true, _) => {
             let pieces = [whole(*corners), None, None];
@@ -100,9 +100,9 @@ fn crossing<const N: usize>(
     let (mut before, mut after) = (*from, *to);
     for _ in 0..BISECTIONS {
         let middle = follow(0.5 * (before.at + after.at));
-        if middle.family == before.family {
+        if middle.topology == before.topology {
             before = middle;
-        } else if middle.family == after.family {
+        } else if middle.topology == after.topology {
             after = middle;
         } else {
             return None;
@@ -111,7 +111,7 @@ fn crossing<const N: usize>(
     Some(Crossing { before, after })
 }
 
-/// Whether a path that lands is found next to the border of the first node's family, on the way to
+/// Whether a path that lands is found next to the border of the first node's topology, on the way to
 /// a node of another.
 pub fn lands_between<const N: usize>(
     from: &Node<N>,
@@ -119,7 +119,7 @@ pub fn lands_between<const N: usize>(
     mut follow: impl FnMut(DVec2) -> Node<N>,
 ) -> bool {
     let (mut before, mut after) = (from.at, *to);
-    if after.family == from.family {
+    if after.topology == from.topology {
         return false;
     }
     for _ in 0..BISECTIONS {
@@ -127,7 +127,7 @@ pub fn lands_between<const N: usize>(
         if middle.landing.is_some() {
             return true;
         }
-        if middle.family == from.family {
+        if middle.topology == from.topology {
             before = middle.at;
         } else {
             after = middle;

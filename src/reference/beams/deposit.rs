@@ -102,13 +102,13 @@ impl<const N: usize> Levels<'_, N> {
         let fine_bend = 0.25 * bend;
         for piece in self.fine {
             let image = image_of(piece);
-            let astray = flux_of(piece, &Part::WHOLE) * part_near_lines(&image, fine_bend);
+            let near_lines = flux_of(piece, &Part::WHOLE) * part_near_lines(&image, fine_bend);
             deal(image, size, |texel, part| {
                 let flux = flux_of(piece, &part);
                 let sums = TexelSums {
                     flux: flux * (4.0 / 3.0),
                     difference: flux,
-                    astray,
+                    near_lines,
                 };
                 add(texel, &sums);
             });
@@ -191,7 +191,7 @@ fn part_near_lines(image: &[DVec2; 3], bend: f64) -> f64 {
     (near(0) + near(1)).min(1.0)
 }
 
-/// Puts a triangle of no single family on the film: each landed corner's third, as a point.
+/// Puts a triangle of no single topology on the film: each landed corner's third, as a point.
 pub fn deposit_points<const N: usize>(
     film: &BeamFilm<N>,
     corners: &[Node<N>; 3],
@@ -217,29 +217,31 @@ pub fn deposit_points<const N: usize>(
     received
 }
 
-/// Says that `flux` may be, or not be, in any texel of a cut cell's [boxes](slack_boxes).
-pub fn deposit_slack<const N: usize>(
+/// Says that `flux` may be, or not be, in any texel of a cut cell's [boxes](uncertain_boxes).
+pub fn deposit_uncertain<const N: usize>(
     film: &BeamFilm<N>,
     nodes: &[Node<N>; 6],
     pieces: &[Piece<N>],
     flux: Flux<N>,
 ) {
-    for [first, last] in slack_boxes(film.size(), nodes, pieces) {
-        film.add_slack(first, last, flux);
+    for [first, last] in uncertain_boxes(film.size(), nodes, pieces) {
+        film.add_uncertain(first, last, flux);
     }
 }
 
 /// The first and last texel of the boxes on the film where light of a cell may be that its nodes do
-/// not show: for each family the box round its nodes and round its `pieces`, which reach up to the
+/// not show: for each topology the box round its nodes and round its `pieces`, which reach up to the
 /// border where perhaps only one node landed; and as far again on all sides.
-pub fn slack_boxes<const N: usize>(
+pub fn uncertain_boxes<const N: usize>(
     size: [usize; 2],
     nodes: &[Node<N>; 6],
     pieces: &[Piece<N>],
 ) -> impl Iterator<Item = [[usize; 2]; 2]> {
     let end = DVec2::new(size[0] as f64, size[1] as f64) - 1.0;
     nodes.iter().enumerate().filter_map(move |(index, node)| {
-        let is_new = nodes[..index].iter().all(|one| one.family != node.family);
+        let is_new = nodes[..index]
+            .iter()
+            .all(|one| one.topology != node.topology);
         if node.landing.is_none() || !is_new {
             return None;
         }
@@ -248,7 +250,7 @@ pub fn slack_boxes<const N: usize>(
         for at in nodes
             .iter()
             .chain(pieces.iter().flat_map(|piece| &piece.corners))
-            .filter(|one| one.family == node.family)
+            .filter(|one| one.topology == node.topology)
             .filter_map(|one| one.landing)
         {
             low = low.min(at);

@@ -79,7 +79,7 @@ impl Lamps {
                 let source = Source::Surface { place, intensity };
                 Some(Light {
                     source,
-                    roots: None,
+                    patches: None,
                 })
             }));
         }

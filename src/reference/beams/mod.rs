@@ -12,7 +12,7 @@
 //! known.
 //!
 //! One [`pass`] does so for one path signature and one tolerance; [`mod@run`] finds the signatures
-//! ([`survey`]), and repeats passes with smaller tolerances until the error asked for is
+//! ([`discovery`]), and repeats passes with smaller tolerances until the error asked for is
 //! reached. Area lights ([`lamps`]) are many such sources, drawn by lot: [`average`]. Nothing is
 //! kept from pass to pass, and of each pass only sums on the film: memory does not grow with the
 //! number of cells.
@@ -22,6 +22,7 @@ pub mod bars;
 pub mod cell;
 pub mod cut;
 pub mod deposit;
+pub mod discovery;
 pub mod error;
 pub mod facets;
 pub mod film;
@@ -35,7 +36,6 @@ pub mod run;
 pub mod schedule;
 pub mod settings;
 pub mod store;
-pub mod survey;
 
 pub use error::{BeamError, is_deterministic, supports};
 pub use report::{BeamReport, LampReport};

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::average::Sums;
 use super::bars::bounded;
 use super::error::BeamError;
-use super::facets::{FacetRefiner, part_roots};
+use super::facets::{FacetRefiner, part_patches};
 use super::film::BeamFilm;
 use super::limit::Limit;
 use super::refine::{Balance, Limits, Refiner, Scratch};
@@ -18,19 +18,19 @@ use crate::numeric::FixedPoint;
 use crate::radiometry::Rgb;
 use crate::reference::{Progress, Target};
 use crate::scene::Scene;
+use crate::transport::clearance::Clearance;
 use crate::transport::facets::path::FacetPaths;
 use crate::transport::facets::table::Facets;
-use crate::transport::first_surface::{Cone, Root, SharedPlaces, Source, roots};
+use crate::transport::first_surface::{Cone, SharedPlaces, Source, SurfacePatch, patches};
+use crate::transport::fixed_signature::PathFollower;
 use crate::transport::flux::Flux;
-use crate::transport::guard::Guard;
-use crate::transport::prescribed::PathFollower;
 use crate::transport::scatter::ShadingNormals;
 use crate::transport::signature::Signature;
 
-/// Roots of one task: few enough for some hundred tasks, but of many roots so many that neighbours, which
+/// Patches of one task: few enough for some hundred tasks, but of many patches so many that neighbours, which
 /// share paths, are mostly of one task.
-const TASK_ROOTS: std::ops::RangeInclusive<usize> = 16..=512;
-/// See [`TASK_ROOTS`].
+const TASK_PATCHES: std::ops::RangeInclusive<usize> = 16..=512;
+/// See [`TASK_PATCHES`].
 const TASKS: usize = 128;
 
 /// Where there are at least as many sources as this, they make tasks enough.
@@ -42,15 +42,15 @@ pub struct Light {
     /// Where the light comes from.
     pub source: Source,
     /// Where it may go; of a source that is one of thousands, found when needed.
-    pub roots: Option<Vec<Root>>,
+    pub patches: Option<Vec<SurfacePatch>>,
 }
 
 impl Light {
     /// The light space.
-    pub fn roots(&self, scene: &Scene) -> Cow<'_, [Root]> {
-        self.roots.as_ref().map_or_else(
-            || Cow::Owned(roots(scene, &self.source)),
-            |roots| Cow::Borrowed(&**roots),
+    pub fn patches(&self, scene: &Scene) -> Cow<'_, [SurfacePatch]> {
+        self.patches.as_ref().map_or_else(
+            || Cow::Owned(patches(scene, &self.source)),
+            |patches| Cow::Borrowed(&**patches),
         )
     }
 
@@ -69,7 +69,7 @@ pub struct Passes<'a> {
     /// The sensor.
     pub target: &'a Target,
     /// What may be in the way of light.
-    pub guard: &'a Guard<'a>,
+    pub clearance: &'a Clearance<'a>,
     /// Places that faces of smooth meshes share.
     pub shared: &'a SharedPlaces<'a>,
     /// Flat faces.
@@ -80,7 +80,7 @@ pub struct Passes<'a> {
     pub flux: f64,
     /// Ends a pass.
     pub limit: &'a Limit<'a>,
-    /// Told of finished roots.
+    /// Told of finished patches.
     pub progress: &'a Progress,
 }
 
@@ -99,14 +99,15 @@ pub struct SignatureReport {
     pub name: String,
     /// Cells finished.
     pub cells: u64,
-    /// ... crossed by a border between families.
+    /// ... crossed by a border between topologies.
     pub cut_cells: u64,
     /// ... with a part that no line divides.
     pub unresolved_cells: u64,
     /// Flux on the film \[W\]; of a camera, what its radiance is with the étendue of a typical pixel.
     pub received: Rgb,
     /// Flux that borders may have misplaced \[W\], in the same unit.
-    pub slack: Rgb,
+    #[serde(rename = "slack")]
+    pub uncertain: Rgb,
     /// Light that set out \[W\], mean of channels, as this signature's cells sum it up: the same for all
     /// but for quadrature.
     pub emitted: f64,
@@ -119,7 +120,7 @@ impl SignatureReport {
     #[must_use]
     pub fn weighted(mut self, weight: f64) -> Self {
         self.received *= weight;
-        self.slack *= weight;
+        self.uncertain *= weight;
         self.emitted *= weight;
         self
     }
@@ -130,16 +131,16 @@ impl SignatureReport {
         self.cut_cells += other.cut_cells;
         self.unresolved_cells += other.unresolved_cells;
         self.received += other.received;
-        self.slack += other.slack;
+        self.uncertain += other.uncertain;
         self.emitted += other.emitted;
         self.balance_error = self.balance_error.max(other.balance_error);
     }
 }
 
-/// What some roots came to, and the work that took.
+/// What some patches came to, and the work that took.
 type Work<const N: usize> = (Balance<N>, TraversalCounters);
 
-/// The work of some roots; `None` where it was stopped.
+/// The work of some patches; `None` where it was stopped.
 type Done<const N: usize> = Option<Work<N>>;
 
 impl Passes<'_> {
@@ -169,7 +170,7 @@ impl Passes<'_> {
         limits: Limits,
         counters: &mut TraversalCounters,
     ) -> Result<Option<PassLayer>, BeamError> {
-        // Slack may count the same flux in several texels, and the survey is coarse.
+        // Uncertain flux may count the same flux in several texels, and the discovery is coarse.
         let scale =
             FixedPoint::for_total(64.0 * self.flux).map_err(|_| BeamError::NotRepresentable)?;
         let film = BeamFilm::<N>::new(self.target.size(), scale);
@@ -183,7 +184,7 @@ impl Passes<'_> {
             .map(|light| self.light(light, signature, limits, tasks, &film))
             .collect();
         let mut total = Balance::<N>::default();
-        // In the order of the roots: floats are summed the same on any threads.
+        // In the order of the patches: floats are summed the same on any threads.
         for one in done.into_iter().flatten() {
             let Some((balance, work)) = one else {
                 return Ok(None);
@@ -206,7 +207,7 @@ impl Passes<'_> {
             cut_cells: total.cut_cells,
             unresolved_cells: total.unresolved_cells,
             received: total.received.rgb(),
-            slack: total.slack.rgb(),
+            uncertain: total.uncertain.rgb(),
             emitted: total.emitted,
             balance_error: (on_film - total.received).max_magnitude() / emitted,
         };
@@ -216,7 +217,7 @@ impl Passes<'_> {
         }))
     }
 
-    /// One source's light, in about so many tasks of some roots.
+    /// One source's light, in about so many tasks of some patches.
     fn light<const N: usize>(
         &self,
         light: &Light,
@@ -252,7 +253,7 @@ impl Passes<'_> {
                 follower,
                 self.shared,
                 film,
-                self.guard,
+                self.clearance,
                 self.limit,
                 limits,
                 &mut scratch,
@@ -272,17 +273,18 @@ impl Passes<'_> {
             }
             Some((balance, counters))
         };
-        let roots = light.roots(self.scene);
-        let (flat, roots) = match Cone::of(&light.source) {
-            // Its roots are parts of facets only, and the cone's border is none of the facets' edges.
-            Some(_) => (Vec::new(), roots.into_owned()),
-            None => part_roots(self.facets, &roots),
+        let patches = light.patches(self.scene);
+        let (flat, patches) = match Cone::of(&light.source) {
+            // Its patches are parts of facets only, and the cone's border is none of the facets' edges.
+            Some(_) => (Vec::new(), patches.into_owned()),
+            None => part_patches(self.facets, &patches),
         };
-        let task = |roots: usize| (roots / tasks).clamp(*TASK_ROOTS.start(), *TASK_ROOTS.end());
-        let by_cells = roots.par_chunks(task(roots.len())).map(|roots| {
-            refined(roots.len(), &|refiner| {
-                for root in roots {
-                    refiner.refine(root);
+        let task =
+            |patches: usize| (patches / tasks).clamp(*TASK_PATCHES.start(), *TASK_PATCHES.end());
+        let by_cells = patches.par_chunks(task(patches.len())).map(|patches| {
+            refined(patches.len(), &|refiner| {
+                for patch in patches {
+                    refiner.refine(patch);
                 }
                 Work::default()
             })
@@ -290,7 +292,8 @@ impl Passes<'_> {
         let by_facets = flat.par_chunks(task(flat.len())).map(|facets| {
             refined(facets.len(), &|refiner| {
                 let tolerance = limits.tolerance;
-                let mut polygons = FacetRefiner::new(&paths, &screen, self.guard, film, tolerance);
+                let mut polygons =
+                    FacetRefiner::new(&paths, &screen, self.clearance, film, tolerance);
                 for facet in facets {
                     polygons.refine(*facet, refiner);
                 }

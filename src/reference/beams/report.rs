@@ -11,7 +11,7 @@ pub struct BeamReport {
     pub passes: u32,
     /// Misplaced flux that a cell of the last pass may have, relative to the flux on the film.
     pub relative_tolerance: f64,
-    /// Flux \[W\] of signatures too dim to be followed, by the survey; in no layer and no bar.
+    /// Flux \[W\] of signatures too dim to be followed, by the discovery; in no layer and no bar.
     pub not_followed: f64,
     /// What there is to know of area lights, where the scene has any.
     #[serde(skip_serializing_if = "Option::is_none")]

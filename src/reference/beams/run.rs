@@ -3,6 +3,7 @@
 use std::time::Instant;
 
 use super::average::{Average, Sums};
+use super::discovery::{Found, discover};
 use super::error::{BeamError, supports};
 use super::finish;
 use super::lamps::Lamps;
@@ -12,15 +13,14 @@ use super::refine::Limits;
 use super::report::{BeamReport, LampReport};
 use super::schedule::{DIVIDED_AGAIN, Errors, Fineness};
 use super::settings::{BeamBudget, BeamSettings};
-use super::survey::{Found, survey};
 use crate::geometry::TraversalCounters;
 use crate::radiometry::Rgb;
 use crate::reference::{Estimate, Progress, Target};
 use crate::scene::{Scene, Sensor};
+use crate::transport::clearance::Clearance;
 use crate::transport::direct::{AREA_SAMPLES, Direct, direct};
 use crate::transport::facets::table::Facets;
-use crate::transport::first_surface::{SharedPlaces, Source, roots};
-use crate::transport::guard::Guard;
+use crate::transport::first_surface::{SharedPlaces, Source, patches};
 use crate::transport::signature::{MAX_EVENTS, Signature};
 
 /// Signatures below this part of the error asked for, of all flux, are not followed.
@@ -33,7 +33,7 @@ const MOST_OF_SIGNATURE: f64 = 1.0 / 64.0;
 /// So many passes may light nothing, each finer than the one before, until nothing is known.
 const MOST_UNLIT: u32 = 3;
 
-/// Films have room for this part of what lands beside them, too: a survey's word on how little is on them is no better.
+/// Films have room for this part of what lands beside them, too: a discovery's word on how little is on them is no better.
 const LEAST_OF_LANDED: f64 = 1e-3;
 
 /// At most this many signatures are followed.
@@ -61,7 +61,7 @@ pub struct Setup<'a> {
     /// Delta emitters, which are followed once.
     fixed: Vec<Light>,
     lamps: Lamps,
-    guard: Guard<'a>,
+    clearance: Clearance<'a>,
     shared: SharedPlaces<'a>,
     facets: Facets,
     /// The brightest first.
@@ -70,7 +70,7 @@ pub struct Setup<'a> {
     flux: f64,
     /// ... and beside it where there is next to none on it \[W\].
     landed: f64,
-    /// Flux that the survey may have missed \[W\].
+    /// Flux that the discovery may have missed \[W\].
     unseen: Rgb,
     progress: &'a Progress,
 }
@@ -119,8 +119,8 @@ impl<'a> Setup<'a> {
         let fixed: Vec<Light> = Source::all(scene)
             .into_iter()
             .map(|source| {
-                let roots = Some(roots(scene, &source));
-                Light { source, roots }
+                let patches = Some(patches(scene, &source));
+                Light { source, patches }
             })
             .collect();
         // A place of each replicate stands for the lamps.
@@ -129,7 +129,7 @@ impl<'a> Setup<'a> {
             let more = lamps.lights(replicate, 1).into_iter();
             lights.extend(more.map(|light| light.dimmed(f64::from(settings.replicates))));
         }
-        let found = survey(
+        let found = discover(
             scene,
             &lights,
             &target.screen(),
@@ -147,7 +147,7 @@ impl<'a> Setup<'a> {
             target,
             fixed,
             lamps,
-            guard: Guard::new(scene),
+            clearance: Clearance::new(scene),
             shared: SharedPlaces::new(scene, settings.shading_normals),
             facets: Facets::new(scene),
             signatures,
@@ -163,12 +163,12 @@ impl<'a> Setup<'a> {
         self.signatures.is_empty()
     }
 
-    /// Where the survey found no light, the flux \[W\] that it may have missed, with the risk that bounds take a shape.
+    /// Where the discovery found no light, the flux \[W\] that it may have missed, with the risk that bounds take a shape.
     pub fn unseen(&self) -> Option<Rgb> {
         self.is_dark().then_some(self.unseen)
     }
 
-    /// What light comes to the sensor, as far as the survey saw, the brightest first.
+    /// What light comes to the sensor, as far as the discovery saw, the brightest first.
     pub fn signatures(&self) -> impl Iterator<Item = Signature> + '_ {
         self.signatures.iter().map(|(signature, _)| *signature)
     }
@@ -268,7 +268,7 @@ impl<'a> Setup<'a> {
             let Some(next) = next else { break };
             fineness = next;
         }
-        // Where the survey saw light fall, a pass without any tells nothing.
+        // Where the discovery saw light fall, a pass without any tells nothing.
         let best = best.filter(|pass| pass.errors.is_some() || !is_lit);
         let stopped = self.progress.is_stopped();
         let reached = best.as_ref().and_then(|pass| pass.errors);
@@ -303,7 +303,7 @@ impl<'a> Setup<'a> {
         let passes = Passes {
             scene: self.scene,
             target: &self.target,
-            guard: &self.guard,
+            clearance: &self.clearance,
             shared: &self.shared,
             facets: &self.facets,
             shading_normals: self.settings.shading_normals,
@@ -316,10 +316,11 @@ impl<'a> Setup<'a> {
         } else {
             self.settings.replicates
         };
-        let roots_of =
-            |lights: &[Light]| -> usize { lights.iter().map(|l| l.roots(self.scene).len()).sum() };
-        let tasks = roots_of(&self.fixed)
-            + roots_of(&self.lamps.lights(0, 1)) * fineness.points as usize * replicates as usize;
+        let patches_of = |lights: &[Light]| -> usize {
+            lights.iter().map(|l| l.patches(self.scene).len()).sum()
+        };
+        let tasks = patches_of(&self.fixed)
+            + patches_of(&self.lamps.lights(0, 1)) * fineness.points as usize * replicates as usize;
         self.progress.begin_pass((tasks * signatures.len()) as u64);
 
         let texels = self.target.texels();

@@ -2,9 +2,9 @@
 
 use glam::DVec2;
 
+use crate::transport::clearance::{Ending, Straight, Trail};
 use crate::transport::first_surface::Chart;
-use crate::transport::guard::{Ending, Straight, Trail};
-use crate::transport::prescribed::{PathEnd, PathFollower};
+use crate::transport::fixed_signature::{PathEnd, PathFollower};
 
 /// A small store of paths by chart coordinates: neighbouring cells share nodes.
 ///

@@ -6,7 +6,7 @@ use super::ProbeSettings;
 use super::target::{Image, Target};
 use crate::geometry::TraversalCounters;
 use crate::scene::Scene;
-use crate::transport::differentials::{Follower, Interaction, Landing, ThinBeam};
+use crate::transport::differentials::{ChainStep, Follower, Landing, ThinBeam};
 use crate::transport::domain::{DeltaEmission, LightSpace};
 
 /// A place in light space: a chart, and coordinates on it.
@@ -70,7 +70,7 @@ impl<'a> LightMap<'a> {
 
 impl Tracer<'_> {
     /// Where light of a place lands, by chain; all of the Fresnel tree.
-    pub fn images(&mut self, place: Place, mut found: impl FnMut(&[Interaction], Image, &Landing)) {
+    pub fn images(&mut self, place: Place, mut found: impl FnMut(&[ChainStep], Image, &Landing)) {
         let target = self.map.target;
         if let Some(beam) = self.beam(place) {
             self.follower.every_path(&beam, &mut |chain, landing| {
@@ -88,7 +88,7 @@ impl Tracer<'_> {
     }
 
     /// Where light of a place lands by one chain, whatever is in the way.
-    pub fn image_along(&mut self, place: Place, chain: &[Interaction]) -> Option<Image> {
+    pub fn image_along(&mut self, place: Place, chain: &[ChainStep]) -> Option<Image> {
         let beam = self.beam(place)?;
         let landing = self.follower.along(&beam, chain)?;
         self.map.target.image(&landing)
@@ -98,7 +98,7 @@ impl Tracer<'_> {
     pub fn retrace(
         &mut self,
         place: Place,
-        chain: &[Interaction],
+        chain: &[ChainStep],
     ) -> Option<(
         Vec<(crate::geometry::Hit, crate::geometry::SurfacePoint)>,
         Landing,

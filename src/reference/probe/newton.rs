@@ -5,7 +5,7 @@ use glam::DVec2;
 use super::map::{Place, Tracer};
 use super::search::{Piece, Sheet};
 use super::target::Image;
-use crate::transport::differentials::Interaction;
+use crate::transport::differentials::ChainStep;
 
 /// A place whose light lands on the target.
 #[derive(Clone, Debug)]
@@ -13,7 +13,7 @@ pub(super) struct Root {
     pub place: Place,
     /// Half the size of the patch in which it is the only one of its chain, in chart coordinates.
     pub half: DVec2,
-    pub chain: Vec<Interaction>,
+    pub chain: Vec<ChainStep>,
 }
 
 /// Quadratic convergence takes half a dozen steps; a sheet with kinks some more.

@@ -6,7 +6,7 @@ use super::map::{LightMap, Place, Tracer};
 use super::newton::Root;
 use super::{SpecularPath, Vertex};
 use crate::geometry::{Hit, SurfacePoint, TraversalCounters};
-use crate::transport::differentials::{Interaction, Landing, signature};
+use crate::transport::differentials::{ChainStep, Landing, signature};
 use crate::transport::domain::DeltaEmission;
 use crate::transport::scatter::Way;
 
@@ -53,7 +53,7 @@ pub(super) fn specular_paths(
 }
 
 /// Whether two chains are the same but for faces.
-fn is_same_chain(a: &[Interaction], b: &[Interaction]) -> bool {
+fn is_same_chain(a: &[ChainStep], b: &[ChainStep]) -> bool {
     a.len() == b.len()
         && a.iter()
             .zip(b)
@@ -128,18 +128,18 @@ pub(super) fn light_path(
 }
 
 /// Whether a chain's mirrors turn a sheet of light over: an odd number of reflections.
-fn reverses(chain: &[Interaction]) -> bool {
-    let is_mirror = |interaction: &&Interaction| interaction.way == Way::Reflected;
+fn reverses(chain: &[ChainStep]) -> bool {
+    let is_mirror = |step: &&ChainStep| step.way == Way::Reflected;
     chain.iter().filter(is_mirror).count() % 2 == 1
 }
 
-fn vertices(met: &[(Hit, SurfacePoint)], chain: &[Interaction]) -> Vec<Vertex> {
+fn vertices(met: &[(Hit, SurfacePoint)], chain: &[ChainStep]) -> Vec<Vertex> {
     met.iter()
         .zip(chain)
-        .map(|((hit, point), interaction)| Vertex {
+        .map(|((hit, point), step)| Vertex {
             shape: hit.shape,
             face: hit.face,
-            way: interaction.way,
+            way: step.way,
             position: point.position,
             normal: point.shading_normal,
         })

@@ -10,7 +10,7 @@ use super::map::{LightMap, Place, Tracer};
 use super::newton::{Outcome, Root, solve};
 use super::target::Image;
 use crate::geometry::TraversalCounters;
-use crate::transport::differentials::{Interaction, signature};
+use crate::transport::differentials::{ChainStep, signature};
 use crate::transport::domain::chart::Patch;
 use crate::transport::signature::Signature;
 
@@ -48,7 +48,7 @@ pub(super) struct Piece {
 
 /// What one chain makes of a piece's light.
 pub(super) struct Sheet {
-    pub chain: Vec<Interaction>,
+    pub chain: Vec<ChainStep>,
     /// At the nodes, in the piece's coordinates (−1..=1).
     nodes: [Option<Image>; NODES],
     /// Whether the scene as it is lets the chain's light through at every node.
@@ -208,7 +208,7 @@ fn is_on_an_outline(tracer: &mut Tracer, piece: &Piece) -> bool {
 
 /// Traces the nodes of a piece. A chain that is seen at some of them only is followed at the others whatever is in the way.
 fn sheets(tracer: &mut Tracer, piece: &Piece) -> Vec<Sheet> {
-    let mut seen: BTreeMap<Vec<Interaction>, [Option<Image>; NODES]> = BTreeMap::new();
+    let mut seen: BTreeMap<Vec<ChainStep>, [Option<Image>; NODES]> = BTreeMap::new();
     for index in 0..NODES {
         tracer.images(piece.place(node(index)), |chain, image, _| {
             // Direct light needs no search.

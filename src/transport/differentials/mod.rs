@@ -14,7 +14,7 @@ mod follow;
 use glam::DVec3;
 
 use super::domain::DeltaEmission;
-use super::scatter::{Bending, Meeting, Way};
+use super::scatter::{Bending, Interaction, Way};
 use super::signature::Signature;
 use crate::geometry::{Element, Hit, Ray, SurfacePoint, World};
 use crate::optics::RayDerivative;
@@ -35,7 +35,7 @@ pub struct ThinBeam {
 
 /// What happens at one surface of a path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct Interaction {
+pub struct ChainStep {
     /// Where.
     pub element: Element,
     /// How light goes on.
@@ -53,11 +53,11 @@ pub struct Landing {
     pub derivatives: [DVec3; 2],
 }
 
-/// The signature of a chain of interactions.
-pub fn signature(chain: &[Interaction]) -> Signature {
+/// The signature of a chain of steps.
+pub fn signature(chain: &[ChainStep]) -> Signature {
     chain
         .iter()
-        .filter_map(|interaction| interaction.way.event())
+        .filter_map(|step| step.way.event())
         .fold(Signature::DIRECT, Signature::then)
 }
 
@@ -94,22 +94,22 @@ impl ThinBeam {
         world: &World,
         hit: &Hit,
         point: &SurfacePoint,
-        meeting: &Meeting,
+        interaction: &Interaction,
         way: Way,
     ) -> Option<Self> {
-        let share = meeting.share_of(way);
+        let share = interaction.share_of(way);
         if share <= 0.0 {
             return None;
         }
-        let branch = meeting.branch::<3>(way)?;
+        let branch = interaction.branch::<3>(way)?;
         let throughput = self.throughput * branch.tint.rgb() * share;
         if throughput.is_black() {
             return None;
         }
-        let bending = meeting.bending(way);
+        let bending = interaction.bending(way);
         let direction = self.ray.direction;
         let [first, second] = self.at_surface(hit, point).map(|arriving| {
-            // The meeting's normal is the shading normal or its opposite.
+            // The interaction's normal is the shading normal or its opposite.
             let turn = |normal: DVec3| {
                 let change = world.normal_derivative(hit, arriving.position);
                 change * normal.dot(point.shading_normal).signum()

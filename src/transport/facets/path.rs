@@ -6,8 +6,8 @@ use super::table::{Facet, Facets};
 use crate::geometry::Ray;
 use crate::scene::Scene;
 use crate::transport::first_surface::Source;
+use crate::transport::fixed_signature::leave;
 use crate::transport::flux::Flux;
-use crate::transport::prescribed::leave;
 use crate::transport::scatter::ShadingNormals;
 use crate::transport::signature::{Event, Signature};
 
@@ -22,7 +22,7 @@ pub struct FacetLight<const N: usize> {
     pub throughput: Flux<N>,
     /// The flux \[W\] that set out for a unit of coordinate area, in units of the source's strength.
     pub emitted: f64,
-    /// What happened at each event: equal numbers for light of one smooth family. The least bit
+    /// What happened at each event: equal numbers for light of one smooth topology. The least bit
     /// says whether it is still on its way.
     pub state: u64,
 }

@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3};
 
 use super::chart::Chart;
-use super::roots::middles;
+use super::patches::middles;
 use crate::geometry::{SurfacePoint, World};
 
 /// The directions from a point to places of a patch.

@@ -8,13 +8,13 @@
 mod chart;
 mod cone;
 mod fan;
-mod roots;
+mod patches;
 mod shared;
 mod source;
 
 pub use chart::{Chart, Place};
 pub use cone::{Cone, ConeOverlap};
 pub use fan::Fan;
-pub use roots::{Root, middles, quarters, roots};
+pub use patches::{SurfacePatch, middles, patches, quarters};
 pub use shared::SharedPlaces;
 pub use source::{Arrival, Source};

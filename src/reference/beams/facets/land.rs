@@ -11,11 +11,11 @@ use crate::reference::beams::cut::{Piece, whole};
 use crate::reference::beams::deposit::{Levels, Patch, flux_of, image_of};
 use crate::reference::beams::film::{BeamFilm, TexelSums};
 use crate::reference::beams::refine::misplaced;
+use crate::transport::clearance::CellClearance;
 use crate::transport::facets::path::{FacetLight, FacetPaths};
 use crate::transport::first_surface::Source;
+use crate::transport::fixed_signature::End;
 use crate::transport::flux::Flux;
-use crate::transport::guard::Clearance;
-use crate::transport::prescribed::End;
 use crate::transport::screen::Screen;
 
 /// The borders of a larger image \[texels\] have boxes of their own.
@@ -28,7 +28,7 @@ pub(super) enum Landing<const N: usize> {
         /// On the film \[W\].
         received: Flux<N>,
         /// May be elsewhere \[W\].
-        slack: Flux<N>,
+        uncertain: Flux<N>,
     },
     /// Its image is not flat enough.
     TooBent,
@@ -60,22 +60,22 @@ pub(super) fn land<const N: usize>(
     if is_beside(&corners, film.size()) {
         return Landing::Done {
             received: Flux::BLACK,
-            slack: Flux::BLACK,
+            uncertain: Flux::BLACK,
         };
     }
     let area = polygon.area_and_middle().0;
-    let astray = || deposit_astray(film, false, &corners, polygon.astray, area);
+    let uncertain = || deposit_uncertain_area(film, false, &corners, polygon.uncertain_area, area);
     let fan = (1..corners.len() - 1).map(|index| Cell {
         corners: [corners[0], corners[index], corners[index + 1]],
         level: 0,
-        clearance: Clearance::default(),
+        clearance: CellClearance::default(),
         noted_bend: 0.0,
     });
     if matches!(paths.source(), Source::Parallel { .. }) {
         let received = fan.fold(Flux::BLACK, |sum, cell| sum + land_flat(film, &cell));
         return Landing::Done {
             received,
-            slack: astray(),
+            uncertain: uncertain(),
         };
     }
     let middle = |at: DVec2| place(&paths.follow(&polygon.chain, polygon.events, at));
@@ -91,7 +91,7 @@ pub(super) fn land<const N: usize>(
         };
         let middles = [bc, ca, ab];
         let look = Look::at(&cell.corners, &middles);
-        if !look.one_family || cell.area() * misplaced(&look) > tolerance {
+        if !look.one_topology || cell.area() * misplaced(&look) > tolerance {
             return Landing::TooBent;
         }
         cells.push((cell, middles, look));
@@ -112,7 +112,7 @@ pub(super) fn land<const N: usize>(
     }
     Landing::Done {
         received,
-        slack: astray(),
+        uncertain: uncertain(),
     }
 }
 
@@ -135,7 +135,7 @@ pub(super) fn node<const N: usize>(
         turned_back: false,
         weight: light.throughput * Flux::of(strength * factor) * light.emitted,
         emitted: light.emitted * strength.mean(),
-        family: light.state,
+        topology: light.state,
     })
 }
 
@@ -171,18 +171,18 @@ fn land_flat<const N: usize>(film: &BeamFilm<N>, cell: &Cell<N>) -> Flux<N> {
     received
 }
 
-/// Says of `astray` of a polygon's coordinate area that its light may be, or not be, at any
+/// Says of `uncertain` of a polygon's coordinate area that its light may be, or not be, at any
 /// of its borders; of all of it, anywhere in it. Returns the flux \[W\] that this is.
 ///
 /// On a film that is polar, it may be anywhere as near to the center as a corner.
-pub(super) fn deposit_astray<const N: usize>(
+pub(super) fn deposit_uncertain_area<const N: usize>(
     film: &BeamFilm<N>,
     bends_lines: bool,
     corners: &[Node<N>],
-    astray: f64,
+    uncertain_area: f64,
     area: f64,
 ) -> Flux<N> {
-    if astray <= 0.0 {
+    if uncertain_area <= 0.0 {
         return Flux::BLACK;
     }
     let mut weight = Flux::<N>::BLACK;
@@ -191,29 +191,29 @@ pub(super) fn deposit_astray<const N: usize>(
             *largest = largest.max(channel);
         }
     }
-    let slack = weight * astray.min(area);
+    let uncertain = weight * uncertain_area.min(area);
     let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
     for at in corners.iter().filter_map(|node| node.landing) {
         (low, high) = (low.min(at), high.max(at));
     }
     // A small image has its borders in all of its texels.
-    if astray >= area || (high - low).max_element() <= SMALL_IMAGE {
-        add_slack(film, bends_lines, corners, slack);
+    if uncertain_area >= area || (high - low).max_element() <= SMALL_IMAGE {
+        add_uncertain(film, bends_lines, corners, uncertain);
     } else {
         for (index, corner) in corners.iter().enumerate() {
             let next = &corners[(index + 1) % corners.len()];
-            add_slack(film, bends_lines, &[*corner, *next], slack);
+            add_uncertain(film, bends_lines, &[*corner, *next], uncertain);
         }
     }
-    slack
+    uncertain
 }
 
-/// Slack on the texels of a box round landings, as far as they are on the film.
-fn add_slack<const N: usize>(
+/// Uncertain flux on the texels of a box round landings, as far as they are on the film.
+fn add_uncertain<const N: usize>(
     film: &BeamFilm<N>,
     bends_lines: bool,
     nodes: &[Node<N>],
-    slack: Flux<N>,
+    uncertain: Flux<N>,
 ) {
     let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
     for at in nodes.iter().filter_map(|node| node.landing) {
@@ -231,6 +231,6 @@ fn add_slack<const N: usize>(
     // False for NaN, too.
     if low.cmple(high).all() {
         let texel = |at: DVec2| [at.x as usize, at.y as usize];
-        film.add_slack(texel(low), texel(high), slack);
+        film.add_uncertain(texel(low), texel(high), uncertain);
     }
 }

@@ -1,8 +1,8 @@
 //! Light by way of flat facets: polygons of it are cut where they meet the facets' edges.
 //!
-//! On flat faces every (entry facet, next facet, ...) chain is a family of light of its own, and cells that
-//! are divided blindly drown in the families' borders. But these borders are known: light changes
-//! families where it passes an edge of a facet. So a polygon of the light that meets a facet
+//! On flat faces every (entry facet, next facet, ...) chain is a topology of light of its own, and cells that
+//! are divided blindly drown in the topologies' borders. But these borders are known: light changes
+//! topologies where it passes an edge of a facet. So a polygon of the light that meets a facet
 //! first is followed leg by leg (`refine/`): a ray through its middle finds a facet, the facet's
 //! edges cut out the part of the polygon that goes there, and what is left over is asked again.
 //! Each cut parts a polygon in two, so that nothing is lost or counted twice. What has made all
@@ -11,7 +11,7 @@
 //! One ray does not see what is beside it. So a polygon goes on only where nothing else may be in
 //! the space that its leg sweeps (`leg/`): a facet that is there is cut out, too; next to what is
 //! not flat, polygons are halved down to the tolerance, and cells find the border, or all light
-//! of what is left is slack.
+//! of what is left is uncertain.
 //!
 //! Parallel light goes along a chain of flat facets by an affine map: then all of this is exact.
 //! Light from a point does not: the lines where polygons are cut are bent a little, and so are the
@@ -27,27 +27,27 @@ pub use refine::FacetRefiner;
 use glam::DVec2;
 
 use crate::transport::facets::table::Facets;
-use crate::transport::first_surface::{Chart, Root};
+use crate::transport::first_surface::{Chart, SurfacePatch};
 
-/// Parts the roots that are facets, by the facets' numbers, from the others.
-pub fn part_roots(facets: &Facets, roots: &[Root]) -> (Vec<u32>, Vec<Root>) {
+/// Parts the patches that are facets, by the facets' numbers, from the others.
+pub fn part_patches(facets: &Facets, patches: &[SurfacePatch]) -> (Vec<u32>, Vec<SurfacePatch>) {
     let mut seen = vec![false; facets.len()];
     let mut flat = Vec::new();
     let mut others = Vec::new();
-    for root in roots {
-        let facet = match root.chart {
+    for patch in patches {
+        let facet = match patch.chart {
             Chart::Face { shape, face } => facets.of(shape, face),
             Chart::Parameters { shape } => facets.of(shape, 0),
             Chart::Cap { .. } => None,
         };
         match facet {
-            // A facet of many faces has as many roots.
+            // A facet of many faces has as many patches.
             Some(facet) if seen[facet as usize] => {}
             Some(facet) => {
                 seen[facet as usize] = true;
                 flat.push(facet);
             }
-            None => others.push(*root),
+            None => others.push(*patch),
         }
     }
     (flat, others)

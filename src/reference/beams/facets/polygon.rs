@@ -31,7 +31,7 @@ pub(super) struct Polygon<const N: usize> {
     pub(super) events: usize,
     /// Coordinate area that may go another way: cuts along bent lines put it on the wrong side, or
     /// what is in the way of it is not known.
-    pub(super) astray: f64,
+    pub(super) uncertain_area: f64,
     /// How often it was halved or cut without leaving its leg.
     pub(super) cuts: u32,
     /// The coordinate area that it was cut from: a facet, or a part of it close to a lamp.
@@ -87,7 +87,7 @@ impl<const N: usize> Polygon<N> {
     }
 
     /// Whether all corners went the same way.
-    pub(super) fn is_one_family(&self) -> bool {
+    pub(super) fn is_one_topology(&self) -> bool {
         let first = self.corners.first().map(|corner| corner.state);
         self.corners
             .iter()
@@ -100,16 +100,16 @@ impl<const N: usize> Polygon<N> {
             corners,
             chain: self.chain.clone(),
             events: self.events,
-            astray: self.astray,
+            uncertain_area: self.uncertain_area,
             cuts: self.cuts + 1,
             whole: self.whole,
         }
     }
 
-    /// What of the astray area of a whole may be in this part of it: twice its share, as it is
+    /// What of the uncertain area of a whole may be in this part of it: twice its share, as it is
     /// along some of the borders only.
-    pub(super) fn share_of_astray(&self, whole: f64) -> f64 {
-        self.astray * (2.0 * self.area() / whole).min(1.0)
+    pub(super) fn share_of_uncertain_area(&self, whole: f64) -> f64 {
+        self.uncertain_area * (2.0 * self.area() / whole).min(1.0)
     }
 
     /// The triangles that it is made of, all with its first corner.
@@ -197,7 +197,7 @@ impl<const N: usize> Polygon<N> {
                 let whole = self.area();
                 Some([parts.above, parts.below].map(|corners| {
                     let mut half = self.with(corners);
-                    half.astray = half.share_of_astray(whole).min(half.area());
+                    half.uncertain_area = half.share_of_uncertain_area(whole).min(half.area());
                     half
                 }))
             }

@@ -11,12 +11,12 @@ pub struct Balance<const N: usize> {
     pub received: Flux<N>,
     /// Cells finished.
     pub cells: u64,
-    /// ... of which crossed by a border between families.
+    /// ... of which crossed by a border between topologies.
     pub cut_cells: u64,
     /// ... and of which no border could be found.
     pub unresolved_cells: u64,
     /// The flux that may be elsewhere because of borders \[W\].
-    pub slack: Flux<N>,
+    pub uncertain: Flux<N>,
 }
 
 impl<const N: usize> Default for Balance<N> {
@@ -27,7 +27,7 @@ impl<const N: usize> Default for Balance<N> {
             cells: 0,
             cut_cells: 0,
             unresolved_cells: 0,
-            slack: Flux::BLACK,
+            uncertain: Flux::BLACK,
         }
     }
 }
@@ -39,6 +39,6 @@ impl<const N: usize> std::ops::AddAssign for Balance<N> {
         self.cells += other.cells;
         self.cut_cells += other.cut_cells;
         self.unresolved_cells += other.unresolved_cells;
-        self.slack += other.slack;
+        self.uncertain += other.uncertain;
     }
 }

@@ -1,4 +1,4 @@
-//! Cells that a border between families crosses.
+//! Cells that a border between topologies crosses.
 
 use super::{Finished, Refiner, Scratch, look_flux};
 use crate::reference::beams::cell::{Cell, Look, Node};
@@ -8,7 +8,7 @@ use crate::transport::first_surface::Chart;
 use crate::transport::flux::Flux;
 
 impl<const N: usize> Refiner<'_, '_, N> {
-    /// Whether light that lands is found on the way between two nodes of different families of a
+    /// Whether light that lands is found on the way between two nodes of different topologies of a
     /// cell, none of whose nodes landed: light of one more reflection than on this side of a border and of one less
     /// than on the other may be a sliver between.
     pub(super) fn may_hide_sliver(
@@ -31,7 +31,7 @@ impl<const N: usize> Refiner<'_, '_, N> {
             .any(|[from, to]| cut::lands_between(from, to, &mut follow))
     }
 
-    /// Whether no light of a cell that holds more than one family lands on the film, where that is
+    /// Whether no light of a cell that holds more than one topology lands on the film, where that is
     /// so of its nodes. Only one of them may have landed, which does not show how far light
     /// reaches up to the border: the cut does.
     pub(super) fn lands_beside(
@@ -44,7 +44,7 @@ impl<const N: usize> Refiner<'_, '_, N> {
         let mut cut = Finished {
             look: *look,
             failed: [false; 4],
-            slack: Flux::BLACK,
+            uncertain: Flux::BLACK,
             is_cut: false,
         };
         self.cut(chart, cell, middles, &mut cut);
@@ -58,7 +58,7 @@ impl<const N: usize> Refiner<'_, '_, N> {
         Look { low, high, ..*look }.is_off(self.film.size())
     }
 
-    /// Cuts a cell that holds more than one family, at both finenesses.
+    /// Cuts a cell that holds more than one topology, at both finenesses.
     pub(super) fn cut(
         &mut self,
         chart: &Chart,
@@ -114,7 +114,7 @@ impl<const N: usize> Refiner<'_, '_, N> {
         }
         let largest = look_flux(&finished.look);
         if largest > 0.0 {
-            finished.slack = finished.look.weight * (bent / largest);
+            finished.uncertain = finished.look.weight * (bent / largest);
         }
     }
 }

@@ -13,17 +13,19 @@ use glam::DVec2;
 use self::nodes::NodeFinder;
 use super::cell::{Cell, Look, Node};
 use super::cut::{self, Piece};
-use super::deposit::{Levels, Patch, deposit_points, deposit_slack, slack_boxes, texels_of};
+use super::deposit::{
+    Levels, Patch, deposit_points, deposit_uncertain, texels_of, uncertain_boxes,
+};
 use super::film::BeamFilm;
 use super::limit::Limit;
 use super::store::PathStore;
 use crate::geometry::TraversalCounters;
-use crate::transport::first_surface::{Chart, Cone, Root, SharedPlaces};
+use crate::transport::clearance::{CellClearance, Clearance, Trail};
+use crate::transport::first_surface::{Chart, Cone, SharedPlaces, SurfacePatch};
+use crate::transport::fixed_signature::PathFollower;
 use crate::transport::flux::Flux;
-use crate::transport::guard::{Clearance, Guard, Trail};
-use crate::transport::prescribed::PathFollower;
 
-/// No cell is divided more often: a quarter of a billionth of a root's side.
+/// No cell is divided more often: a quarter of a billionth of a patch's side.
 const MAX_LEVEL: u32 = 32;
 
 /// A cell may hold this many tolerances of flux, however smooth it looks: six nodes say only so
@@ -34,13 +36,13 @@ const MOST_TOLERANCES: f64 = 4096.0;
 const LEAST_LEVEL_OFF: u32 = 2;
 
 /// A border may have a corner inside a cell, that neither fineness shows: this part of a cut cell
-/// always counts as slack.
+/// always counts as uncertain.
 const CORNER: f64 = 1.0 / 64.0;
 
-/// A cell that hides a sliver of light is divided down to this part of what need not be guarded.
+/// A cell that hides a sliver of light is divided down to this part of what need not be cleared.
 const LEAST_SLIVER: f64 = 1.0 / 64.0;
 
-/// A cell of more than one family is cut once it holds no more than this many tolerances.
+/// A cell of more than one topology is cut once it holds no more than this many tolerances.
 const CUT_TOLERANCES: f64 = 256.0;
 
 /// A cell without light at the border of a spot's cone is divided down to this part of the cone's
@@ -70,7 +72,7 @@ pub struct Scratch<const N: usize> {
     store: PathStore<N>,
     /// Paths beside borders: the halves of an edge are searched, the edge, and then the neighbour's.
     borders: PathStore<N>,
-    /// What the six paths of a cell met, for the guard.
+    /// What the six paths of a cell met, for the clearance.
     trails: [Trail; 6],
     pending: Vec<Cell<N>>,
     patch: Patch<N>,
@@ -98,7 +100,7 @@ pub struct Refiner<'a, 'f, const N: usize> {
     paths: NodeFinder<'a, N>,
     film: &'f BeamFilm<N>,
     scratch: &'f mut Scratch<N>,
-    guard: &'f Guard<'a>,
+    clearance: &'f Clearance<'a>,
     limit: &'f Limit<'f>,
     /// Cells until the limit is asked again.
     patience: u32,
@@ -109,8 +111,8 @@ pub struct Refiner<'a, 'f, const N: usize> {
     cone: Option<Cone>,
     /// What a dark place could send, of all that sets out towards it.
     peak: f64,
-    /// Flux \[W\] up to which a cell need not be guarded.
-    unguarded: f64,
+    /// Flux \[W\] up to which a cell need not be cleared.
+    uncleared: f64,
     /// Misplaced flux that a cell may have \[W\].
     tolerance: f64,
     /// What was found so far.
@@ -123,7 +125,7 @@ struct Finished<const N: usize> {
     /// Quarters that could not be cut.
     failed: [bool; 4],
     /// Flux \[W\] that may be anywhere near the nodes' landings.
-    slack: Flux<N>,
+    uncertain: Flux<N>,
     is_cut: bool,
 }
 
@@ -133,7 +135,7 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
         follower: PathFollower<'a, N>,
         shared: &'a SharedPlaces<'a>,
         film: &'f BeamFilm<N>,
-        guard: &'f Guard<'a>,
+        clearance: &'f Clearance<'a>,
         limit: &'f Limit<'f>,
         limits: Limits,
         scratch: &'f mut Scratch<N>,
@@ -144,7 +146,7 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
             cone: Cone::of(follower.source()),
             paths: NodeFinder::new(follower, shared),
             film,
-            guard,
+            clearance,
             limit,
             patience: PATIENCE,
             spent: 0,
@@ -152,7 +154,7 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
             scratch,
             tolerance: limits.tolerance,
             peak: limits.peak,
-            unguarded: limits.unguarded(),
+            uncleared: limits.uncleared(),
             balance: Balance::default(),
         }
     }
@@ -185,17 +187,17 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
         !self.stopped
     }
 
-    /// Divides a root until all its light is placed.
-    pub fn refine(&mut self, root: &Root) {
-        let chart = &root.chart;
-        let corners = root
+    /// Divides a patch until all its light is placed.
+    pub fn refine(&mut self, patch: &SurfacePatch) {
+        let chart = &patch.chart;
+        let corners = patch
             .corners
-            .map(|at| self.stored(chart, at, Clearance::default()));
+            .map(|at| self.stored(chart, at, CellClearance::default()));
         self.scratch.pending.clear();
         self.scratch.pending.push(Cell {
             corners,
             level: 0,
-            clearance: Clearance::default(),
+            clearance: CellClearance::default(),
             noted_bend: 0.0,
         });
         while self.may_go_on()
@@ -233,7 +235,7 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
         }
         let area = cell.area();
         let set_out = self.may_deliver(area, look);
-        let flux = if look.one_family {
+        let flux = if look.one_topology {
             f64::max(
                 area * look.weight.max_magnitude(),
                 if look.any_landed { 0.0 } else { set_out },
@@ -241,12 +243,12 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
         } else {
             set_out
         };
-        if cell.level >= MAX_LEVEL || flux <= self.unguarded {
+        if cell.level >= MAX_LEVEL || flux <= self.uncleared {
             return true;
         }
-        // Light may get through at an angle that no node came at: the guard knows of surfaces only.
+        // Light may get through at an angle that no node came at: the clearance knows of surfaces only.
         let may_get_through = look.any_turned_back && !look.any_landed;
-        if !look.one_family
+        if !look.one_topology
             || may_get_through
             || look.any_landed
                 && flux > self.tolerance * MOST_TOLERANCES
@@ -261,13 +263,15 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
                 self.paths.trail(store, chart, node.at, in_sight, trail);
             }
             let follower = &mut self.paths.follower;
-            cell.clearance = self.guard.clear(follower, chart, trails, cell.clearance);
+            cell.clearance = self
+                .clearance
+                .clear(follower, chart, trails, cell.clearance);
         }
         cell.clearance.all
     }
 
     /// What a cell of this area may deliver \[W\] where no node of it landed: of all that sets out, twice
-    /// the part that the best path of the survey did.
+    /// the part that the best path of the discovery did.
     fn may_deliver(&self, area: f64, look: &Look<N>) -> f64 {
         area * look.emitted * (2.0 * self.peak).min(1.0)
     }
@@ -283,7 +287,7 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
 
     /// The node at coordinates of a chart, in a cell with legs `known` to be clear.
     #[inline]
-    fn stored(&mut self, chart: &Chart, at: DVec2, known: Clearance) -> Node<N> {
+    fn stored(&mut self, chart: &Chart, at: DVec2, known: CellClearance) -> Node<N> {
         let store = &mut self.scratch.store;
         let in_sight = known.is_in_sight();
         if known.all {
@@ -306,25 +310,25 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
         let mut finished = Finished {
             look,
             failed: [false; 4],
-            slack: Flux::BLACK,
+            uncertain: Flux::BLACK,
             is_cut: false,
         };
         self.scratch.fine.clear();
         self.scratch.coarse.clear();
         if !look.any_landed {
             let is_dark = is_last
-                || look.one_family
-                || self.may_deliver(area, &look) <= self.unguarded * LEAST_SLIVER
+                || look.one_topology
+                || self.may_deliver(area, &look) <= self.uncleared * LEAST_SLIVER
                 || !self.may_hide_sliver(chart, cell, middles);
             return is_dark.then_some(finished);
         }
         if look.is_off(self.film.size())
-            && (look.one_family || self.lands_beside(chart, cell, middles, &look))
+            && (look.one_topology || self.lands_beside(chart, cell, middles, &look))
         {
             return Some(finished);
         }
         let flux = area * look.weight.max_magnitude();
-        if look.one_family {
+        if look.one_topology {
             let is_misplaced = area * misplaced(&look) > self.tolerance;
             if !is_last && (is_misplaced || self.may_hide_valley(cell, area, &look)) {
                 return None;
@@ -336,8 +340,8 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
             return Some(finished);
         }
         let in_question = flux > self.tolerance * CUT_TOLERANCES;
-        // Three families meet at a point: cells round it are divided, not cut.
-        let is_corner = look.families > 2 && flux > self.tolerance;
+        // Three topologies meet at a point: cells round it are divided, not cut.
+        let is_corner = look.topologies > 2 && flux > self.tolerance;
         if !is_last && (in_question || is_corner) {
             return None;
         }
@@ -354,12 +358,12 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
         // What came and went across the border, what halving the cell moved from texel to texel (of
         // a cell too large to tell: all of it), and what may be hidden at a corner of the border.
         let moved = moved.map_or(1.0, |moved| if flux > 0.0 { moved / flux } else { 0.0 });
-        finished.slack = finished.slack * 2.0 + look.weight * (area * (moved + CORNER));
+        finished.uncertain = finished.uncertain * 2.0 + look.weight * (area * (moved + CORNER));
         // It may be on any texel of its boxes: bounds widen on all of them.
         let nodes = nodes(cell, middles);
-        let boxes = slack_boxes(self.film.size(), &nodes, &self.scratch.fine);
+        let boxes = uncertain_boxes(self.film.size(), &nodes, &self.scratch.fine);
         let texels: f64 = boxes.map(|[first, last]| texels_of(first, last)).sum();
-        let widened = finished.slack.max_magnitude() * texels.sqrt();
+        let widened = finished.uncertain.max_magnitude() * texels.sqrt();
         (is_last || widened <= self.tolerance).then_some(finished)
     }
 
@@ -401,9 +405,9 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
                 }
             }
             balance.unresolved_cells += u64::from(finished.failed != [false; 4]);
-            balance.slack += finished.slack;
+            balance.uncertain += finished.uncertain;
             let nodes = nodes(cell, middles);
-            deposit_slack(self.film, &nodes, &self.scratch.fine, finished.slack);
+            deposit_uncertain(self.film, &nodes, &self.scratch.fine, finished.uncertain);
         }
     }
 }

@@ -4,9 +4,9 @@ use glam::DVec2;
 
 use crate::reference::beams::cell::Node;
 use crate::reference::beams::store::PathStore;
+use crate::transport::clearance::Trail;
 use crate::transport::first_surface::{Chart, SharedPlaces};
-use crate::transport::guard::Trail;
-use crate::transport::prescribed::{End, PathEnd, PathFollower};
+use crate::transport::fixed_signature::{End, PathEnd, PathFollower};
 
 /// Follows paths of one source and one signature, or remembers them.
 pub struct NodeFinder<'a, const N: usize> {
@@ -42,7 +42,7 @@ impl<'a, const N: usize> NodeFinder<'a, N> {
         self.seen_on(chart, at, &owner, path)
     }
 
-    /// The same of a cell that a guard is likely to ask for its [trails](Self::trail).
+    /// The same of a cell that a clearance is likely to ask for its [trails](Self::trail).
     #[inline]
     pub fn node_with_trail(
         &mut self,
@@ -91,7 +91,7 @@ impl<'a, const N: usize> NodeFinder<'a, N> {
             turned_back: path.end == End::TurnedBack,
             weight: path.throughput * emitted,
             emitted: emitted * self.strength,
-            family: path.family,
+            topology: path.topology,
         }
     }
 }

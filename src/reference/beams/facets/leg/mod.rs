@@ -10,11 +10,11 @@ use glam::{DVec2, DVec3};
 
 use super::polygon::Polygon;
 use crate::geometry::{Hull, Ray, Shape, TraversalCounters};
+use crate::transport::clearance::Clearance;
 use crate::transport::facets::path::{FacetLight, FacetPaths};
 use crate::transport::facets::table::Facets;
 use crate::transport::first_surface::Source;
-use crate::transport::guard::Guard;
-use crate::transport::prescribed::next_hit;
+use crate::transport::fixed_signature::next_hit;
 use crate::transport::screen::Screen;
 
 /// Where all light of a leg goes if nothing is in its way.
@@ -70,7 +70,7 @@ pub(super) enum Way {
     /// Nothing, but of this part of the light.
     Clear {
         /// What bends round an edge, where corners do not show it.
-        astray: f64,
+        uncertain_part: f64,
     },
     /// This facet.
     Facet(u32),
@@ -114,7 +114,7 @@ impl Watch {
 pub(super) struct Legs<'a, 'f> {
     paths: &'f FacetPaths<'a>,
     screen: &'f Screen<'a>,
-    guard: &'f Guard<'a>,
+    clearance: &'f Clearance<'a>,
     /// Points of one plane may be this far from it: u = 2⁻⁵³ of their coordinates, a few times.
     flatness: f64,
     /// Of the polygon's corners first, then of its sides' and diagonals' middles.
@@ -128,14 +128,14 @@ impl<'a, 'f> Legs<'a, 'f> {
     pub(super) fn new(
         paths: &'f FacetPaths<'a>,
         screen: &'f Screen<'a>,
-        guard: &'f Guard<'a>,
+        clearance: &'f Clearance<'a>,
     ) -> Self {
         let bounds = paths.scene().world().bounds();
         let reach = bounds.min.abs().max(bounds.max.abs()).max_element();
         Self {
             paths,
             screen,
-            guard,
+            clearance,
             flatness: 64.0 * f64::EPSILON * reach,
             lines: Vec::new(),
             corners: 0,
@@ -149,7 +149,7 @@ impl<'a, 'f> Legs<'a, 'f> {
     }
 
     /// What of `watch` may be in the way of a polygon's next leg; a facet is not where `allowed` of the
-    /// light or less may meet it, but that part counts as astray.
+    /// light or less may meet it, but that part counts as uncertain.
     pub(super) fn way<const N: usize>(
         &mut self,
         polygon: &Polygon<N>,
@@ -159,7 +159,9 @@ impl<'a, 'f> Legs<'a, 'f> {
     ) -> Way {
         if !goal.is_known(self.paths, self.screen) {
             // What lands there is followed by other means.
-            return Way::Clear { astray: 0.0 };
+            return Way::Clear {
+                uncertain_part: 0.0,
+            };
         }
         if self.sweep(polygon, goal).is_none() {
             return Way::Obstructed;
@@ -192,7 +194,7 @@ impl<'a, 'f> Legs<'a, 'f> {
         watch: Watch,
         allowed: f64,
     ) -> Way {
-        let (mut astray, mut in_the_way) = (0.0, None);
+        let (mut uncertain_part, mut in_the_way) = (0.0, None);
         let mut seen: Vec<u32> = Vec::new();
         let from = polygon
             .events
@@ -201,30 +203,32 @@ impl<'a, 'f> Legs<'a, 'f> {
         let facets = self.paths.facets();
         let is_watched = |shape| blocker != Some(shape) && watch.may_hold_shape(shape, facets);
         let is_obstructed = self.hulls.iter().any(|hull| {
-            self.guard.may_be_between(hull, is_watched, |shape, face| {
-                // A face without area is in nobody's way.
-                let Some(facet) = facets.of(shape, face) else {
-                    return false;
-                };
-                let is_end = from == Some(facet) || matches!(goal, Goal::Facet(to) if to == facet);
-                if is_end || !watch.may_hold_facet(facet) {
-                    return false;
-                }
-                let Some(part) = self.part_across(hull, facet, from, goal, allowed) else {
-                    in_the_way = Some(facet);
-                    return true;
-                };
-                if part > 0.0 && !seen.contains(&facet) {
-                    seen.push(facet);
-                    astray += part;
-                }
-                false
-            })
+            self.clearance
+                .may_be_between(hull, is_watched, |shape, face| {
+                    // A face without area is in nobody's way.
+                    let Some(facet) = facets.of(shape, face) else {
+                        return false;
+                    };
+                    let is_end =
+                        from == Some(facet) || matches!(goal, Goal::Facet(to) if to == facet);
+                    if is_end || !watch.may_hold_facet(facet) {
+                        return false;
+                    }
+                    let Some(part) = self.part_across(hull, facet, from, goal, allowed) else {
+                        in_the_way = Some(facet);
+                        return true;
+                    };
+                    if part > 0.0 && !seen.contains(&facet) {
+                        seen.push(facet);
+                        uncertain_part += part;
+                    }
+                    false
+                })
         });
         match in_the_way {
             Some(facet) => Way::Facet(facet),
             None if is_obstructed => Way::Obstructed,
-            None => Way::Clear { astray },
+            None => Way::Clear { uncertain_part },
         }
     }
 
@@ -274,7 +278,7 @@ impl<'a, 'f> Legs<'a, 'f> {
     /// A line up to its goal; `None` where that is not before it.
     fn line(&self, ray: &Ray, goal: Goal) -> Option<Line> {
         let end = match goal {
-            Goal::Away => ray.at(self.guard.way_out(ray.origin)),
+            Goal::Away => ray.at(self.clearance.way_out(ray.origin)),
             _ => goal.place(self.paths, self.screen, ray)?,
         };
         // At an edge that two facets share, the distance is zero, give or take its rounding.
@@ -322,7 +326,7 @@ impl<'a, 'f> Legs<'a, 'f> {
             let starts = found.map(|(line, _)| line.ray.origin);
             let ends = found.map(|(line, _)| line.end);
             let faces = found.map(|(_, face)| face);
-            if !self.guard.is_kept_back(starts, ends, shape, faces) {
+            if !self.clearance.is_kept_back(starts, ends, shape, faces) {
                 return None;
             }
             self.lines.extend(found[3..].iter().map(|(line, _)| *line));

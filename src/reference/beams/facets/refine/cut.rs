@@ -121,7 +121,7 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
         true
     }
 
-    /// The parts of a polygon above and below a cut, each with what the cut put astray. `None` where the
+    /// The parts of a polygon above and below a cut, each with what the cut made uncertain. `None` where the
     /// cut's line is too bent for it to be straight: the polygon is halved instead.
     fn split(
         &mut self,
@@ -133,15 +133,16 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
     ) -> Option<[Polygon<N>; 2]> {
         let area = polygon.area();
         let weight = self.strength * polygon.largest_weight();
-        let astray = self.bow(polygon, &parts.line, values, side) * area;
-        if astray * weight > self.tolerance && self.is_worth_halving(polygon, area) {
+        let uncertain_area = self.bow(polygon, &parts.line, values, side) * area;
+        if uncertain_area * weight > self.tolerance && self.is_worth_halving(polygon, area) {
             self.part(polygon, area, generic);
             return None;
         }
         Some([parts.above, parts.below].map(|corners| {
             let mut part = polygon.with(corners);
-            // What this cut put astray is on either side of its line.
-            part.astray = (part.share_of_astray(area) + astray).min(part.area());
+            // What this cut made uncertain is on either side of its line.
+            part.uncertain_area =
+                (part.share_of_uncertain_area(area) + uncertain_area).min(part.area());
             part
         }))
     }

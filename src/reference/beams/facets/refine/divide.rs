@@ -3,19 +3,19 @@
 use super::FacetRefiner;
 use crate::geometry::Shape;
 use crate::reference::beams::facets::chart_of;
-use crate::reference::beams::facets::land::{deposit_astray, node};
+use crate::reference::beams::facets::land::{deposit_uncertain_area, node};
 use crate::reference::beams::facets::polygon::{Polygon, Sight};
 use crate::reference::beams::refine::Refiner;
 use crate::transport::facets::path::FacetLight;
-use crate::transport::first_surface::{Chart, Root};
-use crate::transport::prescribed::next_hit;
+use crate::transport::first_surface::{Chart, SurfacePatch};
+use crate::transport::fixed_signature::next_hit;
 
 /// At most this many things that are not flat are passed over in search of the next facet.
 const MAX_OBSTACLES: u32 = 8;
 
 impl<const N: usize> FacetRefiner<'_, '_, N> {
     /// Of a polygon that something without edges may be in the way of: halves it, or lets
-    /// cells find the border. Where these see none, all of its light is slack.
+    /// cells find the border. Where these see none, all of its light is uncertain.
     pub(super) fn divide(
         &mut self,
         polygon: &Polygon<N>,
@@ -32,7 +32,7 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
         let chart = self.chart(polygon);
         for corners in polygon.fan() {
             let cut_before = generic.balance.cut_cells;
-            generic.refine(&Root {
+            generic.refine(&SurfacePatch {
                 chart,
                 corners: corners.map(|corner| corner.at),
             });
@@ -42,7 +42,7 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
         }
     }
 
-    /// Books all light of a polygon as slack where it falls if nothing but facets is in its way.
+    /// Books all light of a polygon as uncertain where it falls if nothing but facets is in its way.
     fn doubt(&mut self, mut polygon: Polygon<N>, sight: Sight) {
         let mut sight = Some(sight);
         while polygon.events < self.paths.events() {
@@ -69,7 +69,8 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
             return;
         };
         let area = polygon.area_and_middle().0;
-        self.balance.slack += deposit_astray(self.film, self.bends_lines(), &corners, area, area);
+        self.balance.uncertain +=
+            deposit_uncertain_area(self.film, self.bends_lines(), &corners, area, area);
     }
 
     /// The facet that a polygon's middle would meet next if all that is not flat were not there.
@@ -101,7 +102,7 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
         let chart = self.chart(polygon);
         for corners in polygon.fan() {
             let corners = corners.map(|corner| corner.at);
-            generic.refine(&Root { chart, corners });
+            generic.refine(&SurfacePatch { chart, corners });
         }
     }
 

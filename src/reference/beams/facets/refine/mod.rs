@@ -14,10 +14,10 @@ use crate::geometry::TraversalCounters;
 use crate::reference::beams::deposit::Patch;
 use crate::reference::beams::film::BeamFilm;
 use crate::reference::beams::refine::{Balance, Refiner};
+use crate::transport::clearance::Clearance;
 use crate::transport::facets::path::{FacetLight, FacetPaths};
 use crate::transport::first_surface::Fan;
-use crate::transport::guard::Guard;
-use crate::transport::prescribed::{End, next_hit};
+use crate::transport::fixed_signature::{End, next_hit};
 use crate::transport::screen::Screen;
 
 /// No polygon is cut more often on one leg; what is left is given to the generic refiner.
@@ -26,8 +26,8 @@ const MAX_CUTS: u32 = 256;
 /// Of the area that a polygon was cut from: no ray is spent on less, rounding decides where it goes.
 const NOTHING: f64 = 1e-15;
 
-/// Light that bends round a facet's edge is slack up to this part of a polygon, and cut off beyond.
-const MOST_ASTRAY: f64 = 1.0 / 64.0;
+/// Light that bends round a facet's edge is uncertain up to this part of a polygon, and cut off beyond.
+const MOST_UNCERTAIN: f64 = 1.0 / 64.0;
 
 /// Cuts the light of one source and one signature that meets flat facets.
 pub struct FacetRefiner<'a, 'f, const N: usize> {
@@ -52,7 +52,7 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
     pub fn new(
         paths: &'f FacetPaths<'a>,
         screen: &'f Screen<'a>,
-        guard: &'f Guard<'a>,
+        clearance: &'f Clearance<'a>,
         film: &'f BeamFilm<N>,
         tolerance: f64,
     ) -> Self {
@@ -61,7 +61,7 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
             paths,
             screen,
             film,
-            legs: Legs::new(paths, screen, guard),
+            legs: Legs::new(paths, screen, clearance),
             tolerance,
             strength: strength.0.iter().fold(0.0_f64, |all, &one| all.max(one)),
             pending: Vec::new(),
@@ -72,7 +72,7 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
     }
 
     /// All light of the source that meets a facet first. What is not by way of facets alone, or
-    /// of more than one family within the tolerance, goes to `generic`.
+    /// of more than one topology within the tolerance, goes to `generic`.
     pub fn refine(&mut self, facet: u32, generic: &mut Refiner<'_, '_, N>) {
         let facets = self.paths.facets();
         let entry = facets.get(facet);
@@ -87,7 +87,7 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
             corners,
             chain,
             events: 0,
-            astray: 0.0,
+            uncertain_area: 0.0,
             cuts: 0,
             whole: 1.0,
         });
@@ -129,7 +129,7 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
         if polygon.corners.len() < 3 || area <= NOTHING * polygon.whole {
             return;
         }
-        if !polygon.is_one_family() || polygon.cuts > MAX_CUTS {
+        if !polygon.is_one_topology() || polygon.cuts > MAX_CUTS {
             self.part(&polygon, area, generic);
             return;
         }
@@ -203,13 +203,13 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
     }
 
     /// Of light that may not all meet the same: halves it where that is worth while, or else takes it
-    /// for what was seen, and all of it for astray.
+    /// for what was seen, and all of it as uncertain.
     fn settle(&mut self, mut polygon: Polygon<N>, sight: Sight, generic: &mut Refiner<'_, '_, N>) {
         let area = polygon.area_and_middle().0;
         if self.is_worth_halving(&polygon, area) {
             self.part(&polygon, area, generic);
         } else {
-            polygon.astray = area;
+            polygon.uncertain_area = area;
             self.go_on(polygon, area, sight, generic);
         }
     }
@@ -249,14 +249,15 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
                 return;
             }
         };
-        // What is astray as a whole may be in the way of whatever it likes.
-        if polygon.astray < area {
+        // What is uncertain as a whole may be in the way of whatever it likes.
+        if polygon.uncertain_area < area {
             let allowed = self.allowed(&polygon, area);
             match self.legs.way(&polygon, goal, Watch::Everything, allowed) {
-                Way::Clear { astray } => {
-                    // What cuts along the same edges put astray is the same light.
-                    polygon.astray = polygon.astray.max(astray * area).min(area);
-                    if astray > allowed && self.is_worth_halving(&polygon, area) {
+                Way::Clear { uncertain_part } => {
+                    // What cuts along the same edges made uncertain is the same light.
+                    polygon.uncertain_area =
+                        polygon.uncertain_area.max(uncertain_part * area).min(area);
+                    if uncertain_part > allowed && self.is_worth_halving(&polygon, area) {
                         self.part(&polygon, area, generic);
                         return;
                     }
@@ -279,7 +280,7 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
                 self.meet(&mut polygon, facet);
                 self.pending.push(polygon);
             }
-            Goal::Away => self.end(&polygon, polygon.astray, area),
+            Goal::Away => self.end(&polygon, polygon.uncertain_area, area),
             Goal::Receiver => {
                 let landing = land(
                     self.paths,
@@ -290,9 +291,12 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
                     self.tolerance,
                 );
                 match landing {
-                    Landing::Done { received, slack } => {
+                    Landing::Done {
+                        received,
+                        uncertain,
+                    } => {
                         self.balance.received += received;
-                        self.balance.slack += slack;
+                        self.balance.uncertain += uncertain;
                         self.book(&polygon, area);
                     }
                     Landing::TooBent => self.part(&polygon, area, generic),
@@ -302,10 +306,10 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
         }
     }
 
-    /// Which part of a polygon may be astray: light that bends round an edge.
+    /// Which part of a polygon may be uncertain: light that bends round an edge.
     fn allowed(&self, polygon: &Polygon<N>, area: f64) -> f64 {
         let flux = area * self.strength * polygon.largest_weight();
-        (self.tolerance / flux).min(MOST_ASTRAY)
+        (self.tolerance / flux).min(MOST_UNCERTAIN)
     }
 
     /// A polygon's next event, on a facet that is the last of its chain.

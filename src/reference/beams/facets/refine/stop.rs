@@ -5,7 +5,7 @@
 //! receiver, whatever a camera sees.
 
 use super::FacetRefiner;
-use crate::reference::beams::facets::land::{deposit_astray, node};
+use crate::reference::beams::facets::land::{deposit_uncertain_area, node};
 use crate::reference::beams::facets::leg::{Goal, Watch, Way, rectangular_receiver};
 use crate::reference::beams::facets::polygon::{Polygon, Sight};
 use crate::reference::beams::refine::Refiner;
@@ -60,11 +60,17 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
         };
         match way {
             Way::Clear { .. } if is_seen_by_camera() => self.give_back(&polygon, generic),
-            Way::Clear { astray } if astray > allowed && self.is_worth_halving(&polygon, area) => {
+            Way::Clear { uncertain_part }
+                if uncertain_part > allowed && self.is_worth_halving(&polygon, area) =>
+            {
                 self.part(&polygon, area, generic);
             }
-            Way::Clear { astray } => {
-                self.end(&polygon, (astray * area).max(polygon.astray), area);
+            Way::Clear { uncertain_part } => {
+                self.end(
+                    &polygon,
+                    (uncertain_part * area).max(polygon.uncertain_area),
+                    area,
+                );
             }
             Way::Facet(facet) => self.cut_out(polygon, facet, Some(goal), generic),
             Way::Obstructed => self.divide(&polygon, area, stopper.into(), generic),
@@ -74,7 +80,7 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
     /// What light of a polygon might go to instead of what ends it.
     fn watch(&self, polygon: &Polygon<N>) -> Watch {
         match self.screen {
-            // What is first met on the way to the first facet has a root of its own.
+            // What is first met on the way to the first facet has a patch of its own.
             _ if polygon.events == 0 => Watch::Facet(polygon.chain[0]),
             Screen::Receiver(receiver) if polygon.events == self.paths.events() => {
                 Watch::Shape(receiver.shape())
@@ -83,16 +89,16 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
         }
     }
 
-    /// Books a polygon that does not land, as far as is known: after its last event, the part of it that is astray may.
-    pub(super) fn end(&mut self, polygon: &Polygon<N>, astray: f64, area: f64) {
-        if astray > 0.0 && polygon.events == self.paths.events() {
+    /// Books a polygon that does not land, as far as is known: after its last event, the part of it that is uncertain may.
+    pub(super) fn end(&mut self, polygon: &Polygon<N>, uncertain_area: f64, area: f64) {
+        if uncertain_area > 0.0 && polygon.events == self.paths.events() {
             let nodes: Vec<_> = polygon
                 .corners
                 .iter()
                 .filter_map(|light| node(self.paths, *self.screen, light))
                 .collect();
-            self.balance.slack +=
-                deposit_astray(self.film, self.bends_lines(), &nodes, astray, area);
+            self.balance.uncertain +=
+                deposit_uncertain_area(self.film, self.bends_lines(), &nodes, uncertain_area, area);
         }
         self.book(polygon, area);
     }

@@ -2,14 +2,14 @@
 
 use glam::{DVec2, DVec3};
 
-use super::Guard;
+use super::Clearance;
 use crate::geometry::{Cylinder, Hull, Shape};
 
 /// A tube is divided into this many flat-sided panels: each is then r (1/cos(π/32) − cos(π/32)),
 /// about a hundredth of the radius, thick.
 const PANELS: u32 = 32;
 
-impl Guard<'_> {
+impl Clearance<'_> {
     /// Whether any of a shape may be in a hull.
     pub(super) fn may_be_in_the_way(&self, hull: &Hull, shape: u32) -> bool {
         let world = self.scene.world();

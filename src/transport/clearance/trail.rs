@@ -4,7 +4,7 @@ use glam::DVec2;
 
 use crate::geometry::{Hit, Ray};
 use crate::transport::first_surface::Chart;
-use crate::transport::prescribed::{End, PathEnd, PathFollower};
+use crate::transport::fixed_signature::{End, PathEnd, PathFollower};
 
 /// A straight part of a path: the ray along it, and what it met.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,8 +20,8 @@ pub struct Straight {
 pub struct Ending {
     /// How.
     pub end: End,
-    /// By way of which surfaces: see [`PathEnd::family`].
-    pub family: u64,
+    /// By way of which surfaces: see [`PathEnd::topology`].
+    pub topology: u64,
 }
 
 /// A path, leg by leg as its follower tells of them; its memory may be used again.
@@ -40,7 +40,7 @@ impl Default for Trail {
             legs: Vec::new(),
             path: Ending {
                 end: End::Hidden,
-                family: 0,
+                topology: 0,
             },
         }
     }
@@ -50,7 +50,7 @@ impl<const N: usize> From<&PathEnd<N>> for Ending {
     fn from(path: &PathEnd<N>) -> Self {
         Self {
             end: path.end,
-            family: path.family,
+            topology: path.topology,
         }
     }
 }

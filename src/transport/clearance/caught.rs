@@ -2,12 +2,12 @@
 
 use glam::DVec3;
 
-use super::Guard;
+use super::Clearance;
 use super::legs::{Leg, Met};
 use super::same_surface::tube_catches;
 use crate::geometry::{Disk, Mesh, Rectangle, Shape, Sphere, longest, range};
 
-impl Guard<'_> {
+impl Clearance<'_> {
     /// Whether all light of a leg falls on the thing at its end, if nothing is in the way.
     ///
     /// A smooth mesh catches what comes towards it where there is neither a border nor a

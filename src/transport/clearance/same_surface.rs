@@ -2,12 +2,12 @@
 
 use glam::DVec3;
 
-use super::Guard;
+use super::Clearance;
 use super::caught::{across, is_within};
 use super::legs::Leg;
 use crate::geometry::{Cylinder, Hull, Mesh, Shape, range};
 
-impl Guard<'_> {
+impl Clearance<'_> {
     /// Whether a leg meets the surface at its start, or at its end, nowhere else.
     pub(super) fn meets_own_surface_once(&self, leg: &Leg, hull: &Hull, shape: u32) -> bool {
         match &self.scene.world().shapes()[shape as usize] {

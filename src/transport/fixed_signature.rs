@@ -1,8 +1,8 @@
-//! One light path with prescribed events: from a place on a first surface to the sensor.
+//! One light path with fixed signature: from a place on a first surface to the sensor.
 //!
 //! Where a chain follows light wherever it goes, this asks of one signature only: does light that
 //! starts at this place get to the sensor by these events, where, and how much of it? It also
-//! remembers *which* surfaces took part: two neighbouring paths are of one smooth family only
+//! remembers *which* surfaces took part: two neighbouring paths are of one smooth topology only
 //! where these are the same.
 
 use glam::{DVec2, DVec3};
@@ -10,13 +10,13 @@ use glam::{DVec2, DVec3};
 use super::chain::MAX_PASSES;
 use super::first_surface::{Arrival, Chart, Place, Source};
 use super::flux::Flux;
-use super::scatter::{Branch, Meeting, ShadingNormals, Way};
+use super::scatter::{Branch, Interaction, ShadingNormals, Way};
 use super::screen::Screen;
 use super::signature::{Event, Signature};
 use crate::geometry::{Hit, Ray, Shape, SurfacePoint, TraversalCounters};
 use crate::scene::{Material, Scene};
 
-/// How a prescribed path ended.
+/// How a path of fixed signature ended.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum End {
     /// On the sensor's surface or its extension, at these film coordinates, in texels.
@@ -32,7 +32,7 @@ pub enum End {
     Stopped,
 }
 
-/// A prescribed path, followed to its end.
+/// A path of fixed signature, followed to its end.
 #[derive(Clone, Copy, Debug)]
 pub struct PathEnd<const N: usize> {
     /// How it ended.
@@ -43,7 +43,7 @@ pub struct PathEnd<const N: usize> {
     /// strength · emitted · area is flux \[W\].
     pub emitted: f64,
     /// The same for two paths that ended the same way by way of the same smooth surfaces.
-    pub family: u64,
+    pub topology: u64,
 }
 
 /// Where a path goes after its last event, whatever it meets there.
@@ -138,25 +138,25 @@ impl<'a, const N: usize> PathFollower<'a, N> {
         mut leg: impl FnMut(&Ray, Option<&Hit>),
     ) -> PathEnd<N> {
         let world = self.scene.world();
-        let mut family = Family::default();
-        let dark = |end: End, emitted: f64, family: &Family| PathEnd {
+        let mut topology = Topology::default();
+        let dark = |end: End, emitted: f64, topology: &Topology| PathEnd {
             end,
             throughput: Flux::BLACK,
             emitted,
-            family: family.with(end_mark(end)),
+            topology: topology.with(end_mark(end)),
         };
         let Some((place, arrival)) = self.start(chart, at) else {
-            return dark(End::Hidden, 0.0, &family);
+            return dark(End::Hidden, 0.0, &topology);
         };
         let mut point = place.point;
         let mut direction = arrival.ray.direction;
         let facing = -direction.dot(point.geometric_normal);
         let emitted = arrival.emitted(&place);
-        family.mix(u64::from(arrival.zone));
+        topology.mix(u64::from(arrival.zone));
         if arrival.density == 0.0 {
-            return dark(End::Hidden, emitted, &family);
+            return dark(End::Hidden, emitted, &topology);
         }
-        family.pass(self.scene, chart.shape(), chart.face(), facing > 0.0);
+        topology.pass(self.scene, chart.shape(), chart.face(), facing > 0.0);
         let mut throughput = Flux::WHITE;
         let first = Hit {
             distance: arrival.distance,
@@ -166,7 +166,7 @@ impl<'a, const N: usize> PathFollower<'a, N> {
         };
         leg(&arrival.ray, Some(&first));
         if !in_sight && !self.sees(&arrival, chart) {
-            return dark(End::Hidden, emitted, &family);
+            return dark(End::Hidden, emitted, &topology);
         }
         let mut shape = chart.shape();
         for index in 0..self.events.len() {
@@ -185,26 +185,26 @@ impl<'a, const N: usize> PathFollower<'a, N> {
                 } else {
                     End::Stopped
                 };
-                return dark(end, emitted, &family);
+                return dark(end, emitted, &topology);
             };
-            family.event(share);
+            topology.event(share);
             throughput = throughput * branch.tint * share;
             direction = branch.direction;
             let ray = point.spawn(direction);
             if index + 1 == self.events.len() {
-                return self.land(ray, throughput, emitted, family, leg);
+                return self.land(ray, throughput, emitted, topology, leg);
             }
             let Some((ray, hit)) = self.next_hit(ray) else {
                 leg(&ray, None);
-                return dark(End::Escaped, emitted, &family);
+                return dark(End::Escaped, emitted, &topology);
             };
             leg(&ray, Some(&hit));
             point = world.bounce_point(&ray, &hit);
             let front = direction.dot(point.geometric_normal) < 0.0;
-            family.pass(self.scene, hit.shape, hit.face, front);
+            topology.pass(self.scene, hit.shape, hit.face, front);
             shape = hit.shape;
         }
-        dark(End::Stopped, emitted, &family)
+        dark(End::Stopped, emitted, &topology)
     }
 
     /// Paths from a place up to `max_depth` events: all branches of the first `split_depth` events with at least
@@ -229,7 +229,7 @@ impl<'a, const N: usize> PathFollower<'a, N> {
             return;
         }
         let emitted = arrival.emitted(&place);
-        let family = Family::default();
+        let topology = Topology::default();
         let mut pending = vec![(
             place.point,
             chart.shape(),
@@ -245,7 +245,7 @@ impl<'a, const N: usize> PathFollower<'a, N> {
                 continue;
             }
             let material = self.scene.material_of(shape);
-            let meeting = Meeting::new(
+            let interaction = Interaction::new(
                 self.scene,
                 material,
                 &point,
@@ -253,7 +253,7 @@ impl<'a, const N: usize> PathFollower<'a, N> {
                 self.shading_normals,
             );
             let chosen = (events >= split_depth as usize).then(|| {
-                let [reflected, transmitted] = WAYS.map(|way| meeting.share_of(way));
+                let [reflected, transmitted] = WAYS.map(|way| interaction.share_of(way));
                 let share = reflected / (reflected + transmitted);
                 if choice(signature) < share {
                     (Way::Reflected, share)
@@ -267,8 +267,9 @@ impl<'a, const N: usize> PathFollower<'a, N> {
                     Some(_) => continue,
                     None => probability,
                 };
-                let share = meeting.share_of(way);
-                let (Some(event), Some(branch)) = (way.event(), meeting.branch::<N>(way)) else {
+                let share = interaction.share_of(way);
+                let (Some(event), Some(branch)) = (way.event(), interaction.branch::<N>(way))
+                else {
                     continue;
                 };
                 let throughput = throughput * branch.tint * share;
@@ -277,7 +278,7 @@ impl<'a, const N: usize> PathFollower<'a, N> {
                 }
                 let signature = signature.then(event);
                 let ray = point.spawn(branch.direction);
-                let path = self.land(ray, throughput, emitted, family, |_, _| ());
+                let path = self.land(ray, throughput, emitted, topology, |_, _| ());
                 let share = throughput;
                 found(signature, &LastLeg { ray, share }, path, probability);
                 if let Some((ray, hit)) = self.next_hit(ray) {
@@ -296,7 +297,7 @@ impl<'a, const N: usize> PathFollower<'a, N> {
         ray: Ray,
         throughput: Flux<N>,
         emitted: f64,
-        family: Family,
+        topology: Topology,
         mut leg: impl FnMut(&Ray, Option<&Hit>),
     ) -> PathEnd<N> {
         let (ray, hit) = match self.next_hit(ray) {
@@ -314,7 +315,7 @@ impl<'a, const N: usize> PathFollower<'a, N> {
             end,
             throughput,
             emitted,
-            family: family.with(last_end_mark(end) ^ mark),
+            topology: topology.with(last_end_mark(end) ^ mark),
         }
     }
 
@@ -385,10 +386,10 @@ pub(super) fn leave<const N: usize>(
         Event::Transmission => Way::Transmitted,
     };
     let material = scene.material_of(shape);
-    let meeting = Meeting::new(scene, material, point, direction, shading_normals);
-    let share = meeting.share_of(way);
+    let interaction = Interaction::new(scene, material, point, direction, shading_normals);
+    let share = interaction.share_of(way);
     (share > 0.0)
-        .then(|| meeting.branch(way))
+        .then(|| interaction.branch(way))
         .flatten()
         .map(|branch| (share, branch))
 }
@@ -407,7 +408,7 @@ fn end_mark(end: End) -> u64 {
     }
 }
 
-/// After the last event all light that does not get to the sensor is one family: whatever it meets
+/// After the last event all light that does not get to the sensor is one topology: whatever it meets
 /// instead, it is lost.
 fn last_end_mark(end: End) -> u64 {
     match end {
@@ -418,9 +419,9 @@ fn last_end_mark(end: End) -> u64 {
 
 /// Which surfaces took part so far, as a hash.
 #[derive(Clone, Copy, Default)]
-struct Family(u64);
+struct Topology(u64);
 
-impl Family {
+impl Topology {
     #[inline]
     fn mix(&mut self, value: u64) {
         // Steele, Lea and Flood's finaliser: equal sequences stay equal, others part.

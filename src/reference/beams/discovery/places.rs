@@ -1,10 +1,10 @@
-//! Where a survey looks.
+//! Where a discovery looks.
 
 use glam::DVec2;
 
 use crate::reference::beams::pass::Light;
 use crate::scene::Scene;
-use crate::transport::first_surface::{Chart, Root, Source};
+use crate::transport::first_surface::{Chart, Source, SurfacePatch};
 
 /// A place of a first surface.
 #[derive(Clone, Copy)]
@@ -30,24 +30,24 @@ impl Place {
 
 /// About `count` places on what a light meets first, at least `least` and one on each shape.
 pub(super) fn places_of(scene: &Scene, light: &Light, count: usize, least: usize) -> Vec<Place> {
-    let roots = light.roots(scene);
-    let shapes = roots.chunk_by(|a, b| a.chart.shape() == b.chart.shape());
+    let patches = light.patches(scene);
+    let shapes = patches.chunk_by(|a, b| a.chart.shape() == b.chart.shape());
     let a_shape = count.div_ceil(shapes.clone().count().max(1));
     let a_shape = a_shape.max(least).max(1);
     shapes
-        .flat_map(|roots| places_on(scene, &light.source, roots, a_shape))
+        .flat_map(|patches| places_on(scene, &light.source, patches, a_shape))
         .collect()
 }
 
-/// `count` places on a shape, spread over its roots by how much light falls on them and by their
+/// `count` places on a shape, spread over its patches by how much light falls on them and by their
 /// area: so that the bright ones are not passed over, however many others there are.
-fn places_on(scene: &Scene, source: &Source, roots: &[Root], count: usize) -> Vec<Place> {
-    let lit: Vec<f64> = roots
+fn places_on(scene: &Scene, source: &Source, patches: &[SurfacePatch], count: usize) -> Vec<Place> {
+    let lit: Vec<f64> = patches
         .iter()
-        .map(|root| {
-            let [a, b, c] = root.corners;
+        .map(|patch| {
+            let [a, b, c] = patch.corners;
             let emitted = |at: DVec2| {
-                let place = root.chart.place(scene.world(), at)?;
+                let place = patch.chart.place(scene.world(), at)?;
                 let arrival = source.arrive(place.point.position)?;
                 Some(arrival.emitted(&place))
             };
@@ -55,10 +55,10 @@ fn places_on(scene: &Scene, source: &Source, roots: &[Root], count: usize) -> Ve
                 .map(|at| emitted(at).unwrap_or(0.0))
                 .into_iter()
                 .fold(0.0, f64::max);
-            most * area_of(root)
+            most * area_of(patch)
         })
         .collect();
-    let areas: Vec<f64> = roots.iter().map(area_of).collect();
+    let areas: Vec<f64> = patches.iter().map(area_of).collect();
     // Half by light, half by area: most light of many reflections set out at a grazing angle.
     let by = |values: &[f64]| 0.5 / values.iter().sum::<f64>().max(f64::MIN_POSITIVE);
     let (by_light, by_area) = (by(&lit), by(&areas));
@@ -69,14 +69,14 @@ fn places_on(scene: &Scene, source: &Source, roots: &[Root], count: usize) -> Ve
     let total: f64 = shares.clone().sum();
     let mut places = Vec::with_capacity(count);
     let mut passed = 0.0;
-    for (root, share) in roots.iter().zip(shares) {
+    for (patch, share) in patches.iter().zip(shares) {
         passed += share;
         // One place for each part 1/count of the light.
         while places.len() < count && (places.len() as f64 + 0.5) * total <= passed * count as f64 {
-            let area = area_of(root) * total / (share * count as f64);
+            let area = area_of(patch) * total / (share * count as f64);
             places.push(Place {
-                chart: root.chart,
-                at: inside(root, places.len()),
+                chart: patch.chart,
+                at: inside(patch, places.len()),
                 area,
             });
         }
@@ -84,14 +84,14 @@ fn places_on(scene: &Scene, source: &Source, roots: &[Root], count: usize) -> Ve
     places
 }
 
-fn area_of(root: &Root) -> f64 {
-    let [a, b, c] = root.corners;
+fn area_of(patch: &SurfacePatch) -> f64 {
+    let [a, b, c] = patch.corners;
     0.5 * (b - a).perp_dot(c - a).abs()
 }
 
 /// Points of Roberts' R2 sequence, folded into the triangle.
-fn inside(root: &Root, index: usize) -> DVec2 {
-    let [a, b, c] = root.corners;
+fn inside(patch: &SurfacePatch, index: usize) -> DVec2 {
+    let [a, b, c] = patch.corners;
     let mut at = DVec2::new(
         (0.5 + 0.754_877_666_246_692_8 * index as f64).fract(),
         (0.5 + 0.569_840_290_998_053_3 * index as f64).fract(),

@@ -13,11 +13,11 @@
 //! the cell's paths bend (see [`bulge`](crate::geometry::bulge)).
 //!
 //! A leg that is clear is so for every part of the cell: the part's hull lies in the cell's, up
-//! to what both say of the bend. A [`Clearance`] is therefore inherited, and a cell pays for each
+//! to what both say of the bend. A [`CellClearance`] is therefore inherited, and a cell pays for each
 //! leg once in its line.
 //!
 //! What this does not see: changes of the light within a surface (the onset of total reflection,
-//! where families differ) and meshes that cut through each other inside the hull.
+//! where topologies differ) and meshes that cut through each other inside the hull.
 
 mod caught;
 mod legs;
@@ -29,20 +29,20 @@ mod trail;
 use self::legs::{Leg, Met, Sight, record};
 pub use self::trail::{Ending, Straight, Trail};
 use super::first_surface::Chart;
-use super::prescribed::PathFollower;
+use super::fixed_signature::PathFollower;
 use crate::geometry::{Bounds, Hull, MeshBorder, Shape, range};
 use crate::scene::Scene;
 
 /// What is known of a cell's legs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Clearance {
+pub struct CellClearance {
     /// A bit a leg, the one from the source first: clear. Parts of the cell inherit it.
     pub legs: u32,
-    /// Every leg is clear and all six nodes are of one family: so are all paths of the cell.
+    /// Every leg is clear and all six nodes are of one topology: so are all paths of the cell.
     pub all: bool,
 }
 
-impl Clearance {
+impl CellClearance {
     /// Whether nothing is between the source and the first surface, all over the cell: then
     /// no node of it need look.
     #[inline]
@@ -51,9 +51,9 @@ impl Clearance {
     }
 }
 
-/// Tells whether cells of a scene's light may be taken as one family. One serves all sources,
+/// Tells whether cells of a scene's light may be taken as one topology. One serves all sources,
 /// signatures and threads.
-pub struct Guard<'a> {
+pub struct Clearance<'a> {
     scene: &'a Scene,
     surfaces: Vec<Surface>,
 }
@@ -67,7 +67,7 @@ struct Surface {
     border: Option<MeshBorder>,
 }
 
-impl<'a> Guard<'a> {
+impl<'a> Clearance<'a> {
     /// Looks through the scene's meshes once, for borders that light can slip past.
     pub fn new(scene: &'a Scene) -> Self {
         let surfaces = scene.world().shapes().iter().enumerate();
@@ -97,16 +97,16 @@ impl<'a> Guard<'a> {
         follower: &mut PathFollower<'a, N>,
         chart: &Chart,
         trails: &[Trail; 6],
-        already: Clearance,
-    ) -> Clearance {
+        already: CellClearance,
+    ) -> CellClearance {
         if already.all {
             return already;
         }
         let record = record(follower, chart, trails);
         if record.hidden {
             let hidden =
-                record.one_family && record.legs.len() == 1 && self.is_hidden(&record.legs[0]);
-            return Clearance {
+                record.one_topology && record.legs.len() == 1 && self.is_hidden(&record.legs[0]);
+            return CellClearance {
                 legs: already.legs,
                 all: hidden,
             };
@@ -126,7 +126,7 @@ impl<'a> Guard<'a> {
         // A leg may have been clear for a larger cell, some of whose nodes the camera saw.
         let is_unseen = record.legs.iter().all(|leg| leg.sight != Sight::MaybeSeen);
         let wanted = u32::MAX >> (32 - record.legs.len().clamp(1, 32));
-        found.all = record.one_family && is_unseen && later && found.legs & wanted == wanted;
+        found.all = record.one_topology && is_unseen && later && found.legs & wanted == wanted;
         found
     }
 

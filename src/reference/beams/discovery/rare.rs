@@ -3,12 +3,12 @@
 use rayon::prelude::*;
 
 use super::places::{Place, places_of};
-use super::{LEAST_PLACES, PLACES, Sight, Survey, look_at};
+use super::{Discovery, LEAST_PLACES, PLACES, Sight, look_at};
 use crate::numeric::{Stream, StreamKind};
 use crate::radiometry::Rgb;
 use crate::reference::beams::pass::Light;
 use crate::scene::Scene;
-use crate::transport::prescribed::PathFollower;
+use crate::transport::fixed_signature::PathFollower;
 use crate::transport::scatter::ShadingNormals;
 use crate::transport::screen::Screen;
 use crate::transport::signature::Signature;
@@ -36,14 +36,14 @@ pub(super) fn look_for_rare(
     screen: &Screen,
     max_depth: u32,
     shading_normals: ShadingNormals,
-) -> (Survey, bool) {
-    let mut all = Survey::default();
+) -> (Discovery, bool) {
+    let mut all = Discovery::default();
     let mut landed = 0;
     for count in (1..=ROUNDS).map(|round| PLACES << round) {
         if landed >= LANDINGS {
             break;
         }
-        let mut round = Survey::default();
+        let mut round = Discovery::default();
         for (index, light) in lights.iter().enumerate() {
             let stream = Stream::new(StreamKind::Random, SEED)
                 .split(count as u64)

@@ -13,7 +13,7 @@ use crate::scene::Scene;
 
 /// A triangle of chart coordinates.
 #[derive(Clone, Copy, Debug)]
-pub struct Root {
+pub struct SurfacePatch {
     /// Whose coordinates.
     pub chart: Chart,
     /// The corners.
@@ -48,13 +48,13 @@ const CAP_END: f64 = FRAC_PI_2 * (1.0 - HAIR);
 /// Analytic parameters are divided into this many strips each way.
 const PARAMETER_STRIPS: u32 = 16;
 
-/// The largest root of a spot's light, by the cone's opening.
+/// The largest patch of a spot's light, by the cone's opening.
 const LARGEST_IN_CONE: f64 = 0.25;
 
 /// All light of `source` that may meet a specular surface before anything else: where
 /// something is in its way, that is still to be found out.
-pub fn roots(scene: &Scene, source: &Source) -> Vec<Root> {
-    let mut roots = Vec::new();
+pub fn patches(scene: &Scene, source: &Source) -> Vec<SurfacePatch> {
+    let mut patches = Vec::new();
     for (index, shape) in scene.world().shapes().iter().enumerate() {
         let index = index as u32;
         if !scene.material_of(index).is_specular(scene.materials()) {
@@ -66,50 +66,55 @@ pub fn roots(scene: &Scene, source: &Source) -> Vec<Root> {
             Shape::Sphere(ball) => {
                 if let Some(cap) = Chart::cap(index, ball, source) {
                     let all = [DVec2::ZERO, DVec2::new(CAP_END, TAU)];
-                    add_grid(&mut roots, cap, all, [CAP_BANDS, CAP_SECTORS]);
+                    add_grid(&mut patches, cap, all, [CAP_BANDS, CAP_SECTORS]);
                 } else {
-                    add_grid(&mut roots, parameters, unit, [PARAMETER_STRIPS; 2]);
+                    add_grid(&mut patches, parameters, unit, [PARAMETER_STRIPS; 2]);
                 }
             }
             Shape::Rectangle(_) | Shape::Disk(_) => {
-                add_grid(&mut roots, parameters, unit, [PARAMETER_STRIPS; 2]);
+                add_grid(&mut patches, parameters, unit, [PARAMETER_STRIPS; 2]);
             }
             Shape::Cylinder(cylinder) => {
                 for [from, to] in lit_ranges(cylinder, source) {
                     let range = [DVec2::new(from, 0.0), DVec2::new(to, 1.0)];
-                    add_grid(&mut roots, parameters, range, [PARAMETER_STRIPS; 2]);
+                    add_grid(&mut patches, parameters, range, [PARAMETER_STRIPS; 2]);
                 }
             }
-            Shape::Mesh(mesh) => add_faces(&mut roots, scene, index, mesh, source),
+            Shape::Mesh(mesh) => add_faces(&mut patches, scene, index, mesh, source),
         }
     }
     match source.origin() {
-        Some(origin) => parted(scene, origin, Cone::of(source).as_ref(), roots),
-        None => roots,
+        Some(origin) => parted(scene, origin, Cone::of(source).as_ref(), patches),
+        None => patches,
     }
 }
 
-/// The roots in parts whose corners tell how much light there is on them: of all that are seen at a wide angle, and of
+/// The patches in parts whose corners tell how much light there is on them: of all that are seen at a wide angle, and of
 /// those a spot's cone may reach no larger ones than a quarter of it, so that no cone passes between the nodes of any.
-fn parted(scene: &Scene, origin: DVec3, cone: Option<&Cone>, mut pending: Vec<Root>) -> Vec<Root> {
+fn parted(
+    scene: &Scene,
+    origin: DVec3,
+    cone: Option<&Cone>,
+    mut pending: Vec<SurfacePatch>,
+) -> Vec<SurfacePatch> {
     let world = scene.world();
     let mut done = Vec::with_capacity(pending.len());
     pending.reverse();
-    while let Some(Root { chart, corners }) = pending.pop() {
+    while let Some(SurfacePatch { chart, corners }) = pending.pop() {
         let fan = Fan::of_triangle(origin, world, &chart, corners);
         let overlap = cone.map(|cone| cone.overlap_of(&fan));
         if overlap.is_some_and(|overlap| !overlap.is_possible) {
             continue;
         }
-        let root = |corners| Root { chart, corners };
+        let patch = |corners| SurfacePatch { chart, corners };
         if overlap.is_some_and(|one| one.relative_size > LARGEST_IN_CONE) {
-            pending.extend(quarters(corners, middles(corners)).map(root));
+            pending.extend(quarters(corners, middles(corners)).map(patch));
         } else if fan.is_too_wide()
             && let Some(halves) = halves(world, origin, &chart, corners)
         {
-            pending.extend(halves.map(root));
+            pending.extend(halves.map(patch));
         } else {
-            done.push(root(corners));
+            done.push(patch(corners));
         }
     }
     done
@@ -143,7 +148,7 @@ fn halves(
 
 /// A rectangle of coordinates, cut into triangles.
 fn add_grid(
-    roots: &mut Vec<Root>,
+    patches: &mut Vec<SurfacePatch>,
     chart: Chart,
     [from, to]: [DVec2; 2],
     [columns, rows]: [u32; 2],
@@ -171,7 +176,7 @@ fn add_grid(
                 at(column, row + 1),
             ];
             for corners in [[a, b, c], [a, c, d]] {
-                roots.push(Root { chart, corners });
+                patches.push(SurfacePatch { chart, corners });
             }
         }
     }
@@ -210,14 +215,20 @@ fn lit_ranges(cylinder: &Cylinder, source: &Source) -> Vec<[f64; 2]> {
 
 /// A mesh's faces, near ones near each other: they share edges, and what is in the caches. Of a closed
 /// mesh seen from outside, faces turned away are behind others.
-fn add_faces(roots: &mut Vec<Root>, scene: &Scene, shape: u32, mesh: &Mesh, source: &Source) {
+fn add_faces(
+    patches: &mut Vec<SurfacePatch>,
+    scene: &Scene,
+    shape: u32,
+    mesh: &Mesh,
+    source: &Source,
+) {
     let only_front = is_outside_closed(scene, shape, mesh, source);
     let corners = [DVec2::ZERO, DVec2::X, DVec2::Y];
     for face in mesh.faces_by_place() {
         let normal = mesh.face_normal(face);
         let facing = source.towards(mesh.corners(face)[0]).dot(normal);
         if facing > 0.0 || facing < 0.0 && !only_front {
-            roots.push(Root {
+            patches.push(SurfacePatch {
                 chart: Chart::Face { shape, face },
                 corners,
             });

@@ -16,13 +16,13 @@ use rayon::prelude::*;
 
 use super::faces::{Faces, MIDDLE};
 use super::places::{Place, places_of};
-use super::{Found, LEAST_PLACES, LEAST_THROUGHPUT, PLACES, Survey};
+use super::{Discovery, Found, LEAST_PLACES, LEAST_THROUGHPUT, PLACES};
 use crate::geometry::{Ray, World};
 use crate::numeric::{Stream, StreamKind};
 use crate::reference::beams::pass::Light;
 use crate::scene::Scene;
 use crate::transport::first_surface::{Chart, Place as Spot};
-use crate::transport::prescribed::{End, PathFollower};
+use crate::transport::fixed_signature::{End, PathFollower};
 use crate::transport::scatter::ShadingNormals;
 use crate::transport::screen::Screen;
 use crate::transport::signature::Signature;
@@ -96,8 +96,8 @@ pub(super) fn aim(
     screen: &Screen,
     max_depth: u32,
     shading_normals: ShadingNormals,
-    known: &Survey,
-) -> Survey {
+    known: &Discovery,
+) -> Discovery {
     let aims = Aims {
         scene,
         lights,
@@ -120,16 +120,16 @@ pub(super) fn aim(
             })
         })
         .collect();
-    let mut survey = Survey::default();
+    let mut discovery = Discovery::default();
     for ((signature, _), found) in beginnings.iter().map(|(key, _)| key).zip(found) {
         if let Some(found) = found {
             // Searches for other points may have found the same light.
-            let known = survey.signatures.entry(*signature).or_insert(found);
+            let known = discovery.signatures.entry(*signature).or_insert(found);
             known.flux = known.flux.max(found.flux);
             known.peak = known.peak.max(found.peak);
         }
     }
-    survey
+    discovery
 }
 
 impl Aims<'_> {
@@ -148,7 +148,7 @@ impl Aims<'_> {
     fn beginnings(
         &self,
         max_depth: u32,
-        known: &Survey,
+        known: &Discovery,
     ) -> BTreeMap<(Signature, usize), Vec<Beginning>> {
         let mut nearest: BTreeMap<(Signature, usize), Vec<Beginning>> = BTreeMap::new();
         let mut light_by: BTreeMap<Signature, f64> = BTreeMap::new();

@@ -6,7 +6,7 @@ use super::trail::{Ending, Straight, Trail};
 use crate::geometry::{Bounds, Hit, Hull, Ray, range};
 use crate::scene::Scene;
 use crate::transport::first_surface::Chart;
-use crate::transport::prescribed::{End, PathFollower};
+use crate::transport::fixed_signature::{End, PathFollower};
 use crate::transport::screen::Screen;
 
 /// What is at an end of a leg.
@@ -75,7 +75,7 @@ pub(super) struct Record {
     /// As far as all six met the same things.
     pub(super) legs: Vec<Leg>,
     /// All six ended the same way by way of the same surfaces.
-    pub(super) one_family: bool,
+    pub(super) one_topology: bool,
     /// None of the six has its first surface in sight: the only leg ends at what hides it.
     pub(super) hidden: bool,
 }
@@ -102,7 +102,7 @@ pub(super) fn record<const N: usize>(
     let [Some(first), ..] = ends else {
         return Record {
             legs: Vec::new(),
-            one_family: false,
+            one_topology: false,
             hidden: false,
         };
     };
@@ -158,16 +158,16 @@ pub(super) fn record<const N: usize>(
             .chain(&leg.end)
             .all(|point| point.is_finite())
     };
-    let one_family = complete
+    let one_topology = complete
         && legs.len() + 1 == shared
         && legs.iter().all(is_finite)
         && ends
             .iter()
-            .all(|end| end.is_some_and(|end| end.family == first.family));
+            .all(|end| end.is_some_and(|end| end.topology == first.topology));
     legs.truncate(legs.iter().take_while(|leg| is_finite(leg)).count());
     Record {
         legs,
-        one_family,
+        one_topology,
         hidden,
     }
 }

@@ -1,14 +1,14 @@
-//! The guard's door for light that is followed as polygons between flat faces: see
+//! The clearance's door for light that is followed as polygons between flat faces: see
 //! `reference::beams::facets`.
 
 use glam::DVec3;
 
-use super::Guard;
+use super::Clearance;
 use super::apart;
 use super::legs::{Leg, Met, Sight, way_out};
 use crate::geometry::{Hull, Shape};
 
-impl Guard<'_> {
+impl Clearance<'_> {
     /// Whether any of the watched shapes may be in a hull. Of flat faces near it, `is_in_the_way` is asked
     /// by shape and face (0 of a rectangle): the caller knows planes and edges better than a hull does.
     pub fn may_be_between(

@@ -14,7 +14,7 @@ use self::rare::look_for_rare;
 use super::pass::Light;
 use crate::radiometry::Rgb;
 use crate::scene::Scene;
-use crate::transport::prescribed::{End, PathFollower};
+use crate::transport::fixed_signature::{End, PathFollower};
 use crate::transport::scatter::ShadingNormals;
 use crate::transport::screen::Screen;
 use crate::transport::signature::Signature;
@@ -35,7 +35,7 @@ const MOSTLY_BESIDE: f64 = 1.0 / 16.0;
 /// Flux below this part of what set out is not followed any further.
 const LEAST_THROUGHPUT: f64 = 1e-7;
 
-/// What a survey saw of one signature.
+/// What a discovery saw of one signature.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Found {
     /// About how much flux it brings \[W\], mean of channels.
@@ -46,9 +46,9 @@ pub struct Found {
     pub on_film: f64,
 }
 
-/// What a survey saw.
+/// What a discovery saw.
 #[derive(Clone, Debug, Default)]
-pub struct Survey {
+pub struct Discovery {
     /// What each signature brings to the sensor's surface.
     pub signatures: BTreeMap<Signature, Found>,
     /// About the flux that lands on the film and beside it \[W\].
@@ -69,15 +69,15 @@ pub struct Looked {
 /// Follows all branches of some thousand paths spread over all first surfaces, of some more
 /// between neighbours of them that saw different things, and single branches of as many more as it takes to
 /// see rare light.
-pub fn survey(
+pub fn discover(
     scene: &Scene,
     lights: &[Light],
     screen: &Screen,
     max_depth: u32,
     shading_normals: ShadingNormals,
-) -> Survey {
+) -> Discovery {
     let places = PLACES.div_ceil(lights.len().max(1));
-    let mut all = Survey::default();
+    let mut all = Discovery::default();
     for light in lights {
         let source = &light.source;
         let look = |place: &Place| {
@@ -120,8 +120,8 @@ pub fn survey(
     all
 }
 
-impl Survey {
-    /// The flux \[W\] that the survey may have missed with a probability of `risk` a shape, where it saw none.
+impl Discovery {
+    /// The flux \[W\] that the discovery may have missed with a probability of `risk` a shape, where it saw none.
     ///
     /// Half of a shape's places are spread by light: a part p of what sets out to it is missed by n of them with a probability of
     /// (1 − p/2)ⁿ at most, as far as a first surface's corners say how much light falls on it.
@@ -160,7 +160,7 @@ impl Survey {
 /// A path that landed.
 struct Sight {
     signature: Signature,
-    /// What it brings for its part of the root \[W\].
+    /// What it brings for its part of the patch \[W\].
     flux: f64,
     /// What it delivers of what sets out.
     delivered: f64,
