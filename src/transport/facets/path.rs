@@ -9,7 +9,7 @@ use crate::transport::first_surface::Source;
 use crate::transport::fixed_signature::leave;
 use crate::transport::flux::Flux;
 use crate::transport::scatter::ShadingNormals;
-use crate::transport::signature::{Event, Signature};
+use crate::transport::signature::{Event, MAX_EVENTS, Signature};
 
 /// Light on one leg of its path.
 #[derive(Clone, Copy, Debug)]
@@ -22,13 +22,25 @@ pub struct FacetLight<const N: usize> {
     pub throughput: Flux<N>,
     /// The flux \[W\] that set out for a unit of coordinate area, in units of the source's strength.
     pub emitted: f64,
-    /// What happened at each event: equal numbers for light of one smooth topology. The least bit
-    /// says whether it is still on its way.
-    pub state: u64,
+    /// History of the path: equal numbers for light of one smooth topology.
+    ///
+    /// The least bit is 1 while the light is on its way. The bits above hold a leading 1, then one bit an
+    /// event: 1 if all light took the way of the event, 0 if a part did.
+    pub state: u128,
 }
 
+// The state of the longest path: one bit an event, the leading 1 and the least bit replacing it.
+const _: () = assert!(MAX_EVENTS < u128::BITS as usize);
+
 impl<const N: usize> FacetLight<N> {
-    /// Whether it did not end before this leg.
+    /// The [state](Self::state) in 64 bits: of its own for paths of up to 63 events, mixed for longer ones.
+    #[inline]
+    pub fn topology(&self) -> u64 {
+        let [low, high] = [0, 64].map(|shift| (self.state >> shift) as u64);
+        low ^ high.wrapping_mul(0x9e37_79b9_7f4a_7c15)
+    }
+
+    /// True if it did not end before this leg.
     #[inline]
     pub fn is_on_its_way(&self) -> bool {
         self.state & 1 == 1
@@ -164,7 +176,7 @@ impl<'a> FacetPaths<'a> {
             throughput: light.throughput * branch.tint * share,
             emitted: light.emitted,
             // All of the light, or a part: there is a kink between.
-            state: (light.state >> 1) << 2 | u64::from(share == 1.0) << 1 | 1,
+            state: (light.state >> 1) << 2 | u128::from(share == 1.0) << 1 | 1,
         }
     }
 

@@ -135,7 +135,7 @@ pub(super) fn node<const N: usize>(
         turned_back: false,
         weight: light.throughput * Flux::of(strength * factor) * light.emitted,
         emitted: light.emitted * strength.mean(),
-        topology: light.state,
+        topology: light.topology(),
     })
 }
 
