@@ -8,7 +8,7 @@ use crate::geometry::{Ray, SurfacePoint, TraversalCounters};
 use crate::radiometry::Rgb;
 use crate::scene::{Color, Material, Scene, Sensor, SensorKind};
 use crate::transport::camera::Camera;
-use crate::transport::fixed_signature::next_hit;
+use crate::transport::path_end::next_hit;
 use crate::transport::receiver::Receiver;
 use crate::transport::screen::Screen;
 

@@ -7,30 +7,14 @@
 
 use glam::{DVec2, DVec3};
 
-use super::chain::MAX_PASSES;
-use super::first_surface::{Arrival, Chart, Place, Source};
+use super::first_surface::{ChartPlace, Source, SourceRay, SurfaceChart};
 use super::flux::Flux;
+use super::path_end::{End, next_hit};
 use super::scatter::{Branch, Interaction, ShadingNormals, Way};
 use super::screen::Screen;
 use super::signature::{Event, Signature};
 use crate::geometry::{Hit, Ray, Shape, SurfacePoint, TraversalCounters};
 use crate::scene::{Material, Scene};
-
-/// How a path of fixed signature ended.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum End {
-    /// On the sensor's surface or its extension, at these film coordinates, in texels.
-    Landed(DVec2),
-    /// Nothing is there any more: it left the scene.
-    Escaped,
-    /// On the way to the first surface, something else was met.
-    Hidden,
-    /// An interface that has no light to give to the next event: total reflection. Where it sets in,
-    /// no geometry shows.
-    TurnedBack,
-    /// A surface that ends it.
-    Stopped,
-}
 
 /// A path of fixed signature, followed to its end.
 #[derive(Clone, Copy, Debug)]
@@ -97,14 +81,14 @@ impl<'a, const N: usize> PathFollower<'a, N> {
 
     /// A place of a chart, and the light that arrives there.
     #[inline]
-    fn start(&self, chart: &Chart, at: DVec2) -> Option<(Place, Arrival)> {
+    fn start(&self, chart: &SurfaceChart, at: DVec2) -> Option<(ChartPlace, SourceRay)> {
         let place = chart.place(self.scene.world(), at)?;
         Some((place, self.source.arrive(place.point.position)?))
     }
 
     /// The light that sets out towards a place of a chart, as [`PathEnd::emitted`].
     #[inline]
-    pub fn emitted(&self, chart: &Chart, at: DVec2) -> f64 {
+    pub fn emitted(&self, chart: &SurfaceChart, at: DVec2) -> f64 {
         self.start(chart, at)
             .map_or(0.0, |(place, arrival)| arrival.emitted(&place))
     }
@@ -122,7 +106,7 @@ impl<'a, const N: usize> PathFollower<'a, N> {
     /// The path that meets the chart's surface at `at`. `in_sight` says that nothing is between
     /// the source and the surface, where that is known.
     #[inline]
-    pub fn follow(&mut self, chart: &Chart, at: DVec2, in_sight: bool) -> PathEnd<N> {
+    pub fn follow(&mut self, chart: &SurfaceChart, at: DVec2, in_sight: bool) -> PathEnd<N> {
         self.follow_legs(chart, at, in_sight, |_, _| {})
     }
 
@@ -132,7 +116,7 @@ impl<'a, const N: usize> PathFollower<'a, N> {
     #[inline]
     pub fn follow_legs(
         &mut self,
-        chart: &Chart,
+        chart: &SurfaceChart,
         at: DVec2,
         in_sight: bool,
         mut leg: impl FnMut(&Ray, Option<&Hit>),
@@ -213,7 +197,7 @@ impl<'a, const N: usize> PathFollower<'a, N> {
     /// last leg, how it ended, and the probability of all choices on the way. Whether the source sees the place is looked at.
     pub fn follow_some(
         &mut self,
-        chart: &Chart,
+        chart: &SurfaceChart,
         at: DVec2,
         [split_depth, max_depth]: [u32; 2],
         least: f64,
@@ -325,7 +309,7 @@ impl<'a, const N: usize> PathFollower<'a, N> {
     }
 
     /// Whether nothing but passed surfaces is between the source and a place of the chart.
-    fn sees(&mut self, arrival: &Arrival, chart: &Chart) -> bool {
+    fn sees(&mut self, arrival: &SourceRay, chart: &SurfaceChart) -> bool {
         let scene = self.scene;
         let own = chart.shape();
         // Another surface at the place itself is not in front of it. Both distances are sums of coordinates, each with
@@ -336,7 +320,7 @@ impl<'a, const N: usize> PathFollower<'a, N> {
         // The surface itself is met again within rounding, at a grazing angle within its square
         // root. Light that a tube lets in that near to grazing is its square.
         let own_near = near - 1e-6 * scene.world().shapes()[own as usize].bounds().radius();
-        let convex = matches!(chart, Chart::Cap { .. });
+        let convex = matches!(chart, SurfaceChart::Cap { .. });
         !scene.world().any_hit(
             &arrival.ray,
             near,
@@ -350,24 +334,6 @@ impl<'a, const N: usize> PathFollower<'a, N> {
             &mut self.counters,
         )
     }
-}
-
-/// The next surface that is not passed as if nothing were there, and the ray from the last that was.
-#[inline]
-pub fn next_hit(
-    scene: &Scene,
-    mut ray: Ray,
-    counters: &mut TraversalCounters,
-) -> Option<(Ray, Hit)> {
-    let world = scene.world();
-    for _ in 0..MAX_PASSES {
-        let hit = world.closest_hit(&ray, f64::INFINITY, counters)?;
-        if !scene.material_of(hit.shape).is_passed(scene.materials()) {
-            return Some((ray, hit));
-        }
-        ray = world.bounce_point(&ray, &hit).spawn(ray.direction);
-    }
-    None
 }
 
 /// Light that travels along `direction` at a point of `shape`, after `event`: the share (0..=1) of

@@ -24,6 +24,7 @@ pub mod flux;
 pub mod ledger;
 pub mod lights;
 pub mod path_class;
+pub mod path_end;
 pub mod receiver;
 pub mod scatter;
 pub mod screen;

@@ -15,8 +15,9 @@ use nephroid::numeric::{Stream, StreamKind};
 use nephroid::scene::Scene;
 use nephroid::transport::camera::Camera;
 use nephroid::transport::clearance::{CellClearance, Clearance, Trail};
-use nephroid::transport::first_surface::{Chart, Source, SurfacePatch, patches};
-use nephroid::transport::fixed_signature::{End, PathFollower};
+use nephroid::transport::first_surface::{Source, SurfaceChart, SurfacePatch, patches};
+use nephroid::transport::fixed_signature::PathFollower;
+use nephroid::transport::path_end::End;
 use nephroid::transport::receiver::Receiver;
 use nephroid::transport::scatter::ShadingNormals;
 use nephroid::transport::screen::Screen;
@@ -101,7 +102,7 @@ fn is_hidden(scene: &Scene, ray: &Ray, hit: &Hit) -> bool {
     scene.world().any_hit(ray, near, |_| true, &mut counters)
 }
 
-fn way(scene: &Scene, follower: &mut PathFollower<1>, chart: &Chart, at: DVec2) -> Way {
+fn way(scene: &Scene, follower: &mut PathFollower<1>, chart: &SurfaceChart, at: DVec2) -> Way {
     let mut met = Vec::new();
     let mut hidden = false;
     let path = follower.follow_legs(chart, at, true, |ray: &Ray, hit: Option<&Hit>| {

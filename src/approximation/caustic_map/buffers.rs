@@ -9,7 +9,7 @@ use super::view::LightView;
 use crate::approximation::Work;
 use crate::geometry::{Element, Hit, Ray, Shape, SurfacePoint, TraversalCounters, World};
 use crate::scene::{Material, Scene};
-use crate::transport::fixed_signature::next_hit;
+use crate::transport::path_end::next_hit;
 
 /// A pixel of the photon buffer: where the light's ray meets a specular object.
 #[derive(Clone, Copy, Debug)]

@@ -11,7 +11,7 @@ use crate::geometry::{Hit, Ray, SurfacePoint, TraversalCounters};
 use crate::optics::{RayDerivative, dielectric_reflectance, refract};
 use crate::radiometry::Rgb;
 use crate::scene::Scene;
-use crate::transport::fixed_signature::next_hit;
+use crate::transport::path_end::next_hit;
 use crate::transport::scatter::{Bending, Way};
 
 /// A photon that has left the specular object.

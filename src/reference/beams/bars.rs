@@ -18,7 +18,7 @@
 //! (`tests/beams/bars.rs`, `docs/beams.md`). They are measured, not proved:
 //! a feature that no node of any cell saw is in none of the sums.
 
-use super::film::{BeamFilm, Texel, TexelSums};
+use super::film::{BeamFilm, FilmTexel, TexelSums};
 use crate::transport::flux::Flux;
 
 /// Factor of |q|.
@@ -58,7 +58,7 @@ pub fn bounded<const N: usize>(film: &BeamFilm<N>) -> BoundedFlux<N> {
     };
     for row in 0..height {
         for column in 0..width {
-            let mut most = Texel::<N>::default();
+            let mut most = FilmTexel::<N>::default();
             for y in near(row, height) {
                 for one in &texels[y * width..][near(column, width)] {
                     most = larger(&most, one);
@@ -81,10 +81,10 @@ pub fn bounded<const N: usize>(film: &BeamFilm<N>) -> BoundedFlux<N> {
 }
 
 /// The larger magnitudes, channel by channel.
-fn larger<const N: usize>(a: &Texel<N>, b: &Texel<N>) -> Texel<N> {
+fn larger<const N: usize>(a: &FilmTexel<N>, b: &FilmTexel<N>) -> FilmTexel<N> {
     let of =
         |a: &Flux<N>, b: &Flux<N>| Flux(std::array::from_fn(|c| a.0[c].abs().max(b.0[c].abs())));
-    Texel {
+    FilmTexel {
         sums: TexelSums {
             flux: of(&a.sums.flux, &b.sums.flux),
             difference: of(&a.sums.difference, &b.sums.difference),

@@ -8,7 +8,7 @@ use crate::transport::flux::Flux;
 
 /// A path of light, by where it met the first surface.
 #[derive(Clone, Copy, Debug)]
-pub struct Node<const N: usize> {
+pub struct BeamNode<const N: usize> {
     /// Chart coordinates.
     pub at: DVec2,
     /// Where it fell on the film, in texels; `None` where it did not come that far.
@@ -25,18 +25,18 @@ pub struct Node<const N: usize> {
 
 /// A triangle of light space.
 #[derive(Clone, Copy, Debug)]
-pub struct Cell<const N: usize> {
+pub struct BeamCell<const N: usize> {
     /// Its corners.
-    pub corners: [Node<N>; 3],
+    pub corners: [BeamNode<N>; 3],
     /// How often its patch was divided.
     pub level: u32,
     /// Which legs of its light are known to have nothing in their way.
     pub clearance: CellClearance,
-    /// The [`Look::weight_bend`] of the cell that it is a quarter of, where that was worth noting; else 0.
+    /// The [`CellSummary::weight_bend`] of the cell that it is a quarter of, where that was worth noting; else 0.
     pub noted_bend: f64,
 }
 
-impl<const N: usize> Cell<N> {
+impl<const N: usize> BeamCell<N> {
     /// Its area in chart coordinates.
     #[inline]
     pub fn area(&self) -> f64 {
@@ -51,7 +51,7 @@ impl<const N: usize> Cell<N> {
 
     /// Its quarters, given its edges' middles; the one in the middle comes last.
     #[inline]
-    pub fn quarters(&self, middles: &[Node<N>; 3]) -> [Self; 4] {
+    pub fn quarters(&self, middles: &[BeamNode<N>; 3]) -> [Self; 4] {
         quarters(self.corners, *middles).map(|corners| Self {
             corners,
             level: self.level + 1,
@@ -63,14 +63,14 @@ impl<const N: usize> Cell<N> {
 
 /// Area in chart coordinates.
 #[inline]
-pub fn triangle_area<const N: usize>(corners: &[Node<N>; 3]) -> f64 {
+pub fn triangle_area<const N: usize>(corners: &[BeamNode<N>; 3]) -> f64 {
     let [a, b, c] = corners.map(|node| node.at);
     0.5 * (b - a).perp_dot(c - a).abs()
 }
 
 /// What the six nodes of a cell, its corners and its edges' middles, say together.
 #[derive(Clone, Copy, Debug)]
-pub struct Look<const N: usize> {
+pub struct CellSummary<const N: usize> {
     /// Whether all are of one topology.
     pub one_topology: bool,
     /// How many topologies there are.
@@ -95,10 +95,10 @@ pub struct Look<const N: usize> {
     pub emitted: f64,
 }
 
-impl<const N: usize> Look<N> {
+impl<const N: usize> CellSummary<N> {
     /// Looks at a cell.
     #[inline]
-    pub fn at(corners: &[Node<N>; 3], middles: &[Node<N>; 3]) -> Self {
+    pub fn at(corners: &[BeamNode<N>; 3], middles: &[BeamNode<N>; 3]) -> Self {
         let topology = corners[0].topology;
         let mut look = Self {
             one_topology: true,

@@ -7,13 +7,13 @@
 
 use glam::DVec2;
 
-use super::cell::{Node, triangle_area};
+use super::cell::{BeamNode, triangle_area};
 
 /// A triangle of one topology that lands: corner landings and weights, and its area in light space.
 #[derive(Clone, Copy, Debug)]
-pub struct Piece<const N: usize> {
+pub struct CutPiece<const N: usize> {
     /// The corners; those on a border have the values of the nearest path of the topology.
-    pub corners: [Node<N>; 3],
+    pub corners: [BeamNode<N>; 3],
     /// In chart coordinates.
     pub area: f64,
 }
@@ -26,38 +26,38 @@ pub const CUT_ERROR: f64 = 1.0 / 1024.0;
 
 /// An edge's ends on both sides of a border, close to each other.
 #[derive(Clone, Copy, Debug)]
-struct Crossing<const N: usize> {
+struct BorderCrossing<const N: usize> {
     /// Of the topology of the edge's first end.
-    before: Node<N>,
+    before: BeamNode<N>,
     /// Of the topology of the edge's second end.
-    after: Node<N>,
+    after: BeamNode<N>,
 }
 
 /// Up to three pieces.
 #[derive(Clone, Copy, Debug)]
 pub struct Pieces<const N: usize> {
-    pieces: [Option<Piece<N>>; 3],
+    pieces: [Option<CutPiece<N>>; 3],
 }
 
 impl<const N: usize> Pieces<N> {
     /// The pieces.
-    pub fn iter(&self) -> impl Iterator<Item = &Piece<N>> {
+    pub fn iter(&self) -> impl Iterator<Item = &CutPiece<N>> {
         self.pieces.iter().flatten()
     }
 }
 
 /// A triangle that lands; `None` where it does not, or has no area.
-pub fn whole<const N: usize>(corners: [Node<N>; 3]) -> Option<Piece<N>> {
+pub fn whole<const N: usize>(corners: [BeamNode<N>; 3]) -> Option<CutPiece<N>> {
     let area = triangle_area(&corners);
     let lands = corners.iter().all(|node| node.landing.is_some());
-    (lands && area > 0.0).then_some(Piece { corners, area })
+    (lands && area > 0.0).then_some(CutPiece { corners, area })
 }
 
 /// Cuts a triangle into pieces of one topology each, with `follow` for the path at chart coordinates;
 /// `None` where there are more than two topologies, or one in between: not to be cut by one line.
 pub fn cut<const N: usize>(
-    corners: &[Node<N>; 3],
-    mut follow: impl FnMut(DVec2) -> Node<N>,
+    corners: &[BeamNode<N>; 3],
+    mut follow: impl FnMut(DVec2) -> BeamNode<N>,
 ) -> Option<Pieces<N>> {
     let [a, b, c] = corners.map(|node| node.topology);
     // The corner whose topology is not that of the other two.
@@ -72,10 +72,10 @@ pub fn cut<const N: usize>(
         (false, false, false) => return None,
     };
     let [apex, left, right] = [odd, (odd + 1) % 3, (odd + 2) % 3].map(|index| corners[index]);
-    let mut border = |end: &Node<N>| crossing(&apex, end, &mut follow);
+    let mut border = |end: &BeamNode<N>| crossing(&apex, end, &mut follow);
     let (on_left, on_right) = (border(&left)?, border(&right)?);
-    let near = |crossing: &Crossing<N>| on_border(crossing, &crossing.before);
-    let far = |crossing: &Crossing<N>| on_border(crossing, &crossing.after);
+    let near = |crossing: &BorderCrossing<N>| on_border(crossing, &crossing.before);
+    let far = |crossing: &BorderCrossing<N>| on_border(crossing, &crossing.after);
     let pieces = [
         whole([apex, near(&on_left), near(&on_right)]),
         whole([far(&on_left), left, right]),
@@ -85,18 +85,18 @@ pub fn cut<const N: usize>(
 }
 
 /// The values of a path, placed halfway between those on both sides.
-fn on_border<const N: usize>(crossing: &Crossing<N>, values: &Node<N>) -> Node<N> {
-    Node {
+fn on_border<const N: usize>(crossing: &BorderCrossing<N>, values: &BeamNode<N>) -> BeamNode<N> {
+    BeamNode {
         at: 0.5 * (crossing.before.at + crossing.after.at),
         ..*values
     }
 }
 
 fn crossing<const N: usize>(
-    from: &Node<N>,
-    to: &Node<N>,
-    follow: &mut impl FnMut(DVec2) -> Node<N>,
-) -> Option<Crossing<N>> {
+    from: &BeamNode<N>,
+    to: &BeamNode<N>,
+    follow: &mut impl FnMut(DVec2) -> BeamNode<N>,
+) -> Option<BorderCrossing<N>> {
     let (mut before, mut after) = (*from, *to);
     for _ in 0..BISECTIONS {
         let middle = follow(0.5 * (before.at + after.at));
@@ -108,15 +108,15 @@ fn crossing<const N: usize>(
             return None;
         }
     }
-    Some(Crossing { before, after })
+    Some(BorderCrossing { before, after })
 }
 
 /// Whether a path that lands is found next to the border of the first node's topology, on the way to
 /// a node of another.
 pub fn lands_between<const N: usize>(
-    from: &Node<N>,
-    to: &Node<N>,
-    mut follow: impl FnMut(DVec2) -> Node<N>,
+    from: &BeamNode<N>,
+    to: &BeamNode<N>,
+    mut follow: impl FnMut(DVec2) -> BeamNode<N>,
 ) -> bool {
     let (mut before, mut after) = (from.at, *to);
     if after.topology == from.topology {

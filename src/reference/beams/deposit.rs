@@ -2,15 +2,15 @@
 
 use glam::DVec2;
 
-use super::cell::Node;
-use super::cut::Piece;
+use super::cell::BeamNode;
+use super::cut::CutPiece;
 use super::film::{BeamFilm, TexelSums};
 use crate::film::coverage::{Part, deal};
 use crate::transport::flux::Flux;
 
 /// Sums of the few texels that a cell touches, gathered before they go to the film: a cell's
 /// five triangles share most of their texels.
-pub struct Patch<const N: usize> {
+pub struct TexelBlock<const N: usize> {
     origin: [usize; 2],
     size: [usize; 2],
     sums: Vec<TexelSums<N>>,
@@ -19,7 +19,7 @@ pub struct Patch<const N: usize> {
 /// A patch has at most this many texels a side; larger images go to the film directly.
 const PATCH: usize = 24;
 
-impl<const N: usize> Default for Patch<N> {
+impl<const N: usize> Default for TexelBlock<N> {
     /// An empty patch.
     fn default() -> Self {
         Self {
@@ -30,7 +30,7 @@ impl<const N: usize> Default for Patch<N> {
     }
 }
 
-impl<const N: usize> Patch<N> {
+impl<const N: usize> TexelBlock<N> {
     /// Covers the texels of a box; `false` where they are too many, or the box is empty.
     fn cover(&mut self, low: DVec2, high: DVec2, film: [usize; 2]) -> bool {
         if !low.cmple(high).all() {
@@ -64,20 +64,20 @@ impl<const N: usize> Patch<N> {
 /// A finished cell's light at two finenesses.
 pub struct Levels<'a, const N: usize> {
     /// Its quarters' pieces: B.
-    pub fine: &'a [Piece<N>],
+    pub fine: &'a [CutPiece<N>],
     /// Its own pieces: A.
-    pub coarse: &'a [Piece<N>],
+    pub coarse: &'a [CutPiece<N>],
 }
 
 /// Flux of a triangle's part: its weight is linear between the corners.
 #[inline]
-pub(super) fn flux_of<const N: usize>(piece: &Piece<N>, part: &Part) -> Flux<N> {
+pub(super) fn flux_of<const N: usize>(piece: &CutPiece<N>, part: &Part) -> Flux<N> {
     let [a, b, c] = piece.corners.each_ref().map(|node| node.weight);
     (a * part.share + (b - a) * part.moment.x + (c - a) * part.moment.y) * piece.area
 }
 
 #[inline]
-pub(super) fn image_of<const N: usize>(piece: &Piece<N>) -> [DVec2; 3] {
+pub(super) fn image_of<const N: usize>(piece: &CutPiece<N>) -> [DVec2; 3] {
     // Pieces are made of landed nodes only.
     piece
         .corners
@@ -137,7 +137,7 @@ impl<const N: usize> Levels<'_, N> {
     }
 }
 
-impl<const N: usize> Patch<N> {
+impl<const N: usize> TexelBlock<N> {
     /// Gathers a cell. Returns the flux \[W\] that halving it moved from texel to texel, the worst
     /// channel; `None` where the cell is too large to be gathered.
     pub fn gather(&mut self, size: [usize; 2], levels: &Levels<N>, bend: f64) -> Option<f64> {
@@ -194,7 +194,7 @@ fn part_near_lines(image: &[DVec2; 3], bend: f64) -> f64 {
 /// Puts a triangle of no single topology on the film: each landed corner's third, as a point.
 pub fn deposit_points<const N: usize>(
     film: &BeamFilm<N>,
-    corners: &[Node<N>; 3],
+    corners: &[BeamNode<N>; 3],
     area: f64,
 ) -> Flux<N> {
     let size = film.size();
@@ -220,8 +220,8 @@ pub fn deposit_points<const N: usize>(
 /// Says that `flux` may be, or not be, in any texel of a cut cell's [boxes](uncertain_boxes).
 pub fn deposit_uncertain<const N: usize>(
     film: &BeamFilm<N>,
-    nodes: &[Node<N>; 6],
-    pieces: &[Piece<N>],
+    nodes: &[BeamNode<N>; 6],
+    pieces: &[CutPiece<N>],
     flux: Flux<N>,
 ) {
     for [first, last] in uncertain_boxes(film.size(), nodes, pieces) {
@@ -234,8 +234,8 @@ pub fn deposit_uncertain<const N: usize>(
 /// border where perhaps only one node landed; and as far again on all sides.
 pub fn uncertain_boxes<const N: usize>(
     size: [usize; 2],
-    nodes: &[Node<N>; 6],
-    pieces: &[Piece<N>],
+    nodes: &[BeamNode<N>; 6],
+    pieces: &[CutPiece<N>],
 ) -> impl Iterator<Item = [[usize; 2]; 2]> {
     let end = DVec2::new(size[0] as f64, size[1] as f64) - 1.0;
     nodes.iter().enumerate().filter_map(move |(index, node)| {

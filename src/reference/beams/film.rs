@@ -37,7 +37,7 @@ impl<const N: usize> std::ops::AddAssign for TexelSums<N> {
 
 /// What all cells of one path signature left on a texel \[W\].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Texel<const N: usize> {
+pub struct FilmTexel<const N: usize> {
     /// What is here.
     pub sums: TexelSums<N>,
     /// Flux of cells that are no single smooth topology: it may be here, or not.
@@ -47,7 +47,7 @@ pub struct Texel<const N: usize> {
     pub spread: f64,
 }
 
-impl<const N: usize> Default for Texel<N> {
+impl<const N: usize> Default for FilmTexel<N> {
     fn default() -> Self {
         Self {
             sums: TexelSums::default(),
@@ -117,7 +117,7 @@ impl<const N: usize> BeamFilm<N> {
     }
 
     /// All texels, row by row.
-    pub fn texels(&self) -> Vec<Texel<N>> {
+    pub fn texels(&self) -> Vec<FilmTexel<N>> {
         let [width, height] = self.size;
         let mut texels = Vec::with_capacity(width * height);
         // Of the uncertain in the row above, N + 1 sums a column; the last of them is the spread.
@@ -141,7 +141,7 @@ impl<const N: usize> BeamFilm<N> {
                     }))
                 };
                 let uncertain = |kind: usize| self.uncertain_steps.value(above[kind]);
-                texels.push(Texel {
+                texels.push(FilmTexel {
                     sums: TexelSums {
                         flux: kind(0),
                         difference: kind(1),

@@ -8,8 +8,8 @@
 //! [`SignatureReport`]: super::pass::SignatureReport
 
 use super::average::Average;
+use super::finished_pass::FinishedPass;
 use super::report::LampReport;
-use super::run::Pass;
 use crate::geometry::TraversalCounters;
 use crate::numeric::distributions::critical_value;
 use crate::radiometry::Rgb;
@@ -28,11 +28,11 @@ pub(super) fn standard_errors(replicates: u32) -> f64 {
 }
 
 /// What a run came to.
-pub(super) struct Outcome<'a> {
+pub(super) struct RunOutcome<'a> {
     pub scene: &'a Scene,
     pub target: &'a Target,
     /// The last pass, if any was finished.
-    pub pass: Option<Pass>,
+    pub pass: Option<FinishedPass>,
     /// Where no light was found, the flux \[W\] that there may be all the same, on any texel.
     pub unseen: Option<Rgb>,
     /// Of a receiver.
@@ -44,7 +44,7 @@ pub(super) struct Outcome<'a> {
     pub incomplete: bool,
 }
 
-impl Outcome<'_> {
+impl RunOutcome<'_> {
     pub fn estimate(self) -> Estimate {
         let texels = self.target.texels();
         let [width, height] = self.target.size();
@@ -101,7 +101,7 @@ impl Outcome<'_> {
     }
 
     /// By signature, the others last.
-    fn layers(&self, pass: &Pass) -> Vec<Layer> {
+    fn layers(&self, pass: &FinishedPass) -> Vec<Layer> {
         let mut order: Vec<&(Option<Signature>, Average)> = pass.layers.iter().collect();
         order.sort_by_key(|(signature, _)| (signature.is_none(), *signature));
         order
@@ -163,7 +163,7 @@ impl Outcome<'_> {
 
     /// Where the flux went that met a specular surface first: what the layers' texels hold, and the rest,
     /// which is not followed to its end.
-    fn ledger(&self, pass: &Pass, layers: &[Layer]) -> Ledger {
+    fn ledger(&self, pass: &FinishedPass, layers: &[Layer]) -> Ledger {
         let mut ledger = Ledger::default();
         for layer in layers {
             let flux = |(texel, value): (usize, &Rgb)| *value * self.target.measure(texel);

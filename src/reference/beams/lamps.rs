@@ -6,7 +6,7 @@
 //! their mean (Owen 1997, *Scrambled net variance for integrals of smooth functions*).
 
 use super::error::BeamError;
-use super::pass::Light;
+use super::pass::BeamLight;
 use crate::numeric::{Stream, StreamKind};
 use crate::radiometry::Rgb;
 use crate::scene::{Emitter, Scene};
@@ -69,7 +69,7 @@ impl Lamps {
     /// The sources of a replicate: `points` a lamp, each with its part of the lamp's light.
     ///
     /// Those for twice as many points begin with the same places.
-    pub fn lights(&self, replicate: u32, points: u64) -> Vec<Light> {
+    pub fn lights(&self, replicate: u32, points: u64) -> Vec<BeamLight> {
         let mut lights = Vec::new();
         for lamp in &self.lamps {
             let stream = lamp.stream.split(u64::from(replicate));
@@ -77,7 +77,7 @@ impl Lamps {
             lights.extend((0..points).filter_map(|point| {
                 let place = lamp.surface.sample(stream.point2(point).into())?;
                 let source = Source::Surface { place, intensity };
-                Some(Light {
+                Some(BeamLight {
                     source,
                     patches: None,
                 })

@@ -27,6 +27,7 @@ pub mod error;
 pub mod facets;
 pub mod film;
 mod finish;
+mod finished_pass;
 pub mod lamps;
 pub mod limit;
 pub mod pass;

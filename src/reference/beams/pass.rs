@@ -38,14 +38,14 @@ const MANY_SOURCES: usize = 16;
 
 /// A source and the light space over its first surfaces.
 #[derive(Clone, Debug)]
-pub struct Light {
+pub struct BeamLight {
     /// Where the light comes from.
     pub source: Source,
     /// Where it may go; of a source that is one of thousands, found when needed.
     pub patches: Option<Vec<SurfacePatch>>,
 }
 
-impl Light {
+impl BeamLight {
     /// The light space.
     pub fn patches(&self, scene: &Scene) -> Cow<'_, [SurfacePatch]> {
         self.patches.as_ref().map_or_else(
@@ -138,10 +138,10 @@ impl SignatureReport {
 }
 
 /// What some patches came to, and the work that took.
-type Work<const N: usize> = (Balance<N>, TraversalCounters);
+type TaskWork<const N: usize> = (Balance<N>, TraversalCounters);
 
 /// The work of some patches; `None` where it was stopped.
-type Done<const N: usize> = Option<Work<N>>;
+type TaskResult<const N: usize> = Option<TaskWork<N>>;
 
 impl Passes<'_> {
     /// One signature at one tolerance; `None` where it was stopped.
@@ -151,7 +151,7 @@ impl Passes<'_> {
     /// Where a texel's flux is not representable.
     pub fn signature(
         &self,
-        lights: &[Light],
+        lights: &[BeamLight],
         signature: Signature,
         limits: Limits,
         counters: &mut TraversalCounters,
@@ -165,7 +165,7 @@ impl Passes<'_> {
 
     fn in_channels<const N: usize>(
         &self,
-        lights: &[Light],
+        lights: &[BeamLight],
         signature: Signature,
         limits: Limits,
         counters: &mut TraversalCounters,
@@ -179,7 +179,7 @@ impl Passes<'_> {
         } else {
             1
         };
-        let done: Vec<Vec<Done<N>>> = lights
+        let done: Vec<Vec<TaskResult<N>>> = lights
             .par_iter()
             .map(|light| self.light(light, signature, limits, tasks, &film))
             .collect();
@@ -220,12 +220,12 @@ impl Passes<'_> {
     /// One source's light, in about so many tasks of some patches.
     fn light<const N: usize>(
         &self,
-        light: &Light,
+        light: &BeamLight,
         signature: Signature,
         limits: Limits,
         tasks: usize,
         film: &BeamFilm<N>,
-    ) -> Vec<Done<N>> {
+    ) -> Vec<TaskResult<N>> {
         // Memory to work in, handed from task to task.
         let idle: Mutex<Vec<Scratch<N>>> = Mutex::new(Vec::new());
         let screen = self.target.screen();
@@ -236,7 +236,7 @@ impl Passes<'_> {
             signature,
             self.shading_normals,
         );
-        let refined = |count: usize, work: &dyn Fn(&mut Refiner<'_, '_, N>) -> Work<N>| {
+        let refined = |count: usize, work: &dyn Fn(&mut Refiner<'_, '_, N>) -> TaskWork<N>| {
             if self.limit.is_reached() {
                 return None;
             }
@@ -286,7 +286,7 @@ impl Passes<'_> {
                 for patch in patches {
                     refiner.refine(patch);
                 }
-                Work::default()
+                TaskWork::default()
             })
         });
         let by_facets = flat.par_chunks(task(flat.len())).map(|facets| {

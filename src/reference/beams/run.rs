@@ -3,12 +3,13 @@
 use std::time::Instant;
 
 use super::average::{Average, Sums};
-use super::discovery::{Found, discover};
+use super::discovery::{SignatureLight, discover};
 use super::error::{BeamError, supports};
 use super::finish;
+use super::finished_pass::FinishedPass;
 use super::lamps::Lamps;
 use super::limit::Limit;
-use super::pass::{Light, PassLayer, Passes, SignatureReport};
+use super::pass::{BeamLight, PassLayer, Passes, SignatureReport};
 use super::refine::Limits;
 use super::report::{BeamReport, LampReport};
 use super::schedule::{DIVIDED_AGAIN, Errors, Fineness};
@@ -59,13 +60,13 @@ pub struct Setup<'a> {
     settings: BeamSettings,
     target: Target,
     /// Delta emitters, which are followed once.
-    fixed: Vec<Light>,
+    fixed: Vec<BeamLight>,
     lamps: Lamps,
     clearance: Clearance<'a>,
     shared: SharedPlaces<'a>,
     facets: Facets,
     /// The brightest first.
-    signatures: Vec<(Signature, Found)>,
+    signatures: Vec<(Signature, SignatureLight)>,
     /// About the flux on the film, and but for where next to none is on it, beside it \[W\].
     flux: f64,
     /// ... and beside it where there is next to none on it \[W\].
@@ -73,18 +74,6 @@ pub struct Setup<'a> {
     /// Flux that the discovery may have missed \[W\].
     unseen: Rgb,
     progress: &'a Progress,
-}
-
-/// A finished pass.
-pub(super) struct Pass {
-    /// One entry a signature with a layer of its own, brightest first, then one of all others, if any.
-    pub layers: Vec<(Option<Signature>, Average)>,
-    /// Their sum.
-    pub total: Average,
-    /// One entry a signature followed.
-    pub reports: Vec<(Signature, SignatureReport)>,
-    errors: Option<Errors>,
-    fineness: Fineness,
 }
 
 impl<'a> Setup<'a> {
@@ -116,11 +105,11 @@ impl<'a> Setup<'a> {
             return Err(setting(name, settings.replicates, allowed));
         }
         let target = Target::new(scene, sensor, settings.shading_normals)?;
-        let fixed: Vec<Light> = Source::all(scene)
+        let fixed: Vec<BeamLight> = Source::all(scene)
             .into_iter()
             .map(|source| {
                 let patches = Some(patches(scene, &source));
-                Light { source, patches }
+                BeamLight { source, patches }
             })
             .collect();
         // A place of each replicate stands for the lamps.
@@ -139,7 +128,8 @@ impl<'a> Setup<'a> {
         let landed = found.landed;
         let unseen = found.unseen(0.5 * (1.0 - finish::CONFIDENCE));
         let flux: f64 = found.signatures.values().map(|one| one.flux).sum();
-        let mut signatures: Vec<(Signature, Found)> = found.signatures.into_iter().collect();
+        let mut signatures: Vec<(Signature, SignatureLight)> =
+            found.signatures.into_iter().collect();
         signatures.sort_by(|(a, x), (b, y)| y.flux.total_cmp(&x.flux).then(a.cmp(b)));
         Ok(Self {
             scene,
@@ -221,7 +211,7 @@ impl<'a> Setup<'a> {
         limit.spend(counters.rays);
         let is_lit = followed.iter().any(|(_, found)| found.on_film > 0.0);
         let limited = budget.time.is_some() || budget.rays.is_some();
-        let mut best: Option<Pass> = None;
+        let mut best: Option<FinishedPass> = None;
         let (mut said_before, mut calibration) = (0.0, None);
         let mut unlit = 0;
         let mut fineness = Fineness::first(target, limited);
@@ -278,7 +268,7 @@ impl<'a> Setup<'a> {
         };
         let incomplete = stopped || unmet && !limited || best.is_none() && !self.is_dark();
         self.describe(best.as_ref(), &mut report);
-        let outcome = finish::Outcome {
+        let outcome = finish::RunOutcome {
             scene: self.scene,
             target: &self.target,
             pass: best,
@@ -295,10 +285,10 @@ impl<'a> Setup<'a> {
     /// All signatures at one fineness; `None` where it was stopped.
     fn pass(
         &self,
-        signatures: &[(Signature, Found)],
+        signatures: &[(Signature, SignatureLight)],
         fineness: Fineness,
         limit: &Limit,
-    ) -> Result<Option<(Pass, TraversalCounters)>, BeamError> {
+    ) -> Result<Option<(FinishedPass, TraversalCounters)>, BeamError> {
         let mut counters = TraversalCounters::default();
         let passes = Passes {
             scene: self.scene,
@@ -316,7 +306,7 @@ impl<'a> Setup<'a> {
         } else {
             self.settings.replicates
         };
-        let patches_of = |lights: &[Light]| -> usize {
+        let patches_of = |lights: &[BeamLight]| -> usize {
             lights.iter().map(|l| l.patches(self.scene).len()).sum()
         };
         let tasks = patches_of(&self.fixed)
@@ -382,7 +372,7 @@ impl<'a> Setup<'a> {
         }
         let errors = self.errors(&total);
         let names = signatures.iter().map(|(signature, _)| *signature);
-        let pass = Pass {
+        let pass = FinishedPass {
             layers,
             total,
             reports: names
@@ -416,7 +406,7 @@ impl<'a> Setup<'a> {
     }
 
     /// Root mean square difference of two passes over lit texels, relative to their mean.
-    fn distance(&self, before: &Pass, after: &Pass) -> f64 {
+    fn distance(&self, before: &FinishedPass, after: &FinishedPass) -> f64 {
         let (mut lit, mut sum, mut squares) = (0_u64, 0.0, 0.0);
         for texel in 0..after.total.texels() {
             let measure = self.target.measure(texel);
@@ -432,7 +422,7 @@ impl<'a> Setup<'a> {
     }
 
     /// What the last pass was like.
-    fn describe(&self, pass: Option<&Pass>, report: &mut BeamReport) {
+    fn describe(&self, pass: Option<&FinishedPass>, report: &mut BeamReport) {
         let Some(pass) = pass else { return };
         report.relative_tolerance = pass.fineness.tolerance;
         report.signatures = pass.reports.iter().map(|(_, one)| one.clone()).collect();

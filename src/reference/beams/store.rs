@@ -3,7 +3,7 @@
 use glam::DVec2;
 
 use crate::transport::clearance::{Ending, Straight, Trail};
-use crate::transport::first_surface::Chart;
+use crate::transport::first_surface::SurfaceChart;
 use crate::transport::fixed_signature::{PathEnd, PathFollower};
 
 /// A small store of paths by chart coordinates: neighbouring cells share nodes.
@@ -58,7 +58,7 @@ impl<const N: usize> PathStore<N> {
     pub fn path(
         &mut self,
         follower: &mut PathFollower<'_, N>,
-        chart: &Chart,
+        chart: &SurfaceChart,
         at: DVec2,
         in_sight: bool,
     ) -> PathEnd<N> {
@@ -76,7 +76,7 @@ impl<const N: usize> PathStore<N> {
     pub fn path_with_legs(
         &mut self,
         follower: &mut PathFollower<'_, N>,
-        chart: &Chart,
+        chart: &SurfaceChart,
         at: DVec2,
         in_sight: bool,
     ) -> PathEnd<N> {
@@ -106,7 +106,7 @@ impl<const N: usize> PathStore<N> {
     pub fn trail(
         &mut self,
         follower: &mut PathFollower<'_, N>,
-        chart: &Chart,
+        chart: &SurfaceChart,
         at: DVec2,
         in_sight: bool,
         trail: &mut Trail,
@@ -140,10 +140,12 @@ impl<const N: usize> PathStore<N> {
 }
 
 /// A number for the surface that coordinates refer to.
-fn surface_of(chart: &Chart) -> u64 {
+fn surface_of(chart: &SurfaceChart) -> u64 {
     match *chart {
-        Chart::Cap { shape, .. } | Chart::Parameters { shape } => u64::from(shape) << 33,
-        Chart::Face { shape, face } => u64::from(shape) << 33 | 1 << 32 | u64::from(face),
+        SurfaceChart::Cap { shape, .. } | SurfaceChart::Parameters { shape } => {
+            u64::from(shape) << 33
+        }
+        SurfaceChart::Face { shape, face } => u64::from(shape) << 33 | 1 << 32 | u64::from(face),
     }
 }
 

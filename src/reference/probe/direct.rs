@@ -1,7 +1,7 @@
 //! Light that comes straight from an emitter.
 
 use super::SpecularPath;
-use super::map::{LightMap, Place};
+use super::map::{LightMap, LightPlace};
 use super::path::{is_at_target, light_path};
 use crate::geometry::TraversalCounters;
 
@@ -21,7 +21,7 @@ pub(super) fn direct_paths(map: &LightMap, counters: &mut TraversalCounters) -> 
         let Some(at) = chart.place_towards(target) else {
             continue;
         };
-        let place = Place { chart: index, at };
+        let place = LightPlace { chart: index, at };
         let Some(emission) = map.emission(place) else {
             continue;
         };

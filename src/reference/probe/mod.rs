@@ -220,7 +220,8 @@ pub fn probe_until(
         return Err(ProbeError::Depth(settings.max_depth));
     }
     let receiver = Receiver::new(scene, sensor)?;
-    let target = target::Target::new(scene, &receiver, uv).ok_or(ProbeError::OffReceiver(uv))?;
+    let target =
+        target::ProbeTarget::new(scene, &receiver, uv).ok_or(ProbeError::OffReceiver(uv))?;
     chain_limits::check(scene).map_err(LightSpaceError::from)?;
     let area = scene
         .emitters()

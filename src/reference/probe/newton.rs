@@ -2,15 +2,15 @@
 
 use glam::DVec2;
 
-use super::map::{Place, Tracer};
-use super::search::{Piece, Sheet};
-use super::target::Image;
+use super::map::{LightPlace, MapTracer};
+use super::search::{LightPiece, Sheet};
+use super::target::TargetImage;
 use crate::transport::differentials::ChainStep;
 
 /// A place whose light lands on the target.
 #[derive(Clone, Debug)]
 pub(super) struct Root {
-    pub place: Place,
+    pub place: LightPlace,
     /// Half the size of the patch in which it is the only one of its chain, in chart coordinates.
     pub half: DVec2,
     pub chain: Vec<ChainStep>,
@@ -33,7 +33,7 @@ const SMALL_STEP: f64 = 1.0 / (1 << 14) as f64;
 const REACH: f64 = 1.25;
 
 /// What became of the search.
-pub(super) enum Outcome {
+pub(super) enum NewtonOutcome {
     /// A root of this chain in this patch.
     Root(Root),
     /// The root, if any, is not in this patch.
@@ -45,19 +45,24 @@ pub(super) enum Outcome {
 /// Looks for the root of a sheet, from `start` in the piece's own coordinates (−1..=1).
 ///
 /// Steps −J⁻¹ f, halved until |f| shrinks (Armijo's rule with a factor 1/4), along the chain whatever is in the way.
-pub(super) fn solve(tracer: &mut Tracer, piece: &Piece, sheet: &Sheet, start: DVec2) -> Outcome {
+pub(super) fn solve(
+    tracer: &mut MapTracer,
+    piece: &LightPiece,
+    sheet: &Sheet,
+    start: DVec2,
+) -> NewtonOutcome {
     let mut at = start;
     let Some(mut image) = tracer.image_along(piece.place(at), &sheet.chain) else {
-        return Outcome::Stuck;
+        return NewtonOutcome::Stuck;
     };
     let mut last_step = f64::INFINITY;
     for _ in 0..MOST_STEPS {
         let Some(step) = newton_step(piece, &image) else {
-            return Outcome::Stuck;
+            return NewtonOutcome::Stuck;
         };
         last_step = step.abs().max_element();
         if at.abs().max_element() > 4.0 * REACH {
-            return Outcome::Elsewhere;
+            return NewtonOutcome::Elsewhere;
         }
         let Some((next, landed)) = shorter(tracer, piece, sheet, at, step, &image) else {
             break;
@@ -66,12 +71,12 @@ pub(super) fn solve(tracer: &mut Tracer, piece: &Piece, sheet: &Sheet, start: DV
         image = landed;
     }
     if last_step > SMALL_STEP {
-        return Outcome::Stuck;
+        return NewtonOutcome::Stuck;
     }
     if at.abs().max_element() > REACH {
-        return Outcome::Elsewhere;
+        return NewtonOutcome::Elsewhere;
     }
-    Outcome::Root(Root {
+    NewtonOutcome::Root(Root {
         place: piece.place(at),
         half: piece.half(),
         chain: sheet.chain.clone(),
@@ -79,7 +84,7 @@ pub(super) fn solve(tracer: &mut Tracer, piece: &Piece, sheet: &Sheet, start: DV
 }
 
 /// −J⁻¹ f in the piece's coordinates.
-pub(super) fn newton_step(piece: &Piece, image: &Image) -> Option<DVec2> {
+pub(super) fn newton_step(piece: &LightPiece, image: &TargetImage) -> Option<DVec2> {
     let step = -(piece.scaled(image).jacobian.inverse() * image.offset);
     step.is_finite().then_some(step)
 }
@@ -87,13 +92,13 @@ pub(super) fn newton_step(piece: &Piece, image: &Image) -> Option<DVec2> {
 /// The longest of step, step/2, step/4, ... that brings the image nearer; `None` where none does: at the
 /// limit of rounding, or stuck.
 fn shorter(
-    tracer: &mut Tracer,
-    piece: &Piece,
+    tracer: &mut MapTracer,
+    piece: &LightPiece,
     sheet: &Sheet,
     at: DVec2,
     step: DVec2,
-    image: &Image,
-) -> Option<(DVec2, Image)> {
+    image: &TargetImage,
+) -> Option<(DVec2, TargetImage)> {
     let mut part = 1.0;
     for _ in 0..MOST_HALVINGS {
         let next = at + step * part;

@@ -2,7 +2,7 @@
 
 use glam::{DMat2, DVec2, DVec3};
 
-use super::map::{LightMap, Place, Tracer};
+use super::map::{LightMap, LightPlace, MapTracer};
 use super::newton::Root;
 use super::{SpecularPath, Vertex};
 use crate::geometry::{Hit, SurfacePoint, TraversalCounters};
@@ -76,7 +76,7 @@ fn reach(emission: &DeltaEmission, root: &Root) -> f64 {
 /// The path of a root, if the scene as it is has it.
 fn verified(
     map: &LightMap,
-    tracer: &mut Tracer,
+    tracer: &mut MapTracer,
     root: &Root,
     emission: &DeltaEmission,
 ) -> Option<SpecularPath> {
@@ -100,7 +100,7 @@ fn verified(
 /// What a place's light does on the target, but for what it met on the way.
 pub(super) fn light_path(
     map: &LightMap,
-    place: Place,
+    place: LightPlace,
     emission: &DeltaEmission,
     landing: &Landing,
     jacobian: DMat2,
@@ -147,11 +147,11 @@ fn vertices(met: &[(Hit, SurfacePoint)], chain: &[ChainStep]) -> Vec<Vertex> {
 }
 
 /// See [`SpecularPath::fold_distance`].
-fn fold_distance(tracer: &mut Tracer, root: &Root, jacobian: DMat2) -> Option<f64> {
+fn fold_distance(tracer: &mut MapTracer, root: &Root, jacobian: DMat2) -> Option<f64> {
     let mut by = |axis: DVec2| {
         let step = axis * root.half * GRADIENT_STEP;
         let mut at = |offset: DVec2| {
-            let place = Place {
+            let place = LightPlace {
                 chart: root.place.chart,
                 at: root.place.at + offset,
             };

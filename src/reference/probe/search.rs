@@ -6,9 +6,9 @@ use glam::{DMat2, DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::SearchEnd;
-use super::map::{LightMap, Place, Tracer};
-use super::newton::{Outcome, Root, solve};
-use super::target::Image;
+use super::map::{LightMap, LightPlace, MapTracer};
+use super::newton::{NewtonOutcome, Root, solve};
+use super::target::TargetImage;
 use crate::geometry::TraversalCounters;
 use crate::transport::differentials::{ChainStep, signature};
 use crate::transport::domain::chart::Patch;
@@ -29,7 +29,7 @@ const OUTLINE_LEVELS: u32 = 4;
 
 /// What is found.
 #[derive(Default)]
-pub(super) struct Found {
+pub(super) struct SearchResult {
     pub roots: Vec<Root>,
     pub unresolved: u64,
     pub end: SearchEnd,
@@ -40,7 +40,7 @@ pub(super) struct Found {
 
 /// A patch of light space to be looked at.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Piece {
+pub(super) struct LightPiece {
     chart: usize,
     patch: Patch,
     level: u32,
@@ -50,7 +50,7 @@ pub(super) struct Piece {
 pub(super) struct Sheet {
     pub chain: Vec<ChainStep>,
     /// At the nodes, in the piece's coordinates (−1..=1).
-    nodes: [Option<Image>; NODES],
+    nodes: [Option<TargetImage>; NODES],
     /// Whether the scene as it is lets the chain's light through at every node.
     is_visible: bool,
 }
@@ -64,25 +64,25 @@ fn node(index: usize) -> DVec2 {
     DVec2::new((index % 3) as f64 - 1.0, (index / 3) as f64 - 1.0)
 }
 
-impl Piece {
+impl LightPiece {
     /// Half its size, in chart coordinates.
     pub fn half(&self) -> DVec2 {
         0.5 * (self.patch.to - self.patch.from)
     }
 
     /// The place at −1..=1 across it, or a little beyond.
-    pub fn place(&self, at: DVec2) -> Place {
-        Place {
+    pub fn place(&self, at: DVec2) -> LightPlace {
+        LightPlace {
             chart: self.chart,
             at: 0.5 * (self.patch.from + self.patch.to) + self.half() * at,
         }
     }
 
     /// An image whose derivatives are by the piece's own coordinates.
-    pub fn scaled(&self, image: &Image) -> Image {
+    pub fn scaled(&self, image: &TargetImage) -> TargetImage {
         let half = self.half();
         let [x, y] = image.miss_derivatives;
-        Image {
+        TargetImage {
             jacobian: image.jacobian * DMat2::from_diagonal(half),
             miss_derivatives: [x * half.x, y * half.y],
             ..*image
@@ -92,7 +92,7 @@ impl Piece {
 
 /// What looking at a piece tells.
 #[derive(Default)]
-struct Look {
+struct PieceResult {
     roots: Vec<Root>,
     /// Something in it is unclear.
     divide: bool,
@@ -107,20 +107,20 @@ const PIECES_AT_ONCE: usize = 256;
 ///
 /// The search may be as large as its budget: where light of a curve in light space meets the point, as on
 /// the axis of a ball, each level has twice the pieces of the one before, to the last.
-pub(super) fn search(map: &LightMap, stop: &(dyn Fn() -> bool + Sync)) -> Found {
-    let mut found = Found::default();
-    let mut pieces: Vec<Piece> = map
+pub(super) fn search(map: &LightMap, stop: &(dyn Fn() -> bool + Sync)) -> SearchResult {
+    let mut found = SearchResult::default();
+    let mut pieces: Vec<LightPiece> = map
         .light
         .cells()
         .iter()
-        .map(|cell| Piece {
+        .map(|cell| LightPiece {
             chart: cell.chart(),
             patch: *cell.patch(),
             level: 0,
         })
         .collect();
     for _ in 0..map.settings.first_level {
-        pieces = pieces.iter().flat_map(Piece::quarters).collect();
+        pieces = pieces.iter().flat_map(LightPiece::quarters).collect();
     }
     while !pieces.is_empty() {
         found.level = pieces.iter().map(|piece| piece.level).max().unwrap_or(0);
@@ -139,7 +139,7 @@ pub(super) fn search(map: &LightMap, stop: &(dyn Fn() -> bool + Sync)) -> Found 
                 continue;
             }
             // An indexed parallel map: the order does not depend on the number of threads.
-            let looks: Vec<Look> = some.par_iter().map(|piece| look(map, piece)).collect();
+            let looks: Vec<PieceResult> = some.par_iter().map(|piece| look(map, piece)).collect();
             found.patches += some.len() as u64;
             for (piece, look) in some.iter().zip(looks) {
                 found.counters += look.counters;
@@ -165,7 +165,7 @@ pub(super) fn search(map: &LightMap, stop: &(dyn Fn() -> bool + Sync)) -> Found 
     found
 }
 
-impl Piece {
+impl LightPiece {
     fn quarters(&self) -> [Self; 4] {
         self.patch.quarters().map(|patch| Self {
             chart: self.chart,
@@ -175,9 +175,9 @@ impl Piece {
     }
 }
 
-fn look(map: &LightMap, piece: &Piece) -> Look {
+fn look(map: &LightMap, piece: &LightPiece) -> PieceResult {
     let mut tracer = map.tracer();
-    let mut look = Look::default();
+    let mut look = PieceResult::default();
     let sheets = sheets(&mut tracer, piece);
     look.divide = piece.level < MIXED_LEVELS && may_hide_a_chain(&sheets)
         || piece.level < OUTLINE_LEVELS && is_on_an_outline(&mut tracer, piece);
@@ -191,9 +191,9 @@ fn look(map: &LightMap, piece: &Piece) -> Look {
         }
         let inside = start.clamp(DVec2::NEG_ONE, DVec2::ONE);
         match solve(&mut tracer, piece, sheet, inside) {
-            Outcome::Root(root) => look.roots.push(root),
-            Outcome::Elsewhere => {}
-            Outcome::Stuck => look.divide = true,
+            NewtonOutcome::Root(root) => look.roots.push(root),
+            NewtonOutcome::Elsewhere => {}
+            NewtonOutcome::Stuck => look.divide = true,
         }
     }
     look.counters = tracer.counters();
@@ -201,14 +201,14 @@ fn look(map: &LightMap, piece: &Piece) -> Look {
 }
 
 /// Whether the nodes' rays do not all meet the same shape first.
-fn is_on_an_outline(tracer: &mut Tracer, piece: &Piece) -> bool {
+fn is_on_an_outline(tracer: &mut MapTracer, piece: &LightPiece) -> bool {
     let first = tracer.first_shape(piece.place(node(0)));
     (1..NODES).any(|index| tracer.first_shape(piece.place(node(index))) != first)
 }
 
 /// Traces the nodes of a piece. A chain that is seen at some of them only is followed at the others whatever is in the way.
-fn sheets(tracer: &mut Tracer, piece: &Piece) -> Vec<Sheet> {
-    let mut seen: BTreeMap<Vec<ChainStep>, [Option<Image>; NODES]> = BTreeMap::new();
+fn sheets(tracer: &mut MapTracer, piece: &LightPiece) -> Vec<Sheet> {
+    let mut seen: BTreeMap<Vec<ChainStep>, [Option<TargetImage>; NODES]> = BTreeMap::new();
     for index in 0..NODES {
         tracer.images(piece.place(node(index)), |chain, image, _| {
             // Direct light needs no search.
@@ -278,13 +278,13 @@ impl Sheet {
     /// chain, the nearest that do speak for them. Sheets of meshes may jump (at creases), which no margin would
     /// ever allow for: past [`MIXED_LEVELS`] it is at most the linear map's own reach.
     fn may_hold_target(&self, level: u32) -> bool {
-        let seen: Vec<(DVec2, f64, Image)> = self
+        let seen: Vec<(DVec2, f64, TargetImage)> = self
             .nodes
             .iter()
             .enumerate()
             .filter_map(|(index, image)| Some((node(index), self.reach(index), (*image)?)))
             .collect();
-        let extent = |reach: f64, image: &Image| {
+        let extent = |reach: f64, image: &TargetImage| {
             let [x, y] = image.miss_derivatives;
             (x.abs() + y.abs()) * reach
         };

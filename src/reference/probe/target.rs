@@ -8,7 +8,7 @@ use crate::transport::differentials::{Landing, ThinBeam};
 use crate::transport::receiver::Receiver;
 
 /// The point that light is looked for at.
-pub(super) struct Target {
+pub(super) struct ProbeTarget {
     shape: u32,
     point: SurfacePoint,
     /// Orthonormal, in the tangent plane; right-handed with the normal.
@@ -17,7 +17,7 @@ pub(super) struct Target {
 
 /// Where a ray landed, seen from the target, and how that changes with the light's two coordinates.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Image {
+pub(super) struct TargetImage {
     /// From the target (m), projected on its tangent plane.
     pub offset: DVec2,
     /// Columns: the derivatives of `offset` by the two coordinates.
@@ -29,7 +29,7 @@ pub(super) struct Image {
     pub miss_derivatives: [DVec3; 2],
 }
 
-impl Target {
+impl ProbeTarget {
     /// The point at `uv` of the receiver; `None` where that is outside 0..=1 or not a number.
     pub fn new(scene: &Scene, receiver: &Receiver, uv: DVec2) -> Option<Self> {
         let inside = uv.cmpge(DVec2::ZERO).all() && uv.cmple(DVec2::ONE).all();
@@ -58,7 +58,7 @@ impl Target {
     /// lay over the near one.
     ///
     /// At the target itself the derivatives lie in the tangent plane, so there the determinant is that of areas.
-    pub fn image(&self, landing: &Landing) -> Option<Image> {
+    pub fn image(&self, landing: &Landing) -> Option<TargetImage> {
         let facing = landing
             .point
             .geometric_normal
@@ -71,7 +71,7 @@ impl Target {
         // Q = S − (S·D) D with S from the target to the ray's start.
         let start = ray.origin - self.point.position;
         let along = start.dot(ray.direction);
-        let image = Image {
+        let image = TargetImage {
             offset: project(landing.point.position - self.point.position),
             jacobian: DMat2::from_cols(x, y),
             miss: start - ray.direction * along,

@@ -3,8 +3,8 @@
 use glam::DVec3;
 
 use super::Clearance;
-use super::legs::{Leg, Met};
-use super::same_surface::tube_catches;
+use super::legs::{Leg, LegContact};
+use super::tube::tube_catches;
 use crate::geometry::{Disk, Mesh, Rectangle, Shape, Sphere, longest, range};
 
 impl Clearance<'_> {
@@ -15,11 +15,11 @@ impl Clearance<'_> {
     pub(super) fn is_caught(&self, leg: &Leg) -> bool {
         let shapes = self.scene.world().shapes();
         match leg.to {
-            Met::Source | Met::Eye | Met::Nothing => true,
-            Met::Plane(shape) => shapes[shape as usize]
+            LegContact::Source | LegContact::Eye | LegContact::Nothing => true,
+            LegContact::Plane(shape) => shapes[shape as usize]
                 .plane()
                 .is_some_and(|[_, normal]| is_one_sided(leg, normal)),
-            Met::Surface(shape) => match &shapes[shape as usize] {
+            LegContact::Surface(shape) => match &shapes[shape as usize] {
                 Shape::Sphere(ball) => leg.starts_on(shape) || ball_catches(leg, ball),
                 Shape::Rectangle(rectangle) => rectangle_catches(leg, rectangle),
                 Shape::Disk(disk) => disk_catches(leg, disk),
@@ -92,18 +92,4 @@ fn parameters(leg: &Leg, origin: DVec3, [u, v]: [DVec3; 2]) -> [DVec3; 6] {
         let y = u.cross(offset).dot(cross) / scale;
         DVec3::new(x, y, 0.0)
     })
-}
-
-/// The part of vectors across an axis, and the heights along it.
-pub(super) fn across(vectors: &[DVec3; 6], axis: DVec3) -> ([DVec3; 6], [f64; 6]) {
-    let heights = vectors.map(|vector| vector.dot(axis));
-    (
-        std::array::from_fn(|i| vectors[i] - axis * heights[i]),
-        heights,
-    )
-}
-
-/// Whether all points of a bundle are nearer to an axis than `radius`.
-pub(super) fn is_within(across: &[DVec3; 6], radius: f64) -> bool {
-    longest(across) < radius
 }

@@ -5,13 +5,14 @@ use glam::DVec3;
 use super::trail::{Ending, Straight, Trail};
 use crate::geometry::{Bounds, Hit, Hull, Ray, range};
 use crate::scene::Scene;
-use crate::transport::first_surface::Chart;
-use crate::transport::fixed_signature::{End, PathFollower};
+use crate::transport::first_surface::SurfaceChart;
+use crate::transport::fixed_signature::PathFollower;
+use crate::transport::path_end::End;
 use crate::transport::screen::Screen;
 
 /// What is at an end of a leg.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Met {
+pub(super) enum LegContact {
     /// The light source.
     Source,
     /// A shape.
@@ -29,20 +30,20 @@ pub(super) enum Met {
 pub(super) struct Leg {
     pub(super) start: [DVec3; 6],
     pub(super) end: [DVec3; 6],
-    pub(super) from: Met,
-    pub(super) to: Met,
+    pub(super) from: LegContact,
+    pub(super) to: LegContact,
     /// The faces of meshes that they start and end on; 0 elsewhere.
     pub(super) from_faces: [u32; 6],
     pub(super) to_faces: [u32; 6],
     /// Of a last leg without light for the receiver: the receiver.
     pub(super) dark_over: Option<u32>,
     /// Of a last leg without light for a camera: what that knows of it.
-    pub(super) sight: Sight,
+    pub(super) sight: CameraSight,
 }
 
 /// What a camera knows of a leg.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Sight {
+pub(super) enum CameraSight {
     /// The leg has light for the sensor, or that is no camera, or other legs follow.
     NotAsked,
     /// It sees nothing of the whole bundle, whatever that meets.
@@ -57,11 +58,11 @@ pub(super) enum Sight {
 
 impl Leg {
     pub(super) fn starts_on(&self, shape: u32) -> bool {
-        self.from == Met::Surface(shape)
+        self.from == LegContact::Surface(shape)
     }
 
     pub(super) fn ends_on(&self, shape: u32) -> bool {
-        matches!(self.to, Met::Surface(on) | Met::Plane(on) if on == shape)
+        matches!(self.to, LegContact::Surface(on) | LegContact::Plane(on) if on == shape)
     }
 
     /// From its starts to its ends.
@@ -71,7 +72,7 @@ impl Leg {
 }
 
 /// Six paths.
-pub(super) struct Record {
+pub(super) struct LegRecord {
     /// As far as all six met the same things.
     pub(super) legs: Vec<Leg>,
     /// All six ended the same way by way of the same surfaces.
@@ -84,23 +85,23 @@ pub(super) struct Record {
 #[derive(Clone, Copy)]
 struct Stop {
     at: DVec3,
-    met: Met,
+    met: LegContact,
     face: u32,
 }
 
 /// Reads six trails that started on a chart.
 pub(super) fn record<const N: usize>(
     follower: &mut PathFollower<'_, N>,
-    chart: &Chart,
+    chart: &SurfaceChart,
     trails: &[Trail; 6],
-) -> Record {
+) -> LegRecord {
     let mut paths: [Vec<Stop>; 6] = Default::default();
     let mut ends = [None; 6];
     for (trail, (stops, end)) in trails.iter().zip(paths.iter_mut().zip(&mut ends)) {
         *end = read(follower, chart, trail, stops).map(|()| trail.path);
     }
     let [Some(first), ..] = ends else {
-        return Record {
+        return LegRecord {
             legs: Vec::new(),
             one_topology: false,
             hidden: false,
@@ -148,7 +149,7 @@ pub(super) fn record<const N: usize>(
             sight: if is_dark && receiver.is_none() {
                 sight(follower, met, &start, &end)
             } else {
-                Sight::NotAsked
+                CameraSight::NotAsked
             },
         });
     }
@@ -165,7 +166,7 @@ pub(super) fn record<const N: usize>(
             .iter()
             .all(|end| end.is_some_and(|end| end.topology == first.topology));
     legs.truncate(legs.iter().take_while(|leg| is_finite(leg)).count());
-    Record {
+    LegRecord {
         legs,
         one_topology,
         hidden,
@@ -175,10 +176,10 @@ pub(super) fn record<const N: usize>(
 /// What a camera knows of last legs; it sees none of the six ends.
 fn sight<const N: usize>(
     follower: &PathFollower<'_, N>,
-    met: Met,
+    met: LegContact,
     start: &[DVec3; 6],
     end: &[DVec3; 6],
-) -> Sight {
+) -> CameraSight {
     let (scene, screen) = (follower.scene(), follower.screen());
     // What passes by the thing that the six met goes on, but there is nothing to be seen outside of the box round everything.
     let along: [DVec3; 6] = std::array::from_fn(|i| (end[i] - start[i]).normalize_or_zero());
@@ -188,18 +189,18 @@ fn sight<const N: usize>(
         start[i] + along[i] * way
     });
     if screen.sees_nothing_of(&Hull::new(start, &beyond)) {
-        return Sight::OutOfView;
+        return CameraSight::OutOfView;
     }
     if screen.sees_nothing_of(&Hull::new(start, end)) {
-        return Sight::OutOfViewToEnd;
+        return CameraSight::OutOfViewToEnd;
     }
     match met {
-        Met::Surface(shape)
+        LegContact::Surface(shape)
             if screen.may_see(scene, shape) && !screen.sees_nothing_of(&Hull::new(end, end)) =>
         {
-            Sight::MaybeSeen
+            CameraSight::MaybeSeen
         }
-        _ => Sight::EndUnseen,
+        _ => CameraSight::EndUnseen,
     }
 }
 
@@ -213,7 +214,7 @@ fn look_through(scene: &Scene, paths: &mut [Vec<Stop>; 6], last: usize) {
     for stops in paths {
         stops[last] = Stop {
             at: way_on(scene, stops[last - 1].at, stops[last].at),
-            met: Met::Nothing,
+            met: LegContact::Nothing,
             face: 0,
         };
     }
@@ -222,21 +223,21 @@ fn look_through(scene: &Scene, paths: &mut [Vec<Stop>; 6], last: usize) {
 /// Says where the legs of a path start and end; `None` where it has no legs.
 fn read<const N: usize>(
     follower: &mut PathFollower<'_, N>,
-    chart: &Chart,
+    chart: &SurfaceChart,
     trail: &Trail,
     stops: &mut Vec<Stop>,
 ) -> Option<()> {
     let first = trail.legs.first()?;
     stops.push(Stop {
         at: first.ray.origin,
-        met: Met::Source,
+        met: LegContact::Source,
         face: 0,
     });
     stops.extend(trail.legs.iter().map(|leg| match &leg.hit {
         Some(hit) => surface(&leg.ray, hit),
         None => Stop {
             at: leg.ray.origin,
-            met: Met::Nothing,
+            met: LegContact::Nothing,
             face: 0,
         },
     }));
@@ -258,7 +259,7 @@ fn read<const N: usize>(
                     let at = end.at + seen.towards * seen.distance;
                     stops.push(Stop {
                         at,
-                        met: Met::Eye,
+                        met: LegContact::Eye,
                         face: 0,
                     });
                     return Some(());
@@ -272,7 +273,7 @@ fn read<const N: usize>(
                 };
                 *end = Stop {
                     at: ray.at(distance),
-                    met: Met::Plane(shape),
+                    met: LegContact::Plane(shape),
                     face: 0,
                 };
             }
@@ -286,7 +287,7 @@ fn read<const N: usize>(
 fn surface(ray: &Ray, hit: &Hit) -> Stop {
     Stop {
         at: ray.at(hit.distance),
-        met: Met::Surface(hit.shape),
+        met: LegContact::Surface(hit.shape),
         face: hit.face,
     }
 }

@@ -25,10 +25,11 @@ mod obstacles;
 mod polygons;
 mod same_surface;
 mod trail;
+mod tube;
 
-use self::legs::{Leg, Met, Sight, record};
+use self::legs::{CameraSight, Leg, LegContact, record};
 pub use self::trail::{Ending, Straight, Trail};
-use super::first_surface::Chart;
+use super::first_surface::SurfaceChart;
 use super::fixed_signature::PathFollower;
 use crate::geometry::{Bounds, Hull, MeshBorder, Shape, range};
 use crate::scene::Scene;
@@ -95,7 +96,7 @@ impl<'a> Clearance<'a> {
     pub fn clear<const N: usize>(
         &self,
         follower: &mut PathFollower<'a, N>,
-        chart: &Chart,
+        chart: &SurfaceChart,
         trails: &[Trail; 6],
         already: CellClearance,
     ) -> CellClearance {
@@ -124,7 +125,10 @@ impl<'a> Clearance<'a> {
             }
         }
         // A leg may have been clear for a larger cell, some of whose nodes the camera saw.
-        let is_unseen = record.legs.iter().all(|leg| leg.sight != Sight::MaybeSeen);
+        let is_unseen = record
+            .legs
+            .iter()
+            .all(|leg| leg.sight != CameraSight::MaybeSeen);
         let wanted = u32::MAX >> (32 - record.legs.len().clamp(1, 32));
         found.all = record.one_topology && is_unseen && later && found.legs & wanted == wanted;
         found
@@ -133,7 +137,7 @@ impl<'a> Clearance<'a> {
     /// Whether a blocker keeps all light of the first leg from its surface: whatever else is in
     /// the way can only help.
     fn is_hidden(&self, leg: &Leg) -> bool {
-        let Met::Surface(shape) = leg.to else {
+        let LegContact::Surface(shape) = leg.to else {
             return false;
         };
         let hull = Hull::new(&leg.start, &leg.end);
@@ -142,10 +146,10 @@ impl<'a> Clearance<'a> {
 
     fn is_clear(&self, leg: &Leg, is_first: bool) -> bool {
         match leg.sight {
-            Sight::OutOfView => return true,
-            Sight::OutOfViewToEnd if self.is_caught(leg) => return true,
-            Sight::MaybeSeen => return false,
-            Sight::OutOfViewToEnd | Sight::EndUnseen | Sight::NotAsked => {}
+            CameraSight::OutOfView => return true,
+            CameraSight::OutOfViewToEnd if self.is_caught(leg) => return true,
+            CameraSight::MaybeSeen => return false,
+            CameraSight::OutOfViewToEnd | CameraSight::EndUnseen | CameraSight::NotAsked => {}
         }
         // The first leg is drawn from its end: it need not be caught.
         if !is_first && !self.is_caught(leg) || !self.misses_the_extension(leg) {
@@ -182,7 +186,7 @@ impl<'a> Clearance<'a> {
             return true; // from behind, light meets nothing but the receiver itself
         }
         let keeps_above = match leg.to {
-            Met::Nothing => range(&leg.along().map(|along| normal.dot(along)))[0] >= 0.0,
+            LegContact::Nothing => range(&leg.along().map(|along| normal.dot(along)))[0] >= 0.0,
             _ => range(&leg.end.map(|point| normal.dot(point - center)))[0] > 0.0,
         };
         low > 0.0 && keeps_above

@@ -5,7 +5,7 @@ use glam::DVec3;
 
 use super::Clearance;
 use super::apart;
-use super::legs::{Leg, Met, Sight, way_out};
+use super::legs::{CameraSight, Leg, LegContact, way_out};
 use crate::geometry::{Hull, Shape};
 
 impl Clearance<'_> {
@@ -49,12 +49,12 @@ impl Clearance<'_> {
         let leg = Leg {
             start,
             end,
-            from: Met::Source,
-            to: Met::Surface(shape),
+            from: LegContact::Source,
+            to: LegContact::Surface(shape),
             from_faces: [0; 6],
             to_faces: faces,
             dark_over: None,
-            sight: Sight::NotAsked,
+            sight: CameraSight::NotAsked,
         };
         self.is_hidden(&leg)
     }

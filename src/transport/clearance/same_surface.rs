@@ -3,9 +3,9 @@
 use glam::DVec3;
 
 use super::Clearance;
-use super::caught::{across, is_within};
-use super::legs::Leg;
-use crate::geometry::{Cylinder, Hull, Mesh, Shape, range};
+use super::legs::{Leg, LegContact};
+use super::tube::tube_is_met_once;
+use crate::geometry::{Hull, Mesh, Shape, range};
 
 impl Clearance<'_> {
     /// Whether a leg meets the surface at its start, or at its end, nowhere else.
@@ -43,7 +43,7 @@ impl Clearance<'_> {
         let end = leg.ends_on(shape).then(|| Allowed {
             facing: sign(leg.to_faces[0]),
             // The chart's own face needs no catching.
-            own: (leg.from == super::Met::Source)
+            own: (leg.from == LegContact::Source)
                 .then(|| alone(&leg.to_faces))
                 .flatten(),
         });
@@ -102,92 +102,4 @@ fn facing(along: &[DVec3; 6], [a, b, c]: [DVec3; 3]) -> Option<bool> {
     } else {
         None
     }
-}
-
-/// Where the lines of a leg go through a tube that is taken as endless.
-struct Crossings {
-    /// Across the axis, where the leg starts and ends and where its line is nearest to the axis.
-    start: [DVec3; 6],
-    end: [DVec3; 6],
-    feet: [DVec3; 6],
-    along: [DVec3; 6],
-    /// Heights over the base where the line enters and leaves; not numbers where it misses.
-    enters: [f64; 6],
-    leaves: [f64; 6],
-}
-
-impl Crossings {
-    fn new(leg: &Leg, tube: &Cylinder) -> Self {
-        let (start, heights) = across(&leg.start.map(|point| point - tube.base()), tube.axis());
-        let (end, _) = across(&leg.end.map(|point| point - tube.base()), tube.axis());
-        let (along, climbs) = across(&leg.along(), tube.axis());
-        let nearest: [f64; 6] =
-            std::array::from_fn(|i| -start[i].dot(along[i]) / along[i].length_squared());
-        let feet: [DVec3; 6] = std::array::from_fn(|i| start[i] + along[i] * nearest[i]);
-        let half_chord: [f64; 6] = std::array::from_fn(|i| {
-            let squared = tube.radius() * tube.radius() - feet[i].length_squared();
-            (squared / along[i].length_squared()).sqrt()
-        });
-        let height = |side: f64| {
-            std::array::from_fn(|i| heights[i] + climbs[i] * (nearest[i] + side * half_chord[i]))
-        };
-        Self {
-            start,
-            end,
-            feet,
-            along,
-            enters: height(-1.0),
-            leaves: height(1.0),
-        }
-    }
-}
-
-/// Whether all heights are on a tube.
-fn is_on(heights: &[f64; 6], tube: &Cylinder) -> bool {
-    let [low, high] = range(heights);
-    0.0 < low && high < tube.length()
-}
-
-/// Whether all heights are above a tube, or all below it.
-fn is_off(heights: &[f64; 6], tube: &Cylinder) -> bool {
-    let [low, high] = range(heights);
-    low > tube.length() || high < 0.0
-}
-
-/// Whether a tube catches all light of a leg that ends on it.
-pub(super) fn tube_catches(leg: &Leg, tube: &Cylinder, starts_on_it: bool) -> bool {
-    let lines = Crossings::new(leg, tube);
-    if starts_on_it || is_within(&lines.start, tube.radius()) {
-        return is_on(&lines.leaves, tube);
-    }
-    is_within(&lines.feet, tube.radius())
-        && (is_on(&lines.enters, tube) || is_off(&lines.enters, tube) && is_on(&lines.leaves, tube))
-}
-
-/// Whether a leg that starts or ends on a tube meets it nowhere else: across its axis a tube is a
-/// circle, which a line crosses twice.
-fn tube_is_met_once(leg: &Leg, tube: &Cylinder, starts: bool, ends: bool) -> bool {
-    let lines = Crossings::new(leg, tube);
-    let product = |at: &[DVec3; 6]| std::array::from_fn(|i| at[i].dot(lines.along[i]));
-    if starts {
-        let [low, high] = range(&product(&lines.start));
-        // Outward for good; or inward, and then to the other side, or out by an open end, or not
-        // so far.
-        return low > 0.0
-            || high < 0.0
-                && (ends || is_off(&lines.leaves, tube) || is_within(&lines.end, tube.radius()));
-    }
-    // Onto the side that faces the light, or through an open end, or from inside.
-    let facing: [f64; 6] = product(&lines.end);
-    let size = tube.radius()
-        * lines
-            .along
-            .iter()
-            .map(|along| along.length())
-            .fold(0.0, f64::max);
-    facing
-        .iter()
-        .all(|facing| *facing <= 64.0 * f64::EPSILON * size)
-        || is_off(&lines.enters, tube)
-        || is_within(&lines.start, tube.radius())
 }

@@ -3,8 +3,9 @@
 use glam::DVec2;
 
 use crate::geometry::{Hit, Ray};
-use crate::transport::first_surface::Chart;
-use crate::transport::fixed_signature::{End, PathEnd, PathFollower};
+use crate::transport::first_surface::SurfaceChart;
+use crate::transport::fixed_signature::{PathEnd, PathFollower};
+use crate::transport::path_end::End;
 
 /// A straight part of a path: the ray along it, and what it met.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -59,7 +60,7 @@ impl Trail {
     /// The path that meets the chart's surface at `at`, as of [`PathFollower::follow`].
     pub fn follow<const N: usize>(
         follower: &mut PathFollower<'_, N>,
-        chart: &Chart,
+        chart: &SurfaceChart,
         at: DVec2,
         in_sight: bool,
     ) -> Self {

@@ -18,7 +18,7 @@ pub struct Follower<'a> {
 }
 
 /// A branch that waits while another is followed.
-struct Branch {
+struct PendingBranch {
     beam: ThinBeam,
     /// How many steps of the chain so far were before it parted.
     shared: usize,
@@ -49,7 +49,7 @@ impl<'a> Follower<'a> {
     /// which steps.
     pub fn every_path(&mut self, beam: &ThinBeam, land: &mut impl FnMut(&[ChainStep], &Landing)) {
         let mut chain = Vec::new();
-        let mut pending = vec![Branch {
+        let mut pending = vec![PendingBranch {
             beam: *beam,
             shared: 0,
             by: None,
@@ -78,7 +78,7 @@ impl<'a> Follower<'a> {
                     continue;
                 };
                 let element = world.element(&hit);
-                pending.push(Branch {
+                pending.push(PendingBranch {
                     beam: next,
                     shared: chain.len(),
                     by: (!self.is_nothing(&hit)).then_some(ChainStep { element, way }),

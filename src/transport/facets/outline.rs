@@ -24,7 +24,7 @@ pub(super) struct Outlines {
 
 /// A side of a face, by the vertices at its ends.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-struct Side {
+struct FaceSide {
     from: u32,
     to: u32,
     face: u32,
@@ -38,15 +38,15 @@ pub(super) fn outlines(mesh: &Mesh) -> Outlines {
     let welded = mesh.welded_vertices();
     let sides = |face: u32| {
         let [a, b, c] = mesh.triangles()[face as usize].map(|vertex| welded[vertex as usize]);
-        [(a, b), (b, c), (c, a)].map(|(from, to)| Side { from, to, face })
+        [(a, b), (b, c), (c, a)].map(|(from, to)| FaceSide { from, to, face })
     };
     let faces = mesh.triangle_count() as u32;
-    let mut all: Vec<Side> = (0..faces).flat_map(sides).collect();
+    let mut all: Vec<FaceSide> = (0..faces).flat_map(sides).collect();
     all.sort_unstable();
     // The face on the other side of a side, where there is exactly one.
-    let across = |side: &Side| {
+    let across = |side: &FaceSide| {
         let start = all.partition_point(|other| (other.from, other.to) < (side.to, side.from));
-        let is_twin = |other: &&Side| (other.from, other.to) == (side.to, side.from);
+        let is_twin = |other: &&FaceSide| (other.from, other.to) == (side.to, side.from);
         match (all.get(start), all.get(start + 1)) {
             (Some(twin), next) if is_twin(&twin) && !next.as_ref().is_some_and(is_twin) => {
                 Some(twin.face)
@@ -72,7 +72,7 @@ pub(super) fn outlines(mesh: &Mesh) -> Outlines {
         if area == 0.0 || of_face[seed as usize] != UNGROUPED {
             continue;
         }
-        let plane = Plane::of(mesh, seed, reach);
+        let plane = FacePlane::of(mesh, seed, reach);
         let number = groups.len() as u32;
         let mut members = vec![seed];
         of_face[seed as usize] = number;
@@ -90,7 +90,7 @@ pub(super) fn outlines(mesh: &Mesh) -> Outlines {
             }
         }
         visits += members.len();
-        let inner = |side: &Side| across(side).is_some_and(|o| of_face[o as usize] == number);
+        let inner = |side: &FaceSide| across(side).is_some_and(|o| of_face[o as usize] == number);
         let border = members
             .iter()
             .flat_map(|&face| sides(face))
@@ -125,13 +125,13 @@ pub(super) fn outlines(mesh: &Mesh) -> Outlines {
 }
 
 /// A face's plane and how far off a point may be that lies in it.
-struct Plane {
+struct FacePlane {
     origin: DVec3,
     normal: DVec3,
     flatness: f64,
 }
 
-impl Plane {
+impl FacePlane {
     /// Coordinates up to `reach` that were meant to be in a plane were rounded when they were made
     /// and transformed: by a few u = 2⁻⁵³ each, and the height over the plane sums up three
     /// products. 32 u of the largest covers that. Vertices of a file in single precision are off
@@ -154,7 +154,7 @@ impl Plane {
 }
 
 /// The corners of a border that is one convex loop; those on straight lines are left out.
-fn convex_loop(mesh: &Mesh, mut border: Vec<Side>, plane: &Plane) -> Option<Vec<DVec3>> {
+fn convex_loop(mesh: &Mesh, mut border: Vec<FaceSide>, plane: &FacePlane) -> Option<Vec<DVec3>> {
     let first = *border.first()?;
     border.sort_unstable();
     // A corner where two loops meet has two sides.

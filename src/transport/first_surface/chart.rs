@@ -2,12 +2,13 @@
 
 use glam::{DVec2, DVec3};
 
+use super::place::ChartPlace;
 use super::source::Source;
-use crate::geometry::{Shape, Sphere, SurfacePoint, World};
+use crate::geometry::{Shape, Sphere, World};
 
 /// Two coordinates over (a part of) a surface.
 #[derive(Clone, Copy, Debug)]
-pub enum Chart {
+pub enum SurfaceChart {
     /// The side of a ball that a source outside of it sees: the angle of incidence i in
     /// [0, π/2] and the azimuth φ about the line from the centre to the source.
     ///
@@ -35,16 +36,7 @@ pub enum Chart {
     },
 }
 
-/// A point of a chart.
-#[derive(Clone, Copy, Debug)]
-pub struct Place {
-    /// On the surface.
-    pub point: SurfacePoint,
-    /// Surface area for a unit of chart area there \[m²\].
-    pub area: f64,
-}
-
-impl Chart {
+impl SurfaceChart {
     /// The side of a ball that a source sees; `None` for a source inside.
     pub(super) fn cap(shape: u32, ball: &Sphere, source: &Source) -> Option<Self> {
         let to_source = source.towards(ball.center());
@@ -99,7 +91,7 @@ impl Chart {
 
     /// The surface at coordinates `at`; `None` only for a world that the chart was not made for.
     #[inline]
-    pub fn place(&self, world: &World, at: DVec2) -> Option<Place> {
+    pub fn place(&self, world: &World, at: DVec2) -> Option<ChartPlace> {
         match *self {
             Self::Cap {
                 shape,
@@ -120,7 +112,7 @@ impl Chart {
                 let across = axes[0] * cos_phi + axes[1] * sin_phi;
                 // dγ/di = 1 − (r/d) cos i / cos θ, and the area element is r² sin γ dγ dφ.
                 let stretch = 1.0 - radius_over_distance * cos_i / cos_theta;
-                Some(Place {
+                Some(ChartPlace {
                     point: ball.along(across * sin_gamma + axes[2] * cos_gamma),
                     area: ball.radius() * ball.radius() * sin_gamma * stretch,
                 })
@@ -139,14 +131,14 @@ impl Chart {
                         _ => 1.0,
                     };
                 let point = shape.at_uv(at)?;
-                Some(Place { point, area })
+                Some(ChartPlace { point, area })
             }
             Self::Face { shape, face } => {
                 let Shape::Mesh(mesh) = &world.shapes()[shape as usize] else {
                     return None;
                 };
                 let [a, b, c] = mesh.corners(face);
-                Some(Place {
+                Some(ChartPlace {
                     point: world.face_point(shape, face, at)?,
                     area: (b - a).cross(c - a).length(),
                 })

@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
-use super::chart::Chart;
+use super::chart::SurfaceChart;
 use super::fan::{Fan, angle};
 use super::source::Source;
 use crate::geometry::World;
@@ -54,7 +54,7 @@ impl Cone {
     }
 
     /// Compares it with a triangle of a chart's coordinates.
-    pub fn overlap(&self, world: &World, chart: &Chart, corners: [DVec2; 3]) -> ConeOverlap {
+    pub fn overlap(&self, world: &World, chart: &SurfaceChart, corners: [DVec2; 3]) -> ConeOverlap {
         self.overlap_of(&Fan::of_triangle(self.origin, world, chart, corners))
     }
 

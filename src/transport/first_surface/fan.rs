@@ -2,8 +2,8 @@
 
 use glam::{DVec2, DVec3};
 
-use super::chart::Chart;
-use super::patches::middles;
+use super::chart::SurfaceChart;
+use super::triangle::middles;
 use crate::geometry::{SurfacePoint, World};
 
 /// The directions from a point to places of a patch.
@@ -62,7 +62,12 @@ impl Fan {
 
     /// From `origin` to the corners and edges' middles of a triangle of a chart's coordinates, as far as there
     /// are any.
-    pub fn of_triangle(origin: DVec3, world: &World, chart: &Chart, corners: [DVec2; 3]) -> Self {
+    pub fn of_triangle(
+        origin: DVec3,
+        world: &World,
+        chart: &SurfaceChart,
+        corners: [DVec2; 3],
+    ) -> Self {
         let [a, b, c] = corners;
         let [bc, ca, ab] = middles(corners);
         let places = [a, b, c, bc, ca, ab].map(|at| chart.place(world, at));

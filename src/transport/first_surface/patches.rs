@@ -4,10 +4,11 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 use glam::{DVec2, DVec3};
 
-use super::chart::Chart;
+use super::chart::SurfaceChart;
 use super::cone::Cone;
 use super::fan::{Fan, angle};
 use super::source::Source;
+use super::triangle::{middles, quarters};
 use crate::geometry::{Cylinder, Mesh, Ray, Shape, TraversalCounters, World};
 use crate::scene::Scene;
 
@@ -15,22 +16,9 @@ use crate::scene::Scene;
 #[derive(Clone, Copy, Debug)]
 pub struct SurfacePatch {
     /// Whose coordinates.
-    pub chart: Chart,
+    pub chart: SurfaceChart,
     /// The corners.
     pub corners: [DVec2; 3],
-}
-
-/// The middles of a triangle's edges, each opposite to the corner of the same index.
-#[inline]
-pub fn middles([a, b, c]: [DVec2; 3]) -> [DVec2; 3] {
-    // Sums commute: the neighbour across the edge gets the same bits.
-    [0.5 * (b + c), 0.5 * (c + a), 0.5 * (a + b)]
-}
-
-/// A triangle's quarters, given its edges' [`middles`]; the one in the middle comes last.
-#[inline]
-pub fn quarters<T: Copy>([a, b, c]: [T; 3], [bc, ca, ab]: [T; 3]) -> [[T; 3]; 4] {
-    [[a, ab, ca], [ab, b, bc], [ca, bc, c], [bc, ca, ab]]
 }
 
 /// A ball's cap is divided into this many bands of incidence and sectors of azimuth: a small
@@ -60,11 +48,11 @@ pub fn patches(scene: &Scene, source: &Source) -> Vec<SurfacePatch> {
         if !scene.material_of(index).is_specular(scene.materials()) {
             continue;
         }
-        let parameters = Chart::Parameters { shape: index };
+        let parameters = SurfaceChart::Parameters { shape: index };
         let unit = [DVec2::ZERO, DVec2::ONE];
         match shape {
             Shape::Sphere(ball) => {
-                if let Some(cap) = Chart::cap(index, ball, source) {
+                if let Some(cap) = SurfaceChart::cap(index, ball, source) {
                     let all = [DVec2::ZERO, DVec2::new(CAP_END, TAU)];
                     add_grid(&mut patches, cap, all, [CAP_BANDS, CAP_SECTORS]);
                 } else {
@@ -125,7 +113,7 @@ fn parted(
 fn halves(
     world: &World,
     origin: DVec3,
-    chart: &Chart,
+    chart: &SurfaceChart,
     corners: [DVec2; 3],
 ) -> Option<[[DVec2; 3]; 2]> {
     let middles = middles(corners);
@@ -149,7 +137,7 @@ fn halves(
 /// A rectangle of coordinates, cut into triangles.
 fn add_grid(
     patches: &mut Vec<SurfacePatch>,
-    chart: Chart,
+    chart: SurfaceChart,
     [from, to]: [DVec2; 2],
     [columns, rows]: [u32; 2],
 ) {
@@ -229,7 +217,7 @@ fn add_faces(
         let facing = source.towards(mesh.corners(face)[0]).dot(normal);
         if facing > 0.0 || facing < 0.0 && !only_front {
             patches.push(SurfacePatch {
-                chart: Chart::Face { shape, face },
+                chart: SurfaceChart::Face { shape, face },
                 corners,
             });
         }

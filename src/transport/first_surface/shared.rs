@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-use super::chart::Chart;
+use super::chart::SurfaceChart;
 use super::source::Source;
 use crate::geometry::{Mesh, Shape, VertexFans};
 use crate::scene::Scene;
@@ -52,12 +52,17 @@ impl<'a> SharedPlaces<'a> {
     /// The chart of the lowest-numbered face that has the place and faces the source the way that
     /// `chart`'s does, and the place's coordinates there; the arguments, where no other face has it.
     #[inline]
-    pub fn owner(&self, source: &Source, chart: &Chart, at: DVec2) -> (Chart, DVec2) {
+    pub fn owner(&self, source: &Source, chart: &SurfaceChart, at: DVec2) -> (SurfaceChart, DVec2) {
         self.lower_face(source, chart, at).unwrap_or((*chart, at))
     }
 
-    fn lower_face(&self, source: &Source, chart: &Chart, at: DVec2) -> Option<(Chart, DVec2)> {
-        let &Chart::Face { shape, face } = chart else {
+    fn lower_face(
+        &self,
+        source: &Source,
+        chart: &SurfaceChart,
+        at: DVec2,
+    ) -> Option<(SurfaceChart, DVec2)> {
+        let &SurfaceChart::Face { shape, face } = chart else {
             return None;
         };
         // Coordinates are binary fractions of few digits: sums are exact.
@@ -91,7 +96,7 @@ impl<'a> SharedPlaces<'a> {
             Some((end, weight)) if vertex == end => weight,
             _ => 0.0,
         };
-        let chart = Chart::Face { shape, face: owner };
+        let chart = SurfaceChart::Face { shape, face: owner };
         Some((chart, DVec2::new(weight(theirs[1]), weight(theirs[2]))))
     }
 }

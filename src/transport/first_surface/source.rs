@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::chart::Place;
+use super::place::ChartPlace;
 use crate::geometry::{Bounds, Ray, SurfacePoint};
 use crate::radiometry::Rgb;
 use crate::scene::{Emitter, Scene};
@@ -43,7 +43,7 @@ pub enum Source {
 
 /// The ray of a source to a point.
 #[derive(Clone, Copy, Debug)]
-pub struct Arrival {
+pub struct SourceRay {
     /// From the emitter to the point.
     pub ray: Ray,
     /// The distance of the point along it.
@@ -57,11 +57,11 @@ pub struct Arrival {
     pub zone: u8,
 }
 
-impl Arrival {
+impl SourceRay {
     /// Flux that falls on a place of a first surface \[W\], for a unit of chart area and of the source's strength:
     /// density · |cos θ| · the surface's area for a unit of chart area.
     #[inline]
-    pub fn emitted(&self, place: &Place) -> f64 {
+    pub fn emitted(&self, place: &ChartPlace) -> f64 {
         let facing = self.ray.direction.dot(place.point.geometric_normal);
         self.density * facing.abs() * place.area
     }
@@ -135,7 +135,7 @@ impl Source {
 
     /// The ray that arrives at a point; `None` at the emitter itself and behind a surface that shines.
     #[inline]
-    pub fn arrive(&self, point: DVec3) -> Option<Arrival> {
+    pub fn arrive(&self, point: DVec3) -> Option<SourceRay> {
         match *self {
             Self::Point {
                 origin, falloff, ..
@@ -147,7 +147,7 @@ impl Source {
                 }
                 let direction = offset / distance;
                 let factor = falloff.factor(direction);
-                Some(Arrival {
+                Some(SourceRay {
                     ray: Ray::new(origin, direction),
                     distance,
                     density: factor / (distance * distance),
@@ -164,7 +164,7 @@ impl Source {
                 ..
             } => {
                 let distance = (point - middle).dot(direction) + ahead;
-                Some(Arrival {
+                Some(SourceRay {
                     ray: Ray::new(point - direction * distance, direction),
                     distance,
                     density: 1.0,
@@ -179,7 +179,7 @@ impl Source {
                 }
                 let distance = offset.length();
                 let direction = offset / distance;
-                Some(Arrival {
+                Some(SourceRay {
                     // Off the surface, which must not hide its own light.
                     ray: place.spawn(direction),
                     distance,

@@ -15,14 +15,16 @@ use glam::{DMat2, DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::faces::{Faces, MIDDLE};
-use super::places::{Place, places_of};
-use super::{Discovery, Found, LEAST_PLACES, LEAST_THROUGHPUT, PLACES};
+use super::found::{Discovery, SignatureLight};
+use super::look::LEAST_THROUGHPUT;
+use super::places::{LEAST_PLACES, PLACES, StartPlace, places_of};
 use crate::geometry::{Ray, World};
 use crate::numeric::{Stream, StreamKind};
-use crate::reference::beams::pass::Light;
+use crate::reference::beams::pass::BeamLight;
 use crate::scene::Scene;
-use crate::transport::first_surface::{Chart, Place as Spot};
-use crate::transport::fixed_signature::{End, PathFollower};
+use crate::transport::first_surface::{ChartPlace, SurfaceChart};
+use crate::transport::fixed_signature::PathFollower;
+use crate::transport::path_end::End;
 use crate::transport::scatter::ShadingNormals;
 use crate::transport::screen::Screen;
 use crate::transport::signature::Signature;
@@ -64,7 +66,7 @@ const SEED: u64 = 0x4149_4d00;
 /// What all searches share.
 struct Aims<'a> {
     scene: &'a Scene,
-    lights: &'a [Light],
+    lights: &'a [BeamLight],
     screen: &'a Screen<'a>,
     shading_normals: ShadingNormals,
     /// Points that the sensor measures.
@@ -78,7 +80,7 @@ struct Beginning {
     /// Between the last leg and the way to the point \[rad\], about.
     angle: f64,
     light: usize,
-    place: Place,
+    place: StartPlace,
 }
 
 /// A path that was followed with one signature.
@@ -92,7 +94,7 @@ struct Tried {
 /// Signatures by which light gets to what the sensor sees, and about how much; `known` ones are not looked for.
 pub(super) fn aim(
     scene: &Scene,
-    lights: &[Light],
+    lights: &[BeamLight],
     screen: &Screen,
     max_depth: u32,
     shading_normals: ShadingNormals,
@@ -108,7 +110,7 @@ pub(super) fn aim(
     };
     let beginnings: Vec<((Signature, usize), Vec<Beginning>)> =
         aims.beginnings(max_depth, known).into_iter().collect();
-    let found: Vec<Option<Found>> = beginnings
+    let found: Vec<Option<SignatureLight>> = beginnings
         .par_iter()
         .enumerate()
         .map(|(index, ((signature, point), beginnings))| {
@@ -157,7 +159,7 @@ impl Aims<'_> {
             let stream = Stream::new(StreamKind::Random, SEED ^ 1).split(index as u64);
             let least = LEAST_PLACES / self.lights.len();
             let places = places_of(self.scene, light, each, least);
-            let look = |(number, place): (usize, &Place)| {
+            let look = |(number, place): (usize, &StartPlace)| {
                 let mut follower = self.follower(index, Signature::DIRECT);
                 let mut legs = Vec::new();
                 follower.follow_some(
@@ -211,7 +213,7 @@ impl Aims<'_> {
         point: DVec3,
         beginning: &Beginning,
         stream: &Stream,
-    ) -> Option<Found> {
+    ) -> Option<SignatureLight> {
         let mut follower = self.follower(beginning.light, signature);
         let mut about = Surroundings::new(self, beginning);
         let mut angle = beginning.angle;
@@ -247,7 +249,7 @@ impl Aims<'_> {
 /// The places about one: a square of its chart's coordinates; on a mesh, where more than its face is near, those of the faces.
 struct Surroundings<'a> {
     world: &'a World,
-    best: Place,
+    best: StartPlace,
     /// Half the square's side, in chart coordinates, or on a mesh in space.
     reach: f64,
     /// ... where searches begin.
@@ -258,7 +260,7 @@ struct Surroundings<'a> {
 impl<'a> Surroundings<'a> {
     fn new(aims: &'a Aims, beginning: &Beginning) -> Self {
         let (world, best) = (aims.scene.world(), beginning.place);
-        let widest = if matches!(best.chart, Chart::Face { .. }) {
+        let widest = if matches!(best.chart, SurfaceChart::Face { .. }) {
             // A good part of the mesh.
             0.25 * world.shapes()[best.chart.shape() as usize]
                 .bounds()
@@ -276,20 +278,20 @@ impl<'a> Surroundings<'a> {
         }
     }
 
-    fn spot(&self, place: &Place) -> Option<Spot> {
+    fn spot(&self, place: &StartPlace) -> Option<ChartPlace> {
         place.chart.place(self.world, place.at)
     }
 
     /// The length of a unit of the best place's chart, on a mesh; 1 elsewhere, where reach is in coordinates.
     fn unit(&self) -> f64 {
-        let is_face = matches!(self.best.chart, Chart::Face { .. });
+        let is_face = matches!(self.best.chart, SurfaceChart::Face { .. });
         let spot = is_face.then(|| self.spot(&self.best)).flatten();
         spot.map_or(1.0, |spot| spot.area.sqrt())
     }
 
     /// Whether places are on more than one face.
     fn has_more_faces(&self) -> bool {
-        matches!(self.best.chart, Chart::Face { .. }) && self.reach > self.unit()
+        matches!(self.best.chart, SurfaceChart::Face { .. }) && self.reach > self.unit()
     }
 
     /// Half the side of the square in the coordinates of the best place's chart.
@@ -299,7 +301,7 @@ impl<'a> Surroundings<'a> {
 
     /// Goes on about another place, if any: as far as before where that was at the border, for the point may be beyond; else
     /// nearer by.
-    fn move_to(&mut self, next: Option<Place>) {
+    fn move_to(&mut self, next: Option<StartPlace>) {
         let is_far = next.is_some_and(|next| {
             if next.chart.face() == self.best.chart.face() {
                 (next.at - self.best.at).abs().max_element() > 0.5 * self.half_side()
@@ -319,7 +321,7 @@ impl<'a> Surroundings<'a> {
     }
 
     /// The one that three numbers say; `None` beyond the surface.
-    fn place(&self, [x, y, z, _]: [f64; 4]) -> Option<Place> {
+    fn place(&self, [x, y, z, _]: [f64; 4]) -> Option<StartPlace> {
         if self.has_more_faces() {
             let offset = self.reach * (2.0 * DVec3::new(x, y, z) - 1.0);
             let about = self.spot(&self.best)?.point.position + offset;
@@ -336,7 +338,7 @@ impl<'a> Surroundings<'a> {
 
     /// Where Newton's method would look next, for the least squares of what the last leg misses by: where light spreads by
     /// far more one way than the other, it knows the way along the valley. `None` where it leads out of reach.
-    fn newton(&self, follower: &mut PathFollower<3>, point: DVec3) -> Option<Place> {
+    fn newton(&self, follower: &mut PathFollower<3>, point: DVec3) -> Option<StartPlace> {
         if self.has_more_faces() {
             return None;
         }
@@ -358,14 +360,16 @@ impl<'a> Surroundings<'a> {
 }
 
 /// The place at coordinates of a chart; `None` beyond its surface.
-fn inside(chart: Chart, at: DVec2) -> Option<Place> {
+fn inside(chart: SurfaceChart, at: DVec2) -> Option<StartPlace> {
     let is_inside = match chart {
         // Round and round.
-        Chart::Cap { .. } => (0.0..=FRAC_PI_2).contains(&at.x),
-        Chart::Parameters { .. } => at.cmpge(DVec2::ZERO).all() && at.cmple(DVec2::ONE).all(),
-        Chart::Face { .. } => at.cmpge(DVec2::ZERO).all() && at.x + at.y <= 1.0,
+        SurfaceChart::Cap { .. } => (0.0..=FRAC_PI_2).contains(&at.x),
+        SurfaceChart::Parameters { .. } => {
+            at.cmpge(DVec2::ZERO).all() && at.cmple(DVec2::ONE).all()
+        }
+        SurfaceChart::Face { .. } => at.cmpge(DVec2::ZERO).all() && at.x + at.y <= 1.0,
     };
-    is_inside.then_some(Place {
+    is_inside.then_some(StartPlace {
         chart,
         at,
         area: 0.0,
@@ -373,7 +377,7 @@ fn inside(chart: Chart, at: DVec2) -> Option<Place> {
 }
 
 /// The path from a place with all its events; `None` where it ended before the last leg.
-fn follow(follower: &mut PathFollower<3>, place: &Place, point: DVec3) -> Option<Tried> {
+fn follow(follower: &mut PathFollower<3>, place: &StartPlace, point: DVec3) -> Option<Tried> {
     let (mut legs, mut last) = (0, None);
     let path = follower.follow_legs(&place.chart, place.at, false, |ray, _| {
         legs += 1;
@@ -398,7 +402,7 @@ fn measure(
     mut about: Surroundings,
     point: DVec3,
     stream: &Stream,
-) -> Option<Found> {
+) -> Option<SignatureLight> {
     let mut has_shrunk = false;
     for step in 0..STEPS {
         let stream = stream.split(step);
@@ -418,7 +422,7 @@ fn measure(
             let sum: f64 = landed.iter().map(|[flux, _]| flux).sum();
             let peak = landed.iter().map(|[_, delivered]| *delivered);
             let flux = sum * about.area() / AREA_PLACES as f64;
-            return Some(Found {
+            return Some(SignatureLight {
                 flux,
                 peak: peak.fold(0.0, f64::max),
                 on_film: flux,

@@ -5,7 +5,7 @@ use kiddo::{ImmutableKdTree, SquaredEuclidean};
 
 use crate::geometry::Shape;
 use crate::scene::Scene;
-use crate::transport::first_surface::Chart;
+use crate::transport::first_surface::SurfaceChart;
 
 /// Barycentric coordinates of a face's middle.
 pub(super) const MIDDLE: DVec2 = DVec2::splat(1.0 / 3.0);
@@ -42,7 +42,7 @@ impl Faces {
     }
 
     /// The face whose middle is nearest to a place.
-    pub fn nearest(&self, place: DVec3) -> Option<Chart> {
+    pub fn nearest(&self, place: DVec3) -> Option<SurfaceChart> {
         let nearest = self
             .tree
             .as_ref()?
@@ -50,6 +50,6 @@ impl Faces {
             .nearest_one::<SquaredEuclidean<f64>>()
             .execute();
         let &(shape, face) = self.faces.get(nearest.item as usize)?;
-        Some(Chart::Face { shape, face })
+        Some(SurfaceChart::Face { shape, face })
     }
 }

@@ -2,22 +2,28 @@
 
 use glam::DVec2;
 
-use crate::reference::beams::pass::Light;
+use crate::reference::beams::pass::BeamLight;
 use crate::scene::Scene;
-use crate::transport::first_surface::{Chart, Source, SurfacePatch};
+use crate::transport::first_surface::{Source, SurfaceChart, SurfacePatch};
+
+/// About how many places of the first surfaces are looked at.
+pub(super) const PLACES: usize = 1 << 12;
+
+/// ... and on each shape, all lights together: a small thing beside a large mesh has its own.
+pub(super) const LEAST_PLACES: usize = 1 << 7;
 
 /// A place of a first surface.
 #[derive(Clone, Copy)]
-pub(super) struct Place {
+pub(super) struct StartPlace {
     /// Whose coordinates.
-    pub chart: Chart,
+    pub chart: SurfaceChart,
     /// In them.
     pub at: DVec2,
     /// The chart area that it stands for.
     pub area: f64,
 }
 
-impl Place {
+impl StartPlace {
     /// Between two places of one chart. It stands for half of what the smaller one does.
     pub fn halfway(&self, other: &Self) -> Self {
         Self {
@@ -29,7 +35,12 @@ impl Place {
 }
 
 /// About `count` places on what a light meets first, at least `least` and one on each shape.
-pub(super) fn places_of(scene: &Scene, light: &Light, count: usize, least: usize) -> Vec<Place> {
+pub(super) fn places_of(
+    scene: &Scene,
+    light: &BeamLight,
+    count: usize,
+    least: usize,
+) -> Vec<StartPlace> {
     let patches = light.patches(scene);
     let shapes = patches.chunk_by(|a, b| a.chart.shape() == b.chart.shape());
     let a_shape = count.div_ceil(shapes.clone().count().max(1));
@@ -41,7 +52,12 @@ pub(super) fn places_of(scene: &Scene, light: &Light, count: usize, least: usize
 
 /// `count` places on a shape, spread over its patches by how much light falls on them and by their
 /// area: so that the bright ones are not passed over, however many others there are.
-fn places_on(scene: &Scene, source: &Source, patches: &[SurfacePatch], count: usize) -> Vec<Place> {
+fn places_on(
+    scene: &Scene,
+    source: &Source,
+    patches: &[SurfacePatch],
+    count: usize,
+) -> Vec<StartPlace> {
     let lit: Vec<f64> = patches
         .iter()
         .map(|patch| {
@@ -74,7 +90,7 @@ fn places_on(scene: &Scene, source: &Source, patches: &[SurfacePatch], count: us
         // One place for each part 1/count of the light.
         while places.len() < count && (places.len() as f64 + 0.5) * total <= passed * count as f64 {
             let area = area_of(patch) * total / (share * count as f64);
-            places.push(Place {
+            places.push(StartPlace {
                 chart: patch.chart,
                 at: inside(patch, places.len()),
                 area,

@@ -2,11 +2,12 @@
 
 use rayon::prelude::*;
 
-use super::places::{Place, places_of};
-use super::{Discovery, LEAST_PLACES, PLACES, Sight, look_at};
+use super::found::Discovery;
+use super::look::{LandedPath, look_at};
+use super::places::{LEAST_PLACES, PLACES, StartPlace, places_of};
 use crate::numeric::{Stream, StreamKind};
 use crate::radiometry::Rgb;
-use crate::reference::beams::pass::Light;
+use crate::reference::beams::pass::BeamLight;
 use crate::scene::Scene;
 use crate::transport::fixed_signature::PathFollower;
 use crate::transport::scatter::ShadingNormals;
@@ -32,7 +33,7 @@ const SEED: u64 = 0x5352_5645_5900;
 /// tells its flux: of what only an earlier one saw, that is too much rather than too little.
 pub(super) fn look_for_rare(
     scene: &Scene,
-    lights: &[Light],
+    lights: &[BeamLight],
     screen: &Screen,
     max_depth: u32,
     shading_normals: ShadingNormals,
@@ -58,7 +59,7 @@ pub(super) fn look_for_rare(
                 known.set_out = set_out(scene, light, places);
                 known.places += places.len() as u64;
             }
-            let look = |(index, place): (usize, &Place)| {
+            let look = |(index, place): (usize, &StartPlace)| {
                 let source = &light.source;
                 let mut follower = PathFollower::<3>::new(
                     scene,
@@ -72,8 +73,8 @@ pub(super) fn look_for_rare(
                     stream.extra(index as u64, signature.key())
                 })
             };
-            let seen: Vec<Vec<Sight>> = places.par_iter().enumerate().map(look).collect();
-            let lands = |sights: &&Vec<Sight>| sights.iter().any(|sight| sight.on_film);
+            let seen: Vec<Vec<LandedPath>> = places.par_iter().enumerate().map(look).collect();
+            let lands = |sights: &&Vec<LandedPath>| sights.iter().any(|sight| sight.on_film);
             landed += seen.iter().filter(lands).count();
             for sight in seen.iter().flatten() {
                 round.add(sight);
@@ -94,7 +95,7 @@ pub(super) fn look_for_rare(
 }
 
 /// The flux \[W\] that sets out to the first surfaces that places stand for.
-fn set_out(scene: &Scene, light: &Light, places: &[Place]) -> Rgb {
+fn set_out(scene: &Scene, light: &BeamLight, places: &[StartPlace]) -> Rgb {
     let source = &light.source;
     let by_strength: f64 = places
         .iter()

@@ -3,26 +3,26 @@
 use glam::DVec2;
 
 use super::leg::rectangular_receiver;
-use super::polygon::Polygon;
+use super::polygon::LightPolygon;
 use crate::film::coverage::deal;
 use crate::geometry::TraversalCounters;
-use crate::reference::beams::cell::{Cell, Look, Node};
-use crate::reference::beams::cut::{Piece, whole};
-use crate::reference::beams::deposit::{Levels, Patch, flux_of, image_of};
+use crate::reference::beams::cell::{BeamCell, BeamNode, CellSummary};
+use crate::reference::beams::cut::{CutPiece, whole};
+use crate::reference::beams::deposit::{Levels, TexelBlock, flux_of, image_of};
 use crate::reference::beams::film::{BeamFilm, TexelSums};
 use crate::reference::beams::refine::misplaced;
 use crate::transport::clearance::CellClearance;
 use crate::transport::facets::path::{FacetLight, FacetPaths};
 use crate::transport::first_surface::Source;
-use crate::transport::fixed_signature::End;
 use crate::transport::flux::Flux;
+use crate::transport::path_end::End;
 use crate::transport::screen::Screen;
 
 /// The borders of a larger image \[texels\] have boxes of their own.
 const SMALL_IMAGE: f64 = 4.0;
 
 /// What became of a polygon at the sensor.
-pub(super) enum Landing<const N: usize> {
+pub(super) enum PolygonLanding<const N: usize> {
     /// It is on the film, or beside it.
     Done {
         /// On the film \[W\].
@@ -41,31 +41,31 @@ pub(super) fn land<const N: usize>(
     paths: &FacetPaths,
     screen: Screen,
     film: &BeamFilm<N>,
-    patch: &mut Patch<N>,
-    polygon: &Polygon<N>,
+    patch: &mut TexelBlock<N>,
+    polygon: &LightPolygon<N>,
     tolerance: f64,
-) -> Landing<N> {
+) -> PolygonLanding<N> {
     if rectangular_receiver(paths, &screen).is_none() {
-        return Landing::NotForced;
+        return PolygonLanding::NotForced;
     }
     let place = |light: &FacetLight<N>| node(paths, screen, light);
     let Some(corners) = polygon
         .corners
         .iter()
         .map(place)
-        .collect::<Option<Vec<Node<N>>>>()
+        .collect::<Option<Vec<BeamNode<N>>>>()
     else {
-        return Landing::NotForced;
+        return PolygonLanding::NotForced;
     };
     if is_beside(&corners, film.size()) {
-        return Landing::Done {
+        return PolygonLanding::Done {
             received: Flux::BLACK,
             uncertain: Flux::BLACK,
         };
     }
     let area = polygon.area_and_middle().0;
     let uncertain = || deposit_uncertain_area(film, false, &corners, polygon.uncertain_area, area);
-    let fan = (1..corners.len() - 1).map(|index| Cell {
+    let fan = (1..corners.len() - 1).map(|index| BeamCell {
         corners: [corners[0], corners[index], corners[index + 1]],
         level: 0,
         clearance: CellClearance::default(),
@@ -73,13 +73,14 @@ pub(super) fn land<const N: usize>(
     });
     if matches!(paths.source(), Source::Parallel { .. }) {
         let received = fan.fold(Flux::BLACK, |sum, cell| sum + land_flat(film, &cell));
-        return Landing::Done {
+        return PolygonLanding::Done {
             received,
             uncertain: uncertain(),
         };
     }
     let middle = |at: DVec2| place(&paths.follow(&polygon.chain, polygon.events, at));
-    let mut cells: Vec<(Cell<N>, [Node<N>; 3], Look<N>)> = Vec::with_capacity(corners.len() - 2);
+    let mut cells: Vec<(BeamCell<N>, [BeamNode<N>; 3], CellSummary<N>)> =
+        Vec::with_capacity(corners.len() - 2);
     for cell in fan {
         let [bc, ca, ab] = cell.middles();
         // The side that it shares with the triangle before.
@@ -87,18 +88,18 @@ pub(super) fn land<const N: usize>(
         let (Some(bc), Some(ca), Some(ab)) =
             (middle(bc), middle(ca), shared.or_else(|| middle(ab)))
         else {
-            return Landing::NotForced;
+            return PolygonLanding::NotForced;
         };
         let middles = [bc, ca, ab];
-        let look = Look::at(&cell.corners, &middles);
+        let look = CellSummary::at(&cell.corners, &middles);
         if !look.one_topology || cell.area() * misplaced(&look) > tolerance {
-            return Landing::TooBent;
+            return PolygonLanding::TooBent;
         }
         cells.push((cell, middles, look));
     }
     let mut received = Flux::BLACK;
     for (cell, middles, look) in &cells {
-        let fine: Vec<Piece<N>> = cell
+        let fine: Vec<CutPiece<N>> = cell
             .quarters(middles)
             .into_iter()
             .filter_map(|quarter| whole(quarter.corners))
@@ -110,7 +111,7 @@ pub(super) fn land<const N: usize>(
         };
         received += patch.deposit(film, &levels, look.bend);
     }
-    Landing::Done {
+    PolygonLanding::Done {
         received,
         uncertain: uncertain(),
     }
@@ -122,14 +123,14 @@ pub(super) fn node<const N: usize>(
     paths: &FacetPaths,
     screen: Screen,
     light: &FacetLight<N>,
-) -> Option<Node<N>> {
+) -> Option<BeamNode<N>> {
     let mut counters = TraversalCounters::default();
     let (end, factor, _) = screen.end(paths.scene(), &light.ray, None, &mut counters);
     let End::Landed(landing) = end else {
         return None;
     };
     let strength = paths.source().strength();
-    Some(Node {
+    Some(BeamNode {
         at: light.at,
         landing: Some(landing),
         turned_back: false,
@@ -140,7 +141,7 @@ pub(super) fn node<const N: usize>(
 }
 
 /// Whether all of an image is off the film, with as much again to spare for its bend.
-fn is_beside<const N: usize>(corners: &[Node<N>], size: [usize; 2]) -> bool {
+fn is_beside<const N: usize>(corners: &[BeamNode<N>], size: [usize; 2]) -> bool {
     let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
     for at in corners.iter().filter_map(|node| node.landing) {
         low = low.min(at);
@@ -152,7 +153,7 @@ fn is_beside<const N: usize>(corners: &[Node<N>], size: [usize; 2]) -> bool {
 }
 
 /// A triangle whose map is affine, as it is.
-fn land_flat<const N: usize>(film: &BeamFilm<N>, cell: &Cell<N>) -> Flux<N> {
+fn land_flat<const N: usize>(film: &BeamFilm<N>, cell: &BeamCell<N>) -> Flux<N> {
     let Some(piece) = whole(cell.corners) else {
         return Flux::BLACK;
     };
@@ -178,7 +179,7 @@ fn land_flat<const N: usize>(film: &BeamFilm<N>, cell: &Cell<N>) -> Flux<N> {
 pub(super) fn deposit_uncertain_area<const N: usize>(
     film: &BeamFilm<N>,
     bends_lines: bool,
-    corners: &[Node<N>],
+    corners: &[BeamNode<N>],
     uncertain_area: f64,
     area: f64,
 ) -> Flux<N> {
@@ -212,7 +213,7 @@ pub(super) fn deposit_uncertain_area<const N: usize>(
 fn add_uncertain<const N: usize>(
     film: &BeamFilm<N>,
     bends_lines: bool,
-    nodes: &[Node<N>],
+    nodes: &[BeamNode<N>],
     uncertain: Flux<N>,
 ) {
     let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);

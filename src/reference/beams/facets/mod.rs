@@ -27,7 +27,7 @@ pub use refine::FacetRefiner;
 use glam::DVec2;
 
 use crate::transport::facets::table::Facets;
-use crate::transport::first_surface::{Chart, SurfacePatch};
+use crate::transport::first_surface::{SurfaceChart, SurfacePatch};
 
 /// Parts the patches that are facets, by the facets' numbers, from the others.
 pub fn part_patches(facets: &Facets, patches: &[SurfacePatch]) -> (Vec<u32>, Vec<SurfacePatch>) {
@@ -36,9 +36,9 @@ pub fn part_patches(facets: &Facets, patches: &[SurfacePatch]) -> (Vec<u32>, Vec
     let mut others = Vec::new();
     for patch in patches {
         let facet = match patch.chart {
-            Chart::Face { shape, face } => facets.of(shape, face),
-            Chart::Parameters { shape } => facets.of(shape, 0),
-            Chart::Cap { .. } => None,
+            SurfaceChart::Face { shape, face } => facets.of(shape, face),
+            SurfaceChart::Parameters { shape } => facets.of(shape, 0),
+            SurfaceChart::Cap { .. } => None,
         };
         match facet {
             // A facet of many faces has as many patches.
@@ -54,15 +54,15 @@ pub fn part_patches(facets: &Facets, patches: &[SurfacePatch]) -> (Vec<u32>, Vec
 }
 
 /// The chart whose coordinates a facet's are.
-fn chart_of(facets: &Facets, facet: u32, is_mesh: bool) -> Chart {
+fn chart_of(facets: &Facets, facet: u32, is_mesh: bool) -> SurfaceChart {
     let facet = facets.get(facet);
     if is_mesh {
-        Chart::Face {
+        SurfaceChart::Face {
             shape: facet.shape,
             face: facet.face,
         }
     } else {
-        Chart::Parameters { shape: facet.shape }
+        SurfaceChart::Parameters { shape: facet.shape }
     }
 }
 

@@ -7,7 +7,7 @@ use crate::transport::facets::path::{FacetLight, FacetPaths};
 
 /// What light meets on a leg.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Sight {
+pub(super) enum LegEnd {
     /// A facet.
     Facet(u32),
     /// The sensor, after its last event.
@@ -22,7 +22,7 @@ pub(super) enum Sight {
 
 /// A convex polygon of light that has gone by one chain of facets so far.
 #[derive(Clone, Debug)]
-pub(super) struct Polygon<const N: usize> {
+pub(super) struct LightPolygon<const N: usize> {
     /// The light of its corners on the leg that comes next.
     pub(super) corners: Vec<FacetLight<N>>,
     /// The facets that it met, the first one from the start on.
@@ -47,7 +47,7 @@ pub(super) struct Parts<const N: usize> {
 }
 
 /// How a line meets a polygon.
-pub(super) enum Cut<const N: usize> {
+pub(super) enum PolygonCut<const N: usize> {
     /// All of it is above.
     Above,
     /// All of it is below.
@@ -60,14 +60,14 @@ pub(super) enum Cut<const N: usize> {
 /// whose rounding is as large.
 const SMALLEST: f64 = 1e-13;
 
-/// Whether values are zero or less, give or take `rounding` or what [`Polygon::cut`] takes for it.
+/// Whether values are zero or less, give or take `rounding` or what [`LightPolygon::cut`] takes for it.
 pub(super) fn is_below(values: impl Iterator<Item = f64> + Clone, rounding: f64) -> bool {
     let largest = values.clone().fold(0.0_f64, |l, value| l.max(value.abs()));
     let zero = rounding.max(SMALLEST * largest);
     values.into_iter().all(|value| value <= zero)
 }
 
-impl<const N: usize> Polygon<N> {
+impl<const N: usize> LightPolygon<N> {
     /// The area in coordinates of the first facet, and the middle.
     pub(super) fn area_and_middle(&self) -> (f64, DVec2) {
         area_and_middle(self.corners.iter().map(|corner| corner.at))
@@ -119,7 +119,7 @@ impl<const N: usize> Polygon<N> {
     }
 
     /// Cuts it where a function is zero that is linear along its edges, given its values at the corners.
-    pub(super) fn cut(&self, values: &[f64], paths: &FacetPaths) -> Cut<N> {
+    pub(super) fn cut(&self, values: &[f64], paths: &FacetPaths) -> PolygonCut<N> {
         let largest = values.iter().fold(0.0_f64, |l, value| l.max(value.abs()));
         let snap = |value: f64| {
             if value.abs() <= SMALLEST * largest {
@@ -129,10 +129,10 @@ impl<const N: usize> Polygon<N> {
             }
         };
         if values.iter().all(|&value| snap(value) >= 0.0) {
-            return Cut::Above;
+            return PolygonCut::Above;
         }
         if values.iter().all(|&value| snap(value) <= 0.0) {
-            return Cut::Below;
+            return PolygonCut::Below;
         }
         let mut parts = Parts {
             above: Vec::with_capacity(self.corners.len() + 1),
@@ -169,7 +169,7 @@ impl<const N: usize> Polygon<N> {
                 cross(at);
             }
         }
-        Cut::Through(parts)
+        PolygonCut::Through(parts)
     }
 
     /// Its halves, across its longest diagonal or edge.
@@ -193,7 +193,7 @@ impl<const N: usize> Polygon<N> {
             .map(|corner| (corner.at - middle).dot(longest.1))
             .collect();
         match self.cut(&values, paths) {
-            Cut::Through(parts) => {
+            PolygonCut::Through(parts) => {
                 let whole = self.area();
                 Some([parts.above, parts.below].map(|corners| {
                     let mut half = self.with(corners);
@@ -201,7 +201,7 @@ impl<const N: usize> Polygon<N> {
                     half
                 }))
             }
-            Cut::Above | Cut::Below => None,
+            PolygonCut::Above | PolygonCut::Below => None,
         }
     }
 }

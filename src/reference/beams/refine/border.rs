@@ -1,10 +1,10 @@
 //! Cells that a border between topologies crosses.
 
 use super::{Finished, Refiner, Scratch, look_flux};
-use crate::reference::beams::cell::{Cell, Look, Node};
-use crate::reference::beams::cut::{self, CUT_ERROR, Piece};
+use crate::reference::beams::cell::{BeamCell, BeamNode, CellSummary};
+use crate::reference::beams::cut::{self, CUT_ERROR, CutPiece};
 use crate::reference::beams::deposit::image_of;
-use crate::transport::first_surface::Chart;
+use crate::transport::first_surface::SurfaceChart;
 use crate::transport::flux::Flux;
 
 impl<const N: usize> Refiner<'_, '_, N> {
@@ -13,9 +13,9 @@ impl<const N: usize> Refiner<'_, '_, N> {
     /// than on the other may be a sliver between.
     pub(super) fn may_hide_sliver(
         &mut self,
-        chart: &Chart,
-        cell: &Cell<N>,
-        middles: &[Node<N>; 3],
+        chart: &SurfaceChart,
+        cell: &BeamCell<N>,
+        middles: &[BeamNode<N>; 3],
     ) -> bool {
         let Self {
             paths,
@@ -36,10 +36,10 @@ impl<const N: usize> Refiner<'_, '_, N> {
     /// reaches up to the border: the cut does.
     pub(super) fn lands_beside(
         &mut self,
-        chart: &Chart,
-        cell: &Cell<N>,
-        middles: &[Node<N>; 3],
-        look: &Look<N>,
+        chart: &SurfaceChart,
+        cell: &BeamCell<N>,
+        middles: &[BeamNode<N>; 3],
+        look: &CellSummary<N>,
     ) -> bool {
         let mut cut = Finished {
             look: *look,
@@ -55,15 +55,15 @@ impl<const N: usize> Refiner<'_, '_, N> {
         }
         fine.clear();
         coarse.clear();
-        Look { low, high, ..*look }.is_off(self.film.size())
+        CellSummary { low, high, ..*look }.is_off(self.film.size())
     }
 
     /// Cuts a cell that holds more than one topology, at both finenesses.
     pub(super) fn cut(
         &mut self,
-        chart: &Chart,
-        cell: &Cell<N>,
-        middles: &[Node<N>; 3],
+        chart: &SurfaceChart,
+        cell: &BeamCell<N>,
+        middles: &[BeamNode<N>; 3],
         finished: &mut Finished<N>,
     ) {
         finished.is_cut = true;
@@ -90,7 +90,7 @@ impl<const N: usize> Refiner<'_, '_, N> {
                 unresolved += 0.25 * area;
             }
         }
-        let flux = |pieces: &mut dyn Iterator<Item = &Piece<N>>| -> f64 {
+        let flux = |pieces: &mut dyn Iterator<Item = &CutPiece<N>>| -> f64 {
             pieces.map(|piece| piece.area * mean_weight(piece)).sum()
         };
         let fine_flux = flux(&mut fine.iter());
@@ -119,7 +119,7 @@ impl<const N: usize> Refiner<'_, '_, N> {
     }
 }
 
-fn mean_weight<const N: usize>(piece: &Piece<N>) -> f64 {
+fn mean_weight<const N: usize>(piece: &CutPiece<N>) -> f64 {
     let [a, b, c] = piece.corners.each_ref().map(|node| node.weight);
     (a + b + c).max_magnitude() / 3.0
 }

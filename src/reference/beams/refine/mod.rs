@@ -11,17 +11,17 @@ pub use limits::Limits;
 use glam::DVec2;
 
 use self::nodes::NodeFinder;
-use super::cell::{Cell, Look, Node};
-use super::cut::{self, Piece};
+use super::cell::{BeamCell, BeamNode, CellSummary};
+use super::cut::{self, CutPiece};
 use super::deposit::{
-    Levels, Patch, deposit_points, deposit_uncertain, texels_of, uncertain_boxes,
+    Levels, TexelBlock, deposit_points, deposit_uncertain, texels_of, uncertain_boxes,
 };
 use super::film::BeamFilm;
 use super::limit::Limit;
 use super::store::PathStore;
 use crate::geometry::TraversalCounters;
 use crate::transport::clearance::{CellClearance, Clearance, Trail};
-use crate::transport::first_surface::{Chart, Cone, SharedPlaces, SurfacePatch};
+use crate::transport::first_surface::{Cone, SharedPlaces, SurfaceChart, SurfacePatch};
 use crate::transport::fixed_signature::PathFollower;
 use crate::transport::flux::Flux;
 
@@ -74,10 +74,10 @@ pub struct Scratch<const N: usize> {
     borders: PathStore<N>,
     /// What the six paths of a cell met, for the clearance.
     trails: [Trail; 6],
-    pending: Vec<Cell<N>>,
-    patch: Patch<N>,
-    fine: Vec<Piece<N>>,
-    coarse: Vec<Piece<N>>,
+    pending: Vec<BeamCell<N>>,
+    patch: TexelBlock<N>,
+    fine: Vec<CutPiece<N>>,
+    coarse: Vec<CutPiece<N>>,
 }
 
 impl<const N: usize> Scratch<N> {
@@ -88,7 +88,7 @@ impl<const N: usize> Scratch<N> {
             borders: PathStore::new(events),
             trails: Default::default(),
             pending: Vec::new(),
-            patch: Patch::default(),
+            patch: TexelBlock::default(),
             fine: Vec::new(),
             coarse: Vec::new(),
         }
@@ -121,7 +121,7 @@ pub struct Refiner<'a, 'f, const N: usize> {
 
 /// A cell ready for the film.
 struct Finished<const N: usize> {
-    look: Look<N>,
+    look: CellSummary<N>,
     /// Quarters that could not be cut.
     failed: [bool; 4],
     /// Flux \[W\] that may be anywhere near the nodes' landings.
@@ -194,7 +194,7 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
             .corners
             .map(|at| self.stored(chart, at, CellClearance::default()));
         self.scratch.pending.clear();
-        self.scratch.pending.push(Cell {
+        self.scratch.pending.push(BeamCell {
             corners,
             level: 0,
             clearance: CellClearance::default(),
@@ -205,7 +205,7 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
         {
             let known = cell.clearance;
             let middles = cell.middles().map(|at| self.stored(chart, at, known));
-            let look = Look::at(&cell.corners, &middles);
+            let look = CellSummary::at(&cell.corners, &middles);
             if self.is_ready(chart, &mut cell, &middles, &look)
                 && let Some(finished) = self.finished(chart, &cell, &middles, look)
             {
@@ -213,7 +213,7 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
             } else {
                 let noted_bend = self.noted_bend(&cell, &look);
                 let quarters = cell.quarters(&middles);
-                let noted = quarters.map(|quarter| Cell {
+                let noted = quarters.map(|quarter| BeamCell {
                     noted_bend,
                     ..quarter
                 });
@@ -225,10 +225,10 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
     /// Whether a cell may be taken for what its nodes say.
     fn is_ready(
         &mut self,
-        chart: &Chart,
-        cell: &mut Cell<N>,
-        middles: &[Node<N>; 3],
-        look: &Look<N>,
+        chart: &SurfaceChart,
+        cell: &mut BeamCell<N>,
+        middles: &[BeamNode<N>; 3],
+        look: &CellSummary<N>,
     ) -> bool {
         if look.emitted == 0.0 {
             return cell.level >= MAX_LEVEL || !self.may_hide_light(chart, cell);
@@ -272,12 +272,12 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
 
     /// What a cell of this area may deliver \[W\] where no node of it landed: of all that sets out, twice
     /// the part that the best path of the discovery did.
-    fn may_deliver(&self, area: f64, look: &Look<N>) -> f64 {
+    fn may_deliver(&self, area: f64, look: &CellSummary<N>) -> f64 {
         area * look.emitted * (2.0 * self.peak).min(1.0)
     }
 
     /// Whether a spot may shine on a part of a cell, none of whose nodes is lit.
-    fn may_hide_light(&self, chart: &Chart, cell: &Cell<N>) -> bool {
+    fn may_hide_light(&self, chart: &SurfaceChart, cell: &BeamCell<N>) -> bool {
         self.cone.is_some_and(|cone| {
             let corners = cell.corners.map(|node| node.at);
             let overlap = cone.overlap(self.paths.follower.scene().world(), chart, corners);
@@ -287,7 +287,7 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
 
     /// The node at coordinates of a chart, in a cell with legs `known` to be clear.
     #[inline]
-    fn stored(&mut self, chart: &Chart, at: DVec2, known: CellClearance) -> Node<N> {
+    fn stored(&mut self, chart: &SurfaceChart, at: DVec2, known: CellClearance) -> BeamNode<N> {
         let store = &mut self.scratch.store;
         let in_sight = known.is_in_sight();
         if known.all {
@@ -300,10 +300,10 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
     /// The cell ready for the film, if it need not be divided.
     fn finished(
         &mut self,
-        chart: &Chart,
-        cell: &Cell<N>,
-        middles: &[Node<N>; 3],
-        look: Look<N>,
+        chart: &SurfaceChart,
+        cell: &BeamCell<N>,
+        middles: &[BeamNode<N>; 3],
+        look: CellSummary<N>,
     ) -> Option<Finished<N>> {
         let area = cell.area();
         let is_last = cell.level >= MAX_LEVEL || area * look.emitted == 0.0;
@@ -368,7 +368,7 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
     }
 
     /// How far a cell's weights are off a plane, if its quarters must tell that they are smooth; else 0.
-    fn noted_bend(&self, cell: &Cell<N>, look: &Look<N>) -> f64 {
+    fn noted_bend(&self, cell: &BeamCell<N>, look: &CellSummary<N>) -> f64 {
         let is_noted = look.weight_bend > NOTED_BEND * look.weight.max_magnitude()
             && 0.25 * cell.area() * look.weight_bend > LEAST_BENT * self.tolerance;
         if is_noted { look.weight_bend } else { 0.0 }
@@ -376,14 +376,14 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
 
     /// Whether a cell's light may be weaker or stronger between its nodes than they show, by more than its bounds would say: its
     /// weights are still far off a plane, or on one by chance.
-    fn may_hide_valley(&self, cell: &Cell<N>, area: f64, look: &Look<N>) -> bool {
+    fn may_hide_valley(&self, cell: &BeamCell<N>, area: f64, look: &CellSummary<N>) -> bool {
         let is_still_bent = look.weight_bend > STILL_BENT * look.weight.max_magnitude()
             && area * look.weight_bend > LEAST_BENT * self.tolerance;
         let is_by_chance = look.weight_bend < BY_CHANCE * cell.noted_bend;
         is_still_bent || is_by_chance
     }
 
-    fn finish(&mut self, cell: &Cell<N>, middles: &[Node<N>; 3], finished: &Finished<N>) {
+    fn finish(&mut self, cell: &BeamCell<N>, middles: &[BeamNode<N>; 3], finished: &Finished<N>) {
         let balance = &mut self.balance;
         let look = &finished.look;
         let area = cell.area();
@@ -412,13 +412,13 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
     }
 }
 
-fn nodes<const N: usize>(cell: &Cell<N>, middles: &[Node<N>; 3]) -> [Node<N>; 6] {
+fn nodes<const N: usize>(cell: &BeamCell<N>, middles: &[BeamNode<N>; 3]) -> [BeamNode<N>; 6] {
     let [a, b, c] = cell.corners;
     let [d, e, f] = *middles;
     [a, b, c, d, e, f]
 }
 
-fn look_flux<const N: usize>(look: &Look<N>) -> f64 {
+fn look_flux<const N: usize>(look: &CellSummary<N>) -> f64 {
     look.weight.max_magnitude()
 }
 
@@ -426,7 +426,7 @@ fn look_flux<const N: usize>(look: &Look<N>) -> f64 {
 ///
 /// A bend of δ texels moves light across the texel lines that its image meets: a part of about δ,
 /// less where the image is large and most of its light is far from any line.
-pub(super) fn misplaced<const N: usize>(look: &Look<N>) -> f64 {
+pub(super) fn misplaced<const N: usize>(look: &CellSummary<N>) -> f64 {
     let height = (look.high - look.low).min_element();
     look.weight.max_magnitude() * (look.bend / (1.0 + 0.25 * height)).min(1.0) + look.weight_bend
 }

@@ -2,11 +2,12 @@
 
 use glam::DVec2;
 
-use crate::reference::beams::cell::Node;
+use crate::reference::beams::cell::BeamNode;
 use crate::reference::beams::store::PathStore;
 use crate::transport::clearance::Trail;
-use crate::transport::first_surface::{Chart, SharedPlaces};
-use crate::transport::fixed_signature::{End, PathEnd, PathFollower};
+use crate::transport::first_surface::{SharedPlaces, SurfaceChart};
+use crate::transport::fixed_signature::{PathEnd, PathFollower};
+use crate::transport::path_end::End;
 
 /// Follows paths of one source and one signature, or remembers them.
 pub struct NodeFinder<'a, const N: usize> {
@@ -33,10 +34,10 @@ impl<'a, const N: usize> NodeFinder<'a, N> {
     pub fn node(
         &mut self,
         store: &mut PathStore<N>,
-        chart: &Chart,
+        chart: &SurfaceChart,
         at: DVec2,
         in_sight: bool,
-    ) -> Node<N> {
+    ) -> BeamNode<N> {
         let (owner, place) = self.owner(chart, at);
         let path = store.path(&mut self.follower, &owner, place, in_sight);
         self.seen_on(chart, at, &owner, path)
@@ -47,10 +48,10 @@ impl<'a, const N: usize> NodeFinder<'a, N> {
     pub fn node_with_trail(
         &mut self,
         store: &mut PathStore<N>,
-        chart: &Chart,
+        chart: &SurfaceChart,
         at: DVec2,
         in_sight: bool,
-    ) -> Node<N> {
+    ) -> BeamNode<N> {
         let (owner, place) = self.owner(chart, at);
         let path = store.path_with_legs(&mut self.follower, &owner, place, in_sight);
         self.seen_on(chart, at, &owner, path)
@@ -60,7 +61,7 @@ impl<'a, const N: usize> NodeFinder<'a, N> {
     pub fn trail(
         &mut self,
         store: &mut PathStore<N>,
-        chart: &Chart,
+        chart: &SurfaceChart,
         at: DVec2,
         in_sight: bool,
         trail: &mut Trail,
@@ -70,19 +71,25 @@ impl<'a, const N: usize> NodeFinder<'a, N> {
     }
 
     #[inline]
-    fn owner(&self, chart: &Chart, at: DVec2) -> (Chart, DVec2) {
+    fn owner(&self, chart: &SurfaceChart, at: DVec2) -> (SurfaceChart, DVec2) {
         self.shared.owner(self.follower.source(), chart, at)
     }
 
     /// A path as a node of a chart: what sets out is for a unit of the chart's own area.
     #[inline]
-    fn seen_on(&self, chart: &Chart, at: DVec2, owner: &Chart, path: PathEnd<N>) -> Node<N> {
+    fn seen_on(
+        &self,
+        chart: &SurfaceChart,
+        at: DVec2,
+        owner: &SurfaceChart,
+        path: PathEnd<N>,
+    ) -> BeamNode<N> {
         let emitted = if owner.face() == chart.face() {
             path.emitted
         } else {
             self.follower.emitted(chart, at)
         };
-        Node {
+        BeamNode {
             at,
             landing: match path.end {
                 End::Landed(landing) => Some(landing),

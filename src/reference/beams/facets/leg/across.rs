@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{Goal, Legs, Line};
+use super::{Goal, LegLine, Legs};
 use crate::geometry::Hull;
 use crate::reference::beams::facets::polygon::is_below;
 use crate::transport::facets::table::Facet;
@@ -101,7 +101,7 @@ impl Legs<'_, '_> {
     /// Which part of the leg's light may pass through a facet's plane: 0 where that is not between
     /// starts and ends; `None` where only cutting tells more than `allowed` of it apart.
     fn part_through(&self, facet: &Facet, allowed: f64) -> Option<f64> {
-        let range = |place: fn(&Line) -> DVec3| {
+        let range = |place: fn(&LegLine) -> DVec3| {
             let heights = self.lines.iter().map(|line| facet.height(place(line)));
             heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), height| {
                 (low.min(height), high.max(height))

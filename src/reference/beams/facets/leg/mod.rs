@@ -8,13 +8,13 @@ mod across;
 
 use glam::{DVec2, DVec3};
 
-use super::polygon::Polygon;
+use super::polygon::LightPolygon;
 use crate::geometry::{Hull, Ray, Shape, TraversalCounters};
 use crate::transport::clearance::Clearance;
 use crate::transport::facets::path::{FacetLight, FacetPaths};
 use crate::transport::facets::table::Facets;
 use crate::transport::first_surface::Source;
-use crate::transport::fixed_signature::next_hit;
+use crate::transport::path_end::next_hit;
 use crate::transport::screen::Screen;
 
 /// Where all light of a leg goes if nothing is in its way.
@@ -66,7 +66,7 @@ pub(super) fn rectangular_receiver<'a>(
 
 /// What may be in the way of a leg.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Way {
+pub(super) enum LegWay {
     /// Nothing, but of this part of the light.
     Clear {
         /// What bends round an edge, where corners do not show it.
@@ -80,7 +80,7 @@ pub(super) enum Way {
 
 /// Where light is on a leg.
 #[derive(Clone, Copy)]
-struct Line {
+struct LegLine {
     ray: Ray,
     end: DVec3,
 }
@@ -118,7 +118,7 @@ pub(super) struct Legs<'a, 'f> {
     /// Points of one plane may be this far from it: u = 2⁻⁵³ of their coordinates, a few times.
     flatness: f64,
     /// Of the polygon's corners first, then of its sides' and diagonals' middles.
-    lines: Vec<Line>,
+    lines: Vec<LegLine>,
     corners: usize,
     hulls: Vec<Hull>,
 }
@@ -152,19 +152,19 @@ impl<'a, 'f> Legs<'a, 'f> {
     /// light or less may meet it, but that part counts as uncertain.
     pub(super) fn way<const N: usize>(
         &mut self,
-        polygon: &Polygon<N>,
+        polygon: &LightPolygon<N>,
         goal: Goal,
         watch: Watch,
         allowed: f64,
-    ) -> Way {
+    ) -> LegWay {
         if !goal.is_known(self.paths, self.screen) {
             // What lands there is followed by other means.
-            return Way::Clear {
+            return LegWay::Clear {
                 uncertain_part: 0.0,
             };
         }
         if self.sweep(polygon, goal).is_none() {
-            return Way::Obstructed;
+            return LegWay::Obstructed;
         }
         self.look(polygon, goal, None, watch, allowed)
     }
@@ -173,14 +173,14 @@ impl<'a, 'f> Legs<'a, 'f> {
     /// obstructed, too, where the shape may not keep back all of its light.
     pub(super) fn way_to_blocker<const N: usize>(
         &mut self,
-        polygon: &Polygon<N>,
+        polygon: &LightPolygon<N>,
         shape: u32,
         watch: Watch,
         allowed: f64,
         counters: &mut TraversalCounters,
-    ) -> Way {
+    ) -> LegWay {
         if self.sweep_to(polygon, shape, counters).is_none() {
-            return Way::Obstructed;
+            return LegWay::Obstructed;
         }
         self.look(polygon, Goal::Away, Some(shape), watch, allowed)
     }
@@ -188,12 +188,12 @@ impl<'a, 'f> Legs<'a, 'f> {
     /// What may be in the hulls of a leg.
     fn look<const N: usize>(
         &self,
-        polygon: &Polygon<N>,
+        polygon: &LightPolygon<N>,
         goal: Goal,
         blocker: Option<u32>,
         watch: Watch,
         allowed: f64,
-    ) -> Way {
+    ) -> LegWay {
         let (mut uncertain_part, mut in_the_way) = (0.0, None);
         let mut seen: Vec<u32> = Vec::new();
         let from = polygon
@@ -226,14 +226,14 @@ impl<'a, 'f> Legs<'a, 'f> {
                 })
         });
         match in_the_way {
-            Some(facet) => Way::Facet(facet),
-            None if is_obstructed => Way::Obstructed,
-            None => Way::Clear { uncertain_part },
+            Some(facet) => LegWay::Facet(facet),
+            None if is_obstructed => LegWay::Obstructed,
+            None => LegWay::Clear { uncertain_part },
         }
     }
 
     /// Finds the lines and hulls of a leg; `None` where some of its light does not get there.
-    fn sweep<const N: usize>(&mut self, polygon: &Polygon<N>, goal: Goal) -> Option<()> {
+    fn sweep<const N: usize>(&mut self, polygon: &LightPolygon<N>, goal: Goal) -> Option<()> {
         self.lines.clear();
         self.hulls.clear();
         for corner in &polygon.corners {
@@ -242,13 +242,13 @@ impl<'a, 'f> Legs<'a, 'f> {
         }
         self.corners = self.lines.len();
         // The side that a triangle of the fan shares with the one before.
-        let mut shared: Option<Line> = None;
+        let mut shared: Option<LegLine> = None;
         for index in 1..self.corners.saturating_sub(1) {
             let (next, state) = (index + 1, polygon.corners[0].state);
             let middle = |legs: &mut Self, a: usize, b: usize| {
                 let [p, q] = [a, b].map(|corner| legs.lines[corner]);
                 if legs.is_affine() {
-                    return Some(Line {
+                    return Some(LegLine {
                         ray: Ray::new(0.5 * (p.ray.origin + q.ray.origin), p.ray.direction),
                         end: 0.5 * (p.end + q.end),
                     });
@@ -276,21 +276,21 @@ impl<'a, 'f> Legs<'a, 'f> {
     }
 
     /// A line up to its goal; `None` where that is not before it.
-    fn line(&self, ray: &Ray, goal: Goal) -> Option<Line> {
+    fn line(&self, ray: &Ray, goal: Goal) -> Option<LegLine> {
         let end = match goal {
             Goal::Away => ray.at(self.clearance.way_out(ray.origin)),
             _ => goal.place(self.paths, self.screen, ray)?,
         };
         // At an edge that two facets share, the distance is zero, give or take its rounding.
         let is_ahead = (end - ray.origin).dot(ray.direction) >= -self.flatness;
-        is_ahead.then_some(Line { ray: *ray, end })
+        is_ahead.then_some(LegLine { ray: *ray, end })
     }
 
     /// Finds the lines and hulls of a leg to a shape that is not flat; `None` where that may not keep
     /// back all of its light.
     fn sweep_to<const N: usize>(
         &mut self,
-        polygon: &Polygon<N>,
+        polygon: &LightPolygon<N>,
         shape: u32,
         counters: &mut TraversalCounters,
     ) -> Option<()> {
@@ -307,7 +307,7 @@ impl<'a, 'f> Legs<'a, 'f> {
                 .paths
                 .search_ray(&light, &polygon.chain, polygon.events);
             let (along, hit) = next_hit(self.paths.scene(), ray, counters)?;
-            let line = Line {
+            let line = LegLine {
                 ray: light.ray,
                 end: along.at(hit.distance),
             };

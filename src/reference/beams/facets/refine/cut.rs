@@ -4,7 +4,7 @@ use glam::DVec2;
 
 use super::{FacetRefiner, MAX_CUTS};
 use crate::reference::beams::facets::leg::Goal;
-use crate::reference::beams::facets::polygon::{Cut, Parts, Polygon, Sight};
+use crate::reference::beams::facets::polygon::{LegEnd, LightPolygon, Parts, PolygonCut};
 use crate::reference::beams::refine::Refiner;
 use crate::transport::facets::path::FacetLight;
 use crate::transport::first_surface::Source;
@@ -14,7 +14,7 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
     /// the way; the rest waits.
     pub(super) fn cut_out(
         &mut self,
-        mut polygon: Polygon<N>,
+        mut polygon: LightPolygon<N>,
         facet: u32,
         short_of: Option<Goal>,
         generic: &mut Refiner<'_, '_, N>,
@@ -33,21 +33,21 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
             values.clear();
             values.extend(polygon.corners.iter().map(side));
             match polygon.cut(&values, self.paths) {
-                Cut::Above => {}
-                Cut::Below => {
+                PolygonCut::Above => {}
+                PolygonCut::Below => {
                     if short_of.is_none() {
                         // A ray through it met the facet: a sliver on the facet's edge.
-                        self.settle(polygon, Sight::Facet(facet), generic);
+                        self.settle(polygon, LegEnd::Facet(facet), generic);
                     } else if was_cut {
                         // The light that may meet the facet is on the other side of the cut.
                         self.pending.push(polygon);
                     } else {
                         let area = polygon.area();
-                        self.divide(&polygon, area, Sight::Facet(facet), generic);
+                        self.divide(&polygon, area, LegEnd::Facet(facet), generic);
                     }
                     return;
                 }
-                Cut::Through(parts) => {
+                PolygonCut::Through(parts) => {
                     let Some([mut inside, rest]) =
                         self.split(&polygon, parts, &values, side, generic)
                     else {
@@ -63,19 +63,19 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
         }
         let area = polygon.area();
         let Some(goal) = short_of else {
-            self.go_on(polygon, area, Sight::Facet(facet), generic);
+            self.go_on(polygon, area, LegEnd::Facet(facet), generic);
             return;
         };
         if !was_cut && self.cut_where_surfaces_cross(&polygon, facet, goal, generic) {
             return;
         }
         if self.may_go_to_a_facet(&polygon) {
-            self.go_on(polygon, area, Sight::Facet(facet), generic);
+            self.go_on(polygon, area, LegEnd::Facet(facet), generic);
         } else if was_cut {
             // Within its edges the facet may be behind something else, the receiver may be what it is: a ray will show that.
             self.pending.push(polygon);
         } else {
-            self.divide(&polygon, area, Sight::Facet(facet), generic);
+            self.divide(&polygon, area, LegEnd::Facet(facet), generic);
         }
     }
 
@@ -83,7 +83,7 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
     /// facet's outline: the facet crosses the surface that the leg starts or ends on.
     fn cut_where_surfaces_cross(
         &mut self,
-        polygon: &Polygon<N>,
+        polygon: &LightPolygon<N>,
         facet: u32,
         goal: Goal,
         generic: &mut Refiner<'_, '_, N>,
@@ -103,7 +103,7 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
     /// `false` where it is nowhere zero, or not known everywhere.
     fn cut_along(
         &mut self,
-        polygon: &Polygon<N>,
+        polygon: &LightPolygon<N>,
         side: impl Fn(&FacetLight<N>) -> Option<f64>,
         generic: &mut Refiner<'_, '_, N>,
     ) -> bool {
@@ -111,7 +111,7 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
         let Some(values) = values else {
             return false;
         };
-        let Cut::Through(parts) = polygon.cut(&values, self.paths) else {
+        let PolygonCut::Through(parts) = polygon.cut(&values, self.paths) else {
             return false;
         };
         let bent = |light: &FacetLight<N>| side(light).unwrap_or(f64::INFINITY);
@@ -125,12 +125,12 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
     /// cut's line is too bent for it to be straight: the polygon is halved instead.
     fn split(
         &mut self,
-        polygon: &Polygon<N>,
+        polygon: &LightPolygon<N>,
         parts: Parts<N>,
         values: &[f64],
         side: impl Fn(&FacetLight<N>) -> f64,
         generic: &mut Refiner<'_, '_, N>,
-    ) -> Option<[Polygon<N>; 2]> {
+    ) -> Option<[LightPolygon<N>; 2]> {
         let area = polygon.area();
         let weight = self.strength * polygon.largest_weight();
         let uncertain_area = self.bow(polygon, &parts.line, values, side) * area;
@@ -155,7 +155,7 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
     /// The area between an arc and its chord is 2/3 of height and length; ends may be off as well.
     fn bow(
         &self,
-        polygon: &Polygon<N>,
+        polygon: &LightPolygon<N>,
         line: &[DVec2; 2],
         values: &[f64],
         side: impl Fn(&FacetLight<N>) -> f64,

@@ -4,11 +4,11 @@ use super::FacetRefiner;
 use crate::geometry::Shape;
 use crate::reference::beams::facets::chart_of;
 use crate::reference::beams::facets::land::{deposit_uncertain_area, node};
-use crate::reference::beams::facets::polygon::{Polygon, Sight};
+use crate::reference::beams::facets::polygon::{LegEnd, LightPolygon};
 use crate::reference::beams::refine::Refiner;
 use crate::transport::facets::path::FacetLight;
-use crate::transport::first_surface::{Chart, SurfacePatch};
-use crate::transport::fixed_signature::next_hit;
+use crate::transport::first_surface::{SurfaceChart, SurfacePatch};
+use crate::transport::path_end::next_hit;
 
 /// At most this many things that are not flat are passed over in search of the next facet.
 const MAX_OBSTACLES: u32 = 8;
@@ -18,9 +18,9 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
     /// cells find the border. Where these see none, all of its light is uncertain.
     pub(super) fn divide(
         &mut self,
-        polygon: &Polygon<N>,
+        polygon: &LightPolygon<N>,
         area: f64,
-        sight: Sight,
+        sight: LegEnd,
         generic: &mut Refiner<'_, '_, N>,
     ) {
         if self.is_worth_halving(polygon, area)
@@ -43,12 +43,12 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
     }
 
     /// Books all light of a polygon as uncertain where it falls if nothing but facets is in its way.
-    fn doubt(&mut self, mut polygon: Polygon<N>, sight: Sight) {
+    fn doubt(&mut self, mut polygon: LightPolygon<N>, sight: LegEnd) {
         let mut sight = Some(sight);
         while polygon.events < self.paths.events() {
             let facet = match sight.take() {
                 _ if polygon.events == 0 => polygon.chain[0],
-                Some(Sight::Facet(facet)) => facet,
+                Some(LegEnd::Facet(facet)) => facet,
                 _ => match self.next_facet(&polygon) {
                     Some(facet) => facet,
                     None => return,
@@ -74,7 +74,7 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
     }
 
     /// The facet that a polygon's middle would meet next if all that is not flat were not there.
-    fn next_facet(&mut self, polygon: &Polygon<N>) -> Option<u32> {
+    fn next_facet(&mut self, polygon: &LightPolygon<N>) -> Option<u32> {
         let scene = self.paths.scene();
         let middle = polygon.area_and_middle().1;
         let light: FacetLight<N> = self.paths.follow(&polygon.chain, polygon.events, middle);
@@ -98,7 +98,11 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
     }
 
     /// Lets cells do the rest.
-    pub(super) fn give_back(&mut self, polygon: &Polygon<N>, generic: &mut Refiner<'_, '_, N>) {
+    pub(super) fn give_back(
+        &mut self,
+        polygon: &LightPolygon<N>,
+        generic: &mut Refiner<'_, '_, N>,
+    ) {
         let chart = self.chart(polygon);
         for corners in polygon.fan() {
             let corners = corners.map(|corner| corner.at);
@@ -107,7 +111,7 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
     }
 
     /// The chart of a polygon's coordinates.
-    fn chart(&self, polygon: &Polygon<N>) -> Chart {
+    fn chart(&self, polygon: &LightPolygon<N>) -> SurfaceChart {
         let facets = self.paths.facets();
         let facet = polygon.chain[0];
         let shape = &self.paths.scene().world().shapes()[facets.get(facet).shape as usize];

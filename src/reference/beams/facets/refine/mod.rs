@@ -3,21 +3,22 @@
 mod cut;
 mod divide;
 mod stop;
+mod stopper;
 
 use glam::DVec2;
 
-use self::stop::Stopper;
-use super::land::{Landing, land};
-use super::leg::{Goal, Legs, Watch, Way};
-use super::polygon::{Polygon, Sight};
+use self::stopper::Stopper;
+use super::land::{PolygonLanding, land};
+use super::leg::{Goal, LegWay, Legs, Watch};
+use super::polygon::{LegEnd, LightPolygon};
 use crate::geometry::TraversalCounters;
-use crate::reference::beams::deposit::Patch;
+use crate::reference::beams::deposit::TexelBlock;
 use crate::reference::beams::film::BeamFilm;
 use crate::reference::beams::refine::{Balance, Refiner};
 use crate::transport::clearance::Clearance;
 use crate::transport::facets::path::{FacetLight, FacetPaths};
 use crate::transport::first_surface::Fan;
-use crate::transport::fixed_signature::{End, next_hit};
+use crate::transport::path_end::{End, next_hit};
 use crate::transport::screen::Screen;
 
 /// No polygon is cut more often on one leg; what is left is given to the generic refiner.
@@ -39,8 +40,8 @@ pub struct FacetRefiner<'a, 'f, const N: usize> {
     tolerance: f64,
     /// Flux of light whose weight is one \[W\].
     strength: f64,
-    pending: Vec<Polygon<N>>,
-    patch: Patch<N>,
+    pending: Vec<LightPolygon<N>>,
+    patch: TexelBlock<N>,
     /// What was found so far, without what was given back.
     pub balance: Balance<N>,
     /// Work done so far, without what was given back.
@@ -65,7 +66,7 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
             tolerance,
             strength: strength.0.iter().fold(0.0_f64, |all, &one| all.max(one)),
             pending: Vec::new(),
-            patch: Patch::default(),
+            patch: TexelBlock::default(),
             balance: Balance::default(),
             counters: TraversalCounters::default(),
         }
@@ -83,7 +84,7 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
             .map(|&corner| self.paths.follow(&chain, 0, entry.coordinates(corner)))
             .collect();
         self.pending.clear();
-        self.pending.push(Polygon {
+        self.pending.push(LightPolygon {
             corners,
             chain,
             events: 0,
@@ -124,7 +125,7 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
     }
 
     /// The next leg of a polygon, or its end.
-    fn follow(&mut self, polygon: Polygon<N>, generic: &mut Refiner<'_, '_, N>) {
+    fn follow(&mut self, polygon: LightPolygon<N>, generic: &mut Refiner<'_, '_, N>) {
         let (area, middle) = polygon.area_and_middle();
         if polygon.corners.len() < 3 || area <= NOTHING * polygon.whole {
             return;
@@ -142,7 +143,7 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
             return;
         }
         match self.sight(&polygon, middle) {
-            Sight::Facet(facet) if !Self::is_entry(&polygon, facet) => {
+            LegEnd::Facet(facet) if !Self::is_entry(&polygon, facet) => {
                 self.cut_out(polygon, facet, None, generic);
             }
             sight => self.go_on(polygon, area, sight, generic),
@@ -150,7 +151,7 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
     }
 
     /// Whether light within a polygon did not end, as that of its corners did.
-    fn is_any_on_its_way(&self, polygon: &Polygon<N>, middle: DVec2) -> bool {
+    fn is_any_on_its_way(&self, polygon: &LightPolygon<N>, middle: DVec2) -> bool {
         let is_on_its_way = |at: DVec2| {
             let light: FacetLight<N> = self.paths.follow(&polygon.chain, polygon.events, at);
             light.is_on_its_way()
@@ -165,17 +166,17 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
     }
 
     /// Whether the facet is the one that the polygon starts on, seen from the source.
-    fn is_entry(polygon: &Polygon<N>, facet: u32) -> bool {
+    fn is_entry(polygon: &LightPolygon<N>, facet: u32) -> bool {
         polygon.events == 0 && polygon.chain[0] == facet
     }
 
     /// Whether a polygon's next event may be on whatever facet it meets.
-    fn may_go_to_a_facet(&self, polygon: &Polygon<N>) -> bool {
+    fn may_go_to_a_facet(&self, polygon: &LightPolygon<N>) -> bool {
         polygon.events > 0 && polygon.events < self.paths.events()
     }
 
     /// What light at coordinates `at` meets next.
-    fn sight(&mut self, polygon: &Polygon<N>, at: DVec2) -> Sight {
+    fn sight(&mut self, polygon: &LightPolygon<N>, at: DVec2) -> LegEnd {
         let scene = self.paths.scene();
         let light: FacetLight<N> = self.paths.follow(&polygon.chain, polygon.events, at);
         let ray = self
@@ -187,24 +188,29 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
             let ray = found.as_ref().map_or(ray, |(ray, _)| *ray);
             let (end, ..) = self.screen.end(scene, &ray, hit, &mut self.counters);
             if matches!(end, End::Landed(_)) {
-                return Sight::Sensor;
+                return LegEnd::Sensor;
             }
         }
         let Some(hit) = hit else {
-            return Sight::Away;
+            return LegEnd::Away;
         };
         let is_between = self.may_go_to_a_facet(polygon);
         let material = scene.material_of(hit.shape);
         match self.paths.facets().of(hit.shape, hit.face) {
-            Some(facet) => Sight::Facet(facet),
-            None if is_between && material.is_specular(scene.materials()) => Sight::Curved,
-            None => Sight::Blocked(hit.shape),
+            Some(facet) => LegEnd::Facet(facet),
+            None if is_between && material.is_specular(scene.materials()) => LegEnd::Curved,
+            None => LegEnd::Blocked(hit.shape),
         }
     }
 
     /// Of light that may not all meet the same: halves it where that is worth while, or else takes it
     /// for what was seen, and all of it as uncertain.
-    fn settle(&mut self, mut polygon: Polygon<N>, sight: Sight, generic: &mut Refiner<'_, '_, N>) {
+    fn settle(
+        &mut self,
+        mut polygon: LightPolygon<N>,
+        sight: LegEnd,
+        generic: &mut Refiner<'_, '_, N>,
+    ) {
         let area = polygon.area_and_middle().0;
         if self.is_worth_halving(&polygon, area) {
             self.part(&polygon, area, generic);
@@ -214,37 +220,37 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
         }
     }
 
-    fn is_worth_halving(&self, polygon: &Polygon<N>, area: f64) -> bool {
+    fn is_worth_halving(&self, polygon: &LightPolygon<N>, area: f64) -> bool {
         area * self.strength * polygon.largest_weight() > self.tolerance && polygon.cuts <= MAX_CUTS
     }
 
     /// To the next leg, or to the end, if nothing is in the way.
     fn go_on(
         &mut self,
-        mut polygon: Polygon<N>,
+        mut polygon: LightPolygon<N>,
         area: f64,
-        sight: Sight,
+        sight: LegEnd,
         generic: &mut Refiner<'_, '_, N>,
     ) {
         let event = polygon.events;
         let goal = match sight {
-            Sight::Facet(facet)
+            LegEnd::Facet(facet)
                 if self.may_go_to_a_facet(&polygon) || Self::is_entry(&polygon, facet) =>
             {
                 Goal::Facet(facet)
             }
             // It is met where it must not be.
-            Sight::Facet(facet) => {
+            LegEnd::Facet(facet) => {
                 self.stop(polygon, area, Stopper::Facet(facet), generic);
                 return;
             }
-            Sight::Blocked(shape) => {
+            LegEnd::Blocked(shape) => {
                 self.stop(polygon, area, Stopper::Shape(shape), generic);
                 return;
             }
-            Sight::Sensor => Goal::Receiver,
-            Sight::Away => Goal::Away,
-            Sight::Curved => {
+            LegEnd::Sensor => Goal::Receiver,
+            LegEnd::Away => Goal::Away,
+            LegEnd::Curved => {
                 self.give_back(&polygon, generic);
                 return;
             }
@@ -253,7 +259,7 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
         if polygon.uncertain_area < area {
             let allowed = self.allowed(&polygon, area);
             match self.legs.way(&polygon, goal, Watch::Everything, allowed) {
-                Way::Clear { uncertain_part } => {
+                LegWay::Clear { uncertain_part } => {
                     // What cuts along the same edges made uncertain is the same light.
                     polygon.uncertain_area =
                         polygon.uncertain_area.max(uncertain_part * area).min(area);
@@ -262,11 +268,11 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
                         return;
                     }
                 }
-                Way::Facet(facet) => {
+                LegWay::Facet(facet) => {
                     self.cut_out(polygon, facet, Some(goal), generic);
                     return;
                 }
-                Way::Obstructed => {
+                LegWay::Obstructed => {
                     self.divide(&polygon, area, sight, generic);
                     return;
                 }
@@ -291,7 +297,7 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
                     self.tolerance,
                 );
                 match landing {
-                    Landing::Done {
+                    PolygonLanding::Done {
                         received,
                         uncertain,
                     } => {
@@ -299,21 +305,21 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
                         self.balance.uncertain += uncertain;
                         self.book(&polygon, area);
                     }
-                    Landing::TooBent => self.part(&polygon, area, generic),
-                    Landing::NotForced => self.give_back(&polygon, generic),
+                    PolygonLanding::TooBent => self.part(&polygon, area, generic),
+                    PolygonLanding::NotForced => self.give_back(&polygon, generic),
                 }
             }
         }
     }
 
     /// Which part of a polygon may be uncertain: light that bends round an edge.
-    fn allowed(&self, polygon: &Polygon<N>, area: f64) -> f64 {
+    fn allowed(&self, polygon: &LightPolygon<N>, area: f64) -> f64 {
         let flux = area * self.strength * polygon.largest_weight();
         (self.tolerance / flux).min(MOST_UNCERTAIN)
     }
 
     /// A polygon's next event, on a facet that is the last of its chain.
-    fn meet(&self, polygon: &mut Polygon<N>, facet: u32) {
+    fn meet(&self, polygon: &mut LightPolygon<N>, facet: u32) {
         for corner in &mut polygon.corners {
             *corner = self.paths.onward(corner, facet, polygon.events);
         }
@@ -322,7 +328,7 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
     }
 
     /// What set out towards a finished polygon.
-    fn book(&mut self, polygon: &Polygon<N>, area: f64) {
+    fn book(&mut self, polygon: &LightPolygon<N>, area: f64) {
         let emitted: f64 = polygon.corners.iter().map(|corner| corner.emitted).sum();
         self.balance.emitted +=
             area * emitted * self.paths.source().strength().mean() / polygon.corners.len() as f64;
@@ -330,7 +336,7 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
     }
 
     /// Halves it where that is worth while.
-    fn part(&mut self, polygon: &Polygon<N>, area: f64, generic: &mut Refiner<'_, '_, N>) {
+    fn part(&mut self, polygon: &LightPolygon<N>, area: f64, generic: &mut Refiner<'_, '_, N>) {
         if self.is_worth_halving(polygon, area)
             && let Some(halves) = polygon.halves(self.paths)
         {
