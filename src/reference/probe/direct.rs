@@ -1,6 +1,6 @@
 //! Light that comes straight from an emitter.
 
-use super::SpecularPath;
+use super::found::SpecularPath;
 use super::map::{LightMap, LightPlace};
 use super::path::{is_at_target, light_path};
 use crate::geometry::TraversalCounters;

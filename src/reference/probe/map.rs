@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-use super::ProbeSettings;
+use super::settings::ProbeSettings;
 use super::target::{ProbeTarget, TargetImage};
 use crate::geometry::TraversalCounters;
 use crate::scene::Scene;

@@ -3,7 +3,7 @@
 use glam::DVec2;
 
 use super::map::{LightPlace, MapTracer};
-use super::search::{LightPiece, Sheet};
+use super::sheet::{LightPiece, Sheet};
 use super::target::TargetImage;
 use crate::transport::differentials::ChainStep;
 

@@ -2,9 +2,9 @@
 
 use glam::{DMat2, DVec2, DVec3};
 
+use super::found::{SpecularPath, Vertex};
 use super::map::{LightMap, LightPlace, MapTracer};
 use super::newton::Root;
-use super::{SpecularPath, Vertex};
 use crate::geometry::{Hit, SurfacePoint, TraversalCounters};
 use crate::transport::differentials::{ChainStep, Landing, signature};
 use crate::transport::domain::DeltaEmission;
