@@ -1,9 +1,9 @@
-//! One light path with fixed signature: from a place on a first surface to the sensor.
+//! Light paths of one fixed signature: from a place on a first surface to the sensor.
 //!
-//! Where a chain follows light wherever it goes, this asks of one signature only: does light that
-//! starts at this place get to the sensor by these events, where, and how much of it? It also
-//! remembers *which* surfaces took part: two neighbouring paths are of one smooth topology only
-//! where these are the same.
+//! A chain follows light wherever it goes. Here the question is about one signature only: does light that
+//! starts at this place get to the sensor by these events, to which place, and how much of it? The answer
+//! includes *which* surfaces took part, the path's topology: two neighbouring paths belong to one smooth map
+//! only if their topologies are equal.
 
 use glam::{DVec2, DVec3};
 
@@ -19,27 +19,27 @@ use crate::scene::{Material, Scene};
 /// A path of fixed signature, followed to its end.
 #[derive(Clone, Copy, Debug)]
 pub struct PathEnd<const N: usize> {
-    /// How it ended.
+    /// The path's end.
     pub end: End,
-    /// What arrives of light that sets out with the source's strength; black where it did not land.
+    /// Throughput from the source's strength to what arrives; black if the path did not land.
     pub throughput: Flux<N>,
-    /// The light that set out, for a unit of chart area and of the source's strength:
-    /// strength · emitted · area is flux \[W\].
+    /// The light that set out, for a unit of chart area and of the source's strength: strength · emitted ·
+    /// area is flux \[W\].
     pub emitted: f64,
-    /// The same for two paths that ended the same way by way of the same smooth surfaces.
+    /// Topology: the same number for two paths that ended the same way by way of the same smooth surfaces.
     pub topology: u64,
 }
 
-/// Where a path goes after its last event, whatever it meets there.
+/// The last leg of a path, after its last event, whatever it meets there.
 #[derive(Clone, Copy, Debug)]
 pub struct LastLeg<const N: usize> {
-    /// From the last surface.
+    /// The ray from the last surface.
     pub ray: Ray,
-    /// The share (0..=1) that goes on along it of the light that set out.
+    /// The share (0..=1) of the light that set out which goes on along it.
     pub share: Flux<N>,
 }
 
-/// Follows paths of one source through one scene to one sensor.
+/// Follower of paths of one source through one scene to one sensor.
 pub struct PathFollower<'a, const N: usize> {
     scene: &'a Scene,
     source: &'a Source,
@@ -93,26 +93,26 @@ impl<'a, const N: usize> PathFollower<'a, N> {
             .map_or(0.0, |(place, arrival)| arrival.emitted(&place))
     }
 
-    /// What it falls on.
+    /// The screen that the light falls on.
     pub fn screen(&self) -> &'a Screen<'a> {
         self.screen
     }
 
-    /// How many events a path has until its last leg.
+    /// Number of events that a path has until its last leg.
     pub fn events(&self) -> usize {
         self.events.len()
     }
 
-    /// The path that meets the chart's surface at `at`. `in_sight` says that nothing is between
-    /// the source and the surface, where that is known.
+    /// The path that meets the chart's surface at `at`. `in_sight` is true if it is known that nothing is
+    /// between the source and the surface; then that is not tested.
     #[inline]
     pub fn follow(&mut self, chart: &SurfaceChart, at: DVec2, in_sight: bool) -> PathEnd<N> {
         self.follow_legs(chart, at, in_sight, |_, _| {})
     }
 
-    /// As [`Self::follow`]; tells `leg` of each straight part of the path as it is found: the ray
-    /// along it, and what it met. The first one ends at the chart's surface, whether that is seen
-    /// or not; later ones start past any surface that changes nothing.
+    /// The same path as of [`Self::follow`]. `leg` is called with each straight part of the path as it is
+    /// found: the ray along it, and its hit. The first part ends at the chart's surface, even if something
+    /// hides that; later ones start past any surface that changes nothing.
     #[inline]
     pub fn follow_legs(
         &mut self,
@@ -191,10 +191,13 @@ impl<'a, const N: usize> PathFollower<'a, N> {
         dark(End::Stopped, emitted, &topology)
     }
 
-    /// Paths from a place up to `max_depth` events: all branches of the first `split_depth` events with at least
-    /// `least` of the light, and from there on one branch only, chosen with the probability of its share by
-    /// a number in 0..1 that `choice` makes of the events so far. Tells `found` of each path its signature, its
-    /// last leg, how it ended, and the probability of all choices on the way. Whether the source sees the place is looked at.
+    /// Follows paths from a place up to `max_depth` events.
+    ///
+    /// They are all branches of the first `split_depth` events that keep at least `least` of the light; from
+    /// there on each has one branch only. That branch is chosen with the probability of its share, by a
+    /// number in 0..1 that `choice` makes of the events so far. `found` is called for each path with its
+    /// signature, its last leg, its end, and the probability of all choices on the way. Nothing is found if
+    /// something hides the place from the source.
     pub fn follow_some(
         &mut self,
         chart: &SurfaceChart,
@@ -274,7 +277,7 @@ impl<'a, const N: usize> PathFollower<'a, N> {
         }
     }
 
-    /// The last leg.
+    /// The end of a path whose last leg is `ray`.
     #[inline]
     fn land(
         &mut self,
@@ -308,17 +311,18 @@ impl<'a, const N: usize> PathFollower<'a, N> {
         next_hit(self.scene, ray, &mut self.counters)
     }
 
-    /// Whether nothing but passed surfaces is between the source and a place of the chart.
+    /// True if only passed surfaces are between the source and a place of the chart.
     fn sees(&mut self, arrival: &SourceRay, chart: &SurfaceChart) -> bool {
         let scene = self.scene;
         let own = chart.shape();
-        // Another surface at the place itself is not in front of it. Both distances are sums of coordinates, each with
-        // some sixteen roundings, which count by 1/cos θ: up to 64 times. What is nearer than that to grazing is no light to speak of.
+        // Another surface at the place itself is not in front of it. Both distances are sums of coordinates,
+        // each with some sixteen roundings, which count by 1/cos θ: up to 64 times. Light that is nearer to
+        // grazing than that is negligible.
         let place = arrival.ray.at(arrival.distance);
         let size = arrival.distance + place.length() + arrival.ray.origin.length();
         let near = arrival.distance - 16.0 * 64.0 * (0.5 * f64::EPSILON) * size;
-        // The surface itself is met again within rounding, at a grazing angle within its square
-        // root. Light that a tube lets in that near to grazing is its square.
+        // The surface itself is met again within rounding, or at a grazing angle within the square root of
+        // that. Light that a tube lets in that near to grazing is the square of it.
         let own_near = near - 1e-6 * scene.world().shapes()[own as usize].bounds().radius();
         let convex = matches!(chart, SurfaceChart::Cap { .. });
         !scene.world().any_hit(
@@ -336,8 +340,8 @@ impl<'a, const N: usize> PathFollower<'a, N> {
     }
 }
 
-/// Light that travels along `direction` at a point of `shape`, after `event`: the share (0..=1) of
-/// its flux that goes on, and where; `None` where no light goes on that way.
+/// Light that travels along `direction` at a point of `shape`, after `event`: the share (0..=1) of its flux
+/// that goes on, and its new branch; `None` if no light goes on that way.
 #[inline]
 pub(super) fn leave<const N: usize>(
     scene: &Scene,
@@ -374,8 +378,8 @@ fn end_mark(end: End) -> u64 {
     }
 }
 
-/// After the last event all light that does not get to the sensor is one topology: whatever it meets
-/// instead, it is lost.
+/// Mark of a last leg's end. All light that does not get to the sensor after its last event has one topology,
+/// whatever it meets: it is lost.
 fn last_end_mark(end: End) -> u64 {
     match end {
         End::Landed(_) => 1,
@@ -383,7 +387,7 @@ fn last_end_mark(end: End) -> u64 {
     }
 }
 
-/// Which surfaces took part so far, as a hash.
+/// The surfaces that took part so far, as a hash.
 #[derive(Clone, Copy, Default)]
 struct Topology(u64);
 
@@ -397,8 +401,8 @@ impl Topology {
         self.0 = z ^ (z >> 31);
     }
 
-    /// A surface was met. Faces of a mesh whose normals are interpolated are one smooth surface;
-    /// flat faces are a surface each.
+    /// Adds a surface that the path met. Faces of a mesh whose normals are interpolated are one smooth
+    /// surface; flat faces are a surface each.
     #[inline]
     fn pass(&mut self, scene: &Scene, shape: u32, face: u32, front: bool) {
         let facet = match &scene.world().shapes()[shape as usize] {
@@ -408,8 +412,8 @@ impl Topology {
         self.mix(u64::from(shape) << 34 | facet << 1 | u64::from(front));
     }
 
-    /// It sent on this share of the light: all of it (total reflection, a metal) or a part, which
-    /// has a kink between.
+    /// Adds an event that sent on this share of the light: all of it (total reflection, a metal) or a part. A
+    /// kink is between the two.
     #[inline]
     fn event(&mut self, share: f64) {
         self.mix(u64::from(share == 1.0));

@@ -1,4 +1,4 @@
-//! The end of a straight part of a path: the next surface in its way, and how the last part ends.
+//! Ends of paths, and of their straight parts: the next surface on the way.
 
 use glam::DVec2;
 
@@ -6,23 +6,24 @@ use super::chain::MAX_PASSES;
 use crate::geometry::{Hit, Ray, TraversalCounters};
 use crate::scene::Scene;
 
-/// How a path of fixed signature ended.
+/// The end of a path of fixed signature.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum End {
     /// On the sensor's surface or its extension, at these film coordinates, in texels.
     Landed(DVec2),
-    /// Nothing is there any more: it left the scene.
+    /// Nowhere: it left the scene.
     Escaped,
-    /// On the way to the first surface, something else was met.
+    /// At something before the first surface, which hides that.
     Hidden,
-    /// An interface that has no light to give to the next event: total reflection. Where it sets in,
-    /// no geometry shows.
+    /// At an interface that has no light to give to the next event: total reflection. No geometry shows where
+    /// it sets in.
     TurnedBack,
-    /// A surface that ends it.
+    /// At a surface that ends it.
     Stopped,
 }
 
-/// The next surface that is not passed as if nothing were there, and the ray from the last that was.
+/// The next surface that is not passed as if nothing were there, and the ray to it from the last surface that
+/// was.
 #[inline]
 pub fn next_hit(
     scene: &Scene,

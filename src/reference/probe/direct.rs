@@ -5,9 +5,9 @@ use super::map::{LightMap, LightPlace};
 use super::path::{is_at_target, light_path};
 use crate::geometry::TraversalCounters;
 
-/// The paths without a specular event, one an emitter at most: their places on the charts are known.
+/// The paths without a specular event, at most one an emitter: their places on the charts are known.
 ///
-/// What stands in the way of part of the light (a mask) takes its share.
+/// A mask that stands in the way takes its share of the light.
 pub(super) fn direct_paths(map: &LightMap, counters: &mut TraversalCounters) -> Vec<SpecularPath> {
     let target = map.target.point().position;
     let mut paths: Vec<SpecularPath> = Vec::new();

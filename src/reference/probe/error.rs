@@ -6,7 +6,7 @@ use crate::transport::domain::LightSpaceError;
 use crate::transport::receiver::ReceiverError;
 use crate::transport::signature::MAX_EVENTS;
 
-/// Why a point cannot be probed.
+/// The reason why a point cannot be probed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ProbeError {
     /// The sensor measures no surface with parameters.
@@ -24,10 +24,10 @@ pub enum ProbeError {
          emitters of plugin point, spot and directional are allowed"
     )]
     AreaEmitter {
-        /// Counted from 1, in the scene's order.
+        /// The emitter, counted from 1 in the scene's order.
         emitter: usize,
     },
-    /// Deeper than a signature can tell.
+    /// The depth is larger than a signature can hold.
     #[error("max_depth = {0}: allowed are 0 to {MAX_EVENTS}")]
     Depth(u32),
 }

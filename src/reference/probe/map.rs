@@ -16,7 +16,7 @@ pub(super) struct LightPlace {
     pub at: DVec2,
 }
 
-/// What everything here looks at.
+/// The scene, light, target and settings of one probe.
 pub(super) struct LightMap<'a> {
     pub scene: &'a Scene,
     pub light: &'a LightSpace,
@@ -24,7 +24,7 @@ pub(super) struct LightMap<'a> {
     pub settings: &'a ProbeSettings,
 }
 
-/// The map on one thread.
+/// The map as one thread traces it.
 pub(super) struct MapTracer<'a> {
     map: &'a LightMap<'a>,
     follower: Follower<'a>,
@@ -45,7 +45,7 @@ impl<'a> LightMap<'a> {
         }
     }
 
-    /// The ray that starts at a place. All emitters have been checked to be without size.
+    /// The ray that starts at a place. Only emitters without size are allowed, and that was checked.
     pub fn emission(&self, place: LightPlace) -> Option<DeltaEmission> {
         self.light.charts()[place.chart].delta_emission(place.at)
     }
@@ -69,7 +69,7 @@ impl<'a> LightMap<'a> {
 }
 
 impl MapTracer<'_> {
-    /// Where light of a place lands, by chain; all of the Fresnel tree.
+    /// The landings of a place's light, by chain, over all of the Fresnel tree.
     pub fn images(
         &mut self,
         place: LightPlace,
@@ -91,7 +91,7 @@ impl MapTracer<'_> {
         self.follower.first_shape(&beam)
     }
 
-    /// Where light of a place lands by one chain, whatever is in the way.
+    /// The landing of a place's light by one chain, whatever is in the way.
     pub fn image_along(&mut self, place: LightPlace, chain: &[ChainStep]) -> Option<TargetImage> {
         let beam = self.beam(place)?;
         let landing = self.follower.along(&beam, chain)?;

@@ -1,4 +1,4 @@
-//! From a point to all light that reaches it.
+//! Probe runs: all light that reaches a point.
 
 use glam::DVec2;
 
@@ -16,8 +16,8 @@ use crate::transport::domain::{LightSpace, LightSpaceError};
 use crate::transport::receiver::Receiver;
 use crate::transport::signature::MAX_EVENTS;
 
-/// Finds every specular path from the scene's emitters to the point at `uv` of the shape that `sensor` measures,
-/// and direct light.
+/// Finds every specular path from the scene's emitters to the point at `uv` of the shape that `sensor`
+/// measures, and direct light.
 ///
 /// # Errors
 ///
@@ -31,13 +31,15 @@ pub fn probe(
     probe_until(scene, sensor, uv, settings, &|| false)
 }
 
-/// As [`probe`], until `stop` says so: then what was found by that time.
+/// Finds the same as [`probe`], until `stop` returns true; then the result is what was found by that time.
 ///
-/// The crop of the sensor's film does not matter. Results that nothing stopped are the same bits on any number of threads.
+/// The crop of the sensor's film does not matter. Results of runs that nothing stopped are the same bits on
+/// any number of threads.
 ///
 /// # Errors
 ///
-/// Where the sensor is no irradiance meter on a shape with (u, v), `uv` is outside of it, or an emitter has a surface.
+/// If the sensor is no irradiance meter on a shape with (u, v), if `uv` is outside of it, or if an emitter
+/// has a surface.
 pub fn probe_until(
     scene: &Scene,
     sensor: &Sensor,

@@ -1,4 +1,4 @@
-//! Dividing light space until every chain is away from the target, or meets it once at most.
+//! Division of light space until every chain is away from the target, or meets it once at most.
 
 use std::collections::BTreeMap;
 
@@ -14,16 +14,18 @@ use crate::geometry::TraversalCounters;
 use crate::transport::differentials::{ChainStep, signature};
 use crate::transport::signature::Signature;
 
-/// A patch is divided at most so often: 2⁻³⁰ of a cell, where some 2¹⁶ places of a coordinate are left to a patch. Two roots this
-/// near each other are as near to a fold as the square of that, far below the rounding of places on the receiver; only
-/// light that grazes a surface, whose map has a square root's slope there, is divided so finely in earnest.
+/// Most divisions of a patch: to 2⁻³⁰ of a cell, so that some 2¹⁶ places of a coordinate are left to a patch.
+/// Two roots this near each other are as near to a fold as the square of that, far below the rounding of
+/// places on the receiver. Only light that grazes a surface, whose map has a square root's slope there, needs
+/// so many divisions.
 pub const MAX_LEVEL: u32 = 30;
 
-/// Up to here a patch on the outline of a shape, as the emitter sees it, is divided in any case: light that grazes a
-/// shape goes where no other does, from a narrow band along the outline that may pass between all nodes.
+/// Level up to which a patch on the outline of a shape, as the emitter sees it, is divided in any case. Light
+/// that grazes a shape goes where no other light does, from a narrow band along the outline that may pass
+/// between all nodes.
 const OUTLINE_LEVELS: u32 = 4;
 
-/// What is found.
+/// Result of a search.
 #[derive(Default)]
 pub(super) struct SearchResult {
     pub roots: Vec<Root>,
@@ -34,23 +36,23 @@ pub(super) struct SearchResult {
     pub counters: TraversalCounters,
 }
 
-/// What looking at a piece tells.
+/// Result for one piece.
 #[derive(Default)]
 struct PieceResult {
     roots: Vec<Root>,
-    /// Something in it is unclear.
+    /// True if something in it is unclear.
     divide: bool,
     counters: TraversalCounters,
 }
 
-/// So many pieces are looked at between questions whether to go on: enough for all threads, and no more
-/// than some tenths of a second's work.
+/// Number of pieces between two questions whether to go on: enough for all threads, and at most some tenths
+/// of a second's work.
 const PIECES_AT_ONCE: usize = 256;
 
-/// Looks for all roots, level by level: the pieces of a level are independent of each other.
+/// Searches for all roots, level by level: the pieces of a level are independent of each other.
 ///
-/// The search may be as large as its budget: where light of a curve in light space meets the point, as on
-/// the axis of a ball, each level has twice the pieces of the one before, to the last.
+/// The search may be as large as its budget. If light of a curve in light space meets the point, as on the
+/// axis of a ball, each level has twice the pieces of the one before, to the last.
 pub(super) fn search(map: &LightMap, stop: &(dyn Fn() -> bool + Sync)) -> SearchResult {
     let mut found = SearchResult::default();
     let mut pieces: Vec<LightPiece> = map
@@ -78,7 +80,7 @@ pub(super) fn search(map: &LightMap, stop: &(dyn Fn() -> bool + Sync)) -> Search
                 SearchEnd::Complete
             };
             if found.end != SearchEnd::Complete {
-                // None of these was looked at.
+                // None of these was traced.
                 unclear.extend_from_slice(some);
                 continue;
             }
@@ -134,13 +136,14 @@ fn look(map: &LightMap, piece: &LightPiece) -> PieceResult {
     look
 }
 
-/// Whether the nodes' rays do not all meet the same shape first.
+/// True if the nodes' rays do not all meet the same shape first.
 fn is_on_an_outline(tracer: &mut MapTracer, piece: &LightPiece) -> bool {
     let first = tracer.first_shape(piece.place(node(0)));
     (1..NODES).any(|index| tracer.first_shape(piece.place(node(index))) != first)
 }
 
-/// Traces the nodes of a piece. A chain that is seen at some of them only is followed at the others whatever is in the way.
+/// Traces the nodes of a piece. A chain that only some of them show is followed at the others whatever is in
+/// the way.
 fn sheets(tracer: &mut MapTracer, piece: &LightPiece) -> Vec<Sheet> {
     let mut seen: BTreeMap<Vec<ChainStep>, [Option<TargetImage>; NODES]> = BTreeMap::new();
     for index in 0..NODES {
@@ -178,10 +181,12 @@ fn sheets(tracer: &mut MapTracer, piece: &LightPiece) -> Vec<Sheet> {
         .collect()
 }
 
-/// |J(center)⁻¹ f(center)| of a sheet that meets the target inside the piece is at most (1 + 1/2) √2, by the same token.
+/// Bound of |J(center)⁻¹ f(center)| for a sheet that meets the target inside the piece: (1 + 1/2) √2, by the
+/// argument of `MOST_VARIATION`.
 const FARTHEST_START: f64 = 2.2;
 
-/// Whether chains of one signature break within the piece, and the target lies among (or half as far beside) where they miss it.
+/// True if chains of one signature break within the piece, and the target lies in the range of their misses,
+/// or at most half of that range beside it.
 fn may_hide_a_chain(sheets: &[Sheet]) -> bool {
     let mut hulls: BTreeMap<Signature, (DVec3, DVec3, bool)> = BTreeMap::new();
     for sheet in sheets {

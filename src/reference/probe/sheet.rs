@@ -1,4 +1,4 @@
-//! Patches of light space, and what a chain of surfaces makes of the light in one.
+//! Patches of light space, and the images of one under chains of surfaces.
 
 use glam::{DMat2, DVec2};
 
@@ -7,11 +7,11 @@ use super::target::TargetImage;
 use crate::transport::differentials::ChainStep;
 use crate::transport::domain::chart::Patch;
 
-/// Up to here a patch whose nodes do not all see the same chains is divided where *any* of them may hide
-/// the target: an unseen chain may be between them. Beyond, only where a chain that is seen may.
+/// Level up to which a patch whose nodes do not all see the same chains is divided if *any* of them may hide
+/// the target: an unseen chain may be between them. Beyond, it is divided only if a chain that is seen may.
 pub(super) const MIXED_LEVELS: u32 = 3;
 
-/// A patch of light space to be looked at.
+/// A patch of light space to be searched.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LightPiece {
     pub chart: usize,
@@ -19,20 +19,20 @@ pub(super) struct LightPiece {
     pub level: u32,
 }
 
-/// What one chain makes of a piece's light.
+/// The image of a piece's light under one chain.
 pub(super) struct Sheet {
     pub chain: Vec<ChainStep>,
-    /// At the nodes, in the piece's coordinates (−1..=1).
+    /// Images at the nodes, in the piece's coordinates (−1..=1).
     pub nodes: [Option<TargetImage>; NODES],
-    /// Whether the scene as it is lets the chain's light through at every node.
+    /// True if the scene as it is lets the chain's light through at every node.
     pub is_visible: bool,
 }
 
-/// 3 x 3.
+/// Number of nodes: 3 x 3.
 pub(super) const NODES: usize = 9;
 const CENTER: usize = 4;
 
-/// In the piece's coordinates, row by row.
+/// A node in the piece's coordinates, row by row.
 pub(super) fn node(index: usize) -> DVec2 {
     DVec2::new((index % 3) as f64 - 1.0, (index / 3) as f64 - 1.0)
 }
@@ -71,14 +71,15 @@ impl LightPiece {
     }
 }
 
-/// How much J may vary over a piece: ‖J(center)⁻¹ J(node) − 1‖ (Frobenius) at all nodes.
+/// Largest variation of J over a piece: ‖J(center)⁻¹ J(node) − 1‖ (Frobenius) at all nodes.
 ///
-/// If it held everywhere and were below 1, the sheet would meet a point once at most (for x ≠ y in a convex set,
-/// J(center)⁻¹ (f(x) − f(y)) differs from x − y by less than |x − y|). Half of that leaves the rest for what the sheet does between nodes.
+/// If such a bound held everywhere and were below 1, the sheet would meet a point once at most: for x ≠ y in
+/// a convex set, J(center)⁻¹ (f(x) − f(y)) differs from x − y by less than |x − y|. A bound of 1/2 leaves the
+/// rest for the sheet between the nodes.
 const MOST_VARIATION: f64 = 0.5;
 
 impl Sheet {
-    /// Newton's first step from the center, where J varies so little that there is one root at most.
+    /// Newton's first step from the center, if J varies so little that there is one root at most.
     pub fn regular_start(&self) -> Option<DVec2> {
         let center = self.nodes[CENTER]?;
         let inverse = center.jacobian.inverse();
@@ -94,13 +95,13 @@ impl Sheet {
         Some(-(inverse * center.offset))
     }
 
-    /// Whether light of the piece may meet the target: around each node, a linear map says by how much it misses, with a margin
-    /// of what the nodes' linear maps get wrong at each other.
+    /// True if light of the piece may meet the target. Around each node, a linear map tells by how much light
+    /// misses. The margin is the error of the nodes' linear maps at each other.
     ///
-    /// A piece's nodes stand 1 apart, so where all see the chain each speaks for half of that; the margin is what they get
-    /// wrong at their neighbours, four times what a quadratic map makes of half that step. Where some do not see the
-    /// chain, the nearest that do speak for them. Sheets of meshes may jump (at creases), which no margin would
-    /// ever allow for: past [`MIXED_LEVELS`] it is at most the linear map's own reach.
+    /// A piece's nodes stand 1 apart. If all see the chain, each speaks for half of that, and the margin is
+    /// the error at its neighbours: four times the error of a quadratic map after half that step. If some do
+    /// not see the chain, the nearest that do speak for them. Sheets of meshes may jump (at creases), and no
+    /// margin would ever allow for that: past [`MIXED_LEVELS`] it is at most the linear map's own reach.
     pub fn may_hold_target(&self, level: u32) -> bool {
         let seen: Vec<(DVec2, f64, TargetImage)> = self
             .nodes
@@ -141,8 +142,8 @@ impl Sheet {
         })
     }
 
-    /// How far (in the piece's coordinates) a node speaks for the piece: to the farthest of 5 x 5 points that no other node
-    /// which sees the chain is nearer to, and half their spacing more.
+    /// Distance, in the piece's coordinates, up to which a node speaks for the piece: that of the farthest of
+    /// 5 x 5 points to which no other node that sees the chain is nearer, and half their spacing more.
     fn reach(&self, index: usize) -> f64 {
         const SPACING: f64 = 0.5;
         let distance = |index: usize, point: DVec2| (point - node(index)).abs().max_element();

@@ -1,4 +1,4 @@
-//! Whether light meets the surface at an end of its leg only there.
+//! Surfaces at an end of a leg that its light meets only there.
 
 use glam::DVec3;
 
@@ -8,11 +8,11 @@ use super::tube::tube_is_met_once;
 use crate::geometry::{Hull, Mesh, Shape, range};
 
 impl Clearance<'_> {
-    /// Whether a leg meets the surface at its start, or at its end, nowhere else.
+    /// True if a leg meets the surface at its start, or at its end, nowhere else.
     pub(super) fn meets_own_surface_once(&self, leg: &Leg, hull: &Hull, shape: u32) -> bool {
         match &self.scene.world().shapes()[shape as usize] {
-            // A line meets a plane once; a ball it leaves it does not meet again, and one it
-            // enters it meets at the other side, where the leg ends.
+            // A line meets a plane once. It does not meet a ball again that it leaves; a ball that it enters
+            // it meets on the other side, where the leg ends.
             Shape::Sphere(_) | Shape::Rectangle(_) | Shape::Disk(_) => true,
             Shape::Cylinder(tube) => {
                 tube_is_met_once(leg, tube, leg.starts_on(shape), leg.ends_on(shape))
@@ -21,11 +21,12 @@ impl Clearance<'_> {
         }
     }
 
-    /// What light meets of a mesh changes from one path to the next only where there is a
-    /// silhouette or a border between. So light leaves a mesh for good, or meets it first where
-    /// the leg ends, if all faces in the hull face the same way as those at that end, and there is
-    /// no border among them. If the leg starts and ends on the same mesh, the first half of the
-    /// hull may have faces as those at its start only, the second as those at its end.
+    /// True if light leaves a mesh for good, or meets it first where the leg ends.
+    ///
+    /// From one path to the next, the mesh's part in it changes only at a silhouette or a border between
+    /// them. So it suffices that all faces in the hull face the same way as those at the leg's end on the
+    /// mesh, and that no border is among them. If the leg starts and ends on the same mesh, the first half of
+    /// the hull may have faces as those at its start only, the second half as those at its end.
     fn mesh_is_met_once(&self, leg: &Leg, hull: &Hull, shape: u32, mesh: &Mesh) -> bool {
         let along = leg.along();
         let sign = |face: u32| facing(&along, mesh.corners(face));
@@ -42,7 +43,7 @@ impl Clearance<'_> {
         });
         let end = leg.ends_on(shape).then(|| Allowed {
             facing: sign(leg.to_faces[0]),
-            // The chart's own face needs no catching.
+            // The chart's own face need not catch the light.
             own: (leg.from == LegContact::Source)
                 .then(|| alone(&leg.to_faces))
                 .flatten(),
@@ -58,7 +59,7 @@ impl Clearance<'_> {
         }
     }
 
-    /// Whether all faces of a mesh in a hull face the allowed way and are away from any border.
+    /// True if all faces of a mesh in a hull face the allowed way and are away from any border.
     fn has_only(&self, along: &[DVec3; 6], hull: &Hull, shape: u32, allowed: &Allowed) -> bool {
         let Some(wanted) = allowed.facing else {
             return false;
@@ -85,13 +86,14 @@ impl Clearance<'_> {
 
 /// The faces that may be in a part of a leg's hull.
 struct Allowed {
-    /// Whether light goes the way of their normals; `None` where it grazes them.
+    /// True if light goes the way of their normals; `None` if it grazes them.
     facing: Option<bool>,
-    /// Its edges may be a border.
+    /// The face whose edges may be a border.
     own: Option<u32>,
 }
 
-/// Whether all light goes the way of a face's normal (by its winding), or all against it.
+/// True if all light goes the way of a face's normal (by its winding), false if all light goes against it;
+/// `None` otherwise.
 fn facing(along: &[DVec3; 6], [a, b, c]: [DVec3; 3]) -> Option<bool> {
     let normal = (b - a).cross(c - a);
     let [low, high] = range(&along.map(|along| along.dot(normal)));

@@ -1,18 +1,19 @@
-//! Tubes at the ends of legs.
+//! Legs that start or end on tubes.
 
 use glam::DVec3;
 
 use super::legs::Leg;
 use crate::geometry::{Cylinder, longest, range};
 
-/// Where the lines of a leg go through a tube that is taken as endless.
+/// The crossings of a leg's lines with a tube that is taken as endless.
 struct Crossings {
-    /// Across the axis, where the leg starts and ends and where its line is nearest to the axis.
+    /// Vectors across the axis, from the axis to: the leg's starts, its ends, and the points of its lines
+    /// nearest to the axis.
     start: [DVec3; 6],
     end: [DVec3; 6],
     feet: [DVec3; 6],
     along: [DVec3; 6],
-    /// Heights over the base where the line enters and leaves; not numbers where it misses.
+    /// Heights over the base where the lines enter and leave; NaN if they miss.
     enters: [f64; 6],
     leaves: [f64; 6],
 }
@@ -43,19 +44,19 @@ impl Crossings {
     }
 }
 
-/// Whether all heights are on a tube.
+/// True if all heights are on a tube.
 fn is_on(heights: &[f64; 6], tube: &Cylinder) -> bool {
     let [low, high] = range(heights);
     0.0 < low && high < tube.length()
 }
 
-/// Whether all heights are above a tube, or all below it.
+/// True if all heights are above a tube, or all are below it.
 fn is_off(heights: &[f64; 6], tube: &Cylinder) -> bool {
     let [low, high] = range(heights);
     low > tube.length() || high < 0.0
 }
 
-/// Whether a tube catches all light of a leg that ends on it.
+/// True if a tube catches all light of a leg that ends on it.
 pub(super) fn tube_catches(leg: &Leg, tube: &Cylinder, starts_on_it: bool) -> bool {
     let lines = Crossings::new(leg, tube);
     if starts_on_it || is_within(&lines.start, tube.radius()) {
@@ -65,15 +66,14 @@ pub(super) fn tube_catches(leg: &Leg, tube: &Cylinder, starts_on_it: bool) -> bo
         && (is_on(&lines.enters, tube) || is_off(&lines.enters, tube) && is_on(&lines.leaves, tube))
 }
 
-/// Whether a leg that starts or ends on a tube meets it nowhere else: across its axis a tube is a
-/// circle, which a line crosses twice.
+/// True if a leg that starts or ends on a tube meets it nowhere else. Across its axis a tube is a circle,
+/// which a line crosses twice.
 pub(super) fn tube_is_met_once(leg: &Leg, tube: &Cylinder, starts: bool, ends: bool) -> bool {
     let lines = Crossings::new(leg, tube);
     let product = |at: &[DVec3; 6]| std::array::from_fn(|i| at[i].dot(lines.along[i]));
     if starts {
         let [low, high] = range(&product(&lines.start));
-        // Outward for good; or inward, and then to the other side, or out by an open end, or not
-        // so far.
+        // Outward for good; or inward, and then to the other side, or out by an open end, or not so far.
         return low > 0.0
             || high < 0.0
                 && (ends || is_off(&lines.leaves, tube) || is_within(&lines.end, tube.radius()));
@@ -93,7 +93,7 @@ pub(super) fn tube_is_met_once(leg: &Leg, tube: &Cylinder, starts: bool, ends: b
         || is_within(&lines.start, tube.radius())
 }
 
-/// The part of vectors across an axis, and the heights along it.
+/// The parts of vectors across an axis, and their heights along it.
 fn across(vectors: &[DVec3; 6], axis: DVec3) -> ([DVec3; 6], [f64; 6]) {
     let heights = vectors.map(|vector| vector.dot(axis));
     (
@@ -102,7 +102,7 @@ fn across(vectors: &[DVec3; 6], axis: DVec3) -> ([DVec3; 6], [f64; 6]) {
     )
 }
 
-/// Whether all points of a bundle are nearer to an axis than `radius`.
+/// True if all points of a bundle are nearer to an axis than `radius`.
 fn is_within(across: &[DVec3; 6], radius: f64) -> bool {
     longest(across) < radius
 }

@@ -1,4 +1,4 @@
-//! Beams on their way through a scene.
+//! Thin beams on their way through a scene.
 
 use super::{ChainStep, Landing, ThinBeam};
 use crate::geometry::{Hit, SurfacePoint, TraversalCounters};
@@ -6,7 +6,7 @@ use crate::scene::{Material, Scene};
 use crate::transport::chain::MAX_PASSES;
 use crate::transport::scatter::{Interaction, ShadingNormals, Way};
 
-/// Follows thin beams through one scene to the front of one shape.
+/// Follower of thin beams through one scene to the front of one shape.
 #[derive(Clone, Debug)]
 pub struct Follower<'a> {
     scene: &'a Scene,
@@ -20,9 +20,9 @@ pub struct Follower<'a> {
 /// A branch that waits while another is followed.
 struct PendingBranch {
     beam: ThinBeam,
-    /// How many steps of the chain so far were before it parted.
+    /// Number of steps of the chain before it parted.
     shared: usize,
-    /// What it parted by; `None` where there was nothing.
+    /// The step by which it parted; `None` if it parted at a surface that is as good as nothing.
     by: Option<ChainStep>,
     events: u32,
     passes: u32,
@@ -45,8 +45,8 @@ impl<'a> Follower<'a> {
         }
     }
 
-    /// Follows every branch of a beam; `land` hears of each time one meets the front of the receiver, and after
-    /// which steps.
+    /// Follows every branch of a beam. `land` is called each time that one meets the front of the receiver,
+    /// with the steps before.
     pub fn every_path(&mut self, beam: &ThinBeam, land: &mut impl FnMut(&[ChainStep], &Landing)) {
         let mut chain = Vec::new();
         let mut pending = vec![PendingBranch {
@@ -68,7 +68,7 @@ impl<'a> Follower<'a> {
             }
             let world = self.scene.world();
             let interaction = self.interaction(beam, &hit, &point);
-            // The last branch left is the first that is followed.
+            // The last branch pushed is the first that is followed.
             for way in Way::ALL.into_iter().rev() {
                 let is_event = way.event().is_some();
                 if is_event && branch.events >= self.max_depth || branch.passes >= MAX_PASSES {
@@ -89,9 +89,9 @@ impl<'a> Follower<'a> {
         }
     }
 
-    /// Follows a beam along `chain` and on to the receiver, whatever is in the way: flat surfaces are
-    /// extended beyond their borders, the receiver too. `None` where the chain breaks: a shape is missed, light is
-    /// reflected totally, or arrives at the receiver's back.
+    /// Follows a beam along `chain` and on to the receiver, whatever is in the way: flat surfaces, and the
+    /// receiver, are extended beyond their borders. `None` if the chain breaks: a shape is missed, light is
+    /// reflected totally, or it arrives at the receiver's back.
     pub fn along(&mut self, beam: &ThinBeam, chain: &[ChainStep]) -> Option<Landing> {
         let world = self.scene.world();
         let mut beam = *beam;
@@ -109,8 +109,9 @@ impl<'a> Follower<'a> {
             .then(|| beam.landing(&hit, point))
     }
 
-    /// Follows a beam through the scene as it is, on the ways of `chain`; `None` unless it meets the
-    /// chain's shapes one after the other and then the receiver. Which face of a mesh it meets is free: the surfaces met are returned.
+    /// Follows a beam through the scene as it is, on the ways of `chain`. `None` unless it meets the chain's
+    /// shapes one after the other and then the receiver. It may meet other faces of a mesh than the chain's:
+    /// the surfaces met are returned.
     pub fn retrace(
         &mut self,
         beam: &ThinBeam,
@@ -163,12 +164,12 @@ impl<'a> Follower<'a> {
         Interaction::new(self.scene, material, point, direction, self.shading_normals)
     }
 
-    /// Whether a beam meets the receiver from its front.
+    /// True if a beam meets the receiver from its front.
     fn is_received(&self, beam: &ThinBeam, hit: &Hit, point: &SurfacePoint) -> bool {
         hit.shape == self.receiver && beam.ray.direction.dot(point.geometric_normal) < 0.0
     }
 
-    /// Whether there is nothing: no path takes note of it.
+    /// True if the surface is as good as nothing: paths do not count it.
     fn is_nothing(&self, hit: &Hit) -> bool {
         matches!(self.scene.material_of(hit.shape), Material::Null)
     }

@@ -1,13 +1,15 @@
 //! Thin beams: a ray of a delta emitter together with the light right beside it.
 //!
-//! A [`ThinBeam`] is a ray, its exact derivatives by the two coordinates of the light
-//! (see [`RayDerivative`]), and the share of the emitted flux it still carries. Where it ends, the derivatives of the point
-//! are the columns of the Jacobian from light to receiver: its determinant is the area that light of one unit
-//! of light-space measure spreads over, and the columns themselves span the parallelogram (the "footprint") it lights.
+//! A [`ThinBeam`] is a ray, its exact derivatives by the two coordinates of the light (see
+//! [`RayDerivative`]), and the share of the emitted flux that it still carries. At its end, the derivatives
+//! of the point are the columns of the Jacobian from light to receiver. The determinant is the area that
+//! light of one unit of light-space measure spreads over; the columns span the parallelogram (the
+//! "footprint") that it lights.
 //!
-//! A [`Follower`] follows beams in three ways: along every branch of the Fresnel tree ([`Follower::every_path`]), along a
-//! given chain as the scene has it ([`Follower::retrace`]), and along a given chain whatever is in the way, flat
-//! surfaces extended ([`Follower::along`]): a smooth map, for root finders.
+//! A [`Follower`] follows beams in three ways: along every branch of the Fresnel tree
+//! ([`Follower::every_path`]), along a given chain as the scene has it ([`Follower::retrace`]), and along a
+//! given chain whatever is in the way, flat surfaces extended ([`Follower::along`]). The third is a smooth
+//! map, for root finders.
 
 mod follow;
 
@@ -33,12 +35,12 @@ pub struct ThinBeam {
     pub throughput: Rgb,
 }
 
-/// What happens at one surface of a path.
+/// One step of a chain: the surface, and the way on which light leaves it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct ChainStep {
-    /// Where.
+    /// The surface.
     pub element: Element,
-    /// How light goes on.
+    /// The way on which light leaves it.
     pub way: Way,
 }
 
@@ -47,7 +49,7 @@ pub struct ChainStep {
 pub struct Landing {
     /// The beam, as it left the last surface.
     pub beam: ThinBeam,
-    /// Where it arrives; the `uv` is unspecified.
+    /// The point of arrival; its `uv` is unspecified.
     pub point: SurfacePoint,
     /// The derivatives of the point by the light's two coordinates; they lie in the surface.
     pub derivatives: [DVec3; 2],
@@ -88,7 +90,7 @@ impl ThinBeam {
         })
     }
 
-    /// The beam after a surface, on one of the ways on; `None` where light does not go there.
+    /// The beam after a surface, on one of the ways on; `None` if no light goes there.
     fn leaving(
         &self,
         world: &World,

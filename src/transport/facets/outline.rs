@@ -1,4 +1,4 @@
-//! Coplanar neighbours of a mesh, taken together where they make a convex polygon.
+//! Coplanar neighbours of a mesh, taken together if they make a convex polygon.
 
 use glam::DVec3;
 
@@ -8,16 +8,16 @@ use crate::geometry::Mesh;
 pub(super) struct Group {
     /// The largest of them.
     pub(super) face: u32,
-    /// Of their union, in the winding's order.
+    /// The corners of their union, in the winding's order.
     pub(super) corners: Vec<DVec3>,
 }
 
 /// A mesh's faces in groups.
 pub(super) struct Outlines {
     pub(super) groups: Vec<Group>,
-    /// The group of each face; beyond the last for a face without area.
+    /// The group of each face; beyond the last group for a face without area.
     pub(super) of_face: Vec<u32>,
-    /// How often a face was taken into a group, for good or not.
+    /// Number of times that a face was taken into a group, for good or not.
     #[cfg_attr(not(test), expect(dead_code, reason = "the work done, for tests"))]
     pub(super) visits: usize,
 }
@@ -30,7 +30,7 @@ struct FaceSide {
     face: u32,
 }
 
-/// The group of a face that has none.
+/// Mark of a face without a group.
 const UNGROUPED: u32 = u32::MAX;
 
 /// Groups a mesh's faces.
@@ -43,7 +43,7 @@ pub(super) fn outlines(mesh: &Mesh) -> Outlines {
     let faces = mesh.triangle_count() as u32;
     let mut all: Vec<FaceSide> = (0..faces).flat_map(sides).collect();
     all.sort_unstable();
-    // The face on the other side of a side, where there is exactly one.
+    // The face on the other side of a side, if there is exactly one.
     let across = |side: &FaceSide| {
         let start = all.partition_point(|other| (other.from, other.to) < (side.to, side.from));
         let is_twin = |other: &&FaceSide| (other.from, other.to) == (side.to, side.from);
@@ -107,8 +107,8 @@ pub(super) fn outlines(mesh: &Mesh) -> Outlines {
             });
             continue;
         }
-        // Each face is a facet of its own, once and for all: floods from other faces of the same
-        // plane would find the same outline, at a cost of their number squared.
+        // Each face is a facet of its own, once and for all. A flood from another face of the same plane
+        // would find the same outline; all floods together would cost the square of their number.
         for face in members {
             of_face[face as usize] = groups.len() as u32;
             groups.push(Group {
@@ -124,7 +124,7 @@ pub(super) fn outlines(mesh: &Mesh) -> Outlines {
     }
 }
 
-/// A face's plane and how far off a point may be that lies in it.
+/// A face's plane, and the distance from it that a point of the plane may have.
 struct FacePlane {
     origin: DVec3,
     normal: DVec3,
@@ -132,10 +132,12 @@ struct FacePlane {
 }
 
 impl FacePlane {
-    /// Coordinates up to `reach` that were meant to be in a plane were rounded when they were made
-    /// and transformed: by a few u = 2⁻⁵³ each, and the height over the plane sums up three
-    /// products. 32 u of the largest covers that. Vertices of a file in single precision are off
-    /// by more: their faces have planes of their own, and stay apart.
+    /// The plane of a face.
+    ///
+    /// Coordinates up to `reach` that were meant to be in a plane were rounded when they were made and when
+    /// they were transformed, by a few u = 2⁻⁵³ each. The height over the plane sums up three products. 32 u
+    /// of the largest coordinate covers all that. Vertices of a file in single precision are off by more:
+    /// their faces have planes of their own, and stay apart.
     fn of(mesh: &Mesh, face: u32, reach: f64) -> Self {
         Self {
             origin: mesh.corners(face)[0],
@@ -153,7 +155,7 @@ impl FacePlane {
     }
 }
 
-/// The corners of a border that is one convex loop; those on straight lines are left out.
+/// The corners of a border that is one convex loop, without those on straight lines.
 fn convex_loop(mesh: &Mesh, mut border: Vec<FaceSide>, plane: &FacePlane) -> Option<Vec<DVec3>> {
     let first = *border.first()?;
     border.sort_unstable();
@@ -177,7 +179,7 @@ fn convex_loop(mesh: &Mesh, mut border: Vec<FaceSide>, plane: &FacePlane) -> Opt
     if corners.len() != border.len() {
         return None;
     }
-    // The sign of turns: `face_normal` may be turned round.
+    // The sign of turns: `face_normal` may point against the winding.
     let triangle = mesh.corners(first.face);
     let winding = (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]);
     let winding = if winding.dot(plane.normal) < 0.0 {

@@ -9,15 +9,15 @@ use crate::geometry::{Shape, Sphere, World};
 /// Two coordinates over (a part of) a surface.
 #[derive(Clone, Copy, Debug)]
 pub enum SurfaceChart {
-    /// The side of a ball that a source outside of it sees: the angle of incidence i in
-    /// [0, π/2] and the azimuth φ about the line from the centre to the source.
+    /// The side of a ball that a source outside of it sees: the angle of incidence i in [0, π/2] and the
+    /// azimuth φ about the line from the centre to the source.
     ///
-    /// Everything that happens to light at a ball is a smooth function of i, through the silhouette
-    /// (i = π/2) and beyond.
+    /// All that happens to light at a ball is a smooth function of i, through the silhouette (i = π/2) and
+    /// beyond.
     Cap {
         /// The ball.
         shape: u32,
-        /// Orthonormal; the third points from the centre to the source.
+        /// Orthonormal axes; the third points from the centre to the source.
         axes: [DVec3; 3],
         /// Radius / distance of the source from the centre; 0 for parallel light.
         radius_over_distance: f64,
@@ -70,7 +70,7 @@ impl SurfaceChart {
         }
     }
 
-    /// The face whose surface it covers; 0 where that is no mesh.
+    /// The face whose surface it covers; 0 if that is no mesh.
     #[inline]
     pub fn face(&self) -> u32 {
         match *self {
@@ -79,7 +79,7 @@ impl SurfaceChart {
         }
     }
 
-    /// Whether coordinates mean the same in another chart of the same source.
+    /// True if coordinates mean the same in another chart of the same source.
     pub fn is_that_of(&self, other: &Self) -> bool {
         let face = |chart: &Self| match chart {
             Self::Face { face, .. } => Some(*face),
@@ -102,8 +102,8 @@ impl SurfaceChart {
                     return None;
                 };
                 let (sin_i, cos_i) = at.x.sin_cos();
-                // Seen from the source the point is at the angle θ to the centre,
-                // sin θ = (r/d) sin i; seen from the centre it is at γ = i − θ to the source.
+                // Seen from the source, the point is at the angle θ to the centre, sin θ = (r/d) sin i. Seen
+                // from the centre, it is at γ = i − θ to the source.
                 let sin_theta = radius_over_distance * sin_i;
                 let cos_theta = ((1.0 - sin_theta) * (1.0 + sin_theta)).sqrt();
                 let sin_gamma = sin_i * cos_theta - cos_i * sin_theta;

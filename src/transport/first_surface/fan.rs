@@ -1,4 +1,4 @@
-//! The directions in which a source sees a patch.
+//! Directions in which a source sees a patch.
 
 use glam::{DVec2, DVec3};
 
@@ -9,27 +9,29 @@ use crate::geometry::{SurfacePoint, World};
 /// The directions from a point to places of a patch.
 #[derive(Clone, Copy, Debug)]
 pub struct Fan {
-    /// The middle one, a unit vector; 0 where there is none.
+    /// The middle one, a unit vector; 0 if there is none.
     pub middle: DVec3,
-    /// The largest angle between the middle one and another \[rad\].
+    /// Largest angle \[rad\] between the middle one and another.
     pub radius: f64,
-    /// What rounding may add to an angle \[rad\].
+    /// Rounding error \[rad\] of an angle.
     pub rounding: f64,
-    /// Whether no place sees the source at more than rounding above its own plane.
+    /// True if no place sees the source at more than rounding above its own plane.
     is_edge_on: bool,
 }
 
-/// A direction from a point to a place is known to the place's own error, and to this many units of rounding of the coordinates it
-/// comes from, by their distance: a place is a product of a matrix and a sum of three vectors (16 roundings at
-/// most), the difference and its length add 6, and an angle compares two such directions by 9 more.
+/// A direction from a point to a place is known to the place's own error, and to this many units of rounding
+/// of the coordinates it comes from, by their distance: a place is a product of a matrix and a sum of three
+/// vectors (16 roundings at most), the difference and its length add 6, and an angle compares two such
+/// directions by 9 more.
 const ROUNDINGS: f64 = 64.0;
 
-/// Seen at a larger angle, half the opening \[rad\], a patch may be much nearer to the source somewhere than at its
-/// corners, and be lit much more: of a flat one that is not, the nearest point is as near as a corner but for a factor
-/// cos ½, and as bright but for cos³ ½.
+/// Seen at a larger angle, half the opening \[rad\], a patch may be much nearer to the source somewhere than
+/// at its corners, and be lit much more: of a flat one that is not, the nearest point is as near as a corner
+/// but for a factor cos ½, and as bright but for cos³ ½.
 const WIDEST: f64 = 0.5;
 
-/// A patch no larger than so many roundings is not divided any more: how high a source is over it would be noise.
+/// A patch no larger than so many roundings is not divided any more: how high a source is over it would be
+/// noise.
 const SMALLEST: f64 = 1e4;
 
 impl Fan {
@@ -60,8 +62,8 @@ impl Fan {
         fan
     }
 
-    /// From `origin` to the corners and edges' middles of a triangle of a chart's coordinates, as far as there
-    /// are any.
+    /// From `origin` to the corners and edges' middles of a triangle of a chart's coordinates, as far as
+    /// there are any.
     pub fn of_triangle(
         origin: DVec3,
         world: &World,

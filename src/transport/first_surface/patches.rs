@@ -15,32 +15,32 @@ use crate::scene::Scene;
 /// A triangle of chart coordinates.
 #[derive(Clone, Copy, Debug)]
 pub struct SurfacePatch {
-    /// Whose coordinates.
+    /// The chart whose coordinates they are.
     pub chart: SurfaceChart,
     /// The corners.
     pub corners: [DVec2; 3],
 }
 
-/// A ball's cap is divided into this many bands of incidence and sectors of azimuth: a small
-/// number suffices where all of it is smooth, and a few hundred tasks keep threads busy.
+/// Bands of incidence and sectors of azimuth that a ball's cap is divided into. A small number suffices, as
+/// all of it is smooth, and a few hundred tasks keep threads busy.
 const CAP_BANDS: u32 = 8;
 const CAP_SECTORS: u32 = 16;
 
-/// Round surfaces end this part of an angle before grazing, where light would neither enter nor miss. The light
-/// left out is (1e-9)² of the surface's.
+/// Part of an angle before grazing at which round surfaces end: at grazing, light would neither enter nor
+/// miss. The light left out is (1e-9)² of the surface's.
 const HAIR: f64 = 1e-9;
 
-/// Where the angle of incidence on a ball ends.
+/// Largest angle of incidence on a ball.
 const CAP_END: f64 = FRAC_PI_2 * (1.0 - HAIR);
 
-/// Analytic parameters are divided into this many strips each way.
+/// Number of strips, each way, that analytic parameters are divided into.
 const PARAMETER_STRIPS: u32 = 16;
 
-/// The largest patch of a spot's light, by the cone's opening.
+/// Largest patch of a spot's light, in units of the cone's opening.
 const LARGEST_IN_CONE: f64 = 0.25;
 
-/// All light of `source` that may meet a specular surface before anything else: where
-/// something is in its way, that is still to be found out.
+/// All light of `source` that may meet a specular surface before anything else. Obstacles on its way are not
+/// looked for here.
 pub fn patches(scene: &Scene, source: &Source) -> Vec<SurfacePatch> {
     let mut patches = Vec::new();
     for (index, shape) in scene.world().shapes().iter().enumerate() {
@@ -77,8 +77,9 @@ pub fn patches(scene: &Scene, source: &Source) -> Vec<SurfacePatch> {
     }
 }
 
-/// The patches in parts whose corners tell how much light there is on them: of all that are seen at a wide angle, and of
-/// those a spot's cone may reach no larger ones than a quarter of it, so that no cone passes between the nodes of any.
+/// The patches, divided until their corners tell how much light falls on them. Patches that are seen at a
+/// wide angle are halved. Those that a spot's cone may reach are quartered to a quarter of the cone, so that
+/// no cone passes between the nodes of any; those that it cannot reach are left out.
 fn parted(
     scene: &Scene,
     origin: DVec3,
@@ -108,8 +109,8 @@ fn parted(
     done
 }
 
-/// A triangle's halves, through the middle of the edge that is seen at the widest angle: where coordinates are
-/// stretched, as about a pole, only the ones that are wide are divided. `None` where rounding leaves nothing to divide.
+/// A triangle's halves, through the middle of the edge that is seen at the widest angle. If coordinates are
+/// stretched, as about a pole, only wide edges are divided. `None` if rounding leaves nothing to divide.
 fn halves(
     world: &World,
     origin: DVec3,
@@ -170,10 +171,10 @@ fn add_grid(
     }
 }
 
-/// The ranges of u = φ/2π in which the outside, and in which the inside of a cylinder faces the source.
+/// The ranges of u = φ/2π in which the outside of a cylinder faces the source, and in which the inside does.
 ///
-/// Across the axis, light from the distance d meets a circle of radius r: its outside within
-/// ±arccos(r/d) of the source's azimuth, the far inside beyond. From within (d < r), all is inside.
+/// Across the axis, light from the distance d meets a circle of radius r: its outside within ±arccos(r/d) of
+/// the source's azimuth, the far inside beyond. If the source is within (d < r), all is inside.
 fn lit_ranges(cylinder: &Cylinder, source: &Source) -> Vec<[f64; 2]> {
     let towards = source.towards(cylinder.base());
     let across = towards - cylinder.axis() * towards.dot(cylinder.axis());
@@ -193,7 +194,7 @@ fn lit_ranges(cylinder: &Cylinder, source: &Source) -> Vec<[f64; 2]> {
     }
     let azimuth = across.dot(y).atan2(across.dot(x)) / TAU;
     let half = radius_over_distance.acos() / TAU;
-    // As of a ball's cap: at grazing itself the last digit would tell inside from outside.
+    // As for a ball's cap: at grazing itself the last digit would tell inside from outside.
     let (outside, inside) = (half * (1.0 - HAIR), half * (1.0 + HAIR));
     vec![
         [azimuth - outside, azimuth + outside],
@@ -201,8 +202,9 @@ fn lit_ranges(cylinder: &Cylinder, source: &Source) -> Vec<[f64; 2]> {
     ]
 }
 
-/// A mesh's faces, near ones near each other: they share edges, and what is in the caches. Of a closed
-/// mesh seen from outside, faces turned away are behind others.
+/// The patches of a mesh's faces, in an order that keeps near ones together: they share edges, and the
+/// contents of caches. If a closed mesh is seen from outside, faces turned away are behind others and are
+/// left out.
 fn add_faces(
     patches: &mut Vec<SurfacePatch>,
     scene: &Scene,
@@ -224,8 +226,8 @@ fn add_faces(
     }
 }
 
-/// Whether the mesh is closed, its faces turned outward, and the source outside: then each ray of
-/// the source meets a face turned towards it first.
+/// True if the mesh is closed, its faces turned outward, and the source outside. Then each ray of the source
+/// meets a face turned towards it first.
 fn is_outside_closed(scene: &Scene, shape: u32, mesh: &Mesh, source: &Source) -> bool {
     let found = mesh.diagnose();
     if !found.is_closed() {
@@ -249,7 +251,7 @@ fn is_outside_closed(scene: &Scene, shape: u32, mesh: &Mesh, source: &Source) ->
         };
         if hit.shape == shape {
             let cosine = mesh.face_normal(hit.face).dot(ray.direction);
-            // A source on the mesh shines to both sides; which one a ray starts on is rounding.
+            // A source on the mesh shines to both sides; rounding decides on which one a ray starts.
             let is_on = hit.distance * cosine.abs() <= mesh.position_error(hit.face).max_element();
             return cosine < 0.0 && !is_on;
         }

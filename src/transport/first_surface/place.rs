@@ -5,8 +5,8 @@ use crate::geometry::SurfacePoint;
 /// A point of a chart.
 #[derive(Clone, Copy, Debug)]
 pub struct ChartPlace {
-    /// On the surface.
+    /// The point on the surface.
     pub point: SurfacePoint,
-    /// Surface area for a unit of chart area there \[m²\].
+    /// Surface area \[m²\] for a unit of chart area there.
     pub area: f64,
 }
