@@ -1,4 +1,4 @@
-//! Cells of light space, and what their nodes say of the light in them.
+//! Cells of light space, and summaries of their nodes.
 
 use glam::DVec2;
 
@@ -6,20 +6,20 @@ use crate::transport::clearance::CellClearance;
 use crate::transport::first_surface::{middles, quarters};
 use crate::transport::flux::Flux;
 
-/// A path of light, by where it met the first surface.
+/// A path of light, by the place where it met the first surface.
 #[derive(Clone, Copy, Debug)]
 pub struct BeamNode<const N: usize> {
     /// Chart coordinates.
     pub at: DVec2,
-    /// Where it fell on the film, in texels; `None` where it did not come that far.
+    /// Film coordinates of its end, in texels; `None` if it did not come that far.
     pub landing: Option<DVec2>,
-    /// An interface had no light to give to the next event.
+    /// True if an interface had no light to give to the next event.
     pub turned_back: bool,
-    /// Flux that arrives \[W\] for a unit of chart area.
+    /// Flux \[W\] that arrives for a unit of chart area.
     pub weight: Flux<N>,
-    /// Flux that set out \[W\] for a unit of chart area, mean of channels.
+    /// Flux \[W\] that set out for a unit of chart area, mean of channels.
     pub emitted: f64,
-    /// Which surfaces took part: the same for paths of one smooth topology.
+    /// The surfaces that took part: the same number for paths of one smooth topology.
     pub topology: u64,
 }
 
@@ -28,11 +28,12 @@ pub struct BeamNode<const N: usize> {
 pub struct BeamCell<const N: usize> {
     /// Its corners.
     pub corners: [BeamNode<N>; 3],
-    /// How often its patch was divided.
+    /// Number of times that its patch was divided.
     pub level: u32,
-    /// Which legs of its light are known to have nothing in their way.
+    /// The legs of its light that are known to have nothing in their way.
     pub clearance: CellClearance,
-    /// The [`CellSummary::weight_bend`] of the cell that it is a quarter of, where that was worth noting; else 0.
+    /// The [`CellSummary::weight_bend`] of the cell that it is a quarter of, if that was worth noting; else
+    /// 0.
     pub noted_bend: f64,
 }
 
@@ -68,22 +69,21 @@ pub fn triangle_area<const N: usize>(corners: &[BeamNode<N>; 3]) -> f64 {
     0.5 * (b - a).perp_dot(c - a).abs()
 }
 
-/// What the six nodes of a cell, its corners and its edges' middles, say together.
+/// A summary of the six nodes of a cell: its corners and its edges' middles.
 #[derive(Clone, Copy, Debug)]
 pub struct CellSummary<const N: usize> {
-    /// Whether all are of one topology.
+    /// True if all are of one topology.
     pub one_topology: bool,
-    /// How many topologies there are.
+    /// Number of topologies.
     pub topologies: u32,
-    /// Whether any landed.
+    /// True if any landed.
     pub any_landed: bool,
-    /// Whether an interface turned any back.
+    /// True if an interface turned any back.
     pub any_turned_back: bool,
-    /// The largest distance of a middle's landing from the mean of its edge's ends \[texels\], over
-    /// edges of one topology.
+    /// Largest distance \[texels\] of a middle's landing from the mean of its edge's ends, over edges of one
+    /// topology.
     pub bend: f64,
-    /// The largest difference of a middle's weight from the mean of its edge's ends likewise, the
-    /// worst channel.
+    /// Largest difference of a middle's weight from the mean of its edge's ends likewise, the worst channel.
     pub weight_bend: f64,
     /// The box round all landings: its least corner.
     pub low: DVec2,
@@ -96,7 +96,7 @@ pub struct CellSummary<const N: usize> {
 }
 
 impl<const N: usize> CellSummary<N> {
-    /// Looks at a cell.
+    /// The summary of a cell.
     #[inline]
     pub fn at(corners: &[BeamNode<N>; 3], middles: &[BeamNode<N>; 3]) -> Self {
         let topology = corners[0].topology;
@@ -149,20 +149,21 @@ impl<const N: usize> CellSummary<N> {
         look
     }
 
-    /// Whether all that lands, lands beside a film of this size, even if the cell bends as much
-    /// again between its nodes as they show.
+    /// True if all that lands, lands beside a film of this size, even if the cell bends as much again between
+    /// its nodes as they show.
     #[inline]
     pub fn is_off(&self, size: [usize; 2]) -> bool {
         let margin = if self.one_topology {
             DVec2::splat(2.0 * self.bend)
         } else {
-            // What the nodes did not see may reach as far as what they saw.
+            // Light that the nodes did not see may reach as far as light that they saw.
             (self.high - self.low).min(end_of(size))
         };
         self.is_off_by(margin, size)
     }
 
-    /// Whether all that lands, lands beside a film of this size, farther from it than any two landings are from each other.
+    /// True if all that lands, lands beside a film of this size, and farther from it than any two landings
+    /// are from each other.
     #[inline]
     pub fn is_far_off(&self, size: [usize; 2]) -> bool {
         let margin = (self.high - self.low).max(DVec2::splat(2.0 * self.bend));

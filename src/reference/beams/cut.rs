@@ -1,35 +1,36 @@
 //! Triangles of light space cut along the border between two topologies.
 //!
-//! Where a silhouette, a shadow's edge or the onset of total reflection crosses a cell, the topology
-//! changes along two of its edges. Both crossings are found by bisection, and the triangle is
-//! cut along the straight line between them. What the border's curvature leaves is of second order
-//! in the cell's size, as the bend of a smooth cell is, and is extrapolated the same way.
+//! If a silhouette, a shadow's edge or the onset of total reflection crosses a cell, the topology changes
+//! along two of its edges. Both crossings are found by bisection, and the triangle is cut along the straight
+//! line between them. The error from the border's curvature is of second order in the cell's size, as the
+//! bend of a smooth cell is, and is extrapolated the same way.
 
 use glam::DVec2;
 
 use super::cell::{BeamNode, triangle_area};
 
-/// A triangle of one topology that lands: corner landings and weights, and its area in light space.
+/// A triangle of one topology that lands: its corners with their landings and weights, and its area in light
+/// space.
 #[derive(Clone, Copy, Debug)]
 pub struct CutPiece<const N: usize> {
     /// The corners; those on a border have the values of the nearest path of the topology.
     pub corners: [BeamNode<N>; 3],
-    /// In chart coordinates.
+    /// Area in chart coordinates.
     pub area: f64,
 }
 
-/// How often an edge is halved to find the border on it: to a thousandth of its length.
+/// Number of halvings of an edge to find the border on it: to a thousandth of its length.
 const BISECTIONS: u32 = 10;
 
-/// The relative error of a piece's area that the bisections leave.
+/// Relative error of a piece's area that the bisections leave.
 pub const CUT_ERROR: f64 = 1.0 / 1024.0;
 
-/// An edge's ends on both sides of a border, close to each other.
+/// The ends of a bisected edge, on both sides of a border and close to each other.
 #[derive(Clone, Copy, Debug)]
 struct BorderCrossing<const N: usize> {
-    /// Of the topology of the edge's first end.
+    /// The end with the topology of the edge's first end.
     before: BeamNode<N>,
-    /// Of the topology of the edge's second end.
+    /// The end with the topology of the edge's second end.
     after: BeamNode<N>,
 }
 
@@ -46,15 +47,15 @@ impl<const N: usize> Pieces<N> {
     }
 }
 
-/// A triangle that lands; `None` where it does not, or has no area.
+/// A triangle that lands, as one piece; `None` if it does not land, or has no area.
 pub fn whole<const N: usize>(corners: [BeamNode<N>; 3]) -> Option<CutPiece<N>> {
     let area = triangle_area(&corners);
     let lands = corners.iter().all(|node| node.landing.is_some());
     (lands && area > 0.0).then_some(CutPiece { corners, area })
 }
 
-/// Cuts a triangle into pieces of one topology each, with `follow` for the path at chart coordinates;
-/// `None` where there are more than two topologies, or one in between: not to be cut by one line.
+/// Cuts a triangle into pieces of one topology each, with `follow` for the path at chart coordinates. `None`
+/// if one line cannot cut it: there are more than two topologies, or one in between.
 pub fn cut<const N: usize>(
     corners: &[BeamNode<N>; 3],
     mut follow: impl FnMut(DVec2) -> BeamNode<N>,
@@ -84,7 +85,7 @@ pub fn cut<const N: usize>(
     Some(Pieces { pieces })
 }
 
-/// The values of a path, placed halfway between those on both sides.
+/// The values of a path, placed halfway between the two sides of a border.
 fn on_border<const N: usize>(crossing: &BorderCrossing<N>, values: &BeamNode<N>) -> BeamNode<N> {
     BeamNode {
         at: 0.5 * (crossing.before.at + crossing.after.at),
@@ -111,8 +112,8 @@ fn crossing<const N: usize>(
     Some(BorderCrossing { before, after })
 }
 
-/// Whether a path that lands is found next to the border of the first node's topology, on the way to
-/// a node of another.
+/// True if a path that lands is found next to the border of the first node's topology, on the way to a node
+/// of another.
 pub fn lands_between<const N: usize>(
     from: &BeamNode<N>,
     to: &BeamNode<N>,

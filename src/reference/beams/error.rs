@@ -1,11 +1,11 @@
-//! What beams cannot do.
+//! Scenes and settings that beams cannot handle.
 
 use crate::reference::TargetError;
 use crate::scene::{Emitter, Scene};
 use crate::transport::chain_limits::{self, NotFollowed};
 use crate::transport::domain::surface::{LightSurface, MAX_TRIANGLES};
 
-/// Why beams cannot be used.
+/// The reason why beams cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum BeamError {
     /// The sensor cannot be filled.
@@ -17,7 +17,7 @@ pub enum BeamError {
          that shine outward, and meshes of up to {MAX_TRIANGLES} triangles"
     )]
     LampShape {
-        /// Which, in the file's order, from 0.
+        /// The light, in the file's order, from 0.
         index: usize,
         /// The shape's id.
         id: String,
@@ -40,19 +40,19 @@ pub enum BeamError {
         name: &'static str,
         /// Its value.
         value: String,
-        /// What it may be.
+        /// The values that it may have.
         allowed: String,
     },
-    /// A deposit or a sum left its integer.
+    /// A deposit or a sum is too large for its integer.
     #[error("a texel's flux is not representable: NaN, infinite, or far beyond the emitters' flux")]
     NotRepresentable,
 }
 
-/// Whether beams can follow all light of a scene.
+/// Succeeds if beams can follow all light of a scene.
 ///
 /// # Errors
 ///
-/// Names what they cannot follow.
+/// An error that names the light or material that they cannot follow.
 pub fn supports(scene: &Scene) -> Result<(), BeamError> {
     for (index, emitter) in scene.emitters().iter().enumerate() {
         if let Emitter::Area { shape, .. } = emitter
@@ -79,8 +79,8 @@ pub fn supports(scene: &Scene) -> Result<(), BeamError> {
     Ok(())
 }
 
-/// Whether beams need no lot for any light of a scene: none shines from a surface. Where they do,
-/// photons may be sooner at the same error.
+/// True if beams draw nothing at random for a scene: no light shines from a surface. Otherwise photons may be
+/// sooner at the same error.
 pub fn is_deterministic(scene: &Scene) -> bool {
     scene
         .emitters()

@@ -1,18 +1,18 @@
-//! What beams leave on the film: exact sums, whatever the order of threads.
+//! The film of beams: exact sums, whatever the order of threads.
 
 use std::sync::atomic::{AtomicBool, AtomicI64, Ordering};
 
 use crate::numeric::FixedPoint;
 use crate::transport::flux::Flux;
 
-/// What a cell adds to a texel \[W\].
+/// The flux \[W\] that a cell adds to a texel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TexelSums<const N: usize> {
     /// The extrapolated flux (4B − A)/3.
     pub flux: Flux<N>,
-    /// B − A: what halving the cells once changed.
+    /// B − A: the change when the cells are halved once.
     pub difference: Flux<N>,
-    /// Flux near a texel line, that the bend of its cell may have put on the wrong side.
+    /// Flux near a texel line: the bend of its cell may have put it on the wrong side.
     pub near_lines: Flux<N>,
 }
 
@@ -35,15 +35,16 @@ impl<const N: usize> std::ops::AddAssign for TexelSums<N> {
     }
 }
 
-/// What all cells of one path signature left on a texel \[W\].
+/// The flux \[W\] that all cells of one path signature left on a texel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FilmTexel<const N: usize> {
-    /// What is here.
+    /// Sums over the cells.
     pub sums: TexelSums<N>,
-    /// Flux of cells that are no single smooth topology: it may be here, or not.
+    /// Uncertain flux, of cells with more than one topology: it may be here, or not.
     pub uncertain: Flux<N>,
-    /// The same seen with all other texels that it may be on, the worst channel: flux that may be on any
-    /// one of n texels counts as its part 1/√n on each, so that the sum of squares over texels is that of one.
+    /// The same flux seen together with all other texels that it may be on, worst channel. Flux that may be
+    /// on any one of n texels counts as its part 1/√n on each, so that the sum of squares over texels is that
+    /// of one.
     pub spread: f64,
 }
 
@@ -57,16 +58,18 @@ impl<const N: usize> Default for FilmTexel<N> {
     }
 }
 
-/// Kinds of sums in [`TexelSums`].
+/// Number of kinds of sums in [`TexelSums`].
 const KINDS: usize = 3;
 
-/// The sums of all texels. Each addition is rounded once, to a multiple of a fixed quantum, and
-/// is exact then: integers commute, so the same cells give the same bits on any threads.
+/// The sums of all texels.
+///
+/// Each addition is rounded once, to a multiple of a fixed quantum, and is exact then. Integers commute, so
+/// the same cells give the same bits on any threads.
 pub struct BeamFilm<const N: usize> {
     size: [usize; 2],
     sums: ExactSums,
-    /// Of uncertain and its spread, the differences to the texels before, along both axes: a
-    /// box of any size is four additions.
+    /// Uncertain flux and its spread, as differences to the texels before along both axes: a box of any size
+    /// is four additions.
     uncertain_steps: ExactSums,
 }
 
@@ -95,7 +98,7 @@ impl<const N: usize> BeamFilm<N> {
         }
     }
 
-    /// Adds uncertain to each texel of a box, first and last column and row included.
+    /// Adds uncertain flux to each texel of a box, first and last column and row included.
     pub fn add_uncertain(&self, first: [usize; 2], last: [usize; 2], uncertain: Flux<N>) {
         let texels = (last[0] + 1 - first[0]) * (last[1] + 1 - first[1]);
         let spread = uncertain.max_magnitude() / (texels as f64).sqrt();
@@ -111,7 +114,7 @@ impl<const N: usize> BeamFilm<N> {
         }
     }
 
-    /// Whether any deposit or sum was not representable: then nothing here is worth anything.
+    /// True if any deposit or sum was not representable: then nothing here is valid.
     pub fn overflowed(&self) -> bool {
         self.sums.overflowed() || self.uncertain_steps.overflowed()
     }
@@ -120,7 +123,7 @@ impl<const N: usize> BeamFilm<N> {
     pub fn texels(&self) -> Vec<FilmTexel<N>> {
         let [width, height] = self.size;
         let mut texels = Vec::with_capacity(width * height);
-        // Of the uncertain in the row above, N + 1 sums a column; the last of them is the spread.
+        // Sums of the uncertain flux in the row above, N + 1 a column; the last of them is the spread.
         let mut above = vec![0_i64; width * (N + 1)];
         let mut before = vec![0_i64; N + 1];
         for row in 0..height {

@@ -1,4 +1,4 @@
-//! What a pass leaves to the next one and to the estimate.
+//! Results of one pass, for the next one and for the estimate.
 
 use super::average::Average;
 use super::pass::SignatureReport;

@@ -27,26 +27,27 @@ use crate::transport::flux::Flux;
 use crate::transport::scatter::ShadingNormals;
 use crate::transport::signature::Signature;
 
-/// Patches of one task: few enough for some hundred tasks, but of many patches so many that neighbours, which
-/// share paths, are mostly of one task.
+/// Number of patches of one task. It is small enough for some hundred tasks. If there are many patches it is
+/// so large that most neighbours, which share paths, are in one task.
 const TASK_PATCHES: std::ops::RangeInclusive<usize> = 16..=512;
-/// See [`TASK_PATCHES`].
+/// Number of tasks: see [`TASK_PATCHES`].
 const TASKS: usize = 128;
 
-/// Where there are at least as many sources as this, they make tasks enough.
+/// Number of sources that make tasks enough by themselves.
 const MANY_SOURCES: usize = 16;
 
 /// A source and the light space over its first surfaces.
 #[derive(Clone, Debug)]
 pub struct BeamLight {
-    /// Where the light comes from.
+    /// The origin of the light.
     pub source: Source,
-    /// Where it may go; of a source that is one of thousands, found when needed.
+    /// The patches that its light may reach; `None` for one source of thousands, whose patches are found when
+    /// needed.
     pub patches: Option<Vec<SurfacePatch>>,
 }
 
 impl BeamLight {
-    /// The light space.
+    /// The patches that its light may reach.
     pub fn patches(&self, scene: &Scene) -> Cow<'_, [SurfacePatch]> {
         self.patches.as_ref().map_or_else(
             || Cow::Owned(patches(scene, &self.source)),
@@ -62,31 +63,31 @@ impl BeamLight {
     }
 }
 
-/// What is the same for all passes of a run.
+/// The inputs that all passes of a run share.
 pub struct Passes<'a> {
     /// The scene.
     pub scene: &'a Scene,
     /// The sensor.
     pub target: &'a Target,
-    /// What may be in the way of light.
+    /// The clearance test of the scene.
     pub clearance: &'a Clearance<'a>,
     /// Places that faces of smooth meshes share.
     pub shared: &'a SharedPlaces<'a>,
     /// Flat faces.
     pub facets: &'a Facets,
-    /// What interpolated normals do to flux.
+    /// Effect of interpolated normals on flux.
     pub shading_normals: ShadingNormals,
-    /// About the flux that a film must have room for \[W\].
+    /// Flux \[W\], about, that a film must have room for.
     pub flux: f64,
-    /// Ends a pass.
+    /// Limits that end a pass.
     pub limit: &'a Limit<'a>,
-    /// Told of finished patches.
+    /// Progress, which counts finished patches.
     pub progress: &'a Progress,
 }
 
-/// What a pass found.
+/// The results of a pass.
 pub struct PassLayer {
-    /// What is on the film.
+    /// Sums on the film.
     pub sums: Sums,
     /// Sums over all cells.
     pub report: SignatureReport,
@@ -99,17 +100,17 @@ pub struct SignatureReport {
     pub name: String,
     /// Cells finished.
     pub cells: u64,
-    /// ... crossed by a border between topologies.
+    /// Cells that a border between topologies crosses.
     pub cut_cells: u64,
-    /// ... with a part that no line divides.
+    /// Cells with a part that no line divides.
     pub unresolved_cells: u64,
-    /// Flux on the film \[W\]; of a camera, what its radiance is with the étendue of a typical pixel.
+    /// Flux \[W\] on the film. For a camera it is that of its radiance with the étendue of a typical pixel.
     pub received: Rgb,
-    /// Flux that borders may have misplaced \[W\], in the same unit.
+    /// Uncertain flux \[W\] that borders may have misplaced, in the same unit.
     #[serde(rename = "slack")]
     pub uncertain: Rgb,
-    /// Light that set out \[W\], mean of channels, as this signature's cells sum it up: the same for all
-    /// but for quadrature.
+    /// Light \[W\] that set out, mean of channels, as this signature's cells sum it up. It is the same for
+    /// all signatures but for quadrature.
     pub emitted: f64,
     /// |received on the film − sum over its texels| / emitted: deposits lose nothing.
     pub balance_error: f64,
@@ -137,18 +138,18 @@ impl SignatureReport {
     }
 }
 
-/// What some patches came to, and the work that took.
+/// The balance of some patches, and the work that they took.
 type TaskWork<const N: usize> = (Balance<N>, TraversalCounters);
 
-/// The work of some patches; `None` where it was stopped.
+/// The work of some patches; `None` if it was stopped.
 type TaskResult<const N: usize> = Option<TaskWork<N>>;
 
 impl Passes<'_> {
-    /// One signature at one tolerance; `None` where it was stopped.
+    /// One signature at one tolerance; `None` if it was stopped.
     ///
     /// # Errors
     ///
-    /// Where a texel's flux is not representable.
+    /// If a texel's flux is not representable.
     pub fn signature(
         &self,
         lights: &[BeamLight],
@@ -217,7 +218,7 @@ impl Passes<'_> {
         }))
     }
 
-    /// One source's light, in about so many tasks of some patches.
+    /// One source's light, in about `tasks` tasks of some patches.
     fn light<const N: usize>(
         &self,
         light: &BeamLight,

@@ -1,22 +1,22 @@
-//! What a beam run is asked to do.
+//! Settings of a beam run.
 
 use std::time::Duration;
 
 use crate::transport::scatter::ShadingNormals;
 
-/// How beams are followed and counted.
+/// Settings of how beams are followed and counted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct BeamSettings {
     /// Specular events after which flux is cut off.
     pub max_depth: u32,
-    /// What interpolated normals do to flux.
+    /// Effect of interpolated normals on flux.
     pub shading_normals: ShadingNormals,
     /// Path signatures with a layer of their own: the brightest.
     pub max_layers: usize,
-    /// Of scenes with area lights: independent randomisations; their scatter is the random part of the
+    /// Independent randomisations, for scenes with area lights; their scatter is the random part of the
     /// error. At least 2.
     pub replicates: u32,
-    /// Of scenes with area lights: seed of all random choices.
+    /// Seed of all random choices, for scenes with area lights.
     pub seed: u64,
 }
 
@@ -33,22 +33,22 @@ impl Default for BeamSettings {
     }
 }
 
-/// When a run ends: at whichever limit comes first.
+/// Limits of a run: it ends at the one that comes first.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BeamBudget {
-    /// The likely error over lit texels, relative.
+    /// The likely relative error over lit texels.
     pub relative_error: Option<f64>,
     /// Time from the start of the run.
     pub time: Option<Duration>,
-    /// Rays searched for, all passes together.
+    /// Rays, all passes together.
     pub rays: Option<u64>,
 }
 
 impl BeamBudget {
-    /// What a run without any limit aims at: an error of 0.1 %.
+    /// The aim of a run without any limit: an error of 0.1 %.
     pub const DEFAULT_ERROR: f64 = 1e-3;
 
-    /// The error to stop at: with a limit on time or rays alone there is none.
+    /// The error to stop at; `None` if only time or rays are limited.
     pub fn target(&self) -> Option<f64> {
         let only_error = self.time.is_none() && self.rays.is_none();
         self.relative_error

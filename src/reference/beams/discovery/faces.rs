@@ -1,4 +1,4 @@
-//! The faces of meshes, by where they are.
+//! The faces of meshes, by position.
 
 use glam::{DVec2, DVec3};
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
@@ -14,12 +14,13 @@ pub(super) const MIDDLE: DVec2 = DVec2::splat(1.0 / 3.0);
 pub(super) struct Faces {
     /// Shape and face.
     faces: Vec<(u32, u32)>,
-    /// `None` of no face at all, or of so many in one place that there is no tree of them.
+    /// The tree of the middles; `None` if there is no face, or so many in one place that no tree can be
+    /// built.
     tree: Option<ImmutableKdTree<f64, 3>>,
 }
 
 impl Faces {
-    /// Those of a scene.
+    /// The faces of a scene.
     pub fn new(scene: &Scene) -> Self {
         let (mut faces, mut middles) = (Vec::new(), Vec::new());
         for (index, shape) in scene.world().shapes().iter().enumerate() {

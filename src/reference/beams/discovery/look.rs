@@ -5,22 +5,23 @@ use crate::transport::fixed_signature::PathFollower;
 use crate::transport::path_end::End;
 use crate::transport::signature::Signature;
 
-/// Flux below this part of what set out is not followed any further.
+/// Part of the light that set out below which flux is not followed any further.
 pub(super) const LEAST_THROUGHPUT: f64 = 1e-7;
 
 /// A path that landed.
 pub(super) struct LandedPath {
     pub signature: Signature,
-    /// What it brings for its part of the patch \[W\].
+    /// Flux \[W\] that it brings for its part of the patch.
     pub flux: f64,
-    /// What it delivers of what sets out.
+    /// Part of the light that set out which it delivers.
     pub delivered: f64,
-    /// Not beside the film, on the surface's extension.
+    /// True if it is on the film, not beside it on the surface's extension.
     pub on_film: bool,
 }
 
-/// The paths from one place that land: all branches of the first events, up to a split depth, and from there on
-/// one branch of each, that [`follow_some`](PathFollower::follow_some) takes by `choice`, up to a depth.
+/// The paths from one place that land. All branches of the first events are followed, up to a split depth;
+/// from there on one branch of each, that [`follow_some`](PathFollower::follow_some) takes by `choice`, up to
+/// a depth.
 pub(super) fn look_at(
     follower: &mut PathFollower<3>,
     place: &StartPlace,

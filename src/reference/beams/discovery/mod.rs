@@ -1,4 +1,4 @@
-//! Which path signatures bring light to the sensor.
+//! Discovery of the path signatures that bring light to the sensor.
 
 mod aim;
 mod faces;
@@ -21,12 +21,14 @@ use crate::transport::scatter::ShadingNormals;
 use crate::transport::screen::Screen;
 use crate::transport::signature::Signature;
 
-/// How often the way between two places is halved.
+/// Number of halvings of the way between two places.
 const LEVELS_BETWEEN: u32 = 10;
 
-/// Follows all branches of some thousand paths spread over all first surfaces, of some more
-/// between neighbours of them that saw different things, and single branches of as many more as it takes to
-/// see rare light.
+/// Finds the signatures that bring light to the sensor.
+///
+/// It follows all branches of some thousand paths spread over all first surfaces, and of some more between
+/// neighbours that saw different things. Then it follows single branches of as many more as it takes to see
+/// rare light.
 pub fn discover(
     scene: &Scene,
     lights: &[BeamLight],
@@ -57,8 +59,8 @@ pub fn discover(
     all.looked.clone_from(&rare.looked);
     all.landed = rare.signatures.values().map(|found| found.flux).sum();
     if !is_enough && rare.is_mostly_beside() {
-        // Only what falls on the film counts. Single paths tell how much that is: places between others stand for less
-        // than they may bring.
+        // Only light on the film counts. Single paths tell how much that is: places between others stand for
+        // less than they may bring.
         let on_film = |(signature, found): (&Signature, &SignatureLight)| {
             let flux = found.on_film;
             (flux > 0.0).then_some((*signature, SignatureLight { flux, ..*found }))
@@ -91,15 +93,16 @@ impl PlaceSights {
         Self { place, sights }
     }
 
-    /// Whether another place sent light to the sensor by the same events.
+    /// True if another place sent light to the sensor by the same signatures.
     fn agrees(&self, other: &Self) -> bool {
         let theirs = other.sights.iter().map(|sight| sight.signature);
         self.sights.iter().map(|sight| sight.signature).eq(theirs)
     }
 }
 
-/// Paths by a signature may set out from a sliver of light space only, between others: where two
-/// neighbouring places saw different things, a third is looked at between them, and so on, to some
+/// Places between others, and their paths, for signatures that set out from a sliver of light space only.
+///
+/// If two neighbouring places saw different signatures, a third is tried between them, and so on, to some
 /// thousandths of their distance; `most` in all.
 fn look_between(
     seen: &[PlaceSights],
@@ -118,7 +121,7 @@ fn look_between(
         if pairs.is_empty() || left == 0 {
             break;
         }
-        // Where there are too many, every so many-th will do.
+        // If there are too many, every n-th will do.
         let stride = pairs.len().div_ceil(left);
         let pairs_now: Vec<[usize; 2]> = pairs.iter().copied().step_by(stride).collect();
         let middles: Vec<PlaceSights> = pairs_now

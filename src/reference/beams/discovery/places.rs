@@ -1,4 +1,4 @@
-//! Where a discovery looks.
+//! Places where a discovery starts paths.
 
 use glam::DVec2;
 
@@ -6,25 +6,25 @@ use crate::reference::beams::pass::BeamLight;
 use crate::scene::Scene;
 use crate::transport::first_surface::{Source, SurfaceChart, SurfacePatch};
 
-/// About how many places of the first surfaces are looked at.
+/// Number of places, about, on all first surfaces.
 pub(super) const PLACES: usize = 1 << 12;
 
-/// ... and on each shape, all lights together: a small thing beside a large mesh has its own.
+/// Least number of places on each shape, all lights together: a small thing beside a large mesh has its own.
 pub(super) const LEAST_PLACES: usize = 1 << 7;
 
 /// A place of a first surface.
 #[derive(Clone, Copy)]
 pub(super) struct StartPlace {
-    /// Whose coordinates.
+    /// The chart.
     pub chart: SurfaceChart,
-    /// In them.
+    /// Coordinates of the chart.
     pub at: DVec2,
     /// The chart area that it stands for.
     pub area: f64,
 }
 
 impl StartPlace {
-    /// Between two places of one chart. It stands for half of what the smaller one does.
+    /// The place between two places of one chart. It stands for half of the smaller one's area.
     pub fn halfway(&self, other: &Self) -> Self {
         Self {
             chart: self.chart,
@@ -34,7 +34,7 @@ impl StartPlace {
     }
 }
 
-/// About `count` places on what a light meets first, at least `least` and one on each shape.
+/// About `count` places on the first surfaces of a light, at least `least` and one on each shape.
 pub(super) fn places_of(
     scene: &Scene,
     light: &BeamLight,
@@ -50,8 +50,8 @@ pub(super) fn places_of(
         .collect()
 }
 
-/// `count` places on a shape, spread over its patches by how much light falls on them and by their
-/// area: so that the bright ones are not passed over, however many others there are.
+/// `count` places on a shape, spread over its patches by the light that falls on them and by their area. So
+/// the bright ones are not passed over, however many others there are.
 fn places_on(
     scene: &Scene,
     source: &Source,

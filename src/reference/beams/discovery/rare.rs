@@ -14,23 +14,25 @@ use crate::transport::scatter::ShadingNormals;
 use crate::transport::screen::Screen;
 use crate::transport::signature::Signature;
 
-/// Enough light has landed once so many places sent some: of a signature that one in a thousand of these
-/// landings has, eight are expected; none is seen with a probability of about e⁻⁸.
+/// Number of places that must send light to the film. If one in a thousand of these landings is of a
+/// signature, eight are expected; the signature is missed with a probability of about e⁻⁸.
 const LANDINGS: usize = 1 << 13;
 
-/// Rounds at most: of about 2¹³, 2¹⁴ and 2¹⁵ places. All branches from 2¹² were followed before.
+/// Most rounds: of about 2¹³, 2¹⁴ and 2¹⁵ places. All branches from 2¹² were followed before.
 const ROUNDS: u32 = 3;
 
 /// Events up to which every branch is followed.
 const SPLIT_DEPTH: u32 = 2;
 
-/// Of which stream choices of branches are.
+/// Key of the stream of the branches' choices.
 const SEED: u64 = 0x5352_5645_5900;
 
-/// What single paths from ever more places show, and whether enough of them landed on the film.
+/// The signatures that single paths from ever more places show, and true if enough of them landed on the
+/// film.
 ///
-/// Each round spreads its places over all first surfaces anew, twice as many as the round before. The last that saw a signature
-/// tells its flux: of what only an earlier one saw, that is too much rather than too little.
+/// Each round spreads its places over all first surfaces anew, twice as many as the round before. The last
+/// round that saw a signature tells its flux. If only an earlier one saw it, that is too much rather than too
+/// little.
 pub(super) fn look_for_rare(
     scene: &Scene,
     lights: &[BeamLight],
@@ -94,7 +96,7 @@ pub(super) fn look_for_rare(
     (all, landed >= LANDINGS)
 }
 
-/// The flux \[W\] that sets out to the first surfaces that places stand for.
+/// Flux \[W\] that sets out to the first surfaces that places stand for.
 fn set_out(scene: &Scene, light: &BeamLight, places: &[StartPlace]) -> Rgb {
     let source = &light.source;
     let by_strength: f64 = places

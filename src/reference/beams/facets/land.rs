@@ -1,4 +1,4 @@
-//! From a polygon of light that has made all its events to texels.
+//! Landings of polygons of light that have made all their events, on texels.
 
 use glam::DVec2;
 
@@ -18,25 +18,27 @@ use crate::transport::flux::Flux;
 use crate::transport::path_end::End;
 use crate::transport::screen::Screen;
 
-/// The borders of a larger image \[texels\] have boxes of their own.
+/// Size \[texels\] up to which an image has one box for all its borders; the borders of a larger one have
+/// boxes of their own.
 const SMALL_IMAGE: f64 = 4.0;
 
-/// What became of a polygon at the sensor.
+/// The result of a polygon at the sensor.
 pub(super) enum PolygonLanding<const N: usize> {
     /// It is on the film, or beside it.
     Done {
-        /// On the film \[W\].
+        /// Flux \[W\] on the film.
         received: Flux<N>,
-        /// May be elsewhere \[W\].
+        /// Uncertain flux \[W\]: it may be elsewhere.
         uncertain: Flux<N>,
     },
     /// Its image is not flat enough.
     TooBent,
-    /// The sensor's place for light is not known before a search, or lines are not lines there.
+    /// It must be searched for: the sensor's place for light is not known before a search, or lines are not
+    /// lines there.
     NotForced,
 }
 
-/// Puts a polygon on the film, whose last leg nothing is in the way of.
+/// Puts a polygon on the film if nothing is in the way of its last leg.
 pub(super) fn land<const N: usize>(
     paths: &FacetPaths,
     screen: Screen,
@@ -117,7 +119,7 @@ pub(super) fn land<const N: usize>(
     }
 }
 
-/// Light on its last leg, where it falls.
+/// The node of light on its last leg, at the place where it falls.
 #[inline]
 pub(super) fn node<const N: usize>(
     paths: &FacetPaths,
@@ -140,7 +142,7 @@ pub(super) fn node<const N: usize>(
     })
 }
 
-/// Whether all of an image is off the film, with as much again to spare for its bend.
+/// True if all of an image is off the film, with as much again to spare for its bend.
 fn is_beside<const N: usize>(corners: &[BeamNode<N>], size: [usize; 2]) -> bool {
     let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
     for at in corners.iter().filter_map(|node| node.landing) {
@@ -152,7 +154,7 @@ fn is_beside<const N: usize>(corners: &[BeamNode<N>], size: [usize; 2]) -> bool 
     (high + margin).cmplt(DVec2::ZERO).any() || (low - margin).cmpgt(end).any()
 }
 
-/// A triangle whose map is affine, as it is.
+/// Puts a triangle on the film whose map is affine. Returns the flux \[W\] that the film received.
 fn land_flat<const N: usize>(film: &BeamFilm<N>, cell: &BeamCell<N>) -> Flux<N> {
     let Some(piece) = whole(cell.corners) else {
         return Flux::BLACK;
@@ -172,10 +174,11 @@ fn land_flat<const N: usize>(film: &BeamFilm<N>, cell: &BeamCell<N>) -> Flux<N> 
     received
 }
 
-/// Says of `uncertain` of a polygon's coordinate area that its light may be, or not be, at any
-/// of its borders; of all of it, anywhere in it. Returns the flux \[W\] that this is.
+/// Marks the light of an uncertain part of a polygon's coordinate area: it may be, or not be, at any of the
+/// polygon's borders. If all of the area is uncertain, it may be anywhere in the polygon. Returns the flux
+/// \[W\] of that light.
 ///
-/// On a film that is polar, it may be anywhere as near to the center as a corner.
+/// On a polar film it may be anywhere as near to the center as a corner.
 pub(super) fn deposit_uncertain_area<const N: usize>(
     film: &BeamFilm<N>,
     bends_lines: bool,
@@ -209,7 +212,7 @@ pub(super) fn deposit_uncertain_area<const N: usize>(
     uncertain
 }
 
-/// Uncertain flux on the texels of a box round landings, as far as they are on the film.
+/// Marks uncertain flux on the texels of a box round landings, as far as they are on the film.
 fn add_uncertain<const N: usize>(
     film: &BeamFilm<N>,
     bends_lines: bool,
@@ -223,7 +226,8 @@ fn add_uncertain<const N: usize>(
     }
     let [columns, rows] = film.size();
     if bends_lines {
-        // A chord of the disc is nearer to its center than its ends are, and a box does not know where a turn begins anew.
+        // A chord of the disc is nearer to its center than its ends are, and a box does not show where a turn
+        // begins anew.
         (low, high.y) = (DVec2::ZERO, rows as f64);
     }
     let last = DVec2::new(columns as f64, rows as f64) - 1.0;

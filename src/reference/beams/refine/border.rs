@@ -8,9 +8,9 @@ use crate::transport::first_surface::SurfaceChart;
 use crate::transport::flux::Flux;
 
 impl<const N: usize> Refiner<'_, '_, N> {
-    /// Whether light that lands is found on the way between two nodes of different topologies of a
-    /// cell, none of whose nodes landed: light of one more reflection than on this side of a border and of one less
-    /// than on the other may be a sliver between.
+    /// True if a cell none of whose nodes landed may hide light that does: it is found on the way between two
+    /// nodes of different topologies. For example, light of one more reflection than on one side of a border,
+    /// and of one less than on the other, may be a sliver between.
     pub(super) fn may_hide_sliver(
         &mut self,
         chart: &SurfaceChart,
@@ -31,9 +31,9 @@ impl<const N: usize> Refiner<'_, '_, N> {
             .any(|[from, to]| cut::lands_between(from, to, &mut follow))
     }
 
-    /// Whether no light of a cell that holds more than one topology lands on the film, where that is
-    /// so of its nodes. Only one of them may have landed, which does not show how far light
-    /// reaches up to the border: the cut does.
+    /// True if no light of a cell that holds more than one topology lands on the film, given that none of its
+    /// nodes does. Perhaps only one node landed, which does not show how far light reaches up to the border:
+    /// the cut does.
     pub(super) fn lands_beside(
         &mut self,
         chart: &SurfaceChart,

@@ -1,4 +1,4 @@
-//! Where cells get their nodes from.
+//! The source of cells' nodes: paths that are followed or remembered.
 
 use glam::DVec2;
 
@@ -9,9 +9,9 @@ use crate::transport::first_surface::{SharedPlaces, SurfaceChart};
 use crate::transport::fixed_signature::{PathEnd, PathFollower};
 use crate::transport::path_end::End;
 
-/// Follows paths of one source and one signature, or remembers them.
+/// Finder of nodes: it follows paths of one source and one signature, or remembers them.
 pub struct NodeFinder<'a, const N: usize> {
-    /// Where they are followed.
+    /// The follower of the paths.
     pub follower: PathFollower<'a, N>,
     shared: &'a SharedPlaces<'a>,
     /// Strength of the source, mean of channels.
@@ -28,8 +28,8 @@ impl<'a, const N: usize> NodeFinder<'a, N> {
         }
     }
 
-    /// The node at coordinates of a chart. `in_sight` says that nothing is between the source and
-    /// the surface, where that is known.
+    /// The node at coordinates of a chart. `in_sight` is true if it is known that nothing is between the
+    /// source and the surface.
     #[inline]
     pub fn node(
         &mut self,
@@ -43,7 +43,7 @@ impl<'a, const N: usize> NodeFinder<'a, N> {
         self.seen_on(chart, at, &owner, path)
     }
 
-    /// The same of a cell that a clearance is likely to ask for its [trails](Self::trail).
+    /// The same for a cell whose [trails](Self::trail) the clearance is likely to need.
     #[inline]
     pub fn node_with_trail(
         &mut self,
@@ -57,7 +57,7 @@ impl<'a, const N: usize> NodeFinder<'a, N> {
         self.seen_on(chart, at, &owner, path)
     }
 
-    /// Writes down what the path at coordinates of a chart met.
+    /// Writes the trail of the path at coordinates of a chart.
     pub fn trail(
         &mut self,
         store: &mut PathStore<N>,
@@ -75,7 +75,7 @@ impl<'a, const N: usize> NodeFinder<'a, N> {
         self.shared.owner(self.follower.source(), chart, at)
     }
 
-    /// A path as a node of a chart: what sets out is for a unit of the chart's own area.
+    /// A path as a node of a chart: the light that sets out is for a unit of the chart's own area.
     #[inline]
     fn seen_on(
         &self,

@@ -1,8 +1,8 @@
-//! The space that a polygon's next leg sweeps, and what may be in it.
+//! The space that a polygon's next leg sweeps, and the obstacles in it.
 //!
-//! Rays through a polygon show what they meet; what is beside them may be smaller than the
-//! polygon. So the hulls of its leg are asked for everything that may be in them. Flat faces that
-//! are, mostly neighbours of those that the leg starts and ends on, are judged by their edges (`across.rs`).
+//! Rays through a polygon show what they meet; obstacles beside them may be smaller than the polygon. So
+//! everything that may be in the hulls of its leg is searched for. Most flat faces there are neighbours of
+//! those that the leg starts and ends on: their edges decide whether they are in the way (`across.rs`).
 
 mod across;
 
@@ -17,7 +17,7 @@ use crate::transport::first_surface::Source;
 use crate::transport::path_end::next_hit;
 use crate::transport::screen::Screen;
 
-/// Where all light of a leg goes if nothing is in its way.
+/// The goal of all light of a leg if nothing is in its way.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Goal {
     /// To a facet, within its edges.
@@ -29,13 +29,14 @@ pub(super) enum Goal {
 }
 
 impl Goal {
-    /// Whether it is known before a search where light gets to: of what a camera sees it is not, nor on a receiver
-    /// where lines are not lines of the film.
+    /// True if the place of the light at the goal is known before a search. It is not for the surfaces that a
+    /// camera sees, nor on a receiver on whose film lines are not lines.
     fn is_known(self, paths: &FacetPaths<'_>, screen: &Screen<'_>) -> bool {
         !matches!(self, Self::Receiver) || rectangular_receiver(paths, screen).is_some()
     }
 
-    /// Where a ray's line gets to a facet's or a rectangular receiver's plane; `None` for other goals.
+    /// The point where a ray's line meets a facet's or a rectangular receiver's plane; `None` for other
+    /// goals.
     pub(super) fn place(
         self,
         paths: &FacetPaths<'_>,
@@ -52,7 +53,8 @@ impl Goal {
     }
 }
 
-/// The receiver, if it is a rectangle: on its film lines of the plane are lines, on a disc's, which is polar, they are not.
+/// The receiver, if it is a rectangle. On its film, lines of the plane are lines; on a disc's, which is
+/// polar, they are not.
 pub(super) fn rectangular_receiver<'a>(
     paths: &FacetPaths<'a>,
     screen: &Screen<'_>,
@@ -64,12 +66,12 @@ pub(super) fn rectangular_receiver<'a>(
     matches!(shape, Shape::Rectangle(_)).then_some(shape)
 }
 
-/// What may be in the way of a leg.
+/// The obstacle that may be in the way of a leg.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum LegWay {
-    /// Nothing, but of this part of the light.
+    /// Nothing is, but for a part of the light.
     Clear {
-        /// What bends round an edge, where corners do not show it.
+        /// The part that bends round an edge, if corners do not show it.
         uncertain_part: f64,
     },
     /// This facet.
@@ -78,17 +80,17 @@ pub(super) enum LegWay {
     Obstructed,
 }
 
-/// Where light is on a leg.
+/// A line of a leg's light.
 #[derive(Clone, Copy)]
 struct LegLine {
     ray: Ray,
     end: DVec3,
 }
 
-/// What is looked for in the space that a leg sweeps.
+/// The things that are searched for in the space that a leg sweeps.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Watch {
-    /// Whatever may be there.
+    /// All that may be there.
     Everything,
     /// This facet alone.
     Facet(u32),
@@ -110,21 +112,21 @@ impl Watch {
     }
 }
 
-/// Looks for what is in the way of legs.
+/// Search for obstacles in the way of legs.
 pub(super) struct Legs<'a, 'f> {
     paths: &'f FacetPaths<'a>,
     screen: &'f Screen<'a>,
     clearance: &'f Clearance<'a>,
-    /// Points of one plane may be this far from it: u = 2⁻⁵³ of their coordinates, a few times.
+    /// Distance from a plane that its points may have: u = 2⁻⁵³ of their coordinates, a few times.
     flatness: f64,
-    /// Of the polygon's corners first, then of its sides' and diagonals' middles.
+    /// Lines of the polygon's corners first, then of its sides' and diagonals' middles.
     lines: Vec<LegLine>,
     corners: usize,
     hulls: Vec<Hull>,
 }
 
 impl<'a, 'f> Legs<'a, 'f> {
-    /// For one source and signature.
+    /// The search for one source and signature.
     pub(super) fn new(
         paths: &'f FacetPaths<'a>,
         screen: &'f Screen<'a>,
@@ -143,13 +145,13 @@ impl<'a, 'f> Legs<'a, 'f> {
         }
     }
 
-    /// Whether lines of one direction stay lines of one direction.
+    /// True if lines of one direction stay lines of one direction.
     fn is_affine(&self) -> bool {
         matches!(self.paths.source(), Source::Parallel { .. })
     }
 
-    /// What of `watch` may be in the way of a polygon's next leg; a facet is not where `allowed` of the
-    /// light or less may meet it, but that part counts as uncertain.
+    /// The obstacle of those in `watch` that may be in the way of a polygon's next leg. A facet is none if
+    /// `allowed` of the light or less may meet it, but that part counts as uncertain.
     pub(super) fn way<const N: usize>(
         &mut self,
         polygon: &LightPolygon<N>,
@@ -158,7 +160,7 @@ impl<'a, 'f> Legs<'a, 'f> {
         allowed: f64,
     ) -> LegWay {
         if !goal.is_known(self.paths, self.screen) {
-            // What lands there is followed by other means.
+            // Light that lands there is followed by other means.
             return LegWay::Clear {
                 uncertain_part: 0.0,
             };
@@ -169,8 +171,8 @@ impl<'a, 'f> Legs<'a, 'f> {
         self.look(polygon, goal, None, watch, allowed)
     }
 
-    /// What of `watch` may be in the way of a polygon's next leg to a shape that is not flat;
-    /// obstructed, too, where the shape may not keep back all of its light.
+    /// The obstacle of those in `watch` that may be in the way of a polygon's next leg to a shape that is not
+    /// flat. The leg is obstructed, too, if the shape may not keep back all of its light.
     pub(super) fn way_to_blocker<const N: usize>(
         &mut self,
         polygon: &LightPolygon<N>,
@@ -185,7 +187,7 @@ impl<'a, 'f> Legs<'a, 'f> {
         self.look(polygon, Goal::Away, Some(shape), watch, allowed)
     }
 
-    /// What may be in the hulls of a leg.
+    /// The obstacle that may be in the hulls of a leg.
     fn look<const N: usize>(
         &self,
         polygon: &LightPolygon<N>,
@@ -232,7 +234,7 @@ impl<'a, 'f> Legs<'a, 'f> {
         }
     }
 
-    /// Finds the lines and hulls of a leg; `None` where some of its light does not get there.
+    /// Finds the lines and hulls of a leg; `None` if some of its light does not get there.
     fn sweep<const N: usize>(&mut self, polygon: &LightPolygon<N>, goal: Goal) -> Option<()> {
         self.lines.clear();
         self.hulls.clear();
@@ -275,7 +277,7 @@ impl<'a, 'f> Legs<'a, 'f> {
         Some(())
     }
 
-    /// A line up to its goal; `None` where that is not before it.
+    /// A line up to its goal; `None` if the goal is not ahead.
     fn line(&self, ray: &Ray, goal: Goal) -> Option<LegLine> {
         let end = match goal {
             Goal::Away => ray.at(self.clearance.way_out(ray.origin)),
@@ -286,8 +288,8 @@ impl<'a, 'f> Legs<'a, 'f> {
         is_ahead.then_some(LegLine { ray: *ray, end })
     }
 
-    /// Finds the lines and hulls of a leg to a shape that is not flat; `None` where that may not keep
-    /// back all of its light.
+    /// Finds the lines and hulls of a leg to a shape that is not flat; `None` if the shape may not keep back
+    /// all of its light.
     fn sweep_to<const N: usize>(
         &mut self,
         polygon: &LightPolygon<N>,
@@ -335,7 +337,7 @@ impl<'a, 'f> Legs<'a, 'f> {
         Some(())
     }
 
-    /// Whether the sensor sees nothing of where the leg ends, on a surface of this shape.
+    /// True if the sensor sees nothing of the leg's ends on a surface of this shape.
     pub(super) fn is_end_unseen(&self, shape: u32) -> bool {
         let ends: Vec<DVec3> = self.lines.iter().map(|line| line.end).collect();
         self.screen

@@ -1,4 +1,4 @@
-//! Polygons cut along what part of them meets.
+//! Cuts of polygons whose light does not all meet the same thing.
 
 use glam::DVec2;
 
@@ -10,8 +10,8 @@ use crate::transport::facets::path::FacetLight;
 use crate::transport::first_surface::Source;
 
 impl<const N: usize> FacetRefiner<'_, '_, N> {
-    /// Cuts out what a facet's outline holds, where a ray met the facet or, short of a goal, it may be in
-    /// the way; the rest waits.
+    /// Cuts out the part of a polygon within a facet's outline; the rest waits. Either a ray met the facet
+    /// or, short of a goal, it may be in the way.
     pub(super) fn cut_out(
         &mut self,
         mut polygon: LightPolygon<N>,
@@ -72,15 +72,16 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
         if self.may_go_to_a_facet(&polygon) {
             self.go_on(polygon, area, LegEnd::Facet(facet), generic);
         } else if was_cut {
-            // Within its edges the facet may be behind something else, the receiver may be what it is: a ray will show that.
+            // Within its edges the facet may be behind something else, or it is the receiver: a ray will show
+            // that.
             self.pending.push(polygon);
         } else {
             self.divide(&polygon, area, LegEnd::Facet(facet), generic);
         }
     }
 
-    /// Cuts a polygon whose leg starts or ends on either side of a facet's plane, all of it within the
-    /// facet's outline: the facet crosses the surface that the leg starts or ends on.
+    /// Cuts a polygon whose leg starts or ends on both sides of a facet's plane, all of it within the facet's
+    /// outline. The facet crosses the surface that the leg starts or ends on.
     fn cut_where_surfaces_cross(
         &mut self,
         polygon: &LightPolygon<N>,
@@ -98,9 +99,9 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
         self.cut_along(polygon, start, generic) || self.cut_along(polygon, end, generic)
     }
 
-    /// Cuts a polygon where a function is zero that is linear along its edges for parallel light, and nearly so for
-    /// light from a point; both parts wait.
-    /// `false` where it is nowhere zero, or not known everywhere.
+    /// Cuts a polygon where a function is zero; both parts wait. The function is linear along the polygon's
+    /// edges for parallel light, and nearly so for light from a point. `false` if it is nowhere zero, or not
+    /// known everywhere.
     fn cut_along(
         &mut self,
         polygon: &LightPolygon<N>,
@@ -121,8 +122,8 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
         true
     }
 
-    /// The parts of a polygon above and below a cut, each with what the cut made uncertain. `None` where the
-    /// cut's line is too bent for it to be straight: the polygon is halved instead.
+    /// The parts of a polygon above and below a cut, with the area that the cut made uncertain. `None` if the
+    /// cut's line is too bent to be taken for straight: the polygon is halved instead.
     fn split(
         &mut self,
         polygon: &LightPolygon<N>,
@@ -140,19 +141,19 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
         }
         Some([parts.above, parts.below].map(|corners| {
             let mut part = polygon.with(corners);
-            // What this cut made uncertain is on either side of its line.
+            // The light that this cut made uncertain is on either side of its line.
             part.uncertain_area =
                 (part.share_of_uncertain_area(area) + uncertain_area).min(part.area());
             part
         }))
     }
 
-    /// The part of a polygon that a straight cut puts on the wrong side of the bent line where
-    /// `side` is zero; 0 for parallel light.
+    /// The part of a polygon that a straight cut puts on the wrong side of the bent line where `side` is
+    /// zero; 0 for parallel light.
     ///
-    /// The function falls from its largest to its smallest value over the polygon's width; a value of
-    /// ε in the middle of the cut tells that the line is ε / (largest − smallest) of the width away.
-    /// The area between an arc and its chord is 2/3 of height and length; ends may be off as well.
+    /// The function falls from its largest to its smallest value over the polygon's width. A value of ε in
+    /// the middle of the cut shows that the line is ε / (largest − smallest) of the width away. The area
+    /// between an arc and its chord is 2/3 of height times length; ends may be off as well.
     fn bow(
         &self,
         polygon: &LightPolygon<N>,

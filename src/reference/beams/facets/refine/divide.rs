@@ -1,8 +1,8 @@
-//! Polygons that no straight cut tells apart: halved, or left to cells.
+//! Polygons that no straight cut divides: they are halved, or left to cells.
 
 use super::FacetRefiner;
 use crate::geometry::Shape;
-use crate::reference::beams::facets::chart_of;
+use crate::reference::beams::facets::charts::chart_of;
 use crate::reference::beams::facets::land::{deposit_uncertain_area, node};
 use crate::reference::beams::facets::polygon::{LegEnd, LightPolygon};
 use crate::reference::beams::refine::Refiner;
@@ -10,12 +10,12 @@ use crate::transport::facets::path::FacetLight;
 use crate::transport::first_surface::{SurfaceChart, SurfacePatch};
 use crate::transport::path_end::next_hit;
 
-/// At most this many things that are not flat are passed over in search of the next facet.
+/// Most obstacles that are not flat which the search for the next facet passes over.
 const MAX_OBSTACLES: u32 = 8;
 
 impl<const N: usize> FacetRefiner<'_, '_, N> {
-    /// Of a polygon that something without edges may be in the way of: halves it, or lets
-    /// cells find the border. Where these see none, all of its light is uncertain.
+    /// Divides a polygon that something without edges may be in the way of: halves it, or lets cells find the
+    /// border. If these see none, all of its light is uncertain.
     pub(super) fn divide(
         &mut self,
         polygon: &LightPolygon<N>,
@@ -42,7 +42,8 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
         }
     }
 
-    /// Books all light of a polygon as uncertain where it falls if nothing but facets is in its way.
+    /// Marks all light of a polygon as uncertain in the place where it would fall if nothing but facets were
+    /// in its way.
     fn doubt(&mut self, mut polygon: LightPolygon<N>, sight: LegEnd) {
         let mut sight = Some(sight);
         while polygon.events < self.paths.events() {
@@ -73,7 +74,7 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
             deposit_uncertain_area(self.film, self.bends_lines(), &corners, area, area);
     }
 
-    /// The facet that a polygon's middle would meet next if all that is not flat were not there.
+    /// The facet that a polygon's middle would meet next without all that is not flat.
     fn next_facet(&mut self, polygon: &LightPolygon<N>) -> Option<u32> {
         let scene = self.paths.scene();
         let middle = polygon.area_and_middle().1;
@@ -97,7 +98,7 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
         None
     }
 
-    /// Lets cells do the rest.
+    /// Gives a polygon to the refiner of cells.
     pub(super) fn give_back(
         &mut self,
         polygon: &LightPolygon<N>,

@@ -21,30 +21,32 @@ use crate::transport::first_surface::Fan;
 use crate::transport::path_end::{End, next_hit};
 use crate::transport::screen::Screen;
 
-/// No polygon is cut more often on one leg; what is left is given to the generic refiner.
+/// Most cuts of a polygon on one leg; after them it is given to the generic refiner.
 const MAX_CUTS: u32 = 256;
 
-/// Of the area that a polygon was cut from: no ray is spent on less, rounding decides where it goes.
+/// Part of the area that a polygon was cut from below which no ray is spent on it: rounding decides where it
+/// goes.
 const NOTHING: f64 = 1e-15;
 
-/// Light that bends round a facet's edge is uncertain up to this part of a polygon, and cut off beyond.
+/// Largest part of a polygon whose light may count as uncertain because it bends round a facet's edge; more
+/// is cut off.
 const MOST_UNCERTAIN: f64 = 1.0 / 64.0;
 
-/// Cuts the light of one source and one signature that meets flat facets.
+/// Refiner of the light of one source and one signature that meets flat facets.
 pub struct FacetRefiner<'a, 'f, const N: usize> {
     paths: &'f FacetPaths<'a>,
     screen: &'f Screen<'a>,
     film: &'f BeamFilm<N>,
     legs: Legs<'a, 'f>,
-    /// Misplaced flux that a polygon may have \[W\].
+    /// Misplaced flux \[W\] that a polygon may have.
     tolerance: f64,
-    /// Flux of light whose weight is one \[W\].
+    /// Flux \[W\] of light whose weight is one.
     strength: f64,
     pending: Vec<LightPolygon<N>>,
     patch: TexelBlock<N>,
-    /// What was found so far, without what was given back.
+    /// The balance so far, without polygons that were given back.
     pub balance: Balance<N>,
-    /// Work done so far, without what was given back.
+    /// Work done so far, without polygons that were given back.
     pub counters: TraversalCounters,
 }
 
@@ -72,8 +74,8 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
         }
     }
 
-    /// All light of the source that meets a facet first. What is not by way of facets alone, or
-    /// of more than one topology within the tolerance, goes to `generic`.
+    /// Follows all light of the source that meets a facet first. Light that does not go by facets alone is
+    /// given to `generic`, as is light of more than one topology within the tolerance.
     pub fn refine(&mut self, facet: u32, generic: &mut Refiner<'_, '_, N>) {
         let facets = self.paths.facets();
         let entry = facets.get(facet);
@@ -100,7 +102,8 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
         }
     }
 
-    /// Halves what the source sees at so wide an angle that corners do not tell how much light there is.
+    /// Halves polygons that the source sees at so wide an angle that corners do not tell how much light they
+    /// hold.
     fn part_wide(&mut self) {
         let Some(origin) = self.paths.source().origin() else {
             return;
@@ -124,7 +127,7 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
         }
     }
 
-    /// The next leg of a polygon, or its end.
+    /// Takes a polygon to its next leg, or to its end.
     fn follow(&mut self, polygon: LightPolygon<N>, generic: &mut Refiner<'_, '_, N>) {
         let (area, middle) = polygon.area_and_middle();
         if polygon.corners.len() < 3 || area <= NOTHING * polygon.whole {
@@ -150,7 +153,7 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
         }
     }
 
-    /// Whether light within a polygon did not end, as that of its corners did.
+    /// True if some light within a polygon is on its way, although that of its corners ended.
     fn is_any_on_its_way(&self, polygon: &LightPolygon<N>, middle: DVec2) -> bool {
         let is_on_its_way = |at: DVec2| {
             let light: FacetLight<N> = self.paths.follow(&polygon.chain, polygon.events, at);
@@ -165,17 +168,17 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
                 .any(|(a, b)| is_on_its_way(0.5 * (a.at + b.at)))
     }
 
-    /// Whether the facet is the one that the polygon starts on, seen from the source.
+    /// True if the facet is the one that the polygon starts on, seen from the source.
     fn is_entry(polygon: &LightPolygon<N>, facet: u32) -> bool {
         polygon.events == 0 && polygon.chain[0] == facet
     }
 
-    /// Whether a polygon's next event may be on whatever facet it meets.
+    /// True if a polygon's next event may be on any facet that it meets.
     fn may_go_to_a_facet(&self, polygon: &LightPolygon<N>) -> bool {
         polygon.events > 0 && polygon.events < self.paths.events()
     }
 
-    /// What light at coordinates `at` meets next.
+    /// The thing that light at coordinates `at` meets next.
     fn sight(&mut self, polygon: &LightPolygon<N>, at: DVec2) -> LegEnd {
         let scene = self.paths.scene();
         let light: FacetLight<N> = self.paths.follow(&polygon.chain, polygon.events, at);
@@ -203,8 +206,8 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
         }
     }
 
-    /// Of light that may not all meet the same: halves it where that is worth while, or else takes it
-    /// for what was seen, and all of it as uncertain.
+    /// Settles a polygon whose light may not all meet the same thing. It is halved if that is worth while;
+    /// otherwise all of it counts as meeting what was seen, and as uncertain.
     fn settle(
         &mut self,
         mut polygon: LightPolygon<N>,
@@ -224,7 +227,7 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
         area * self.strength * polygon.largest_weight() > self.tolerance && polygon.cuts <= MAX_CUTS
     }
 
-    /// To the next leg, or to the end, if nothing is in the way.
+    /// Takes a polygon to the next leg, or to the end, if nothing is in the way.
     fn go_on(
         &mut self,
         mut polygon: LightPolygon<N>,
@@ -239,7 +242,7 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
             {
                 Goal::Facet(facet)
             }
-            // It is met where it must not be.
+            // Light meets it where it must not.
             LegEnd::Facet(facet) => {
                 self.stop(polygon, area, Stopper::Facet(facet), generic);
                 return;
@@ -255,12 +258,12 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
                 return;
             }
         };
-        // What is uncertain as a whole may be in the way of whatever it likes.
+        // If all of it is uncertain, obstacles do not matter.
         if polygon.uncertain_area < area {
             let allowed = self.allowed(&polygon, area);
             match self.legs.way(&polygon, goal, Watch::Everything, allowed) {
                 LegWay::Clear { uncertain_part } => {
-                    // What cuts along the same edges made uncertain is the same light.
+                    // Cuts along the same edges made the same light uncertain.
                     polygon.uncertain_area =
                         polygon.uncertain_area.max(uncertain_part * area).min(area);
                     if uncertain_part > allowed && self.is_worth_halving(&polygon, area) {
@@ -312,13 +315,13 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
         }
     }
 
-    /// Which part of a polygon may be uncertain: light that bends round an edge.
+    /// The part of a polygon that may be uncertain, as light that bends round an edge.
     fn allowed(&self, polygon: &LightPolygon<N>, area: f64) -> f64 {
         let flux = area * self.strength * polygon.largest_weight();
         (self.tolerance / flux).min(MOST_UNCERTAIN)
     }
 
-    /// A polygon's next event, on a facet that is the last of its chain.
+    /// Takes a polygon through its next event, on the last facet of its chain.
     fn meet(&self, polygon: &mut LightPolygon<N>, facet: u32) {
         for corner in &mut polygon.corners {
             *corner = self.paths.onward(corner, facet, polygon.events);
@@ -327,7 +330,7 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
         polygon.cuts = 0;
     }
 
-    /// What set out towards a finished polygon.
+    /// Books the light that set out towards a finished polygon.
     fn book(&mut self, polygon: &LightPolygon<N>, area: f64) {
         let emitted: f64 = polygon.corners.iter().map(|corner| corner.emitted).sum();
         self.balance.emitted +=
@@ -335,7 +338,7 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
         self.balance.cells += 1;
     }
 
-    /// Halves it where that is worth while.
+    /// Halves a polygon if that is worth while; otherwise gives it back.
     fn part(&mut self, polygon: &LightPolygon<N>, area: f64, generic: &mut Refiner<'_, '_, N>) {
         if self.is_worth_halving(polygon, area)
             && let Some(halves) = polygon.halves(self.paths)

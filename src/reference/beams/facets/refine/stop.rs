@@ -1,8 +1,8 @@
 //! Polygons that something ends before their goal.
 //!
-//! The middle of a polygon met it; what its light might go to instead may still be before it, beside the
-//! middle: the facet that the polygon starts on where another surface crosses it, the next glass, the
-//! receiver, whatever a camera sees.
+//! The polygon's middle met it. Beside the middle, other things may still be before it: the facet that the
+//! polygon starts on where another surface crosses it, the next glass, the receiver, any surface that a
+//! camera sees.
 
 use super::FacetRefiner;
 use super::stopper::Stopper;
@@ -13,7 +13,7 @@ use crate::reference::beams::refine::Refiner;
 use crate::transport::screen::Screen;
 
 impl<const N: usize> FacetRefiner<'_, '_, N> {
-    /// Books a polygon that ends on a facet or a blocker, or finds what of it does not.
+    /// Books a polygon that ends on a facet or a blocker, or finds the part of it that does not.
     pub(super) fn stop(
         &mut self,
         polygon: LightPolygon<N>,
@@ -60,10 +60,10 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
         }
     }
 
-    /// What light of a polygon might go to instead of what ends it.
+    /// The things that light of a polygon might meet before the one that ends it.
     fn watch(&self, polygon: &LightPolygon<N>) -> Watch {
         match self.screen {
-            // What is first met on the way to the first facet has a patch of its own.
+            // Anything that is met first on the way to the first facet has a patch of its own.
             _ if polygon.events == 0 => Watch::Facet(polygon.chain[0]),
             Screen::Receiver(receiver) if polygon.events == self.paths.events() => {
                 Watch::Shape(receiver.shape())
@@ -72,7 +72,8 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
         }
     }
 
-    /// Books a polygon that does not land, as far as is known: after its last event, the part of it that is uncertain may.
+    /// Books a polygon that does not land, as far as is known. After its last event, its uncertain part may
+    /// land.
     pub(super) fn end(&mut self, polygon: &LightPolygon<N>, uncertain_area: f64, area: f64) {
         if uncertain_area > 0.0 && polygon.events == self.paths.events() {
             let nodes: Vec<_> = polygon
@@ -86,7 +87,7 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
         self.book(polygon, area);
     }
 
-    /// Whether lines may be no lines on the film: on a rectangle they are.
+    /// True if lines may not be lines on the film: on a rectangle they are.
     pub(super) fn bends_lines(&self) -> bool {
         rectangular_receiver(self.paths, self.screen).is_none()
     }

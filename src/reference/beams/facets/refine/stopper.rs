@@ -1,8 +1,8 @@
-//! What ends polygons before their goal.
+//! Things that end polygons before their goal.
 
 use crate::reference::beams::facets::polygon::LegEnd;
 
-/// What ends a polygon.
+/// A thing that ends a polygon.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Stopper {
     /// A facet that light does not go on from.
