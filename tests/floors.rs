@@ -33,7 +33,7 @@ const PRIVATE_CRATES: &[(&str, &str)] = &[
     ("roxmltree", "mitsuba"),
     ("half", "approximation"),
     ("kiddo", "reference/photon_map"),
-    ("kiddo", "reference/beams/survey/faces.rs"),
+    ("kiddo", "reference/beams/discovery/faces.rs"),
     ("tobj", "mitsuba"),
     ("toml", "study/file"),
     ("base64", "study/report"),

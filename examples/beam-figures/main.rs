@@ -204,7 +204,7 @@ fn bounds(text: &mut String) -> Result<(), Box<dyn std::error::Error>> {
                 held.missed,
                 held.worst,
                 worst.missed,
-                work.slack / work.received,
+                work.uncertain / work.received,
                 work.cells,
                 work.cut,
                 work.unresolved,
@@ -220,7 +220,7 @@ fn bounds(text: &mut String) -> Result<(), Box<dyn std::error::Error>> {
 #[derive(Default)]
 struct Work {
     received: f64,
-    slack: f64,
+    uncertain: f64,
     cells: u64,
     cut: u64,
     unresolved: u64,
@@ -232,7 +232,7 @@ impl Work {
         let mut work = Self::default();
         for one in &report.signatures {
             work.received += one.received.mean();
-            work.slack += one.slack.mean();
+            work.uncertain += one.uncertain.mean();
             work.cells += one.cells;
             work.cut += one.cut_cells;
             work.unresolved += one.unresolved_cells;

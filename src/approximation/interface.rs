@@ -7,7 +7,7 @@ use crate::optics::{RayDerivative, dielectric_reflectance};
 use crate::radiometry::Rgb;
 use crate::scene::{Material, Scene};
 use crate::setting::words::words;
-use crate::transport::scatter::{Bending, Meeting, ShadingNormals, Way};
+use crate::transport::scatter::{Bending, Interaction, ShadingNormals, Way};
 
 words! {
     /// The share of light that interfaces let through.
@@ -41,12 +41,12 @@ pub fn cross(
     fresnel: Fresnel,
 ) -> Option<Crossing> {
     let material = scene.material_of(shape);
-    let meeting = Meeting::new(scene, material, point, direction, ShadingNormals::Flux);
-    let share = meeting.share_of(way);
+    let interaction = Interaction::new(scene, material, point, direction, ShadingNormals::Flux);
+    let share = interaction.share_of(way);
     if share <= 0.0 {
         return None;
     }
-    let branch = meeting.branch::<3>(way)?;
+    let branch = interaction.branch::<3>(way)?;
     let factor = match (fresnel, relative_index(material, point, direction)) {
         (Fresnel::Exact, _) | (_, None) => share,
         (Fresnel::None, Some(_)) => 1.0,
@@ -62,7 +62,7 @@ pub fn cross(
     Some(Crossing {
         direction: branch.direction,
         throughput: branch.tint.rgb() * factor,
-        bending: meeting.bending(way),
+        bending: interaction.bending(way),
     })
 }
 

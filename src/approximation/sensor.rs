@@ -11,7 +11,7 @@ use crate::radiometry::Rgb;
 use crate::run::Refusal;
 use crate::scene::{Color, Material, Scene, Sensor, SensorKind};
 use crate::transport::camera::Camera;
-use crate::transport::prescribed::next_hit;
+use crate::transport::path_end::next_hit;
 use crate::transport::receiver::Receiver;
 use crate::transport::screen::Screen;
 

@@ -10,7 +10,7 @@
 
 use super::flux::Flux;
 use super::ledger::Fate;
-use super::scatter::{Meeting, ShadingNormals, Way};
+use super::scatter::{Interaction, ShadingNormals, Way};
 use super::signature::{MAX_EVENTS, Signature};
 use crate::geometry::{Hit, Ray, SurfacePoint, TraversalCounters};
 use crate::scene::Scene;
@@ -142,14 +142,14 @@ impl<'a, const N: usize> ChainTracer<'a, N> {
             flux: flight.flux,
         };
         let fate = sink.arrived(&arrival, &mut self.counters);
-        let meeting = Meeting::new(
+        let interaction = Interaction::new(
             self.scene,
             self.scene.material_of(hit.shape),
             &point,
             ray.direction,
             self.settings.shading_normals,
         );
-        if meeting.is_end() {
+        if interaction.is_end() {
             sink.ended(flight.signature, fate, flight.flux);
             return None;
         }
@@ -158,11 +158,11 @@ impl<'a, const N: usize> ChainTracer<'a, N> {
             sink.ended(flight.signature, Fate::CutOff, flight.flux);
             None
         } else if events >= self.settings.max_depth as usize {
-            self.pass(flight, &meeting, &point, sink)
+            self.pass(flight, &interaction, &point, sink)
         } else if events < self.settings.split_depth as usize {
-            self.follow_all(flight, &meeting, &point, sink)
+            self.follow_all(flight, &interaction, &point, sink)
         } else {
-            self.follow_one(flight, &meeting, &point, sink)
+            self.follow_one(flight, &interaction, &point, sink)
         }
     }
 
@@ -171,14 +171,14 @@ impl<'a, const N: usize> ChainTracer<'a, N> {
     fn follow_one(
         &self,
         flight: &Flight<N>,
-        meeting: &Meeting,
+        interaction: &Interaction,
         point: &SurfacePoint,
         sink: &mut impl ChainSink<N>,
     ) -> Option<Flight<N>> {
         let choice = sink.choice(flight.signature, flight.passes);
-        let next = meeting
+        let next = interaction
             .choose(choice)
-            .and_then(|way| self.along(flight, flight.flux, way, meeting, point, sink));
+            .and_then(|way| self.along(flight, flight.flux, way, interaction, point, sink));
         if next.is_none() {
             sink.ended(flight.signature, Fate::Absorbed, flight.flux);
         }
@@ -190,17 +190,17 @@ impl<'a, const N: usize> ChainTracer<'a, N> {
     fn follow_all(
         &mut self,
         flight: &Flight<N>,
-        meeting: &Meeting,
+        interaction: &Interaction,
         point: &SurfacePoint,
         sink: &mut impl ChainSink<N>,
     ) -> Option<Flight<N>> {
         let mut last = None;
         let mut rest = flight.flux;
         for way in Way::ALL {
-            let share = meeting.share_of(way);
+            let share = interaction.share_of(way);
             if share > 0.0 {
                 let flux = flight.flux * share;
-                if let Some(next) = self.along(flight, flux, way, meeting, point, sink) {
+                if let Some(next) = self.along(flight, flux, way, interaction, point, sink) {
                     rest = rest - flux;
                     self.pending.extend(last.replace(next));
                 }
@@ -217,13 +217,14 @@ impl<'a, const N: usize> ChainTracer<'a, N> {
     fn pass(
         &self,
         flight: &Flight<N>,
-        meeting: &Meeting,
+        interaction: &Interaction,
         point: &SurfacePoint,
         sink: &mut impl ChainSink<N>,
     ) -> Option<Flight<N>> {
-        let passed = meeting.share_of(Way::Passed);
+        let passed = interaction.share_of(Way::Passed);
         if passed < 1.0 {
-            let events = meeting.share_of(Way::Reflected) + meeting.share_of(Way::Transmitted);
+            let events =
+                interaction.share_of(Way::Reflected) + interaction.share_of(Way::Transmitted);
             let fate = if events > 0.0 {
                 Fate::CutOff
             } else {
@@ -233,7 +234,7 @@ impl<'a, const N: usize> ChainTracer<'a, N> {
         }
         if passed > 0.0 {
             let flux = flight.flux * passed;
-            self.along(flight, flux, Way::Passed, meeting, point, sink)
+            self.along(flight, flux, Way::Passed, interaction, point, sink)
         } else {
             None
         }
@@ -248,11 +249,11 @@ impl<'a, const N: usize> ChainTracer<'a, N> {
         flight: &Flight<N>,
         flux: Flux<N>,
         way: Way,
-        meeting: &Meeting,
+        interaction: &Interaction,
         point: &SurfacePoint,
         sink: &mut impl ChainSink<N>,
     ) -> Option<Flight<N>> {
-        let branch = meeting.branch(way)?;
+        let branch = interaction.branch(way)?;
         let leaving = flux * branch.tint;
         if leaving != flux {
             if self.settings.shading_normals == ShadingNormals::Adjoint {

@@ -10,24 +10,25 @@
 //! scattering of any surface, the second the light that may arrive there. The third names the kinds of paths
 //! that a method finds. [`direct`] measures the light that met nothing specular.
 //!
-//! Beams name rays by their [`first_surface`] and follow [`prescribed`] events. [`differentials`] follow the
+//! Beams name rays by their [`first_surface`] and follow the events of a [`fixed_signature`]. [`differentials`] follow the
 //! light right beside a ray. Every reference and every approximation is built from these.
 
 pub mod bsdf;
 pub mod camera;
 pub mod chain;
 pub mod chain_limits;
+pub mod clearance;
 pub mod differentials;
 pub mod direct;
 pub mod domain;
 pub mod facets;
 pub mod first_surface;
+pub mod fixed_signature;
 pub mod flux;
-pub mod guard;
 pub mod ledger;
 pub mod lights;
 pub mod path_class;
-pub mod prescribed;
+pub mod path_end;
 pub mod receiver;
 pub mod scatter;
 pub mod screen;

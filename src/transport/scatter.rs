@@ -80,7 +80,7 @@ pub enum Bending {
 /// Interaction of a ray with a surface: the shares of its light, before their directions are computed.
 ///
 /// The part that neither shares nor tints carry on is absorbed.
-pub struct Meeting<'a> {
+pub struct Interaction<'a> {
     point: &'a SurfacePoint,
     direction: DVec3,
     shading_normals: ShadingNormals,
@@ -94,7 +94,7 @@ pub struct Meeting<'a> {
     shares: [f64; 3],
 }
 
-impl<'a> Meeting<'a> {
+impl<'a> Interaction<'a> {
     /// The interaction of light that travels along `direction` with `material` at `point`.
     #[inline]
     pub fn new(
@@ -105,7 +105,7 @@ impl<'a> Meeting<'a> {
         shading_normals: ShadingNormals,
     ) -> Self {
         let front = direction.dot(point.geometric_normal) < 0.0;
-        let mut meeting = Self {
+        let mut interaction = Self {
             point,
             direction,
             shading_normals,
@@ -118,11 +118,11 @@ impl<'a> Meeting<'a> {
             // The commonest end of a chain.
             Material::Diffuse { .. } => {}
             Material::Mask { .. } | Material::TwoSided { .. } => {
-                meeting.unwrap(scene, material, front);
+                interaction.unwrap(scene, material, front);
             }
-            _ => meeting.share(material, front, 1.0),
+            _ => interaction.share(material, front, 1.0),
         }
-        meeting
+        interaction
     }
 
     /// Looks through masks and two-sided materials at the material inside.

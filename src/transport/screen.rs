@@ -5,7 +5,7 @@ use glam::{DVec2, DVec3};
 
 use super::camera::Camera;
 use super::chain::Arrival;
-use super::prescribed::{End, next_hit};
+use super::path_end::{End, next_hit};
 use super::receiver::Receiver;
 use crate::geometry::{Hit, Hull, Ray, Shape, TraversalCounters};
 use crate::radiometry::Rgb;

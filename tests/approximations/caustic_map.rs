@@ -378,7 +378,7 @@ fn a_march_goes_on_from_one_face_of_a_cube_to_the_next() {
         },
         derivatives: Default::default(),
         is_exact: true,
-        family: 0,
+        topology: 0,
     };
     let mut work = Work::default();
     let found = marched(&exit, &depths, [256, 20], &mut work).unwrap();

@@ -8,8 +8,9 @@ use nephroid::numeric::{Stream, StreamKind};
 use nephroid::reference::{Estimate, Quantity};
 use nephroid::scene::{Scene, Sensor};
 use nephroid::transport::camera::Camera;
-use nephroid::transport::first_surface::{Source, roots};
-use nephroid::transport::prescribed::{End, PathFollower};
+use nephroid::transport::first_surface::{Source, patches};
+use nephroid::transport::fixed_signature::PathFollower;
+use nephroid::transport::path_end::End;
 use nephroid::transport::scatter::ShadingNormals;
 use nephroid::transport::screen::Screen;
 use nephroid::transport::signature::Signature;
@@ -120,10 +121,10 @@ fn a_cameras_image_is_that_of_photons_connected_to_it() {
     );
     let stream = Stream::new(StreamKind::Random, 5);
     let mut sums = [(0.0, 0.0); BINS];
-    for (index, root) in roots(scene(), &source).iter().enumerate() {
-        // Each root is a stratum; the photons in it are independent.
+    for (index, patch) in patches(scene(), &source).iter().enumerate() {
+        // Each patch is a stratum; the photons in it are independent.
         let stream = stream.split(index as u64);
-        let [a, b, c] = root.corners;
+        let [a, b, c] = patch.corners;
         let area = 0.5 * (b - a).perp_dot(c - a).abs();
         let mut stratum = [(0.0, 0.0); BINS];
         for photon in 0..PHOTONS {
@@ -134,7 +135,7 @@ fn a_cameras_image_is_that_of_photons_connected_to_it() {
             let at = a + (b - a) * place.x + (c - a) * place.y;
             let mut found = Vec::new();
             follower.follow_some(
-                &root.chart,
+                &patch.chart,
                 at,
                 [16; 2],
                 1e-9,

@@ -2,16 +2,16 @@
 
 mod bars;
 mod camera;
+mod clearance;
 mod crossings;
+mod discovery;
 mod flat_facets;
-mod guard;
 mod lamps;
 mod method;
 mod occluders;
 mod probe;
 mod probe_meshes;
 mod spots;
-mod survey;
 
 #[path = "../support/mod.rs"]
 mod support;

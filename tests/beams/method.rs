@@ -138,7 +138,7 @@ fn values_lie_within_their_bounds_and_the_ledger_has_their_sums() {
 /// All signatures' cells cover that angle, and sum it up by three points a cell, on cells that are as
 /// fine as that signature needs. A cell of angular size h errs by h⁴ or, at the terminator, where
 /// emission begins with a kink, by h² of its own light; a cell ends with at most 1/16 of the light of a root
-/// (level 2, as the survey's 2¹⁴ nodes and the first tolerance ask for): 1e-3.
+/// (level 2, as the discovery's 2¹⁴ nodes and the first tolerance ask for): 1e-3.
 #[test]
 fn what_sets_out_towards_the_ball_is_its_solid_angle() {
     let (_, report) = beams(&bundled("glass-ball", 64), 1e-3);
@@ -165,7 +165,7 @@ fn bits((estimate, report): &(Estimate, BeamReport)) -> Vec<u64> {
         bits.extend([one.cells, one.cut_cells, one.unresolved_cells]);
         bits.extend([one.emitted.to_bits(), one.balance_error.to_bits()]);
         bits.extend(one.received.0.map(f64::to_bits));
-        bits.extend(one.slack.0.map(f64::to_bits));
+        bits.extend(one.uncertain.0.map(f64::to_bits));
     }
     bits
 }

@@ -95,7 +95,12 @@ fn the_shadow_of_a_bead_under_a_pane_is_within_bounds_on_every_texel() {
             }
             assert!(shadowed >= 1);
             // A border that no line follows exactly is in the report.
-            assert!(report.signatures.iter().any(|one| one.slack.mean() > 0.0));
+            assert!(
+                report
+                    .signatures
+                    .iter()
+                    .any(|one| one.uncertain.mean() > 0.0)
+            );
         }
     }
 }

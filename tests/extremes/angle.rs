@@ -435,7 +435,7 @@ fn water_is_lit_by_a_sun_that_all_but_sets() {
         let direction = DVec3::new(elevation.cos(), 0.0, -elevation.sin());
         let scene = pool(direction, 1.33, 0.5);
         let (truth, allowed) = bottom(&scene, 1.33).expect("nothing is critical from outside");
-        // Beams follow a branch with 1e-7 of the light that arrives, or more (`beams/survey`); 1 − F is 5 times the elevation here.
+        // Beams follow a branch with 1e-7 of the light that arrives, or more (`beams/discovery`); 1 − F is 5 times the elevation here.
         let by_beams = worst_texel(&scene, truth).map_or_else(
             || {
                 assert!(elevation < 2e-8, "{elevation:e}: beams find the bottom");

@@ -9,7 +9,7 @@ use nephroid::numeric::quadrature::GaussLegendre;
 use nephroid::optics::dielectric_reflectance;
 use nephroid::reference::closed_form::{AxialLight, GlassBall, Path, TexelGrid};
 use nephroid::scene::Scene;
-use nephroid::transport::first_surface::{Source, roots};
+use nephroid::transport::first_surface::{Source, patches};
 
 use crate::support::extremes::double_double::{Exact, Exact3};
 use crate::support::extremes::{
@@ -372,7 +372,7 @@ fn a_lamp_may_be_a_millionth_of_a_radius_from_a_mirror() {
                 panic!("one lamp");
             };
             // Each halving of the distance takes about as many parts: over the center, some of each of 16 sectors' triangles, 20 times.
-            let count = roots(&scene, &source).len();
+            let count = patches(&scene, &source).len();
             assert!(count < 1 << 14, "{gap:e} over {foot:?}: {count} roots");
             if gap == 0.0 {
                 continue;

@@ -367,7 +367,7 @@ fn interrupt(child: &mut Child) {
     }
 }
 
-/// Runs that last some seconds, interrupted after each of these times \[ms\]: while the program starts, reads, surveys, traces, goes
+/// Runs that last some seconds, interrupted after each of these times \[ms\]: while the program starts, reads, discovers, traces, goes
 /// from pass to pass.
 const MOMENTS: [u64; 8] = [0, 3, 10, 30, 100, 300, 700, 1500];
 

@@ -237,7 +237,7 @@ fn a_bead_ever_smaller_below_a_pane_gets_what_the_pane_lets_through() {
     }
 }
 
-/// The back of the floor gets no light, but a survey of thousands of paths cannot know: what it may have missed is in the bounds.
+/// The back of the floor gets no light, but a discovery of thousands of paths cannot know: what it may have missed is in the bounds.
 #[test]
 fn darkness_has_a_bar_where_light_was_looked_for_in_vain() {
     let xml = std::fs::read_to_string(bundled_file("glass-ball")).unwrap();

@@ -5,7 +5,7 @@ use nephroid::geometry::{Ray, TraversalCounters};
 use nephroid::mitsuba;
 use nephroid::optics::{RayDerivative, reflect, refract};
 use nephroid::scene::{Scene, SensorKind};
-use nephroid::transport::differentials::{Follower, Interaction, Landing, ThinBeam};
+use nephroid::transport::differentials::{ChainStep, Follower, Landing, ThinBeam};
 use nephroid::transport::domain::LightSpace;
 use nephroid::transport::scatter::ShadingNormals;
 
@@ -144,7 +144,7 @@ fn the_derivatives_of_a_landing_agree_with_differences_of_landings() {
                 (emission.falloff > 0.0).then(|| ThinBeam::new(&emission))
             };
             let Some(start) = beam(place) else { continue };
-            let mut landings: Vec<(Vec<Interaction>, Landing)> = Vec::new();
+            let mut landings: Vec<(Vec<ChainStep>, Landing)> = Vec::new();
             follower.every_path(&start, &mut |chain, landing| {
                 landings.push((chain.to_vec(), *landing));
             });

@@ -5,7 +5,7 @@ use nephroid::geometry::{Ray, SurfacePoint};
 use nephroid::numeric::{Stream, StreamKind};
 use nephroid::scene::Scene;
 use nephroid::transport::bsdf::{Bsdf, BsdfSample, Scattering, Transport, check_colors};
-use nephroid::transport::scatter::{Meeting, ShadingNormals, Way};
+use nephroid::transport::scatter::{Interaction, ShadingNormals, Way};
 
 use crate::support::bsdf::{Surface, bsdfs, direction, scene};
 
@@ -105,7 +105,7 @@ fn flux_at_smooth_interfaces_is_that_of_photons_with_adjoint_shading_normals() {
         let (bsdf, point) = met(&scene, &ray);
         let mut compared = 0;
         for wi in directions(3, 300) {
-            let meeting = Meeting::new(
+            let interaction = Interaction::new(
                 &scene,
                 &scene.materials()[0],
                 &point,
@@ -116,8 +116,8 @@ fn flux_at_smooth_interfaces_is_that_of_photons_with_adjoint_shading_normals() {
                 (Way::Reflected, Scattering::Reflected),
                 (Way::Transmitted, Scattering::Transmitted),
             ] {
-                let Some(branch) = (meeting.share_of(way) > 0.0)
-                    .then(|| meeting.branch::<3>(way))
+                let Some(branch) = (interaction.share_of(way) > 0.0)
+                    .then(|| interaction.branch::<3>(way))
                     .flatten()
                 else {
                     continue;
@@ -130,7 +130,7 @@ fn flux_at_smooth_interfaces_is_that_of_photons_with_adjoint_shading_normals() {
                 assert!(bsdf.is_consistent(wi, sample.wo));
                 assert!(sample.wo.abs_diff_eq(branch.direction, 1e-14));
                 for c in 0..3 {
-                    let photon = meeting.share_of(way) * branch.tint.0[c];
+                    let photon = interaction.share_of(way) * branch.tint.0[c];
                     let path = sample.weight.0[c] * sample.pdf_solid_angle;
                     // A few dozen roundings; a grazing refraction amplifies them by 1/cos.
                     assert!(

@@ -11,7 +11,7 @@ use nephroid::optics::{
 };
 use nephroid::radiometry::Rgb;
 use nephroid::scene::{Color, Material, MaterialId, Scalar, Scene};
-use nephroid::transport::scatter::{Branch, Meeting, ShadingNormals, Way};
+use nephroid::transport::scatter::{Branch, Interaction, ShadingNormals, Way};
 use nephroid::transport::signature::Event;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
@@ -316,16 +316,16 @@ struct Going {
 }
 
 fn branches(scene: &Scene, material: &Material, point: &SurfacePoint, d: DVec3) -> Vec<Going> {
-    let meeting = Meeting::new(scene, material, point, d, ShadingNormals::Flux);
+    let interaction = Interaction::new(scene, material, point, d, ShadingNormals::Flux);
     Way::ALL
         .into_iter()
-        .filter(|way| meeting.share_of(*way) > 0.0)
+        .filter(|way| interaction.share_of(*way) > 0.0)
         .filter_map(|way| {
-            let branch: Branch<3> = meeting.branch(way)?;
+            let branch: Branch<3> = interaction.branch(way)?;
             Some(Going {
                 direction: branch.direction,
                 event: way.event(),
-                share: meeting.share_of(way),
+                share: interaction.share_of(way),
                 tint: branch.tint.rgb(),
             })
         })

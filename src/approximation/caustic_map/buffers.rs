@@ -6,7 +6,7 @@ use super::settings::Mode;
 use crate::approximation::{LightView, Precision};
 use crate::geometry::{Hit, Ray, Shape, SurfaceElement, SurfacePoint, TraversalCounters};
 use crate::scene::{Material, Scene};
-use crate::transport::prescribed::next_hit;
+use crate::transport::path_end::next_hit;
 
 /// A pixel of the photon buffer: where the light's ray meets a specular object.
 #[derive(Clone, Copy, Debug)]

@@ -1,6 +1,6 @@
 //! Stage `splat`, exact: beams between the corners of the light view's pixels, dealt out to texels by area.
 //!
-//! Where the corners of a pixel are light of one family, their landings span two triangles (either way, and both are
+//! Where the corners of a pixel are light of one topology, their landings span two triangles (either way, and both are
 //! taken, by half), over which its flux is dealt out. Where they are not, the pixel is divided, `border-levels` times; of what is left
 //! then, each corner puts a quarter into its texel.
 
@@ -42,7 +42,7 @@ struct Corner {
     at: DVec2,
     /// What is left of a unit of flux.
     weight: Rgb,
-    family: u64,
+    topology: u64,
 }
 
 struct Beams<'a> {
@@ -107,7 +107,7 @@ impl Beams<'_> {
         Some(Corner {
             at: landing.at,
             weight: exit.throughput * landing.weight,
-            family: exit.family ^ landing.surface.rotate_left(17),
+            topology: exit.topology ^ landing.surface.rotate_left(17),
         })
     }
 
@@ -125,7 +125,7 @@ impl Beams<'_> {
         }
         let emitted = || self.tracer.emitted(low + 0.5 * size, low, low + size);
         if let [Some(a), Some(b), Some(c), Some(d)] = corners
-            && [b, c, d].iter().all(|corner| corner.family == a.family)
+            && [b, c, d].iter().all(|corner| corner.topology == a.topology)
         {
             let quarter = emitted() * 0.25;
             for [p, q, r] in [[a, b, d], [a, d, c], [a, b, c], [b, d, c]] {

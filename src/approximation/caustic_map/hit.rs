@@ -9,7 +9,7 @@ use crate::approximation::{DepthMap, LightView, Receivers};
 use crate::geometry::{Hit, Ray, TraversalCounters};
 use crate::radiometry::Rgb;
 use crate::scene::Scene;
-use crate::transport::prescribed::{End, next_hit};
+use crate::transport::path_end::{End, next_hit};
 use crate::transport::screen::Screen;
 
 /// A photon on a receiver.

@@ -8,7 +8,7 @@ use crate::approximation::{ExactFilm, LightView, Receivers};
 use crate::geometry::TraversalCounters;
 use crate::radiometry::Rgb;
 use crate::scene::Scene;
-use crate::transport::prescribed::End;
+use crate::transport::path_end::End;
 use crate::transport::screen::Screen;
 
 /// Deals the flux of a map's texels out on a film: each is spread over the surface that the light sees in it.

@@ -11,7 +11,7 @@ use crate::geometry::{Hit, Ray, SurfacePoint, TraversalCounters};
 use crate::optics::{RayDerivative, dielectric_reflectance, refract};
 use crate::radiometry::Rgb;
 use crate::scene::Scene;
-use crate::transport::prescribed::next_hit;
+use crate::transport::path_end::next_hit;
 use crate::transport::scatter::{Bending, Way};
 
 /// A photon that has left the specular object.
@@ -28,7 +28,7 @@ pub struct Exit {
     /// Whether it left exactly there: an approximate place may be inside the object still.
     pub is_exact: bool,
     /// Which smooth surfaces it met: neighbours with the same are one beam.
-    pub family: u64,
+    pub topology: u64,
 }
 
 /// What a splat's width depends on, beside where its photon lands: only that is worked out.
@@ -159,7 +159,7 @@ impl Arrival<'_> {
             },
             derivatives,
             is_exact: true,
-            family: surface(scene, &front.hit).wrapping_mul(0x9e37_79b9_7f4a_7c15)
+            topology: surface(scene, &front.hit).wrapping_mul(0x9e37_79b9_7f4a_7c15)
                 ^ surface(scene, &hit),
         })
     }
@@ -191,7 +191,7 @@ impl Arrival<'_> {
             },
             derivatives,
             is_exact: true,
-            family: surface(scene, &front.hit) << 1 | u64::from(facing > 0.0),
+            topology: surface(scene, &front.hit) << 1 | u64::from(facing > 0.0),
         })
     }
 
@@ -275,7 +275,7 @@ impl Arrival<'_> {
             },
             derivatives,
             is_exact: false,
-            family: surface(scene, &front.hit),
+            topology: surface(scene, &front.hit),
         })
     }
 }

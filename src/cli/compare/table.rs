@@ -2,9 +2,9 @@
 
 use std::fmt;
 
-use crate::run::format::number;
 use crate::metric::difference::{EPSILON, PER_MILLE};
 use crate::metric::{Comparison, ImageSide, LayerComparison};
+use crate::run::format::number;
 
 /// A report for people.
 pub(super) struct TextTable<'a> {

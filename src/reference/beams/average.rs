@@ -4,21 +4,21 @@ use super::bars::BoundedFlux;
 use crate::radiometry::Rgb;
 use crate::transport::flux::Flux;
 
-/// Film sums \[W\], texel by texel: the mean over some replicates, with what is known of its error.
+/// Mean film sums \[W\] over some replicates, texel by texel, with their errors.
 #[derive(Clone, Debug)]
 pub struct Average {
     count: u32,
     mean: Vec<Rgb>,
     /// Sum of squared deviations from the mean.
     deviations: Vec<Rgb>,
-    /// Mean of the replicates' bars: what cells misplace, and no scatter.
+    /// Mean of the replicates' bars: flux that cells misplace, without scatter.
     bar: Vec<Rgb>,
-    /// Sum of squares of the replicates' likely errors, worst channel: their cells belong to
-    /// places that know nothing of each other.
+    /// Sum of squares of the replicates' likely errors, worst channel: their cells belong to independent
+    /// places.
     variance: Vec<f64>,
-    /// The squared likely error of what was not drawn by lot.
+    /// The squared likely error of light that is not drawn at random.
     fixed_variance: Vec<f64>,
-    /// Whether any replicate left light on a texel.
+    /// True if any replicate left light on a texel.
     is_lit: Vec<bool>,
     /// The largest flux that any replicate left on any texel.
     largest: Rgb,
@@ -34,7 +34,7 @@ pub struct Sums {
 }
 
 impl Sums {
-    /// No light on `texels` texels.
+    /// Sums of no light on `texels` texels.
     pub fn dark(texels: usize) -> Self {
         Self {
             flux: vec![Rgb::BLACK; texels],
@@ -43,7 +43,7 @@ impl Sums {
         }
     }
 
-    /// One signature's.
+    /// The sums of one signature.
     pub fn of<const N: usize>(bounded: &BoundedFlux<N>) -> Self {
         let rgb = |values: &[Flux<N>]| values.iter().map(|flux| flux.rgb()).collect();
         Self {
@@ -57,8 +57,7 @@ impl Sums {
         }
     }
 
-    /// Adds another signature's: bars add up; likely errors by squares, as they know nothing of
-    /// each other.
+    /// Adds another signature's sums. Bars add up; likely errors add by squares, as they are independent.
     pub fn add(&mut self, other: &Self) {
         for (sum, flux) in self.flux.iter_mut().zip(&other.flux) {
             *sum += *flux;
@@ -73,7 +72,7 @@ impl Sums {
 }
 
 impl Average {
-    /// Of no replicate, over `texels` texels.
+    /// The average of no replicate, over `texels` texels.
     pub fn new(texels: usize) -> Self {
         Self {
             count: 0,
@@ -105,7 +104,7 @@ impl Average {
         }
     }
 
-    /// Adds light that was not drawn by lot.
+    /// Adds light that is not drawn at random.
     pub fn add_fixed(&mut self, sums: &Sums) {
         for texel in 0..self.mean.len() {
             self.mean[texel] += sums.flux[texel];
@@ -114,7 +113,7 @@ impl Average {
         }
     }
 
-    /// How many texels.
+    /// Number of texels.
     pub fn texels(&self) -> usize {
         self.mean.len()
     }
@@ -124,24 +123,25 @@ impl Average {
         self.mean[texel]
     }
 
-    /// How far the mean may be off because of how cells were dealt out.
+    /// Largest error of the mean that the division into cells may cause.
     pub fn bar(&self, texel: usize) -> Rgb {
         self.bar[texel]
     }
 
-    /// How far it is likely to be.
+    /// Likely error of the mean, for the same reason.
     pub fn likely(&self, texel: usize) -> f64 {
         let count = f64::from(self.count.max(1));
         (self.variance[texel] / (count * count) + self.fixed_variance[texel]).sqrt()
     }
 
-    /// How much more light than it got a texel may get \[W\] that no replicate of `points` places a lamp has lit, at
-    /// a two-sided `confidence`; black where one has, whose scatter tells more, or where nothing is drawn by lot.
+    /// Flux \[W\], beyond its mean, that a texel may get although no replicate of `points` places an area
+    /// light has lit it, at a two-sided `confidence`. It is black if a replicate has lit the texel, as their
+    /// scatter tells more, or if nothing is drawn at random.
     ///
-    /// A part p of the lamps that lights the texel is missed by n independent places with probability (1 − p)ⁿ, by well
-    /// spread ones less often: with α = (1
-    /// − confidence)/2, p is below 1 − α^(1/n), about ln(1/α)/n (the rule of three, for α = 5 %). The light of that part is taken
-    /// for that of the brightest texel of any replicate: brighter ones may exist that no place has shown.
+    /// A part p of the area lights that lights the texel is missed by n independent places with probability
+    /// (1 − p)ⁿ, by well spread ones less often. With α = (1 − confidence)/2, p is below 1 − α^(1/n), about
+    /// ln(1/α)/n (the rule of three, for α = 5 %). The light of that part is taken for that of the brightest
+    /// texel of any replicate: brighter ones may exist that no place has shown.
     pub fn unseen(&self, texel: usize, points: u64, confidence: f64) -> Rgb {
         if self.count == 0 || self.is_lit[texel] {
             return Rgb::BLACK;
@@ -151,8 +151,8 @@ impl Average {
         self.largest * -(miss.ln() / places).exp_m1()
     }
 
-    /// The standard error of the mean: the scatter of the replicates; none below two, where
-    /// nothing was drawn by lot.
+    /// Standard error of the mean: the scatter of the replicates; zero if there are fewer than two, as
+    /// nothing is drawn at random then.
     pub fn standard_error(&self, texel: usize) -> Rgb {
         if self.count < 2 {
             return Rgb::BLACK;

@@ -1,52 +1,51 @@
-//! From the sums of a signature to irradiance with lower and upper bounds.
+//! Irradiance of a signature from its sums, with lower and upper bounds.
 //!
-//! What is known of a texel's error:
+//! Three sums tell of a texel's error:
 //!
-//! - q = B − A, what halving all cells once changed. The answer is (4B − A)/3 = B + q/3. Where
-//!   the light is smooth, A is off by 4q/3 and the answer by much less; where a fold or a border runs
-//!   through a cell, the answer is off by a part of q. q may vanish by accident where the errors of
-//!   several cells cancel, but not in the neighbours, too: the largest |q| of 3 x 3 texels counts.
-//! - a, the flux of quarter cells within their bend of a texel line: it is a sum of positive terms,
-//!   and covers what cancels.
-//! - s, the flux of cells that no single line divides into families, and of borders' curvature.
+//! - q = B − A is the change when all cells are halved once. The answer is (4B − A)/3 = B + q/3. If the light
+//!   is smooth, A is off by 4q/3 and the answer by much less. If a fold or a border runs through a cell, the
+//!   answer is off by a part of q. q may vanish by accident, when the errors of several cells cancel, but not
+//!   in the neighbours, too: the largest |q| of 3 x 3 texels counts.
+//! - a is the flux of quarter cells within their bend of a texel line. It is a sum of positive terms, and
+//!   covers errors that cancel in q.
+//! - s is the flux of cells that no single line divides into topologies, and of borders' curvature.
 //!
 //! ```text
 //! bar = max|q| + max(a)/32 + max(s)          over 3 x 3 texels
 //! ```
 //!
 //! The factors cover every texel of the scenes with a closed form at tolerances from coarse to fine
-//! (`tests/beams/bars.rs`, `docs/beams.md`). They are measured, not proved:
-//! a feature that no node of any cell saw is in none of the sums.
+//! (`tests/beams/bars.rs`, `docs/beams.md`). They are measured, not proved: a feature that no node of any
+//! cell saw is in none of the sums.
 
-use super::film::{BeamFilm, Texel, TexelSums};
+use super::film::{BeamFilm, FilmTexel, TexelSums};
 use crate::transport::flux::Flux;
 
 /// Factor of |q|.
 const OF_DIFFERENCE: f64 = 1.0;
 /// Factor of a.
-const OF_ASTRAY: f64 = 1.0 / 32.0;
+const OF_NEAR_LINES: f64 = 1.0 / 32.0;
 
-/// Where light is known exactly but for rounding, that is all there is: a deposit is a dozen
-/// operations on a path of a dozen more, with condition numbers of a hundred.
+/// Relative error of light that is known exactly but for rounding. A deposit is a dozen operations on a path
+/// of a dozen more, with condition numbers of a hundred.
 const ROUNDING: f64 = 1e-11;
 
-/// The likely error is this part of |q|, root mean square over texels, where the bar is to be sure
-/// of each.
+/// Part of |q| that is the likely error, root mean square over texels. The bar must hold for each texel.
 const LIKELY: f64 = 0.25;
-/// ... and this part of s, spread over the texels that it may be on.
-const LIKELY_SLACK: f64 = 0.125;
+/// Part of s, spread over the texels that it may be on, that is added to the likely error.
+const LIKELY_UNCERTAIN: f64 = 0.125;
 
-/// One signature's flux, texel by texel \[W\].
+/// Flux \[W\] of one signature, texel by texel.
 pub struct BoundedFlux<const N: usize> {
     /// The answer.
     pub flux: Vec<Flux<N>>,
-    /// Truth is within this of it.
+    /// Largest distance of the truth from the answer.
     pub bar: Vec<Flux<N>>,
-    /// Truth is likely to be within this of it, root mean square, worst channel.
+    /// Likely distance of the truth from the answer, root mean square, worst channel.
     pub likely: Vec<f64>,
 }
 
-/// Reads a finished film.
+/// The fluxes of a finished film, with their bars.
 pub fn bounded<const N: usize>(film: &BeamFilm<N>) -> BoundedFlux<N> {
     let [width, height] = film.size();
     let texels = film.texels();
@@ -58,7 +57,7 @@ pub fn bounded<const N: usize>(film: &BeamFilm<N>) -> BoundedFlux<N> {
     };
     for row in 0..height {
         for column in 0..width {
-            let mut most = Texel::<N>::default();
+            let mut most = FilmTexel::<N>::default();
             for y in near(row, height) {
                 for one in &texels[y * width..][near(column, width)] {
                     most = larger(&most, one);
@@ -68,29 +67,29 @@ pub fn bounded<const N: usize>(film: &BeamFilm<N>) -> BoundedFlux<N> {
             result.flux.push(own.sums.flux);
             result.bar.push(
                 most.sums.difference * OF_DIFFERENCE
-                    + most.sums.astray * OF_ASTRAY
-                    + most.slack
+                    + most.sums.near_lines * OF_NEAR_LINES
+                    + most.uncertain
                     + most.sums.flux * ROUNDING,
             );
             result
                 .likely
-                .push(own.sums.difference.max_magnitude() * LIKELY + own.spread * LIKELY_SLACK);
+                .push(own.sums.difference.max_magnitude() * LIKELY + own.spread * LIKELY_UNCERTAIN);
         }
     }
     result
 }
 
 /// The larger magnitudes, channel by channel.
-fn larger<const N: usize>(a: &Texel<N>, b: &Texel<N>) -> Texel<N> {
+fn larger<const N: usize>(a: &FilmTexel<N>, b: &FilmTexel<N>) -> FilmTexel<N> {
     let of =
         |a: &Flux<N>, b: &Flux<N>| Flux(std::array::from_fn(|c| a.0[c].abs().max(b.0[c].abs())));
-    Texel {
+    FilmTexel {
         sums: TexelSums {
             flux: of(&a.sums.flux, &b.sums.flux),
             difference: of(&a.sums.difference, &b.sums.difference),
-            astray: of(&a.sums.astray, &b.sums.astray),
+            near_lines: of(&a.sums.near_lines, &b.sums.near_lines),
         },
-        slack: of(&a.slack, &b.slack),
+        uncertain: of(&a.uncertain, &b.uncertain),
         spread: a.spread.max(b.spread),
     }
 }

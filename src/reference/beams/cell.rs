@@ -1,42 +1,43 @@
-//! Cells of light space, and what their nodes say of the light in them.
+//! Cells of light space, and summaries of their nodes.
 
 use glam::DVec2;
 
+use crate::transport::clearance::CellClearance;
 use crate::transport::first_surface::{middles, quarters};
 use crate::transport::flux::Flux;
-use crate::transport::guard::Clearance;
 
-/// A path of light, by where it met the first surface.
+/// A path of light, by the place where it met the first surface.
 #[derive(Clone, Copy, Debug)]
-pub struct Node<const N: usize> {
+pub struct BeamNode<const N: usize> {
     /// Chart coordinates.
     pub at: DVec2,
-    /// Where it fell on the film, in texels; `None` where it did not come that far.
+    /// Film coordinates of its end, in texels; `None` if it did not come that far.
     pub landing: Option<DVec2>,
-    /// An interface had no light to give to the next event.
+    /// True if an interface had no light to give to the next event.
     pub turned_back: bool,
-    /// Flux that arrives \[W\] for a unit of chart area.
+    /// Flux \[W\] that arrives for a unit of chart area.
     pub weight: Flux<N>,
-    /// Flux that set out \[W\] for a unit of chart area, mean of channels.
+    /// Flux \[W\] that set out for a unit of chart area, mean of channels.
     pub emitted: f64,
-    /// Which surfaces took part: the same for paths of one smooth family.
-    pub family: u64,
+    /// The surfaces that took part: the same number for paths of one smooth topology.
+    pub topology: u64,
 }
 
 /// A triangle of light space.
 #[derive(Clone, Copy, Debug)]
-pub struct Cell<const N: usize> {
+pub struct BeamCell<const N: usize> {
     /// Its corners.
-    pub corners: [Node<N>; 3],
-    /// How often its root was divided.
+    pub corners: [BeamNode<N>; 3],
+    /// Number of times that its patch was divided.
     pub level: u32,
-    /// Which legs of its light are known to have nothing in their way.
-    pub clearance: Clearance,
-    /// The [`Look::weight_bend`] of the cell that it is a quarter of, where that was worth noting; else 0.
+    /// The legs of its light that are known to have nothing in their way.
+    pub clearance: CellClearance,
+    /// The [`CellSummary::weight_bend`] of the cell that it is a quarter of, if that was worth noting; else
+    /// 0.
     pub noted_bend: f64,
 }
 
-impl<const N: usize> Cell<N> {
+impl<const N: usize> BeamCell<N> {
     /// Its area in chart coordinates.
     #[inline]
     pub fn area(&self) -> f64 {
@@ -51,7 +52,7 @@ impl<const N: usize> Cell<N> {
 
     /// Its quarters, given its edges' middles; the one in the middle comes last.
     #[inline]
-    pub fn quarters(&self, middles: &[Node<N>; 3]) -> [Self; 4] {
+    pub fn quarters(&self, middles: &[BeamNode<N>; 3]) -> [Self; 4] {
         quarters(self.corners, *middles).map(|corners| Self {
             corners,
             level: self.level + 1,
@@ -63,27 +64,26 @@ impl<const N: usize> Cell<N> {
 
 /// Area in chart coordinates.
 #[inline]
-pub fn triangle_area<const N: usize>(corners: &[Node<N>; 3]) -> f64 {
+pub fn triangle_area<const N: usize>(corners: &[BeamNode<N>; 3]) -> f64 {
     let [a, b, c] = corners.map(|node| node.at);
     0.5 * (b - a).perp_dot(c - a).abs()
 }
 
-/// What the six nodes of a cell, its corners and its edges' middles, say together.
+/// A summary of the six nodes of a cell: its corners and its edges' middles.
 #[derive(Clone, Copy, Debug)]
-pub struct Look<const N: usize> {
-    /// Whether all are of one family.
-    pub one_family: bool,
-    /// How many families there are.
-    pub families: u32,
-    /// Whether any landed.
+pub struct CellSummary<const N: usize> {
+    /// True if all are of one topology.
+    pub one_topology: bool,
+    /// Number of topologies.
+    pub topologies: u32,
+    /// True if any landed.
     pub any_landed: bool,
-    /// Whether an interface turned any back.
+    /// True if an interface turned any back.
     pub any_turned_back: bool,
-    /// The largest distance of a middle's landing from the mean of its edge's ends \[texels\], over
-    /// edges of one family.
+    /// Largest distance \[texels\] of a middle's landing from the mean of its edge's ends, over edges of one
+    /// topology.
     pub bend: f64,
-    /// The largest difference of a middle's weight from the mean of its edge's ends likewise, the
-    /// worst channel.
+    /// Largest difference of a middle's weight from the mean of its edge's ends likewise, the worst channel.
     pub weight_bend: f64,
     /// The box round all landings: its least corner.
     pub low: DVec2,
@@ -95,14 +95,14 @@ pub struct Look<const N: usize> {
     pub emitted: f64,
 }
 
-impl<const N: usize> Look<N> {
-    /// Looks at a cell.
+impl<const N: usize> CellSummary<N> {
+    /// The summary of a cell.
     #[inline]
-    pub fn at(corners: &[Node<N>; 3], middles: &[Node<N>; 3]) -> Self {
-        let family = corners[0].family;
+    pub fn at(corners: &[BeamNode<N>; 3], middles: &[BeamNode<N>; 3]) -> Self {
+        let topology = corners[0].topology;
         let mut look = Self {
-            one_family: true,
-            families: 1,
+            one_topology: true,
+            topologies: 1,
             any_landed: false,
             any_turned_back: false,
             bend: 0.0,
@@ -113,7 +113,7 @@ impl<const N: usize> Look<N> {
             emitted: 0.0,
         };
         for node in corners.iter().chain(middles) {
-            look.one_family &= node.family == family;
+            look.one_topology &= node.topology == topology;
             look.emitted = look.emitted.max(node.emitted);
             look.any_turned_back |= node.turned_back;
             if let Some(at) = node.landing {
@@ -125,21 +125,21 @@ impl<const N: usize> Look<N> {
                 }
             }
         }
-        if !look.one_family {
+        if !look.one_topology {
             let nodes = [0, 1, 2, 3, 4, 5].map(|i| {
                 if i < 3 {
-                    corners[i].family
+                    corners[i].topology
                 } else {
-                    middles[i - 3].family
+                    middles[i - 3].topology
                 }
             });
-            look.families = (0..6).filter(|&i| !nodes[..i].contains(&nodes[i])).count() as u32;
+            look.topologies = (0..6).filter(|&i| !nodes[..i].contains(&nodes[i])).count() as u32;
         }
         for (index, middle) in middles.iter().enumerate() {
             let (a, b) = (&corners[(index + 1) % 3], &corners[(index + 2) % 3]);
             if let (Some(p), Some(q), Some(m)) = (a.landing, b.landing, middle.landing)
-                && a.family == middle.family
-                && b.family == middle.family
+                && a.topology == middle.topology
+                && b.topology == middle.topology
             {
                 look.bend = look.bend.max((m - 0.5 * (p + q)).length());
                 let mean = (a.weight + b.weight) * 0.5;
@@ -149,20 +149,21 @@ impl<const N: usize> Look<N> {
         look
     }
 
-    /// Whether all that lands, lands beside a film of this size, even if the cell bends as much
-    /// again between its nodes as they show.
+    /// True if all that lands, lands beside a film of this size, even if the cell bends as much again between
+    /// its nodes as they show.
     #[inline]
     pub fn is_off(&self, size: [usize; 2]) -> bool {
-        let margin = if self.one_family {
+        let margin = if self.one_topology {
             DVec2::splat(2.0 * self.bend)
         } else {
-            // What the nodes did not see may reach as far as what they saw.
+            // Light that the nodes did not see may reach as far as light that they saw.
             (self.high - self.low).min(end_of(size))
         };
         self.is_off_by(margin, size)
     }
 
-    /// Whether all that lands, lands beside a film of this size, farther from it than any two landings are from each other.
+    /// True if all that lands, lands beside a film of this size, and farther from it than any two landings
+    /// are from each other.
     #[inline]
     pub fn is_far_off(&self, size: [usize; 2]) -> bool {
         let margin = (self.high - self.low).max(DVec2::splat(2.0 * self.bend));

@@ -1,66 +1,67 @@
-//! Triangles of light space cut along the border between two families.
+//! Triangles of light space cut along the border between two topologies.
 //!
-//! Where a silhouette, a shadow's edge or the onset of total reflection crosses a cell, the family
-//! changes along two of its edges. Both crossings are found by bisection, and the triangle is
-//! cut along the straight line between them. What the border's curvature leaves is of second order
-//! in the cell's size, as the bend of a smooth cell is, and is extrapolated the same way.
+//! If a silhouette, a shadow's edge or the onset of total reflection crosses a cell, the topology changes
+//! along two of its edges. Both crossings are found by bisection, and the triangle is cut along the straight
+//! line between them. The error from the border's curvature is of second order in the cell's size, as the
+//! bend of a smooth cell is, and is extrapolated the same way.
 
 use glam::DVec2;
 
-use super::cell::{Node, triangle_area};
+use super::cell::{BeamNode, triangle_area};
 
-/// A triangle of one family that lands: corner landings and weights, and its area in light space.
+/// A triangle of one topology that lands: its corners with their landings and weights, and its area in light
+/// space.
 #[derive(Clone, Copy, Debug)]
-pub struct Piece<const N: usize> {
-    /// The corners; those on a border have the values of the nearest path of the family.
-    pub corners: [Node<N>; 3],
-    /// In chart coordinates.
+pub struct CutPiece<const N: usize> {
+    /// The corners; those on a border have the values of the nearest path of the topology.
+    pub corners: [BeamNode<N>; 3],
+    /// Area in chart coordinates.
     pub area: f64,
 }
 
-/// How often an edge is halved to find the border on it: to a thousandth of its length.
+/// Number of halvings of an edge to find the border on it: to a thousandth of its length.
 const BISECTIONS: u32 = 10;
 
-/// The relative error of a piece's area that the bisections leave.
+/// Relative error of a piece's area that the bisections leave.
 pub const CUT_ERROR: f64 = 1.0 / 1024.0;
 
-/// An edge's ends on both sides of a border, close to each other.
+/// The ends of a bisected edge, on both sides of a border and close to each other.
 #[derive(Clone, Copy, Debug)]
-struct Crossing<const N: usize> {
-    /// Of the family of the edge's first end.
-    before: Node<N>,
-    /// Of the family of the edge's second end.
-    after: Node<N>,
+struct BorderCrossing<const N: usize> {
+    /// The end with the topology of the edge's first end.
+    before: BeamNode<N>,
+    /// The end with the topology of the edge's second end.
+    after: BeamNode<N>,
 }
 
 /// Up to three pieces.
 #[derive(Clone, Copy, Debug)]
 pub struct Pieces<const N: usize> {
-    pieces: [Option<Piece<N>>; 3],
+    pieces: [Option<CutPiece<N>>; 3],
 }
 
 impl<const N: usize> Pieces<N> {
     /// The pieces.
-    pub fn iter(&self) -> impl Iterator<Item = &Piece<N>> {
+    pub fn iter(&self) -> impl Iterator<Item = &CutPiece<N>> {
         self.pieces.iter().flatten()
     }
 }
 
-/// A triangle that lands; `None` where it does not, or has no area.
-pub fn whole<const N: usize>(corners: [Node<N>; 3]) -> Option<Piece<N>> {
+/// A triangle that lands, as one piece; `None` if it does not land, or has no area.
+pub fn whole<const N: usize>(corners: [BeamNode<N>; 3]) -> Option<CutPiece<N>> {
     let area = triangle_area(&corners);
     let lands = corners.iter().all(|node| node.landing.is_some());
-    (lands && area > 0.0).then_some(Piece { corners, area })
+    (lands && area > 0.0).then_some(CutPiece { corners, area })
 }
 
-/// Cuts a triangle into pieces of one family each, with `follow` for the path at chart coordinates;
-/// `None` where there are more than two families, or one in between: not to be cut by one line.
+/// Cuts a triangle into pieces of one topology each, with `follow` for the path at chart coordinates. `None`
+/// if one line cannot cut it: there are more than two topologies, or one in between.
 pub fn cut<const N: usize>(
-    corners: &[Node<N>; 3],
-    mut follow: impl FnMut(DVec2) -> Node<N>,
+    corners: &[BeamNode<N>; 3],
+    mut follow: impl FnMut(DVec2) -> BeamNode<N>,
 ) -> Option<Pieces<N>> {
-    let [a, b, c] = corners.map(|node| node.family);
-    // The corner whose family is not that of the other two.
+    let [a, b, c] = corners.map(|node| node.topology);
+    // The corner whose topology is not that of the other two.
     let odd = match (a == b, b == c, c == a) {
         (true, true, _) => {
             let pieces = [whole(*corners), None, None];
@@ -72,10 +73,10 @@ pub fn cut<const N: usize>(
         (false, false, false) => return None,
     };
     let [apex, left, right] = [odd, (odd + 1) % 3, (odd + 2) % 3].map(|index| corners[index]);
-    let mut border = |end: &Node<N>| crossing(&apex, end, &mut follow);
+    let mut border = |end: &BeamNode<N>| crossing(&apex, end, &mut follow);
     let (on_left, on_right) = (border(&left)?, border(&right)?);
-    let near = |crossing: &Crossing<N>| on_border(crossing, &crossing.before);
-    let far = |crossing: &Crossing<N>| on_border(crossing, &crossing.after);
+    let near = |crossing: &BorderCrossing<N>| on_border(crossing, &crossing.before);
+    let far = |crossing: &BorderCrossing<N>| on_border(crossing, &crossing.after);
     let pieces = [
         whole([apex, near(&on_left), near(&on_right)]),
         whole([far(&on_left), left, right]),
@@ -84,42 +85,42 @@ pub fn cut<const N: usize>(
     Some(Pieces { pieces })
 }
 
-/// The values of a path, placed halfway between those on both sides.
-fn on_border<const N: usize>(crossing: &Crossing<N>, values: &Node<N>) -> Node<N> {
-    Node {
+/// The values of a path, placed halfway between the two sides of a border.
+fn on_border<const N: usize>(crossing: &BorderCrossing<N>, values: &BeamNode<N>) -> BeamNode<N> {
+    BeamNode {
         at: 0.5 * (crossing.before.at + crossing.after.at),
         ..*values
     }
 }
 
 fn crossing<const N: usize>(
-    from: &Node<N>,
-    to: &Node<N>,
-    follow: &mut impl FnMut(DVec2) -> Node<N>,
-) -> Option<Crossing<N>> {
+    from: &BeamNode<N>,
+    to: &BeamNode<N>,
+    follow: &mut impl FnMut(DVec2) -> BeamNode<N>,
+) -> Option<BorderCrossing<N>> {
     let (mut before, mut after) = (*from, *to);
     for _ in 0..BISECTIONS {
         let middle = follow(0.5 * (before.at + after.at));
-        if middle.family == before.family {
+        if middle.topology == before.topology {
             before = middle;
-        } else if middle.family == after.family {
+        } else if middle.topology == after.topology {
             after = middle;
         } else {
             return None;
         }
     }
-    Some(Crossing { before, after })
+    Some(BorderCrossing { before, after })
 }
 
-/// Whether a path that lands is found next to the border of the first node's family, on the way to
-/// a node of another.
+/// True if a path that lands is found next to the border of the first node's topology, on the way to a node
+/// of another.
 pub fn lands_between<const N: usize>(
-    from: &Node<N>,
-    to: &Node<N>,
-    mut follow: impl FnMut(DVec2) -> Node<N>,
+    from: &BeamNode<N>,
+    to: &BeamNode<N>,
+    mut follow: impl FnMut(DVec2) -> BeamNode<N>,
 ) -> bool {
     let (mut before, mut after) = (from.at, *to);
-    if after.family == from.family {
+    if after.topology == from.topology {
         return false;
     }
     for _ in 0..BISECTIONS {
@@ -127,7 +128,7 @@ pub fn lands_between<const N: usize>(
         if middle.landing.is_some() {
             return true;
         }
-        if middle.family == from.family {
+        if middle.topology == from.topology {
             before = middle.at;
         } else {
             after = middle;

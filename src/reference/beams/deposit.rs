@@ -1,26 +1,26 @@
-//! From finished cells to texels.
+//! Deposits of finished cells on texels.
 
 use glam::DVec2;
 
-use super::cell::Node;
-use super::cut::Piece;
+use super::cell::BeamNode;
+use super::cut::CutPiece;
 use super::film::{BeamFilm, TexelSums};
 use crate::film::coverage::{TrianglePart, deal};
 use crate::transport::flux::Flux;
 
-/// Sums of the few texels that a cell touches, gathered before they go to the film: a cell's
-/// five triangles share most of their texels.
-pub struct Patch<const N: usize> {
+/// Sums of the few texels that a cell touches, gathered before they go to the film: a cell's five triangles
+/// share most of their texels.
+pub struct TexelBlock<const N: usize> {
     origin: [usize; 2],
     size: [usize; 2],
     sums: Vec<TexelSums<N>>,
 }
 
-/// A patch has at most this many texels a side; larger images go to the film directly.
+/// Most texels a side of a block; larger images go to the film directly.
 const PATCH: usize = 24;
 
-impl<const N: usize> Default for Patch<N> {
-    /// An empty patch.
+impl<const N: usize> Default for TexelBlock<N> {
+    /// An empty block.
     fn default() -> Self {
         Self {
             origin: [0; 2],
@@ -30,8 +30,8 @@ impl<const N: usize> Default for Patch<N> {
     }
 }
 
-impl<const N: usize> Patch<N> {
-    /// Covers the texels of a box; `false` where they are too many, or the box is empty.
+impl<const N: usize> TexelBlock<N> {
+    /// Covers the texels of a box; `false` if they are too many, or the box is empty.
     fn cover(&mut self, low: DVec2, high: DVec2, film: [usize; 2]) -> bool {
         if !low.cmple(high).all() {
             return false;
@@ -63,21 +63,21 @@ impl<const N: usize> Patch<N> {
 
 /// A finished cell's light at two finenesses.
 pub struct Levels<'a, const N: usize> {
-    /// Its quarters' pieces: B.
-    pub fine: &'a [Piece<N>],
-    /// Its own pieces: A.
-    pub coarse: &'a [Piece<N>],
+    /// Pieces of its quarters: B.
+    pub fine: &'a [CutPiece<N>],
+    /// Pieces of the cell itself: A.
+    pub coarse: &'a [CutPiece<N>],
 }
 
-/// Flux of a triangle's part: its weight is linear between the corners.
+/// Flux of a part of a triangle, whose weight is linear between the corners.
 #[inline]
-pub(super) fn flux_of<const N: usize>(piece: &Piece<N>, part: &TrianglePart) -> Flux<N> {
+pub(super) fn flux_of<const N: usize>(piece: &CutPiece<N>, part: &TrianglePart) -> Flux<N> {
     let [a, b, c] = piece.corners.each_ref().map(|node| node.weight);
     (a * part.share + (b - a) * part.moment.x + (c - a) * part.moment.y) * piece.area
 }
 
 #[inline]
-pub(super) fn image_of<const N: usize>(piece: &Piece<N>) -> [DVec2; 3] {
+pub(super) fn image_of<const N: usize>(piece: &CutPiece<N>) -> [DVec2; 3] {
     // Pieces are made of landed nodes only.
     piece
         .corners
@@ -86,12 +86,12 @@ pub(super) fn image_of<const N: usize>(piece: &Piece<N>) -> [DVec2; 3] {
 }
 
 impl<const N: usize> Levels<'_, N> {
-    /// (4B − A)/3, with B the quarters as affine triangles, and A the cell itself as one.
+    /// Deals out (4B − A)/3, with B the quarters as affine triangles, and A the cell itself as one.
     ///
-    /// The error of affine cells is of second order in their size, so that halving them leaves a
-    /// quarter of it: Richardson's extrapolation removes it texel by texel.
+    /// The error of affine cells is of second order in their size, so that halving them leaves a quarter of
+    /// it: Richardson's extrapolation removes it texel by texel.
     ///
-    /// `bend` is how far the light of the cell is off from A, in texels.
+    /// `bend` is the distance, in texels, of the cell's light from A.
     fn deal_out(
         &self,
         size: [usize; 2],
@@ -102,13 +102,14 @@ impl<const N: usize> Levels<'_, N> {
         let fine_bend = 0.25 * bend;
         for piece in self.fine {
             let image = image_of(piece);
-            let astray = flux_of(piece, &TrianglePart::WHOLE) * part_near_lines(&image, fine_bend);
+            let near_lines =
+                flux_of(piece, &TrianglePart::WHOLE) * part_near_lines(&image, fine_bend);
             deal(image, size, |texel, part| {
                 let flux = flux_of(piece, &part);
                 let sums = TexelSums {
                     flux: flux * (4.0 / 3.0),
                     difference: flux,
-                    astray,
+                    near_lines,
                 };
                 add(texel, &sums);
             });
@@ -137,9 +138,9 @@ impl<const N: usize> Levels<'_, N> {
     }
 }
 
-impl<const N: usize> Patch<N> {
-    /// Gathers a cell. Returns the flux \[W\] that halving it moved from texel to texel, the worst
-    /// channel; `None` where the cell is too large to be gathered.
+impl<const N: usize> TexelBlock<N> {
+    /// Gathers a cell. Returns the flux \[W\] that halving it moved from texel to texel, the worst channel;
+    /// `None` if the cell is too large to be gathered.
     pub fn gather(&mut self, size: [usize; 2], levels: &Levels<N>, bend: f64) -> Option<f64> {
         let (low, high) = levels.bounds();
         if !self.cover(low, high, size) {
@@ -153,7 +154,7 @@ impl<const N: usize> Patch<N> {
         Some(0.5 * moved.max_magnitude())
     }
 
-    /// Puts a cell on the film. Returns what the film received \[W\].
+    /// Puts a cell on the film. Returns the flux \[W\] that the film received.
     pub fn deposit(&mut self, film: &BeamFilm<N>, levels: &Levels<N>, bend: f64) -> Flux<N> {
         let mut received = Flux::BLACK;
         let (low, high) = levels.bounds();
@@ -174,13 +175,13 @@ impl<const N: usize> Patch<N> {
     }
 }
 
-/// Which part of a triangle's light is within `bend` of a texel line that its image crosses.
+/// The part of a triangle's light that is within `bend` of a texel line that its image crosses.
 #[inline]
 fn part_near_lines(image: &[DVec2; 3], bend: f64) -> f64 {
     let low = image[0].min(image[1]).min(image[2]);
     let high = image[0].max(image[1]).max(image[2]);
     let crossed = high.floor().cmpgt(low.floor());
-    // Of a triangle as wide as w, about 2 bend / w is within `bend` of a line.
+    // In a triangle as wide as w, about 2 bend / w is within `bend` of a line.
     let near = |axis: usize| {
         if crossed.test(axis) {
             (2.0 * bend / (high[axis] - low[axis])).min(1.0)
@@ -191,10 +192,11 @@ fn part_near_lines(image: &[DVec2; 3], bend: f64) -> f64 {
     (near(0) + near(1)).min(1.0)
 }
 
-/// Puts a triangle of no single family on the film: each landed corner's third, as a point.
+/// Puts a triangle of more than one topology on the film: a third of its flux as a point at each landed
+/// corner. Returns the flux \[W\] that the film received.
 pub fn deposit_points<const N: usize>(
     film: &BeamFilm<N>,
-    corners: &[Node<N>; 3],
+    corners: &[BeamNode<N>; 3],
     area: f64,
 ) -> Flux<N> {
     let size = film.size();
@@ -217,29 +219,31 @@ pub fn deposit_points<const N: usize>(
     received
 }
 
-/// Says that `flux` may be, or not be, in any texel of a cut cell's [boxes](slack_boxes).
-pub fn deposit_slack<const N: usize>(
+/// Marks `flux` as uncertain in each texel of a cut cell's [boxes](uncertain_boxes): it may be there, or not.
+pub fn deposit_uncertain<const N: usize>(
     film: &BeamFilm<N>,
-    nodes: &[Node<N>; 6],
-    pieces: &[Piece<N>],
+    nodes: &[BeamNode<N>; 6],
+    pieces: &[CutPiece<N>],
     flux: Flux<N>,
 ) {
-    for [first, last] in slack_boxes(film.size(), nodes, pieces) {
-        film.add_slack(first, last, flux);
+    for [first, last] in uncertain_boxes(film.size(), nodes, pieces) {
+        film.add_uncertain(first, last, flux);
     }
 }
 
-/// The first and last texel of the boxes on the film where light of a cell may be that its nodes do
-/// not show: for each family the box round its nodes and round its `pieces`, which reach up to the
-/// border where perhaps only one node landed; and as far again on all sides.
-pub fn slack_boxes<const N: usize>(
+/// The first and last texel of the boxes on the film that may hold light of a cell which its nodes do not
+/// show. For each topology it is the box round its nodes and round its `pieces`, and as far again on all
+/// sides. The pieces reach up to the border even if only one node landed.
+pub fn uncertain_boxes<const N: usize>(
     size: [usize; 2],
-    nodes: &[Node<N>; 6],
-    pieces: &[Piece<N>],
+    nodes: &[BeamNode<N>; 6],
+    pieces: &[CutPiece<N>],
 ) -> impl Iterator<Item = [[usize; 2]; 2]> {
     let end = DVec2::new(size[0] as f64, size[1] as f64) - 1.0;
     nodes.iter().enumerate().filter_map(move |(index, node)| {
-        let is_new = nodes[..index].iter().all(|one| one.family != node.family);
+        let is_new = nodes[..index]
+            .iter()
+            .all(|one| one.topology != node.topology);
         if node.landing.is_none() || !is_new {
             return None;
         }
@@ -248,7 +252,7 @@ pub fn slack_boxes<const N: usize>(
         for at in nodes
             .iter()
             .chain(pieces.iter().flat_map(|piece| &piece.corners))
-            .filter(|one| one.family == node.family)
+            .filter(|one| one.topology == node.topology)
             .filter_map(|one| one.landing)
         {
             low = low.min(at);
@@ -262,7 +266,7 @@ pub fn slack_boxes<const N: usize>(
     })
 }
 
-/// How many texels a box has, first and last column and row included.
+/// Number of texels of a box, first and last column and row included.
 pub fn texels_of(first: [usize; 2], last: [usize; 2]) -> f64 {
     let [columns, rows] = [0, 1].map(|axis| (last[axis] + 1 - first[axis]) as f64);
     columns * rows

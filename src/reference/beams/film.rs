@@ -1,19 +1,19 @@
-//! What beams leave on the film: exact sums, whatever the order of threads.
+//! The film of beams: exact sums, whatever the order of threads.
 
 use std::sync::atomic::{AtomicBool, AtomicI64, Ordering};
 
 use crate::numeric::FixedPoint;
 use crate::transport::flux::Flux;
 
-/// What a cell adds to a texel \[W\].
+/// The flux \[W\] that a cell adds to a texel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TexelSums<const N: usize> {
     /// The extrapolated flux (4B − A)/3.
     pub flux: Flux<N>,
-    /// B − A: what halving the cells once changed.
+    /// B − A: the change when the cells are halved once.
     pub difference: Flux<N>,
-    /// Flux near a texel line, that the bend of its cell may have put on the wrong side.
-    pub astray: Flux<N>,
+    /// Flux near a texel line: the bend of its cell may have put it on the wrong side.
+    pub near_lines: Flux<N>,
 }
 
 impl<const N: usize> Default for TexelSums<N> {
@@ -21,7 +21,7 @@ impl<const N: usize> Default for TexelSums<N> {
         Self {
             flux: Flux::BLACK,
             difference: Flux::BLACK,
-            astray: Flux::BLACK,
+            near_lines: Flux::BLACK,
         }
     }
 }
@@ -31,43 +31,46 @@ impl<const N: usize> std::ops::AddAssign for TexelSums<N> {
     fn add_assign(&mut self, other: Self) {
         self.flux += other.flux;
         self.difference += other.difference;
-        self.astray += other.astray;
+        self.near_lines += other.near_lines;
     }
 }
 
-/// What all cells of one path signature left on a texel \[W\].
+/// The flux \[W\] that all cells of one path signature left on a texel.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Texel<const N: usize> {
-    /// What is here.
+pub struct FilmTexel<const N: usize> {
+    /// Sums over the cells.
     pub sums: TexelSums<N>,
-    /// Flux of cells that are no single smooth family: it may be here, or not.
-    pub slack: Flux<N>,
-    /// The same seen with all other texels that it may be on, the worst channel: flux that may be on any
-    /// one of n texels counts as its part 1/√n on each, so that the sum of squares over texels is that of one.
+    /// Uncertain flux, of cells with more than one topology: it may be here, or not.
+    pub uncertain: Flux<N>,
+    /// The same flux seen together with all other texels that it may be on, worst channel. Flux that may be
+    /// on any one of n texels counts as its part 1/√n on each, so that the sum of squares over texels is that
+    /// of one.
     pub spread: f64,
 }
 
-impl<const N: usize> Default for Texel<N> {
+impl<const N: usize> Default for FilmTexel<N> {
     fn default() -> Self {
         Self {
             sums: TexelSums::default(),
-            slack: Flux::BLACK,
+            uncertain: Flux::BLACK,
             spread: 0.0,
         }
     }
 }
 
-/// Kinds of sums in [`TexelSums`].
+/// Number of kinds of sums in [`TexelSums`].
 const KINDS: usize = 3;
 
-/// The sums of all texels. Each addition is rounded once, to a multiple of a fixed quantum, and
-/// is exact then: integers commute, so the same cells give the same bits on any threads.
+/// The sums of all texels.
+///
+/// Each addition is rounded once, to a multiple of a fixed quantum, and is exact then. Integers commute, so
+/// the same cells give the same bits on any threads.
 pub struct BeamFilm<const N: usize> {
     size: [usize; 2],
     sums: ExactSums,
-    /// Of slack and its spread, the differences to the texels before, along both axes: a
-    /// box of any size is four additions.
-    slack_steps: ExactSums,
+    /// Uncertain flux and its spread, as differences to the texels before along both axes: a box of any size
+    /// is four additions.
+    uncertain_steps: ExactSums,
 }
 
 impl<const N: usize> BeamFilm<N> {
@@ -76,7 +79,7 @@ impl<const N: usize> BeamFilm<N> {
         Self {
             size,
             sums: ExactSums::new(size[0] * size[1] * KINDS * N, scale),
-            slack_steps: ExactSums::new((size[0] + 1) * (size[1] + 1) * (N + 1), scale),
+            uncertain_steps: ExactSums::new((size[0] + 1) * (size[1] + 1) * (N + 1), scale),
         }
     }
 
@@ -89,16 +92,16 @@ impl<const N: usize> BeamFilm<N> {
     #[inline]
     pub fn add(&self, [column, row]: [usize; 2], addend: &TexelSums<N>) {
         let first = (row * self.size[0] + column) * KINDS * N;
-        let kinds = [addend.flux, addend.difference, addend.astray];
+        let kinds = [addend.flux, addend.difference, addend.near_lines];
         for (kind, values) in kinds.iter().enumerate() {
             self.sums.add(first + kind * N, &values.0);
         }
     }
 
-    /// Adds slack to each texel of a box, first and last column and row included.
-    pub fn add_slack(&self, first: [usize; 2], last: [usize; 2], slack: Flux<N>) {
+    /// Adds uncertain flux to each texel of a box, first and last column and row included.
+    pub fn add_uncertain(&self, first: [usize; 2], last: [usize; 2], uncertain: Flux<N>) {
         let texels = (last[0] + 1 - first[0]) * (last[1] + 1 - first[1]);
-        let spread = slack.max_magnitude() / (texels as f64).sqrt();
+        let spread = uncertain.max_magnitude() / (texels as f64).sqrt();
         for (row, column, sign) in [
             (first[1], first[0], 1.0),
             (first[1], last[0] + 1, -1.0),
@@ -106,21 +109,21 @@ impl<const N: usize> BeamFilm<N> {
             (last[1] + 1, last[0] + 1, 1.0),
         ] {
             let at = (row * (self.size[0] + 1) + column) * (N + 1);
-            self.slack_steps.add(at, &(slack * sign).0);
-            self.slack_steps.add(at + N, &[spread * sign]);
+            self.uncertain_steps.add(at, &(uncertain * sign).0);
+            self.uncertain_steps.add(at + N, &[spread * sign]);
         }
     }
 
-    /// Whether any deposit or sum was not representable: then nothing here is worth anything.
+    /// True if any deposit or sum was not representable: then nothing here is valid.
     pub fn overflowed(&self) -> bool {
-        self.sums.overflowed() || self.slack_steps.overflowed()
+        self.sums.overflowed() || self.uncertain_steps.overflowed()
     }
 
     /// All texels, row by row.
-    pub fn texels(&self) -> Vec<Texel<N>> {
+    pub fn texels(&self) -> Vec<FilmTexel<N>> {
         let [width, height] = self.size;
         let mut texels = Vec::with_capacity(width * height);
-        // Of the slack in the row above, N + 1 sums a column; the last of them is the spread.
+        // Sums of the uncertain flux in the row above, N + 1 a column; the last of them is the spread.
         let mut above = vec![0_i64; width * (N + 1)];
         let mut before = vec![0_i64; N + 1];
         for row in 0..height {
@@ -129,7 +132,8 @@ impl<const N: usize> BeamFilm<N> {
                 let at = (row * (width + 1) + column) * (N + 1);
                 for kind in 0..=N {
                     // Sums of integers are exact, whatever the terms between wrap round to.
-                    before[kind] = before[kind].wrapping_add(self.slack_steps.quanta(at + kind));
+                    before[kind] =
+                        before[kind].wrapping_add(self.uncertain_steps.quanta(at + kind));
                     above[kind] = above[kind].wrapping_add(before[kind]);
                 }
                 let first = (row * width + column) * KINDS * N;
@@ -139,15 +143,15 @@ impl<const N: usize> BeamFilm<N> {
                         self.sums.value(self.sums.quanta(index))
                     }))
                 };
-                let slack = |kind: usize| self.slack_steps.value(above[kind]);
-                texels.push(Texel {
+                let uncertain = |kind: usize| self.uncertain_steps.value(above[kind]);
+                texels.push(FilmTexel {
                     sums: TexelSums {
                         flux: kind(0),
                         difference: kind(1),
-                        astray: kind(2),
+                        near_lines: kind(2),
                     },
-                    slack: Flux(std::array::from_fn(slack)),
-                    spread: slack(N),
+                    uncertain: Flux(std::array::from_fn(uncertain)),
+                    spread: uncertain(N),
                 });
             }
         }

@@ -1,15 +1,15 @@
-//! From sums on the film to an estimate.
+//! The estimate from sums on the film.
 //!
-//! The answer on the film, B + q/3, is an extrapolation: beside bright texels it may be a little below
-//! zero, as no light is. A texel's value is the nearest in its layer's bounds, which begin at zero: that
-//! brings it nearer to the truth wherever the bounds hold. The sum of a layer's texels is then a little more than what its
-//! cells booked; the ledger has the texels' sums, and [`SignatureReport`] the cells'.
+//! The answer on the film, B + q/3, is an extrapolation: beside bright texels it may be a little below zero,
+//! as no light is. A texel's value is the nearest one within its layer's bounds, which begin at zero. That
+//! brings it nearer to the truth wherever the bounds hold. The sum of a layer's texels is then a little more
+//! than the sum of its cells: the ledger has the texels' sums, and [`SignatureReport`] the cells'.
 //!
 //! [`SignatureReport`]: super::pass::SignatureReport
 
 use super::average::Average;
+use super::finished_pass::FinishedPass;
 use super::report::LampReport;
-use super::run::Pass;
 use crate::geometry::TraversalCounters;
 use crate::numeric::distributions::critical_value;
 use crate::radiometry::Rgb;
@@ -23,29 +23,29 @@ use crate::transport::signature::Signature;
 /// The two-sided confidence of bounds, as far as they are random.
 pub(super) const CONFIDENCE: f64 = 0.999;
 
-/// How many standard errors bounds are away, for [`CONFIDENCE`].
+/// Number of standard errors that bounds are away, for [`CONFIDENCE`].
 pub(super) fn standard_errors(replicates: u32) -> f64 {
     critical_value(CONFIDENCE, f64::from(replicates) - 1.0)
 }
 
-/// What a run came to.
-pub(super) struct Outcome<'a> {
+/// The outcome of a run.
+pub(super) struct RunOutcome<'a> {
     pub scene: &'a Scene,
     pub target: &'a Target,
     /// The last pass, if any was finished.
-    pub pass: Option<Pass>,
-    /// Where no light was found, the flux \[W\] that there may be all the same, on any texel.
+    pub pass: Option<FinishedPass>,
+    /// Flux \[W\] that may be on any texel although no light was found; `None` if light was found.
     pub unseen: Option<Rgb>,
-    /// Of a receiver.
+    /// Direct light, for a receiver.
     pub direct: Option<&'a Direct>,
     pub relative_error: Option<f64>,
-    /// Of a scene with area lights.
+    /// The sampling of area lights, for a scene with any.
     pub lamps: Option<LampReport>,
     pub counters: TraversalCounters,
     pub incomplete: bool,
 }
 
-impl Outcome<'_> {
+impl RunOutcome<'_> {
     pub fn estimate(self) -> Estimate {
         let texels = self.target.texels();
         let [width, height] = self.target.size();
@@ -60,7 +60,7 @@ impl Outcome<'_> {
                 total.add(layer);
             }
             if self.lamps.is_some() {
-                // Signatures share the places on the lamps: their errors are not independent.
+                // Signatures share the places on the area lights: their errors are not independent.
                 let joint = self.layer(LayerName::Total, &pass.total);
                 total.standard_error = joint.standard_error;
                 total.interval = joint.interval.map(|mut interval| {
@@ -101,8 +101,8 @@ impl Outcome<'_> {
         }
     }
 
-    /// By signature, the others last.
-    fn layers(&self, pass: &Pass) -> Vec<Layer> {
+    /// The layers by signature, the others last.
+    fn layers(&self, pass: &FinishedPass) -> Vec<Layer> {
         let mut order: Vec<&(Option<Signature>, Average)> = pass.layers.iter().collect();
         order.sort_by_key(|(signature, _)| (signature.is_none(), *signature));
         order
@@ -114,7 +114,7 @@ impl Outcome<'_> {
             .collect()
     }
 
-    /// Values, standard errors and bounds of a kind of light.
+    /// Values, standard errors and bounds of one kind of light.
     fn layer(&self, name: LayerName, average: &Average) -> Layer {
         let mut result = Layer::bounded(name, average.texels());
         let widths = self.lamps.map_or(0.0, |lamps| lamps.standard_errors);
@@ -139,7 +139,7 @@ impl Outcome<'_> {
         result
     }
 
-    /// `LD`, whose error is a bound for delta emitters, and a standard error of area lights.
+    /// The layer `LD`. Its error is a bound for delta emitters, and a standard error for area lights.
     fn direct_layer(&self, direct: &Direct) -> Layer {
         let name = LayerName::Path(Signature::DIRECT);
         let mut layer = Layer::bounded(name, direct.texels.len());
@@ -162,9 +162,9 @@ impl Outcome<'_> {
         layer
     }
 
-    /// Where the flux went that met a specular surface first: what the layers' texels hold, and the rest,
-    /// which is not followed to its end.
-    fn ledger(&self, pass: &Pass, layers: &[Layer]) -> Ledger {
+    /// The ledger of the flux that met a specular surface first: the layers' texels, and the rest, which is
+    /// not followed to its end.
+    fn ledger(&self, pass: &FinishedPass, layers: &[Layer]) -> Ledger {
         let mut ledger = Ledger::default();
         for layer in layers {
             let flux = |(texel, value): (usize, &Rgb)| *value * self.target.measure(texel);
@@ -186,7 +186,7 @@ impl Outcome<'_> {
     }
 }
 
-/// No light is less than none; unknown light stays unknown.
+/// The light, with negative channels set to zero; unknown light stays unknown.
 fn at_least_none(light: Rgb) -> Rgb {
     light.map(|channel| if channel < 0.0 { 0.0 } else { channel })
 }

@@ -1,11 +1,11 @@
 //! Area lights as many sources, each of one place on the light.
 //!
-//! With x uniform over the light's surface of area A, a caustic is the mean of those of sources at
-//! x that shine with radiant intensity L A cos θ: one replicate's is over n places that follow a
-//! scrambled Sobol' sequence. Replicates are scrambled independently; their scatter is the error of
-//! their mean (Owen 1997, *Scrambled net variance for integrals of smooth functions*).
+//! Let x be uniform over the light's surface of area A. A caustic is the mean of those of sources at x that
+//! shine with radiant intensity L A cos θ. The mean of one replicate is over n places that follow a scrambled
+//! Sobol' sequence. Replicates are scrambled independently; their scatter is the error of their mean (Owen
+//! 1997, *Scrambled net variance for integrals of smooth functions*).
 
-use super::pass::Light;
+use super::pass::BeamLight;
 use super::support::refuse_area_light;
 use crate::numeric::{Stream, StreamKind};
 use crate::radiometry::Rgb;
@@ -28,11 +28,11 @@ struct Lamp {
 }
 
 impl Lamps {
-    /// The lamps of a scene, with streams of `seed`.
+    /// The area lights of a scene, with streams of `seed`.
     ///
     /// # Errors
     ///
-    /// Where a lamp's shape is none that light can start from.
+    /// If the shape of an area light is one that light cannot start from.
     pub fn new(scene: &Scene, seed: u64) -> Result<Self, Refusal> {
         // "BEAM": apart from the streams of other uses of the same seed.
         let stream = Stream::new(StreamKind::Sobol, seed).split(0x4245_414d);
@@ -58,15 +58,15 @@ impl Lamps {
         Ok(Self { lamps })
     }
 
-    /// Whether there are none.
+    /// True if there are none.
     pub fn is_empty(&self) -> bool {
         self.lamps.is_empty()
     }
 
-    /// The sources of a replicate: `points` a lamp, each with its part of the lamp's light.
+    /// The sources of a replicate: `points` for each area light, each with its part of the light.
     ///
-    /// Those for twice as many points begin with the same places.
-    pub fn lights(&self, replicate: u32, points: u64) -> Vec<Light> {
+    /// The sources for twice as many points begin with the same places.
+    pub fn lights(&self, replicate: u32, points: u64) -> Vec<BeamLight> {
         let mut lights = Vec::new();
         for lamp in &self.lamps {
             let stream = lamp.stream.split(u64::from(replicate));
@@ -74,9 +74,9 @@ impl Lamps {
             lights.extend((0..points).filter_map(|point| {
                 let place = lamp.surface.sample(stream.point2(point).into())?;
                 let source = Source::Surface { place, intensity };
-                Some(Light {
+                Some(BeamLight {
                     source,
-                    roots: None,
+                    patches: None,
                 })
             }));
         }

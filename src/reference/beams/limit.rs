@@ -1,17 +1,18 @@
-//! What ends a pass before it is done.
+//! Limits that end a pass before it is done.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use crate::run::{Budget, Progress};
 
-/// Time, rays, or a wish from outside. All threads ask now and then, in the middle of their work.
+/// Limits of time and rays, and a request from outside to stop. All threads ask now and then, in the middle
+/// of their work.
 ///
-/// Whether rays end a pass does not depend on threads: a pass needs as many as it needs, and more
-/// than there are will be noticed at the latest when it is done.
+/// Rays end a pass on any number of threads or on none: the rays that a pass needs are fixed, and an excess
+/// is noticed at the latest when the pass is done.
 pub struct Limit<'a> {
     progress: &'a Progress,
-    /// `None`: without end, or too far away to be told.
+    /// The end of the time; `None` if there is none, or if it is too far away to be represented.
     deadline: Option<Instant>,
     most_rays: Option<u64>,
     rays: AtomicU64,
@@ -29,7 +30,7 @@ impl<'a> Limit<'a> {
         }
     }
 
-    /// Whether to stop.
+    /// True if work must stop.
     pub fn is_reached(&self) -> bool {
         self.progress.is_stopped()
             || self
@@ -38,17 +39,17 @@ impl<'a> Limit<'a> {
             || self.most_rays.is_some_and(|most| self.rays() > most)
     }
 
-    /// Books work.
+    /// Adds rays to the work done.
     pub fn spend(&self, rays: u64) {
         self.rays.fetch_add(rays, Ordering::Relaxed);
     }
 
-    /// Rays searched for so far.
+    /// Number of rays so far.
     pub fn rays(&self) -> u64 {
         self.rays.load(Ordering::Relaxed)
     }
 
-    /// How many times as much as a piece of work that took `time` and `rays` can still be done.
+    /// Factor by which the rest of the budget exceeds a piece of work that took `time` and `rays`.
     pub fn affordable(&self, time: Duration, rays: u64) -> f64 {
         let in_time = self.deadline.map_or(f64::INFINITY, |deadline| {
             let left = deadline.saturating_duration_since(Instant::now());
@@ -57,7 +58,7 @@ impl<'a> Limit<'a> {
         let in_rays = self.most_rays.map_or(f64::INFINITY, |most| {
             most.saturating_sub(self.rays()) as f64 / rays as f64
         });
-        // 0 / 0, where there was no work: as much as you like.
+        // 0 / 0 if there was no work: no limit then.
         f64::min(in_time, in_rays)
     }
 }

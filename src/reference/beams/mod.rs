@@ -1,30 +1,30 @@
 //! Adaptive beams of light: deterministic irradiance with lower and upper bounds.
 //!
-//! For delta emitters the light on a sensor is a two-dimensional integral of a piecewise smooth
-//! map, from light space to the receiver, or by way of the surfaces it sees to a camera's film
-//! ([`Target`](super::Target)). It is not sampled but divided: [`refine`] cuts light
-//! space on the [first surfaces](crate::transport::first_surface) into triangles until the map of
-//! each is nearly affine, or its borders nearly straight ([`cut`]); [`deposit`] deals each triangle
-//! out to the texels that its image covers, at two finenesses, and extrapolates; [`bars`] turns
-//! what the finenesses differ by into bounds.
+//! For delta emitters the light on a sensor is a two-dimensional integral of a piecewise smooth map. It goes
+//! from light space to the receiver, or by way of visible surfaces to a camera's film
+//! ([`Target`](super::Target)). It is not sampled but divided. [`refine`] cuts light space on the [first
+//! surfaces](crate::transport::first_surface) into triangles until the map of each is nearly affine, or its
+//! borders are nearly straight ([`cut`]). [`deposit`] deals each triangle out to the texels that its image
+//! covers, at two finenesses, and extrapolates. [`bars`] derives bounds from the difference of the
+//! finenesses.
 //!
-//! Light by way of flat facets only has its own way of division ([`facets`]): there the borders are
-//! known.
+//! Light by way of flat facets only has its own way of division ([`facets`]): there the borders are known.
 //!
-//! One [`pass`] does so for one path signature and one tolerance; [`mod@run`] finds the signatures
-//! ([`survey`]), and repeats passes with smaller tolerances until the error asked for is
-//! reached. Area lights ([`lamps`]) are many such sources, drawn by lot: [`average`]. Nothing is
-//! kept from pass to pass, and of each pass only sums on the film: memory does not grow with the
-//! number of cells.
+//! One [`pass`] does so for one path signature and one tolerance. [`mod@run`] finds the signatures
+//! ([`discovery`]), and repeats passes with smaller tolerances until the error asked for is reached. Area
+//! lights ([`lamps`]) are many such sources, drawn at random: [`average`] combines them. Nothing but sums on
+//! the film is kept of a pass: memory does not grow with the number of cells.
 
 pub mod average;
 pub mod bars;
 pub mod cell;
 pub mod cut;
 pub mod deposit;
+pub mod discovery;
 pub mod facets;
 pub mod film;
 mod finish;
+mod finished_pass;
 pub mod lamps;
 pub mod limit;
 pub mod pass;
@@ -35,7 +35,6 @@ pub mod schedule;
 pub mod settings;
 pub mod store;
 pub mod support;
-pub mod survey;
 
 pub use pass::SignatureReport;
 pub use report::{BeamReport, LampReport};

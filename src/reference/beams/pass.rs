@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::average::Sums;
 use super::bars::bounded;
-use super::facets::{FacetRefiner, part_roots};
+use super::facets::{FacetRefiner, part_patches};
 use super::film::BeamFilm;
 use super::limit::Limit;
 use super::refine::{Balance, Limits, Refiner, Scratch};
@@ -17,39 +17,40 @@ use crate::radiometry::Rgb;
 use crate::reference::Target;
 use crate::run::{Error, Progress};
 use crate::scene::Scene;
+use crate::transport::clearance::Clearance;
 use crate::transport::facets::path::FacetPaths;
 use crate::transport::facets::table::Facets;
-use crate::transport::first_surface::{Cone, Root, SharedPlaces, Source, roots};
+use crate::transport::first_surface::{Cone, SharedPlaces, Source, SurfacePatch, patches};
+use crate::transport::fixed_signature::PathFollower;
 use crate::transport::flux::Flux;
-use crate::transport::guard::Guard;
-use crate::transport::prescribed::PathFollower;
 use crate::transport::scatter::ShadingNormals;
 use crate::transport::signature::Signature;
 
-/// Roots of one task: few enough for some hundred tasks, but of many roots so many that neighbours, which
-/// share paths, are mostly of one task.
-const TASK_ROOTS: std::ops::RangeInclusive<usize> = 16..=512;
-/// See [`TASK_ROOTS`].
+/// Number of patches of one task. It is small enough for some hundred tasks. If there are many patches it is
+/// so large that most neighbours, which share paths, are in one task.
+const TASK_PATCHES: std::ops::RangeInclusive<usize> = 16..=512;
+/// Number of tasks: see [`TASK_PATCHES`].
 const TASKS: usize = 128;
 
-/// Where there are at least as many sources as this, they make tasks enough.
+/// Number of sources that make tasks enough by themselves.
 const MANY_SOURCES: usize = 16;
 
 /// A source and the light space over its first surfaces.
 #[derive(Clone, Debug)]
-pub struct Light {
-    /// Where the light comes from.
+pub struct BeamLight {
+    /// The origin of the light.
     pub source: Source,
-    /// Where it may go; of a source that is one of thousands, found when needed.
-    pub roots: Option<Vec<Root>>,
+    /// The patches that its light may reach; `None` for one source of thousands, whose patches are found when
+    /// needed.
+    pub patches: Option<Vec<SurfacePatch>>,
 }
 
-impl Light {
-    /// The light space.
-    pub fn roots(&self, scene: &Scene) -> Cow<'_, [Root]> {
-        self.roots.as_ref().map_or_else(
-            || Cow::Owned(roots(scene, &self.source)),
-            |roots| Cow::Borrowed(&**roots),
+impl BeamLight {
+    /// The patches that its light may reach.
+    pub fn patches(&self, scene: &Scene) -> Cow<'_, [SurfacePatch]> {
+        self.patches.as_ref().map_or_else(
+            || Cow::Owned(patches(scene, &self.source)),
+            |patches| Cow::Borrowed(&**patches),
         )
     }
 
@@ -61,31 +62,31 @@ impl Light {
     }
 }
 
-/// What is the same for all passes of a run.
+/// The inputs that all passes of a run share.
 pub struct Passes<'a> {
     /// The scene.
     pub scene: &'a Scene,
     /// The sensor.
     pub target: &'a Target,
-    /// What may be in the way of light.
-    pub guard: &'a Guard<'a>,
+    /// The clearance test of the scene.
+    pub clearance: &'a Clearance<'a>,
     /// Places that faces of smooth meshes share.
     pub shared: &'a SharedPlaces<'a>,
     /// Flat faces.
     pub facets: &'a Facets,
-    /// What interpolated normals do to flux.
+    /// Effect of interpolated normals on flux.
     pub shading_normals: ShadingNormals,
-    /// About the flux that a film must have room for \[W\].
+    /// Flux \[W\], about, that a film must have room for.
     pub flux: f64,
-    /// Ends a pass.
+    /// Limits that end a pass.
     pub limit: &'a Limit<'a>,
-    /// Told of finished roots.
+    /// Progress, which counts finished patches.
     pub progress: &'a Progress,
 }
 
-/// What a pass found.
+/// The results of a pass.
 pub struct PassLayer {
-    /// What is on the film.
+    /// Sums on the film.
     pub sums: Sums,
     /// Sums over all cells.
     pub report: SignatureReport,
@@ -98,16 +99,17 @@ pub struct SignatureReport {
     pub name: String,
     /// Cells finished.
     pub cells: u64,
-    /// ... crossed by a border between families.
+    /// Cells that a border between topologies crosses.
     pub cut_cells: u64,
-    /// ... with a part that no line divides.
+    /// Cells with a part that no line divides.
     pub unresolved_cells: u64,
-    /// Flux on the film \[W\]; of a camera, what its radiance is with the étendue of a typical pixel.
+    /// Flux \[W\] on the film. For a camera it is that of its radiance with the étendue of a typical pixel.
     pub received: Rgb,
-    /// Flux that borders may have misplaced \[W\], in the same unit.
-    pub slack: Rgb,
-    /// Light that set out \[W\], mean of channels, as this signature's cells sum it up: the same for all
-    /// but for quadrature.
+    /// Uncertain flux \[W\] that borders may have misplaced, in the same unit.
+    #[serde(rename = "slack")]
+    pub uncertain: Rgb,
+    /// Light \[W\] that set out, mean of channels, as this signature's cells sum it up. It is the same for
+    /// all signatures but for quadrature.
     pub emitted: f64,
     /// |received on the film − sum over its texels| / emitted: deposits lose nothing.
     pub balance_error: f64,
@@ -118,7 +120,7 @@ impl SignatureReport {
     #[must_use]
     pub fn weighted(mut self, weight: f64) -> Self {
         self.received *= weight;
-        self.slack *= weight;
+        self.uncertain *= weight;
         self.emitted *= weight;
         self
     }
@@ -129,27 +131,27 @@ impl SignatureReport {
         self.cut_cells += other.cut_cells;
         self.unresolved_cells += other.unresolved_cells;
         self.received += other.received;
-        self.slack += other.slack;
+        self.uncertain += other.uncertain;
         self.emitted += other.emitted;
         self.balance_error = self.balance_error.max(other.balance_error);
     }
 }
 
-/// What some roots came to, and the work that took.
-type Work<const N: usize> = (Balance<N>, TraversalCounters);
+/// The balance of some patches, and the work that they took.
+type TaskWork<const N: usize> = (Balance<N>, TraversalCounters);
 
-/// The work of some roots; `None` where it was stopped.
-type Done<const N: usize> = Option<Work<N>>;
+/// The work of some patches; `None` if it was stopped.
+type TaskResult<const N: usize> = Option<TaskWork<N>>;
 
 impl Passes<'_> {
-    /// One signature at one tolerance; `None` where it was stopped.
+    /// One signature at one tolerance; `None` if it was stopped.
     ///
     /// # Errors
     ///
-    /// Where a texel's flux is not representable.
+    /// If a texel's flux is not representable.
     pub fn signature(
         &self,
-        lights: &[Light],
+        lights: &[BeamLight],
         signature: Signature,
         limits: Limits,
         counters: &mut TraversalCounters,
@@ -163,12 +165,12 @@ impl Passes<'_> {
 
     fn in_channels<const N: usize>(
         &self,
-        lights: &[Light],
+        lights: &[BeamLight],
         signature: Signature,
         limits: Limits,
         counters: &mut TraversalCounters,
     ) -> Result<Option<PassLayer>, Error> {
-        // Slack may count the same flux in several texels, and the survey is coarse.
+        // Uncertain flux may count the same flux in several texels, and the discovery is coarse.
         let scale = FixedPoint::for_total(64.0 * self.flux).map_err(|_| not_representable())?;
         let film = BeamFilm::<N>::new(self.target.size(), scale);
         let tasks = if lights.len() < MANY_SOURCES {
@@ -176,12 +178,12 @@ impl Passes<'_> {
         } else {
             1
         };
-        let done: Vec<Vec<Done<N>>> = lights
+        let done: Vec<Vec<TaskResult<N>>> = lights
             .par_iter()
             .map(|light| self.light(light, signature, limits, tasks, &film))
             .collect();
         let mut total = Balance::<N>::default();
-        // In the order of the roots: floats are summed the same on any threads.
+        // In the order of the patches: floats are summed the same on any threads.
         for one in done.into_iter().flatten() {
             let Some((balance, work)) = one else {
                 return Ok(None);
@@ -204,7 +206,7 @@ impl Passes<'_> {
             cut_cells: total.cut_cells,
             unresolved_cells: total.unresolved_cells,
             received: total.received.rgb(),
-            slack: total.slack.rgb(),
+            uncertain: total.uncertain.rgb(),
             emitted: total.emitted,
             balance_error: (on_film - total.received).max_magnitude() / emitted,
         };
@@ -214,15 +216,15 @@ impl Passes<'_> {
         }))
     }
 
-    /// One source's light, in about so many tasks of some roots.
+    /// One source's light, in about `tasks` tasks of some patches.
     fn light<const N: usize>(
         &self,
-        light: &Light,
+        light: &BeamLight,
         signature: Signature,
         limits: Limits,
         tasks: usize,
         film: &BeamFilm<N>,
-    ) -> Vec<Done<N>> {
+    ) -> Vec<TaskResult<N>> {
         // Memory to work in, handed from task to task.
         let idle: Mutex<Vec<Scratch<N>>> = Mutex::new(Vec::new());
         let screen = self.target.screen();
@@ -233,7 +235,7 @@ impl Passes<'_> {
             signature,
             self.shading_normals,
         );
-        let refined = |count: usize, work: &dyn Fn(&mut Refiner<'_, '_, N>) -> Work<N>| {
+        let refined = |count: usize, work: &dyn Fn(&mut Refiner<'_, '_, N>) -> TaskWork<N>| {
             if self.limit.is_reached() {
                 return None;
             }
@@ -250,7 +252,7 @@ impl Passes<'_> {
                 follower,
                 self.shared,
                 film,
-                self.guard,
+                self.clearance,
                 self.limit,
                 limits,
                 &mut scratch,
@@ -268,25 +270,27 @@ impl Passes<'_> {
             }
             Some((balance, counters))
         };
-        let roots = light.roots(self.scene);
-        let (flat, roots) = match Cone::of(&light.source) {
-            // Its roots are parts of facets only, and the cone's border is none of the facets' edges.
-            Some(_) => (Vec::new(), roots.into_owned()),
-            None => part_roots(self.facets, &roots),
+        let patches = light.patches(self.scene);
+        let (flat, patches) = match Cone::of(&light.source) {
+            // Its patches are parts of facets only, and the cone's border is none of the facets' edges.
+            Some(_) => (Vec::new(), patches.into_owned()),
+            None => part_patches(self.facets, &patches),
         };
-        let task = |roots: usize| (roots / tasks).clamp(*TASK_ROOTS.start(), *TASK_ROOTS.end());
-        let by_cells = roots.par_chunks(task(roots.len())).map(|roots| {
-            refined(roots.len(), &|refiner| {
-                for root in roots {
-                    refiner.refine(root);
+        let task =
+            |patches: usize| (patches / tasks).clamp(*TASK_PATCHES.start(), *TASK_PATCHES.end());
+        let by_cells = patches.par_chunks(task(patches.len())).map(|patches| {
+            refined(patches.len(), &|refiner| {
+                for patch in patches {
+                    refiner.refine(patch);
                 }
-                Work::default()
+                TaskWork::default()
             })
         });
         let by_facets = flat.par_chunks(task(flat.len())).map(|facets| {
             refined(facets.len(), &|refiner| {
                 let tolerance = limits.tolerance;
-                let mut polygons = FacetRefiner::new(&paths, &screen, self.guard, film, tolerance);
+                let mut polygons =
+                    FacetRefiner::new(&paths, &screen, self.clearance, film, tolerance);
                 for facet in facets {
                     polygons.refine(*facet, refiner);
                 }

@@ -1,24 +1,24 @@
-//! What is to be known of a run.
+//! The report of a run.
 
 use super::pass::SignatureReport;
 
-/// What is to be known of a run beside its estimate.
+/// The report of a run beside its estimate.
 #[derive(Clone, Debug, Default, serde::Serialize)]
 pub struct BeamReport {
     /// One entry a signature followed, the brightest first.
     pub signatures: Vec<SignatureReport>,
-    /// Passes made; the last one is the result.
+    /// Number of passes; the last one is the result.
     pub passes: u32,
     /// Misplaced flux that a cell of the last pass may have, relative to the flux on the film.
     pub relative_tolerance: f64,
-    /// Flux \[W\] of signatures too dim to be followed, by the survey; in no layer and no bar.
+    /// Flux \[W\] of signatures too dim to be followed, as found by the discovery; in no layer and no bar.
     pub not_followed: f64,
-    /// What there is to know of area lights, where the scene has any.
+    /// The sampling of area lights, if the scene has any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lamps: Option<LampReport>,
 }
 
-/// How area lights were sampled in the last pass.
+/// The sampling of area lights in the last pass.
 #[derive(Clone, Copy, Debug, Default, serde::Serialize)]
 pub struct LampReport {
     /// Places on each light, in each replicate.
@@ -32,6 +32,6 @@ pub struct LampReport {
     pub standard_errors: f64,
     /// The part of the relative error that the division into cells is likely to have.
     pub deterministic_error: f64,
-    /// The part that choosing places by lot has: one standard error.
+    /// The part that the random choice of places has: one standard error.
     pub random_error: f64,
 }

@@ -3,26 +3,27 @@
 use std::time::Instant;
 
 use super::average::{Average, Sums};
+use super::discovery::{SignatureLight, discover};
 use super::finish;
+use super::finished_pass::FinishedPass;
 use super::lamps::Lamps;
 use super::limit::Limit;
-use super::pass::{Light, PassLayer, Passes, SignatureReport};
+use super::pass::{BeamLight, PassLayer, Passes, SignatureReport};
 use super::refine::Limits;
 use super::report::{BeamReport, LampReport};
 use super::schedule::{DIVIDED_AGAIN, Errors, Fineness};
 use super::settings::{BeamSettings, target_error};
 use super::support::supports;
-use super::survey::{Found, survey};
 use crate::geometry::TraversalCounters;
 use crate::radiometry::Rgb;
 use crate::reference::Target;
 use crate::run::{Budget, Error, Estimate, Progress};
 use crate::scene::{Scene, Sensor};
 use crate::setting::SettingError;
+use crate::transport::clearance::Clearance;
 use crate::transport::direct::{AREA_SAMPLES, Direct, direct};
 use crate::transport::facets::table::Facets;
-use crate::transport::first_surface::{SharedPlaces, Source, roots};
-use crate::transport::guard::Guard;
+use crate::transport::first_surface::{SharedPlaces, Source, patches};
 use crate::transport::signature::{MAX_EVENTS, Signature};
 
 /// Signatures below this part of the error asked for, of all flux, are not followed.
@@ -35,7 +36,7 @@ const MOST_OF_SIGNATURE: f64 = 1.0 / 64.0;
 /// So many passes may light nothing, each finer than the one before, until nothing is known.
 const MOST_UNLIT: u32 = 3;
 
-/// Films have room for this part of what lands beside them, too: a survey's word on how little is on them is no better.
+/// Films have room for this part of what lands beside them, too: a discovery's word on how little is on them is no better.
 const LEAST_OF_LANDED: f64 = 1e-3;
 
 /// At most this many signatures are followed.
@@ -61,32 +62,20 @@ pub struct Setup<'a> {
     settings: BeamSettings,
     target: Target,
     /// Delta emitters, which are followed once.
-    fixed: Vec<Light>,
+    fixed: Vec<BeamLight>,
     lamps: Lamps,
-    guard: Guard<'a>,
+    clearance: Clearance<'a>,
     shared: SharedPlaces<'a>,
     facets: Facets,
     /// The brightest first.
-    signatures: Vec<(Signature, Found)>,
+    signatures: Vec<(Signature, SignatureLight)>,
     /// About the flux on the film, and but for where next to none is on it, beside it \[W\].
     flux: f64,
     /// ... and beside it where there is next to none on it \[W\].
     landed: f64,
-    /// Flux that the survey may have missed \[W\].
+    /// Flux that the discovery may have missed \[W\].
     unseen: Rgb,
     progress: &'a Progress,
-}
-
-/// A finished pass.
-pub(super) struct Pass {
-    /// One entry a signature with a layer of its own, brightest first, then one of all others, if any.
-    pub layers: Vec<(Option<Signature>, Average)>,
-    /// Their sum.
-    pub total: Average,
-    /// One entry a signature followed.
-    pub reports: Vec<(Signature, SignatureReport)>,
-    errors: Option<Errors>,
-    fineness: Fineness,
 }
 
 impl<'a> Setup<'a> {
@@ -114,11 +103,11 @@ impl<'a> Setup<'a> {
             return Err(SettingError::value("replicates", &replicates, allowed).into());
         }
         let target = Target::new(scene, sensor, settings.shading_normals)?;
-        let fixed: Vec<Light> = Source::all(scene)
+        let fixed: Vec<BeamLight> = Source::all(scene)
             .into_iter()
             .map(|source| {
-                let roots = Some(roots(scene, &source));
-                Light { source, roots }
+                let patches = Some(patches(scene, &source));
+                BeamLight { source, patches }
             })
             .collect();
         // A place of each replicate stands for the lamps.
@@ -127,7 +116,7 @@ impl<'a> Setup<'a> {
             let more = lamps.lights(replicate, 1).into_iter();
             lights.extend(more.map(|light| light.dimmed(f64::from(settings.replicates))));
         }
-        let found = survey(
+        let found = discover(
             scene,
             &lights,
             &target.screen(),
@@ -137,7 +126,8 @@ impl<'a> Setup<'a> {
         let landed = found.landed;
         let unseen = found.unseen(0.5 * (1.0 - finish::CONFIDENCE));
         let flux: f64 = found.signatures.values().map(|one| one.flux).sum();
-        let mut signatures: Vec<(Signature, Found)> = found.signatures.into_iter().collect();
+        let mut signatures: Vec<(Signature, SignatureLight)> =
+            found.signatures.into_iter().collect();
         signatures.sort_by(|(a, x), (b, y)| y.flux.total_cmp(&x.flux).then(a.cmp(b)));
         Ok(Self {
             scene,
@@ -145,7 +135,7 @@ impl<'a> Setup<'a> {
             target,
             fixed,
             lamps,
-            guard: Guard::new(scene),
+            clearance: Clearance::new(scene),
             shared: SharedPlaces::new(scene, settings.shading_normals),
             facets: Facets::new(scene),
             signatures,
@@ -161,12 +151,12 @@ impl<'a> Setup<'a> {
         self.signatures.is_empty()
     }
 
-    /// Where the survey found no light, the flux \[W\] that it may have missed, with the risk that bounds take a shape.
+    /// Where the discovery found no light, the flux \[W\] that it may have missed, with the risk that bounds take a shape.
     pub fn unseen(&self) -> Option<Rgb> {
         self.is_dark().then_some(self.unseen)
     }
 
-    /// What light comes to the sensor, as far as the survey saw, the brightest first.
+    /// What light comes to the sensor, as far as the discovery saw, the brightest first.
     pub fn signatures(&self) -> impl Iterator<Item = Signature> + '_ {
         self.signatures.iter().map(|(signature, _)| *signature)
     }
@@ -219,7 +209,7 @@ impl<'a> Setup<'a> {
         limit.spend(counters.rays);
         let is_lit = followed.iter().any(|(_, found)| found.on_film > 0.0);
         let limited = budget.time.is_some() || budget.work.is_some();
-        let mut best: Option<Pass> = None;
+        let mut best: Option<FinishedPass> = None;
         let (mut said_before, mut calibration) = (0.0, None);
         let mut unlit = 0;
         let mut fineness = Fineness::first(target, limited);
@@ -266,7 +256,7 @@ impl<'a> Setup<'a> {
             let Some(next) = next else { break };
             fineness = next;
         }
-        // Where the survey saw light fall, a pass without any tells nothing.
+        // Where the discovery saw light fall, a pass without any tells nothing.
         let best = best.filter(|pass| pass.errors.is_some() || !is_lit);
         let stopped = self.progress.is_stopped();
         let reached = best.as_ref().and_then(|pass| pass.errors);
@@ -276,7 +266,7 @@ impl<'a> Setup<'a> {
         };
         let incomplete = stopped || unmet && !limited || best.is_none() && !self.is_dark();
         self.describe(best.as_ref(), &mut report);
-        let outcome = finish::Outcome {
+        let outcome = finish::RunOutcome {
             scene: self.scene,
             target: &self.target,
             pass: best,
@@ -293,15 +283,15 @@ impl<'a> Setup<'a> {
     /// All signatures at one fineness; `None` where it was stopped.
     fn pass(
         &self,
-        signatures: &[(Signature, Found)],
+        signatures: &[(Signature, SignatureLight)],
         fineness: Fineness,
         limit: &Limit,
-    ) -> Result<Option<(Pass, TraversalCounters)>, Error> {
+    ) -> Result<Option<(FinishedPass, TraversalCounters)>, Error> {
         let mut counters = TraversalCounters::default();
         let passes = Passes {
             scene: self.scene,
             target: &self.target,
-            guard: &self.guard,
+            clearance: &self.clearance,
             shared: &self.shared,
             facets: &self.facets,
             shading_normals: self.settings.shading_normals,
@@ -314,10 +304,11 @@ impl<'a> Setup<'a> {
         } else {
             self.settings.replicates
         };
-        let roots_of =
-            |lights: &[Light]| -> usize { lights.iter().map(|l| l.roots(self.scene).len()).sum() };
-        let tasks = roots_of(&self.fixed)
-            + roots_of(&self.lamps.lights(0, 1)) * fineness.points as usize * replicates as usize;
+        let patches_of = |lights: &[BeamLight]| -> usize {
+            lights.iter().map(|l| l.patches(self.scene).len()).sum()
+        };
+        let tasks = patches_of(&self.fixed)
+            + patches_of(&self.lamps.lights(0, 1)) * fineness.points as usize * replicates as usize;
         self.progress.begin_pass((tasks * signatures.len()) as u64);
 
         let texels = self.target.texels();
@@ -379,7 +370,7 @@ impl<'a> Setup<'a> {
         }
         let errors = self.errors(&total);
         let names = signatures.iter().map(|(signature, _)| *signature);
-        let pass = Pass {
+        let pass = FinishedPass {
             layers,
             total,
             reports: names
@@ -413,7 +404,7 @@ impl<'a> Setup<'a> {
     }
 
     /// Root mean square difference of two passes over lit texels, relative to their mean.
-    fn distance(&self, before: &Pass, after: &Pass) -> f64 {
+    fn distance(&self, before: &FinishedPass, after: &FinishedPass) -> f64 {
         let (mut lit, mut sum, mut squares) = (0_u64, 0.0, 0.0);
         for texel in 0..after.total.texels() {
             let measure = self.target.measure(texel);
@@ -429,7 +420,7 @@ impl<'a> Setup<'a> {
     }
 
     /// What the last pass was like.
-    fn describe(&self, pass: Option<&Pass>, report: &mut BeamReport) {
+    fn describe(&self, pass: Option<&FinishedPass>, report: &mut BeamReport) {
         let Some(pass) = pass else { return };
         report.relative_tolerance = pass.fineness.tolerance;
         report.signatures = pass.reports.iter().map(|(_, one)| one.clone()).collect();

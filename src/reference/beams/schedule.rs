@@ -1,6 +1,6 @@
-//! How fine the next pass is to be.
+//! Fineness of the next pass.
 
-/// How finely light is divided in a pass.
+/// The fineness of a pass's division of light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fineness {
     /// Misplaced flux that a cell may have, relative to all flux.
@@ -12,61 +12,60 @@ pub struct Fineness {
 /// Relative errors over lit texels, root mean square.
 #[derive(Clone, Copy, Debug)]
 pub struct Errors {
-    /// Of the division into cells.
+    /// The error of the division into cells.
     pub deterministic: f64,
-    /// Of places on area lights drawn by lot.
+    /// The error of places on area lights drawn at random.
     pub random: f64,
 }
 
-/// Errors follow tolerances about like this power of them: misplaced flux falls like the fourth power
-/// of a cell's size where light is smooth, and cells at borders are fewer than their texels.
+/// Power of the tolerance that errors follow, about. Misplaced flux falls like the fourth power of a cell's
+/// size in smooth light, and cells at borders are fewer than their texels.
 const ERROR_ORDER: f64 = 2.0 / 3.0;
 
-/// The tolerance at which errors are about 1 in the mean over the bundled scenes
-/// (`examples/beam-figures`): extrapolated with [`ERROR_ORDER`] from 0.1 % to 10 %.
+/// Tolerance at which errors are about 1 in the mean over the bundled scenes (`examples/beam-figures`):
+/// extrapolated with [`ERROR_ORDER`] from 0.1 % to 10 %.
 const TOLERANCE_AT_ONE: f64 = 0.38;
 
-/// The first pass is for an error of no more than this: with larger cells there is nothing smooth for
-/// bounds to be made from.
+/// Largest error that the first pass is for: with larger cells there is nothing smooth to derive bounds from.
 const COARSEST: f64 = 3e-3;
 
-/// ... and of no less: where the scene is harder than most, one pass must end for another to be
-/// planned by it.
+/// Smallest error that the first pass is for. If the scene is harder than most, one pass must end before
+/// another can be planned by it.
 const FINEST_FIRST: f64 = 1e-3;
 
-/// Work grows like the tolerance's power −1/2 where light is smooth, faster at borders.
+/// Power of the tolerance that work grows with: −1/2 in smooth light, faster at borders.
 const WORK_ORDER: f64 = 0.55;
 
-/// Where tolerances are this far apart, every cell has been divided once more: misplaced flux falls like the
+/// Ratio of tolerances after which every cell has been divided once more: misplaced flux falls like the
 /// fourth power of a cell's size. Such passes can be compared.
 pub const DIVIDED_AGAIN: f64 = 16.0;
 
-/// Where cells were too large to light any texel, the next ones misplace at most this part.
+/// Part of the misplaced flux that is allowed next if cells were too large to light any texel.
 const UNLIT: f64 = 1.0 / 256.0;
 
-/// Where the error asked for is nearer than this, a small step is likely to do.
+/// Ratio to the error asked for below which a small step is likely to do.
 const NEARLY_THERE: f64 = 1.6;
 
-/// A lamp is not divided into more places, in each replicate.
+/// Most places that an area light is divided into, in each replicate.
 const MOST_POINTS: u64 = 1 << 24;
 
-/// Below this, cells hold so little that sums are rounding.
+/// Smallest tolerance: below it, cells hold so little that sums are rounding.
 const LEAST_TOLERANCE: f64 = 1e-14;
 
-/// How the random error falls with the number n of places is between n^-½ (of independent ones)
-/// and n^-1½ (of nets and smooth integrands); folds and shadows that sweep over texels leave about
-/// n^-¾, as of nets and functions with jumps.
+/// Power of the number n of places with which the random error falls. It is between n^-½ (of independent
+/// places) and n^-1½ (of nets and smooth integrands). Folds and shadows that sweep over texels leave about
+/// n^-¾, as for nets and functions with jumps.
 const POINTS_ORDER: f64 = 0.75;
 
 impl Errors {
-    /// Together: they know nothing of each other.
+    /// Both errors together, which are independent.
     pub fn both(self) -> f64 {
         self.deterministic.hypot(self.random)
     }
 }
 
 impl Fineness {
-    /// What to begin with, on the way to an error of `target`; as coarse as makes sense where time or
+    /// The fineness to begin with, on the way to an error of `target`; as coarse as makes sense if time or
     /// rays are `limited`.
     pub fn first(target: Option<f64>, limited: bool) -> Self {
         let error = match target {
@@ -79,24 +78,24 @@ impl Fineness {
         }
     }
 
-    /// The next pass, to get errors of this one down to `target`, or without one further down; `None`
-    /// where they are, or nothing is to be gained. The deterministic one is hoped to be this part of
-    /// what it is said to be: `hope`. `by_lot` where there are area lights.
+    /// The next pass, to get errors of this one down to `target`, or further down if there is no target.
+    /// `None` if they are down, or nothing is to be gained. `hope` is the part of the estimated deterministic
+    /// error that is expected to be real. `is_random` is true if there are area lights.
     pub fn next(
         self,
         errors: Errors,
         hope: f64,
         target: Option<f64>,
-        by_lot: bool,
+        is_random: bool,
     ) -> Option<Self> {
         if errors.both() == 0.0 || target.is_some_and(|target| errors.both() <= target) {
             return None;
         }
         let Self { tolerance, points } = self;
         let next = match target {
-            // A little more than needed, so that one step is enough; never too large a step, nor one
+            // A little more than needed, so that one step is enough. A step must be neither too large, nor
             // too small to tell from it how good this pass was.
-            Some(target) if !by_lot => {
+            Some(target) if !is_random => {
                 let wanted = (0.8 * target / (hope * errors.both())).powf(1.0 / ERROR_ORDER);
                 let least = if errors.both() < NEARLY_THERE * target {
                     0.25
@@ -108,8 +107,8 @@ impl Fineness {
                     points,
                 }
             }
-            // Half of the squared error to each part. Where the cells are finer than needed, coarser
-            // ones will do for more places.
+            // Half of the squared error to each part. If the cells are finer than needed, coarser ones leave
+            // work for more places.
             Some(target) => {
                 let share = 0.8 * target * std::f64::consts::FRAC_1_SQRT_2;
                 let factor = (share / errors.deterministic).powf(1.0 / ERROR_ORDER);
@@ -131,24 +130,24 @@ impl Fineness {
         next.is_possible().then_some(next)
     }
 
-    /// The next pass where this one was so coarse that it lit no texel; `None` where none can be finer. `by_lot` where
-    /// there are area lights.
-    pub fn finer(self, by_lot: bool) -> Option<Self> {
+    /// The next pass if this one was so coarse that it lit no texel; `None` if none can be finer. `is_random`
+    /// is true if there are area lights.
+    pub fn finer(self, is_random: bool) -> Option<Self> {
         let next = Self {
             tolerance: self.tolerance * UNLIT,
-            points: self.points << if by_lot { 3 } else { 0 },
+            points: self.points << if is_random { 3 } else { 0 },
         };
         next.is_possible().then_some(next)
     }
 
-    /// How many times the work of this pass `next` is likely to be.
+    /// Likely work of the pass `next`, in units of the work of this pass.
     pub fn growth_to(self, next: Self) -> f64 {
         (self.tolerance / next.tolerance).powf(WORK_ORDER)
             * (next.points as f64 / self.points as f64)
     }
 
-    /// `next`, or where that is likely to be more than `affordable` times the work of this pass, what is
-    /// not; `None` where that is no finer to speak of.
+    /// The pass `next`, or a coarser one if it is likely to take more than `affordable` times the work of
+    /// this pass; `None` if the coarser one is not finer enough than this.
     pub fn towards(self, next: Self, affordable: f64) -> Option<Self> {
         if self.growth_to(next) <= affordable {
             return Some(next);

@@ -1,21 +1,21 @@
-//! What a beam run is asked to do.
+//! Settings of a beam run.
 
 use crate::run::Budget;
 use crate::transport::scatter::ShadingNormals;
 
-/// How beams are followed and counted.
+/// Settings of how beams are followed and counted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct BeamSettings {
     /// Specular events after which flux is cut off.
     pub max_depth: u32,
-    /// What interpolated normals do to flux.
+    /// Effect of interpolated normals on flux.
     pub shading_normals: ShadingNormals,
     /// Path signatures with a layer of their own: the brightest.
     pub max_layers: usize,
-    /// Of scenes with area lights: independent randomisations; their scatter is the random part of the
+    /// Independent randomisations, for scenes with area lights; their scatter is the random part of the
     /// error. At least 2.
     pub replicates: u32,
-    /// Of scenes with area lights: seed of all random choices.
+    /// Seed of all random choices, for scenes with area lights.
     pub seed: u64,
 }
 

@@ -1,20 +1,20 @@
-//! Paths followed lately.
+//! A store of paths followed lately.
 
 use glam::DVec2;
 
-use crate::transport::first_surface::Chart;
-use crate::transport::guard::{Ending, Straight, Trail};
-use crate::transport::prescribed::{PathEnd, PathFollower};
+use crate::transport::clearance::{Ending, Straight, Trail};
+use crate::transport::first_surface::SurfaceChart;
+use crate::transport::fixed_signature::{PathEnd, PathFollower};
 
 /// A small store of paths by chart coordinates: neighbouring cells share nodes.
 ///
-/// What it holds is what following the path again would give, to the bit; so what it forgets costs
-/// time only, and results do not depend on what it happens to hold.
+/// An entry is equal, to the bit, to the result of following the path again. So forgetting costs time only,
+/// and results do not depend on the entries that it happens to hold.
 pub struct PathStore<const N: usize> {
     entries: Vec<Option<Entry<N>>>,
     /// Entries of earlier generations are forgotten.
     generation: u32,
-    /// Of each entry, where it was asked for, the legs: each at the same distance from the next.
+    /// Legs of the entries that they were asked for, each at the same distance from the next.
     legs: Vec<Option<Straight>>,
     most_legs: usize,
 }
@@ -23,14 +23,14 @@ pub struct PathStore<const N: usize> {
 #[derive(Clone, Copy)]
 struct Entry<const N: usize> {
     generation: u32,
-    /// How many legs are held; 0 where none was asked for.
+    /// Number of legs held; 0 if none was asked for.
     legs: u32,
     surface: u64,
     at: DVec2,
     path: PathEnd<N>,
 }
 
-/// Entries: some hundred kilobytes, so that they stay in a core's second cache.
+/// Number of entries: some hundred kilobytes, so that they stay in a core's second cache.
 const ENTRIES: usize = 1 << 12;
 
 impl<const N: usize> PathStore<N> {
@@ -44,8 +44,8 @@ impl<const N: usize> PathStore<N> {
         }
     }
 
-    /// Forgets all paths: what a task finds here, and so the work it counts, must not depend on
-    /// the tasks before it on the same thread.
+    /// Forgets all paths. A task must find nothing here, or its work would depend on the tasks before it on
+    /// the same thread.
     pub fn forget(&mut self) {
         self.generation = self.generation.wrapping_add(1);
         if self.generation == 0 {
@@ -53,12 +53,12 @@ impl<const N: usize> PathStore<N> {
         }
     }
 
-    /// The path at coordinates of a chart, followed only where it is not held.
+    /// The path at coordinates of a chart, followed only if it is not held.
     #[inline]
     pub fn path(
         &mut self,
         follower: &mut PathFollower<'_, N>,
-        chart: &Chart,
+        chart: &SurfaceChart,
         at: DVec2,
         in_sight: bool,
     ) -> PathEnd<N> {
@@ -76,7 +76,7 @@ impl<const N: usize> PathStore<N> {
     pub fn path_with_legs(
         &mut self,
         follower: &mut PathFollower<'_, N>,
-        chart: &Chart,
+        chart: &SurfaceChart,
         at: DVec2,
         in_sight: bool,
     ) -> PathEnd<N> {
@@ -102,11 +102,11 @@ impl<const N: usize> PathStore<N> {
         path
     }
 
-    /// Writes down what a path met.
+    /// Writes the trail of a path.
     pub fn trail(
         &mut self,
         follower: &mut PathFollower<'_, N>,
-        chart: &Chart,
+        chart: &SurfaceChart,
         at: DVec2,
         in_sight: bool,
         trail: &mut Trail,
@@ -140,10 +140,12 @@ impl<const N: usize> PathStore<N> {
 }
 
 /// A number for the surface that coordinates refer to.
-fn surface_of(chart: &Chart) -> u64 {
+fn surface_of(chart: &SurfaceChart) -> u64 {
     match *chart {
-        Chart::Cap { shape, .. } | Chart::Parameters { shape } => u64::from(shape) << 33,
-        Chart::Face { shape, face } => u64::from(shape) << 33 | 1 << 32 | u64::from(face),
+        SurfaceChart::Cap { shape, .. } | SurfaceChart::Parameters { shape } => {
+            u64::from(shape) << 33
+        }
+        SurfaceChart::Face { shape, face } => u64::from(shape) << 33 | 1 << 32 | u64::from(face),
     }
 }
 

@@ -1,13 +1,13 @@
 //! Light that comes straight from an emitter.
 
-use super::SpecularPath;
-use super::map::{LightMap, Place};
+use super::found::SpecularPath;
+use super::map::{LightMap, LightPlace};
 use super::path::{is_at_target, light_path};
 use crate::geometry::TraversalCounters;
 
-/// The paths without a specular event, one an emitter at most: their places on the charts are known.
+/// The paths without a specular event, at most one an emitter: their places on the charts are known.
 ///
-/// What stands in the way of part of the light (a mask) takes its share.
+/// A mask that stands in the way takes its share of the light.
 pub(super) fn direct_paths(map: &LightMap, counters: &mut TraversalCounters) -> Vec<SpecularPath> {
     let target = map.target.point().position;
     let mut paths: Vec<SpecularPath> = Vec::new();
@@ -21,7 +21,7 @@ pub(super) fn direct_paths(map: &LightMap, counters: &mut TraversalCounters) -> 
         let Some(at) = chart.place_towards(target) else {
             continue;
         };
-        let place = Place { chart: index, at };
+        let place = LightPlace { chart: index, at };
         let Some(emission) = map.emission(place) else {
             continue;
         };

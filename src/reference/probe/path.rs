@@ -1,27 +1,29 @@
-//! From roots to paths: what is seen, what is the same, and how much light it carries.
+//! From roots to paths: roots that the scene hides or that were found twice are left out, and flux is
+//! computed for the rest.
 
 use glam::{DMat2, DVec2, DVec3};
 
-use super::map::{LightMap, Place, Tracer};
+use super::found::{SpecularPath, Vertex};
+use super::map::{LightMap, LightPlace, MapTracer};
 use super::newton::Root;
-use super::{SpecularPath, Vertex};
 use crate::geometry::{Hit, SurfacePoint, TraversalCounters};
-use crate::transport::differentials::{Interaction, Landing, signature};
+use crate::transport::differentials::{ChainStep, Landing, signature};
 use crate::transport::domain::DeltaEmission;
 use crate::transport::scatter::Way;
 
-/// A root found again lies nearer to the first than this part of the patch in which the first is alone.
+/// Part of the patch in which a root is alone: a root of the same chain that lies nearer to it is the same.
 const SAME: f64 = 1.0 / 16.0;
 
-/// A ray traced through the scene as it is must be as near to the target as a step of this part of the
-/// root's patch brings it, or it met something else than the chain (a facet beside the one that was extended).
+/// Largest allowed miss of a ray traced through the scene as it is, as the step in the root's patch that
+/// would bring it to the target. A ray that misses by more met something else than the chain (a facet beside
+/// the one that was extended).
 const VERIFIED: f64 = 1.0 / (1 << 12) as f64;
 
-/// The step of the differences for the gradient of det J, as a part of the patch in which J varies by
-/// half at most: their error is about its square, 1e-8, and rounding adds 1e-15 / 1e-4.
+/// Step of the differences for the gradient of det J, as a part of the patch in which J varies by half at
+/// most. Their error is about its square, 1e-8, and rounding adds 1e-15 / 1e-4.
 const GRADIENT_STEP: f64 = 1e-4;
 
-/// The roots that are seen, each once, as paths.
+/// The roots that the scene does not hide, each once, as paths.
 pub(super) fn specular_paths(
     map: &LightMap,
     roots: Vec<Root>,
@@ -52,15 +54,15 @@ pub(super) fn specular_paths(
     paths
 }
 
-/// Whether two chains are the same but for faces.
-fn is_same_chain(a: &[Interaction], b: &[Interaction]) -> bool {
+/// True if two chains are the same but for faces.
+fn is_same_chain(a: &[ChainStep], b: &[ChainStep]) -> bool {
     a.len() == b.len()
         && a.iter()
             .zip(b)
             .all(|(a, b)| a.element.shape == b.element.shape && a.way == b.way)
 }
 
-/// How far apart two rays of one emitter are: metres for parallel light, radians for a point's.
+/// Distance between two rays of one emitter: metres for parallel light, radians for a point's.
 fn light_distance(a: &DeltaEmission, b: &DeltaEmission) -> f64 {
     a.ray.origin.distance(b.ray.origin) + a.ray.direction.distance(b.ray.direction)
 }
@@ -73,10 +75,10 @@ fn reach(emission: &DeltaEmission, root: &Root) -> f64 {
     (x * root.half.x).min(y * root.half.y)
 }
 
-/// The path of a root, if the scene as it is has it.
+/// The path of a root; `None` if the scene as it is does not have it.
 fn verified(
     map: &LightMap,
-    tracer: &mut Tracer,
+    tracer: &mut MapTracer,
     root: &Root,
     emission: &DeltaEmission,
 ) -> Option<SpecularPath> {
@@ -97,10 +99,10 @@ fn verified(
     Some(path)
 }
 
-/// What a place's light does on the target, but for what it met on the way.
+/// The effect of a place's light on the target, without the surfaces on its way.
 pub(super) fn light_path(
     map: &LightMap,
-    place: Place,
+    place: LightPlace,
     emission: &DeltaEmission,
     landing: &Landing,
     jacobian: DMat2,
@@ -108,7 +110,8 @@ pub(super) fn light_path(
     let chart = &map.light.charts()[place.chart];
     let area = jacobian.determinant();
     let per_area = emission.falloff * emission.measure / area.abs();
-    // Direct light sees the receiver's axes, right-handed with a normal that points at it, the other way round.
+    // Direct light sees the receiver's axes the other way round: they are right-handed with a normal that
+    // points at it.
     let [a, b] = emission.derivatives;
     let cross = a.position.cross(b.position) + a.direction.cross(b.direction);
     let is_right_handed = cross.dot(emission.ray.direction) > 0.0;
@@ -127,31 +130,31 @@ pub(super) fn light_path(
     }
 }
 
-/// Whether a chain's mirrors turn a sheet of light over: an odd number of reflections.
-fn reverses(chain: &[Interaction]) -> bool {
-    let is_mirror = |interaction: &&Interaction| interaction.way == Way::Reflected;
+/// True if a chain's mirrors turn a sheet of light over: it has an odd number of reflections.
+fn reverses(chain: &[ChainStep]) -> bool {
+    let is_mirror = |step: &&ChainStep| step.way == Way::Reflected;
     chain.iter().filter(is_mirror).count() % 2 == 1
 }
 
-fn vertices(met: &[(Hit, SurfacePoint)], chain: &[Interaction]) -> Vec<Vertex> {
+fn vertices(met: &[(Hit, SurfacePoint)], chain: &[ChainStep]) -> Vec<Vertex> {
     met.iter()
         .zip(chain)
-        .map(|((hit, point), interaction)| Vertex {
+        .map(|((hit, point), step)| Vertex {
             shape: hit.shape,
             face: hit.face,
-            way: interaction.way,
+            way: step.way,
             position: point.position,
             normal: point.shading_normal,
         })
         .collect()
 }
 
-/// See [`SpecularPath::fold_distance`].
-fn fold_distance(tracer: &mut Tracer, root: &Root, jacobian: DMat2) -> Option<f64> {
+/// The distance that [`SpecularPath::fold_distance`] describes.
+fn fold_distance(tracer: &mut MapTracer, root: &Root, jacobian: DMat2) -> Option<f64> {
     let mut by = |axis: DVec2| {
         let step = axis * root.half * GRADIENT_STEP;
         let mut at = |offset: DVec2| {
-            let place = Place {
+            let place = LightPlace {
                 chart: root.place.chart,
                 at: root.place.at + offset,
             };
@@ -163,7 +166,7 @@ fn fold_distance(tracer: &mut Tracer, root: &Root, jacobian: DMat2) -> Option<f6
     let gradient = DVec2::new(by(DVec2::X)?, by(DVec2::Y)?);
     let on_receiver = jacobian.transpose().inverse() * gradient;
     let area = jacobian.determinant().abs();
-    // Differences of a constant are its rounding over the step: nothing is known of folds that far away.
+    // Differences of a constant are its rounding over the step: folds that far away stay unknown.
     let rounding = 64.0 * f64::EPSILON * area / (GRADIENT_STEP * root.half.min_element());
     if gradient.length() <= rounding {
         return None;
@@ -172,9 +175,10 @@ fn fold_distance(tracer: &mut Tracer, root: &Root, jacobian: DMat2) -> Option<f6
     distance.is_finite().then_some(distance)
 }
 
-/// Whether a ray that was aimed from one point at another landed there: by `offset`, but for rounding.
+/// True if a ray that was aimed from one point at another landed there, but for rounding: it landed `offset`
+/// away.
 pub(super) fn is_at_target(offset: DVec2, from: DVec3, to: DVec3) -> bool {
-    // A dozen operations on coordinates and a distance, each an ulp off, at slopes of up to a hundred: 1e-12 is some
-    // thousand ulps. What stands in the way is farther off, or there is no telling it from the receiver.
+    // A dozen operations on coordinates and a distance are an ulp off each, at slopes of up to a hundred:
+    // 1e-12 is some thousand ulps. Anything in the way is farther off, or cannot be told from the receiver.
     offset.length() <= 1e-12 * (from.distance(to) + from.length() + to.length())
 }

@@ -1,35 +1,33 @@
-//! Dividing light space until every chain is away from the target, or meets it once at most.
+//! Division of light space until every chain is away from the target, or meets it once at most.
 
 use std::collections::BTreeMap;
 
-use glam::{DMat2, DVec2, DVec3};
+use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::SearchEnd;
-use super::map::{LightMap, Place, Tracer};
-use super::newton::{Outcome, Root, solve};
-use super::target::Image;
+use super::found::SearchEnd;
+use super::map::{LightMap, MapTracer};
+use super::newton::{NewtonOutcome, Root, solve};
+use super::sheet::{LightPiece, MIXED_LEVELS, NODES, Sheet, node};
+use super::target::TargetImage;
 use crate::geometry::TraversalCounters;
-use crate::transport::differentials::{Interaction, signature};
-use crate::transport::domain::chart::ChartPatch;
+use crate::transport::differentials::{ChainStep, signature};
 use crate::transport::signature::Signature;
 
-/// A patch is divided at most so often: 2⁻³⁰ of a cell, where some 2¹⁶ places of a coordinate are left to a patch. Two roots this
-/// near each other are as near to a fold as the square of that, far below the rounding of places on the receiver; only
-/// light that grazes a surface, whose map has a square root's slope there, is divided so finely in earnest.
+/// Most divisions of a patch: to 2⁻³⁰ of a cell, so that some 2¹⁶ places of a coordinate are left to a patch.
+/// Two roots this near each other are as near to a fold as the square of that, far below the rounding of
+/// places on the receiver. Only light that grazes a surface, whose map has a square root's slope there, needs
+/// so many divisions.
 pub const MAX_LEVEL: u32 = 30;
 
-/// Up to here a patch whose nodes do not all see the same chains is divided where *any* of them may hide
-/// the target: an unseen chain may be between them. Beyond, only where a chain that is seen may.
-const MIXED_LEVELS: u32 = 3;
-
-/// Up to here a patch on the outline of a shape, as the emitter sees it, is divided in any case: light that grazes a
-/// shape goes where no other does, from a narrow band along the outline that may pass between all nodes.
+/// Level up to which a patch on the outline of a shape, as the emitter sees it, is divided in any case. Light
+/// that grazes a shape goes where no other light does, from a narrow band along the outline that may pass
+/// between all nodes.
 const OUTLINE_LEVELS: u32 = 4;
 
-/// What is found.
+/// Result of a search.
 #[derive(Default)]
-pub(super) struct Found {
+pub(super) struct SearchResult {
     pub roots: Vec<Root>,
     pub unresolved: u64,
     pub end: SearchEnd,
@@ -38,89 +36,37 @@ pub(super) struct Found {
     pub counters: TraversalCounters,
 }
 
-/// A patch of light space to be looked at.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Piece {
-    chart: usize,
-    patch: ChartPatch,
-    level: u32,
-}
-
-/// What one chain makes of a piece's light.
-pub(super) struct Sheet {
-    pub chain: Vec<Interaction>,
-    /// At the nodes, in the piece's coordinates (−1..=1).
-    nodes: [Option<Image>; NODES],
-    /// Whether the scene as it is lets the chain's light through at every node.
-    is_visible: bool,
-}
-
-/// 3 x 3.
-const NODES: usize = 9;
-const CENTER: usize = 4;
-
-/// In the piece's coordinates, row by row.
-fn node(index: usize) -> DVec2 {
-    DVec2::new((index % 3) as f64 - 1.0, (index / 3) as f64 - 1.0)
-}
-
-impl Piece {
-    /// Half its size, in chart coordinates.
-    pub fn half(&self) -> DVec2 {
-        0.5 * (self.patch.to - self.patch.from)
-    }
-
-    /// The place at −1..=1 across it, or a little beyond.
-    pub fn place(&self, at: DVec2) -> Place {
-        Place {
-            chart: self.chart,
-            at: 0.5 * (self.patch.from + self.patch.to) + self.half() * at,
-        }
-    }
-
-    /// An image whose derivatives are by the piece's own coordinates.
-    pub fn scaled(&self, image: &Image) -> Image {
-        let half = self.half();
-        let [x, y] = image.miss_derivatives;
-        Image {
-            jacobian: image.jacobian * DMat2::from_diagonal(half),
-            miss_derivatives: [x * half.x, y * half.y],
-            ..*image
-        }
-    }
-}
-
-/// What looking at a piece tells.
+/// Result for one piece.
 #[derive(Default)]
-struct Look {
+struct PieceResult {
     roots: Vec<Root>,
-    /// Something in it is unclear.
+    /// True if something in it is unclear.
     divide: bool,
     counters: TraversalCounters,
 }
 
-/// So many pieces are looked at between questions whether to go on: enough for all threads, and no more
-/// than some tenths of a second's work.
+/// Number of pieces between two questions whether to go on: enough for all threads, and at most some tenths
+/// of a second's work.
 const PIECES_AT_ONCE: usize = 256;
 
-/// Looks for all roots, level by level: the pieces of a level are independent of each other.
+/// Searches for all roots, level by level: the pieces of a level are independent of each other.
 ///
-/// The search may be as large as its budget: where light of a curve in light space meets the point, as on
-/// the axis of a ball, each level has twice the pieces of the one before, to the last.
-pub(super) fn search(map: &LightMap, stop: &(dyn Fn() -> bool + Sync)) -> Found {
-    let mut found = Found::default();
-    let mut pieces: Vec<Piece> = map
+/// The search may be as large as its budget. If light of a curve in light space meets the point, as on the
+/// axis of a ball, each level has twice the pieces of the one before, to the last.
+pub(super) fn search(map: &LightMap, stop: &(dyn Fn() -> bool + Sync)) -> SearchResult {
+    let mut found = SearchResult::default();
+    let mut pieces: Vec<LightPiece> = map
         .light
         .cells()
         .iter()
-        .map(|cell| Piece {
+        .map(|cell| LightPiece {
             chart: cell.chart(),
             patch: *cell.patch(),
             level: 0,
         })
         .collect();
     for _ in 0..map.settings.first_level {
-        pieces = pieces.iter().flat_map(Piece::quarters).collect();
+        pieces = pieces.iter().flat_map(LightPiece::quarters).collect();
     }
     while !pieces.is_empty() {
         found.level = pieces.iter().map(|piece| piece.level).max().unwrap_or(0);
@@ -134,12 +80,12 @@ pub(super) fn search(map: &LightMap, stop: &(dyn Fn() -> bool + Sync)) -> Found 
                 SearchEnd::Complete
             };
             if found.end != SearchEnd::Complete {
-                // None of these was looked at.
+                // None of these was traced.
                 unclear.extend_from_slice(some);
                 continue;
             }
             // An indexed parallel map: the order does not depend on the number of threads.
-            let looks: Vec<Look> = some.par_iter().map(|piece| look(map, piece)).collect();
+            let looks: Vec<PieceResult> = some.par_iter().map(|piece| look(map, piece)).collect();
             found.patches += some.len() as u64;
             for (piece, look) in some.iter().zip(looks) {
                 found.counters += look.counters;
@@ -165,19 +111,9 @@ pub(super) fn search(map: &LightMap, stop: &(dyn Fn() -> bool + Sync)) -> Found 
     found
 }
 
-impl Piece {
-    fn quarters(&self) -> [Self; 4] {
-        self.patch.quarters().map(|patch| Self {
-            chart: self.chart,
-            patch,
-            level: self.level + 1,
-        })
-    }
-}
-
-fn look(map: &LightMap, piece: &Piece) -> Look {
+fn look(map: &LightMap, piece: &LightPiece) -> PieceResult {
     let mut tracer = map.tracer();
-    let mut look = Look::default();
+    let mut look = PieceResult::default();
     let sheets = sheets(&mut tracer, piece);
     look.divide = piece.level < MIXED_LEVELS && may_hide_a_chain(&sheets)
         || piece.level < OUTLINE_LEVELS && is_on_an_outline(&mut tracer, piece);
@@ -191,24 +127,25 @@ fn look(map: &LightMap, piece: &Piece) -> Look {
         }
         let inside = start.clamp(DVec2::NEG_ONE, DVec2::ONE);
         match solve(&mut tracer, piece, sheet, inside) {
-            Outcome::Root(root) => look.roots.push(root),
-            Outcome::Elsewhere => {}
-            Outcome::Stuck => look.divide = true,
+            NewtonOutcome::Root(root) => look.roots.push(root),
+            NewtonOutcome::Elsewhere => {}
+            NewtonOutcome::Stuck => look.divide = true,
         }
     }
     look.counters = tracer.counters();
     look
 }
 
-/// Whether the nodes' rays do not all meet the same shape first.
-fn is_on_an_outline(tracer: &mut Tracer, piece: &Piece) -> bool {
+/// True if the nodes' rays do not all meet the same shape first.
+fn is_on_an_outline(tracer: &mut MapTracer, piece: &LightPiece) -> bool {
     let first = tracer.first_shape(piece.place(node(0)));
     (1..NODES).any(|index| tracer.first_shape(piece.place(node(index))) != first)
 }
 
-/// Traces the nodes of a piece. A chain that is seen at some of them only is followed at the others whatever is in the way.
-fn sheets(tracer: &mut Tracer, piece: &Piece) -> Vec<Sheet> {
-    let mut seen: BTreeMap<Vec<Interaction>, [Option<Image>; NODES]> = BTreeMap::new();
+/// Traces the nodes of a piece. A chain that only some of them show is followed at the others whatever is in
+/// the way.
+fn sheets(tracer: &mut MapTracer, piece: &LightPiece) -> Vec<Sheet> {
+    let mut seen: BTreeMap<Vec<ChainStep>, [Option<TargetImage>; NODES]> = BTreeMap::new();
     for index in 0..NODES {
         tracer.images(piece.place(node(index)), |chain, image, _| {
             // Direct light needs no search.
@@ -244,100 +181,12 @@ fn sheets(tracer: &mut Tracer, piece: &Piece) -> Vec<Sheet> {
         .collect()
 }
 
-/// How much J may vary over a piece: ‖J(center)⁻¹ J(node) − 1‖ (Frobenius) at all nodes.
-///
-/// If it held everywhere and were below 1, the sheet would meet a point once at most (for x ≠ y in a convex set,
-/// J(center)⁻¹ (f(x) − f(y)) differs from x − y by less than |x − y|). Half of that leaves the rest for what the sheet does between nodes.
-const MOST_VARIATION: f64 = 0.5;
-
-/// |J(center)⁻¹ f(center)| of a sheet that meets the target inside the piece is at most (1 + 1/2) √2, by the same token.
+/// Bound of |J(center)⁻¹ f(center)| for a sheet that meets the target inside the piece: (1 + 1/2) √2, by the
+/// argument of `MOST_VARIATION`.
 const FARTHEST_START: f64 = 2.2;
 
-impl Sheet {
-    /// Newton's first step from the center, where J varies so little that there is one root at most.
-    fn regular_start(&self) -> Option<DVec2> {
-        let center = self.nodes[CENTER]?;
-        let inverse = center.jacobian.inverse();
-        for image in &self.nodes {
-            let variation = inverse * (*image)?.jacobian - DMat2::IDENTITY;
-            let squares = variation.x_axis.length_squared() + variation.y_axis.length_squared();
-            // False for NaN, of a singular J.
-            let is_steady = squares <= MOST_VARIATION * MOST_VARIATION;
-            if !is_steady {
-                return None;
-            }
-        }
-        Some(-(inverse * center.offset))
-    }
-
-    /// Whether light of the piece may meet the target: around each node, a linear map says by how much it misses, with a margin
-    /// of what the nodes' linear maps get wrong at each other.
-    ///
-    /// A piece's nodes stand 1 apart, so where all see the chain each speaks for half of that; the margin is what they get
-    /// wrong at their neighbours, four times what a quadratic map makes of half that step. Where some do not see the
-    /// chain, the nearest that do speak for them. Sheets of meshes may jump (at creases), which no margin would
-    /// ever allow for: past [`MIXED_LEVELS`] it is at most the linear map's own reach.
-    fn may_hold_target(&self, level: u32) -> bool {
-        let seen: Vec<(DVec2, f64, Image)> = self
-            .nodes
-            .iter()
-            .enumerate()
-            .filter_map(|(index, image)| Some((node(index), self.reach(index), (*image)?)))
-            .collect();
-        let extent = |reach: f64, image: &Image| {
-            let [x, y] = image.miss_derivatives;
-            (x.abs() + y.abs()) * reach
-        };
-        let largest = seen
-            .iter()
-            .map(|(_, reach, image)| extent(*reach, image).max_element())
-            .fold(0.0, f64::max);
-        let neighbourhood = if seen.len() == NODES { 1.0 } else { 2.0 };
-        let mut error: f64 = 0.0;
-        for (from, _, image) in &seen {
-            for (to, _, other) in &seen {
-                let step = *to - *from;
-                if step.abs().max_element() <= neighbourhood {
-                    let [x, y] = image.miss_derivatives;
-                    let predicted = image.miss + x * step.x + y * step.y;
-                    error = error.max((other.miss - predicted).abs().max_element());
-                }
-            }
-        }
-        let margin = if seen.len() == 1 {
-            largest
-        } else if level < MIXED_LEVELS {
-            error
-        } else {
-            error.min(largest)
-        };
-        seen.iter().any(|(_, reach, image)| {
-            let room = extent(*reach, image) + margin;
-            image.miss.abs().cmple(room).all()
-        })
-    }
-
-    /// How far (in the piece's coordinates) a node speaks for the piece: to the farthest of 5 x 5 points that no other node
-    /// which sees the chain is nearer to, and half their spacing more.
-    fn reach(&self, index: usize) -> f64 {
-        const SPACING: f64 = 0.5;
-        let distance = |index: usize, point: DVec2| (point - node(index)).abs().max_element();
-        let mut reach: f64 = 0.0;
-        for i in 0..25 {
-            let point = DVec2::new((i % 5) as f64, (i / 5) as f64) * SPACING - 1.0;
-            let own = distance(index, point);
-            let is_nearest = (0..NODES)
-                .filter(|other| self.nodes[*other].is_some())
-                .all(|other| distance(other, point) >= own);
-            if is_nearest {
-                reach = reach.max(own);
-            }
-        }
-        reach + 0.5 * SPACING
-    }
-}
-
-/// Whether chains of one signature break within the piece, and the target lies among (or half as far beside) where they miss it.
+/// True if chains of one signature break within the piece, and the target lies in the range of their misses,
+/// or at most half of that range beside it.
 fn may_hide_a_chain(sheets: &[Sheet]) -> bool {
     let mut hulls: BTreeMap<Signature, (DVec3, DVec3, bool)> = BTreeMap::new();
     for sheet in sheets {

@@ -7,30 +7,31 @@ use crate::scene::Scene;
 use crate::transport::differentials::{Landing, ThinBeam};
 use crate::transport::receiver::Receiver;
 
-/// The point that light is looked for at.
-pub(super) struct Target {
+/// The point whose light is searched for.
+pub(super) struct ProbeTarget {
     shape: u32,
     point: SurfacePoint,
     /// Orthonormal, in the tangent plane; right-handed with the normal.
     axes: [DVec3; 2],
 }
 
-/// Where a ray landed, seen from the target, and how that changes with the light's two coordinates.
+/// The landing of a ray as seen from the target, and its derivatives by the light's two coordinates.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Image {
-    /// From the target (m), projected on its tangent plane.
+pub(super) struct TargetImage {
+    /// Vector \[m\] from the target, projected on its tangent plane.
     pub offset: DVec2,
-    /// Columns: the derivatives of `offset` by the two coordinates.
+    /// Jacobian: its columns are the derivatives of `offset` by the two coordinates.
     pub jacobian: DMat2,
-    /// From the target to the nearest point of the line that the ray lies on (m). It is zero where `offset` is, and
-    /// stays tame where that runs away: for light that almost passes along the receiver.
+    /// Vector \[m\] from the target to the nearest point of the line that the ray lies on. It is zero if
+    /// `offset` is, and stays small when that grows without limit: for light that almost passes along the
+    /// receiver.
     pub miss: DVec3,
     /// The derivatives of `miss`.
     pub miss_derivatives: [DVec3; 2],
 }
 
-impl Target {
-    /// The point at `uv` of the receiver; `None` where that is outside 0..=1 or not a number.
+impl ProbeTarget {
+    /// The point at `uv` of the receiver; `None` if that is outside 0..=1 or NaN.
     pub fn new(scene: &Scene, receiver: &Receiver, uv: DVec2) -> Option<Self> {
         let inside = uv.cmpge(DVec2::ZERO).all() && uv.cmple(DVec2::ONE).all();
         if !inside {
@@ -54,11 +55,12 @@ impl Target {
         self.point
     }
 
-    /// A landing in the plane coordinates; `None` on the far side of a round receiver, which the projection would
-    /// lay over the near one.
+    /// A landing in the plane coordinates; `None` on the far side of a round receiver, which the projection
+    /// would lay over the near one.
     ///
-    /// At the target itself the derivatives lie in the tangent plane, so there the determinant is that of areas.
-    pub fn image(&self, landing: &Landing) -> Option<Image> {
+    /// At the target itself the derivatives lie in the tangent plane, so there the determinant is that of
+    /// areas.
+    pub fn image(&self, landing: &Landing) -> Option<TargetImage> {
         let facing = landing
             .point
             .geometric_normal
@@ -71,7 +73,7 @@ impl Target {
         // Q = S − (S·D) D with S from the target to the ray's start.
         let start = ray.origin - self.point.position;
         let along = start.dot(ray.direction);
-        let image = Image {
+        let image = TargetImage {
             offset: project(landing.point.position - self.point.position),
             jacobian: DMat2::from_cols(x, y),
             miss: start - ray.direction * along,

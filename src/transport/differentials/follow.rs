@@ -1,12 +1,12 @@
-//! Beams on their way through a scene.
+//! Thin beams on their way through a scene.
 
-use super::{Interaction, Landing, ThinBeam};
+use super::{ChainStep, Landing, ThinBeam};
 use crate::geometry::{Hit, SurfacePoint, TraversalCounters};
 use crate::scene::{Material, Scene};
 use crate::transport::chain::MAX_PASSES;
-use crate::transport::scatter::{Meeting, ShadingNormals, Way};
+use crate::transport::scatter::{Interaction, ShadingNormals, Way};
 
-/// Follows thin beams through one scene to the front of one shape.
+/// Follower of thin beams through one scene to the front of one shape.
 #[derive(Clone, Debug)]
 pub struct Follower<'a> {
     scene: &'a Scene,
@@ -18,12 +18,12 @@ pub struct Follower<'a> {
 }
 
 /// A branch that waits while another is followed.
-struct Branch {
+struct PendingBranch {
     beam: ThinBeam,
-    /// How many interactions of the chain so far were before it parted.
+    /// Number of steps of the chain before it parted.
     shared: usize,
-    /// What it parted by; `None` where there was nothing.
-    by: Option<Interaction>,
+    /// The step by which it parted; `None` if it parted at a surface that is as good as nothing.
+    by: Option<ChainStep>,
     events: u32,
     passes: u32,
 }
@@ -45,11 +45,11 @@ impl<'a> Follower<'a> {
         }
     }
 
-    /// Follows every branch of a beam; `land` hears of each time one meets the front of the receiver, and after
-    /// which interactions.
-    pub fn every_path(&mut self, beam: &ThinBeam, land: &mut impl FnMut(&[Interaction], &Landing)) {
+    /// Follows every branch of a beam. `land` is called each time that one meets the front of the receiver,
+    /// with the steps before.
+    pub fn every_path(&mut self, beam: &ThinBeam, land: &mut impl FnMut(&[ChainStep], &Landing)) {
         let mut chain = Vec::new();
-        let mut pending = vec![Branch {
+        let mut pending = vec![PendingBranch {
             beam: *beam,
             shared: 0,
             by: None,
@@ -67,21 +67,21 @@ impl<'a> Follower<'a> {
                 land(&chain, &beam.landing(&hit, point));
             }
             let world = self.scene.world();
-            let meeting = self.meeting(beam, &hit, &point);
-            // The last branch left is the first that is followed.
+            let interaction = self.interaction(beam, &hit, &point);
+            // The last branch pushed is the first that is followed.
             for way in Way::ALL.into_iter().rev() {
                 let is_event = way.event().is_some();
                 if is_event && branch.events >= self.max_depth || branch.passes >= MAX_PASSES {
                     continue;
                 }
-                let Some(next) = beam.leaving(world, &hit, &point, &meeting, way) else {
+                let Some(next) = beam.leaving(world, &hit, &point, &interaction, way) else {
                     continue;
                 };
                 let element = world.element(&hit);
-                pending.push(Branch {
+                pending.push(PendingBranch {
                     beam: next,
                     shared: chain.len(),
-                    by: (!self.is_nothing(&hit)).then_some(Interaction { element, way }),
+                    by: (!self.is_nothing(&hit)).then_some(ChainStep { element, way }),
                     events: branch.events + u32::from(is_event),
                     passes: branch.passes + u32::from(!is_event),
                 });
@@ -89,17 +89,16 @@ impl<'a> Follower<'a> {
         }
     }
 
-    /// Follows a beam along `chain` and on to the receiver, whatever is in the way: flat surfaces are
-    /// extended beyond their borders, the receiver too. `None` where the chain breaks: a shape is missed, light is
-    /// reflected totally, or arrives at the receiver's back.
-    pub fn along(&mut self, beam: &ThinBeam, chain: &[Interaction]) -> Option<Landing> {
+    /// Follows a beam along `chain` and on to the receiver, whatever is in the way: flat surfaces, and the
+    /// receiver, are extended beyond their borders. `None` if the chain breaks: a shape is missed, light is
+    /// reflected totally, or it arrives at the receiver's back.
+    pub fn along(&mut self, beam: &ThinBeam, chain: &[ChainStep]) -> Option<Landing> {
         let world = self.scene.world();
         let mut beam = *beam;
-        for interaction in chain {
-            let (hit, point) =
-                world.meet_element(&beam.ray, interaction.element, &mut self.counters)?;
-            let meeting = self.meeting(&beam, &hit, &point);
-            beam = beam.leaving(world, &hit, &point, &meeting, interaction.way)?;
+        for step in chain {
+            let (hit, point) = world.meet_element(&beam.ray, step.element, &mut self.counters)?;
+            let interaction = self.interaction(&beam, &hit, &point);
+            beam = beam.leaving(world, &hit, &point, &interaction, step.way)?;
         }
         let receiver = crate::geometry::SurfaceElement {
             shape: self.receiver,
@@ -110,31 +109,32 @@ impl<'a> Follower<'a> {
             .then(|| beam.landing(&hit, point))
     }
 
-    /// Follows a beam through the scene as it is, on the ways of `chain`; `None` unless it meets the
-    /// chain's shapes one after the other and then the receiver. Which face of a mesh it meets is free: the surfaces met are returned.
+    /// Follows a beam through the scene as it is, on the ways of `chain`. `None` unless it meets the chain's
+    /// shapes one after the other and then the receiver. It may meet other faces of a mesh than the chain's:
+    /// the surfaces met are returned.
     pub fn retrace(
         &mut self,
         beam: &ThinBeam,
-        chain: &[Interaction],
+        chain: &[ChainStep],
     ) -> Option<(Vec<(Hit, SurfacePoint)>, Landing)> {
         let mut beam = *beam;
         let mut met = Vec::with_capacity(chain.len());
         for _ in 0..=chain.len() + MAX_PASSES as usize {
             let (hit, point) = self.next_surface(&beam)?;
             let world = self.scene.world();
-            let meeting = self.meeting(&beam, &hit, &point);
+            let interaction = self.interaction(&beam, &hit, &point);
             let way = match chain.get(met.len()) {
                 None if self.is_received(&beam, &hit, &point) => {
                     return Some((met, beam.landing(&hit, point)));
                 }
                 _ if self.is_nothing(&hit) => Way::Passed,
-                Some(interaction) if interaction.element.shape == hit.shape => {
+                Some(step) if step.element.shape == hit.shape => {
                     met.push((hit, point));
-                    interaction.way
+                    step.way
                 }
                 _ => return None,
             };
-            beam = beam.leaving(world, &hit, &point, &meeting, way)?;
+            beam = beam.leaving(world, &hit, &point, &interaction, way)?;
         }
         None
     }
@@ -150,21 +150,26 @@ impl<'a> Follower<'a> {
         Some((hit, world.bounce_point(&beam.ray, &hit)))
     }
 
-    fn meeting<'b>(&self, beam: &ThinBeam, hit: &Hit, point: &'b SurfacePoint) -> Meeting<'b>
+    fn interaction<'b>(
+        &self,
+        beam: &ThinBeam,
+        hit: &Hit,
+        point: &'b SurfacePoint,
+    ) -> Interaction<'b>
     where
         'a: 'b,
     {
         let material = self.scene.material_of(hit.shape);
         let direction = beam.ray.direction;
-        Meeting::new(self.scene, material, point, direction, self.shading_normals)
+        Interaction::new(self.scene, material, point, direction, self.shading_normals)
     }
 
-    /// Whether a beam meets the receiver from its front.
+    /// True if a beam meets the receiver from its front.
     fn is_received(&self, beam: &ThinBeam, hit: &Hit, point: &SurfacePoint) -> bool {
         hit.shape == self.receiver && beam.ray.direction.dot(point.geometric_normal) < 0.0
     }
 
-    /// Whether there is nothing: no path takes note of it.
+    /// True if the surface is as good as nothing: paths do not count it.
     fn is_nothing(&self, hit: &Hit) -> bool {
         matches!(self.scene.material_of(hit.shape), Material::Null)
     }

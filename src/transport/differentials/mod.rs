@@ -1,20 +1,22 @@
 //! Thin beams: a ray of a delta emitter together with the light right beside it.
 //!
-//! A [`ThinBeam`] is a ray, its exact derivatives by the two coordinates of the light
-//! (see [`RayDerivative`]), and the share of the emitted flux it still carries. Where it ends, the derivatives of the point
-//! are the columns of the Jacobian from light to receiver: its determinant is the area that light of one unit
-//! of light-space measure spreads over, and the columns themselves span the parallelogram (the "footprint") it lights.
+//! A [`ThinBeam`] is a ray, its exact derivatives by the two coordinates of the light (see
+//! [`RayDerivative`]), and the share of the emitted flux that it still carries. At its end, the derivatives
+//! of the point are the columns of the Jacobian from light to receiver. The determinant is the area that
+//! light of one unit of light-space measure spreads over; the columns span the parallelogram (the
+//! "footprint") that it lights.
 //!
-//! A [`Follower`] follows beams in three ways: along every branch of the Fresnel tree ([`Follower::every_path`]), along a
-//! given chain as the scene has it ([`Follower::retrace`]), and along a given chain whatever is in the way, flat
-//! surfaces extended ([`Follower::along`]): a smooth map, for root finders.
+//! A [`Follower`] follows beams in three ways: along every branch of the Fresnel tree
+//! ([`Follower::every_path`]), along a given chain as the scene has it ([`Follower::retrace`]), and along a
+//! given chain whatever is in the way, flat surfaces extended ([`Follower::along`]). The third is a smooth
+//! map, for root finders.
 
 mod follow;
 
 use glam::DVec3;
 
 use super::domain::DeltaEmission;
-use super::scatter::{Bending, Meeting, Way};
+use super::scatter::{Bending, Interaction, Way};
 use super::signature::Signature;
 use crate::geometry::{Hit, Ray, SurfaceElement, SurfacePoint, World};
 use crate::optics::RayDerivative;
@@ -33,12 +35,12 @@ pub struct ThinBeam {
     pub throughput: Rgb,
 }
 
-/// What happens at one surface of a path.
+/// One step of a chain: the surface, and the way on which light leaves it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct Interaction {
-    /// Where.
+pub struct ChainStep {
+    /// The surface.
     pub element: SurfaceElement,
-    /// How light goes on.
+    /// The way on which light leaves it.
     pub way: Way,
 }
 
@@ -47,17 +49,17 @@ pub struct Interaction {
 pub struct Landing {
     /// The beam, as it left the last surface.
     pub beam: ThinBeam,
-    /// Where it arrives; the `uv` is unspecified.
+    /// The point of arrival; its `uv` is unspecified.
     pub point: SurfacePoint,
     /// The derivatives of the point by the light's two coordinates; they lie in the surface.
     pub derivatives: [DVec3; 2],
 }
 
-/// The signature of a chain of interactions.
-pub fn signature(chain: &[Interaction]) -> Signature {
+/// The signature of a chain of steps.
+pub fn signature(chain: &[ChainStep]) -> Signature {
     chain
         .iter()
-        .filter_map(|interaction| interaction.way.event())
+        .filter_map(|step| step.way.event())
         .fold(Signature::DIRECT, Signature::then)
 }
 
@@ -88,28 +90,28 @@ impl ThinBeam {
         })
     }
 
-    /// The beam after a surface, on one of the ways on; `None` where light does not go there.
+    /// The beam after a surface, on one of the ways on; `None` if no light goes there.
     fn leaving(
         &self,
         world: &World,
         hit: &Hit,
         point: &SurfacePoint,
-        meeting: &Meeting,
+        interaction: &Interaction,
         way: Way,
     ) -> Option<Self> {
-        let share = meeting.share_of(way);
+        let share = interaction.share_of(way);
         if share <= 0.0 {
             return None;
         }
-        let branch = meeting.branch::<3>(way)?;
+        let branch = interaction.branch::<3>(way)?;
         let throughput = self.throughput * branch.tint.rgb() * share;
         if throughput.is_black() {
             return None;
         }
-        let bending = meeting.bending(way);
+        let bending = interaction.bending(way);
         let direction = self.ray.direction;
         let [first, second] = self.at_surface(hit, point).map(|arriving| {
-            // The meeting's normal is the shading normal or its opposite.
+            // The interaction's normal is the shading normal or its opposite.
             let turn = |normal: DVec3| {
                 let change = world.normal_derivative(hit, arriving.position);
                 change * normal.dot(point.shading_normal).signum()

@@ -1,9 +1,9 @@
-//! Flat facets: light between them goes by planes, whatever the search tree says.
+//! Flat facets and the light between them, which goes from plane to plane without a search.
 //!
-//! A facet is a convex polygon of one plane: a face of a mesh without interpolated normals, all
-//! faces of a cube's side, a rectangle. A chain of facets is one smooth family of light, and what
-//! becomes of light in it takes no search: every leg ends on a plane that is known. [`table`]
-//! gathers the facets of a scene, [`path`] follows light along chains of them.
+//! A facet is a convex polygon of one plane: a face of a mesh without interpolated normals, all faces of a
+//! cube's side, a rectangle. Light of one chain of facets has one smooth topology. To follow it takes no
+//! search, as every leg ends on a known plane. [`table`] gathers the facets of a scene, [`path`] follows
+//! light along chains of them.
 
 mod outline;
 pub mod path;

@@ -1,4 +1,4 @@
-//! Coplanar neighbours of a mesh, taken together where they make a convex polygon.
+//! Coplanar neighbours of a mesh, taken together if they make a convex polygon.
 
 use glam::DVec3;
 
@@ -8,29 +8,29 @@ use crate::geometry::Mesh;
 pub(super) struct Group {
     /// The largest of them.
     pub(super) face: u32,
-    /// Of their union, in the winding's order.
+    /// The corners of their union, in the winding's order.
     pub(super) corners: Vec<DVec3>,
 }
 
 /// A mesh's faces in groups.
 pub(super) struct Outlines {
     pub(super) groups: Vec<Group>,
-    /// The group of each face; beyond the last for a face without area.
+    /// The group of each face; beyond the last group for a face without area.
     pub(super) of_face: Vec<u32>,
-    /// How often a face was taken into a group, for good or not.
+    /// Number of times that a face was taken into a group, for good or not.
     #[cfg_attr(not(test), expect(dead_code, reason = "the work done, for tests"))]
     pub(super) visits: usize,
 }
 
 /// A side of a face, by the vertices at its ends.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-struct Side {
+struct FaceSide {
     from: u32,
     to: u32,
     face: u32,
 }
 
-/// The group of a face that has none.
+/// Mark of a face without a group.
 const UNGROUPED: u32 = u32::MAX;
 
 /// Groups a mesh's faces.
@@ -38,15 +38,15 @@ pub(super) fn outlines(mesh: &Mesh) -> Outlines {
     let welded = mesh.welded_vertices();
     let sides = |face: u32| {
         let [a, b, c] = mesh.triangles()[face as usize].map(|vertex| welded[vertex as usize]);
-        [(a, b), (b, c), (c, a)].map(|(from, to)| Side { from, to, face })
+        [(a, b), (b, c), (c, a)].map(|(from, to)| FaceSide { from, to, face })
     };
     let faces = mesh.triangle_count() as u32;
-    let mut all: Vec<Side> = (0..faces).flat_map(sides).collect();
+    let mut all: Vec<FaceSide> = (0..faces).flat_map(sides).collect();
     all.sort_unstable();
-    // The face on the other side of a side, where there is exactly one.
-    let across = |side: &Side| {
+    // The face on the other side of a side, if there is exactly one.
+    let across = |side: &FaceSide| {
         let start = all.partition_point(|other| (other.from, other.to) < (side.to, side.from));
-        let is_twin = |other: &&Side| (other.from, other.to) == (side.to, side.from);
+        let is_twin = |other: &&FaceSide| (other.from, other.to) == (side.to, side.from);
         match (all.get(start), all.get(start + 1)) {
             (Some(twin), next) if is_twin(&twin) && !next.as_ref().is_some_and(is_twin) => {
                 Some(twin.face)
@@ -72,7 +72,7 @@ pub(super) fn outlines(mesh: &Mesh) -> Outlines {
         if area == 0.0 || of_face[seed as usize] != UNGROUPED {
             continue;
         }
-        let plane = Plane::of(mesh, seed, reach);
+        let plane = FacePlane::of(mesh, seed, reach);
         let number = groups.len() as u32;
         let mut members = vec![seed];
         of_face[seed as usize] = number;
@@ -90,7 +90,7 @@ pub(super) fn outlines(mesh: &Mesh) -> Outlines {
             }
         }
         visits += members.len();
-        let inner = |side: &Side| across(side).is_some_and(|o| of_face[o as usize] == number);
+        let inner = |side: &FaceSide| across(side).is_some_and(|o| of_face[o as usize] == number);
         let border = members
             .iter()
             .flat_map(|&face| sides(face))
@@ -107,8 +107,8 @@ pub(super) fn outlines(mesh: &Mesh) -> Outlines {
             });
             continue;
         }
-        // Each face is a facet of its own, once and for all: floods from other faces of the same
-        // plane would find the same outline, at a cost of their number squared.
+        // Each face is a facet of its own, once and for all. A flood from another face of the same plane
+        // would find the same outline; all floods together would cost the square of their number.
         for face in members {
             of_face[face as usize] = groups.len() as u32;
             groups.push(Group {
@@ -124,18 +124,20 @@ pub(super) fn outlines(mesh: &Mesh) -> Outlines {
     }
 }
 
-/// A face's plane and how far off a point may be that lies in it.
-struct Plane {
+/// A face's plane, and the distance from it that a point of the plane may have.
+struct FacePlane {
     origin: DVec3,
     normal: DVec3,
     flatness: f64,
 }
 
-impl Plane {
-    /// Coordinates up to `reach` that were meant to be in a plane were rounded when they were made
-    /// and transformed: by a few u = 2⁻⁵³ each, and the height over the plane sums up three
-    /// products. 32 u of the largest covers that. Vertices of a file in single precision are off
-    /// by more: their faces have planes of their own, and stay apart.
+impl FacePlane {
+    /// The plane of a face.
+    ///
+    /// Coordinates up to `reach` that were meant to be in a plane were rounded when they were made and when
+    /// they were transformed, by a few u = 2⁻⁵³ each. The height over the plane sums up three products. 32 u
+    /// of the largest coordinate covers all that. Vertices of a file in single precision are off by more:
+    /// their faces have planes of their own, and stay apart.
     fn of(mesh: &Mesh, face: u32, reach: f64) -> Self {
         Self {
             origin: mesh.corners(face)[0],
@@ -153,8 +155,8 @@ impl Plane {
     }
 }
 
-/// The corners of a border that is one convex loop; those on straight lines are left out.
-fn convex_loop(mesh: &Mesh, mut border: Vec<Side>, plane: &Plane) -> Option<Vec<DVec3>> {
+/// The corners of a border that is one convex loop, without those on straight lines.
+fn convex_loop(mesh: &Mesh, mut border: Vec<FaceSide>, plane: &FacePlane) -> Option<Vec<DVec3>> {
     let first = *border.first()?;
     border.sort_unstable();
     // A corner where two loops meet has two sides.
@@ -177,7 +179,7 @@ fn convex_loop(mesh: &Mesh, mut border: Vec<Side>, plane: &Plane) -> Option<Vec<
     if corners.len() != border.len() {
         return None;
     }
-    // The sign of turns: `face_normal` may be turned round.
+    // The sign of turns: `face_normal` may point against the winding.
     let triangle = mesh.corners(first.face);
     let winding = (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]);
     let winding = if winding.dot(plane.normal) < 0.0 {

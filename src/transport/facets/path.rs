@@ -1,4 +1,4 @@
-//! Light along a chain of facets that is given.
+//! Light along a given chain of facets.
 
 use glam::DVec2;
 
@@ -6,10 +6,10 @@ use super::table::{Facet, Facets};
 use crate::geometry::Ray;
 use crate::scene::Scene;
 use crate::transport::first_surface::Source;
+use crate::transport::fixed_signature::leave;
 use crate::transport::flux::Flux;
-use crate::transport::prescribed::leave;
 use crate::transport::scatter::ShadingNormals;
-use crate::transport::signature::{Event, Signature};
+use crate::transport::signature::{Event, MAX_EVENTS, Signature};
 
 /// Light on one leg of its path.
 #[derive(Clone, Copy, Debug)]
@@ -18,17 +18,29 @@ pub struct FacetLight<const N: usize> {
     pub at: DVec2,
     /// The leg: from the emitter to the first facet, or from the facet it left last.
     pub ray: Ray,
-    /// The fraction of its flux that is left.
+    /// The fraction (0..=1) of its flux that is left.
     pub throughput: Flux<N>,
-    /// The flux \[W\] that set out for a unit of coordinate area, in units of the source's strength.
+    /// Flux \[W\] that set out for a unit of coordinate area, in units of the source's strength.
     pub emitted: f64,
-    /// What happened at each event: equal numbers for light of one smooth family. The least bit
-    /// says whether it is still on its way.
-    pub state: u64,
+    /// History of the path: equal numbers for light of one smooth topology.
+    ///
+    /// The least bit is 1 while the light is on its way. Above it is one bit an event, the last event lowest:
+    /// 1 if all light took the way of the event, 0 if a part did.
+    pub state: u128,
 }
 
+// The longest path needs one bit an event, and the least bit.
+const _: () = assert!(MAX_EVENTS < u128::BITS as usize);
+
 impl<const N: usize> FacetLight<N> {
-    /// Whether it did not end before this leg.
+    /// The [state](Self::state) in 64 bits: unchanged for paths of up to 63 events, mixed for longer ones.
+    #[inline]
+    pub fn topology(&self) -> u64 {
+        let [low, high] = [0, 64].map(|shift| (self.state >> shift) as u64);
+        low ^ high.wrapping_mul(0x9e37_79b9_7f4a_7c15)
+    }
+
+    /// True if the light did not end before this leg.
     #[inline]
     pub fn is_on_its_way(&self) -> bool {
         self.state & 1 == 1
@@ -41,7 +53,7 @@ impl<const N: usize> FacetLight<N> {
     }
 }
 
-/// Follows light of one source and one signature along chains of facets.
+/// Follower of light of one source and one signature along chains of facets.
 #[derive(Debug)]
 pub struct FacetPaths<'a> {
     scene: &'a Scene,
@@ -52,7 +64,7 @@ pub struct FacetPaths<'a> {
 }
 
 impl<'a> FacetPaths<'a> {
-    /// For one signature.
+    /// A follower of one signature.
     pub fn new(
         scene: &'a Scene,
         source: &'a Source,
@@ -69,7 +81,7 @@ impl<'a> FacetPaths<'a> {
         }
     }
 
-    /// How many events there are.
+    /// Number of events of the signature.
     pub fn events(&self) -> usize {
         self.events.len()
     }
@@ -89,8 +101,8 @@ impl<'a> FacetPaths<'a> {
         self.scene
     }
 
-    /// The light that falls onto the first facet at `at`, on the leg after `events` events on the
-    /// facets of `chain`, which are at least as many (and at least one).
+    /// The light that falls onto the first facet at `at`, on the leg after `events` events on the facets of
+    /// `chain`. The chain has at least that many facets, and at least one.
     #[inline]
     pub fn follow<const N: usize>(&self, chain: &[u32], events: usize, at: DVec2) -> FacetLight<N> {
         let mut light = self.arrive(chain[0], at);
@@ -100,7 +112,7 @@ impl<'a> FacetPaths<'a> {
         light
     }
 
-    /// The light that falls onto the first facet at `at`, before it does.
+    /// The light that arrives at the first facet at `at`.
     #[inline]
     fn arrive<const N: usize>(&self, facet: u32, at: DVec2) -> FacetLight<N> {
         let facet = self.facets.get(facet);
@@ -163,8 +175,8 @@ impl<'a> FacetPaths<'a> {
             },
             throughput: light.throughput * branch.tint * share,
             emitted: light.emitted,
-            // All of the light, or a part: there is a kink between.
-            state: (light.state >> 1) << 2 | u64::from(share == 1.0) << 1 | 1,
+            // All of the light goes on, or a part does: a kink is between them.
+            state: (light.state >> 1) << 2 | u128::from(share == 1.0) << 1 | 1,
         }
     }
 

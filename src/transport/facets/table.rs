@@ -11,21 +11,21 @@ use crate::scene::Scene;
 /// A convex polygon in one plane.
 #[derive(Clone, Debug)]
 pub struct Facet {
-    /// The shape that it is (a part) of.
+    /// The shape, all or part of which is the facet.
     pub shape: u32,
     /// The mesh's face whose barycentric coordinates are the facet's; 0 for a rectangle.
     pub face: u32,
-    /// Where both coordinates are zero.
+    /// The point where both coordinates are zero.
     origin: DVec3,
-    /// A unit of each coordinate.
+    /// The vectors that are a unit of each coordinate.
     axes: [DVec3; 2],
-    /// Each coordinate is its dual's product with the offset from the origin.
+    /// Duals of the axes: their products with the offset from the origin are the coordinates.
     duals: [DVec3; 2],
-    /// Unit, on the side that the shape shines to.
+    /// Unit normal, on the side that the shape shines to.
     normal: DVec3,
-    /// Of a point's position on it, per axis.
+    /// Error of a position on it, per axis.
     position_error: DVec3,
-    /// In [`Facets::corners`], counter-clockwise about `axes[0] x axes[1]`.
+    /// The corners, as a range of [`Facets::corners`], counter-clockwise about `axes[0] x axes[1]`.
     outline: Range<usize>,
 }
 
@@ -63,7 +63,7 @@ impl Facet {
         self.axes[0].cross(self.axes[1]).length()
     }
 
-    /// The plane at coordinates `at`, within the facet or beyond.
+    /// The point of the plane at coordinates `at`, within the facet or beyond.
     #[inline]
     pub fn point(&self, at: DVec2) -> SurfacePoint {
         self.surface(self.origin + (self.axes[0] * at.x + self.axes[1] * at.y))
@@ -76,10 +76,10 @@ impl Facet {
         DVec2::new(self.duals[0].dot(offset), self.duals[1].dot(offset))
     }
 
-    /// Where a ray's line meets the plane, within the facet or beyond; `None` along the plane.
+    /// The point where a ray's line meets the plane, within the facet or beyond; `None` along the plane.
     ///
-    /// Light that leaves a facet at its edge meets the next one at a distance of zero, give or take
-    /// its rounding: so the distance may be negative.
+    /// Light that leaves a facet at its edge meets the next one at a distance of zero, give or take its
+    /// rounding. So the distance may be negative.
     #[inline]
     pub fn meet(&self, ray: &Ray) -> Option<SurfacePoint> {
         let distance = self.normal.dot(self.origin - ray.origin) / self.normal.dot(ray.direction);
@@ -103,14 +103,13 @@ impl Facet {
         self.normal.dot(point - self.origin)
     }
 
-    /// Unit, on the side that the shape shines to.
+    /// Unit normal, on the side that the shape shines to.
     #[inline]
     pub fn normal(&self) -> DVec3 {
         self.normal
     }
 
-    /// Whether light along `direction` comes from the side about which the outline turns
-    /// counter-clockwise.
+    /// True if light along `direction` comes from the side about which the outline turns counter-clockwise.
     #[inline]
     fn is_from_front(&self, direction: DVec3) -> bool {
         self.axes[0].cross(self.axes[1]).dot(direction) < 0.0
@@ -122,16 +121,16 @@ impl Facet {
 pub struct Facets {
     all: Vec<Facet>,
     corners: Vec<DVec3>,
-    /// The facet of each face; empty for shapes that have none.
+    /// The facet of each face, by shape; empty for shapes that have none.
     of_face: Vec<Vec<u32>>,
 }
 
-/// A face without area.
+/// Mark of a face without area.
 pub(super) const NO_FACET: u32 = u32::MAX;
 
 impl Facets {
-    /// Gathers the faces of all meshes without interpolated normals, coplanar neighbours together,
-    /// and all rectangles.
+    /// Gathers the faces of all meshes without interpolated normals, coplanar neighbours together, and all
+    /// rectangles.
     pub fn new(scene: &Scene) -> Self {
         let mut all = Self {
             all: Vec::new(),
@@ -189,7 +188,7 @@ impl Facets {
             .map(|group| {
                 let outline = self.add_corners(&group.corners);
                 let [a, b, c] = mesh.corners(group.face);
-                // As of any hit on the face, which is the largest of its facet.
+                // As for any hit on the face, which is the largest of its facet.
                 let position_error = mesh.position_error(group.face);
                 let normal = mesh.face_normal(group.face);
                 let axes = [b - a, c - a];
@@ -228,12 +227,12 @@ impl Facets {
         &self.all[facet as usize]
     }
 
-    /// How many there are.
+    /// Number of facets.
     pub fn len(&self) -> usize {
         self.all.len()
     }
 
-    /// Whether there are none.
+    /// True if there are none.
     pub fn is_empty(&self) -> bool {
         self.all.is_empty()
     }
@@ -268,21 +267,21 @@ pub struct Edge {
 }
 
 impl Edge {
-    /// Six times the signed volume of the edge and a unit of the ray: positive where the ray passes
-    /// on the side of the facet.
+    /// Six times the signed volume \[m³\] of the edge and a unit of the ray: positive if the ray passes on
+    /// the side of the facet.
     ///
-    /// For rays of one direction it is an affine function of where they start.
+    /// For rays of one direction it is an affine function of their starts.
     #[inline]
     pub fn side(&self, ray: &Ray) -> f64 {
         let (from, to) = (self.from - ray.origin, self.to - ray.origin);
         ray.direction.dot(from.cross(to))
     }
 
-    /// What [`Self::side`] may be off by: rounding, where a ray has been through a few events.
+    /// Rounding error of [`Self::side`] for a ray that has been through a few events.
     #[inline]
     pub fn rounding(&self, ray: &Ray) -> f64 {
         let (from, to) = (self.from - ray.origin, self.to - ray.origin);
-        // Three products and their sums, of a ray that is known to some hundred u = 2⁻⁵³.
+        // Three products and their sums, for a ray that is known to some hundred u = 2⁻⁵³.
         512.0 * f64::EPSILON * from.length() * to.length()
     }
 }

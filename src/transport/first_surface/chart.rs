@@ -2,21 +2,22 @@
 
 use glam::{DVec2, DVec3};
 
+use super::place::ChartPlace;
 use super::source::Source;
-use crate::geometry::{Shape, Sphere, SurfacePoint, World};
+use crate::geometry::{Shape, Sphere, World};
 
 /// Two coordinates over (a part of) a surface.
 #[derive(Clone, Copy, Debug)]
-pub enum Chart {
-    /// The side of a ball that a source outside of it sees: the angle of incidence i in
-    /// [0, π/2] and the azimuth φ about the line from the centre to the source.
+pub enum SurfaceChart {
+    /// The side of a ball that a source outside of it sees: the angle of incidence i in [0, π/2] and the
+    /// azimuth φ about the line from the centre to the source.
     ///
-    /// Everything that happens to light at a ball is a smooth function of i, through the silhouette
-    /// (i = π/2) and beyond.
+    /// All that happens to light at a ball is a smooth function of i, through the silhouette (i = π/2) and
+    /// beyond.
     Cap {
         /// The ball.
         shape: u32,
-        /// Orthonormal; the third points from the centre to the source.
+        /// Orthonormal axes; the third points from the centre to the source.
         axes: [DVec3; 3],
         /// Radius / distance of the source from the centre; 0 for parallel light.
         radius_over_distance: f64,
@@ -35,16 +36,7 @@ pub enum Chart {
     },
 }
 
-/// A point of a chart.
-#[derive(Clone, Copy, Debug)]
-pub struct Place {
-    /// On the surface.
-    pub point: SurfacePoint,
-    /// Surface area for a unit of chart area there \[m²\].
-    pub area: f64,
-}
-
-impl Chart {
+impl SurfaceChart {
     /// The side of a ball that a source sees; `None` for a source inside.
     pub(super) fn cap(shape: u32, ball: &Sphere, source: &Source) -> Option<Self> {
         let to_source = source.towards(ball.center());
@@ -78,7 +70,7 @@ impl Chart {
         }
     }
 
-    /// The face whose surface it covers; 0 where that is no mesh.
+    /// The face whose surface it covers; 0 if that is no mesh.
     #[inline]
     pub fn face(&self) -> u32 {
         match *self {
@@ -87,7 +79,7 @@ impl Chart {
         }
     }
 
-    /// Whether coordinates mean the same in another chart of the same source.
+    /// True if coordinates mean the same in another chart of the same source.
     pub fn is_that_of(&self, other: &Self) -> bool {
         let face = |chart: &Self| match chart {
             Self::Face { face, .. } => Some(*face),
@@ -99,7 +91,7 @@ impl Chart {
 
     /// The surface at coordinates `at`; `None` only for a world that the chart was not made for.
     #[inline]
-    pub fn place(&self, world: &World, at: DVec2) -> Option<Place> {
+    pub fn place(&self, world: &World, at: DVec2) -> Option<ChartPlace> {
         match *self {
             Self::Cap {
                 shape,
@@ -110,8 +102,8 @@ impl Chart {
                     return None;
                 };
                 let (sin_i, cos_i) = at.x.sin_cos();
-                // Seen from the source the point is at the angle θ to the centre,
-                // sin θ = (r/d) sin i; seen from the centre it is at γ = i − θ to the source.
+                // Seen from the source, the point is at the angle θ to the centre, sin θ = (r/d) sin i. Seen
+                // from the centre, it is at γ = i − θ to the source.
                 let sin_theta = radius_over_distance * sin_i;
                 let cos_theta = ((1.0 - sin_theta) * (1.0 + sin_theta)).sqrt();
                 let sin_gamma = sin_i * cos_theta - cos_i * sin_theta;
@@ -120,7 +112,7 @@ impl Chart {
                 let across = axes[0] * cos_phi + axes[1] * sin_phi;
                 // dγ/di = 1 − (r/d) cos i / cos θ, and the area element is r² sin γ dγ dφ.
                 let stretch = 1.0 - radius_over_distance * cos_i / cos_theta;
-                Some(Place {
+                Some(ChartPlace {
                     point: ball.along(across * sin_gamma + axes[2] * cos_gamma),
                     area: ball.radius() * ball.radius() * sin_gamma * stretch,
                 })
@@ -139,14 +131,14 @@ impl Chart {
                         _ => 1.0,
                     };
                 let point = shape.at_uv(at)?;
-                Some(Place { point, area })
+                Some(ChartPlace { point, area })
             }
             Self::Face { shape, face } => {
                 let Shape::Mesh(mesh) = &world.shapes()[shape as usize] else {
                     return None;
                 };
                 let [a, b, c] = mesh.corners(face);
-                Some(Place {
+                Some(ChartPlace {
                     point: world.face_point(shape, face, at)?,
                     area: (b - a).cross(c - a).length(),
                 })

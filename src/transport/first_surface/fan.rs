@@ -1,39 +1,41 @@
-//! The directions in which a source sees a patch.
+//! Directions in which a source sees a patch.
 
 use glam::{DVec2, DVec3};
 
-use super::chart::Chart;
-use super::roots::middles;
+use super::chart::SurfaceChart;
+use super::triangle::middles;
 use crate::geometry::{SurfacePoint, World};
 
 /// The directions from a point to places of a patch.
 #[derive(Clone, Copy, Debug)]
 pub struct Fan {
-    /// The middle one, a unit vector; 0 where there is none.
+    /// The middle one, a unit vector; 0 if there is none.
     pub middle: DVec3,
-    /// The largest angle between the middle one and another \[rad\].
+    /// Largest angle \[rad\] between the middle one and another.
     pub radius: f64,
-    /// What rounding may add to an angle \[rad\].
+    /// Rounding error \[rad\] of an angle.
     pub rounding: f64,
-    /// Whether no place sees the source at more than rounding above its own plane.
+    /// True if no place sees the source at more than rounding above its own plane.
     is_edge_on: bool,
 }
 
-/// A direction from a point to a place is known to the place's own error, and to this many units of rounding of the coordinates it
-/// comes from, by their distance: a place is a product of a matrix and a sum of three vectors (16 roundings at
-/// most), the difference and its length add 6, and an angle compares two such directions by 9 more.
+/// Units of rounding of the coordinates that a direction comes from, by their distance; the place's own error
+/// is added. A place is a product of a matrix and a sum of three vectors (16 roundings at most), the
+/// difference and its length add 6, and an angle compares two such directions by 9 more.
 const ROUNDINGS: f64 = 64.0;
 
-/// Seen at a larger angle, half the opening \[rad\], a patch may be much nearer to the source somewhere than at its
-/// corners, and be lit much more: of a flat one that is not, the nearest point is as near as a corner but for a factor
-/// cos ½, and as bright but for cos³ ½.
+/// Largest angle, half the opening \[rad\], at which a patch's corners tell its light. Seen at a larger one,
+/// the patch may be much nearer to the source somewhere than at its corners, and be lit much more. For a flat
+/// one that is not, the nearest point is as near as a corner but for a factor cos ½, and as bright but for
+/// cos³ ½.
 const WIDEST: f64 = 0.5;
 
-/// A patch no larger than so many roundings is not divided any more: how high a source is over it would be noise.
+/// Number of roundings up to which a patch's size is not divided any more: the height of a source over it
+/// would be noise.
 const SMALLEST: f64 = 1e4;
 
 impl Fan {
-    /// From `origin` to `places`.
+    /// The fan from `origin` to `places`.
     pub fn new(origin: DVec3, places: impl Iterator<Item = SurfacePoint> + Clone) -> Self {
         let direction = |place: &SurfacePoint| (place.position - origin).normalize_or_zero();
         let middle = places.clone().map(|place| direction(&place));
@@ -51,7 +53,7 @@ impl Fan {
             let height = offset.dot(place.geometric_normal).abs();
             fan.is_edge_on &= height <= error;
             fan.radius = fan.radius.max(angle(middle, direction(&place)));
-            // Of the origin itself there is no direction.
+            // There is no direction to the origin itself.
             if offset != DVec3::ZERO {
                 let relative = error / offset.length() + ROUNDINGS * f64::EPSILON;
                 fan.rounding = fan.rounding.max(relative);
@@ -60,9 +62,14 @@ impl Fan {
         fan
     }
 
-    /// From `origin` to the corners and edges' middles of a triangle of a chart's coordinates, as far as there
-    /// are any.
-    pub fn of_triangle(origin: DVec3, world: &World, chart: &Chart, corners: [DVec2; 3]) -> Self {
+    /// The fan from `origin` to the corners and edges' middles of a triangle of a chart's coordinates, as far
+    /// as there are any.
+    pub fn of_triangle(
+        origin: DVec3,
+        world: &World,
+        chart: &SurfaceChart,
+        corners: [DVec2; 3],
+    ) -> Self {
         let [a, b, c] = corners;
         let [bc, ca, ab] = middles(corners);
         let places = [a, b, c, bc, ca, ab].map(|at| chart.place(world, at));
@@ -70,18 +77,18 @@ impl Fan {
         Self::new(origin, points)
     }
 
-    /// Whether the patch is so small that all directions to it are the same but for rounding.
+    /// True if the patch is so small that all directions to it are the same but for rounding.
     pub fn is_point(&self) -> bool {
         self.radius <= self.rounding
     }
 
-    /// Whether the patch may be lit much more somewhere than at its corners.
+    /// True if the patch may be lit much more somewhere than at its corners.
     pub fn is_too_wide(&self) -> bool {
         self.radius > WIDEST.max(SMALLEST * self.rounding) && !self.is_edge_on
     }
 }
 
-/// Between unit vectors \[rad\]; without loss of accuracy for small ones.
+/// The angle \[rad\] between unit vectors; small ones lose no accuracy.
 pub(super) fn angle(a: DVec3, b: DVec3) -> f64 {
     a.cross(b).length().atan2(a.dot(b))
 }

@@ -2,26 +2,25 @@
 
 use glam::DVec2;
 
-use super::chart::Chart;
+use super::chart::SurfaceChart;
 use super::source::Source;
 use crate::geometry::{Mesh, Shape, VertexFans};
 use crate::scene::Scene;
 use crate::transport::scatter::ShadingNormals;
 
-/// Tells which chart a place belongs to that several faces have: an edge or a vertex of a mesh whose
-/// normals are interpolated.
+/// Owners of places that several faces share: edges and vertices of a mesh whose normals are interpolated.
 ///
 /// There the faces see one point with one normal. All that happens to light from there on is the same, so
-/// that it need be followed once; only how much of it falls on an area is each face's own matter.
+/// that it is followed once. Only the amount of light that falls on an area is each face's own.
 pub struct SharedPlaces<'a> {
     scene: &'a Scene,
-    /// Of smooth meshes, by shape.
+    /// Faces round each vertex, for smooth meshes, by shape.
     fans: Vec<Option<VertexFans>>,
 }
 
 impl<'a> SharedPlaces<'a> {
-    /// Looks through the scene's meshes once. With [`ShadingNormals::Adjoint`] flux depends on how each
-    /// face is inclined to its normals, and nothing is shared.
+    /// Looks through the scene's meshes once. With [`ShadingNormals::Adjoint`] flux depends on the angle of
+    /// each face to its normals, and nothing is shared.
     pub fn new(scene: &'a Scene, shading_normals: ShadingNormals) -> Self {
         let do_share = shading_normals == ShadingNormals::Flux;
         let fans = scene
@@ -44,20 +43,25 @@ impl<'a> SharedPlaces<'a> {
         }
     }
 
-    /// Whether no place is shared.
+    /// True if no place is shared.
     pub fn is_empty(&self) -> bool {
         self.fans.iter().all(Option::is_none)
     }
 
-    /// The chart of the lowest-numbered face that has the place and faces the source the way that
-    /// `chart`'s does, and the place's coordinates there; the arguments, where no other face has it.
+    /// The chart and coordinates of a shared place on its lowest-numbered face, among those that face the
+    /// source the way that `chart`'s does; the arguments if no lower face has it.
     #[inline]
-    pub fn owner(&self, source: &Source, chart: &Chart, at: DVec2) -> (Chart, DVec2) {
+    pub fn owner(&self, source: &Source, chart: &SurfaceChart, at: DVec2) -> (SurfaceChart, DVec2) {
         self.lower_face(source, chart, at).unwrap_or((*chart, at))
     }
 
-    fn lower_face(&self, source: &Source, chart: &Chart, at: DVec2) -> Option<(Chart, DVec2)> {
-        let &Chart::Face { shape, face } = chart else {
+    fn lower_face(
+        &self,
+        source: &Source,
+        chart: &SurfaceChart,
+        at: DVec2,
+    ) -> Option<(SurfaceChart, DVec2)> {
+        let &SurfaceChart::Face { shape, face } = chart else {
             return None;
         };
         // Coordinates are binary fractions of few digits: sums are exact.
@@ -91,7 +95,7 @@ impl<'a> SharedPlaces<'a> {
             Some((end, weight)) if vertex == end => weight,
             _ => 0.0,
         };
-        let chart = Chart::Face { shape, face: owner };
+        let chart = SurfaceChart::Face { shape, face: owner };
         Some((chart, DVec2::new(weight(theirs[1]), weight(theirs[2]))))
     }
 }

@@ -1,8 +1,8 @@
-//! Sources of light of which each point gets at most one ray.
+//! Sources of light that send at most one ray to each point.
 
 use glam::DVec3;
 
-use super::chart::Place;
+use super::place::ChartPlace;
 use crate::geometry::{Bounds, Ray, SurfacePoint};
 use crate::radiometry::Rgb;
 use crate::scene::{Emitter, Scene};
@@ -13,7 +13,7 @@ use crate::transport::domain::chart::Falloff;
 pub enum Source {
     /// Light from one point.
     Point {
-        /// Where it starts.
+        /// The point where it starts.
         origin: DVec3,
         /// Radiant intensity [W/sr].
         intensity: Rgb,
@@ -28,40 +28,40 @@ pub enum Source {
         irradiance: Rgb,
         /// A point in the middle of the scene.
         middle: DVec3,
-        /// Light starts this far before the plane across it through the middle, ahead of all geometry.
+        /// Distance before the plane across it through the middle at which light starts, ahead of all
+        /// geometry.
         ahead: f64,
     },
     /// Light from one place of a surface: an area light is many of these.
     Surface {
         /// The place, with its normal on the side that shines.
         place: SurfacePoint,
-        /// Radiant intensity along the normal [W/sr]: the part of the surface that the place
-        /// stands for \[m²\] times its radiance. It falls off with the cosine to the normal.
+        /// Radiant intensity along the normal [W/sr]: the part of the surface that the place stands for
+        /// \[m²\] times its radiance. It falls off with the cosine to the normal.
         intensity: Rgb,
     },
 }
 
 /// The ray of a source to a point.
 #[derive(Clone, Copy, Debug)]
-pub struct Arrival {
-    /// From the emitter to the point.
+pub struct SourceRay {
+    /// The ray, from the emitter to the point.
     pub ray: Ray,
     /// The distance of the point along it.
     pub distance: f64,
-    /// Irradiance across the ray at the point, in units of the source's
-    /// [strength](Source::strength): falloff / distance² of a point, 1 of parallel light, cos θ /
-    /// distance² of a place on a surface.
+    /// Irradiance across the ray at the point, in units of the source's [strength](Source::strength): falloff
+    /// / distance² for a point, 1 for parallel light, cos θ / distance² for a place on a surface.
     pub density: f64,
-    /// The part of a spot's light that the ray is in; 0 of other sources. Between them density has a
+    /// The part of a spot's light that the ray is in; 0 for other sources. Between the parts density has a
     /// kink, or a jump.
     pub zone: u8,
 }
 
-impl Arrival {
-    /// Flux that falls on a place of a first surface \[W\], for a unit of chart area and of the source's strength:
-    /// density · |cos θ| · the surface's area for a unit of chart area.
+impl SourceRay {
+    /// Flux \[W\] that falls on a place of a first surface, for a unit of chart area and of the source's
+    /// strength: density · |cos θ| · the surface's area for a unit of chart area.
     #[inline]
-    pub fn emitted(&self, place: &Place) -> f64 {
+    pub fn emitted(&self, place: &ChartPlace) -> f64 {
         let facing = self.ray.direction.dot(place.point.geometric_normal);
         self.density * facing.abs() * place.area
     }
@@ -112,8 +112,8 @@ impl Source {
             .collect()
     }
 
-    /// Radiant intensity [W/sr] of a point (of a surface, along its normal), irradiance across the
-    /// light [W/m²] of parallel light.
+    /// Radiant intensity [W/sr] of a point (of a surface, along its normal), or irradiance across the light
+    /// [W/m²] of parallel light.
     pub fn strength(&self) -> Rgb {
         match *self {
             Self::Point { intensity, .. } | Self::Surface { intensity, .. } => intensity,
@@ -135,7 +135,7 @@ impl Source {
 
     /// The ray that arrives at a point; `None` at the emitter itself and behind a surface that shines.
     #[inline]
-    pub fn arrive(&self, point: DVec3) -> Option<Arrival> {
+    pub fn arrive(&self, point: DVec3) -> Option<SourceRay> {
         match *self {
             Self::Point {
                 origin, falloff, ..
@@ -147,7 +147,7 @@ impl Source {
                 }
                 let direction = offset / distance;
                 let factor = falloff.factor(direction);
-                Some(Arrival {
+                Some(SourceRay {
                     ray: Ray::new(origin, direction),
                     distance,
                     density: factor / (distance * distance),
@@ -164,7 +164,7 @@ impl Source {
                 ..
             } => {
                 let distance = (point - middle).dot(direction) + ahead;
-                Some(Arrival {
+                Some(SourceRay {
                     ray: Ray::new(point - direction * distance, direction),
                     distance,
                     density: 1.0,
@@ -179,7 +179,7 @@ impl Source {
                 }
                 let distance = offset.length();
                 let direction = offset / distance;
-                Some(Arrival {
+                Some(SourceRay {
                     // Off the surface, which must not hide its own light.
                     ray: place.spawn(direction),
                     distance,
@@ -190,7 +190,7 @@ impl Source {
         }
     }
 
-    /// Where all light starts; `None` of parallel light.
+    /// The start of all light; `None` for parallel light.
     pub fn origin(&self) -> Option<DVec3> {
         match self {
             Self::Point { origin, .. } => Some(*origin),
@@ -199,7 +199,7 @@ impl Source {
         }
     }
 
-    /// Whether light is parallel, from infinitely far away.
+    /// True if light is parallel, from infinitely far away.
     pub fn is_parallel(&self) -> bool {
         matches!(self, Self::Parallel { .. })
     }

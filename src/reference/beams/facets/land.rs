@@ -1,85 +1,88 @@
-//! From a polygon of light that has made all its events to texels.
+//! Landings of polygons of light that have made all their events, on texels.
 
 use glam::DVec2;
 
 use super::leg::rectangular_receiver;
-use super::polygon::Polygon;
+use super::polygon::LightPolygon;
 use crate::film::coverage::deal;
 use crate::geometry::TraversalCounters;
-use crate::reference::beams::cell::{Cell, Look, Node};
-use crate::reference::beams::cut::{Piece, whole};
-use crate::reference::beams::deposit::{Levels, Patch, flux_of, image_of};
+use crate::reference::beams::cell::{BeamCell, BeamNode, CellSummary};
+use crate::reference::beams::cut::{CutPiece, whole};
+use crate::reference::beams::deposit::{Levels, TexelBlock, flux_of, image_of};
 use crate::reference::beams::film::{BeamFilm, TexelSums};
 use crate::reference::beams::refine::misplaced;
+use crate::transport::clearance::CellClearance;
 use crate::transport::facets::path::{FacetLight, FacetPaths};
 use crate::transport::first_surface::Source;
 use crate::transport::flux::Flux;
-use crate::transport::guard::Clearance;
-use crate::transport::prescribed::End;
+use crate::transport::path_end::End;
 use crate::transport::screen::Screen;
 
-/// The borders of a larger image \[texels\] have boxes of their own.
+/// Size \[texels\] up to which an image has one box for all its borders; the borders of a larger one have
+/// boxes of their own.
 const SMALL_IMAGE: f64 = 4.0;
 
-/// What became of a polygon at the sensor.
-pub(super) enum Landing<const N: usize> {
+/// The result of a polygon at the sensor.
+pub(super) enum PolygonLanding<const N: usize> {
     /// It is on the film, or beside it.
     Done {
-        /// On the film \[W\].
+        /// Flux \[W\] on the film.
         received: Flux<N>,
-        /// May be elsewhere \[W\].
-        slack: Flux<N>,
+        /// Uncertain flux \[W\]: it may be elsewhere.
+        uncertain: Flux<N>,
     },
     /// Its image is not flat enough.
     TooBent,
-    /// The sensor's place for light is not known before a search, or lines are not lines there.
+    /// It must be searched for: the sensor's place for light is not known before a search, or lines are not
+    /// lines there.
     NotForced,
 }
 
-/// Puts a polygon on the film, whose last leg nothing is in the way of.
+/// Puts a polygon on the film if nothing is in the way of its last leg.
 pub(super) fn land<const N: usize>(
     paths: &FacetPaths,
     screen: Screen,
     film: &BeamFilm<N>,
-    patch: &mut Patch<N>,
-    polygon: &Polygon<N>,
+    patch: &mut TexelBlock<N>,
+    polygon: &LightPolygon<N>,
     tolerance: f64,
-) -> Landing<N> {
+) -> PolygonLanding<N> {
     if rectangular_receiver(paths, &screen).is_none() {
-        return Landing::NotForced;
+        return PolygonLanding::NotForced;
     }
     let place = |light: &FacetLight<N>| node(paths, screen, light);
     let Some(corners) = polygon
         .corners
         .iter()
         .map(place)
-        .collect::<Option<Vec<Node<N>>>>()
+        .collect::<Option<Vec<BeamNode<N>>>>()
     else {
-        return Landing::NotForced;
+        return PolygonLanding::NotForced;
     };
     if is_beside(&corners, film.size()) {
-        return Landing::Done {
+        return PolygonLanding::Done {
             received: Flux::BLACK,
-            slack: Flux::BLACK,
+            uncertain: Flux::BLACK,
         };
     }
     let area = polygon.area_and_middle().0;
-    let astray = || deposit_astray(film, false, &corners, polygon.astray, area);
-    let fan = (1..corners.len() - 1).map(|index| Cell {
+    let uncertain = || deposit_uncertain_area(film, false, &corners, polygon.uncertain_area, area);
+    let fan = (1..corners.len() - 1).map(|index| BeamCell {
         corners: [corners[0], corners[index], corners[index + 1]],
         level: 0,
-        clearance: Clearance::default(),
+        clearance: CellClearance::default(),
         noted_bend: 0.0,
     });
     if matches!(paths.source(), Source::Parallel { .. }) {
         let received = fan.fold(Flux::BLACK, |sum, cell| sum + land_flat(film, &cell));
-        return Landing::Done {
+        return PolygonLanding::Done {
             received,
-            slack: astray(),
+            uncertain: uncertain(),
         };
     }
     let middle = |at: DVec2| place(&paths.follow(&polygon.chain, polygon.events, at));
-    let mut cells: Vec<(Cell<N>, [Node<N>; 3], Look<N>)> = Vec::with_capacity(corners.len() - 2);
+    let mut cells: Vec<(BeamCell<N>, [BeamNode<N>; 3], CellSummary<N>)> =
+        Vec::with_capacity(corners.len() - 2);
     for cell in fan {
         let [bc, ca, ab] = cell.middles();
         // The side that it shares with the triangle before.
@@ -87,18 +90,18 @@ pub(super) fn land<const N: usize>(
         let (Some(bc), Some(ca), Some(ab)) =
             (middle(bc), middle(ca), shared.or_else(|| middle(ab)))
         else {
-            return Landing::NotForced;
+            return PolygonLanding::NotForced;
         };
         let middles = [bc, ca, ab];
-        let look = Look::at(&cell.corners, &middles);
-        if !look.one_family || cell.area() * misplaced(&look) > tolerance {
-            return Landing::TooBent;
+        let look = CellSummary::at(&cell.corners, &middles);
+        if !look.one_topology || cell.area() * misplaced(&look) > tolerance {
+            return PolygonLanding::TooBent;
         }
         cells.push((cell, middles, look));
     }
     let mut received = Flux::BLACK;
     for (cell, middles, look) in &cells {
-        let fine: Vec<Piece<N>> = cell
+        let fine: Vec<CutPiece<N>> = cell
             .quarters(middles)
             .into_iter()
             .filter_map(|quarter| whole(quarter.corners))
@@ -110,37 +113,37 @@ pub(super) fn land<const N: usize>(
         };
         received += patch.deposit(film, &levels, look.bend);
     }
-    Landing::Done {
+    PolygonLanding::Done {
         received,
-        slack: astray(),
+        uncertain: uncertain(),
     }
 }
 
-/// Light on its last leg, where it falls.
+/// The node of light on its last leg, at the place where it falls.
 #[inline]
 pub(super) fn node<const N: usize>(
     paths: &FacetPaths,
     screen: Screen,
     light: &FacetLight<N>,
-) -> Option<Node<N>> {
+) -> Option<BeamNode<N>> {
     let mut counters = TraversalCounters::default();
     let (end, factor, _) = screen.end(paths.scene(), &light.ray, None, &mut counters);
     let End::Landed(landing) = end else {
         return None;
     };
     let strength = paths.source().strength();
-    Some(Node {
+    Some(BeamNode {
         at: light.at,
         landing: Some(landing),
         turned_back: false,
         weight: light.throughput * Flux::of(strength * factor) * light.emitted,
         emitted: light.emitted * strength.mean(),
-        family: light.state,
+        topology: light.topology(),
     })
 }
 
-/// Whether all of an image is off the film, with as much again to spare for its bend.
-fn is_beside<const N: usize>(corners: &[Node<N>], size: [usize; 2]) -> bool {
+/// True if all of an image is off the film, with as much again to spare for its bend.
+fn is_beside<const N: usize>(corners: &[BeamNode<N>], size: [usize; 2]) -> bool {
     let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
     for at in corners.iter().filter_map(|node| node.landing) {
         low = low.min(at);
@@ -151,8 +154,8 @@ fn is_beside<const N: usize>(corners: &[Node<N>], size: [usize; 2]) -> bool {
     (high + margin).cmplt(DVec2::ZERO).any() || (low - margin).cmpgt(end).any()
 }
 
-/// A triangle whose map is affine, as it is.
-fn land_flat<const N: usize>(film: &BeamFilm<N>, cell: &Cell<N>) -> Flux<N> {
+/// Puts a triangle on the film whose map is affine. Returns the flux \[W\] that the film received.
+fn land_flat<const N: usize>(film: &BeamFilm<N>, cell: &BeamCell<N>) -> Flux<N> {
     let Some(piece) = whole(cell.corners) else {
         return Flux::BLACK;
     };
@@ -171,18 +174,19 @@ fn land_flat<const N: usize>(film: &BeamFilm<N>, cell: &Cell<N>) -> Flux<N> {
     received
 }
 
-/// Says of `astray` of a polygon's coordinate area that its light may be, or not be, at any
-/// of its borders; of all of it, anywhere in it. Returns the flux \[W\] that this is.
+/// Marks the light of an uncertain part of a polygon's coordinate area: it may be, or not be, at any of the
+/// polygon's borders. If all of the area is uncertain, it may be anywhere in the polygon. Returns the flux
+/// \[W\] of that light.
 ///
-/// On a film that is polar, it may be anywhere as near to the center as a corner.
-pub(super) fn deposit_astray<const N: usize>(
+/// On a polar film it may be anywhere as near to the center as a corner.
+pub(super) fn deposit_uncertain_area<const N: usize>(
     film: &BeamFilm<N>,
     bends_lines: bool,
-    corners: &[Node<N>],
-    astray: f64,
+    corners: &[BeamNode<N>],
+    uncertain_area: f64,
     area: f64,
 ) -> Flux<N> {
-    if astray <= 0.0 {
+    if uncertain_area <= 0.0 {
         return Flux::BLACK;
     }
     let mut weight = Flux::<N>::BLACK;
@@ -191,29 +195,29 @@ pub(super) fn deposit_astray<const N: usize>(
             *largest = largest.max(channel);
         }
     }
-    let slack = weight * astray.min(area);
+    let uncertain = weight * uncertain_area.min(area);
     let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
     for at in corners.iter().filter_map(|node| node.landing) {
         (low, high) = (low.min(at), high.max(at));
     }
     // A small image has its borders in all of its texels.
-    if astray >= area || (high - low).max_element() <= SMALL_IMAGE {
-        add_slack(film, bends_lines, corners, slack);
+    if uncertain_area >= area || (high - low).max_element() <= SMALL_IMAGE {
+        add_uncertain(film, bends_lines, corners, uncertain);
     } else {
         for (index, corner) in corners.iter().enumerate() {
             let next = &corners[(index + 1) % corners.len()];
-            add_slack(film, bends_lines, &[*corner, *next], slack);
+            add_uncertain(film, bends_lines, &[*corner, *next], uncertain);
         }
     }
-    slack
+    uncertain
 }
 
-/// Slack on the texels of a box round landings, as far as they are on the film.
-fn add_slack<const N: usize>(
+/// Marks uncertain flux on the texels of a box round landings, as far as they are on the film.
+fn add_uncertain<const N: usize>(
     film: &BeamFilm<N>,
     bends_lines: bool,
-    nodes: &[Node<N>],
-    slack: Flux<N>,
+    nodes: &[BeamNode<N>],
+    uncertain: Flux<N>,
 ) {
     let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
     for at in nodes.iter().filter_map(|node| node.landing) {
@@ -222,7 +226,8 @@ fn add_slack<const N: usize>(
     }
     let [columns, rows] = film.size();
     if bends_lines {
-        // A chord of the disc is nearer to its center than its ends are, and a box does not know where a turn begins anew.
+        // A chord of the disc is nearer to its center than its ends are, and a box does not show where a turn
+        // begins anew.
         (low, high.y) = (DVec2::ZERO, rows as f64);
     }
     let last = DVec2::new(columns as f64, rows as f64) - 1.0;
@@ -231,6 +236,6 @@ fn add_slack<const N: usize>(
     // False for NaN, too.
     if low.cmple(high).all() {
         let texel = |at: DVec2| [at.x as usize, at.y as usize];
-        film.add_slack(texel(low), texel(high), slack);
+        film.add_uncertain(texel(low), texel(high), uncertain);
     }
 }

@@ -1,20 +1,19 @@
-//! Convex polygons of light, and how they are cut.
+//! Convex polygons of light, and their cuts.
 
 use glam::DVec2;
 
-use super::area_and_middle;
 use crate::transport::facets::path::{FacetLight, FacetPaths};
 
-/// What light meets on a leg.
+/// The end of a polygon's leg.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Sight {
+pub(super) enum LegEnd {
     /// A facet.
     Facet(u32),
     /// The sensor, after its last event.
     Sensor,
     /// A shape that is not flat and ends it.
     Blocked(u32),
-    /// Nothing.
+    /// Nothing: the light leaves the scene.
     Away,
     /// A surface that is not flat and sends light on.
     Curved,
@@ -22,19 +21,19 @@ pub(super) enum Sight {
 
 /// A convex polygon of light that has gone by one chain of facets so far.
 #[derive(Clone, Debug)]
-pub(super) struct Polygon<const N: usize> {
+pub(super) struct LightPolygon<const N: usize> {
     /// The light of its corners on the leg that comes next.
     pub(super) corners: Vec<FacetLight<N>>,
     /// The facets that it met, the first one from the start on.
     pub(super) chain: Vec<u32>,
     /// Events that it has had.
     pub(super) events: usize,
-    /// Coordinate area that may go another way: cuts along bent lines put it on the wrong side, or
-    /// what is in the way of it is not known.
-    pub(super) astray: f64,
-    /// How often it was halved or cut without leaving its leg.
+    /// Coordinate area of light that may go another way: a cut along a bent line put it on the wrong side, or
+    /// the obstacles on its way are not known.
+    pub(super) uncertain_area: f64,
+    /// Number of times that it was halved or cut without leaving its leg.
     pub(super) cuts: u32,
-    /// The coordinate area that it was cut from: a facet, or a part of it close to a lamp.
+    /// The coordinate area that it was cut from: a facet, or a part of it close to a light.
     pub(super) whole: f64,
 }
 
@@ -46,28 +45,28 @@ pub(super) struct Parts<const N: usize> {
     pub(super) line: [DVec2; 2],
 }
 
-/// How a line meets a polygon.
-pub(super) enum Cut<const N: usize> {
+/// The relation of a line to a polygon.
+pub(super) enum PolygonCut<const N: usize> {
     /// All of it is above.
     Above,
     /// All of it is below.
     Below,
-    /// It is in two parts.
+    /// It is in two parts, one on each side.
     Through(Parts<N>),
 }
 
-/// Values that are smaller, as a fraction of the largest, are zero: they are differences of products
+/// Size, as a fraction of the largest value, below which values are zero: they are differences of products
 /// whose rounding is as large.
 const SMALLEST: f64 = 1e-13;
 
-/// Whether values are zero or less, give or take `rounding` or what [`Polygon::cut`] takes for it.
+/// True if values are zero or less, give or take `rounding`, or the tolerance of [`LightPolygon::cut`].
 pub(super) fn is_below(values: impl Iterator<Item = f64> + Clone, rounding: f64) -> bool {
     let largest = values.clone().fold(0.0_f64, |l, value| l.max(value.abs()));
     let zero = rounding.max(SMALLEST * largest);
     values.into_iter().all(|value| value <= zero)
 }
 
-impl<const N: usize> Polygon<N> {
+impl<const N: usize> LightPolygon<N> {
     /// The area in coordinates of the first facet, and the middle.
     pub(super) fn area_and_middle(&self) -> (f64, DVec2) {
         area_and_middle(self.corners.iter().map(|corner| corner.at))
@@ -78,16 +77,15 @@ impl<const N: usize> Polygon<N> {
         self.area_and_middle().0
     }
 
-    /// The largest flux \[W\] of a corner for a unit of coordinate area, in units of the source's
-    /// strength.
+    /// Largest flux \[W\] of a corner for a unit of coordinate area, in units of the source's strength.
     pub(super) fn largest_weight(&self) -> f64 {
         self.corners.iter().fold(0.0, |largest, corner| {
             largest.max(corner.emitted * corner.throughput.max_magnitude())
         })
     }
 
-    /// Whether all corners went the same way.
-    pub(super) fn is_one_family(&self) -> bool {
+    /// True if all corners went the same way.
+    pub(super) fn is_one_topology(&self) -> bool {
         let first = self.corners.first().map(|corner| corner.state);
         self.corners
             .iter()
@@ -100,16 +98,16 @@ impl<const N: usize> Polygon<N> {
             corners,
             chain: self.chain.clone(),
             events: self.events,
-            astray: self.astray,
+            uncertain_area: self.uncertain_area,
             cuts: self.cuts + 1,
             whole: self.whole,
         }
     }
 
-    /// What of the astray area of a whole may be in this part of it: twice its share, as it is
-    /// along some of the borders only.
-    pub(super) fn share_of_astray(&self, whole: f64) -> f64 {
-        self.astray * (2.0 * self.area() / whole).min(1.0)
+    /// Uncertain area that may be in this part of a whole: twice its share, as it is along some of the
+    /// borders only.
+    pub(super) fn share_of_uncertain_area(&self, whole: f64) -> f64 {
+        self.uncertain_area * (2.0 * self.area() / whole).min(1.0)
     }
 
     /// The triangles that it is made of, all with its first corner.
@@ -118,8 +116,9 @@ impl<const N: usize> Polygon<N> {
         (1..self.corners.len().saturating_sub(1)).map(triangle)
     }
 
-    /// Cuts it where a function is zero that is linear along its edges, given its values at the corners.
-    pub(super) fn cut(&self, values: &[f64], paths: &FacetPaths) -> Cut<N> {
+    /// Cuts it where a function is zero, given its values at the corners. The function is linear along its
+    /// edges.
+    pub(super) fn cut(&self, values: &[f64], paths: &FacetPaths) -> PolygonCut<N> {
         let largest = values.iter().fold(0.0_f64, |l, value| l.max(value.abs()));
         let snap = |value: f64| {
             if value.abs() <= SMALLEST * largest {
@@ -129,10 +128,10 @@ impl<const N: usize> Polygon<N> {
             }
         };
         if values.iter().all(|&value| snap(value) >= 0.0) {
-            return Cut::Above;
+            return PolygonCut::Above;
         }
         if values.iter().all(|&value| snap(value) <= 0.0) {
-            return Cut::Below;
+            return PolygonCut::Below;
         }
         let mut parts = Parts {
             above: Vec::with_capacity(self.corners.len() + 1),
@@ -169,7 +168,7 @@ impl<const N: usize> Polygon<N> {
                 cross(at);
             }
         }
-        Cut::Through(parts)
+        PolygonCut::Through(parts)
     }
 
     /// Its halves, across its longest diagonal or edge.
@@ -193,15 +192,42 @@ impl<const N: usize> Polygon<N> {
             .map(|corner| (corner.at - middle).dot(longest.1))
             .collect();
         match self.cut(&values, paths) {
-            Cut::Through(parts) => {
+            PolygonCut::Through(parts) => {
                 let whole = self.area();
                 Some([parts.above, parts.below].map(|corners| {
                     let mut half = self.with(corners);
-                    half.astray = half.share_of_astray(whole).min(half.area());
+                    half.uncertain_area = half.share_of_uncertain_area(whole).min(half.area());
                     half
                 }))
             }
-            Cut::Above | Cut::Below => None,
+            PolygonCut::Above | PolygonCut::Below => None,
         }
     }
+}
+
+/// Area and middle of a convex polygon.
+fn area_and_middle(corners: impl Iterator<Item = DVec2> + Clone) -> (f64, DVec2) {
+    let mut rest = corners.clone();
+    let Some(first) = rest.next() else {
+        return (0.0, DVec2::ZERO);
+    };
+    let (mut area, mut moment, mut sum, mut count) = (0.0, DVec2::ZERO, DVec2::ZERO, 0.0);
+    for (a, b) in rest.clone().zip(rest.skip(1)) {
+        let (a, b) = (a - first, b - first);
+        let part = 0.5 * a.perp_dot(b);
+        area += part;
+        moment += (a + b) * (part / 3.0);
+    }
+    for corner in corners {
+        sum += corner;
+        count += 1.0;
+    }
+    let middle = first + moment / area;
+    // The centroid of a needle is not a number.
+    let middle = if middle.is_finite() {
+        middle
+    } else {
+        sum / count
+    };
+    (area.abs(), middle)
 }

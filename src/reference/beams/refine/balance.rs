@@ -1,22 +1,22 @@
-//! What became of the light of some cells.
+//! The balance of some cells' light.
 
 use crate::transport::flux::Flux;
 
-/// Where the light of the cells went.
+/// The balance of the light of some cells.
 #[derive(Clone, Copy, Debug)]
 pub struct Balance<const N: usize> {
-    /// Light that set out towards the cells' surface \[W\], all signatures together, mean of channels.
+    /// Light \[W\] that set out towards the cells' surface, all signatures together, mean of channels.
     pub emitted: f64,
-    /// On the film \[W\].
+    /// Flux \[W\] on the film.
     pub received: Flux<N>,
-    /// Cells finished.
+    /// Number of cells finished.
     pub cells: u64,
-    /// ... of which crossed by a border between families.
+    /// Number of those that a border between topologies crosses.
     pub cut_cells: u64,
-    /// ... and of which no border could be found.
+    /// Number of those with a part in which no border could be found.
     pub unresolved_cells: u64,
-    /// The flux that may be elsewhere because of borders \[W\].
-    pub slack: Flux<N>,
+    /// Uncertain flux \[W\]: it may be elsewhere because of borders.
+    pub uncertain: Flux<N>,
 }
 
 impl<const N: usize> Default for Balance<N> {
@@ -27,7 +27,7 @@ impl<const N: usize> Default for Balance<N> {
             cells: 0,
             cut_cells: 0,
             unresolved_cells: 0,
-            slack: Flux::BLACK,
+            uncertain: Flux::BLACK,
         }
     }
 }
@@ -39,6 +39,6 @@ impl<const N: usize> std::ops::AddAssign for Balance<N> {
         self.cells += other.cells;
         self.cut_cells += other.cut_cells;
         self.unresolved_cells += other.unresolved_cells;
-        self.slack += other.slack;
+        self.uncertain += other.uncertain;
     }
 }

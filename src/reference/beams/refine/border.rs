@@ -1,21 +1,21 @@
-//! Cells that a border between families crosses.
+//! Cells that a border between topologies crosses.
 
 use super::{Finished, Refiner, Scratch, look_flux};
-use crate::reference::beams::cell::{Cell, Look, Node};
-use crate::reference::beams::cut::{self, CUT_ERROR, Piece};
+use crate::reference::beams::cell::{BeamCell, BeamNode, CellSummary};
+use crate::reference::beams::cut::{self, CUT_ERROR, CutPiece};
 use crate::reference::beams::deposit::image_of;
-use crate::transport::first_surface::Chart;
+use crate::transport::first_surface::SurfaceChart;
 use crate::transport::flux::Flux;
 
 impl<const N: usize> Refiner<'_, '_, N> {
-    /// Whether light that lands is found on the way between two nodes of different families of a
-    /// cell, none of whose nodes landed: light of one more reflection than on this side of a border and of one less
-    /// than on the other may be a sliver between.
+    /// True if a cell none of whose nodes landed may hide light that does: it is found on the way between two
+    /// nodes of different topologies. For example, light of one more reflection than on one side of a border,
+    /// and of one less than on the other, may be a sliver between.
     pub(super) fn may_hide_sliver(
         &mut self,
-        chart: &Chart,
-        cell: &Cell<N>,
-        middles: &[Node<N>; 3],
+        chart: &SurfaceChart,
+        cell: &BeamCell<N>,
+        middles: &[BeamNode<N>; 3],
     ) -> bool {
         let Self {
             paths,
@@ -31,20 +31,20 @@ impl<const N: usize> Refiner<'_, '_, N> {
             .any(|[from, to]| cut::lands_between(from, to, &mut follow))
     }
 
-    /// Whether no light of a cell that holds more than one family lands on the film, where that is
-    /// so of its nodes. Only one of them may have landed, which does not show how far light
-    /// reaches up to the border: the cut does.
+    /// True if no light of a cell that holds more than one topology lands on the film, given that none of its
+    /// nodes does. Perhaps only one node landed, which does not show how far light reaches up to the border:
+    /// the cut does.
     pub(super) fn lands_beside(
         &mut self,
-        chart: &Chart,
-        cell: &Cell<N>,
-        middles: &[Node<N>; 3],
-        look: &Look<N>,
+        chart: &SurfaceChart,
+        cell: &BeamCell<N>,
+        middles: &[BeamNode<N>; 3],
+        look: &CellSummary<N>,
     ) -> bool {
         let mut cut = Finished {
             look: *look,
             failed: [false; 4],
-            slack: Flux::BLACK,
+            uncertain: Flux::BLACK,
             is_cut: false,
         };
         self.cut(chart, cell, middles, &mut cut);
@@ -55,15 +55,15 @@ impl<const N: usize> Refiner<'_, '_, N> {
         }
         fine.clear();
         coarse.clear();
-        Look { low, high, ..*look }.is_off(self.film.size())
+        CellSummary { low, high, ..*look }.is_off(self.film.size())
     }
 
-    /// Cuts a cell that holds more than one family, at both finenesses.
+    /// Cuts a cell that holds more than one topology, at both finenesses.
     pub(super) fn cut(
         &mut self,
-        chart: &Chart,
-        cell: &Cell<N>,
-        middles: &[Node<N>; 3],
+        chart: &SurfaceChart,
+        cell: &BeamCell<N>,
+        middles: &[BeamNode<N>; 3],
         finished: &mut Finished<N>,
     ) {
         finished.is_cut = true;
@@ -90,7 +90,7 @@ impl<const N: usize> Refiner<'_, '_, N> {
                 unresolved += 0.25 * area;
             }
         }
-        let flux = |pieces: &mut dyn Iterator<Item = &Piece<N>>| -> f64 {
+        let flux = |pieces: &mut dyn Iterator<Item = &CutPiece<N>>| -> f64 {
             pieces.map(|piece| piece.area * mean_weight(piece)).sum()
         };
         let fine_flux = flux(&mut fine.iter());
@@ -114,12 +114,12 @@ impl<const N: usize> Refiner<'_, '_, N> {
         }
         let largest = look_flux(&finished.look);
         if largest > 0.0 {
-            finished.slack = finished.look.weight * (bent / largest);
+            finished.uncertain = finished.look.weight * (bent / largest);
         }
     }
 }
 
-fn mean_weight<const N: usize>(piece: &Piece<N>) -> f64 {
+fn mean_weight<const N: usize>(piece: &CutPiece<N>) -> f64 {
     let [a, b, c] = piece.corners.each_ref().map(|node| node.weight);
     (a + b + c).max_magnitude() / 3.0
 }

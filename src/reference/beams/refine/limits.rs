@@ -1,33 +1,34 @@
-//! How finely cells are divided.
+//! Limits of the division into cells.
 
-/// A cell with more tolerances of flux than this is taken for one family only if nothing can be in
-/// the way of any of its legs, as its [guard](crate::transport::guard) knows; a smaller one hides no
-/// more than a part of this.
-const UNGUARDED_TOLERANCES: f64 = 8.0;
+/// Flux, in tolerances, above which a cell counts as one topology only if its
+/// [clearance](crate::transport::clearance) shows that nothing can be in the way of any of its legs. A
+/// smaller cell hides no more than a part of this.
+const UNCLEARED_TOLERANCES: f64 = 8.0;
 
-/// ... and with no more than this part of its signature's flux, ...
+/// Part of its signature's flux above which the same holds.
 const LARGE_PART: f64 = 1.0 / 128.0;
 
-/// ... unless the signature is so faint that this would take too many cells.
-const LEAST_UNGUARDED: f64 = 1.0 / 4096.0;
+/// Least part of the first limit that the second one may ask for: for a fainter signature it would take too
+/// many cells.
+const LEAST_UNCLEARED: f64 = 1.0 / 4096.0;
 
-/// How finely one signature's cells are divided.
+/// The limits of the division of one signature's light.
 #[derive(Clone, Copy, Debug)]
 pub struct Limits {
-    /// Misplaced flux that a cell may have \[W\].
+    /// Misplaced flux \[W\] that a cell may have.
     pub tolerance: f64,
-    /// About what the signature brings in all \[W\]: a cell that may hide a good part of it is no
-    /// small one, whatever the tolerance.
+    /// Flux \[W\], about, that the signature brings in all. A cell that may hide a good part of it is not
+    /// small, whatever the tolerance.
     pub flux: f64,
-    /// The most that a path of the signature delivers of what sets out, as a survey saw it: what
-    /// may be hidden between dark nodes is at most twice that.
+    /// Largest part of the light that sets out which a path of the signature delivers, as the discovery saw
+    /// it. Dark nodes may hide at most twice that.
     pub peak: f64,
 }
 
 impl Limits {
-    /// Flux \[W\] up to which a cell need not be guarded.
-    pub(super) fn unguarded(&self) -> f64 {
-        let most = self.tolerance * UNGUARDED_TOLERANCES;
-        (self.flux * LARGE_PART).clamp(most * LEAST_UNGUARDED, most)
+    /// Flux \[W\] up to which a cell needs no clearance.
+    pub(super) fn uncleared(&self) -> f64 {
+        let most = self.tolerance * UNCLEARED_TOLERANCES;
+        (self.flux * LARGE_PART).clamp(most * LEAST_UNCLEARED, most)
     }
 }

@@ -1,4 +1,4 @@
-//! Dividing cells until their light is placed well enough.
+//! Division of cells until their light is placed well enough.
 
 mod balance;
 mod border;
@@ -11,119 +11,124 @@ pub use limits::Limits;
 use glam::DVec2;
 
 use self::nodes::NodeFinder;
-use super::cell::{Cell, Look, Node};
-use super::cut::{self, Piece};
-use super::deposit::{Levels, Patch, deposit_points, deposit_slack, slack_boxes, texels_of};
+use super::cell::{BeamCell, BeamNode, CellSummary};
+use super::cut::{self, CutPiece};
+use super::deposit::{
+    Levels, TexelBlock, deposit_points, deposit_uncertain, texels_of, uncertain_boxes,
+};
 use super::film::BeamFilm;
 use super::limit::Limit;
 use super::store::PathStore;
 use crate::geometry::TraversalCounters;
-use crate::transport::first_surface::{Chart, Cone, Root, SharedPlaces};
+use crate::transport::clearance::{CellClearance, Clearance, Trail};
+use crate::transport::first_surface::{Cone, SharedPlaces, SurfaceChart, SurfacePatch};
+use crate::transport::fixed_signature::PathFollower;
 use crate::transport::flux::Flux;
-use crate::transport::guard::{Clearance, Guard, Trail};
-use crate::transport::prescribed::PathFollower;
 
-/// No cell is divided more often: a quarter of a billionth of a root's side.
+/// Most divisions of a patch: to a quarter of a billionth of its side.
 const MAX_LEVEL: u32 = 32;
 
-/// A cell may hold this many tolerances of flux, however smooth it looks: six nodes say only so
-/// much. At an error of 0.1 % this asks for some thousands of cells at least.
+/// Flux, in tolerances, that a cell may hold however smooth it looks: six nodes tell only so much. At an
+/// error of 0.1 % this asks for some thousands of cells at least.
 const MOST_TOLERANCES: f64 = 4096.0;
 
-/// Cells that bring much light beside the film are divided so often before its nodes are believed that all of it is far off.
+/// Least number of divisions of a cell that brings much light, all of it far beside the film. After fewer,
+/// its nodes are not enough to show that.
 const LEAST_LEVEL_OFF: u32 = 2;
 
-/// A border may have a corner inside a cell, that neither fineness shows: this part of a cut cell
-/// always counts as slack.
+/// Part of a cut cell that always counts as uncertain: a border may have a corner inside the cell that
+/// neither fineness shows.
 const CORNER: f64 = 1.0 / 64.0;
 
-/// A cell that hides a sliver of light is divided down to this part of what need not be guarded.
+/// Part of the flux that needs no clearance down to which a cell that hides a sliver of light is divided.
 const LEAST_SLIVER: f64 = 1.0 / 64.0;
 
-/// A cell of more than one family is cut once it holds no more than this many tolerances.
+/// Flux, in tolerances, up to which a cell of more than one topology is cut, not divided.
 const CUT_TOLERANCES: f64 = 256.0;
 
-/// A cell without light at the border of a spot's cone is divided down to this part of the cone's
-/// opening: what of the cone reaches in between its nodes is less than a millionth of the cone.
+/// Part of the opening of a spot's cone down to which a cell without light at the cone's border is divided.
+/// The part of the cone that reaches in between its nodes is then less than a millionth of the cone.
 const LEAST_IN_CONE: f64 = 1.0 / 256.0;
 
-/// Weights off a plane by less than this part of them are smooth enough for the bounds to be made of. A valley that is
-/// narrower than a cell (Fresnel's at Brewster's angle, in a ball of index 24) had bounds too narrow with a twentieth.
+/// Largest distance of weights from a plane, as a part of them, that is smooth enough to derive bounds from.
+/// With a twentieth, the bounds were too narrow for a valley that is narrower than a cell (Fresnel's at
+/// Brewster's angle, in a ball of index 24).
 const STILL_BENT: f64 = 1.0 / 32.0;
 
-/// A quarter of a cell whose weights were off a plane by more than this part of them must look like a quarter of it.
+/// Distance of a cell's weights from a plane, as a part of them, above which its quarters must show a quarter
+/// of it.
 const NOTED_BEND: f64 = 1.0 / 64.0;
 
-/// Halving leaves a quarter of a smooth bend. Where less than this part of a noted one is left, that may be by chance, with
-/// nodes on both sides of a valley: at a sixteenth, and without [`STILL_BENT`], balls of eight
-/// indices of twenty-five were out of their bounds.
+/// Least part of a noted bend that halving should leave: it leaves a quarter of a smooth one. A smaller part
+/// may be chance, with nodes on both sides of a valley. At a sixteenth, and without [`STILL_BENT`], balls of
+/// eight indices of twenty-five were out of their bounds.
 const BY_CHANCE: f64 = 1.0 / 5.0;
 
-/// Where a bend is of less flux than so many tolerances, neither matters.
+/// Flux of a bend, in tolerances, below which neither rule applies.
 const LEAST_BENT: f64 = 1.0 / 64.0;
 
-/// Cells between two looks at the limit: some milliseconds' work.
+/// Number of cells between two questions to the limit: some milliseconds' work.
 const PATIENCE: u32 = 256;
 
-/// Memory that a refiner works in; worth keeping for the next one of the same source and signature.
+/// Memory that a refiner works in. The next one of the same source and signature can use it again.
 pub struct Scratch<const N: usize> {
     store: PathStore<N>,
-    /// Paths beside borders: the halves of an edge are searched, the edge, and then the neighbour's.
+    /// Paths beside borders: the halves of an edge are searched, then the edge, then the neighbour's.
     borders: PathStore<N>,
-    /// What the six paths of a cell met, for the guard.
+    /// The trails of a cell's six paths, for the clearance.
     trails: [Trail; 6],
-    pending: Vec<Cell<N>>,
-    patch: Patch<N>,
-    fine: Vec<Piece<N>>,
-    coarse: Vec<Piece<N>>,
+    pending: Vec<BeamCell<N>>,
+    patch: TexelBlock<N>,
+    fine: Vec<CutPiece<N>>,
+    coarse: Vec<CutPiece<N>>,
 }
 
 impl<const N: usize> Scratch<N> {
-    /// For one source and one signature of so many events.
+    /// Memory for one source and one signature of `events` events.
     pub fn new(events: usize) -> Self {
         Self {
             store: PathStore::new(events),
             borders: PathStore::new(events),
             trails: Default::default(),
             pending: Vec::new(),
-            patch: Patch::default(),
+            patch: TexelBlock::default(),
             fine: Vec::new(),
             coarse: Vec::new(),
         }
     }
 }
 
-/// Divides cells of one source's light, for one signature.
+/// Refiner of cells of one source's light, for one signature.
 pub struct Refiner<'a, 'f, const N: usize> {
     paths: NodeFinder<'a, N>,
     film: &'f BeamFilm<N>,
     scratch: &'f mut Scratch<N>,
-    guard: &'f Guard<'a>,
+    clearance: &'f Clearance<'a>,
     limit: &'f Limit<'f>,
-    /// Cells until the limit is asked again.
+    /// Number of cells until the limit is asked again.
     patience: u32,
-    /// Rays that the limit knows of.
+    /// Number of rays that the limit knows of.
     spent: u64,
     stopped: bool,
-    /// Of a spot.
+    /// The cone, for a spot.
     cone: Option<Cone>,
-    /// What a dark place could send, of all that sets out towards it.
+    /// Largest part of the light that sets out towards a dark place which it could deliver.
     peak: f64,
-    /// Flux \[W\] up to which a cell need not be guarded.
-    unguarded: f64,
-    /// Misplaced flux that a cell may have \[W\].
+    /// Flux \[W\] up to which a cell needs no clearance.
+    uncleared: f64,
+    /// Misplaced flux \[W\] that a cell may have.
     tolerance: f64,
-    /// What was found so far.
+    /// The balance so far.
     pub balance: Balance<N>,
 }
 
 /// A cell ready for the film.
 struct Finished<const N: usize> {
-    look: Look<N>,
-    /// Quarters that could not be cut.
+    look: CellSummary<N>,
+    /// True for quarters that could not be cut.
     failed: [bool; 4],
-    /// Flux \[W\] that may be anywhere near the nodes' landings.
-    slack: Flux<N>,
+    /// Uncertain flux \[W\], which may be anywhere near the nodes' landings.
+    uncertain: Flux<N>,
     is_cut: bool,
 }
 
@@ -133,7 +138,7 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
         follower: PathFollower<'a, N>,
         shared: &'a SharedPlaces<'a>,
         film: &'f BeamFilm<N>,
-        guard: &'f Guard<'a>,
+        clearance: &'f Clearance<'a>,
         limit: &'f Limit<'f>,
         limits: Limits,
         scratch: &'f mut Scratch<N>,
@@ -144,7 +149,7 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
             cone: Cone::of(follower.source()),
             paths: NodeFinder::new(follower, shared),
             film,
-            guard,
+            clearance,
             limit,
             patience: PATIENCE,
             spent: 0,
@@ -152,7 +157,7 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
             scratch,
             tolerance: limits.tolerance,
             peak: limits.peak,
-            unguarded: limits.unguarded(),
+            uncleared: limits.uncleared(),
             balance: Balance::default(),
         }
     }
@@ -162,17 +167,17 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
         self.paths.follower.counters
     }
 
-    /// Whether work ended before it was done: then nothing here is worth anything.
+    /// True if work was stopped before it was done: then nothing here is valid.
     pub fn was_stopped(&self) -> bool {
         self.stopped
     }
 
-    /// Rays that the limit has been told of.
+    /// Number of rays that the limit has been told of.
     pub fn spent(&self) -> u64 {
         self.spent
     }
 
-    /// Asks the limit now and then whether to go on; once for each cell or polygon.
+    /// True if work may go on, by a question to the limit now and then. Called once for each cell or polygon.
     pub fn may_go_on(&mut self) -> bool {
         self.patience -= 1;
         if self.patience == 0 {
@@ -185,17 +190,17 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
         !self.stopped
     }
 
-    /// Divides a root until all its light is placed.
-    pub fn refine(&mut self, root: &Root) {
-        let chart = &root.chart;
-        let corners = root
+    /// Divides a patch until all its light is placed.
+    pub fn refine(&mut self, patch: &SurfacePatch) {
+        let chart = &patch.chart;
+        let corners = patch
             .corners
-            .map(|at| self.stored(chart, at, Clearance::default()));
+            .map(|at| self.stored(chart, at, CellClearance::default()));
         self.scratch.pending.clear();
-        self.scratch.pending.push(Cell {
+        self.scratch.pending.push(BeamCell {
             corners,
             level: 0,
-            clearance: Clearance::default(),
+            clearance: CellClearance::default(),
             noted_bend: 0.0,
         });
         while self.may_go_on()
@@ -203,7 +208,7 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
         {
             let known = cell.clearance;
             let middles = cell.middles().map(|at| self.stored(chart, at, known));
-            let look = Look::at(&cell.corners, &middles);
+            let look = CellSummary::at(&cell.corners, &middles);
             if self.is_ready(chart, &mut cell, &middles, &look)
                 && let Some(finished) = self.finished(chart, &cell, &middles, look)
             {
@@ -211,7 +216,7 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
             } else {
                 let noted_bend = self.noted_bend(&cell, &look);
                 let quarters = cell.quarters(&middles);
-                let noted = quarters.map(|quarter| Cell {
+                let noted = quarters.map(|quarter| BeamCell {
                     noted_bend,
                     ..quarter
                 });
@@ -220,20 +225,20 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
         }
     }
 
-    /// Whether a cell may be taken for what its nodes say.
+    /// True if a cell's nodes stand for all of it.
     fn is_ready(
         &mut self,
-        chart: &Chart,
-        cell: &mut Cell<N>,
-        middles: &[Node<N>; 3],
-        look: &Look<N>,
+        chart: &SurfaceChart,
+        cell: &mut BeamCell<N>,
+        middles: &[BeamNode<N>; 3],
+        look: &CellSummary<N>,
     ) -> bool {
         if look.emitted == 0.0 {
             return cell.level >= MAX_LEVEL || !self.may_hide_light(chart, cell);
         }
         let area = cell.area();
         let set_out = self.may_deliver(area, look);
-        let flux = if look.one_family {
+        let flux = if look.one_topology {
             f64::max(
                 area * look.weight.max_magnitude(),
                 if look.any_landed { 0.0 } else { set_out },
@@ -241,12 +246,12 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
         } else {
             set_out
         };
-        if cell.level >= MAX_LEVEL || flux <= self.unguarded {
+        if cell.level >= MAX_LEVEL || flux <= self.uncleared {
             return true;
         }
-        // Light may get through at an angle that no node came at: the guard knows of surfaces only.
+        // Light may get through at an angle that no node came at: the clearance knows of surfaces only.
         let may_get_through = look.any_turned_back && !look.any_landed;
-        if !look.one_family
+        if !look.one_topology
             || may_get_through
             || look.any_landed
                 && flux > self.tolerance * MOST_TOLERANCES
@@ -261,19 +266,21 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
                 self.paths.trail(store, chart, node.at, in_sight, trail);
             }
             let follower = &mut self.paths.follower;
-            cell.clearance = self.guard.clear(follower, chart, trails, cell.clearance);
+            cell.clearance = self
+                .clearance
+                .clear(follower, chart, trails, cell.clearance);
         }
         cell.clearance.all
     }
 
-    /// What a cell of this area may deliver \[W\] where no node of it landed: of all that sets out, twice
-    /// the part that the best path of the survey did.
-    fn may_deliver(&self, area: f64, look: &Look<N>) -> f64 {
+    /// Flux \[W\] that a cell of this area may deliver although no node of it landed: of all that sets out,
+    /// twice the part that the best path of the discovery delivered.
+    fn may_deliver(&self, area: f64, look: &CellSummary<N>) -> f64 {
         area * look.emitted * (2.0 * self.peak).min(1.0)
     }
 
-    /// Whether a spot may shine on a part of a cell, none of whose nodes is lit.
-    fn may_hide_light(&self, chart: &Chart, cell: &Cell<N>) -> bool {
+    /// True if a spot may shine on a part of a cell, none of whose nodes is lit.
+    fn may_hide_light(&self, chart: &SurfaceChart, cell: &BeamCell<N>) -> bool {
         self.cone.is_some_and(|cone| {
             let corners = cell.corners.map(|node| node.at);
             let overlap = cone.overlap(self.paths.follower.scene().world(), chart, corners);
@@ -283,7 +290,7 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
 
     /// The node at coordinates of a chart, in a cell with legs `known` to be clear.
     #[inline]
-    fn stored(&mut self, chart: &Chart, at: DVec2, known: Clearance) -> Node<N> {
+    fn stored(&mut self, chart: &SurfaceChart, at: DVec2, known: CellClearance) -> BeamNode<N> {
         let store = &mut self.scratch.store;
         let in_sight = known.is_in_sight();
         if known.all {
@@ -293,38 +300,38 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
         }
     }
 
-    /// The cell ready for the film, if it need not be divided.
+    /// The cell ready for the film; `None` if it must be divided.
     fn finished(
         &mut self,
-        chart: &Chart,
-        cell: &Cell<N>,
-        middles: &[Node<N>; 3],
-        look: Look<N>,
+        chart: &SurfaceChart,
+        cell: &BeamCell<N>,
+        middles: &[BeamNode<N>; 3],
+        look: CellSummary<N>,
     ) -> Option<Finished<N>> {
         let area = cell.area();
         let is_last = cell.level >= MAX_LEVEL || area * look.emitted == 0.0;
         let mut finished = Finished {
             look,
             failed: [false; 4],
-            slack: Flux::BLACK,
+            uncertain: Flux::BLACK,
             is_cut: false,
         };
         self.scratch.fine.clear();
         self.scratch.coarse.clear();
         if !look.any_landed {
             let is_dark = is_last
-                || look.one_family
-                || self.may_deliver(area, &look) <= self.unguarded * LEAST_SLIVER
+                || look.one_topology
+                || self.may_deliver(area, &look) <= self.uncleared * LEAST_SLIVER
                 || !self.may_hide_sliver(chart, cell, middles);
             return is_dark.then_some(finished);
         }
         if look.is_off(self.film.size())
-            && (look.one_family || self.lands_beside(chart, cell, middles, &look))
+            && (look.one_topology || self.lands_beside(chart, cell, middles, &look))
         {
             return Some(finished);
         }
         let flux = area * look.weight.max_magnitude();
-        if look.one_family {
+        if look.one_topology {
             let is_misplaced = area * misplaced(&look) > self.tolerance;
             if !is_last && (is_misplaced || self.may_hide_valley(cell, area, &look)) {
                 return None;
@@ -336,8 +343,8 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
             return Some(finished);
         }
         let in_question = flux > self.tolerance * CUT_TOLERANCES;
-        // Three families meet at a point: cells round it are divided, not cut.
-        let is_corner = look.families > 2 && flux > self.tolerance;
+        // Three topologies meet at a point: cells round it are divided, not cut.
+        let is_corner = look.topologies > 2 && flux > self.tolerance;
         if !is_last && (in_question || is_corner) {
             return None;
         }
@@ -351,35 +358,35 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
             .scratch
             .patch
             .gather(self.film.size(), &levels, look.bend);
-        // What came and went across the border, what halving the cell moved from texel to texel (of
-        // a cell too large to tell: all of it), and what may be hidden at a corner of the border.
+        // Three parts: flux that came and went across the border, flux that halving the cell moved from texel
+        // to texel (all of it, for a cell too large to tell), and flux that a corner of the border may hide.
         let moved = moved.map_or(1.0, |moved| if flux > 0.0 { moved / flux } else { 0.0 });
-        finished.slack = finished.slack * 2.0 + look.weight * (area * (moved + CORNER));
+        finished.uncertain = finished.uncertain * 2.0 + look.weight * (area * (moved + CORNER));
         // It may be on any texel of its boxes: bounds widen on all of them.
         let nodes = nodes(cell, middles);
-        let boxes = slack_boxes(self.film.size(), &nodes, &self.scratch.fine);
+        let boxes = uncertain_boxes(self.film.size(), &nodes, &self.scratch.fine);
         let texels: f64 = boxes.map(|[first, last]| texels_of(first, last)).sum();
-        let widened = finished.slack.max_magnitude() * texels.sqrt();
+        let widened = finished.uncertain.max_magnitude() * texels.sqrt();
         (is_last || widened <= self.tolerance).then_some(finished)
     }
 
-    /// How far a cell's weights are off a plane, if its quarters must tell that they are smooth; else 0.
-    fn noted_bend(&self, cell: &Cell<N>, look: &Look<N>) -> f64 {
+    /// Distance of a cell's weights from a plane, if its quarters must show that they are smooth; else 0.
+    fn noted_bend(&self, cell: &BeamCell<N>, look: &CellSummary<N>) -> f64 {
         let is_noted = look.weight_bend > NOTED_BEND * look.weight.max_magnitude()
             && 0.25 * cell.area() * look.weight_bend > LEAST_BENT * self.tolerance;
         if is_noted { look.weight_bend } else { 0.0 }
     }
 
-    /// Whether a cell's light may be weaker or stronger between its nodes than they show, by more than its bounds would say: its
-    /// weights are still far off a plane, or on one by chance.
-    fn may_hide_valley(&self, cell: &Cell<N>, area: f64, look: &Look<N>) -> bool {
+    /// True if a cell's light may be weaker or stronger between its nodes than they show, by more than its
+    /// bounds. Its weights are still far off a plane, or on one by chance.
+    fn may_hide_valley(&self, cell: &BeamCell<N>, area: f64, look: &CellSummary<N>) -> bool {
         let is_still_bent = look.weight_bend > STILL_BENT * look.weight.max_magnitude()
             && area * look.weight_bend > LEAST_BENT * self.tolerance;
         let is_by_chance = look.weight_bend < BY_CHANCE * cell.noted_bend;
         is_still_bent || is_by_chance
     }
 
-    fn finish(&mut self, cell: &Cell<N>, middles: &[Node<N>; 3], finished: &Finished<N>) {
+    fn finish(&mut self, cell: &BeamCell<N>, middles: &[BeamNode<N>; 3], finished: &Finished<N>) {
         let balance = &mut self.balance;
         let look = &finished.look;
         let area = cell.area();
@@ -401,28 +408,28 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
                 }
             }
             balance.unresolved_cells += u64::from(finished.failed != [false; 4]);
-            balance.slack += finished.slack;
+            balance.uncertain += finished.uncertain;
             let nodes = nodes(cell, middles);
-            deposit_slack(self.film, &nodes, &self.scratch.fine, finished.slack);
+            deposit_uncertain(self.film, &nodes, &self.scratch.fine, finished.uncertain);
         }
     }
 }
 
-fn nodes<const N: usize>(cell: &Cell<N>, middles: &[Node<N>; 3]) -> [Node<N>; 6] {
+fn nodes<const N: usize>(cell: &BeamCell<N>, middles: &[BeamNode<N>; 3]) -> [BeamNode<N>; 6] {
     let [a, b, c] = cell.corners;
     let [d, e, f] = *middles;
     [a, b, c, d, e, f]
 }
 
-fn look_flux<const N: usize>(look: &Look<N>) -> f64 {
+fn look_flux<const N: usize>(look: &CellSummary<N>) -> f64 {
     look.weight.max_magnitude()
 }
 
-/// The part of a cell's flux that an affine map may put into wrong texels, for a unit of area.
+/// Largest part of a cell's flux that an affine map may put into wrong texels, for a unit of area.
 ///
-/// A bend of δ texels moves light across the texel lines that its image meets: a part of about δ,
-/// less where the image is large and most of its light is far from any line.
-pub(super) fn misplaced<const N: usize>(look: &Look<N>) -> f64 {
+/// A bend of δ texels moves light across the texel lines that its image meets: a part of about δ. It is less
+/// if the image is large, as most of its light is far from any line.
+pub(super) fn misplaced<const N: usize>(look: &CellSummary<N>) -> f64 {
     let height = (look.high - look.low).min_element();
     look.weight.max_magnitude() * (look.bend / (1.0 + 0.25 * height)).min(1.0) + look.weight_bend
 }

@@ -1,16 +1,17 @@
-//! Where cells get their nodes from.
+//! The source of cells' nodes: paths that are followed or remembered.
 
 use glam::DVec2;
 
-use crate::reference::beams::cell::Node;
+use crate::reference::beams::cell::BeamNode;
 use crate::reference::beams::store::PathStore;
-use crate::transport::first_surface::{Chart, SharedPlaces};
-use crate::transport::guard::Trail;
-use crate::transport::prescribed::{End, PathEnd, PathFollower};
+use crate::transport::clearance::Trail;
+use crate::transport::first_surface::{SharedPlaces, SurfaceChart};
+use crate::transport::fixed_signature::{PathEnd, PathFollower};
+use crate::transport::path_end::End;
 
-/// Follows paths of one source and one signature, or remembers them.
+/// Finder of nodes: it follows paths of one source and one signature, or remembers them.
 pub struct NodeFinder<'a, const N: usize> {
-    /// Where they are followed.
+    /// The follower of the paths.
     pub follower: PathFollower<'a, N>,
     shared: &'a SharedPlaces<'a>,
     /// Strength of the source, mean of channels.
@@ -27,40 +28,40 @@ impl<'a, const N: usize> NodeFinder<'a, N> {
         }
     }
 
-    /// The node at coordinates of a chart. `in_sight` says that nothing is between the source and
-    /// the surface, where that is known.
+    /// The node at coordinates of a chart. `in_sight` is true if it is known that nothing is between the
+    /// source and the surface.
     #[inline]
     pub fn node(
         &mut self,
         store: &mut PathStore<N>,
-        chart: &Chart,
+        chart: &SurfaceChart,
         at: DVec2,
         in_sight: bool,
-    ) -> Node<N> {
+    ) -> BeamNode<N> {
         let (owner, place) = self.owner(chart, at);
         let path = store.path(&mut self.follower, &owner, place, in_sight);
         self.seen_on(chart, at, &owner, path)
     }
 
-    /// The same of a cell that a guard is likely to ask for its [trails](Self::trail).
+    /// The same for a cell whose [trails](Self::trail) the clearance is likely to need.
     #[inline]
     pub fn node_with_trail(
         &mut self,
         store: &mut PathStore<N>,
-        chart: &Chart,
+        chart: &SurfaceChart,
         at: DVec2,
         in_sight: bool,
-    ) -> Node<N> {
+    ) -> BeamNode<N> {
         let (owner, place) = self.owner(chart, at);
         let path = store.path_with_legs(&mut self.follower, &owner, place, in_sight);
         self.seen_on(chart, at, &owner, path)
     }
 
-    /// Writes down what the path at coordinates of a chart met.
+    /// Writes the trail of the path at coordinates of a chart.
     pub fn trail(
         &mut self,
         store: &mut PathStore<N>,
-        chart: &Chart,
+        chart: &SurfaceChart,
         at: DVec2,
         in_sight: bool,
         trail: &mut Trail,
@@ -70,19 +71,25 @@ impl<'a, const N: usize> NodeFinder<'a, N> {
     }
 
     #[inline]
-    fn owner(&self, chart: &Chart, at: DVec2) -> (Chart, DVec2) {
+    fn owner(&self, chart: &SurfaceChart, at: DVec2) -> (SurfaceChart, DVec2) {
         self.shared.owner(self.follower.source(), chart, at)
     }
 
-    /// A path as a node of a chart: what sets out is for a unit of the chart's own area.
+    /// A path as a node of a chart: the light that sets out is for a unit of the chart's own area.
     #[inline]
-    fn seen_on(&self, chart: &Chart, at: DVec2, owner: &Chart, path: PathEnd<N>) -> Node<N> {
+    fn seen_on(
+        &self,
+        chart: &SurfaceChart,
+        at: DVec2,
+        owner: &SurfaceChart,
+        path: PathEnd<N>,
+    ) -> BeamNode<N> {
         let emitted = if owner.face() == chart.face() {
             path.emitted
         } else {
             self.follower.emitted(chart, at)
         };
-        Node {
+        BeamNode {
             at,
             landing: match path.end {
                 End::Landed(landing) => Some(landing),
@@ -91,7 +98,7 @@ impl<'a, const N: usize> NodeFinder<'a, N> {
             turned_back: path.end == End::TurnedBack,
             weight: path.throughput * emitted,
             emitted: emitted * self.strength,
-            family: path.family,
+            topology: path.topology,
         }
     }
 }

@@ -1,16 +1,16 @@
-//! Facets that are near a leg: whether its light may pass through them.
+//! Facets near a leg, and the part of its light that may pass through them.
 
 use glam::DVec3;
 
-use super::{Goal, Legs, Line};
+use super::{Goal, LegLine, Legs};
 use crate::geometry::Hull;
 use crate::reference::beams::facets::polygon::is_below;
 use crate::transport::facets::table::Facet;
 use crate::transport::screen::Screen;
 
 impl Legs<'_, '_> {
-    /// Which part of the leg's light may meet a facet that is near it: 0 where that is beside it,
-    /// `None` where only cutting tells.
+    /// The part of the leg's light that may meet a facet near it: 0 if the facet is beside it, `None` if only
+    /// cutting tells.
     pub(super) fn part_across(
         &self,
         hull: &Hull,
@@ -65,13 +65,13 @@ impl Legs<'_, '_> {
         if is_one_sided {
             return Some(part);
         }
-        // Some of the light comes from its other side, from where its edges turn the other way.
+        // Some of the light comes from the facet's other side, from where its edges turn the other way.
         Some(part + self.part_within(other, -first, allowed)?)
     }
 
-    /// Which part of the leg's light may pass between a facet's edges as they are seen along
-    /// `direction`: the least that an edge lets through; `None` where a cut along them would tell
-    /// more than `allowed` of it apart.
+    /// The part of the leg's light that may pass between a facet's edges as they are seen along `direction`:
+    /// the least that an edge lets through. `None` if a cut along them would separate more than `allowed` of
+    /// it.
     fn part_within(&self, facet: &Facet, direction: DVec3, allowed: f64) -> Option<f64> {
         let mut least: Option<f64> = None;
         for edge in self.paths.facets().edges(facet, direction) {
@@ -83,13 +83,13 @@ impl Legs<'_, '_> {
             if self.is_affine() {
                 continue;
             }
-            // Lines along which polygons were cut are bent: their ends, and what is between them, are
-            // a little on the other side.
+            // Lines along which polygons were cut are bent: their ends, and the light between them, are a
+            // little on the other side.
             let (low, high) = sides.clone().fold((0.0_f64, 0.0_f64), |(low, high), side| {
                 (low.min(side), high.max(side))
             });
             let part = high / (high - low);
-            // Straight cuts end at corners: what bends over the edge between them is in none.
+            // Straight cuts end at corners: light that bends over the edge between them is in none.
             let is_uncut = is_below(sides.take(self.corners), rounding);
             if is_uncut || part <= allowed {
                 least = Some(least.map_or(part, |least| least.min(part)));
@@ -98,10 +98,10 @@ impl Legs<'_, '_> {
         least
     }
 
-    /// Which part of the leg's light may pass through a facet's plane: 0 where that is not between
-    /// starts and ends; `None` where only cutting tells more than `allowed` of it apart.
+    /// The part of the leg's light that may pass through a facet's plane: 0 if the plane is not between
+    /// starts and ends; `None` if only cutting separates more than `allowed` of it.
     fn part_through(&self, facet: &Facet, allowed: f64) -> Option<f64> {
-        let range = |place: fn(&Line) -> DVec3| {
+        let range = |place: fn(&LegLine) -> DVec3| {
             let heights = self.lines.iter().map(|line| facet.height(place(line)));
             heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), height| {
                 (low.min(height), high.max(height))
@@ -115,8 +115,9 @@ impl Legs<'_, '_> {
         if self.is_affine() {
             return None;
         }
-        // All starts on one side, and ends that are a little through the plane: of what was cut along it, as that line is bent.
-        // Of the range of heights that is a part p; of the area no more than 1 − (1 − p)² of a triangle on that side.
+        // All starts are on one side, and some ends are a little through the plane, as they were cut along a
+        // line that is bent. They are a part p of the range of heights; in a triangle on that side they are
+        // no more than 1 − (1 − p)² of the area.
         let part = if start_low >= -self.flatness {
             -low / (high - low)
         } else if start_high <= self.flatness {

@@ -1,23 +1,23 @@
-//! The space that a polygon's next leg sweeps, and what may be in it.
+//! The space that a polygon's next leg sweeps, and the obstacles in it.
 //!
-//! Rays through a polygon show what they meet; what is beside them may be smaller than the
-//! polygon. So the hulls of its leg are asked for everything that may be in them. Flat faces that
-//! are, mostly neighbours of those that the leg starts and ends on, are judged by their edges (`across.rs`).
+//! Rays through a polygon show what they meet; obstacles beside them may be smaller than the polygon. So
+//! everything that may be in the hulls of its leg is searched for. Most flat faces there are neighbours of
+//! those that the leg starts and ends on: their edges decide whether they are in the way (`across.rs`).
 
 mod across;
 
 use glam::{DVec2, DVec3};
 
-use super::polygon::Polygon;
+use super::polygon::LightPolygon;
 use crate::geometry::{Hull, Ray, Shape, TraversalCounters};
+use crate::transport::clearance::Clearance;
 use crate::transport::facets::path::{FacetLight, FacetPaths};
 use crate::transport::facets::table::Facets;
 use crate::transport::first_surface::Source;
-use crate::transport::guard::Guard;
-use crate::transport::prescribed::next_hit;
+use crate::transport::path_end::next_hit;
 use crate::transport::screen::Screen;
 
-/// Where all light of a leg goes if nothing is in its way.
+/// The goal of all light of a leg if nothing is in its way.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Goal {
     /// To a facet, within its edges.
@@ -29,13 +29,14 @@ pub(super) enum Goal {
 }
 
 impl Goal {
-    /// Whether it is known before a search where light gets to: of what a camera sees it is not, nor on a receiver
-    /// where lines are not lines of the film.
+    /// True if the place of the light at the goal is known before a search. It is not for the surfaces that a
+    /// camera sees, nor on a receiver on whose film lines are not lines.
     fn is_known(self, paths: &FacetPaths<'_>, screen: &Screen<'_>) -> bool {
         !matches!(self, Self::Receiver) || rectangular_receiver(paths, screen).is_some()
     }
 
-    /// Where a ray's line gets to a facet's or a rectangular receiver's plane; `None` for other goals.
+    /// The point where a ray's line meets a facet's or a rectangular receiver's plane; `None` for other
+    /// goals.
     pub(super) fn place(
         self,
         paths: &FacetPaths<'_>,
@@ -52,7 +53,8 @@ impl Goal {
     }
 }
 
-/// The receiver, if it is a rectangle: on its film lines of the plane are lines, on a disc's, which is polar, they are not.
+/// The receiver, if it is a rectangle. On its film, lines of the plane are lines; on a disc's, which is
+/// polar, they are not.
 pub(super) fn rectangular_receiver<'a>(
     paths: &FacetPaths<'a>,
     screen: &Screen<'_>,
@@ -64,13 +66,13 @@ pub(super) fn rectangular_receiver<'a>(
     matches!(shape, Shape::Rectangle(_)).then_some(shape)
 }
 
-/// What may be in the way of a leg.
+/// The obstacle that may be in the way of a leg.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Way {
-    /// Nothing, but of this part of the light.
+pub(super) enum LegWay {
+    /// Nothing is, but for a part of the light.
     Clear {
-        /// What bends round an edge, where corners do not show it.
-        astray: f64,
+        /// The part that bends round an edge, if corners do not show it.
+        uncertain_part: f64,
     },
     /// This facet.
     Facet(u32),
@@ -78,17 +80,17 @@ pub(super) enum Way {
     Obstructed,
 }
 
-/// Where light is on a leg.
+/// A line of a leg's light.
 #[derive(Clone, Copy)]
-struct Line {
+struct LegLine {
     ray: Ray,
     end: DVec3,
 }
 
-/// What is looked for in the space that a leg sweeps.
+/// The things that are searched for in the space that a leg sweeps.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Watch {
-    /// Whatever may be there.
+    /// All that may be there.
     Everything,
     /// This facet alone.
     Facet(u32),
@@ -110,32 +112,32 @@ impl Watch {
     }
 }
 
-/// Looks for what is in the way of legs.
+/// Search for obstacles in the way of legs.
 pub(super) struct Legs<'a, 'f> {
     paths: &'f FacetPaths<'a>,
     screen: &'f Screen<'a>,
-    guard: &'f Guard<'a>,
-    /// Points of one plane may be this far from it: u = 2⁻⁵³ of their coordinates, a few times.
+    clearance: &'f Clearance<'a>,
+    /// Distance from a plane that its points may have: u = 2⁻⁵³ of their coordinates, a few times.
     flatness: f64,
-    /// Of the polygon's corners first, then of its sides' and diagonals' middles.
-    lines: Vec<Line>,
+    /// Lines of the polygon's corners first, then of its sides' and diagonals' middles.
+    lines: Vec<LegLine>,
     corners: usize,
     hulls: Vec<Hull>,
 }
 
 impl<'a, 'f> Legs<'a, 'f> {
-    /// For one source and signature.
+    /// The search for one source and signature.
     pub(super) fn new(
         paths: &'f FacetPaths<'a>,
         screen: &'f Screen<'a>,
-        guard: &'f Guard<'a>,
+        clearance: &'f Clearance<'a>,
     ) -> Self {
         let bounds = paths.scene().world().bounds();
         let reach = bounds.min.abs().max(bounds.max.abs()).max_element();
         Self {
             paths,
             screen,
-            guard,
+            clearance,
             flatness: 64.0 * f64::EPSILON * reach,
             lines: Vec::new(),
             corners: 0,
@@ -143,56 +145,58 @@ impl<'a, 'f> Legs<'a, 'f> {
         }
     }
 
-    /// Whether lines of one direction stay lines of one direction.
+    /// True if lines of one direction stay lines of one direction.
     fn is_affine(&self) -> bool {
         matches!(self.paths.source(), Source::Parallel { .. })
     }
 
-    /// What of `watch` may be in the way of a polygon's next leg; a facet is not where `allowed` of the
-    /// light or less may meet it, but that part counts as astray.
+    /// The obstacle of those in `watch` that may be in the way of a polygon's next leg. A facet is none if
+    /// `allowed` of the light or less may meet it, but that part counts as uncertain.
     pub(super) fn way<const N: usize>(
         &mut self,
-        polygon: &Polygon<N>,
+        polygon: &LightPolygon<N>,
         goal: Goal,
         watch: Watch,
         allowed: f64,
-    ) -> Way {
+    ) -> LegWay {
         if !goal.is_known(self.paths, self.screen) {
-            // What lands there is followed by other means.
-            return Way::Clear { astray: 0.0 };
+            // Light that lands there is followed by other means.
+            return LegWay::Clear {
+                uncertain_part: 0.0,
+            };
         }
         if self.sweep(polygon, goal).is_none() {
-            return Way::Obstructed;
+            return LegWay::Obstructed;
         }
         self.look(polygon, goal, None, watch, allowed)
     }
 
-    /// What of `watch` may be in the way of a polygon's next leg to a shape that is not flat;
-    /// obstructed, too, where the shape may not keep back all of its light.
+    /// The obstacle of those in `watch` that may be in the way of a polygon's next leg to a shape that is not
+    /// flat. The leg is obstructed, too, if the shape may not keep back all of its light.
     pub(super) fn way_to_blocker<const N: usize>(
         &mut self,
-        polygon: &Polygon<N>,
+        polygon: &LightPolygon<N>,
         shape: u32,
         watch: Watch,
         allowed: f64,
         counters: &mut TraversalCounters,
-    ) -> Way {
+    ) -> LegWay {
         if self.sweep_to(polygon, shape, counters).is_none() {
-            return Way::Obstructed;
+            return LegWay::Obstructed;
         }
         self.look(polygon, Goal::Away, Some(shape), watch, allowed)
     }
 
-    /// What may be in the hulls of a leg.
+    /// The obstacle that may be in the hulls of a leg.
     fn look<const N: usize>(
         &self,
-        polygon: &Polygon<N>,
+        polygon: &LightPolygon<N>,
         goal: Goal,
         blocker: Option<u32>,
         watch: Watch,
         allowed: f64,
-    ) -> Way {
-        let (mut astray, mut in_the_way) = (0.0, None);
+    ) -> LegWay {
+        let (mut uncertain_part, mut in_the_way) = (0.0, None);
         let mut seen: Vec<u32> = Vec::new();
         let from = polygon
             .events
@@ -201,35 +205,37 @@ impl<'a, 'f> Legs<'a, 'f> {
         let facets = self.paths.facets();
         let is_watched = |shape| blocker != Some(shape) && watch.may_hold_shape(shape, facets);
         let is_obstructed = self.hulls.iter().any(|hull| {
-            self.guard.may_be_between(hull, is_watched, |shape, face| {
-                // A face without area is in nobody's way.
-                let Some(facet) = facets.of(shape, face) else {
-                    return false;
-                };
-                let is_end = from == Some(facet) || matches!(goal, Goal::Facet(to) if to == facet);
-                if is_end || !watch.may_hold_facet(facet) {
-                    return false;
-                }
-                let Some(part) = self.part_across(hull, facet, from, goal, allowed) else {
-                    in_the_way = Some(facet);
-                    return true;
-                };
-                if part > 0.0 && !seen.contains(&facet) {
-                    seen.push(facet);
-                    astray += part;
-                }
-                false
-            })
+            self.clearance
+                .may_be_between(hull, is_watched, |shape, face| {
+                    // A face without area is in nobody's way.
+                    let Some(facet) = facets.of(shape, face) else {
+                        return false;
+                    };
+                    let is_end =
+                        from == Some(facet) || matches!(goal, Goal::Facet(to) if to == facet);
+                    if is_end || !watch.may_hold_facet(facet) {
+                        return false;
+                    }
+                    let Some(part) = self.part_across(hull, facet, from, goal, allowed) else {
+                        in_the_way = Some(facet);
+                        return true;
+                    };
+                    if part > 0.0 && !seen.contains(&facet) {
+                        seen.push(facet);
+                        uncertain_part += part;
+                    }
+                    false
+                })
         });
         match in_the_way {
-            Some(facet) => Way::Facet(facet),
-            None if is_obstructed => Way::Obstructed,
-            None => Way::Clear { astray },
+            Some(facet) => LegWay::Facet(facet),
+            None if is_obstructed => LegWay::Obstructed,
+            None => LegWay::Clear { uncertain_part },
         }
     }
 
-    /// Finds the lines and hulls of a leg; `None` where some of its light does not get there.
-    fn sweep<const N: usize>(&mut self, polygon: &Polygon<N>, goal: Goal) -> Option<()> {
+    /// Finds the lines and hulls of a leg; `None` if some of its light does not get there.
+    fn sweep<const N: usize>(&mut self, polygon: &LightPolygon<N>, goal: Goal) -> Option<()> {
         self.lines.clear();
         self.hulls.clear();
         for corner in &polygon.corners {
@@ -238,13 +244,13 @@ impl<'a, 'f> Legs<'a, 'f> {
         }
         self.corners = self.lines.len();
         // The side that a triangle of the fan shares with the one before.
-        let mut shared: Option<Line> = None;
+        let mut shared: Option<LegLine> = None;
         for index in 1..self.corners.saturating_sub(1) {
             let (next, state) = (index + 1, polygon.corners[0].state);
             let middle = |legs: &mut Self, a: usize, b: usize| {
                 let [p, q] = [a, b].map(|corner| legs.lines[corner]);
                 if legs.is_affine() {
-                    return Some(Line {
+                    return Some(LegLine {
                         ray: Ray::new(0.5 * (p.ray.origin + q.ray.origin), p.ray.direction),
                         end: 0.5 * (p.end + q.end),
                     });
@@ -271,22 +277,22 @@ impl<'a, 'f> Legs<'a, 'f> {
         Some(())
     }
 
-    /// A line up to its goal; `None` where that is not before it.
-    fn line(&self, ray: &Ray, goal: Goal) -> Option<Line> {
+    /// A line up to its goal; `None` if the goal is not ahead.
+    fn line(&self, ray: &Ray, goal: Goal) -> Option<LegLine> {
         let end = match goal {
-            Goal::Away => ray.at(self.guard.way_out(ray.origin)),
+            Goal::Away => ray.at(self.clearance.way_out(ray.origin)),
             _ => goal.place(self.paths, self.screen, ray)?,
         };
         // At an edge that two facets share, the distance is zero, give or take its rounding.
         let is_ahead = (end - ray.origin).dot(ray.direction) >= -self.flatness;
-        is_ahead.then_some(Line { ray: *ray, end })
+        is_ahead.then_some(LegLine { ray: *ray, end })
     }
 
-    /// Finds the lines and hulls of a leg to a shape that is not flat; `None` where that may not keep
-    /// back all of its light.
+    /// Finds the lines and hulls of a leg to a shape that is not flat; `None` if the shape may not keep back
+    /// all of its light.
     fn sweep_to<const N: usize>(
         &mut self,
-        polygon: &Polygon<N>,
+        polygon: &LightPolygon<N>,
         shape: u32,
         counters: &mut TraversalCounters,
     ) -> Option<()> {
@@ -303,7 +309,7 @@ impl<'a, 'f> Legs<'a, 'f> {
                 .paths
                 .search_ray(&light, &polygon.chain, polygon.events);
             let (along, hit) = next_hit(self.paths.scene(), ray, counters)?;
-            let line = Line {
+            let line = LegLine {
                 ray: light.ray,
                 end: along.at(hit.distance),
             };
@@ -322,7 +328,7 @@ impl<'a, 'f> Legs<'a, 'f> {
             let starts = found.map(|(line, _)| line.ray.origin);
             let ends = found.map(|(line, _)| line.end);
             let faces = found.map(|(_, face)| face);
-            if !self.guard.is_kept_back(starts, ends, shape, faces) {
+            if !self.clearance.is_kept_back(starts, ends, shape, faces) {
                 return None;
             }
             self.lines.extend(found[3..].iter().map(|(line, _)| *line));
@@ -331,7 +337,7 @@ impl<'a, 'f> Legs<'a, 'f> {
         Some(())
     }
 
-    /// Whether the sensor sees nothing of where the leg ends, on a surface of this shape.
+    /// True if the sensor sees nothing of the leg's ends on a surface of this shape.
     pub(super) fn is_end_unseen(&self, shape: u32) -> bool {
         let ends: Vec<DVec3> = self.lines.iter().map(|line| line.end).collect();
         self.screen

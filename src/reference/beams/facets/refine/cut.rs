@@ -1,20 +1,20 @@
-//! Polygons cut along what part of them meets.
+//! Cuts of polygons whose light does not all meet the same thing.
 
 use glam::DVec2;
 
 use super::{FacetRefiner, MAX_CUTS};
 use crate::reference::beams::facets::leg::Goal;
-use crate::reference::beams::facets::polygon::{Cut, Parts, Polygon, Sight};
+use crate::reference::beams::facets::polygon::{LegEnd, LightPolygon, Parts, PolygonCut};
 use crate::reference::beams::refine::Refiner;
 use crate::transport::facets::path::FacetLight;
 use crate::transport::first_surface::Source;
 
 impl<const N: usize> FacetRefiner<'_, '_, N> {
-    /// Cuts out what a facet's outline holds, where a ray met the facet or, short of a goal, it may be in
-    /// the way; the rest waits.
+    /// Cuts out the part of a polygon within a facet's outline; the rest waits. Either a ray met the facet
+    /// or, short of a goal, it may be in the way.
     pub(super) fn cut_out(
         &mut self,
-        mut polygon: Polygon<N>,
+        mut polygon: LightPolygon<N>,
         facet: u32,
         short_of: Option<Goal>,
         generic: &mut Refiner<'_, '_, N>,
@@ -33,21 +33,21 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
             values.clear();
             values.extend(polygon.corners.iter().map(side));
             match polygon.cut(&values, self.paths) {
-                Cut::Above => {}
-                Cut::Below => {
+                PolygonCut::Above => {}
+                PolygonCut::Below => {
                     if short_of.is_none() {
                         // A ray through it met the facet: a sliver on the facet's edge.
-                        self.settle(polygon, Sight::Facet(facet), generic);
+                        self.settle(polygon, LegEnd::Facet(facet), generic);
                     } else if was_cut {
                         // The light that may meet the facet is on the other side of the cut.
                         self.pending.push(polygon);
                     } else {
                         let area = polygon.area();
-                        self.divide(&polygon, area, Sight::Facet(facet), generic);
+                        self.divide(&polygon, area, LegEnd::Facet(facet), generic);
                     }
                     return;
                 }
-                Cut::Through(parts) => {
+                PolygonCut::Through(parts) => {
                     let Some([mut inside, rest]) =
                         self.split(&polygon, parts, &values, side, generic)
                     else {
@@ -63,27 +63,28 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
         }
         let area = polygon.area();
         let Some(goal) = short_of else {
-            self.go_on(polygon, area, Sight::Facet(facet), generic);
+            self.go_on(polygon, area, LegEnd::Facet(facet), generic);
             return;
         };
         if !was_cut && self.cut_where_surfaces_cross(&polygon, facet, goal, generic) {
             return;
         }
         if self.may_go_to_a_facet(&polygon) {
-            self.go_on(polygon, area, Sight::Facet(facet), generic);
+            self.go_on(polygon, area, LegEnd::Facet(facet), generic);
         } else if was_cut {
-            // Within its edges the facet may be behind something else, the receiver may be what it is: a ray will show that.
+            // Within its edges the facet may be behind something else, or it is the receiver: a ray will show
+            // that.
             self.pending.push(polygon);
         } else {
-            self.divide(&polygon, area, Sight::Facet(facet), generic);
+            self.divide(&polygon, area, LegEnd::Facet(facet), generic);
         }
     }
 
-    /// Cuts a polygon whose leg starts or ends on either side of a facet's plane, all of it within the
-    /// facet's outline: the facet crosses the surface that the leg starts or ends on.
+    /// Cuts a polygon whose leg starts or ends on both sides of a facet's plane, all of it within the facet's
+    /// outline. The facet crosses the surface that the leg starts or ends on.
     fn cut_where_surfaces_cross(
         &mut self,
-        polygon: &Polygon<N>,
+        polygon: &LightPolygon<N>,
         facet: u32,
         goal: Goal,
         generic: &mut Refiner<'_, '_, N>,
@@ -98,12 +99,12 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
         self.cut_along(polygon, start, generic) || self.cut_along(polygon, end, generic)
     }
 
-    /// Cuts a polygon where a function is zero that is linear along its edges for parallel light, and nearly so for
-    /// light from a point; both parts wait.
-    /// `false` where it is nowhere zero, or not known everywhere.
+    /// Cuts a polygon where a function is zero; both parts wait. The function is linear along the polygon's
+    /// edges for parallel light, and nearly so for light from a point. `false` if it is nowhere zero, or not
+    /// known everywhere.
     fn cut_along(
         &mut self,
-        polygon: &Polygon<N>,
+        polygon: &LightPolygon<N>,
         side: impl Fn(&FacetLight<N>) -> Option<f64>,
         generic: &mut Refiner<'_, '_, N>,
     ) -> bool {
@@ -111,7 +112,7 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
         let Some(values) = values else {
             return false;
         };
-        let Cut::Through(parts) = polygon.cut(&values, self.paths) else {
+        let PolygonCut::Through(parts) = polygon.cut(&values, self.paths) else {
             return false;
         };
         let bent = |light: &FacetLight<N>| side(light).unwrap_or(f64::INFINITY);
@@ -121,40 +122,41 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
         true
     }
 
-    /// The parts of a polygon above and below a cut, each with what the cut put astray. `None` where the
-    /// cut's line is too bent for it to be straight: the polygon is halved instead.
+    /// The parts of a polygon above and below a cut, with the area that the cut made uncertain. `None` if the
+    /// cut's line is too bent to be taken for straight: the polygon is halved instead.
     fn split(
         &mut self,
-        polygon: &Polygon<N>,
+        polygon: &LightPolygon<N>,
         parts: Parts<N>,
         values: &[f64],
         side: impl Fn(&FacetLight<N>) -> f64,
         generic: &mut Refiner<'_, '_, N>,
-    ) -> Option<[Polygon<N>; 2]> {
+    ) -> Option<[LightPolygon<N>; 2]> {
         let area = polygon.area();
         let weight = self.strength * polygon.largest_weight();
-        let astray = self.bow(polygon, &parts.line, values, side) * area;
-        if astray * weight > self.tolerance && self.is_worth_halving(polygon, area) {
+        let uncertain_area = self.bow(polygon, &parts.line, values, side) * area;
+        if uncertain_area * weight > self.tolerance && self.is_worth_halving(polygon, area) {
             self.part(polygon, area, generic);
             return None;
         }
         Some([parts.above, parts.below].map(|corners| {
             let mut part = polygon.with(corners);
-            // What this cut put astray is on either side of its line.
-            part.astray = (part.share_of_astray(area) + astray).min(part.area());
+            // The light that this cut made uncertain is on either side of its line.
+            part.uncertain_area =
+                (part.share_of_uncertain_area(area) + uncertain_area).min(part.area());
             part
         }))
     }
 
-    /// The part of a polygon that a straight cut puts on the wrong side of the bent line where
-    /// `side` is zero; 0 for parallel light.
+    /// The part of a polygon that a straight cut puts on the wrong side of the bent line where `side` is
+    /// zero; 0 for parallel light.
     ///
-    /// The function falls from its largest to its smallest value over the polygon's width; a value of
-    /// ε in the middle of the cut tells that the line is ε / (largest − smallest) of the width away.
-    /// The area between an arc and its chord is 2/3 of height and length; ends may be off as well.
+    /// The function falls from its largest to its smallest value over the polygon's width. A value of ε in
+    /// the middle of the cut shows that the line is ε / (largest − smallest) of the width away. The area
+    /// between an arc and its chord is 2/3 of height times length; ends may be off as well.
     fn bow(
         &self,
-        polygon: &Polygon<N>,
+        polygon: &LightPolygon<N>,
         line: &[DVec2; 2],
         values: &[f64],
         side: impl Fn(&FacetLight<N>) -> f64,

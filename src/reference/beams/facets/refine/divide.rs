@@ -1,26 +1,26 @@
-//! Polygons that no straight cut tells apart: halved, or left to cells.
+//! Polygons that no straight cut divides: they are halved, or left to cells.
 
 use super::FacetRefiner;
 use crate::geometry::Shape;
-use crate::reference::beams::facets::chart_of;
-use crate::reference::beams::facets::land::{deposit_astray, node};
-use crate::reference::beams::facets::polygon::{Polygon, Sight};
+use crate::reference::beams::facets::charts::chart_of;
+use crate::reference::beams::facets::land::{deposit_uncertain_area, node};
+use crate::reference::beams::facets::polygon::{LegEnd, LightPolygon};
 use crate::reference::beams::refine::Refiner;
 use crate::transport::facets::path::FacetLight;
-use crate::transport::first_surface::{Chart, Root};
-use crate::transport::prescribed::next_hit;
+use crate::transport::first_surface::{SurfaceChart, SurfacePatch};
+use crate::transport::path_end::next_hit;
 
-/// At most this many things that are not flat are passed over in search of the next facet.
+/// Most obstacles that are not flat which the search for the next facet passes over.
 const MAX_OBSTACLES: u32 = 8;
 
 impl<const N: usize> FacetRefiner<'_, '_, N> {
-    /// Of a polygon that something without edges may be in the way of: halves it, or lets
-    /// cells find the border. Where these see none, all of its light is slack.
+    /// Divides a polygon that something without edges may be in the way of: halves it, or lets cells find the
+    /// border. If these see none, all of its light is uncertain.
     pub(super) fn divide(
         &mut self,
-        polygon: &Polygon<N>,
+        polygon: &LightPolygon<N>,
         area: f64,
-        sight: Sight,
+        sight: LegEnd,
         generic: &mut Refiner<'_, '_, N>,
     ) {
         if self.is_worth_halving(polygon, area)
@@ -32,7 +32,7 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
         let chart = self.chart(polygon);
         for corners in polygon.fan() {
             let cut_before = generic.balance.cut_cells;
-            generic.refine(&Root {
+            generic.refine(&SurfacePatch {
                 chart,
                 corners: corners.map(|corner| corner.at),
             });
@@ -42,13 +42,14 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
         }
     }
 
-    /// Books all light of a polygon as slack where it falls if nothing but facets is in its way.
-    fn doubt(&mut self, mut polygon: Polygon<N>, sight: Sight) {
+    /// Marks all light of a polygon as uncertain in the place where it would fall if nothing but facets were
+    /// in its way.
+    fn doubt(&mut self, mut polygon: LightPolygon<N>, sight: LegEnd) {
         let mut sight = Some(sight);
         while polygon.events < self.paths.events() {
             let facet = match sight.take() {
                 _ if polygon.events == 0 => polygon.chain[0],
-                Some(Sight::Facet(facet)) => facet,
+                Some(LegEnd::Facet(facet)) => facet,
                 _ => match self.next_facet(&polygon) {
                     Some(facet) => facet,
                     None => return,
@@ -69,11 +70,12 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
             return;
         };
         let area = polygon.area_and_middle().0;
-        self.balance.slack += deposit_astray(self.film, self.bends_lines(), &corners, area, area);
+        self.balance.uncertain +=
+            deposit_uncertain_area(self.film, self.bends_lines(), &corners, area, area);
     }
 
-    /// The facet that a polygon's middle would meet next if all that is not flat were not there.
-    fn next_facet(&mut self, polygon: &Polygon<N>) -> Option<u32> {
+    /// The facet that a polygon's middle would meet next without all that is not flat.
+    fn next_facet(&mut self, polygon: &LightPolygon<N>) -> Option<u32> {
         let scene = self.paths.scene();
         let middle = polygon.area_and_middle().1;
         let light: FacetLight<N> = self.paths.follow(&polygon.chain, polygon.events, middle);
@@ -96,17 +98,21 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
         None
     }
 
-    /// Lets cells do the rest.
-    pub(super) fn give_back(&mut self, polygon: &Polygon<N>, generic: &mut Refiner<'_, '_, N>) {
+    /// Gives a polygon to the refiner of cells.
+    pub(super) fn give_back(
+        &mut self,
+        polygon: &LightPolygon<N>,
+        generic: &mut Refiner<'_, '_, N>,
+    ) {
         let chart = self.chart(polygon);
         for corners in polygon.fan() {
             let corners = corners.map(|corner| corner.at);
-            generic.refine(&Root { chart, corners });
+            generic.refine(&SurfacePatch { chart, corners });
         }
     }
 
     /// The chart of a polygon's coordinates.
-    fn chart(&self, polygon: &Polygon<N>) -> Chart {
+    fn chart(&self, polygon: &LightPolygon<N>) -> SurfaceChart {
         let facets = self.paths.facets();
         let facet = polygon.chain[0];
         let shape = &self.paths.scene().world().shapes()[facets.get(facet).shape as usize];

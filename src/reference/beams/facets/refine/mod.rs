@@ -3,47 +3,50 @@
 mod cut;
 mod divide;
 mod stop;
+mod stopper;
 
 use glam::DVec2;
 
-use self::stop::Stopper;
-use super::land::{Landing, land};
-use super::leg::{Goal, Legs, Watch, Way};
-use super::polygon::{Polygon, Sight};
+use self::stopper::Stopper;
+use super::land::{PolygonLanding, land};
+use super::leg::{Goal, LegWay, Legs, Watch};
+use super::polygon::{LegEnd, LightPolygon};
 use crate::geometry::TraversalCounters;
-use crate::reference::beams::deposit::Patch;
+use crate::reference::beams::deposit::TexelBlock;
 use crate::reference::beams::film::BeamFilm;
 use crate::reference::beams::refine::{Balance, Refiner};
+use crate::transport::clearance::Clearance;
 use crate::transport::facets::path::{FacetLight, FacetPaths};
 use crate::transport::first_surface::Fan;
-use crate::transport::guard::Guard;
-use crate::transport::prescribed::{End, next_hit};
+use crate::transport::path_end::{End, next_hit};
 use crate::transport::screen::Screen;
 
-/// No polygon is cut more often on one leg; what is left is given to the generic refiner.
+/// Most cuts of a polygon on one leg; after them it is given to the generic refiner.
 const MAX_CUTS: u32 = 256;
 
-/// Of the area that a polygon was cut from: no ray is spent on less, rounding decides where it goes.
+/// Part of the area that a polygon was cut from below which no ray is spent on it: rounding decides where it
+/// goes.
 const NOTHING: f64 = 1e-15;
 
-/// Light that bends round a facet's edge is slack up to this part of a polygon, and cut off beyond.
-const MOST_ASTRAY: f64 = 1.0 / 64.0;
+/// Largest part of a polygon whose light may count as uncertain because it bends round a facet's edge; more
+/// is cut off.
+const MOST_UNCERTAIN: f64 = 1.0 / 64.0;
 
-/// Cuts the light of one source and one signature that meets flat facets.
+/// Refiner of the light of one source and one signature that meets flat facets.
 pub struct FacetRefiner<'a, 'f, const N: usize> {
     paths: &'f FacetPaths<'a>,
     screen: &'f Screen<'a>,
     film: &'f BeamFilm<N>,
     legs: Legs<'a, 'f>,
-    /// Misplaced flux that a polygon may have \[W\].
+    /// Misplaced flux \[W\] that a polygon may have.
     tolerance: f64,
-    /// Flux of light whose weight is one \[W\].
+    /// Flux \[W\] of light whose weight is one.
     strength: f64,
-    pending: Vec<Polygon<N>>,
-    patch: Patch<N>,
-    /// What was found so far, without what was given back.
+    pending: Vec<LightPolygon<N>>,
+    patch: TexelBlock<N>,
+    /// The balance so far, without polygons that were given back.
     pub balance: Balance<N>,
-    /// Work done so far, without what was given back.
+    /// Work done so far, without polygons that were given back.
     pub counters: TraversalCounters,
 }
 
@@ -52,7 +55,7 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
     pub fn new(
         paths: &'f FacetPaths<'a>,
         screen: &'f Screen<'a>,
-        guard: &'f Guard<'a>,
+        clearance: &'f Clearance<'a>,
         film: &'f BeamFilm<N>,
         tolerance: f64,
     ) -> Self {
@@ -61,18 +64,18 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
             paths,
             screen,
             film,
-            legs: Legs::new(paths, screen, guard),
+            legs: Legs::new(paths, screen, clearance),
             tolerance,
             strength: strength.0.iter().fold(0.0_f64, |all, &one| all.max(one)),
             pending: Vec::new(),
-            patch: Patch::default(),
+            patch: TexelBlock::default(),
             balance: Balance::default(),
             counters: TraversalCounters::default(),
         }
     }
 
-    /// All light of the source that meets a facet first. What is not by way of facets alone, or
-    /// of more than one family within the tolerance, goes to `generic`.
+    /// Follows all light of the source that meets a facet first. Light that does not go by facets alone is
+    /// given to `generic`, as is light of more than one topology within the tolerance.
     pub fn refine(&mut self, facet: u32, generic: &mut Refiner<'_, '_, N>) {
         let facets = self.paths.facets();
         let entry = facets.get(facet);
@@ -83,11 +86,11 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
             .map(|&corner| self.paths.follow(&chain, 0, entry.coordinates(corner)))
             .collect();
         self.pending.clear();
-        self.pending.push(Polygon {
+        self.pending.push(LightPolygon {
             corners,
             chain,
             events: 0,
-            astray: 0.0,
+            uncertain_area: 0.0,
             cuts: 0,
             whole: 1.0,
         });
@@ -99,7 +102,8 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
         }
     }
 
-    /// Halves what the source sees at so wide an angle that corners do not tell how much light there is.
+    /// Halves polygons that the source sees at so wide an angle that corners do not tell how much light they
+    /// hold.
     fn part_wide(&mut self) {
         let Some(origin) = self.paths.source().origin() else {
             return;
@@ -123,13 +127,13 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
         }
     }
 
-    /// The next leg of a polygon, or its end.
-    fn follow(&mut self, polygon: Polygon<N>, generic: &mut Refiner<'_, '_, N>) {
+    /// Takes a polygon to its next leg, or to its end.
+    fn follow(&mut self, polygon: LightPolygon<N>, generic: &mut Refiner<'_, '_, N>) {
         let (area, middle) = polygon.area_and_middle();
         if polygon.corners.len() < 3 || area <= NOTHING * polygon.whole {
             return;
         }
-        if !polygon.is_one_family() || polygon.cuts > MAX_CUTS {
+        if !polygon.is_one_topology() || polygon.cuts > MAX_CUTS {
             self.part(&polygon, area, generic);
             return;
         }
@@ -142,15 +146,15 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
             return;
         }
         match self.sight(&polygon, middle) {
-            Sight::Facet(facet) if !Self::is_entry(&polygon, facet) => {
+            LegEnd::Facet(facet) if !Self::is_entry(&polygon, facet) => {
                 self.cut_out(polygon, facet, None, generic);
             }
             sight => self.go_on(polygon, area, sight, generic),
         }
     }
 
-    /// Whether light within a polygon did not end, as that of its corners did.
-    fn is_any_on_its_way(&self, polygon: &Polygon<N>, middle: DVec2) -> bool {
+    /// True if some light within a polygon is on its way, although that of its corners ended.
+    fn is_any_on_its_way(&self, polygon: &LightPolygon<N>, middle: DVec2) -> bool {
         let is_on_its_way = |at: DVec2| {
             let light: FacetLight<N> = self.paths.follow(&polygon.chain, polygon.events, at);
             light.is_on_its_way()
@@ -164,18 +168,18 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
                 .any(|(a, b)| is_on_its_way(0.5 * (a.at + b.at)))
     }
 
-    /// Whether the facet is the one that the polygon starts on, seen from the source.
-    fn is_entry(polygon: &Polygon<N>, facet: u32) -> bool {
+    /// True if the facet is the one that the polygon starts on, seen from the source.
+    fn is_entry(polygon: &LightPolygon<N>, facet: u32) -> bool {
         polygon.events == 0 && polygon.chain[0] == facet
     }
 
-    /// Whether a polygon's next event may be on whatever facet it meets.
-    fn may_go_to_a_facet(&self, polygon: &Polygon<N>) -> bool {
+    /// True if a polygon's next event may be on any facet that it meets.
+    fn may_go_to_a_facet(&self, polygon: &LightPolygon<N>) -> bool {
         polygon.events > 0 && polygon.events < self.paths.events()
     }
 
-    /// What light at coordinates `at` meets next.
-    fn sight(&mut self, polygon: &Polygon<N>, at: DVec2) -> Sight {
+    /// The thing that light at coordinates `at` meets next.
+    fn sight(&mut self, polygon: &LightPolygon<N>, at: DVec2) -> LegEnd {
         let scene = self.paths.scene();
         let light: FacetLight<N> = self.paths.follow(&polygon.chain, polygon.events, at);
         let ray = self
@@ -187,85 +191,91 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
             let ray = found.as_ref().map_or(ray, |(ray, _)| *ray);
             let (end, ..) = self.screen.end(scene, &ray, hit, &mut self.counters);
             if matches!(end, End::Landed(_)) {
-                return Sight::Sensor;
+                return LegEnd::Sensor;
             }
         }
         let Some(hit) = hit else {
-            return Sight::Away;
+            return LegEnd::Away;
         };
         let is_between = self.may_go_to_a_facet(polygon);
         let material = scene.material_of(hit.shape);
         match self.paths.facets().of(hit.shape, hit.face) {
-            Some(facet) => Sight::Facet(facet),
-            None if is_between && material.is_specular(scene.materials()) => Sight::Curved,
-            None => Sight::Blocked(hit.shape),
+            Some(facet) => LegEnd::Facet(facet),
+            None if is_between && material.is_specular(scene.materials()) => LegEnd::Curved,
+            None => LegEnd::Blocked(hit.shape),
         }
     }
 
-    /// Of light that may not all meet the same: halves it where that is worth while, or else takes it
-    /// for what was seen, and all of it for astray.
-    fn settle(&mut self, mut polygon: Polygon<N>, sight: Sight, generic: &mut Refiner<'_, '_, N>) {
+    /// Settles a polygon whose light may not all meet the same thing. It is halved if that is worth while;
+    /// otherwise all of it counts as meeting what was seen, and as uncertain.
+    fn settle(
+        &mut self,
+        mut polygon: LightPolygon<N>,
+        sight: LegEnd,
+        generic: &mut Refiner<'_, '_, N>,
+    ) {
         let area = polygon.area_and_middle().0;
         if self.is_worth_halving(&polygon, area) {
             self.part(&polygon, area, generic);
         } else {
-            polygon.astray = area;
+            polygon.uncertain_area = area;
             self.go_on(polygon, area, sight, generic);
         }
     }
 
-    fn is_worth_halving(&self, polygon: &Polygon<N>, area: f64) -> bool {
+    fn is_worth_halving(&self, polygon: &LightPolygon<N>, area: f64) -> bool {
         area * self.strength * polygon.largest_weight() > self.tolerance && polygon.cuts <= MAX_CUTS
     }
 
-    /// To the next leg, or to the end, if nothing is in the way.
+    /// Takes a polygon to the next leg, or to the end, if nothing is in the way.
     fn go_on(
         &mut self,
-        mut polygon: Polygon<N>,
+        mut polygon: LightPolygon<N>,
         area: f64,
-        sight: Sight,
+        sight: LegEnd,
         generic: &mut Refiner<'_, '_, N>,
     ) {
         let event = polygon.events;
         let goal = match sight {
-            Sight::Facet(facet)
+            LegEnd::Facet(facet)
                 if self.may_go_to_a_facet(&polygon) || Self::is_entry(&polygon, facet) =>
             {
                 Goal::Facet(facet)
             }
-            // It is met where it must not be.
-            Sight::Facet(facet) => {
+            // Light meets it where it must not.
+            LegEnd::Facet(facet) => {
                 self.stop(polygon, area, Stopper::Facet(facet), generic);
                 return;
             }
-            Sight::Blocked(shape) => {
+            LegEnd::Blocked(shape) => {
                 self.stop(polygon, area, Stopper::Shape(shape), generic);
                 return;
             }
-            Sight::Sensor => Goal::Receiver,
-            Sight::Away => Goal::Away,
-            Sight::Curved => {
+            LegEnd::Sensor => Goal::Receiver,
+            LegEnd::Away => Goal::Away,
+            LegEnd::Curved => {
                 self.give_back(&polygon, generic);
                 return;
             }
         };
-        // What is astray as a whole may be in the way of whatever it likes.
-        if polygon.astray < area {
+        // If all of it is uncertain, obstacles do not matter.
+        if polygon.uncertain_area < area {
             let allowed = self.allowed(&polygon, area);
             match self.legs.way(&polygon, goal, Watch::Everything, allowed) {
-                Way::Clear { astray } => {
-                    // What cuts along the same edges put astray is the same light.
-                    polygon.astray = polygon.astray.max(astray * area).min(area);
-                    if astray > allowed && self.is_worth_halving(&polygon, area) {
+                LegWay::Clear { uncertain_part } => {
+                    // Cuts along the same edges made the same light uncertain.
+                    polygon.uncertain_area =
+                        polygon.uncertain_area.max(uncertain_part * area).min(area);
+                    if uncertain_part > allowed && self.is_worth_halving(&polygon, area) {
                         self.part(&polygon, area, generic);
                         return;
                     }
                 }
-                Way::Facet(facet) => {
+                LegWay::Facet(facet) => {
                     self.cut_out(polygon, facet, Some(goal), generic);
                     return;
                 }
-                Way::Obstructed => {
+                LegWay::Obstructed => {
                     self.divide(&polygon, area, sight, generic);
                     return;
                 }
@@ -279,7 +289,7 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
                 self.meet(&mut polygon, facet);
                 self.pending.push(polygon);
             }
-            Goal::Away => self.end(&polygon, polygon.astray, area),
+            Goal::Away => self.end(&polygon, polygon.uncertain_area, area),
             Goal::Receiver => {
                 let landing = land(
                     self.paths,
@@ -290,26 +300,29 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
                     self.tolerance,
                 );
                 match landing {
-                    Landing::Done { received, slack } => {
+                    PolygonLanding::Done {
+                        received,
+                        uncertain,
+                    } => {
                         self.balance.received += received;
-                        self.balance.slack += slack;
+                        self.balance.uncertain += uncertain;
                         self.book(&polygon, area);
                     }
-                    Landing::TooBent => self.part(&polygon, area, generic),
-                    Landing::NotForced => self.give_back(&polygon, generic),
+                    PolygonLanding::TooBent => self.part(&polygon, area, generic),
+                    PolygonLanding::NotForced => self.give_back(&polygon, generic),
                 }
             }
         }
     }
 
-    /// Which part of a polygon may be astray: light that bends round an edge.
-    fn allowed(&self, polygon: &Polygon<N>, area: f64) -> f64 {
+    /// The part of a polygon that may be uncertain, as light that bends round an edge.
+    fn allowed(&self, polygon: &LightPolygon<N>, area: f64) -> f64 {
         let flux = area * self.strength * polygon.largest_weight();
-        (self.tolerance / flux).min(MOST_ASTRAY)
+        (self.tolerance / flux).min(MOST_UNCERTAIN)
     }
 
-    /// A polygon's next event, on a facet that is the last of its chain.
-    fn meet(&self, polygon: &mut Polygon<N>, facet: u32) {
+    /// Takes a polygon through its next event, on the last facet of its chain.
+    fn meet(&self, polygon: &mut LightPolygon<N>, facet: u32) {
         for corner in &mut polygon.corners {
             *corner = self.paths.onward(corner, facet, polygon.events);
         }
@@ -317,16 +330,16 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
         polygon.cuts = 0;
     }
 
-    /// What set out towards a finished polygon.
-    fn book(&mut self, polygon: &Polygon<N>, area: f64) {
+    /// Books the light that set out towards a finished polygon.
+    fn book(&mut self, polygon: &LightPolygon<N>, area: f64) {
         let emitted: f64 = polygon.corners.iter().map(|corner| corner.emitted).sum();
         self.balance.emitted +=
             area * emitted * self.paths.source().strength().mean() / polygon.corners.len() as f64;
         self.balance.cells += 1;
     }
 
-    /// Halves it where that is worth while.
-    fn part(&mut self, polygon: &Polygon<N>, area: f64, generic: &mut Refiner<'_, '_, N>) {
+    /// Halves a polygon if that is worth while; otherwise gives it back.
+    fn part(&mut self, polygon: &LightPolygon<N>, area: f64, generic: &mut Refiner<'_, '_, N>) {
         if self.is_worth_halving(polygon, area)
             && let Some(halves) = polygon.halves(self.paths)
         {

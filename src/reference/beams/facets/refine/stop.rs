@@ -1,39 +1,22 @@
 //! Polygons that something ends before their goal.
 //!
-//! The middle of a polygon met it; what its light might go to instead may still be before it, beside the
-//! middle: the facet that the polygon starts on where another surface crosses it, the next glass, the
-//! receiver, whatever a camera sees.
+//! The polygon's middle met it. Beside the middle, other things may still be before it: the facet that the
+//! polygon starts on where another surface crosses it, the next glass, the receiver, any surface that a
+//! camera sees.
 
 use super::FacetRefiner;
-use crate::reference::beams::facets::land::{deposit_astray, node};
-use crate::reference::beams::facets::leg::{Goal, Watch, Way, rectangular_receiver};
-use crate::reference::beams::facets::polygon::{Polygon, Sight};
+use super::stopper::Stopper;
+use crate::reference::beams::facets::land::{deposit_uncertain_area, node};
+use crate::reference::beams::facets::leg::{Goal, LegWay, Watch, rectangular_receiver};
+use crate::reference::beams::facets::polygon::LightPolygon;
 use crate::reference::beams::refine::Refiner;
 use crate::transport::screen::Screen;
 
-/// What ends a polygon.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Stopper {
-    /// A facet that light does not go on from.
-    Facet(u32),
-    /// A shape that is not flat.
-    Shape(u32),
-}
-
-impl From<Stopper> for Sight {
-    fn from(stopper: Stopper) -> Self {
-        match stopper {
-            Stopper::Facet(facet) => Self::Facet(facet),
-            Stopper::Shape(shape) => Self::Blocked(shape),
-        }
-    }
-}
-
 impl<const N: usize> FacetRefiner<'_, '_, N> {
-    /// Books a polygon that ends on a facet or a blocker, or finds what of it does not.
+    /// Books a polygon that ends on a facet or a blocker, or finds the part of it that does not.
     pub(super) fn stop(
         &mut self,
-        polygon: Polygon<N>,
+        polygon: LightPolygon<N>,
         area: f64,
         stopper: Stopper,
         generic: &mut Refiner<'_, '_, N>,
@@ -59,22 +42,28 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
                 && !self.legs.is_end_unseen(shape)
         };
         match way {
-            Way::Clear { .. } if is_seen_by_camera() => self.give_back(&polygon, generic),
-            Way::Clear { astray } if astray > allowed && self.is_worth_halving(&polygon, area) => {
+            LegWay::Clear { .. } if is_seen_by_camera() => self.give_back(&polygon, generic),
+            LegWay::Clear { uncertain_part }
+                if uncertain_part > allowed && self.is_worth_halving(&polygon, area) =>
+            {
                 self.part(&polygon, area, generic);
             }
-            Way::Clear { astray } => {
-                self.end(&polygon, (astray * area).max(polygon.astray), area);
+            LegWay::Clear { uncertain_part } => {
+                self.end(
+                    &polygon,
+                    (uncertain_part * area).max(polygon.uncertain_area),
+                    area,
+                );
             }
-            Way::Facet(facet) => self.cut_out(polygon, facet, Some(goal), generic),
-            Way::Obstructed => self.divide(&polygon, area, stopper.into(), generic),
+            LegWay::Facet(facet) => self.cut_out(polygon, facet, Some(goal), generic),
+            LegWay::Obstructed => self.divide(&polygon, area, stopper.into(), generic),
         }
     }
 
-    /// What light of a polygon might go to instead of what ends it.
-    fn watch(&self, polygon: &Polygon<N>) -> Watch {
+    /// The things that light of a polygon might meet before the one that ends it.
+    fn watch(&self, polygon: &LightPolygon<N>) -> Watch {
         match self.screen {
-            // What is first met on the way to the first facet has a root of its own.
+            // Anything that is met first on the way to the first facet has a patch of its own.
             _ if polygon.events == 0 => Watch::Facet(polygon.chain[0]),
             Screen::Receiver(receiver) if polygon.events == self.paths.events() => {
                 Watch::Shape(receiver.shape())
@@ -83,21 +72,22 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
         }
     }
 
-    /// Books a polygon that does not land, as far as is known: after its last event, the part of it that is astray may.
-    pub(super) fn end(&mut self, polygon: &Polygon<N>, astray: f64, area: f64) {
-        if astray > 0.0 && polygon.events == self.paths.events() {
+    /// Books a polygon that does not land, as far as is known. After its last event, its uncertain part may
+    /// land.
+    pub(super) fn end(&mut self, polygon: &LightPolygon<N>, uncertain_area: f64, area: f64) {
+        if uncertain_area > 0.0 && polygon.events == self.paths.events() {
             let nodes: Vec<_> = polygon
                 .corners
                 .iter()
                 .filter_map(|light| node(self.paths, *self.screen, light))
                 .collect();
-            self.balance.slack +=
-                deposit_astray(self.film, self.bends_lines(), &nodes, astray, area);
+            self.balance.uncertain +=
+                deposit_uncertain_area(self.film, self.bends_lines(), &nodes, uncertain_area, area);
         }
         self.book(polygon, area);
     }
 
-    /// Whether lines may be no lines on the film: on a rectangle they are.
+    /// True if lines may not be lines on the film: on a rectangle they are.
     pub(super) fn bends_lines(&self) -> bool {
         rectangular_receiver(self.paths, self.screen).is_none()
     }

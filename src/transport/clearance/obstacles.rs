@@ -1,16 +1,16 @@
-//! Whether a surface that no node met may be in a leg's way.
+//! Surfaces that no node met but that may be in a leg's way.
 
 use glam::{DVec2, DVec3};
 
-use super::Guard;
+use super::Clearance;
 use crate::geometry::{Cylinder, Hull, Shape};
 
-/// A tube is divided into this many flat-sided panels: each is then r (1/cos(π/32) − cos(π/32)),
-/// about a hundredth of the radius, thick.
+/// Number of flat-sided panels that a tube is divided into: each is then r (1/cos(π/32) − cos(π/32)), about a
+/// hundredth of the radius, thick.
 const PANELS: u32 = 32;
 
-impl Guard<'_> {
-    /// Whether any of a shape may be in a hull.
+impl Clearance<'_> {
+    /// True if any part of a shape may be in a hull.
     pub(super) fn may_be_in_the_way(&self, hull: &Hull, shape: u32) -> bool {
         let world = self.scene.world();
         match &world.shapes()[shape as usize] {
@@ -37,14 +37,14 @@ impl Guard<'_> {
     }
 }
 
-/// A tube is hollow: what is inside it is in nobody's way.
+/// True if the wall of a tube may be in a hull. The tube is hollow: its inside is in nobody's way.
 fn tube_may_be_in_the_way(hull: &Hull, tube: &Cylinder) -> bool {
     let panel = |index: u32| {
         let [from, to] = [index, index + 1].map(|i| f64::from(i) / f64::from(PANELS));
         let on = |u: f64, v: f64| tube.at_uv(DVec2::new(u, v)).position;
         let outward = on(0.5 * (from + to), 0.0) - tube.base();
-        // The arc is between its chord and the tangents at its ends, which meet at r / cos(π/n)
-        // over the arc's middle.
+        // The arc is between its chord and the tangents at its ends, which meet at r / cos(π/n) over the
+        // arc's middle.
         let tip = outward / (std::f64::consts::PI / f64::from(PANELS)).cos();
         let top = tube.axis() * tube.length();
         let [a, b, c] = [on(from, 0.0), on(to, 0.0), tube.base() + tip];

@@ -1,61 +1,45 @@
-//! One light path with prescribed events: from a place on a first surface to the sensor.
+//! Light paths of one fixed signature: from a place on a first surface to the sensor.
 //!
-//! Where a chain follows light wherever it goes, this asks of one signature only: does light that
-//! starts at this place get to the sensor by these events, where, and how much of it? It also
-//! remembers *which* surfaces took part: two neighbouring paths are of one smooth family only
-//! where these are the same.
+//! A chain follows light wherever it goes. Here the question is about one signature only: does light that
+//! starts at this place get to the sensor by these events, to which place, and how much of it? The answer
+//! includes *which* surfaces took part, the path's topology: two neighbouring paths belong to one smooth map
+//! only if their topologies are equal.
 
 use glam::{DVec2, DVec3};
 
-use super::chain::MAX_PASSES;
-use super::first_surface::{Arrival, Chart, Place, Source};
+use super::first_surface::{ChartPlace, Source, SourceRay, SurfaceChart};
 use super::flux::Flux;
-use super::scatter::{Branch, Meeting, ShadingNormals, Way};
+use super::path_end::{End, next_hit};
+use super::scatter::{Branch, Interaction, ShadingNormals, Way};
 use super::screen::Screen;
 use super::signature::{Event, Signature};
 use crate::geometry::{Hit, Ray, Shape, SurfacePoint, TraversalCounters};
 use crate::scene::{Material, Scene};
 
-/// How a prescribed path ended.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum End {
-    /// On the sensor's surface or its extension, at these film coordinates, in texels.
-    Landed(DVec2),
-    /// Nothing is there any more: it left the scene.
-    Escaped,
-    /// On the way to the first surface, something else was met.
-    Hidden,
-    /// An interface that has no light to give to the next event: total reflection. Where it sets in,
-    /// no geometry shows.
-    TurnedBack,
-    /// A surface that ends it.
-    Stopped,
-}
-
-/// A prescribed path, followed to its end.
+/// A path of fixed signature, followed to its end.
 #[derive(Clone, Copy, Debug)]
 pub struct PathEnd<const N: usize> {
-    /// How it ended.
+    /// The path's end.
     pub end: End,
-    /// What arrives of light that sets out with the source's strength; black where it did not land.
+    /// Throughput from the source's strength to what arrives; black if the path did not land.
     pub throughput: Flux<N>,
-    /// The light that set out, for a unit of chart area and of the source's strength:
-    /// strength · emitted · area is flux \[W\].
+    /// The light that set out, for a unit of chart area and of the source's strength: strength · emitted ·
+    /// area is flux \[W\].
     pub emitted: f64,
-    /// The same for two paths that ended the same way by way of the same smooth surfaces.
-    pub family: u64,
+    /// Topology: the same number for two paths that ended the same way by way of the same smooth surfaces.
+    pub topology: u64,
 }
 
-/// Where a path goes after its last event, whatever it meets there.
+/// The last leg of a path, after its last event, whatever it meets there.
 #[derive(Clone, Copy, Debug)]
 pub struct LastLeg<const N: usize> {
-    /// From the last surface.
+    /// The ray from the last surface.
     pub ray: Ray,
-    /// The share (0..=1) that goes on along it of the light that set out.
+    /// The share (0..=1) of the light that set out which goes on along it.
     pub share: Flux<N>,
 }
 
-/// Follows paths of one source through one scene to one sensor.
+/// Follower of paths of one source through one scene to one sensor.
 pub struct PathFollower<'a, const N: usize> {
     scene: &'a Scene,
     source: &'a Source,
@@ -97,66 +81,66 @@ impl<'a, const N: usize> PathFollower<'a, N> {
 
     /// A place of a chart, and the light that arrives there.
     #[inline]
-    fn start(&self, chart: &Chart, at: DVec2) -> Option<(Place, Arrival)> {
+    fn start(&self, chart: &SurfaceChart, at: DVec2) -> Option<(ChartPlace, SourceRay)> {
         let place = chart.place(self.scene.world(), at)?;
         Some((place, self.source.arrive(place.point.position)?))
     }
 
     /// The light that sets out towards a place of a chart, as [`PathEnd::emitted`].
     #[inline]
-    pub fn emitted(&self, chart: &Chart, at: DVec2) -> f64 {
+    pub fn emitted(&self, chart: &SurfaceChart, at: DVec2) -> f64 {
         self.start(chart, at)
             .map_or(0.0, |(place, arrival)| arrival.emitted(&place))
     }
 
-    /// What it falls on.
+    /// The screen that the light falls on.
     pub fn screen(&self) -> &'a Screen<'a> {
         self.screen
     }
 
-    /// How many events a path has until its last leg.
+    /// Number of events that a path has until its last leg.
     pub fn events(&self) -> usize {
         self.events.len()
     }
 
-    /// The path that meets the chart's surface at `at`. `in_sight` says that nothing is between
-    /// the source and the surface, where that is known.
+    /// The path that meets the chart's surface at `at`. `in_sight` is true if it is known that nothing is
+    /// between the source and the surface; then that is not tested.
     #[inline]
-    pub fn follow(&mut self, chart: &Chart, at: DVec2, in_sight: bool) -> PathEnd<N> {
+    pub fn follow(&mut self, chart: &SurfaceChart, at: DVec2, in_sight: bool) -> PathEnd<N> {
         self.follow_legs(chart, at, in_sight, |_, _| {})
     }
 
-    /// As [`Self::follow`]; tells `leg` of each straight part of the path as it is found: the ray
-    /// along it, and what it met. The first one ends at the chart's surface, whether that is seen
-    /// or not; later ones start past any surface that changes nothing.
+    /// The same path as of [`Self::follow`]. `leg` is called with each straight part of the path as it is
+    /// found: the ray along it, and its hit. The first part ends at the chart's surface, even if something
+    /// hides that; later ones start past any surface that changes nothing.
     #[inline]
     pub fn follow_legs(
         &mut self,
-        chart: &Chart,
+        chart: &SurfaceChart,
         at: DVec2,
         in_sight: bool,
         mut leg: impl FnMut(&Ray, Option<&Hit>),
     ) -> PathEnd<N> {
         let world = self.scene.world();
-        let mut family = Family::default();
-        let dark = |end: End, emitted: f64, family: &Family| PathEnd {
+        let mut topology = Topology::default();
+        let dark = |end: End, emitted: f64, topology: &Topology| PathEnd {
             end,
             throughput: Flux::BLACK,
             emitted,
-            family: family.with(end_mark(end)),
+            topology: topology.with(end_mark(end)),
         };
         let Some((place, arrival)) = self.start(chart, at) else {
-            return dark(End::Hidden, 0.0, &family);
+            return dark(End::Hidden, 0.0, &topology);
         };
         let mut point = place.point;
         let mut direction = arrival.ray.direction;
         let facing = -direction.dot(point.geometric_normal);
         let emitted = arrival.emitted(&place);
-        family.mix(u64::from(arrival.zone));
+        topology.mix(u64::from(arrival.zone));
         if arrival.density == 0.0 {
-            return dark(End::Hidden, emitted, &family);
+            return dark(End::Hidden, emitted, &topology);
         }
-        family.pass(self.scene, chart.shape(), chart.face(), facing > 0.0);
+        topology.pass(self.scene, chart.shape(), chart.face(), facing > 0.0);
         let mut throughput = Flux::WHITE;
         let first = Hit {
             distance: arrival.distance,
@@ -166,7 +150,7 @@ impl<'a, const N: usize> PathFollower<'a, N> {
         };
         leg(&arrival.ray, Some(&first));
         if !in_sight && !self.sees(&arrival, chart) {
-            return dark(End::Hidden, emitted, &family);
+            return dark(End::Hidden, emitted, &topology);
         }
         let mut shape = chart.shape();
         for index in 0..self.events.len() {
@@ -185,35 +169,38 @@ impl<'a, const N: usize> PathFollower<'a, N> {
                 } else {
                     End::Stopped
                 };
-                return dark(end, emitted, &family);
+                return dark(end, emitted, &topology);
             };
-            family.event(share);
+            topology.event(share);
             throughput = throughput * branch.tint * share;
             direction = branch.direction;
             let ray = point.spawn(direction);
             if index + 1 == self.events.len() {
-                return self.land(ray, throughput, emitted, family, leg);
+                return self.land(ray, throughput, emitted, topology, leg);
             }
             let Some((ray, hit)) = self.next_hit(ray) else {
                 leg(&ray, None);
-                return dark(End::Escaped, emitted, &family);
+                return dark(End::Escaped, emitted, &topology);
             };
             leg(&ray, Some(&hit));
             point = world.bounce_point(&ray, &hit);
             let front = direction.dot(point.geometric_normal) < 0.0;
-            family.pass(self.scene, hit.shape, hit.face, front);
+            topology.pass(self.scene, hit.shape, hit.face, front);
             shape = hit.shape;
         }
-        dark(End::Stopped, emitted, &family)
+        dark(End::Stopped, emitted, &topology)
     }
 
-    /// Paths from a place up to `max_depth` events: all branches of the first `split_depth` events with at least
-    /// `least` of the light, and from there on one branch only, chosen with the probability of its share by
-    /// a number in 0..1 that `choice` makes of the events so far. Tells `found` of each path its signature, its
-    /// last leg, how it ended, and the probability of all choices on the way. Whether the source sees the place is looked at.
+    /// Follows paths from a place up to `max_depth` events.
+    ///
+    /// They are all branches of the first `split_depth` events that keep at least `least` of the light; from
+    /// there on each has one branch only. That branch is chosen with the probability of its share, by a
+    /// number in 0..1 that `choice` makes of the events so far. `found` is called for each path with its
+    /// signature, its last leg, its end, and the probability of all choices on the way. Nothing is found if
+    /// something hides the place from the source.
     pub fn follow_some(
         &mut self,
-        chart: &Chart,
+        chart: &SurfaceChart,
         at: DVec2,
         [split_depth, max_depth]: [u32; 2],
         least: f64,
@@ -229,7 +216,7 @@ impl<'a, const N: usize> PathFollower<'a, N> {
             return;
         }
         let emitted = arrival.emitted(&place);
-        let family = Family::default();
+        let topology = Topology::default();
         let mut pending = vec![(
             place.point,
             chart.shape(),
@@ -245,7 +232,7 @@ impl<'a, const N: usize> PathFollower<'a, N> {
                 continue;
             }
             let material = self.scene.material_of(shape);
-            let meeting = Meeting::new(
+            let interaction = Interaction::new(
                 self.scene,
                 material,
                 &point,
@@ -253,7 +240,7 @@ impl<'a, const N: usize> PathFollower<'a, N> {
                 self.shading_normals,
             );
             let chosen = (events >= split_depth as usize).then(|| {
-                let [reflected, transmitted] = WAYS.map(|way| meeting.share_of(way));
+                let [reflected, transmitted] = WAYS.map(|way| interaction.share_of(way));
                 let share = reflected / (reflected + transmitted);
                 if choice(signature) < share {
                     (Way::Reflected, share)
@@ -267,8 +254,9 @@ impl<'a, const N: usize> PathFollower<'a, N> {
                     Some(_) => continue,
                     None => probability,
                 };
-                let share = meeting.share_of(way);
-                let (Some(event), Some(branch)) = (way.event(), meeting.branch::<N>(way)) else {
+                let share = interaction.share_of(way);
+                let (Some(event), Some(branch)) = (way.event(), interaction.branch::<N>(way))
+                else {
                     continue;
                 };
                 let throughput = throughput * branch.tint * share;
@@ -277,7 +265,7 @@ impl<'a, const N: usize> PathFollower<'a, N> {
                 }
                 let signature = signature.then(event);
                 let ray = point.spawn(branch.direction);
-                let path = self.land(ray, throughput, emitted, family, |_, _| ());
+                let path = self.land(ray, throughput, emitted, topology, |_, _| ());
                 let share = throughput;
                 found(signature, &LastLeg { ray, share }, path, probability);
                 if let Some((ray, hit)) = self.next_hit(ray) {
@@ -289,14 +277,14 @@ impl<'a, const N: usize> PathFollower<'a, N> {
         }
     }
 
-    /// The last leg.
+    /// The end of a path whose last leg is `ray`.
     #[inline]
     fn land(
         &mut self,
         ray: Ray,
         throughput: Flux<N>,
         emitted: f64,
-        family: Family,
+        topology: Topology,
         mut leg: impl FnMut(&Ray, Option<&Hit>),
     ) -> PathEnd<N> {
         let (ray, hit) = match self.next_hit(ray) {
@@ -314,7 +302,7 @@ impl<'a, const N: usize> PathFollower<'a, N> {
             end,
             throughput,
             emitted,
-            family: family.with(last_end_mark(end) ^ mark),
+            topology: topology.with(last_end_mark(end) ^ mark),
         }
     }
 
@@ -323,19 +311,20 @@ impl<'a, const N: usize> PathFollower<'a, N> {
         next_hit(self.scene, ray, &mut self.counters)
     }
 
-    /// Whether nothing but passed surfaces is between the source and a place of the chart.
-    fn sees(&mut self, arrival: &Arrival, chart: &Chart) -> bool {
+    /// True if only passed surfaces are between the source and a place of the chart.
+    fn sees(&mut self, arrival: &SourceRay, chart: &SurfaceChart) -> bool {
         let scene = self.scene;
         let own = chart.shape();
-        // Another surface at the place itself is not in front of it. Both distances are sums of coordinates, each with
-        // some sixteen roundings, which count by 1/cos θ: up to 64 times. What is nearer than that to grazing is no light to speak of.
+        // Another surface at the place itself is not in front of it. Both distances are sums of coordinates,
+        // each with some sixteen roundings, which count by 1/cos θ: up to 64 times. Light that is nearer to
+        // grazing than that is negligible.
         let place = arrival.ray.at(arrival.distance);
         let size = arrival.distance + place.length() + arrival.ray.origin.length();
         let near = arrival.distance - 16.0 * 64.0 * (0.5 * f64::EPSILON) * size;
-        // The surface itself is met again within rounding, at a grazing angle within its square
-        // root. Light that a tube lets in that near to grazing is its square.
+        // The surface itself is met again within rounding, or at a grazing angle within the square root of
+        // that. Light that a tube lets in that near to grazing is the square of it.
         let own_near = near - 1e-6 * scene.world().shapes()[own as usize].bounds().radius();
-        let convex = matches!(chart, Chart::Cap { .. });
+        let convex = matches!(chart, SurfaceChart::Cap { .. });
         !scene.world().any_hit(
             &arrival.ray,
             near,
@@ -351,26 +340,8 @@ impl<'a, const N: usize> PathFollower<'a, N> {
     }
 }
 
-/// The next surface that is not passed as if nothing were there, and the ray from the last that was.
-#[inline]
-pub fn next_hit(
-    scene: &Scene,
-    mut ray: Ray,
-    counters: &mut TraversalCounters,
-) -> Option<(Ray, Hit)> {
-    let world = scene.world();
-    for _ in 0..MAX_PASSES {
-        let hit = world.closest_hit(&ray, f64::INFINITY, counters)?;
-        if !scene.material_of(hit.shape).is_passed(scene.materials()) {
-            return Some((ray, hit));
-        }
-        ray = world.bounce_point(&ray, &hit).spawn(ray.direction);
-    }
-    None
-}
-
-/// Light that travels along `direction` at a point of `shape`, after `event`: the share (0..=1) of
-/// its flux that goes on, and where; `None` where no light goes on that way.
+/// Light that travels along `direction` at a point of `shape`, after `event`: the share (0..=1) of its flux
+/// that goes on, and its new branch; `None` if no light goes on that way.
 #[inline]
 pub(super) fn leave<const N: usize>(
     scene: &Scene,
@@ -385,10 +356,10 @@ pub(super) fn leave<const N: usize>(
         Event::Transmission => Way::Transmitted,
     };
     let material = scene.material_of(shape);
-    let meeting = Meeting::new(scene, material, point, direction, shading_normals);
-    let share = meeting.share_of(way);
+    let interaction = Interaction::new(scene, material, point, direction, shading_normals);
+    let share = interaction.share_of(way);
     (share > 0.0)
-        .then(|| meeting.branch(way))
+        .then(|| interaction.branch(way))
         .flatten()
         .map(|branch| (share, branch))
 }
@@ -407,8 +378,8 @@ fn end_mark(end: End) -> u64 {
     }
 }
 
-/// After the last event all light that does not get to the sensor is one family: whatever it meets
-/// instead, it is lost.
+/// Mark of a last leg's end. All light that does not get to the sensor after its last event has one topology,
+/// whatever it meets: it is lost.
 fn last_end_mark(end: End) -> u64 {
     match end {
         End::Landed(_) => 1,
@@ -416,11 +387,11 @@ fn last_end_mark(end: End) -> u64 {
     }
 }
 
-/// Which surfaces took part so far, as a hash.
+/// The surfaces that took part so far, as a hash.
 #[derive(Clone, Copy, Default)]
-struct Family(u64);
+struct Topology(u64);
 
-impl Family {
+impl Topology {
     #[inline]
     fn mix(&mut self, value: u64) {
         // Steele, Lea and Flood's finaliser: equal sequences stay equal, others part.
@@ -430,8 +401,8 @@ impl Family {
         self.0 = z ^ (z >> 31);
     }
 
-    /// A surface was met. Faces of a mesh whose normals are interpolated are one smooth surface;
-    /// flat faces are a surface each.
+    /// Adds a surface that the path met. Faces of a mesh whose normals are interpolated are one smooth
+    /// surface; flat faces are a surface each.
     #[inline]
     fn pass(&mut self, scene: &Scene, shape: u32, face: u32, front: bool) {
         let facet = match &scene.world().shapes()[shape as usize] {
@@ -441,8 +412,8 @@ impl Family {
         self.mix(u64::from(shape) << 34 | facet << 1 | u64::from(front));
     }
 
-    /// It sent on this share of the light: all of it (total reflection, a metal) or a part, which
-    /// has a kink between.
+    /// Adds an event that sent on this share of the light: all of it (total reflection, a metal) or a part. A
+    /// kink is between the two.
     #[inline]
     fn event(&mut self, share: f64) {
         self.mix(u64::from(share == 1.0));

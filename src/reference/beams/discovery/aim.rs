@@ -1,12 +1,13 @@
-//! Light for a sensor that sees little: led there step by step.
+//! Discovery for a sensor that sees little: paths are led there step by step.
 //!
-//! Places that are spread over all first surfaces pass over a sensor that one in a million of them sends light to. But each chain
-//! of events maps light space to last legs, smoothly between borders: so places whose last leg
-//! passes near a point of the sensor are followed towards it, by the best of some places about them, then about that
-//! one, nearer by, and so on, until light lands on the film. On a mesh the places about one are on the faces about its own.
+//! If one in a million places on first surfaces sends light to a sensor, places that are spread over all of
+//! them miss it. But each chain of events maps light space to last legs, smoothly between borders. So each
+//! place whose last leg passes near a point of the sensor begins a search. A step tries some places about the
+//! best one so far and takes the best of them. The next step looks about that one, nearer by, and so on,
+//! until light lands on the film. On a mesh the places about one are on the faces about its own.
 //!
-//! What is found is found by these steps alone: light by way of something as small as what the sensor sees may still
-//! be passed over.
+//! These steps may fail: light by way of something as small as the part that the sensor sees may still be
+//! passed over.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::FRAC_PI_2;
@@ -15,56 +16,60 @@ use glam::{DMat2, DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::faces::{Faces, MIDDLE};
-use super::places::{Place, places_of};
-use super::{Found, LEAST_PLACES, LEAST_THROUGHPUT, PLACES, Survey};
+use super::found::{Discovery, SignatureLight};
+use super::look::LEAST_THROUGHPUT;
+use super::places::{LEAST_PLACES, PLACES, StartPlace, places_of};
 use crate::geometry::{Ray, World};
 use crate::numeric::{Stream, StreamKind};
-use crate::reference::beams::pass::Light;
+use crate::reference::beams::pass::BeamLight;
 use crate::scene::Scene;
-use crate::transport::first_surface::{Chart, Place as Spot};
-use crate::transport::prescribed::{End, PathFollower};
+use crate::transport::first_surface::{ChartPlace, SurfaceChart};
+use crate::transport::fixed_signature::PathFollower;
+use crate::transport::path_end::End;
 use crate::transport::scatter::ShadingNormals;
 use crate::transport::screen::Screen;
 use crate::transport::signature::Signature;
 
-/// For each signature and each point of the sensor, searches begin at so many places.
+/// Number of places at which searches begin, for each signature and each point of the sensor.
 const BEGINNINGS: usize = 6;
 
-/// Places about the best one that are looked at in each step.
+/// Number of places about the best one that each step tries.
 const ABOUT: u64 = 8;
 
-/// Signatures that are searched for, at most: those whose last legs carry most light.
+/// Most signatures that are searched for: those whose last legs carry most light.
 const MOST_SIGNATURES: usize = 64;
 
-/// How much nearer by those of the next step are. Of eight places in a square one is nearer than this to its middle, seen along both
-/// sides, with a probability of 1 − (1 − 0.7²)⁸ = 99.5 %, and to a corner with 65 %: then the next step goes as far again.
+/// Factor of the reach from one step to the next. In a square, with a probability of 1 − (1 − 0.7²)⁸ = 99.5
+/// %, one of eight places is nearer than this to the middle, along both sides. With 65 % one is as near to a
+/// corner: then the next step goes as far again.
 const NEARER: f64 = 0.7;
 
-/// Steps at most.
+/// Most steps of a search.
 const STEPS: u64 = 96;
 
-/// Newton's method takes differences over this part of the reach, ...
+/// Part of the reach over which Newton's method takes differences.
 const NEWTON_STEP: f64 = 1e-3;
 
-/// ... and may lead this many times as far.
+/// Number of reaches that Newton's method may lead.
 const NEWTON_REACH: f64 = 64.0;
 
-/// A search that has not halved its angle in so many steps is one for light that does not come to its point.
+/// Number of steps after which a search ends if it has not halved its angle: its light does not come to its
+/// point.
 const PATIENCE: u64 = 12;
 
-/// Places that tell how much light lands.
+/// Number of places that measure how much light lands.
 const AREA_PLACES: u64 = 64;
 
-/// Events up to which every branch is followed to places where searches begin.
+/// Events up to which every branch is followed to find places where searches begin.
 const SPLIT_DEPTH: u32 = 6;
 
-/// Of which stream places are.
+/// Key of the places' stream.
 const SEED: u64 = 0x4149_4d00;
 
-/// What all searches share.
+/// The inputs that all searches share.
 struct Aims<'a> {
     scene: &'a Scene,
-    lights: &'a [Light],
+    lights: &'a [BeamLight],
     screen: &'a Screen<'a>,
     shading_normals: ShadingNormals,
     /// Points that the sensor measures.
@@ -72,32 +77,33 @@ struct Aims<'a> {
     faces: Faces,
 }
 
-/// Where a search begins.
+/// The beginning of a search.
 #[derive(Clone, Copy)]
 struct Beginning {
-    /// Between the last leg and the way to the point \[rad\], about.
+    /// Angle \[rad\], about, between the last leg and the way to the point.
     angle: f64,
     light: usize,
-    place: Place,
+    place: StartPlace,
 }
 
-/// A path that was followed with one signature.
+/// The result of a path that was followed with one signature.
 struct Tried {
-    /// The direction of its last leg less that to the point: for small angles, these.
+    /// The direction of its last leg less that to the point: for small angles, its length is the angle.
     miss: DVec3,
-    /// Flux \[W\] by chart area, and the part of what sets out, where it landed on the film.
+    /// Flux \[W\] by chart area, and the part of the light that set out, if it landed on the film.
     landed: Option<[f64; 2]>,
 }
 
-/// Signatures by which light gets to what the sensor sees, and about how much; `known` ones are not looked for.
+/// Signatures by which light gets to the surfaces that the sensor sees, and about how much; those that are
+/// `known` are not searched for.
 pub(super) fn aim(
     scene: &Scene,
-    lights: &[Light],
+    lights: &[BeamLight],
     screen: &Screen,
     max_depth: u32,
     shading_normals: ShadingNormals,
-    known: &Survey,
-) -> Survey {
+    known: &Discovery,
+) -> Discovery {
     let aims = Aims {
         scene,
         lights,
@@ -108,7 +114,7 @@ pub(super) fn aim(
     };
     let beginnings: Vec<((Signature, usize), Vec<Beginning>)> =
         aims.beginnings(max_depth, known).into_iter().collect();
-    let found: Vec<Option<Found>> = beginnings
+    let found: Vec<Option<SignatureLight>> = beginnings
         .par_iter()
         .enumerate()
         .map(|(index, ((signature, point), beginnings))| {
@@ -120,16 +126,16 @@ pub(super) fn aim(
             })
         })
         .collect();
-    let mut survey = Survey::default();
+    let mut discovery = Discovery::default();
     for ((signature, _), found) in beginnings.iter().map(|(key, _)| key).zip(found) {
         if let Some(found) = found {
             // Searches for other points may have found the same light.
-            let known = survey.signatures.entry(*signature).or_insert(found);
+            let known = discovery.signatures.entry(*signature).or_insert(found);
             known.flux = known.flux.max(found.flux);
             known.peak = known.peak.max(found.peak);
         }
     }
-    survey
+    discovery
 }
 
 impl Aims<'_> {
@@ -144,11 +150,11 @@ impl Aims<'_> {
         )
     }
 
-    /// By signature and point: the places whose last legs pass nearest to it, nearest first.
+    /// The places whose last legs pass nearest to a point, nearest first, by signature and point.
     fn beginnings(
         &self,
         max_depth: u32,
-        known: &Survey,
+        known: &Discovery,
     ) -> BTreeMap<(Signature, usize), Vec<Beginning>> {
         let mut nearest: BTreeMap<(Signature, usize), Vec<Beginning>> = BTreeMap::new();
         let mut light_by: BTreeMap<Signature, f64> = BTreeMap::new();
@@ -157,7 +163,7 @@ impl Aims<'_> {
             let stream = Stream::new(StreamKind::Random, SEED ^ 1).split(index as u64);
             let least = LEAST_PLACES / self.lights.len();
             let places = places_of(self.scene, light, each, least);
-            let look = |(number, place): (usize, &Place)| {
+            let look = |(number, place): (usize, &StartPlace)| {
                 let mut follower = self.follower(index, Signature::DIRECT);
                 let mut legs = Vec::new();
                 follower.follow_some(
@@ -204,14 +210,14 @@ impl Aims<'_> {
         nearest
     }
 
-    /// The light that a search from one place comes to.
+    /// The light that a search from one place finds.
     fn search(
         &self,
         signature: Signature,
         point: DVec3,
         beginning: &Beginning,
         stream: &Stream,
-    ) -> Option<Found> {
+    ) -> Option<SignatureLight> {
         let mut follower = self.follower(beginning.light, signature);
         let mut about = Surroundings::new(self, beginning);
         let mut angle = beginning.angle;
@@ -244,13 +250,14 @@ impl Aims<'_> {
     }
 }
 
-/// The places about one: a square of its chart's coordinates; on a mesh, where more than its face is near, those of the faces.
+/// The places about one: a square of its chart's coordinates. On a mesh, if more faces than its own are near,
+/// they are places on those.
 struct Surroundings<'a> {
     world: &'a World,
-    best: Place,
-    /// Half the square's side, in chart coordinates, or on a mesh in space.
+    best: StartPlace,
+    /// Half the square's side: in chart coordinates, or in space on a mesh.
     reach: f64,
-    /// ... where searches begin.
+    /// The reach at which searches begin.
     widest: f64,
     faces: &'a Faces,
 }
@@ -258,13 +265,13 @@ struct Surroundings<'a> {
 impl<'a> Surroundings<'a> {
     fn new(aims: &'a Aims, beginning: &Beginning) -> Self {
         let (world, best) = (aims.scene.world(), beginning.place);
-        let widest = if matches!(best.chart, Chart::Face { .. }) {
+        let widest = if matches!(best.chart, SurfaceChart::Face { .. }) {
             // A good part of the mesh.
             0.25 * world.shapes()[best.chart.shape() as usize]
                 .bounds()
                 .radius()
         } else {
-            // So far away are the next places that were looked at.
+            // The distance of the next places that the discovery tried.
             2.0 * best.area.sqrt()
         };
         Self {
@@ -276,20 +283,20 @@ impl<'a> Surroundings<'a> {
         }
     }
 
-    fn spot(&self, place: &Place) -> Option<Spot> {
+    fn spot(&self, place: &StartPlace) -> Option<ChartPlace> {
         place.chart.place(self.world, place.at)
     }
 
-    /// The length of a unit of the best place's chart, on a mesh; 1 elsewhere, where reach is in coordinates.
+    /// Length of a unit of the best place's chart on a mesh; 1 elsewhere, as reach is in coordinates there.
     fn unit(&self) -> f64 {
-        let is_face = matches!(self.best.chart, Chart::Face { .. });
+        let is_face = matches!(self.best.chart, SurfaceChart::Face { .. });
         let spot = is_face.then(|| self.spot(&self.best)).flatten();
         spot.map_or(1.0, |spot| spot.area.sqrt())
     }
 
-    /// Whether places are on more than one face.
+    /// True if places are on more than one face.
     fn has_more_faces(&self) -> bool {
-        matches!(self.best.chart, Chart::Face { .. }) && self.reach > self.unit()
+        matches!(self.best.chart, SurfaceChart::Face { .. }) && self.reach > self.unit()
     }
 
     /// Half the side of the square in the coordinates of the best place's chart.
@@ -297,9 +304,9 @@ impl<'a> Surroundings<'a> {
         self.reach / self.unit()
     }
 
-    /// Goes on about another place, if any: as far as before where that was at the border, for the point may be beyond; else
-    /// nearer by.
-    fn move_to(&mut self, next: Option<Place>) {
+    /// Goes on about another place, if any. The reach stays if that place was at the border, as the point may
+    /// be beyond; else it shrinks.
+    fn move_to(&mut self, next: Option<StartPlace>) {
         let is_far = next.is_some_and(|next| {
             if next.chart.face() == self.best.chart.face() {
                 (next.at - self.best.at).abs().max_element() > 0.5 * self.half_side()
@@ -318,8 +325,8 @@ impl<'a> Surroundings<'a> {
         self.reach *= factor;
     }
 
-    /// The one that three numbers say; `None` beyond the surface.
-    fn place(&self, [x, y, z, _]: [f64; 4]) -> Option<Place> {
+    /// The place that three numbers in 0..1 stand for; `None` beyond the surface.
+    fn place(&self, [x, y, z, _]: [f64; 4]) -> Option<StartPlace> {
         if self.has_more_faces() {
             let offset = self.reach * (2.0 * DVec3::new(x, y, z) - 1.0);
             let about = self.spot(&self.best)?.point.position + offset;
@@ -329,14 +336,15 @@ impl<'a> Surroundings<'a> {
         inside(self.best.chart, self.best.at + offset)
     }
 
-    /// The chart area that all places together have, with those beyond the surface; about, where they are on faces more or less alike.
+    /// The chart area of all places together, with those beyond the surface; about, if they are on faces of
+    /// similar size.
     fn area(&self) -> f64 {
         (2.0 * self.half_side()).powi(2)
     }
 
-    /// Where Newton's method would look next, for the least squares of what the last leg misses by: where light spreads by
-    /// far more one way than the other, it knows the way along the valley. `None` where it leads out of reach.
-    fn newton(&self, follower: &mut PathFollower<3>, point: DVec3) -> Option<Place> {
+    /// The next place of Newton's method, for the least squares of the last leg's miss. If light spreads by
+    /// far more one way than the other, this follows the valley. `None` if it leads out of reach.
+    fn newton(&self, follower: &mut PathFollower<3>, point: DVec3) -> Option<StartPlace> {
         if self.has_more_faces() {
             return None;
         }
@@ -358,22 +366,24 @@ impl<'a> Surroundings<'a> {
 }
 
 /// The place at coordinates of a chart; `None` beyond its surface.
-fn inside(chart: Chart, at: DVec2) -> Option<Place> {
+fn inside(chart: SurfaceChart, at: DVec2) -> Option<StartPlace> {
     let is_inside = match chart {
-        // Round and round.
-        Chart::Cap { .. } => (0.0..=FRAC_PI_2).contains(&at.x),
-        Chart::Parameters { .. } => at.cmpge(DVec2::ZERO).all() && at.cmple(DVec2::ONE).all(),
-        Chart::Face { .. } => at.cmpge(DVec2::ZERO).all() && at.x + at.y <= 1.0,
+        // The azimuth is periodic.
+        SurfaceChart::Cap { .. } => (0.0..=FRAC_PI_2).contains(&at.x),
+        SurfaceChart::Parameters { .. } => {
+            at.cmpge(DVec2::ZERO).all() && at.cmple(DVec2::ONE).all()
+        }
+        SurfaceChart::Face { .. } => at.cmpge(DVec2::ZERO).all() && at.x + at.y <= 1.0,
     };
-    is_inside.then_some(Place {
+    is_inside.then_some(StartPlace {
         chart,
         at,
         area: 0.0,
     })
 }
 
-/// The path from a place with all its events; `None` where it ended before the last leg.
-fn follow(follower: &mut PathFollower<3>, place: &Place, point: DVec3) -> Option<Tried> {
+/// The path from a place with all its events; `None` if it ended before the last leg.
+fn follow(follower: &mut PathFollower<3>, place: &StartPlace, point: DVec3) -> Option<Tried> {
     let (mut legs, mut last) = (0, None);
     let path = follower.follow_legs(&place.chart, place.at, false, |ray, _| {
         legs += 1;
@@ -392,13 +402,13 @@ fn follow(follower: &mut PathFollower<3>, place: &Place, point: DVec3) -> Option
     })
 }
 
-/// About how much light lands on the film from about a place that sends some there.
+/// The light, about, that lands on the film from the surroundings of a place that sends some there.
 fn measure(
     follower: &mut PathFollower<3>,
     mut about: Surroundings,
     point: DVec3,
     stream: &Stream,
-) -> Option<Found> {
+) -> Option<SignatureLight> {
     let mut has_shrunk = false;
     for step in 0..STEPS {
         let stream = stream.split(step);
@@ -418,7 +428,7 @@ fn measure(
             let sum: f64 = landed.iter().map(|[flux, _]| flux).sum();
             let peak = landed.iter().map(|[_, delivered]| *delivered);
             let flux = sum * about.area() / AREA_PLACES as f64;
-            return Some(Found {
+            return Some(SignatureLight {
                 flux,
                 peak: peak.fold(0.0, f64::max),
                 on_film: flux,
@@ -428,7 +438,8 @@ fn measure(
     None
 }
 
-/// By how much a ray misses a point: its direction less that to the point, of the length of the angle where that is small.
+/// The miss of a ray at a point: its direction less that to the point. Its length is the angle if that is
+/// small.
 fn miss(ray: &Ray, point: DVec3) -> DVec3 {
     ray.direction - (point - ray.origin).normalize_or_zero()
 }

@@ -1,25 +1,25 @@
-//! Whether the thing at a leg's end catches all of it: its border is where no light falls.
+//! Surfaces that catch all light of a leg that ends on them: no light falls on their border.
 
 use glam::DVec3;
 
-use super::Guard;
-use super::legs::{Leg, Met};
-use super::same_surface::tube_catches;
+use super::Clearance;
+use super::legs::{Leg, LegContact};
+use super::tube::tube_catches;
 use crate::geometry::{Disk, Mesh, Rectangle, Shape, Sphere, longest, range};
 
-impl Guard<'_> {
-    /// Whether all light of a leg falls on the thing at its end, if nothing is in the way.
+impl Clearance<'_> {
+    /// True if all light of a leg falls on the thing at its end, provided that nothing is in the way.
     ///
-    /// A smooth mesh catches what comes towards it where there is neither a border nor a
-    /// silhouette in the leg's hull: that is looked at with the mesh's faces.
+    /// A smooth mesh catches all that comes towards it if the leg's hull holds neither a border nor a
+    /// silhouette. The search of the mesh's faces tells that.
     pub(super) fn is_caught(&self, leg: &Leg) -> bool {
         let shapes = self.scene.world().shapes();
         match leg.to {
-            Met::Source | Met::Eye | Met::Nothing => true,
-            Met::Plane(shape) => shapes[shape as usize]
+            LegContact::Source | LegContact::Eye | LegContact::Nothing => true,
+            LegContact::Plane(shape) => shapes[shape as usize]
                 .plane()
                 .is_some_and(|[_, normal]| is_one_sided(leg, normal)),
-            Met::Surface(shape) => match &shapes[shape as usize] {
+            LegContact::Surface(shape) => match &shapes[shape as usize] {
                 Shape::Sphere(ball) => leg.starts_on(shape) || ball_catches(leg, ball),
                 Shape::Rectangle(rectangle) => rectangle_catches(leg, rectangle),
                 Shape::Disk(disk) => disk_catches(leg, disk),
@@ -30,13 +30,14 @@ impl Guard<'_> {
     }
 }
 
-/// Whether all light goes through planes of this normal the same way.
+/// True if all light goes through planes of this normal the same way.
 fn is_one_sided(leg: &Leg, normal: DVec3) -> bool {
     let [low, high] = range(&leg.along().map(|along| along.dot(normal)));
     low > 0.0 || high < 0.0
 }
 
-/// From inside, a ball catches everything; from outside, what passes its centre nearer than r.
+/// True if a ball catches all light: from inside always, from outside if each line passes its centre nearer
+/// than r.
 fn ball_catches(leg: &Leg, ball: &Sphere) -> bool {
     let from_center = leg.start.map(|start| start - ball.center());
     if longest(&from_center) < ball.radius() {
@@ -67,7 +68,7 @@ fn disk_catches(leg: &Leg, disk: &Disk) -> bool {
         && longest(&parameters(leg, disk.center(), disk.half_axes())) <= 1.0
 }
 
-/// A flat face is a surface of its own: all light must fall on the same one.
+/// True if one flat face catches all light: a flat face is a surface of its own.
 fn face_catches(leg: &Leg, mesh: &Mesh) -> bool {
     let face = leg.to_faces[0];
     if leg.to_faces.iter().any(|other| *other != face) {
@@ -82,7 +83,7 @@ fn face_catches(leg: &Leg, mesh: &Mesh) -> bool {
         && least(places.map(|at| 1.0 - at.x - at.y)) >= 0.0
 }
 
-/// The ends' coordinates along `u` and `v` from `origin`.
+/// Coordinates of the leg's ends along `u` and `v` from `origin`.
 fn parameters(leg: &Leg, origin: DVec3, [u, v]: [DVec3; 2]) -> [DVec3; 6] {
     let cross = u.cross(v);
     let scale = cross.length_squared();
@@ -92,18 +93,4 @@ fn parameters(leg: &Leg, origin: DVec3, [u, v]: [DVec3; 2]) -> [DVec3; 6] {
         let y = u.cross(offset).dot(cross) / scale;
         DVec3::new(x, y, 0.0)
     })
-}
-
-/// The part of vectors across an axis, and the heights along it.
-pub(super) fn across(vectors: &[DVec3; 6], axis: DVec3) -> ([DVec3; 6], [f64; 6]) {
-    let heights = vectors.map(|vector| vector.dot(axis));
-    (
-        std::array::from_fn(|i| vectors[i] - axis * heights[i]),
-        heights,
-    )
-}
-
-/// Whether all points of a bundle are nearer to an axis than `radius`.
-pub(super) fn is_within(across: &[DVec3; 6], radius: f64) -> bool {
-    longest(across) < radius
 }

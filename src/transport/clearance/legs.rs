@@ -5,22 +5,24 @@ use glam::DVec3;
 use super::trail::{Ending, Straight, Trail};
 use crate::geometry::{Bounds, Hit, Hull, Ray, range};
 use crate::scene::Scene;
-use crate::transport::first_surface::Chart;
-use crate::transport::prescribed::{End, PathFollower};
+use crate::transport::first_surface::SurfaceChart;
+use crate::transport::fixed_signature::PathFollower;
+use crate::transport::path_end::End;
 use crate::transport::screen::Screen;
 
-/// What is at an end of a leg.
+/// The thing at an end of a leg.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Met {
+pub(super) enum LegContact {
     /// The light source.
     Source,
     /// A shape.
     Surface(u32),
-    /// The plane of this shape, the receiver: the rectangle or disc, or what is beyond its border.
+    /// The plane of this shape, the receiver: the rectangle or disc itself, or its extension beyond the
+    /// border.
     Plane(u32),
     /// The camera that sees where light landed.
     Eye,
-    /// Nothing any more.
+    /// Nothing: the light left the scene.
     Nothing,
 }
 
@@ -29,54 +31,55 @@ pub(super) enum Met {
 pub(super) struct Leg {
     pub(super) start: [DVec3; 6],
     pub(super) end: [DVec3; 6],
-    pub(super) from: Met,
-    pub(super) to: Met,
-    /// The faces of meshes that they start and end on; 0 elsewhere.
+    pub(super) from: LegContact,
+    pub(super) to: LegContact,
+    /// Faces of the meshes that they start on; 0 elsewhere.
     pub(super) from_faces: [u32; 6],
+    /// Faces of the meshes that they end on; 0 elsewhere.
     pub(super) to_faces: [u32; 6],
-    /// Of a last leg without light for the receiver: the receiver.
+    /// The receiver, for a last leg that brings it no light.
     pub(super) dark_over: Option<u32>,
-    /// Of a last leg without light for a camera: what that knows of it.
-    pub(super) sight: Sight,
+    /// The camera's knowledge of a last leg that brings it no light.
+    pub(super) sight: CameraSight,
 }
 
-/// What a camera knows of a leg.
+/// A camera's knowledge of a leg.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Sight {
-    /// The leg has light for the sensor, or that is no camera, or other legs follow.
+pub(super) enum CameraSight {
+    /// The leg has light for the sensor, or the sensor is no camera, or other legs follow.
     NotAsked,
-    /// It sees nothing of the whole bundle, whatever that meets.
+    /// The camera sees nothing of the whole bundle, whatever the bundle meets.
     OutOfView,
-    /// It sees nothing of the bundle as far as its end.
+    /// The camera sees nothing of the bundle as far as the leg's end.
     OutOfViewToEnd,
-    /// It sees nothing of the surface at the end, if all end there.
+    /// The camera sees nothing of the surface at the end, if all light ends there.
     EndUnseen,
-    /// It might see what is between the six ends.
+    /// The camera might see surface between the six ends.
     MaybeSeen,
 }
 
 impl Leg {
     pub(super) fn starts_on(&self, shape: u32) -> bool {
-        self.from == Met::Surface(shape)
+        self.from == LegContact::Surface(shape)
     }
 
     pub(super) fn ends_on(&self, shape: u32) -> bool {
-        matches!(self.to, Met::Surface(on) | Met::Plane(on) if on == shape)
+        matches!(self.to, LegContact::Surface(on) | LegContact::Plane(on) if on == shape)
     }
 
-    /// From its starts to its ends.
+    /// The vectors from its starts to its ends.
     pub(super) fn along(&self) -> [DVec3; 6] {
         std::array::from_fn(|i| self.end[i] - self.start[i])
     }
 }
 
-/// Six paths.
-pub(super) struct Record {
-    /// As far as all six met the same things.
+/// The shared legs of six paths.
+pub(super) struct LegRecord {
+    /// The legs, as far as all six met the same things.
     pub(super) legs: Vec<Leg>,
-    /// All six ended the same way by way of the same surfaces.
-    pub(super) one_family: bool,
-    /// None of the six has its first surface in sight: the only leg ends at what hides it.
+    /// True if all six ended the same way by way of the same surfaces.
+    pub(super) one_topology: bool,
+    /// True if none of the six has its first surface in sight: the only leg ends at what hides it.
     pub(super) hidden: bool,
 }
 
@@ -84,32 +87,32 @@ pub(super) struct Record {
 #[derive(Clone, Copy)]
 struct Stop {
     at: DVec3,
-    met: Met,
+    met: LegContact,
     face: u32,
 }
 
 /// Reads six trails that started on a chart.
 pub(super) fn record<const N: usize>(
     follower: &mut PathFollower<'_, N>,
-    chart: &Chart,
+    chart: &SurfaceChart,
     trails: &[Trail; 6],
-) -> Record {
+) -> LegRecord {
     let mut paths: [Vec<Stop>; 6] = Default::default();
     let mut ends = [None; 6];
     for (trail, (stops, end)) in trails.iter().zip(paths.iter_mut().zip(&mut ends)) {
         *end = read(follower, chart, trail, stops).map(|()| trail.path);
     }
     let [Some(first), ..] = ends else {
-        return Record {
+        return LegRecord {
             legs: Vec::new(),
-            one_family: false,
+            one_topology: false,
             hidden: false,
         };
     };
     let is_hidden = |end: &Option<Ending>| end.is_some_and(|end| end.end == End::Hidden);
     let hidden = ends.iter().all(is_hidden);
     let mut legs = Vec::with_capacity(paths[0].len());
-    // Where some see the surface and some do not, there is no leg that all six share.
+    // If some see the surface and some do not, no leg is shared by all six.
     let shared = if !hidden && ends.iter().any(is_hidden) {
         0
     } else {
@@ -148,7 +151,7 @@ pub(super) fn record<const N: usize>(
             sight: if is_dark && receiver.is_none() {
                 sight(follower, met, &start, &end)
             } else {
-                Sight::NotAsked
+                CameraSight::NotAsked
             },
         });
     }
@@ -158,29 +161,30 @@ pub(super) fn record<const N: usize>(
             .chain(&leg.end)
             .all(|point| point.is_finite())
     };
-    let one_family = complete
+    let one_topology = complete
         && legs.len() + 1 == shared
         && legs.iter().all(is_finite)
         && ends
             .iter()
-            .all(|end| end.is_some_and(|end| end.family == first.family));
+            .all(|end| end.is_some_and(|end| end.topology == first.topology));
     legs.truncate(legs.iter().take_while(|leg| is_finite(leg)).count());
-    Record {
+    LegRecord {
         legs,
-        one_family,
+        one_topology,
         hidden,
     }
 }
 
-/// What a camera knows of last legs; it sees none of the six ends.
+/// The camera's knowledge of last legs, none of whose six ends it sees.
 fn sight<const N: usize>(
     follower: &PathFollower<'_, N>,
-    met: Met,
+    met: LegContact,
     start: &[DVec3; 6],
     end: &[DVec3; 6],
-) -> Sight {
+) -> CameraSight {
     let (scene, screen) = (follower.scene(), follower.screen());
-    // What passes by the thing that the six met goes on, but there is nothing to be seen outside of the box round everything.
+    // Light that passes by the thing that the six met goes on, but nothing is to be seen outside the box
+    // round the scene.
     let along: [DVec3; 6] = std::array::from_fn(|i| (end[i] - start[i]).normalize_or_zero());
     let way = way_through(scene.world().bounds(), start, &along);
     let beyond = std::array::from_fn(|i| {
@@ -188,23 +192,23 @@ fn sight<const N: usize>(
         start[i] + along[i] * way
     });
     if screen.sees_nothing_of(&Hull::new(start, &beyond)) {
-        return Sight::OutOfView;
+        return CameraSight::OutOfView;
     }
     if screen.sees_nothing_of(&Hull::new(start, end)) {
-        return Sight::OutOfViewToEnd;
+        return CameraSight::OutOfViewToEnd;
     }
     match met {
-        Met::Surface(shape)
+        LegContact::Surface(shape)
             if screen.may_see(scene, shape) && !screen.sees_nothing_of(&Hull::new(end, end)) =>
         {
-            Sight::MaybeSeen
+            CameraSight::MaybeSeen
         }
-        _ => Sight::EndUnseen,
+        _ => CameraSight::EndUnseen,
     }
 }
 
-/// Where some of six last legs without light for the sensor end on other things than the rest, all
-/// are drawn on until they are out of the scene: then nothing that they met need catch them.
+/// Extends six last legs without light for the sensor out of the scene if they end on different things. Then
+/// nothing that they met need catch them.
 fn look_through(scene: &Scene, paths: &mut [Vec<Stop>; 6], last: usize) {
     let met = paths[0][last].met;
     if paths.iter().all(|stops| stops[last].met == met) {
@@ -213,30 +217,30 @@ fn look_through(scene: &Scene, paths: &mut [Vec<Stop>; 6], last: usize) {
     for stops in paths {
         stops[last] = Stop {
             at: way_on(scene, stops[last - 1].at, stops[last].at),
-            met: Met::Nothing,
+            met: LegContact::Nothing,
             face: 0,
         };
     }
 }
 
-/// Says where the legs of a path start and end; `None` where it has no legs.
+/// Reads where the legs of a path start and end; `None` if it has no legs.
 fn read<const N: usize>(
     follower: &mut PathFollower<'_, N>,
-    chart: &Chart,
+    chart: &SurfaceChart,
     trail: &Trail,
     stops: &mut Vec<Stop>,
 ) -> Option<()> {
     let first = trail.legs.first()?;
     stops.push(Stop {
         at: first.ray.origin,
-        met: Met::Source,
+        met: LegContact::Source,
         face: 0,
     });
     stops.extend(trail.legs.iter().map(|leg| match &leg.hit {
         Some(hit) => surface(&leg.ray, hit),
         None => Stop {
             at: leg.ray.origin,
-            met: Met::Nothing,
+            met: LegContact::Nothing,
             face: 0,
         },
     }));
@@ -258,7 +262,7 @@ fn read<const N: usize>(
                     let at = end.at + seen.towards * seen.distance;
                     stops.push(Stop {
                         at,
-                        met: Met::Eye,
+                        met: LegContact::Eye,
                         face: 0,
                     });
                     return Some(());
@@ -272,7 +276,7 @@ fn read<const N: usize>(
                 };
                 *end = Stop {
                     at: ray.at(distance),
-                    met: Met::Plane(shape),
+                    met: LegContact::Plane(shape),
                     face: 0,
                 };
             }
@@ -286,15 +290,16 @@ fn read<const N: usize>(
 fn surface(ray: &Ray, hit: &Hit) -> Stop {
     Stop {
         at: ray.at(hit.distance),
-        met: Met::Surface(hit.shape),
+        met: LegContact::Surface(hit.shape),
         face: hit.face,
     }
 }
 
-/// So far on, all rays of a bundle are out of a box, as six of them show; `None` where some may run along each of its sides.
+/// Distance after which all rays of a bundle are out of a box, as six of them show; `None` if, for each side
+/// of the box, some ray may run along it.
 ///
-/// Towards a side with the normal n at n · p = c, a ray from p along d is out after (c − n · p) / (n · d): no ray
-/// of the bundle goes on for longer than the largest numerator over the smallest denominator.
+/// Towards a side with the normal n at n · p = c, a ray from p along d is out after (c − n · p) / (n · d). No
+/// ray of the bundle goes on for longer than the largest numerator over the smallest denominator.
 fn way_through(bounds: Bounds, start: &[DVec3; 6], along: &[DVec3; 6]) -> Option<f64> {
     let sides = [(DVec3::X, 0), (DVec3::Y, 1), (DVec3::Z, 2)];
     let ways = sides.iter().flat_map(|&(axis, index)| {
@@ -307,15 +312,15 @@ fn way_through(bounds: Bounds, start: &[DVec3; 6], along: &[DVec3; 6]) -> Option
     ways.flatten().reduce(f64::min)
 }
 
-/// A place on the way from `start` through `end` that is out of the scene.
+/// A point on the line from `start` through `end` that is out of the scene.
 fn way_on(scene: &Scene, start: DVec3, end: DVec3) -> DVec3 {
     start + (end - start).normalize_or_zero() * way_out(scene, start)
 }
 
-/// A distance at which a ray from `origin`, and its neighbours with it, has left the box round everything.
+/// A distance at which a ray from `origin`, and its neighbours with it, has left the box round the scene.
 pub(super) fn way_out(scene: &Scene, origin: DVec3) -> f64 {
     let bounds: Bounds = scene.world().bounds();
-    // Twice what the ray itself may need: where a fan of rays is so wide that its middle falls
+    // Twice the distance that the ray itself may need: if a fan of rays is so wide that its middle falls
     // short of the box, its bulge covers the rest.
     2.0 * ((origin - bounds.center()).length() + bounds.radius())
 }
@@ -325,7 +330,8 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// Where a ray from within a box is out of it, in lengths of `along`: at the first of the sides that it goes towards.
+    /// Distance, in lengths of `along`, at which a ray from within a box leaves it: the first of the sides
+    /// that it goes towards.
     fn own_way(bounds: Bounds, start: DVec3, along: DVec3) -> f64 {
         let sides = DVec3::select(along.cmpgt(DVec3::ZERO), bounds.max, bounds.min);
         let ways = (sides - start) / along;
@@ -339,7 +345,7 @@ mod tests {
         prop::array::uniform3(-1.0..1.0f64).prop_map(DVec3::from)
     }
 
-    /// A bundle's starts and directions between three corners, and the same at the six nodes.
+    /// A point between three corners, for a bundle's starts and for its directions.
     fn between(corners: &[DVec3; 3], [b, c]: [f64; 2]) -> DVec3 {
         corners[0] * (1.0 - b - c) + corners[1] * b + corners[2] * c
     }
@@ -351,7 +357,8 @@ mod tests {
         [a, b, c, d, e, f]
     }
 
-    /// Whether all rays of a bundle are out where `way_through` says, and whether one of them goes on for twice as long as the nodes.
+    /// True if all rays of a bundle are out where `way_through` says; and true if one of them goes on for
+    /// twice as long as the nodes.
     fn is_through(extent: DVec3, start: [DVec3; 3], along: [DVec3; 3]) -> (bool, bool) {
         let bounds = Bounds {
             min: -extent,
@@ -370,12 +377,13 @@ mod tests {
             .map(|at| at.map(|step| f64::from(step) / f64::from(steps)))
             .map(|at| own_way(bounds, between(&start, at), between(&along, at)))
             .fold(0.0, f64::max);
-        // A dozen roundings on numbers that differ by no more than a thousand between them.
+        // A dozen roundings of numbers that differ by no more than a factor of a thousand.
         let is_out = longest <= said * (1.0 + 1e-11);
         (is_out, longest > 2.0 * of_nodes)
     }
 
-    /// In a flat box, most rays leave by the ceiling or the floor at once, and some between them at the far end.
+    /// In a flat box, most rays leave by the ceiling or the floor at once, and some between them at the far
+    /// end.
     #[test]
     fn a_way_between_six_short_ones_may_be_long() {
         let fan = [3.0, -1.0, -1.0].map(|up| DVec3::new(1.0, 0.1, up));

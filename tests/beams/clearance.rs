@@ -1,7 +1,7 @@
-//! Where the guard says that a cell of light is of one kind, all light in it is.
+//! Where the clearance says that a cell of light is of one kind, all light in it is.
 //!
-//! Cells of many sizes are looked at, most of them at the borders of things: each root is
-//! divided at random until the guard is content. Then paths all over the cell must meet what its
+//! Cells of many sizes are looked at, most of them at the borders of things: each patch is
+//! divided at random until the clearance is content. Then paths all over the cell must meet what its
 //! nodes met. The same cells judged by their nodes alone fail that, so the test can fail.
 
 use std::fmt::Write as _;
@@ -14,9 +14,10 @@ use nephroid::mitsuba;
 use nephroid::numeric::{Stream, StreamKind};
 use nephroid::scene::Scene;
 use nephroid::transport::camera::Camera;
-use nephroid::transport::first_surface::{Chart, Root, Source, roots};
-use nephroid::transport::guard::{Clearance, Guard, Trail};
-use nephroid::transport::prescribed::{End, PathFollower};
+use nephroid::transport::clearance::{CellClearance, Clearance, Trail};
+use nephroid::transport::first_surface::{Source, SurfaceChart, SurfacePatch, patches};
+use nephroid::transport::fixed_signature::PathFollower;
+use nephroid::transport::path_end::End;
 use nephroid::transport::receiver::Receiver;
 use nephroid::transport::scatter::ShadingNormals;
 use nephroid::transport::screen::Screen;
@@ -81,7 +82,7 @@ fn quarter(corners: [DVec2; 3], number: usize) -> [DVec2; 3] {
 struct Way {
     met: Vec<Option<(u32, u32)>>,
     end: &'static str,
-    family: u64,
+    topology: u64,
 }
 
 /// Whether anything is in front of a place on the first surface, by more than rounding: a place that
@@ -101,7 +102,7 @@ fn is_hidden(scene: &Scene, ray: &Ray, hit: &Hit) -> bool {
     scene.world().any_hit(ray, near, |_| true, &mut counters)
 }
 
-fn way(scene: &Scene, follower: &mut PathFollower<1>, chart: &Chart, at: DVec2) -> Way {
+fn way(scene: &Scene, follower: &mut PathFollower<1>, chart: &SurfaceChart, at: DVec2) -> Way {
     let mut met = Vec::new();
     let mut hidden = false;
     let path = follower.follow_legs(chart, at, true, |ray: &Ray, hit: Option<&Hit>| {
@@ -141,7 +142,7 @@ fn way(scene: &Scene, follower: &mut PathFollower<1>, chart: &Chart, at: DVec2) 
     Way {
         met,
         end,
-        family: if hidden { 0 } else { path.family },
+        topology: if hidden { 0 } else { path.topology },
     }
 }
 
@@ -149,7 +150,7 @@ fn way(scene: &Scene, follower: &mut PathFollower<1>, chart: &Chart, at: DVec2) 
 const BESIDE: [&str; 3] = ["beside", "landed", "lost"];
 
 impl Way {
-    /// Total reflection stops light at a surface; where it sets in is not the guard's business. All
+    /// Total reflection stops light at a surface; where it sets in is not the clearance's business. All
     /// paths that go on must meet the same.
     fn agrees(&self, other: &Self) -> bool {
         // Beside a camera's film light gets lost somewhere: that is no border of anything to be seen.
@@ -172,16 +173,16 @@ impl Way {
 struct Found {
     cells: u32,
     clear: u32,
-    /// Cells of one family by their nodes.
+    /// Cells of one topology by their nodes.
     by_nodes: u32,
     /// ... whose inner paths say otherwise.
     by_nodes_wrong: u32,
     paths: u64,
 }
 
-/// Divides random roots at random until the guard is content, and tries paths in what it allows.
+/// Divides random patches at random until the clearance is content, and tries paths in what it allows.
 fn try_cells(name: &str, scene: &Scene, signatures: &[&str], descents: u32) -> Found {
-    let guard = Guard::new(scene);
+    let clearance = Clearance::new(scene);
     let receiver = scene
         .sensors()
         .iter()
@@ -191,15 +192,16 @@ fn try_cells(name: &str, scene: &Scene, signatures: &[&str], descents: u32) -> F
     let mut found = Found::default();
     let mut random = Random::new(1);
     for source in Source::all(scene) {
-        let roots = roots(scene, &source);
+        let patches = patches(scene, &source);
         for signature in signatures {
             let signature = signature.parse().unwrap();
             let mut follower =
                 PathFollower::<1>::new(scene, &source, &screen, signature, ShadingNormals::Flux);
             for _ in 0..descents {
-                let root: &Root = &roots[(random.next() * roots.len() as f64) as usize];
+                let patch: &SurfacePatch =
+                    &patches[(random.next() * patches.len() as f64) as usize];
                 let (follower, random) = (&mut follower, &mut random);
-                descend(name, &guard, follower, root, None, random, &mut found);
+                descend(name, &clearance, follower, patch, None, random, &mut found);
             }
         }
     }
@@ -207,12 +209,12 @@ fn try_cells(name: &str, scene: &Scene, signatures: &[&str], descents: u32) -> F
     found
 }
 
-/// Divides a root at random, or round a place, until the guard is content, and tries paths in what it allows.
+/// Divides a patch at random, or round a place, until the clearance is content, and tries paths in what it allows.
 fn descend<'a>(
     name: &str,
-    guard: &Guard<'a>,
+    clearance: &Clearance<'a>,
     follower: &mut PathFollower<'a, 1>,
-    root: &Root,
+    patch: &SurfacePatch,
     goal: Option<DVec2>,
     random: &mut Random,
     found: &mut Found,
@@ -220,15 +222,15 @@ fn descend<'a>(
     const LEVELS: u32 = 9;
     const PATHS: u32 = 48;
     let scene = follower.scene();
-    let mut corners = root.corners;
-    let mut known = Clearance::default();
+    let mut corners = patch.corners;
+    let mut known = CellClearance::default();
     for _ in 0..LEVELS {
         let places = nodes(corners);
         let sees = known.is_in_sight();
-        let trails = places.map(|at| Trail::follow(follower, &root.chart, at, sees));
-        known = guard.clear(follower, &root.chart, &trails, known);
-        let ways = places.map(|at| way(scene, follower, &root.chart, at));
-        let one = ways.iter().all(|way| way.family == ways[0].family);
+        let trails = places.map(|at| Trail::follow(follower, &patch.chart, at, sees));
+        known = clearance.clear(follower, &patch.chart, &trails, known);
+        let ways = places.map(|at| way(scene, follower, &patch.chart, at));
+        let one = ways.iter().all(|way| way.topology == ways[0].topology);
         found.cells += 1;
         found.by_nodes += u32::from(one);
         found.clear += u32::from(known.all);
@@ -237,14 +239,14 @@ fn descend<'a>(
             let mut wrong = false;
             let tried = (0..PATHS).map(|_| random.inside(corners));
             for at in goal.into_iter().chain(tried) {
-                let inner = way(scene, follower, &root.chart, at);
+                let inner = way(scene, follower, &patch.chart, at);
                 found.paths += 1;
                 let right = inner.agrees(&ways[0]);
                 wrong |= !right;
                 assert!(
                     right || !known.all,
                     "{name}: at {at} of {:?} {corners:?}\n{inner:?}\n{:?}",
-                    root.chart,
+                    patch.chart,
                     ways[0]
                 );
             }
@@ -312,7 +314,7 @@ fn strip(x: f64, z: f64) -> String {
 const TREE: [&str; 5] = ["LTTD", "LRD", "LTRTD", "LRTTD", "LTTRD"];
 
 #[test]
-fn among_many_small_balls_clear_cells_are_of_one_family() {
+fn among_many_small_balls_clear_cells_are_of_one_topology() {
     let folder = tempfile::tempdir().unwrap();
     for seed in 0..4 {
         let content = format!("{LAMP}{FLOOR}{}", balls(24, seed));
@@ -339,7 +341,7 @@ fn a_thin_strip_on_any_leg_is_not_overlooked() {
 }
 
 #[test]
-fn on_every_bundled_scene_clear_cells_are_of_one_family() {
+fn on_every_bundled_scene_clear_cells_are_of_one_topology() {
     for name in [
         "glass-ball",
         "glass-ball-mesh",
@@ -414,39 +416,44 @@ fn a_tube_round_or_in_the_light_is_not_overlooked() {
     assert!(found.clear > 500 && found.by_nodes_wrong > 5, "{found:?}");
 }
 
-/// The share of root cells that are clear at once, and seconds a root: of the six paths alone, and
-/// with the guard.
+/// The share of patch cells that are clear at once, and seconds a patch: of the six paths alone, and
+/// with the clearance.
 fn roots_clear(name: &str, scene: &Scene, signature: &str) -> f64 {
-    let guard = Guard::new(scene);
+    let clearance = Clearance::new(scene);
     let receiver = Receiver::new(scene, &scene.sensors()[0]).unwrap();
     let screen = Screen::Receiver(&receiver);
     let source = Source::all(scene)[0];
-    let roots = roots(scene, &source);
+    let patches = patches(scene, &source);
     let signature = signature.parse().unwrap();
     let mut follower =
         PathFollower::<1>::new(scene, &source, &screen, signature, ShadingNormals::Flux);
     let start = std::time::Instant::now();
     let mut landed = 0;
-    for root in &roots {
-        for at in nodes(root.corners) {
-            let path = follower.follow(&root.chart, at, false);
+    for patch in &patches {
+        for at in nodes(patch.corners) {
+            let path = follower.follow(&patch.chart, at, false);
             landed += u32::from(matches!(path.end, End::Landed(_)));
         }
     }
     let paths = start.elapsed().as_secs_f64();
     let start = std::time::Instant::now();
-    let clear = roots
+    let clear = patches
         .iter()
-        .filter(|root| {
-            let trails =
-                nodes(root.corners).map(|at| Trail::follow(&mut follower, &root.chart, at, false));
-            guard
-                .clear(&mut follower, &root.chart, &trails, Clearance::default())
+        .filter(|patch| {
+            let trails = nodes(patch.corners)
+                .map(|at| Trail::follow(&mut follower, &patch.chart, at, false));
+            clearance
+                .clear(
+                    &mut follower,
+                    &patch.chart,
+                    &trails,
+                    CellClearance::default(),
+                )
                 .all
         })
         .count();
     let both = start.elapsed().as_secs_f64();
-    let count = roots.len() as f64;
+    let count = patches.len() as f64;
     println!(
         "{name} {signature}: {clear} of {count} roots clear, {landed} nodes landed; \
          six paths {:.2} us, with the guard {:.2} us",
@@ -486,7 +493,7 @@ fn what_a_camera_may_see_between_the_nodes_is_not_overlooked() {
     let receiver = Receiver::new(&bare, &bare.sensors()[0]).unwrap();
     let floor = Screen::Receiver(&receiver);
     let source = Source::all(&bare)[0];
-    let all = roots(&bare, &source);
+    let all = patches(&bare, &source);
     let mut random = Random::new(2);
     for (name, fov, bead, more) in [
         ("narrow", 1.0, None, ""),
@@ -502,9 +509,9 @@ fn what_a_camera_may_see_between_the_nodes_is_not_overlooked() {
                 PathFollower::<1>::new(&bare, &source, &floor, events, ShadingNormals::Flux);
             let mut left = GOALS;
             while left > 0 {
-                let root = &all[(random.next() * all.len() as f64) as usize];
-                let at = random.inside(root.corners);
-                let path = to_floor.follow(&root.chart, at, false);
+                let patch = &all[(random.next() * all.len() as f64) as usize];
+                let at = random.inside(patch.corners);
+                let path = to_floor.follow(&patch.chart, at, false);
                 let End::Landed(film) = path.end else {
                     continue;
                 };
@@ -538,12 +545,12 @@ fn what_a_camera_may_see_between_the_nodes_is_not_overlooked() {
                     camera: &camera,
                     etendue: 1.0,
                 };
-                let guard = Guard::new(&scene);
+                let clearance = Clearance::new(&scene);
                 let mut follower =
                     PathFollower::<1>::new(&scene, &source, &screen, events, ShadingNormals::Flux);
                 for goal in [Some(at), None] {
                     let (follower, random) = (&mut follower, &mut random);
-                    descend(name, &guard, follower, root, goal, random, &mut found);
+                    descend(name, &clearance, follower, patch, goal, random, &mut found);
                 }
             }
         }

@@ -2,48 +2,51 @@
 
 use rayon::prelude::*;
 
-use super::places::{Place, places_of};
-use super::{LEAST_PLACES, PLACES, Sight, Survey, look_at};
+use super::found::Discovery;
+use super::look::{LandedPath, look_at};
+use super::places::{LEAST_PLACES, PLACES, StartPlace, places_of};
 use crate::numeric::{Stream, StreamKind};
 use crate::radiometry::Rgb;
-use crate::reference::beams::pass::Light;
+use crate::reference::beams::pass::BeamLight;
 use crate::scene::Scene;
-use crate::transport::prescribed::PathFollower;
+use crate::transport::fixed_signature::PathFollower;
 use crate::transport::scatter::ShadingNormals;
 use crate::transport::screen::Screen;
 use crate::transport::signature::Signature;
 
-/// Enough light has landed once so many places sent some: of a signature that one in a thousand of these
-/// landings has, eight are expected; none is seen with a probability of about e⁻⁸.
+/// Number of places that must send light to the film. If one in a thousand of these landings is of a
+/// signature, eight are expected; the signature is missed with a probability of about e⁻⁸.
 const LANDINGS: usize = 1 << 13;
 
-/// Rounds at most: of about 2¹³, 2¹⁴ and 2¹⁵ places. All branches from 2¹² were followed before.
+/// Most rounds: of about 2¹³, 2¹⁴ and 2¹⁵ places. All branches from 2¹² were followed before.
 const ROUNDS: u32 = 3;
 
 /// Events up to which every branch is followed.
 const SPLIT_DEPTH: u32 = 2;
 
-/// Of which stream choices of branches are.
+/// Key of the stream of the branches' choices.
 const SEED: u64 = 0x5352_5645_5900;
 
-/// What single paths from ever more places show, and whether enough of them landed on the film.
+/// The signatures that single paths from ever more places show, and true if enough of them landed on the
+/// film.
 ///
-/// Each round spreads its places over all first surfaces anew, twice as many as the round before. The last that saw a signature
-/// tells its flux: of what only an earlier one saw, that is too much rather than too little.
+/// Each round spreads its places over all first surfaces anew, twice as many as the round before. The last
+/// round that saw a signature tells its flux. If only an earlier one saw it, that is too much rather than too
+/// little.
 pub(super) fn look_for_rare(
     scene: &Scene,
-    lights: &[Light],
+    lights: &[BeamLight],
     screen: &Screen,
     max_depth: u32,
     shading_normals: ShadingNormals,
-) -> (Survey, bool) {
-    let mut all = Survey::default();
+) -> (Discovery, bool) {
+    let mut all = Discovery::default();
     let mut landed = 0;
     for count in (1..=ROUNDS).map(|round| PLACES << round) {
         if landed >= LANDINGS {
             break;
         }
-        let mut round = Survey::default();
+        let mut round = Discovery::default();
         for (index, light) in lights.iter().enumerate() {
             let stream = Stream::new(StreamKind::Random, SEED)
                 .split(count as u64)
@@ -58,7 +61,7 @@ pub(super) fn look_for_rare(
                 known.set_out = set_out(scene, light, places);
                 known.places += places.len() as u64;
             }
-            let look = |(index, place): (usize, &Place)| {
+            let look = |(index, place): (usize, &StartPlace)| {
                 let source = &light.source;
                 let mut follower = PathFollower::<3>::new(
                     scene,
@@ -72,8 +75,8 @@ pub(super) fn look_for_rare(
                     stream.extra(index as u64, signature.key())
                 })
             };
-            let seen: Vec<Vec<Sight>> = places.par_iter().enumerate().map(look).collect();
-            let lands = |sights: &&Vec<Sight>| sights.iter().any(|sight| sight.on_film);
+            let seen: Vec<Vec<LandedPath>> = places.par_iter().enumerate().map(look).collect();
+            let lands = |sights: &&Vec<LandedPath>| sights.iter().any(|sight| sight.on_film);
             landed += seen.iter().filter(lands).count();
             for sight in seen.iter().flatten() {
                 round.add(sight);
@@ -93,8 +96,8 @@ pub(super) fn look_for_rare(
     (all, landed >= LANDINGS)
 }
 
-/// The flux \[W\] that sets out to the first surfaces that places stand for.
-fn set_out(scene: &Scene, light: &Light, places: &[Place]) -> Rgb {
+/// Flux \[W\] that sets out to the first surfaces that places stand for.
+fn set_out(scene: &Scene, light: &BeamLight, places: &[StartPlace]) -> Rgb {
     let source = &light.source;
     let by_strength: f64 = places
         .iter()

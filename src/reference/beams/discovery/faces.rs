@@ -1,11 +1,11 @@
-//! The faces of meshes, by where they are.
+//! The faces of meshes, by position.
 
 use glam::{DVec2, DVec3};
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
 
 use crate::geometry::Shape;
 use crate::scene::Scene;
-use crate::transport::first_surface::Chart;
+use crate::transport::first_surface::SurfaceChart;
 
 /// Barycentric coordinates of a face's middle.
 pub(super) const MIDDLE: DVec2 = DVec2::splat(1.0 / 3.0);
@@ -14,12 +14,13 @@ pub(super) const MIDDLE: DVec2 = DVec2::splat(1.0 / 3.0);
 pub(super) struct Faces {
     /// Shape and face.
     faces: Vec<(u32, u32)>,
-    /// `None` of no face at all, or of so many in one place that there is no tree of them.
+    /// The tree of the middles; `None` if there is no face, or so many in one place that no tree can be
+    /// built.
     tree: Option<ImmutableKdTree<f64, 3>>,
 }
 
 impl Faces {
-    /// Those of a scene.
+    /// The faces of a scene.
     pub fn new(scene: &Scene) -> Self {
         let (mut faces, mut middles) = (Vec::new(), Vec::new());
         for (index, shape) in scene.world().shapes().iter().enumerate() {
@@ -42,7 +43,7 @@ impl Faces {
     }
 
     /// The face whose middle is nearest to a place.
-    pub fn nearest(&self, place: DVec3) -> Option<Chart> {
+    pub fn nearest(&self, place: DVec3) -> Option<SurfaceChart> {
         let nearest = self
             .tree
             .as_ref()?
@@ -50,6 +51,6 @@ impl Faces {
             .nearest_one::<SquaredEuclidean<f64>>()
             .execute();
         let &(shape, face) = self.faces.get(nearest.item as usize)?;
-        Some(Chart::Face { shape, face })
+        Some(SurfaceChart::Face { shape, face })
     }
 }

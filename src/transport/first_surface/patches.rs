@@ -4,123 +4,117 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 use glam::{DVec2, DVec3};
 
-use super::chart::Chart;
+use super::chart::SurfaceChart;
 use super::cone::Cone;
 use super::fan::{Fan, angle};
 use super::source::Source;
+use super::triangle::{middles, quarters};
 use crate::geometry::{Cylinder, Mesh, Ray, Shape, TraversalCounters, World};
 use crate::scene::Scene;
 
 /// A triangle of chart coordinates.
 #[derive(Clone, Copy, Debug)]
-pub struct Root {
-    /// Whose coordinates.
-    pub chart: Chart,
+pub struct SurfacePatch {
+    /// The chart whose coordinates they are.
+    pub chart: SurfaceChart,
     /// The corners.
     pub corners: [DVec2; 3],
 }
 
-/// The middles of a triangle's edges, each opposite to the corner of the same index.
-#[inline]
-pub fn middles([a, b, c]: [DVec2; 3]) -> [DVec2; 3] {
-    // Sums commute: the neighbour across the edge gets the same bits.
-    [0.5 * (b + c), 0.5 * (c + a), 0.5 * (a + b)]
-}
-
-/// A triangle's quarters, given its edges' [`middles`]; the one in the middle comes last.
-#[inline]
-pub fn quarters<T: Copy>([a, b, c]: [T; 3], [bc, ca, ab]: [T; 3]) -> [[T; 3]; 4] {
-    [[a, ab, ca], [ab, b, bc], [ca, bc, c], [bc, ca, ab]]
-}
-
-/// A ball's cap is divided into this many bands of incidence and sectors of azimuth: a small
-/// number suffices where all of it is smooth, and a few hundred tasks keep threads busy.
+/// Bands of incidence and sectors of azimuth that a ball's cap is divided into. A small number suffices, as
+/// all of it is smooth, and a few hundred tasks keep threads busy.
 const CAP_BANDS: u32 = 8;
 const CAP_SECTORS: u32 = 16;
 
-/// Round surfaces end this part of an angle before grazing, where light would neither enter nor miss. The light
-/// left out is (1e-9)² of the surface's.
+/// Part of an angle before grazing at which round surfaces end: at grazing, light would neither enter nor
+/// miss. The light left out is (1e-9)² of the surface's.
 const HAIR: f64 = 1e-9;
 
-/// Where the angle of incidence on a ball ends.
+/// Largest angle of incidence on a ball.
 const CAP_END: f64 = FRAC_PI_2 * (1.0 - HAIR);
 
-/// Analytic parameters are divided into this many strips each way.
+/// Number of strips, each way, that analytic parameters are divided into.
 const PARAMETER_STRIPS: u32 = 16;
 
-/// The largest root of a spot's light, by the cone's opening.
+/// Largest patch of a spot's light, in units of the cone's opening.
 const LARGEST_IN_CONE: f64 = 0.25;
 
-/// All light of `source` that may meet a specular surface before anything else: where
-/// something is in its way, that is still to be found out.
-pub fn roots(scene: &Scene, source: &Source) -> Vec<Root> {
-    let mut roots = Vec::new();
+/// All light of `source` that may meet a specular surface before anything else. Obstacles on its way are not
+/// looked for here.
+pub fn patches(scene: &Scene, source: &Source) -> Vec<SurfacePatch> {
+    let mut patches = Vec::new();
     for (index, shape) in scene.world().shapes().iter().enumerate() {
         let index = index as u32;
         if !scene.material_of(index).is_specular(scene.materials()) {
             continue;
         }
-        let parameters = Chart::Parameters { shape: index };
+        let parameters = SurfaceChart::Parameters { shape: index };
         let unit = [DVec2::ZERO, DVec2::ONE];
         match shape {
             Shape::Sphere(ball) => {
-                if let Some(cap) = Chart::cap(index, ball, source) {
+                if let Some(cap) = SurfaceChart::cap(index, ball, source) {
                     let all = [DVec2::ZERO, DVec2::new(CAP_END, TAU)];
-                    add_grid(&mut roots, cap, all, [CAP_BANDS, CAP_SECTORS]);
+                    add_grid(&mut patches, cap, all, [CAP_BANDS, CAP_SECTORS]);
                 } else {
-                    add_grid(&mut roots, parameters, unit, [PARAMETER_STRIPS; 2]);
+                    add_grid(&mut patches, parameters, unit, [PARAMETER_STRIPS; 2]);
                 }
             }
             Shape::Rectangle(_) | Shape::Disk(_) => {
-                add_grid(&mut roots, parameters, unit, [PARAMETER_STRIPS; 2]);
+                add_grid(&mut patches, parameters, unit, [PARAMETER_STRIPS; 2]);
             }
             Shape::Cylinder(cylinder) => {
                 for [from, to] in lit_ranges(cylinder, source) {
                     let range = [DVec2::new(from, 0.0), DVec2::new(to, 1.0)];
-                    add_grid(&mut roots, parameters, range, [PARAMETER_STRIPS; 2]);
+                    add_grid(&mut patches, parameters, range, [PARAMETER_STRIPS; 2]);
                 }
             }
-            Shape::Mesh(mesh) => add_faces(&mut roots, scene, index, mesh, source),
+            Shape::Mesh(mesh) => add_faces(&mut patches, scene, index, mesh, source),
         }
     }
     match source.origin() {
-        Some(origin) => parted(scene, origin, Cone::of(source).as_ref(), roots),
-        None => roots,
+        Some(origin) => parted(scene, origin, Cone::of(source).as_ref(), patches),
+        None => patches,
     }
 }
 
-/// The roots in parts whose corners tell how much light there is on them: of all that are seen at a wide angle, and of
-/// those a spot's cone may reach no larger ones than a quarter of it, so that no cone passes between the nodes of any.
-fn parted(scene: &Scene, origin: DVec3, cone: Option<&Cone>, mut pending: Vec<Root>) -> Vec<Root> {
+/// The patches, divided until their corners tell how much light falls on them. Patches that are seen at a
+/// wide angle are halved. Those that a spot's cone may reach are quartered to a quarter of the cone, so that
+/// no cone passes between the nodes of any; those that it cannot reach are left out.
+fn parted(
+    scene: &Scene,
+    origin: DVec3,
+    cone: Option<&Cone>,
+    mut pending: Vec<SurfacePatch>,
+) -> Vec<SurfacePatch> {
     let world = scene.world();
     let mut done = Vec::with_capacity(pending.len());
     pending.reverse();
-    while let Some(Root { chart, corners }) = pending.pop() {
+    while let Some(SurfacePatch { chart, corners }) = pending.pop() {
         let fan = Fan::of_triangle(origin, world, &chart, corners);
         let overlap = cone.map(|cone| cone.overlap_of(&fan));
         if overlap.is_some_and(|overlap| !overlap.is_possible) {
             continue;
         }
-        let root = |corners| Root { chart, corners };
+        let patch = |corners| SurfacePatch { chart, corners };
         if overlap.is_some_and(|one| one.relative_size > LARGEST_IN_CONE) {
-            pending.extend(quarters(corners, middles(corners)).map(root));
+            pending.extend(quarters(corners, middles(corners)).map(patch));
         } else if fan.is_too_wide()
             && let Some(halves) = halves(world, origin, &chart, corners)
         {
-            pending.extend(halves.map(root));
+            pending.extend(halves.map(patch));
         } else {
-            done.push(root(corners));
+            done.push(patch(corners));
         }
     }
     done
 }
 
-/// A triangle's halves, through the middle of the edge that is seen at the widest angle: where coordinates are
-/// stretched, as about a pole, only the ones that are wide are divided. `None` where rounding leaves nothing to divide.
+/// A triangle's halves, through the middle of the edge that is seen at the widest angle. If coordinates are
+/// stretched, as about a pole, only wide edges are divided. `None` if rounding leaves nothing to divide.
 fn halves(
     world: &World,
     origin: DVec3,
-    chart: &Chart,
+    chart: &SurfaceChart,
     corners: [DVec2; 3],
 ) -> Option<[[DVec2; 3]; 2]> {
     let middles = middles(corners);
@@ -143,8 +137,8 @@ fn halves(
 
 /// A rectangle of coordinates, cut into triangles.
 fn add_grid(
-    roots: &mut Vec<Root>,
-    chart: Chart,
+    patches: &mut Vec<SurfacePatch>,
+    chart: SurfaceChart,
     [from, to]: [DVec2; 2],
     [columns, rows]: [u32; 2],
 ) {
@@ -171,16 +165,16 @@ fn add_grid(
                 at(column, row + 1),
             ];
             for corners in [[a, b, c], [a, c, d]] {
-                roots.push(Root { chart, corners });
+                patches.push(SurfacePatch { chart, corners });
             }
         }
     }
 }
 
-/// The ranges of u = φ/2π in which the outside, and in which the inside of a cylinder faces the source.
+/// The ranges of u = φ/2π in which the outside of a cylinder faces the source, and in which the inside does.
 ///
-/// Across the axis, light from the distance d meets a circle of radius r: its outside within
-/// ±arccos(r/d) of the source's azimuth, the far inside beyond. From within (d < r), all is inside.
+/// Across the axis, light from the distance d meets a circle of radius r: its outside within ±arccos(r/d) of
+/// the source's azimuth, the far inside beyond. If the source is within (d < r), all is inside.
 fn lit_ranges(cylinder: &Cylinder, source: &Source) -> Vec<[f64; 2]> {
     let towards = source.towards(cylinder.base());
     let across = towards - cylinder.axis() * towards.dot(cylinder.axis());
@@ -200,7 +194,7 @@ fn lit_ranges(cylinder: &Cylinder, source: &Source) -> Vec<[f64; 2]> {
     }
     let azimuth = across.dot(y).atan2(across.dot(x)) / TAU;
     let half = radius_over_distance.acos() / TAU;
-    // As of a ball's cap: at grazing itself the last digit would tell inside from outside.
+    // As for a ball's cap: at grazing itself the last digit would tell inside from outside.
     let (outside, inside) = (half * (1.0 - HAIR), half * (1.0 + HAIR));
     vec![
         [azimuth - outside, azimuth + outside],
@@ -208,25 +202,32 @@ fn lit_ranges(cylinder: &Cylinder, source: &Source) -> Vec<[f64; 2]> {
     ]
 }
 
-/// A mesh's faces, near ones near each other: they share edges, and what is in the caches. Of a closed
-/// mesh seen from outside, faces turned away are behind others.
-fn add_faces(roots: &mut Vec<Root>, scene: &Scene, shape: u32, mesh: &Mesh, source: &Source) {
+/// The patches of a mesh's faces, in an order that keeps near ones together: they share edges, and the
+/// contents of caches. If a closed mesh is seen from outside, faces turned away are behind others and are
+/// left out.
+fn add_faces(
+    patches: &mut Vec<SurfacePatch>,
+    scene: &Scene,
+    shape: u32,
+    mesh: &Mesh,
+    source: &Source,
+) {
     let only_front = is_outside_closed(scene, shape, mesh, source);
     let corners = [DVec2::ZERO, DVec2::X, DVec2::Y];
     for face in mesh.faces_by_place() {
         let normal = mesh.face_normal(face);
         let facing = source.towards(mesh.corners(face)[0]).dot(normal);
         if facing > 0.0 || facing < 0.0 && !only_front {
-            roots.push(Root {
-                chart: Chart::Face { shape, face },
+            patches.push(SurfacePatch {
+                chart: SurfaceChart::Face { shape, face },
                 corners,
             });
         }
     }
 }
 
-/// Whether the mesh is closed, its faces turned outward, and the source outside: then each ray of
-/// the source meets a face turned towards it first.
+/// True if the mesh is closed, its faces turned outward, and the source outside. Then each ray of the source
+/// meets a face turned towards it first.
 fn is_outside_closed(scene: &Scene, shape: u32, mesh: &Mesh, source: &Source) -> bool {
     let found = mesh.diagnose();
     if !found.is_closed() {
@@ -250,7 +251,7 @@ fn is_outside_closed(scene: &Scene, shape: u32, mesh: &Mesh, source: &Source) ->
         };
         if hit.shape == shape {
             let cosine = mesh.face_normal(hit.face).dot(ray.direction);
-            // A source on the mesh shines to both sides; which one a ray starts on is rounding.
+            // A source on the mesh shines to both sides; rounding decides on which one a ray starts.
             let is_on = hit.distance * cosine.abs() <= mesh.position_error(hit.face).max_element();
             return cosine < 0.0 && !is_on;
         }

@@ -1,16 +1,15 @@
-//! The guard's door for light that is followed as polygons between flat faces: see
-//! `reference::beams::facets`.
+//! The tests for light that is followed as polygons between flat faces: see `reference::beams::facets`.
 
 use glam::DVec3;
 
-use super::Guard;
+use super::Clearance;
 use super::apart;
-use super::legs::{Leg, Met, Sight, way_out};
+use super::legs::{CameraSight, Leg, LegContact, way_out};
 use crate::geometry::{Hull, Shape};
 
-impl Guard<'_> {
-    /// Whether any of the watched shapes may be in a hull. Of flat faces near it, `is_in_the_way` is asked
-    /// by shape and face (0 of a rectangle): the caller knows planes and edges better than a hull does.
+impl Clearance<'_> {
+    /// True if any of the watched shapes may be in a hull. For flat faces near it, `is_in_the_way` is asked
+    /// by shape and face (0 for a rectangle): the caller knows planes and edges better than a hull does.
     pub fn may_be_between(
         &self,
         hull: &Hull,
@@ -37,8 +36,8 @@ impl Guard<'_> {
         })
     }
 
-    /// Whether a shape keeps back all light of a bundle that leaves a source or another shape, of
-    /// whose six paths (corners, then middles of the edges opposite to them) all end on it.
+    /// True if a shape keeps back all light of a bundle that leaves a source or another shape. All six paths
+    /// of the bundle (corners, then middles of the opposite edges) end on it.
     pub fn is_kept_back(
         &self,
         start: [DVec3; 6],
@@ -49,12 +48,12 @@ impl Guard<'_> {
         let leg = Leg {
             start,
             end,
-            from: Met::Source,
-            to: Met::Surface(shape),
+            from: LegContact::Source,
+            to: LegContact::Surface(shape),
             from_faces: [0; 6],
             to_faces: faces,
             dark_over: None,
-            sight: Sight::NotAsked,
+            sight: CameraSight::NotAsked,
         };
         self.is_hidden(&leg)
     }

@@ -1,46 +1,47 @@
-//! What a path met, leg by leg.
+//! The surfaces that a path met, leg by leg.
 
 use glam::DVec2;
 
 use crate::geometry::{Hit, Ray};
-use crate::transport::first_surface::Chart;
-use crate::transport::prescribed::{End, PathEnd, PathFollower};
+use crate::transport::first_surface::SurfaceChart;
+use crate::transport::fixed_signature::{PathEnd, PathFollower};
+use crate::transport::path_end::End;
 
-/// A straight part of a path: the ray along it, and what it met.
+/// A straight part of a path: the ray along it, and its hit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Straight {
-    /// From where the last part ended, or past a surface that changes nothing.
+    /// The ray, from the end of the part before, or past a surface that changes nothing.
     pub ray: Ray,
-    /// `None` where nothing is there any more.
+    /// The hit; `None` if the ray leaves the scene.
     pub hit: Option<Hit>,
 }
 
-/// How a path ended, whatever it carries.
+/// The way a path ended, apart from the flux that it carries.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ending {
-    /// How.
+    /// The end.
     pub end: End,
-    /// By way of which surfaces: see [`PathEnd::family`].
-    pub family: u64,
+    /// The surfaces that took part: see [`PathEnd::topology`].
+    pub topology: u64,
 }
 
-/// A path, leg by leg as its follower tells of them; its memory may be used again.
+/// A path, leg by leg as its follower reports it. Its memory may be used again.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trail {
-    /// The first one ends on the chart's surface, whether that is seen or not.
+    /// The legs. The first one ends on the chart's surface, even if something hides that.
     pub legs: Vec<Straight>,
-    /// How it ended.
+    /// The path's end.
     pub path: Ending,
 }
 
 impl Default for Trail {
-    /// Of a path that has not set out.
+    /// The trail of a path that has not set out.
     fn default() -> Self {
         Self {
             legs: Vec::new(),
             path: Ending {
                 end: End::Hidden,
-                family: 0,
+                topology: 0,
             },
         }
     }
@@ -50,16 +51,16 @@ impl<const N: usize> From<&PathEnd<N>> for Ending {
     fn from(path: &PathEnd<N>) -> Self {
         Self {
             end: path.end,
-            family: path.family,
+            topology: path.topology,
         }
     }
 }
 
 impl Trail {
-    /// The path that meets the chart's surface at `at`, as of [`PathFollower::follow`].
+    /// The path that meets the chart's surface at `at`, as [`PathFollower::follow`] finds it.
     pub fn follow<const N: usize>(
         follower: &mut PathFollower<'_, N>,
-        chart: &Chart,
+        chart: &SurfaceChart,
         at: DVec2,
         in_sight: bool,
     ) -> Self {

@@ -1,4 +1,4 @@
-//! Small, thin and far things: the survey finds their light, and nothing of it is lost.
+//! Small, thin and far things: the discovery finds their light, and nothing of it is lost.
 
 use std::path::Path;
 
@@ -207,9 +207,9 @@ fn the_shadow_of_a_thin_wire_is_within_bounds_on_every_texel() {
 }
 
 /// Each signature that brings photons a 1e-5th of the caustic's light, in slivers of light space as it may be, is
-/// known to the survey.
+/// known to the discovery.
 #[test]
-fn what_photons_find_the_survey_finds() {
+fn what_photons_find_the_discovery_finds() {
     for name in [
         "coffee-cup",
         "mirror-ring",
@@ -226,7 +226,7 @@ fn what_photons_find_the_survey_finds() {
         };
         let progress = Progress::default();
         let setup = BeamSetup::new(&scene, meter(&scene), settings, &progress).unwrap();
-        let surveyed: Vec<_> = setup.signatures().collect();
+        let discovered: Vec<_> = setup.signatures().collect();
         let mut photons = Photons::new(1 << 20);
         photons.settings.max_layers = 256;
         photons.settings.chains.max_depth = DEPTH;
@@ -240,11 +240,11 @@ fn what_photons_find_the_survey_finds() {
             }
             found += 1;
             assert!(
-                signature.is_empty() || surveyed.contains(signature),
+                signature.is_empty() || discovered.contains(signature),
                 "{name}: {signature} is not found"
             );
         }
-        println!("{name}: {found} of {}", surveyed.len());
+        println!("{name}: {found} of {}", discovered.len());
         assert!(found >= 2, "{name}");
     }
 }
@@ -252,7 +252,7 @@ fn what_photons_find_the_survey_finds() {
 /// A tube of glass and a disk of thin glass beside it, whose light falls on a plate that a camera sees from near by: of thousands of
 /// places that are spread over both, few send light there, and fewer by way of both or of the tube's inside.
 #[test]
-fn what_photons_find_of_dim_light_before_a_camera_the_survey_finds() {
+fn what_photons_find_of_dim_light_before_a_camera_the_discovery_finds() {
     const DEPTH: u32 = 5;
     let things = r#"<scene version="3.0.0">
   <emitter type="point"><point name="position" x="-7.72" y="0.29" z="2.69"/><rgb name="intensity" value="64"/></emitter>
@@ -283,7 +283,7 @@ fn what_photons_find_of_dim_light_before_a_camera_the_survey_finds() {
         ..BeamSettings::default()
     };
     let setup = BeamSetup::new(&scene, &scene.sensors()[0], settings, &progress).unwrap();
-    let surveyed: Vec<_> = setup.signatures().collect();
+    let discovered: Vec<_> = setup.signatures().collect();
     let mut photons = PhotonSettings {
         max_layers: 64,
         ..PhotonSettings::default()
@@ -308,7 +308,7 @@ fn what_photons_find_of_dim_light_before_a_camera_the_survey_finds() {
         println!("{signature}: {:.2} %", 100.0 * share);
         if !signature.is_empty() && share > 5e-3 {
             found += 1;
-            assert!(surveyed.contains(&signature), "{signature} is not found");
+            assert!(discovered.contains(&signature), "{signature} is not found");
         }
     }
     assert!(found >= 5, "{found}");

@@ -1,0 +1,41 @@
+//! Facets and the charts of their coordinates.
+
+use crate::transport::facets::table::Facets;
+use crate::transport::first_surface::{SurfaceChart, SurfacePatch};
+
+/// Parts the patches that are facets, as the facets' numbers, from the others.
+pub fn part_patches(facets: &Facets, patches: &[SurfacePatch]) -> (Vec<u32>, Vec<SurfacePatch>) {
+    let mut seen = vec![false; facets.len()];
+    let mut flat = Vec::new();
+    let mut others = Vec::new();
+    for patch in patches {
+        let facet = match patch.chart {
+            SurfaceChart::Face { shape, face } => facets.of(shape, face),
+            SurfaceChart::Parameters { shape } => facets.of(shape, 0),
+            SurfaceChart::Cap { .. } => None,
+        };
+        match facet {
+            // A facet of many faces has as many patches.
+            Some(facet) if seen[facet as usize] => {}
+            Some(facet) => {
+                seen[facet as usize] = true;
+                flat.push(facet);
+            }
+            None => others.push(*patch),
+        }
+    }
+    (flat, others)
+}
+
+/// The chart whose coordinates the facet has.
+pub(super) fn chart_of(facets: &Facets, facet: u32, is_mesh: bool) -> SurfaceChart {
+    let facet = facets.get(facet);
+    if is_mesh {
+        SurfaceChart::Face {
+            shape: facet.shape,
+            face: facet.face,
+        }
+    } else {
+        SurfaceChart::Parameters { shape: facet.shape }
+    }
+}
