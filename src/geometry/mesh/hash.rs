@@ -8,22 +8,22 @@ use std::{
 /// A map with keys of mesh data, hashed four times sooner than by the standard library's hash.
 ///
 /// Its order changes from run to run; no result may depend on it.
-pub(super) type Map<K, V> = HashMap<K, V, Seeded>;
+pub(super) type Map<K, V> = HashMap<K, V, HashSeed>;
 /// The set to go with it.
-pub(super) type Set<K> = HashSet<K, Seeded>;
+pub(super) type Set<K> = HashSet<K, HashSeed>;
 
-/// A hasher that starts each table's hashes at a secret of its own. With a known start, anybody could write a
-/// file whose positions all collide, and a mesh of 10⁵ of them would take minutes.
+/// The secret at which a table's hashes start, of its own for each table. With a known start, anybody could
+/// write a file whose positions all collide, and a mesh of 10⁵ of them would take minutes.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Seeded(u64);
+pub(super) struct HashSeed(u64);
 
-impl Default for Seeded {
+impl Default for HashSeed {
     fn default() -> Self {
         Self(RandomState::new().hash_one(0_u8))
     }
 }
 
-impl BuildHasher for Seeded {
+impl BuildHasher for HashSeed {
     type Hasher = Mixer;
 
     #[inline]
