@@ -1,6 +1,6 @@
 //! Light paths of one fixed signature: from a place on a first surface to the sensor.
 //!
-//! A chain follows light wherever it goes. Here the question is about one signature only: does light that
+//! A chain follows light wherever it goes. Here the question is about one signature only. Does light that
 //! starts at this place get to the sensor by these events, to which place, and how much of it? The answer
 //! includes *which* surfaces took part, the path's topology: two neighbouring paths belong to one smooth map
 //! only if their topologies are equal.
@@ -341,7 +341,7 @@ impl<'a, const N: usize> PathFollower<'a, N> {
 }
 
 /// Light that travels along `direction` at a point of `shape`, after `event`: the share (0..=1) of its flux
-/// that goes on, and its new branch; `None` if no light goes on that way.
+/// that goes on, and its new branch. `None` if no light goes on that way.
 #[inline]
 pub(super) fn leave<const N: usize>(
     scene: &Scene,

@@ -134,12 +134,12 @@ impl Average {
         (self.variance[texel] / (count * count) + self.fixed_variance[texel]).sqrt()
     }
 
-    /// Flux \[W\], beyond its mean, that a texel may get although no replicate of `points` places an area
-    /// light has lit it, at a two-sided `confidence`. It is black if a replicate has lit the texel, as their
-    /// scatter tells more, or if nothing is drawn at random.
+    /// Flux \[W\] that an unlit texel may get, at a two-sided `confidence`: no replicate of `points` places
+    /// an area light has lit it. It is black if a replicate has lit the texel, as their scatter tells more,
+    /// or if nothing is drawn at random.
     ///
-    /// A part p of the area lights that lights the texel is missed by n independent places with probability
-    /// (1 − p)ⁿ, by well spread ones less often. With α = (1 − confidence)/2, p is below 1 − α^(1/n), about
+    /// n independent places miss a part p of the area lights, which lights the texel, with probability (1 −
+    /// p)ⁿ. Well spread places miss it less often. With α = (1 − confidence)/2, p is below 1 − α^(1/n), about
     /// ln(1/α)/n (the rule of three, for α = 5 %). The light of that part is taken for that of the brightest
     /// texel of any replicate: brighter ones may exist that no place has shown.
     pub fn unseen(&self, texel: usize, points: u64, confidence: f64) -> Rgb {

@@ -4,8 +4,8 @@
 //!
 //! - q = B − A is the change when all cells are halved once. The answer is (4B − A)/3 = B + q/3. If the light
 //!   is smooth, A is off by 4q/3 and the answer by much less. If a fold or a border runs through a cell, the
-//!   answer is off by a part of q. q may vanish by accident, when the errors of several cells cancel, but not
-//!   in the neighbours, too: the largest |q| of 3 x 3 texels counts.
+//!   answer is off by a part of q. Here q may vanish by accident, when the errors of several cells cancel,
+//!   but not in the neighbours, too. So the largest |q| of 3 x 3 texels counts.
 //! - a is the flux of quarter cells within their bend of a texel line. It is a sum of positive terms, and
 //!   covers errors that cancel in q.
 //! - s is the flux of cells that no single line divides into topologies, and of borders' curvature.

@@ -149,8 +149,8 @@ impl<const N: usize> CellSummary<N> {
         look
     }
 
-    /// True if all that lands, lands beside a film of this size, even if the cell bends as much again between
-    /// its nodes as they show.
+    /// True if all that lands, lands beside a film of this size. The cell may bend as much again between its
+    /// nodes as they show.
     #[inline]
     pub fn is_off(&self, size: [usize; 2]) -> bool {
         let margin = if self.one_topology {

@@ -2,8 +2,8 @@
 //!
 //! If a silhouette, a shadow's edge or the onset of total reflection crosses a cell, the topology changes
 //! along two of its edges. Both crossings are found by bisection, and the triangle is cut along the straight
-//! line between them. The error from the border's curvature is of second order in the cell's size, as the
-//! bend of a smooth cell is, and is extrapolated the same way.
+//! line between them. The error from the border's curvature is of second order in the cell's size, as is the
+//! bend of a smooth cell. It is extrapolated the same way.
 
 use glam::DVec2;
 

@@ -17,7 +17,7 @@ pub struct TexelBlock<const N: usize> {
 }
 
 /// Most texels a side of a block; larger images go to the film directly.
-const PATCH: usize = 24;
+const BLOCK: usize = 24;
 
 impl<const N: usize> Default for TexelBlock<N> {
     /// An empty block.
@@ -25,7 +25,7 @@ impl<const N: usize> Default for TexelBlock<N> {
         Self {
             origin: [0; 2],
             size: [0; 2],
-            sums: vec![TexelSums::default(); PATCH * PATCH],
+            sums: vec![TexelSums::default(); BLOCK * BLOCK],
         }
     }
 }
@@ -43,7 +43,7 @@ impl<const N: usize> TexelBlock<N> {
             self.origin[axis] = from;
             self.size[axis] = to - from + 1;
         }
-        let fits = self.size[0].max(self.size[1]) <= PATCH;
+        let fits = self.size[0].max(self.size[1]) <= BLOCK;
         if fits {
             self.sums[..self.size[0] * self.size[1]].fill(TexelSums::default());
         }
@@ -89,7 +89,7 @@ impl<const N: usize> Levels<'_, N> {
     /// Deals out (4B − A)/3, with B the quarters as affine triangles, and A the cell itself as one.
     ///
     /// The error of affine cells is of second order in their size, so that halving them leaves a quarter of
-    /// it: Richardson's extrapolation removes it texel by texel.
+    /// it. Richardson's extrapolation removes it texel by texel.
     ///
     /// `bend` is the distance, in texels, of the cell's light from A.
     fn deal_out(

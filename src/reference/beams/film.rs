@@ -43,8 +43,8 @@ pub struct FilmTexel<const N: usize> {
     /// Uncertain flux, of cells with more than one topology: it may be here, or not.
     pub uncertain: Flux<N>,
     /// The same flux seen together with all other texels that it may be on, worst channel. Flux that may be
-    /// on any one of n texels counts as its part 1/√n on each, so that the sum of squares over texels is that
-    /// of one.
+    /// on any one of n texels counts as its part 1/√n on each. The sum of squares over texels is then that of
+    /// one.
     pub spread: f64,
 }
 

@@ -3,7 +3,7 @@
 //! The answer on the film, B + q/3, is an extrapolation: beside bright texels it may be a little below zero,
 //! as no light is. A texel's value is the nearest one within its layer's bounds, which begin at zero. That
 //! brings it nearer to the truth wherever the bounds hold. The sum of a layer's texels is then a little more
-//! than the sum of its cells: the ledger has the texels' sums, and [`SignatureReport`] the cells'.
+//! than the sum of its cells. The ledger has the texels' sums, and [`SignatureReport`] the cells'.
 //!
 //! [`SignatureReport`]: super::pass::SignatureReport
 

@@ -8,7 +8,7 @@ use crate::run::{Budget, Progress};
 /// Limits of time and rays, and a request from outside to stop. All threads ask now and then, in the middle
 /// of their work.
 ///
-/// Rays end a pass on any number of threads or on none: the rays that a pass needs are fixed, and an excess
+/// The limit of rays does not depend on threads. The number of rays that a pass needs is fixed, and an excess
 /// is noticed at the latest when the pass is done.
 pub struct Limit<'a> {
     progress: &'a Progress,

@@ -26,8 +26,8 @@ use crate::transport::flux::Flux;
 use crate::transport::scatter::ShadingNormals;
 use crate::transport::signature::Signature;
 
-/// Number of patches of one task. It is small enough for some hundred tasks. If there are many patches it is
-/// so large that most neighbours, which share paths, are in one task.
+/// Range of the number of patches of one task. It is small enough for some hundred tasks. If there are many
+/// patches it is so large that most neighbours, which share paths, are in one task.
 const TASK_PATCHES: std::ops::RangeInclusive<usize> = 16..=512;
 /// Number of tasks: see [`TASK_PATCHES`].
 const TASKS: usize = 128;

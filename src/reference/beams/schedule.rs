@@ -40,7 +40,7 @@ const WORK_ORDER: f64 = 0.55;
 /// fourth power of a cell's size. Such passes can be compared.
 pub const DIVIDED_AGAIN: f64 = 16.0;
 
-/// Part of the misplaced flux that is allowed next if cells were too large to light any texel.
+/// Factor of the tolerance after a pass whose cells were too large to light any texel.
 const UNLIT: f64 = 1.0 / 256.0;
 
 /// Ratio to the error asked for below which a small step is likely to do.
@@ -146,8 +146,8 @@ impl Fineness {
             * (next.points as f64 / self.points as f64)
     }
 
-    /// The pass `next`, or a coarser one if it is likely to take more than `affordable` times the work of
-    /// this pass; `None` if the coarser one is not finer enough than this.
+    /// The pass `next`, or a coarser one if `next` is likely to take more than `affordable` times the work of
+    /// this pass. `None` if the coarser one would hardly be finer than this.
     pub fn towards(self, next: Self, affordable: f64) -> Option<Self> {
         if self.growth_to(next) <= affordable {
             return Some(next);

@@ -65,8 +65,8 @@ pub struct SpecularPath {
     /// |det J|: receiver area for a unit of light-space measure, \[m²/sr\] for points and spots, \[m²/m²\]
     /// for parallel light.
     pub jacobian: f64,
-    /// True if the sheet of light is turned over, compared with light that met flat mirrors instead: it has
-    /// passed an odd number of caustics on its way.
+    /// True if the sheet of light is turned over, compared with light that met flat mirrors instead. Then it
+    /// has passed an odd number of caustics on its way.
     pub folded: bool,
     /// Pointwise irradiance \[W/m²\].
     pub irradiance: Rgb,

@@ -7,18 +7,18 @@
 //! E = Σ w(x) / |det J(x)|
 //! ```
 //!
-//! with w the flux per unit of light-space measure (intensity per solid angle, or irradiance across parallel
-//! light) times Fresnel's shares and tints, and det J the receiver area per unit of that measure (Mitchell
-//! and Hanrahan, *Illumination from curved reflectors*, SIGGRAPH 1992). Nothing is sampled at random and
-//! nothing is averaged. The result is the *pointwise* irradiance, infinite on a fold; every other method
-//! measures averages over texels. With those it shares the intersections and Fresnel's formulas, but neither
-//! cells, nor densities, nor deposits: it is an independent check.
+//! (Mitchell and Hanrahan, *Illumination from curved reflectors*, SIGGRAPH 1992). Here w is the flux per unit
+//! of light-space measure times Fresnel's shares and tints. The flux is intensity per solid angle, or
+//! irradiance across parallel light; det J is the receiver area per unit of that measure. Nothing is sampled
+//! at random and nothing is averaged. The result is the *pointwise* irradiance, infinite on a fold; every
+//! other method measures averages over texels. With those it shares the intersections and Fresnel's formulas,
+//! but neither cells, nor densities, nor deposits: it is an independent check.
 //!
 //! # How preimages are found
 //!
 //! `search` traces the cells of [light space](crate::transport::domain) at 3 x 3 nodes each: the full Fresnel
 //! tree, with [derivatives](crate::transport::differentials). It divides a patch until each chain in it is
-//! clear: either the chain is away from the point, by a margin from its second differences, or it is so
+//! clear. Either the chain is away from the point, by a margin from its second differences. Or it is so
 //! nearly linear that it meets the point once at most. Then `newton` finds the root, and `path` traces it
 //! through the scene as it is.
 //!

@@ -14,9 +14,9 @@ use crate::transport::scatter::Way;
 /// Part of the patch in which a root is alone: a root of the same chain that lies nearer to it is the same.
 const SAME: f64 = 1.0 / 16.0;
 
-/// Largest allowed miss of a ray traced through the scene as it is, as the step in the root's patch that
-/// would bring it to the target. A ray that misses by more met something else than the chain (a facet beside
-/// the one that was extended).
+/// Largest miss of a ray traced through the scene as it is: the step in the root's patch that brings it to
+/// the target. A ray that misses by more met something else than the chain (a facet beside the one that was
+/// extended).
 const VERIFIED: f64 = 1.0 / (1 << 12) as f64;
 
 /// Step of the differences for the gradient of det J, as a part of the patch in which J varies by half at

@@ -38,8 +38,8 @@ pub fn probe(
 ///
 /// # Errors
 ///
-/// If the sensor is no irradiance meter on a shape with (u, v), if `uv` is outside of it, or if an emitter
-/// has a surface.
+/// If the sensor is no irradiance meter on a shape with (u, v), if `uv` is outside, or if an emitter has a
+/// surface.
 pub fn probe_until(
     scene: &Scene,
     sensor: &Sensor,

@@ -15,9 +15,9 @@ use crate::transport::differentials::{ChainStep, signature};
 use crate::transport::signature::Signature;
 
 /// Most divisions of a patch: to 2⁻³⁰ of a cell, so that some 2¹⁶ places of a coordinate are left to a patch.
-/// Two roots this near each other are as near to a fold as the square of that, far below the rounding of
-/// places on the receiver. Only light that grazes a surface, whose map has a square root's slope there, needs
-/// so many divisions.
+/// Two roots this near each other are as near to a fold as the square of that: far below the rounding of
+/// receiver places. Only light that grazes a surface, whose map has a square root's slope there, needs so
+/// many divisions.
 pub const MAX_LEVEL: u32 = 30;
 
 /// Level up to which a patch on the outline of a shape, as the emitter sees it, is divided in any case. Light
@@ -51,8 +51,8 @@ const PIECES_AT_ONCE: usize = 256;
 
 /// Searches for all roots, level by level: the pieces of a level are independent of each other.
 ///
-/// The search may be as large as its budget. If light of a curve in light space meets the point, as on the
-/// axis of a ball, each level has twice the pieces of the one before, to the last.
+/// The search may be as large as its budget. On the axis of a ball, for example, light of a whole curve in
+/// light space meets the point. Then each level has twice the pieces of the one before, to the last.
 pub(super) fn search(map: &LightMap, stop: &(dyn Fn() -> bool + Sync)) -> SearchResult {
     let mut found = SearchResult::default();
     let mut pieces: Vec<LightPiece> = map
@@ -185,8 +185,8 @@ fn sheets(tracer: &mut MapTracer, piece: &LightPiece) -> Vec<Sheet> {
 /// argument of `MOST_VARIATION`.
 const FARTHEST_START: f64 = 2.2;
 
-/// True if chains of one signature break within the piece, and the target lies in the range of their misses,
-/// or at most half of that range beside it.
+/// True if chains of one signature break within the piece, and the target lies among their misses, or half as
+/// far beside them.
 fn may_hide_a_chain(sheets: &[Sheet]) -> bool {
     let mut hulls: BTreeMap<Signature, (DVec3, DVec3, bool)> = BTreeMap::new();
     for sheet in sheets {

@@ -7,8 +7,8 @@ use super::target::TargetImage;
 use crate::transport::differentials::ChainStep;
 use crate::transport::domain::chart::ChartPatch;
 
-/// Level up to which a patch whose nodes do not all see the same chains is divided if *any* of them may hide
-/// the target: an unseen chain may be between them. Beyond, it is divided only if a chain that is seen may.
+/// Level up to which a patch whose nodes see different chains is divided if *any* of them may hide the
+/// target. An unseen chain may be between them. Beyond, it is divided only if a chain that is seen may.
 pub(super) const MIXED_LEVELS: u32 = 3;
 
 /// A patch of light space to be searched.
@@ -73,9 +73,9 @@ impl LightPiece {
 
 /// Largest variation of J over a piece: ‖J(center)⁻¹ J(node) − 1‖ (Frobenius) at all nodes.
 ///
-/// If such a bound held everywhere and were below 1, the sheet would meet a point once at most: for x ≠ y in
-/// a convex set, J(center)⁻¹ (f(x) − f(y)) differs from x − y by less than |x − y|. A bound of 1/2 leaves the
-/// rest for the sheet between the nodes.
+/// If such a bound held everywhere and were below 1, the sheet would meet a point once at most. The reason:
+/// for x ≠ y in a convex set, J(center)⁻¹ (f(x) − f(y)) would differ from x − y by less than |x − y|. A bound
+/// of 1/2 leaves the rest for the sheet between the nodes.
 const MOST_VARIATION: f64 = 0.5;
 
 impl Sheet {
@@ -98,10 +98,10 @@ impl Sheet {
     /// True if light of the piece may meet the target. Around each node, a linear map tells by how much light
     /// misses. The margin is the error of the nodes' linear maps at each other.
     ///
-    /// A piece's nodes stand 1 apart. If all see the chain, each speaks for half of that, and the margin is
-    /// the error at its neighbours: four times the error of a quadratic map after half that step. If some do
-    /// not see the chain, the nearest that do speak for them. Sheets of meshes may jump (at creases), and no
-    /// margin would ever allow for that: past [`MIXED_LEVELS`] it is at most the linear map's own reach.
+    /// A piece's nodes stand 1 apart. If all see the chain, each speaks for half of that. The margin is the
+    /// error at its neighbours: four times the error of a quadratic map after half that step. If some do not
+    /// see the chain, the nearest that do speak for them. Sheets of meshes may jump (at creases), and no
+    /// margin would ever allow for that. Past [`MIXED_LEVELS`] it is at most the linear map's own reach.
     pub fn may_hold_target(&self, level: u32) -> bool {
         let seen: Vec<(DVec2, f64, TargetImage)> = self
             .nodes
@@ -142,8 +142,9 @@ impl Sheet {
         })
     }
 
-    /// Distance, in the piece's coordinates, up to which a node speaks for the piece: that of the farthest of
-    /// 5 x 5 points to which no other node that sees the chain is nearer, and half their spacing more.
+    /// Distance, in the piece's coordinates, up to which a node speaks for the piece. Of 5 x 5 points, it
+    /// counts those without a nearer node that sees the chain: the farthest one's distance, and half their
+    /// spacing more.
     fn reach(&self, index: usize) -> f64 {
         const SPACING: f64 = 0.5;
         let distance = |index: usize, point: DVec2| (point - node(index)).abs().max_element();

@@ -295,8 +295,8 @@ fn surface(ray: &Ray, hit: &Hit) -> Stop {
     }
 }
 
-/// Distance after which all rays of a bundle are out of a box, as six of them show; `None` if, for each side
-/// of the box, some ray may run along it.
+/// Distance after which all rays of a bundle are out of a box, as six of them show. `None` if for each side
+/// of the box some ray may run along it.
 ///
 /// Towards a side with the normal n at n · p = c, a ray from p along d is out after (c − n · p) / (n · d). No
 /// ray of the bundle goes on for longer than the largest numerator over the smallest denominator.
@@ -320,7 +320,7 @@ fn way_on(scene: &Scene, start: DVec3, end: DVec3) -> DVec3 {
 /// A distance at which a ray from `origin`, and its neighbours with it, has left the box round the scene.
 pub(super) fn way_out(scene: &Scene, origin: DVec3) -> f64 {
     let bounds: Bounds = scene.world().bounds();
-    // Twice the distance that the ray itself may need: if a fan of rays is so wide that its middle falls
+    // Twice the distance that the ray itself may need. If a fan of rays is so wide that its middle falls
     // short of the box, its bulge covers the rest.
     2.0 * ((origin - bounds.center()).length() + bounds.radius())
 }
@@ -357,8 +357,8 @@ mod tests {
         [a, b, c, d, e, f]
     }
 
-    /// True if all rays of a bundle are out where `way_through` says; and true if one of them goes on for
-    /// twice as long as the nodes.
+    /// Two answers: are all rays of a bundle out at the distance of `way_through`, and does one go twice as
+    /// far as the nodes?
     fn is_through(extent: DVec3, start: [DVec3; 3], along: [DVec3; 3]) -> (bool, bool) {
         let bounds = Bounds {
             min: -extent,

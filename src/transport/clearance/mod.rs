@@ -1,22 +1,23 @@
 //! Cells all of whose light goes the way that their six nodes went.
 //!
 //! A cell of light space is followed at its corners and at the middles of its edges. Between them there may
-//! be something that none of the six paths met: a thin thing in the way, or the edge of the surface that they
-//! fell on. So each leg of the path sweeps a [`Hull`]. A leg is **clear** if
+//! be something that none of the six paths met. It may be a thin thing in the way, or the edge of the surface
+//! that they fell on. So each leg of the path sweeps a [`Hull`]. A leg is **clear** if
 //!
 //! - no other surface may overlap the hull,
 //! - the surface that the leg starts on does not meet it again before its end, and
 //! - the surface at its end catches all of it, up to the border that the nodes did not see.
 //!
 //! If all legs are clear, all light of the cell meets the same surfaces in the same order. The tests are
-//! conservative: a leg that is called clear is clear, as far as the six nodes show how the cell's paths bend
+//! conservative. A leg that is called clear is clear, as far as the six nodes show how the cell's paths bend
 //! (see [`bulge`](crate::geometry::bulge)).
 //!
 //! A clear leg is clear for every part of the cell: the part's hull lies in the cell's, up to the bend that
 //! both estimate. A [`CellClearance`] is therefore inherited, and a line of cells pays for each leg once.
 //!
-//! Two things are not seen here: changes of the light within a surface (the onset of total reflection, where
-//! topologies differ) and meshes that cut through each other inside the hull.
+//! Two things are not seen here. The first is a change of the light within a surface (the onset of total
+//! reflection, where topologies differ). The second is a pair of meshes that cut through each other inside
+//! the hull.
 
 mod caught;
 mod legs;
@@ -86,9 +87,9 @@ impl<'a> Clearance<'a> {
         }
     }
 
-    /// The legs of a cell that are clear, by six paths of the follower's signature: those from the cell's
-    /// corners, then those from the middles of the opposite edges. If several faces share a place, its path
-    /// may start from any of them. Legs that are `already` known to be clear are not tested again.
+    /// The legs of a cell that are clear, by six paths of the follower's signature. They start at the cell's
+    /// corners, then at the middles of the opposite edges. If several faces share a place, its path may start
+    /// from any of them. Legs that are `already` known to be clear are not tested again.
     ///
     /// For a cell whose first surface is hidden all over, no leg is clear, but `all` is true.
     pub fn clear<const N: usize>(

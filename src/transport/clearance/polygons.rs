@@ -8,8 +8,8 @@ use super::legs::{CameraSight, Leg, LegContact, way_out};
 use crate::geometry::{Hull, Shape};
 
 impl Clearance<'_> {
-    /// True if any of the watched shapes may be in a hull. For flat faces near it, `is_in_the_way` is asked
-    /// by shape and face (0 for a rectangle): the caller knows planes and edges better than a hull does.
+    /// True if any of the watched shapes may be in a hull. For flat faces near it, `is_in_the_way` decides by
+    /// shape and face (0 for a rectangle): the caller knows planes and edges better.
     pub fn may_be_between(
         &self,
         hull: &Hull,

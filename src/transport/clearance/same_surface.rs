@@ -24,9 +24,9 @@ impl Clearance<'_> {
     /// True if light leaves a mesh for good, or meets it first where the leg ends.
     ///
     /// From one path to the next, the mesh's part in it changes only at a silhouette or a border between
-    /// them. So it suffices that all faces in the hull face the same way as those at the leg's end on the
-    /// mesh, and that no border is among them. If the leg starts and ends on the same mesh, the first half of
-    /// the hull may have faces as those at its start only, the second half as those at its end.
+    /// them. So it suffices that no border is in the hull, and that all its faces face as those at the leg's
+    /// end on the mesh. A leg may start and end on the same mesh. Then the first half of the hull may have
+    /// faces as those at its start only, the second half as those at its end.
     fn mesh_is_met_once(&self, leg: &Leg, hull: &Hull, shape: u32, mesh: &Mesh) -> bool {
         let along = leg.along();
         let sign = |face: u32| facing(&along, mesh.corners(face));

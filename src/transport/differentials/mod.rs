@@ -1,15 +1,13 @@
 //! Thin beams: a ray of a delta emitter together with the light right beside it.
 //!
-//! A [`ThinBeam`] is a ray, its exact derivatives by the two coordinates of the light (see
-//! [`RayDerivative`]), and the share of the emitted flux that it still carries. At its end, the derivatives
-//! of the point are the columns of the Jacobian from light to receiver. The determinant is the area that
-//! light of one unit of light-space measure spreads over; the columns span the parallelogram (the
-//! "footprint") that it lights.
+//! A [`ThinBeam`] has a ray, its exact derivatives by the two coordinates of the light (see
+//! [`RayDerivative`]), and the share of the emitted flux left. At its end, the derivatives of the point are
+//! the columns of the Jacobian from light to receiver. The determinant is the area that light of one unit of
+//! light-space measure spreads over; the columns span the parallelogram (the "footprint") that it lights.
 //!
-//! A [`Follower`] follows beams in three ways: along every branch of the Fresnel tree
-//! ([`Follower::every_path`]), along a given chain as the scene has it ([`Follower::retrace`]), and along a
-//! given chain whatever is in the way, flat surfaces extended ([`Follower::along`]). The third is a smooth
-//! map, for root finders.
+//! A [`Follower`] follows beams in three ways. [`Follower::every_path`] goes along every branch of the
+//! Fresnel tree, [`Follower::retrace`] along a given chain as the scene has it. [`Follower::along`] goes
+//! along a given chain whatever is in the way, and extends flat surfaces: a smooth map, for root finders.
 
 mod follow;
 

@@ -134,10 +134,10 @@ struct FacePlane {
 impl FacePlane {
     /// The plane of a face.
     ///
-    /// Coordinates up to `reach` that were meant to be in a plane were rounded when they were made and when
-    /// they were transformed, by a few u = 2⁻⁵³ each. The height over the plane sums up three products. 32 u
-    /// of the largest coordinate covers all that. Vertices of a file in single precision are off by more:
-    /// their faces have planes of their own, and stay apart.
+    /// Coordinates up to `reach` of one plane are rounded twice, when made and when transformed, by a few u =
+    /// 2⁻⁵³ each. The height over the plane sums up three products. 32 u of the largest coordinate covers all
+    /// that. Vertices of a file in single precision are off by more. Their faces have planes of their own,
+    /// and stay apart.
     fn of(mesh: &Mesh, face: u32, reach: f64) -> Self {
         Self {
             origin: mesh.corners(face)[0],

@@ -24,8 +24,8 @@ pub struct FacetLight<const N: usize> {
     pub emitted: f64,
     /// History of the path: equal numbers for light of one smooth topology.
     ///
-    /// The least bit is 1 while the light is on its way. Above it is one bit an event, the last event lowest:
-    /// 1 if all light took the way of the event, 0 if a part did.
+    /// The least bit is 1 while the light is on its way. Above it is one bit an event, the last event lowest.
+    /// It is 1 if all light took the way of the event, 0 if a part did.
     pub state: u128,
 }
 

@@ -267,8 +267,8 @@ pub struct Edge {
 }
 
 impl Edge {
-    /// Six times the signed volume \[m³\] of the edge and a unit of the ray: positive if the ray passes on
-    /// the side of the facet.
+    /// Six times the signed volume \[m³\] of the edge and a unit of the ray. It is positive if the ray passes
+    /// on the side of the facet.
     ///
     /// For rays of one direction it is an affine function of their starts.
     #[inline]

@@ -9,8 +9,8 @@ use crate::geometry::{Shape, Sphere, World};
 /// Two coordinates over (a part of) a surface.
 #[derive(Clone, Copy, Debug)]
 pub enum SurfaceChart {
-    /// The side of a ball that a source outside of it sees: the angle of incidence i in [0, π/2] and the
-    /// azimuth φ about the line from the centre to the source.
+    /// The side of a ball that a source outside of it sees. The coordinates are the angle of incidence i in
+    /// [0, π/2] and the azimuth φ about the line from the centre to the source.
     ///
     /// All that happens to light at a ball is a smooth function of i, through the silhouette (i = π/2) and
     /// beyond.

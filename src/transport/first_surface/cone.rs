@@ -23,8 +23,8 @@ pub struct Cone {
 pub struct ConeOverlap {
     /// True if any part of the patch may be in the cone.
     pub is_possible: bool,
-    /// The angle from the patch's middle outwards at which it is seen, in units of the cone's; 0 for a patch
-    /// so small that directions to it are all the same but for rounding.
+    /// The angle from the patch's middle outwards at which it is seen, in units of the cone's. It is 0 for a
+    /// patch so small that directions to it are all the same but for rounding.
     pub relative_size: f64,
 }
 

@@ -20,13 +20,13 @@ pub struct Fan {
 }
 
 /// Units of rounding of the coordinates that a direction comes from, by their distance; the place's own error
-/// is added. A place is a product of a matrix and a sum of three vectors (16 roundings at most), the
+/// is added. A place is a product of a matrix and a sum of three vectors: 16 roundings at most. The
 /// difference and its length add 6, and an angle compares two such directions by 9 more.
 const ROUNDINGS: f64 = 64.0;
 
 /// Largest angle, half the opening \[rad\], at which a patch's corners tell its light. Seen at a larger one,
-/// the patch may be much nearer to the source somewhere than at its corners, and be lit much more. For a flat
-/// one that is not, the nearest point is as near as a corner but for a factor cos ½, and as bright but for
+/// the patch may be much nearer to the source somewhere than at its corners, and be lit much more. On a flat
+/// one seen at a smaller angle, the nearest point is as near as a corner but for cos ½, and as bright but for
 /// cos³ ½.
 const WIDEST: f64 = 0.5;
 

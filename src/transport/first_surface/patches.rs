@@ -79,7 +79,7 @@ pub fn patches(scene: &Scene, source: &Source) -> Vec<SurfacePatch> {
 
 /// The patches, divided until their corners tell how much light falls on them. Patches that are seen at a
 /// wide angle are halved. Those that a spot's cone may reach are quartered to a quarter of the cone, so that
-/// no cone passes between the nodes of any; those that it cannot reach are left out.
+/// no cone passes between the nodes of any. Those that it cannot reach are left out.
 fn parted(
     scene: &Scene,
     origin: DVec3,
@@ -173,8 +173,9 @@ fn add_grid(
 
 /// The ranges of u = φ/2π in which the outside of a cylinder faces the source, and in which the inside does.
 ///
-/// Across the axis, light from the distance d meets a circle of radius r: its outside within ±arccos(r/d) of
-/// the source's azimuth, the far inside beyond. If the source is within (d < r), all is inside.
+/// Across the axis, light from the distance d meets a circle of radius r. It meets the outside within
+/// ±arccos(r/d) of the source's azimuth, the far inside beyond. If the source is within (d < r), all is
+/// inside.
 fn lit_ranges(cylinder: &Cylinder, source: &Source) -> Vec<[f64; 2]> {
     let towards = source.towards(cylinder.base());
     let across = towards - cylinder.axis() * towards.dot(cylinder.axis());

@@ -49,7 +49,7 @@ impl<'a> SharedPlaces<'a> {
     }
 
     /// The chart and coordinates of a shared place on its lowest-numbered face, among those that face the
-    /// source the way that `chart`'s does; the arguments if no lower face has it.
+    /// source as `chart`'s does. They are the arguments if no lower face has it.
     #[inline]
     pub fn owner(&self, source: &Source, chart: &SurfaceChart, at: DVec2) -> (SurfaceChart, DVec2) {
         self.lower_face(source, chart, at).unwrap_or((*chart, at))

@@ -49,8 +49,8 @@ pub struct SourceRay {
     pub ray: Ray,
     /// The distance of the point along it.
     pub distance: f64,
-    /// Irradiance across the ray at the point, in units of the source's [strength](Source::strength): falloff
-    /// / distance² for a point, 1 for parallel light, cos θ / distance² for a place on a surface.
+    /// Irradiance across the ray at the point, in units of the source's [strength](Source::strength). It is
+    /// falloff / distance² for a point, 1 for parallel light, and cos θ / distance² for a place on a surface.
     pub density: f64,
     /// The part of a spot's light that the ray is in; 0 for other sources. Between the parts density has a
     /// kink, or a jump.
@@ -59,7 +59,7 @@ pub struct SourceRay {
 
 impl SourceRay {
     /// Flux \[W\] that falls on a place of a first surface, for a unit of chart area and of the source's
-    /// strength: density · |cos θ| · the surface's area for a unit of chart area.
+    /// strength. It is density · |cos θ| · the surface's area for a unit of chart area.
     #[inline]
     pub fn emitted(&self, place: &ChartPlace) -> f64 {
         let facing = self.ray.direction.dot(place.point.geometric_normal);

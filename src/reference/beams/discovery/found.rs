@@ -44,9 +44,9 @@ pub struct Looked {
 impl Discovery {
     /// Flux \[W\] that the discovery may have missed with a probability of `risk` a shape, if it saw none.
     ///
-    /// Half of a shape's places are spread by light. n of them miss a part p of the light that sets out to it
-    /// with a probability of (1 − p/2)ⁿ at most, as far as a first surface's corners tell how much light
-    /// falls on it.
+    /// Half of a shape's places are spread by light. With a probability of (1 − p/2)ⁿ at most, n of them miss
+    /// a part p of the light that sets out to it. That holds as far as a first surface's corners tell how
+    /// much light falls on it.
     pub fn unseen(&self, risk: f64) -> Rgb {
         let missed = self.looked.values().map(|one| {
             let part = 2.0 * (1.0 - risk.powf(1.0 / one.places.max(1) as f64));

@@ -19,9 +19,9 @@ pub(super) struct LandedPath {
     pub on_film: bool,
 }
 
-/// The paths from one place that land. All branches of the first events are followed, up to a split depth;
-/// from there on one branch of each, that [`follow_some`](PathFollower::follow_some) takes by `choice`, up to
-/// a depth.
+/// The paths from one place that land. All branches of the first events are followed, up to a split depth.
+/// From there on, up to a depth, [`follow_some`](PathFollower::follow_some) takes one branch of each by
+/// `choice`.
 pub(super) fn look_at(
     follower: &mut PathFollower<3>,
     place: &StartPlace,

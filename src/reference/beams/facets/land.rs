@@ -43,7 +43,7 @@ pub(super) fn land<const N: usize>(
     paths: &FacetPaths,
     screen: Screen,
     film: &BeamFilm<N>,
-    patch: &mut TexelBlock<N>,
+    block: &mut TexelBlock<N>,
     polygon: &LightPolygon<N>,
     tolerance: f64,
 ) -> PolygonLanding<N> {
@@ -111,7 +111,7 @@ pub(super) fn land<const N: usize>(
             fine: &fine,
             coarse: coarse.as_slice(),
         };
-        received += patch.deposit(film, &levels, look.bend);
+        received += block.deposit(film, &levels, look.bend);
     }
     PolygonLanding::Done {
         received,

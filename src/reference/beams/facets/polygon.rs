@@ -28,7 +28,7 @@ pub(super) struct LightPolygon<const N: usize> {
     pub(super) chain: Vec<u32>,
     /// Events that it has had.
     pub(super) events: usize,
-    /// Coordinate area of light that may go another way: a cut along a bent line put it on the wrong side, or
+    /// Coordinate area of light that may go another way. A cut along a bent line put it on the wrong side, or
     /// the obstacles on its way are not known.
     pub(super) uncertain_area: f64,
     /// Number of times that it was halved or cut without leaving its leg.

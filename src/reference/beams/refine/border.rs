@@ -8,9 +8,9 @@ use crate::transport::first_surface::SurfaceChart;
 use crate::transport::flux::Flux;
 
 impl<const N: usize> Refiner<'_, '_, N> {
-    /// True if a cell none of whose nodes landed may hide light that does: it is found on the way between two
-    /// nodes of different topologies. For example, light of one more reflection than on one side of a border,
-    /// and of one less than on the other, may be a sliver between.
+    /// True if a cell may hide light that lands although none of its nodes did: such light is found between
+    /// two nodes of different topologies. For example, on the two sides of a border light may have one
+    /// reflection less and one more than a sliver between them.
     pub(super) fn may_hide_sliver(
         &mut self,
         chart: &SurfaceChart,

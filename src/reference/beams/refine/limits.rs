@@ -1,8 +1,7 @@
 //! Limits of the division into cells.
 
-/// Flux, in tolerances, above which a cell counts as one topology only if its
-/// [clearance](crate::transport::clearance) shows that nothing can be in the way of any of its legs. A
-/// smaller cell hides no more than a part of this.
+/// Flux, in tolerances, above which a cell needs a [clearance](crate::transport::clearance) to count as one
+/// topology: nothing can be in its legs' way. A smaller cell hides no more than a part of this.
 const UNCLEARED_TOLERANCES: f64 = 8.0;
 
 /// Part of its signature's flux above which the same holds.

@@ -51,8 +51,8 @@ const CUT_TOLERANCES: f64 = 256.0;
 const LEAST_IN_CONE: f64 = 1.0 / 256.0;
 
 /// Largest distance of weights from a plane, as a part of them, that is smooth enough to derive bounds from.
-/// With a twentieth, the bounds were too narrow for a valley that is narrower than a cell (Fresnel's at
-/// Brewster's angle, in a ball of index 24).
+/// With a twentieth, bounds are too narrow for a valley narrower than a cell (Fresnel's at Brewster's angle,
+/// in a ball of index 24).
 const STILL_BENT: f64 = 1.0 / 32.0;
 
 /// Distance of a cell's weights from a plane, as a part of them, above which its quarters must show a quarter
@@ -61,7 +61,7 @@ const NOTED_BEND: f64 = 1.0 / 64.0;
 
 /// Least part of a noted bend that halving should leave: it leaves a quarter of a smooth one. A smaller part
 /// may be chance, with nodes on both sides of a valley. At a sixteenth, and without [`STILL_BENT`], balls of
-/// eight indices of twenty-five were out of their bounds.
+/// eight indices of twenty-five are out of their bounds.
 const BY_CHANCE: f64 = 1.0 / 5.0;
 
 /// Flux of a bend, in tolerances, below which neither rule applies.
@@ -78,7 +78,7 @@ pub struct Scratch<const N: usize> {
     /// The trails of a cell's six paths, for the clearance.
     trails: [Trail; 6],
     pending: Vec<BeamCell<N>>,
-    patch: TexelBlock<N>,
+    block: TexelBlock<N>,
     fine: Vec<CutPiece<N>>,
     coarse: Vec<CutPiece<N>>,
 }
@@ -91,7 +91,7 @@ impl<const N: usize> Scratch<N> {
             borders: PathStore::new(events),
             trails: Default::default(),
             pending: Vec::new(),
-            patch: TexelBlock::default(),
+            block: TexelBlock::default(),
             fine: Vec::new(),
             coarse: Vec::new(),
         }
@@ -273,8 +273,8 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
         cell.clearance.all
     }
 
-    /// Flux \[W\] that a cell of this area may deliver although no node of it landed: of all that sets out,
-    /// twice the part that the best path of the discovery delivered.
+    /// Flux \[W\] that a cell of this area may deliver although no node of it landed. It is twice the part,
+    /// of all that sets out, that the best path of the discovery delivered.
     fn may_deliver(&self, area: f64, look: &CellSummary<N>) -> f64 {
         area * look.emitted * (2.0 * self.peak).min(1.0)
     }
@@ -356,10 +356,11 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
         };
         let moved = self
             .scratch
-            .patch
+            .block
             .gather(self.film.size(), &levels, look.bend);
-        // Three parts: flux that came and went across the border, flux that halving the cell moved from texel
-        // to texel (all of it, for a cell too large to tell), and flux that a corner of the border may hide.
+        // Three parts. The first is flux that came and went across the border. The second is flux that
+        // halving the cell moved from texel to texel: all of it, for a cell too large to tell. The third is
+        // flux that a corner of the border may hide.
         let moved = moved.map_or(1.0, |moved| if flux > 0.0 { moved / flux } else { 0.0 });
         finished.uncertain = finished.uncertain * 2.0 + look.weight * (area * (moved + CORNER));
         // It may be on any texel of its boxes: bounds widen on all of them.
@@ -399,7 +400,7 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
             fine: &self.scratch.fine,
             coarse: &self.scratch.coarse,
         };
-        balance.received += self.scratch.patch.deposit(self.film, &levels, look.bend);
+        balance.received += self.scratch.block.deposit(self.film, &levels, look.bend);
         if finished.is_cut {
             balance.cut_cells += 1;
             for (quarter, failed) in cell.quarters(middles).iter().zip(finished.failed) {

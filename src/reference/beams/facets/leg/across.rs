@@ -69,9 +69,8 @@ impl Legs<'_, '_> {
         Some(part + self.part_within(other, -first, allowed)?)
     }
 
-    /// The part of the leg's light that may pass between a facet's edges as they are seen along `direction`:
-    /// the least that an edge lets through. `None` if a cut along them would separate more than `allowed` of
-    /// it.
+    /// The part of the leg's light that may pass between a facet's edges, seen along `direction`: the least
+    /// that an edge lets through. `None` if a cut along them would separate more than `allowed` of it.
     fn part_within(&self, facet: &Facet, direction: DVec3, allowed: f64) -> Option<f64> {
         let mut least: Option<f64> = None;
         for edge in self.paths.facets().edges(facet, direction) {
@@ -99,7 +98,7 @@ impl Legs<'_, '_> {
     }
 
     /// The part of the leg's light that may pass through a facet's plane: 0 if the plane is not between
-    /// starts and ends; `None` if only cutting separates more than `allowed` of it.
+    /// starts and ends. `None` if only cutting separates more than `allowed` of it.
     fn part_through(&self, facet: &Facet, allowed: f64) -> Option<f64> {
         let range = |place: fn(&LegLine) -> DVec3| {
             let heights = self.lines.iter().map(|line| facet.height(place(line)));
@@ -116,7 +115,7 @@ impl Legs<'_, '_> {
             return None;
         }
         // All starts are on one side, and some ends are a little through the plane, as they were cut along a
-        // line that is bent. They are a part p of the range of heights; in a triangle on that side they are
+        // line that is bent. They are a part p of the range of heights. In a triangle on that side they are
         // no more than 1 − (1 − p)² of the area.
         let part = if start_low >= -self.flatness {
             -low / (high - low)

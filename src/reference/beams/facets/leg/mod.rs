@@ -288,7 +288,7 @@ impl<'a, 'f> Legs<'a, 'f> {
         is_ahead.then_some(LegLine { ray: *ray, end })
     }
 
-    /// Finds the lines and hulls of a leg to a shape that is not flat; `None` if the shape may not keep back
+    /// Finds the lines and hulls of a leg to a shape that is not flat. `None` if the shape may not keep back
     /// all of its light.
     fn sweep_to<const N: usize>(
         &mut self,

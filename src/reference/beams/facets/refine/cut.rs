@@ -149,7 +149,7 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
     }
 
     /// The part of a polygon that a straight cut puts on the wrong side of the bent line where `side` is
-    /// zero; 0 for parallel light.
+    /// zero. It is 0 for parallel light.
     ///
     /// The function falls from its largest to its smallest value over the polygon's width. A value of ε in
     /// the middle of the cut shows that the line is ε / (largest − smallest) of the width away. The area

@@ -43,7 +43,7 @@ pub struct FacetRefiner<'a, 'f, const N: usize> {
     /// Flux \[W\] of light whose weight is one.
     strength: f64,
     pending: Vec<LightPolygon<N>>,
-    patch: TexelBlock<N>,
+    block: TexelBlock<N>,
     /// The balance so far, without polygons that were given back.
     pub balance: Balance<N>,
     /// Work done so far, without polygons that were given back.
@@ -68,7 +68,7 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
             tolerance,
             strength: strength.0.iter().fold(0.0_f64, |all, &one| all.max(one)),
             pending: Vec::new(),
-            patch: TexelBlock::default(),
+            block: TexelBlock::default(),
             balance: Balance::default(),
             counters: TraversalCounters::default(),
         }
@@ -295,7 +295,7 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
                     self.paths,
                     *self.screen,
                     self.film,
-                    &mut self.patch,
+                    &mut self.block,
                     &polygon,
                     self.tolerance,
                 );

@@ -1,8 +1,8 @@
 //! Polygons that something ends before their goal.
 //!
-//! The polygon's middle met it. Beside the middle, other things may still be before it: the facet that the
-//! polygon starts on where another surface crosses it, the next glass, the receiver, any surface that a
-//! camera sees.
+//! The polygon's middle met it. Beside the middle, other things may still be before it: the next glass, the
+//! receiver, any surface that a camera sees. It may also be the facet that the polygon starts on, where
+//! another surface crosses it.
 
 use super::FacetRefiner;
 use super::stopper::Stopper;
