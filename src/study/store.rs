@@ -19,9 +19,11 @@ use crate::scene::{Scene, Sensor};
 #[derive(Clone, Debug)]
 pub struct Store {
     folder: PathBuf,
-    /// A hash of the program: another one may compute otherwise.
-    program: String,
 }
+
+/// A hash of the source from which this program is built: another one may compute other films. The same source has the
+/// same hash in every program that contains it.
+const SOURCE_HASH: &str = env!("NEPHROID_SOURCE_HASH");
 
 /// A run in files.
 #[derive(Clone, Debug, PartialEq)]
@@ -77,14 +79,11 @@ impl Store {
     ///
     /// # Errors
     ///
-    /// Where the folder cannot be made, or the program not read.
+    /// Where the folder cannot be made.
     pub fn open(folder: &Path) -> Result<Self, StoreError> {
         std::fs::create_dir_all(folder).map_err(|cause| io_error(folder, cause))?;
-        let program = std::env::current_exe().map_err(|cause| io_error(folder, cause))?;
-        let bytes = std::fs::read(&program).map_err(|cause| io_error(&program, cause))?;
         Ok(Self {
             folder: folder.to_owned(),
-            program: blake3::hash(&bytes).to_hex().to_string(),
         })
     }
 
@@ -93,16 +92,16 @@ impl Store {
         self.folder.join(name)
     }
 
-    /// A hash of the program.
-    pub fn program(&self) -> &str {
-        &self.program
+    /// A hash of the program's source.
+    pub fn program(&self) -> &'static str {
+        SOURCE_HASH
     }
 
     /// A run that is whole and unchanged since it was kept; anything else does not count.
     ///
     /// Its numbers are those that were kept, to the last bit: `serde_json` reads them so by its feature `float_roundtrip` only.
     pub fn find(&self, scene: &Scene, sensor: &Sensor, run: &Run) -> Option<Stored> {
-        let key = self.key(scene, sensor, run);
+        let key = key(SOURCE_HASH, scene, sensor, run);
         let stem = stem(sensor, run, &key);
         let read = |end: &str| std::fs::read(self.path(&format!("{stem}{end}"))).ok();
         let record: Record = serde_json::from_slice(&read(".json")?).ok()?;
@@ -128,7 +127,7 @@ impl Store {
         product: Product,
         time: Time,
     ) -> Result<Stored, StoreError> {
-        let key = self.key(scene, sensor, run);
+        let key = key(SOURCE_HASH, scene, sensor, run);
         let stem = stem(sensor, run, &key);
         let exr = format!("{stem}.exr");
         let path = self.path(&exr);
@@ -157,23 +156,24 @@ impl Store {
         let stem = exr.strip_suffix(".exr").unwrap_or(exr);
         write_json(&self.path(&format!("{stem}.time.json")), time)
     }
+}
 
-    fn key(&self, scene: &Scene, sensor: &Sensor, run: &Run) -> String {
-        let parts = [
-            self.program.as_str(),
-            scene.content_hash(),
-            &sensor.id,
-            run.method.name(),
-            &run.method.settings().to_string(),
-        ];
-        let mut hasher = blake3::Hasher::new();
-        for part in parts {
-            // With its length: no two lists of parts are the same text.
-            hasher.update(&(part.len() as u64).to_le_bytes());
-            hasher.update(part.as_bytes());
-        }
-        hasher.finalize().to_hex().to_string()
+/// The text by which a run is found again, from all that its film is made from.
+fn key(program: &str, scene: &Scene, sensor: &Sensor, run: &Run) -> String {
+    let parts = [
+        program,
+        scene.content_hash(),
+        &sensor.id,
+        run.method.name(),
+        &run.method.settings().to_string(),
+    ];
+    let mut hasher = blake3::Hasher::new();
+    for part in parts {
+        // With its length: no two lists of parts are the same text.
+        hasher.update(&(part.len() as u64).to_le_bytes());
+        hasher.update(part.as_bytes());
     }
+    hasher.finalize().to_hex().to_string()
 }
 
 /// Writes JSON for people, whole or not at all.
