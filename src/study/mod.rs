@@ -9,6 +9,7 @@
 //! | [`mod@file`], [`plan`] | which runs? |
 //! | [`method`] | how is a film made, and what is counted? |
 //! | [`session`], [`store`] | is it there already? |
+//! | [`machine`] | where was it made? |
 //! | [`truth`] | can the truth tell? |
 //! | [`curve`] | what does less error cost? |
 //! | [`attribution`] | which stage of an approximation makes its error? |
@@ -20,6 +21,7 @@ pub mod checks;
 pub mod curve;
 mod error;
 pub mod file;
+pub mod machine;
 pub mod method;
 pub mod plan;
 pub mod report;

@@ -100,18 +100,15 @@ impl Session {
         product: Product,
         seconds: f64,
     ) -> Result<Stored, StudyError> {
+        let time = Time::of_this_machine(seconds);
         let Some(mut stored) = earlier else {
-            let time = Time {
-                seconds: vec![seconds],
-                threads: rayon::current_num_threads(),
-            };
             return Ok(self.store.keep(&self.scene, sensor, run, product, time)?);
         };
         // The same run again has the same bits, or the program is wrong.
         if product.facts != stored.facts {
             return Err(StudyError::NotRepeated(run.label()));
         }
-        stored.time.seconds.push(seconds);
+        stored.time.repeat(time);
         self.store.keep_time(&stored.exr, &stored.time)?;
         Ok(stored)
     }

@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
+use super::machine::Machine;
 use super::method::{Facts, Product};
 use super::plan::Run;
 use crate::film::atomic::{self, WriteError};
@@ -36,13 +37,35 @@ pub struct Stored {
     pub time: Time,
 }
 
-/// What a run took.
+/// The time of a run, and the machine on which it was taken.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Time {
     /// From set-up to the film, once for each repeat \[s\].
     pub seconds: Vec<f64>,
     /// Threads used.
     pub threads: usize,
+    /// The machine.
+    pub machine: Machine,
+}
+
+impl Time {
+    /// The time of one run on this machine, with as many threads as are in use.
+    pub fn of_this_machine(seconds: f64) -> Self {
+        Self {
+            seconds: vec![seconds],
+            threads: rayon::current_num_threads(),
+            machine: Machine::this(),
+        }
+    }
+
+    /// Adds a repeat. Seconds of another machine or another number of threads do not compare with it: it replaces them.
+    pub fn repeat(&mut self, again: Self) {
+        if self.machine == again.machine && self.threads == again.threads {
+            self.seconds.extend(again.seconds);
+        } else {
+            *self = again;
+        }
+    }
 }
 
 /// What is in `STEM.json`.
@@ -231,4 +254,56 @@ fn described(scene: &Scene, sensor: &Sensor, run: &Run, product: &Product) -> cr
     image.add_metadata("quantity", product.quantity.name());
     image.add_metadata("unit", product.quantity.unit());
     image
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mitsuba;
+    use crate::study::Method;
+    use crate::study::method::Settings;
+
+    fn run(photons: &str) -> Run {
+        let given = Settings::from([("photons".to_owned(), photons.to_owned())]);
+        Run {
+            name: "photons".to_owned(),
+            method: Method::new("photons", &given).unwrap(),
+            given,
+        }
+    }
+
+    #[test]
+    fn a_run_is_known_by_its_source_and_settings_and_not_by_the_executable() {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/glass-ball.xml");
+        let scene = mitsuba::load(&path, &[]).unwrap();
+        let sensor = &scene.sensors()[0];
+        let one = key("a hash", &scene, sensor, &run("64"));
+        assert_eq!(one, key("a hash", &scene, sensor, &run("64")));
+        assert_ne!(one, key("another hash", &scene, sensor, &run("64")));
+        assert_ne!(one, key("a hash", &scene, sensor, &run("65")));
+        // The executable of this test is not what its runs are kept under.
+        let executable = std::fs::read(std::env::current_exe().unwrap()).unwrap();
+        assert_ne!(SOURCE_HASH, blake3::hash(&executable).to_string());
+        let is_hash = SOURCE_HASH.len() == 64 && SOURCE_HASH.chars().all(|c| c.is_ascii_hexdigit());
+        assert!(is_hash, "{SOURCE_HASH}");
+    }
+
+    #[test]
+    fn repeats_elsewhere_do_not_join_the_seconds_of_another_machine() {
+        let on = |host: &str, threads, seconds: &[f64]| Time {
+            seconds: seconds.to_vec(),
+            threads,
+            machine: Machine {
+                host: host.to_owned(),
+                processor: "a processor".to_owned(),
+            },
+        };
+        let mut time = on("here", 2, &[1.0]);
+        time.repeat(on("here", 2, &[1.5]));
+        assert_eq!(time, on("here", 2, &[1.0, 1.5]));
+        time.repeat(on("there", 2, &[9.0]));
+        assert_eq!(time, on("there", 2, &[9.0]));
+        time.repeat(on("there", 1, &[18.0]));
+        assert_eq!(time, on("there", 1, &[18.0]));
+    }
 }

@@ -90,9 +90,7 @@ pub fn build(
     let timings = Timings {
         version: env!("CARGO_PKG_VERSION"),
         commit: env!("NEPHROID_COMMIT"),
-        program: session.store.program().to_owned(),
-        machine: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
-        processors: std::thread::available_parallelism().map_or(1, usize::from),
+        program: session.store.program(),
         sensors: timed,
     };
     Ok((report, timings))
@@ -291,35 +289,37 @@ fn quoted(word: &str) -> String {
 }
 
 fn timings(films: &SensorFilms, rows: &[Row], curves: &[Curve]) -> SensorTimings {
-    let timing = |label: String, seconds: Vec<f64>, threads: Option<usize>| Timing {
-        label,
-        median: median(&seconds),
-        seconds,
-        threads,
+    let of_run = |run: &Run, stored: &Stored| Timing {
+        label: run.label(),
+        median: median(&stored.time.seconds),
+        seconds: stored.time.seconds.clone(),
+        threads: Some(stored.time.threads),
+        machine: Some(stored.time.machine.clone()),
         pareto: false,
-    };
-    let of_run = |run: &Run, stored: &Stored| {
-        let threads = Some(stored.time.threads);
-        timing(run.label(), stored.time.seconds.clone(), threads)
     };
     let judged = films.judged.iter();
     let mut timed: Vec<Timing> = judged
         .map(|one| match one {
             Judged::Run(run, stored) => of_run(run, stored),
-            Judged::Candidate(candidate, _) => timing(
-                candidate.name.clone(),
-                candidate.seconds.into_iter().collect(),
-                None,
-            ),
+            Judged::Candidate(candidate, _) => Timing {
+                label: candidate.name.clone(),
+                median: candidate.seconds,
+                seconds: candidate.seconds.into_iter().collect(),
+                threads: None,
+                machine: None,
+                pareto: false,
+            },
         })
         .collect();
     for (row, is_on_front) in front(rows, |i, _| timed[i].median) {
         timed[row].pareto = is_on_front;
     }
+    let (orders, notes) = orders_in_seconds(curves, rows, &timed);
     SensorTimings {
         sensor: films.plan.sensor.clone(),
         truth: of_run(&films.plan.truth, &films.truth),
-        orders: orders_in_seconds(curves, rows, |i| timed[i].median),
         rows: timed,
+        orders,
+        notes,
     }
 }

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use super::super::curve::Order;
+use super::super::machine::Machine;
 use super::super::method::{Facts, Settings};
 use crate::metric;
 use crate::reference::Quantity;
@@ -228,7 +229,7 @@ pub enum GateVerdict {
     Exceeded,
 }
 
-/// What runs took, and where they ran.
+/// Times of all runs, and the machines on which they were taken.
 #[derive(Clone, Debug, Serialize)]
 pub struct Timings {
     /// The program's version.
@@ -236,12 +237,8 @@ pub struct Timings {
     /// The commit that the program was built from, with `-modified` where its source was changed since; `unknown` where it was built
     /// outside of its repository.
     pub commit: &'static str,
-    /// A hash of the program that ran.
-    pub program: String,
-    /// The operating system and the kind of processor.
-    pub machine: String,
-    /// Processors that the program may use.
-    pub processors: usize,
+    /// A hash of the program's source.
+    pub program: &'static str,
     /// As the report's sensors.
     pub sensors: Vec<SensorTimings>,
 }
@@ -257,6 +254,25 @@ pub struct SensorTimings {
     pub rows: Vec<Timing>,
     /// The order of each curve's error in seconds, fitted to resolved rows; by its place among the report's curves.
     pub orders: Vec<Option<OrderOf>>,
+    /// Reasons for which an order in seconds is missing, as sentences without their full stop.
+    pub notes: Vec<String>,
+}
+
+impl Timings {
+    /// The machines of all runs, each once.
+    pub fn machines(&self) -> Vec<&Machine> {
+        let timings = self
+            .sensors
+            .iter()
+            .flat_map(|sensor| [&sensor.truth].into_iter().chain(&sensor.rows));
+        let mut machines = Vec::new();
+        for machine in timings.filter_map(|timing| timing.machine.as_ref()) {
+            if !machines.contains(&machine) {
+                machines.push(machine);
+            }
+        }
+        machines
+    }
 }
 
 /// What one run took.
@@ -270,6 +286,8 @@ pub struct Timing {
     pub median: Option<f64>,
     /// Threads used.
     pub threads: Option<usize>,
+    /// The machine; `None` of a candidate, for which nobody told it.
+    pub machine: Option<Machine>,
     /// Whether no other row has less error for as few seconds.
     pub pareto: bool,
 }

@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use super::super::machine::Machine;
 use super::figures::{
     GateVerdict, Report, Row, SensorFigures, SensorTimings, Timing, Timings, TruthFigures,
 };
@@ -83,8 +84,9 @@ fn field(text: &str) -> String {
 /// What a pull request's reader wants to know.
 pub fn markdown(report: &Report, timings: &Timings) -> String {
     let mut out = format!("## nephroid validate: {}\n", report.study.scene);
+    let several = timings.machines().len() > 1;
     for (sensor, timings) in report.sensors.iter().zip(&timings.sensors) {
-        out.push_str(&section(sensor, timings));
+        out.push_str(&section(sensor, timings, several));
     }
     out.push_str(
         "\nError: root mean square difference over the truth's mean, over lit texels. Not resolved: the truth's own error \
@@ -114,8 +116,8 @@ pub fn markdown(report: &Report, timings: &Timings) -> String {
     out
 }
 
-/// One sensor.
-fn section(sensor: &SensorFigures, timings: &SensorTimings) -> String {
+/// One sensor; each row with its machine if the report is of several.
+fn section(sensor: &SensorFigures, timings: &SensorTimings, several_machines: bool) -> String {
     let [width, height] = sensor.size;
     let mut out = format!(
         "\nSensor `{}`, {width} x {height} {}, {} \\[{}\\]. Truth: {}, {}.\n\n",
@@ -144,8 +146,15 @@ fn section(sensor: &SensorFigures, timings: &SensorTimings) -> String {
             timing
                 .median
                 .map_or("-".to_owned(), |seconds| format!("{seconds:.2}")),
-            remarks(sensor, row),
+            remarks(
+                sensor,
+                row,
+                timing.machine.as_ref().filter(|_| several_machines)
+            ),
         );
+    }
+    for note in &timings.notes {
+        let _ = writeln!(out, "\n{note}.");
     }
     out
 }
@@ -158,7 +167,7 @@ fn own_error(truth: &TruthFigures) -> String {
     })
 }
 
-fn remarks(sensor: &SensorFigures, row: &Row) -> String {
+fn remarks(sensor: &SensorFigures, row: &Row, machine: Option<&Machine>) -> String {
     let is_of_one_layer = row.layer != sensor.quantity.symbol();
     let layer = is_of_one_layer.then(|| format!("{} only", row.layer));
     let unresolved = (!row.resolved).then(|| "not resolved".to_owned());
@@ -169,6 +178,7 @@ fn remarks(sensor: &SensorFigures, row: &Row) -> String {
         .into_iter()
         .chain(unresolved)
         .chain(incomplete)
+        .chain(machine.map(|machine| format!("on {}, {}", machine.host, machine.processor)))
         .chain(checks)
         .collect();
     all.join("; ").replace('|', "\\|")

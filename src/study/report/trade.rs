@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::super::curve::{Order, Point, pareto};
-use super::figures::{Curve, Gate, GateVerdict, OrderOf, Row};
+use super::figures::{Curve, Gate, GateVerdict, OrderOf, Row, Timing};
 
 /// What the axis of seconds is called, beside the names of counters.
 pub(super) const SECONDS: &str = "seconds";
@@ -84,16 +84,28 @@ pub(super) fn curves(rows: &[Row]) -> Vec<Curve> {
     curves
 }
 
-/// The order of each curve's error in seconds.
+/// The order of each curve's error in seconds, and why one is missing: seconds of different machines do not compare.
 pub(super) fn orders_in_seconds(
     curves: &[Curve],
     rows: &[Row],
-    seconds: impl Fn(usize) -> Option<f64>,
-) -> Vec<Option<OrderOf>> {
-    let orders = curves
-        .iter()
-        .map(|curve| order(&curve.rows, rows, SECONDS, |i, _| seconds(i)));
-    orders.collect()
+    timed: &[Timing],
+) -> (Vec<Option<OrderOf>>, Vec<String>) {
+    let mut notes = Vec::new();
+    let orders = curves.iter().map(|curve| {
+        let order = order(&curve.rows, rows, SECONDS, |i, _| timed[i].median)?;
+        let resolved = curve.rows.iter().filter(|i| rows[**i].resolved);
+        let machines: Vec<_> = resolved.map(|i| &timed[*i].machine).collect();
+        if machines.iter().all(|machine| *machine == machines[0]) {
+            return Some(order);
+        }
+        notes.push(format!(
+            "{}: no order in seconds, since its runs are of different machines",
+            curve.name
+        ));
+        None
+    });
+    let orders = orders.collect();
+    (orders, notes)
 }
 
 /// The order of the error in a cost, fitted to those rows of a curve that are resolved.
@@ -145,4 +157,81 @@ pub(super) fn gates<'a>(
             }
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::film::Image;
+    use crate::metric::{Settings, Source, compare};
+    use crate::study::machine::Machine;
+
+    /// A resolved row with this error.
+    fn row(error: f64) -> Row {
+        let mut image = Image::new(1, 1);
+        image.add_rgb("E", &[[1.0; 3]]);
+        let source = Source::new("film", image);
+        Row {
+            name: "photons".to_owned(),
+            label: String::new(),
+            method: None,
+            settings: crate::study::method::Settings::new(),
+            file: String::new(),
+            command: None,
+            compare: String::new(),
+            facts: None,
+            layer: "E".to_owned(),
+            error: Some(error),
+            bias: None,
+            half_in: None,
+            truth_error: Some(0.0),
+            resolved: true,
+            pareto: std::collections::BTreeMap::new(),
+            checks: Vec::new(),
+            comparison: compare(&source, &source, &Settings::default()).unwrap(),
+        }
+    }
+
+    fn timing(seconds: f64, host: &str) -> Timing {
+        Timing {
+            label: String::new(),
+            seconds: vec![seconds],
+            median: Some(seconds),
+            threads: Some(2),
+            machine: Some(Machine {
+                host: host.to_owned(),
+                processor: "a processor".to_owned(),
+            }),
+            pareto: false,
+        }
+    }
+
+    #[test]
+    fn seconds_of_different_machines_have_no_order_and_it_is_told() {
+        let mut rows = vec![row(0.1), row(0.05), row(0.025)];
+        let curves = curves(&rows);
+        let timed = ["here", "here", "there"].map(|host| timing(1.0, host));
+        let seconds = |timed: &mut [Timing]| {
+            for (i, timing) in timed.iter_mut().enumerate() {
+                timing.median = Some(4_f64.powi(i as i32));
+            }
+        };
+        let mut timed = timed;
+        seconds(&mut timed);
+        let (orders, notes) = orders_in_seconds(&curves, &rows, &timed);
+        assert!(orders[0].is_none());
+        assert!(notes[0].contains("different machines"), "{notes:?}");
+        // What the truth does not resolve is in no fit, wherever it ran.
+        rows[2].resolved = false;
+        let (orders, notes) = orders_in_seconds(&curves, &rows, &timed);
+        assert!((orders[0].as_ref().unwrap().order.exponent + 0.5).abs() < 1e-14);
+        assert!(notes.is_empty());
+        // Another processor is another machine, even under one name.
+        rows[2].resolved = true;
+        let mut timed = [(); 3].map(|()| timing(1.0, "here"));
+        seconds(&mut timed);
+        assert!(orders_in_seconds(&curves, &rows, &timed).0[0].is_some());
+        timed[0].machine.as_mut().unwrap().processor = "another".to_owned();
+        assert!(orders_in_seconds(&curves, &rows, &timed).0[0].is_none());
+    }
 }
