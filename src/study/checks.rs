@@ -3,7 +3,8 @@
 //! Its texels are held against the truth's, channels averaged. What looks like a mistake rather than an approximation is
 //! told, and changes no figure.
 
-use super::report::Check;
+use serde::Serialize;
+
 use crate::film::Image;
 use crate::metric::Comparison;
 
@@ -24,13 +25,22 @@ const ROUNDING: f64 = 1e-9;
 /// Shifts that are tried, in texels, each way.
 const REACH: isize = 2;
 
+/// Something that looks like a mistake.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Check {
+    /// `units`, `orientation` or `shift`.
+    pub kind: &'static str,
+    /// What it looks like, and why.
+    pub message: String,
+}
+
 /// What a candidate looks like.
 pub fn checks(truth: &Image, candidate: &Image, layer: &Comparison) -> Vec<Check> {
     let size = [truth.width, truth.height];
     let (Some(truth), Some(other)) = (plane(truth, layer), plane(candidate, layer)) else {
         return Vec::new();
     };
-    let pair = Pair {
+    let pair = CandidatePair {
         truth: &truth,
         other: &other,
         size,
@@ -67,7 +77,7 @@ pub(super) fn plane(image: &Image, layer: &Comparison) -> Option<Vec<f64>> {
     })
 }
 
-struct Pair<'a> {
+struct CandidatePair<'a> {
     truth: &'a [f64],
     other: &'a [f64],
     size: [usize; 2],
@@ -171,7 +181,7 @@ const TURNS: [(&str, bool, Turn); 7] = [
 ];
 
 /// Whether another orientation correlates better.
-fn orientation(pair: &Pair) -> Option<Check> {
+fn orientation(pair: &CandidatePair) -> Option<Check> {
     let [width, height] = pair.size;
     let places = |turn: Turn| {
         move |i: usize| {
@@ -195,7 +205,7 @@ fn orientation(pair: &Pair) -> Option<Check> {
 }
 
 /// Whether the image fits better some texels away.
-fn shift(pair: &Pair) -> Option<Check> {
+fn shift(pair: &CandidatePair) -> Option<Check> {
     let squares = |by: [isize; 2]| pair.squares(by);
     let unmoved = squares([0, 0])?;
     let shifts = (-REACH..=REACH).flat_map(|dy| (-REACH..=REACH).map(move |dx| [dx, dy]));
@@ -212,7 +222,7 @@ fn shift(pair: &Pair) -> Option<Check> {
     })
 }
 
-impl Pair<'_> {
+impl CandidatePair<'_> {
     /// Pearson's correlation of the truth with the candidate's texels at other places; `None` where either has no contrast.
     fn correlation(&self, place: impl Fn(usize) -> usize) -> Option<f64> {
         let n = self.truth.len() as f64;

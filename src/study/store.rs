@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use super::machine::Machine;
 use super::method::{Facts, Product};
-use super::plan::Run;
+use super::plan::StudyRun;
 use crate::film::atomic::{self, WriteError};
 use crate::film::exr::{self, ExrWriteError};
 use crate::scene::{Scene, Sensor};
@@ -28,7 +28,7 @@ const SOURCE_HASH: &str = env!("NEPHROID_SOURCE_HASH");
 
 /// A run in files.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Stored {
+pub struct StoredRun {
     /// The file's name in the store.
     pub exr: String,
     /// What there is to know of it.
@@ -70,7 +70,7 @@ impl Time {
 
 /// What is in `STEM.json`.
 #[derive(Serialize, Deserialize)]
-struct Record {
+struct StoreRecord {
     /// What the run was made from.
     key: String,
     /// A hash of the EXR.
@@ -123,14 +123,14 @@ impl Store {
     /// A run that is whole and unchanged since it was kept; anything else does not count.
     ///
     /// Its numbers are those that were kept, to the last bit: `serde_json` reads them so by its feature `float_roundtrip` only.
-    pub fn find(&self, scene: &Scene, sensor: &Sensor, run: &Run) -> Option<Stored> {
+    pub fn find(&self, scene: &Scene, sensor: &Sensor, run: &StudyRun) -> Option<StoredRun> {
         let key = key(SOURCE_HASH, scene, sensor, run);
         let stem = stem(sensor, run, &key);
         let read = |end: &str| std::fs::read(self.path(&format!("{stem}{end}"))).ok();
-        let record: Record = serde_json::from_slice(&read(".json")?).ok()?;
+        let record: StoreRecord = serde_json::from_slice(&read(".json")?).ok()?;
         let time = serde_json::from_slice(&read(".time.json")?).ok()?;
         let is_whole = record.key == key && record.exr == blake3::hash(&read(".exr")?).to_string();
-        is_whole.then(|| Stored {
+        is_whole.then(|| StoredRun {
             exr: format!("{stem}.exr"),
             facts: record.facts,
             time,
@@ -146,10 +146,10 @@ impl Store {
         &self,
         scene: &Scene,
         sensor: &Sensor,
-        run: &Run,
+        run: &StudyRun,
         product: Product,
         time: Time,
-    ) -> Result<Stored, StoreError> {
+    ) -> Result<StoredRun, StoreError> {
         let key = key(SOURCE_HASH, scene, sensor, run);
         let stem = stem(sensor, run, &key);
         let exr = format!("{stem}.exr");
@@ -157,13 +157,13 @@ impl Store {
         exr::write(&path, &described(scene, sensor, run, &product))?;
         let bytes = std::fs::read(&path).map_err(|cause| io_error(&path, cause))?;
         self.keep_time(&exr, &time)?;
-        let record = Record {
+        let record = StoreRecord {
             key,
             exr: blake3::hash(&bytes).to_string(),
             facts: product.facts,
         };
         write_json(&self.path(&format!("{stem}.json")), &record)?;
-        Ok(Stored {
+        Ok(StoredRun {
             exr,
             facts: record.facts,
             time,
@@ -182,7 +182,7 @@ impl Store {
 }
 
 /// The text by which a run is found again, from all that its film is made from.
-fn key(program: &str, scene: &Scene, sensor: &Sensor, run: &Run) -> String {
+fn key(program: &str, scene: &Scene, sensor: &Sensor, run: &StudyRun) -> String {
     let parts = [
         program,
         scene.content_hash(),
@@ -220,7 +220,7 @@ fn io_error(path: &Path, cause: io::Error) -> StoreError {
 }
 
 /// A name that a person recognises, and the beginning of the key, which makes it the only one.
-fn stem(sensor: &Sensor, run: &Run, key: &str) -> String {
+fn stem(sensor: &Sensor, run: &StudyRun, key: &str) -> String {
     let label = run.label().replace('%', "pct");
     let name = file_name(&format!("{}-{label}", sensor.id));
     format!("{name}-{}", &key[..10])
@@ -235,7 +235,12 @@ pub fn file_name(text: &str) -> String {
 }
 
 /// The film with what describes it.
-fn described(scene: &Scene, sensor: &Sensor, run: &Run, product: &Product) -> crate::film::Image {
+fn described(
+    scene: &Scene,
+    sensor: &Sensor,
+    run: &StudyRun,
+    product: &Product,
+) -> crate::film::Image {
     let mut image = product.image.clone();
     let mut settings = run.method.settings();
     if let (Some(settings), Some(replicates)) = (settings.as_object_mut(), product.facts.replicates)
@@ -263,9 +268,9 @@ mod tests {
     use crate::study::Method;
     use crate::study::method::Settings;
 
-    fn run(photons: &str) -> Run {
+    fn run(photons: &str) -> StudyRun {
         let given = Settings::from([("photons".to_owned(), photons.to_owned())]);
-        Run {
+        StudyRun {
             name: "photons".to_owned(),
             method: Method::new("photons", &given).unwrap(),
             given,

@@ -6,7 +6,7 @@ use std::path::Path;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::FileError;
+use super::error::FileError;
 use crate::study::method::SettingError;
 
 /// Where a text is from, to say where something in it is.
@@ -33,7 +33,7 @@ impl Text<'_> {
 }
 
 /// A table, whose keys are taken one by one; what nobody took is unknown.
-pub struct Table<'a> {
+pub struct TomlTable<'a> {
     text: Text<'a>,
     /// What the table is called in messages: `study`, `[truth]`.
     name: &'a str,
@@ -43,13 +43,13 @@ pub struct Table<'a> {
 }
 
 /// A value and its place.
-pub struct Node<'a> {
+pub struct TomlNode<'a> {
     text: Text<'a>,
     key: &'a str,
     value: &'a Spanned<DeValue<'a>>,
 }
 
-impl<'a> Table<'a> {
+impl<'a> TomlTable<'a> {
     /// A table that stands at a place.
     pub fn new(text: Text<'a>, name: &'a str, at: Range<usize>, content: &'a DeTable<'a>) -> Self {
         Self {
@@ -62,7 +62,7 @@ impl<'a> Table<'a> {
     }
 
     /// The value of a key, if it is there.
-    pub fn take(&mut self, key: &'static str) -> Option<Node<'a>> {
+    pub fn take(&mut self, key: &'static str) -> Option<TomlNode<'a>> {
         self.known.push(key);
         self.nodes().find(|node| node.key == key)
     }
@@ -72,7 +72,7 @@ impl<'a> Table<'a> {
     /// # Errors
     ///
     /// Where it is missing.
-    pub fn need(&mut self, key: &'static str) -> Result<Node<'a>, FileError> {
+    pub fn need(&mut self, key: &'static str) -> Result<TomlNode<'a>, FileError> {
         self.take(key).ok_or_else(|| {
             let message = format!("{} needs a key \"{key}\"", self.name);
             self.text.error(&self.at, message)
@@ -80,7 +80,7 @@ impl<'a> Table<'a> {
     }
 
     /// All values that nobody took: for tables whose keys are names.
-    pub fn rest(&self) -> impl Iterator<Item = Node<'a>> + '_ {
+    pub fn rest(&self) -> impl Iterator<Item = TomlNode<'a>> + '_ {
         self.nodes().filter(|node| !self.known.contains(&node.key))
     }
 
@@ -101,9 +101,9 @@ impl<'a> Table<'a> {
         })
     }
 
-    fn nodes(&self) -> impl Iterator<Item = Node<'a>> + use<'a> {
+    fn nodes(&self) -> impl Iterator<Item = TomlNode<'a>> + use<'a> {
         let text = self.text;
-        self.content.iter().map(move |(key, value)| Node {
+        self.content.iter().map(move |(key, value)| TomlNode {
             text,
             key: key.get_ref(),
             value,
@@ -111,7 +111,7 @@ impl<'a> Table<'a> {
     }
 }
 
-impl<'a> Node<'a> {
+impl<'a> TomlNode<'a> {
     /// Its key.
     pub fn key(&self) -> &'a str {
         self.key
@@ -181,9 +181,9 @@ impl<'a> Node<'a> {
     }
 
     /// Its table, called so in messages; `None` for what is no table.
-    pub fn table(&self, name: &'a str) -> Option<Table<'a>> {
+    pub fn table(&self, name: &'a str) -> Option<TomlTable<'a>> {
         let content = self.value.get_ref().as_table()?;
-        Some(Table::new(self.text, name, self.value.span(), content))
+        Some(TomlTable::new(self.text, name, self.value.span(), content))
     }
 
     /// Its table.
@@ -191,7 +191,7 @@ impl<'a> Node<'a> {
     /// # Errors
     ///
     /// Where it is none.
-    pub fn need_table(&self, name: &'a str) -> Result<Table<'a>, FileError> {
+    pub fn need_table(&self, name: &'a str) -> Result<TomlTable<'a>, FileError> {
         self.table(name).ok_or_else(|| self.wrong("a table"))
     }
 
@@ -200,12 +200,12 @@ impl<'a> Node<'a> {
     /// # Errors
     ///
     /// Where it holds anything else.
-    pub fn tables(&self, name: &'a str) -> Result<Vec<Table<'a>>, FileError> {
+    pub fn tables(&self, name: &'a str) -> Result<Vec<TomlTable<'a>>, FileError> {
         let Some(list) = self.value.get_ref().as_array() else {
             return Err(self.wrong(&format!("{name}, once for each,")));
         };
         let tables = list.iter().map(|value| {
-            let node = Node {
+            let node = TomlNode {
                 text: self.text,
                 key: self.key,
                 value,

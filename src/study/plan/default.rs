@@ -1,20 +1,20 @@
 //! What a study does where its file says nothing.
 
-use super::super::file::StudyMethod;
 use super::sensors::is_camera;
 use crate::approximation::{Approximation, CausticMap};
 use crate::reference::path::PathSettings;
 use crate::reference::{beams, full};
 use crate::scene::{Scene, Sensor};
+use crate::study::file::StudyMethod;
 
 /// The default study of a sensor.
-pub(super) struct Default {
+pub(super) struct DefaultStudy {
     pub truth: StudyMethod,
     pub methods: Vec<StudyMethod>,
 }
 
-impl Default {
-    /// From what the scene allows: see the table at [`Plan::new`](super::Plan::new).
+impl DefaultStudy {
+    /// From what the scene allows: see the table at [`StudyPlan::new`](super::StudyPlan::new).
     pub fn of(scene: &Scene, sensor: &Sensor) -> Self {
         if is_camera(sensor) {
             return Self::of_camera(scene, sensor);

@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use super::super::file::{Candidate, StudyFile, StudyMethod};
-use super::super::method::{Method, SettingError};
-use super::PlanError;
+use super::error::PlanError;
 use crate::scene::{Scene, Sensor, SensorKind};
+use crate::study::file::{StudyCandidate, StudyFile, StudyMethod};
+use crate::study::method::{Method, SettingError};
 
 /// Whether a sensor measures radiance.
 pub(super) fn is_camera(sensor: &Sensor) -> bool {
@@ -83,8 +83,8 @@ pub(super) fn is_meant(
 }
 
 /// The images that are meant for a sensor.
-pub(super) fn candidates(file: &StudyFile, sensor: &Sensor) -> Vec<Candidate> {
-    let own = |one: &&Candidate| one.sensor.as_ref().is_none_or(|id| *id == sensor.id);
+pub(super) fn candidates(file: &StudyFile, sensor: &Sensor) -> Vec<StudyCandidate> {
+    let own = |one: &&StudyCandidate| one.sensor.as_ref().is_none_or(|id| *id == sensor.id);
     file.candidates.iter().filter(own).cloned().collect()
 }
 

@@ -1,7 +1,7 @@
 //! What a reader asks first, in sentences: how wrong, where, why, and what would less error cost?
 
 use super::super::checks::plane;
-use super::figures::{Answer, Curve, OrderOf, Row, StageErrors};
+use super::figures::{Answer, Curve, OrderOf, ReportRow, StageErrors};
 use super::text::percent;
 use crate::film::Image;
 use crate::metric::Comparison;
@@ -13,7 +13,7 @@ const HOPELESS: f64 = 1000.0;
 const NOTABLE: f64 = 0.1;
 
 /// One answer a curve.
-pub(super) fn answers(rows: &[Row], curves: &[Curve], stages: &[StageErrors]) -> Vec<Answer> {
+pub(super) fn answers(rows: &[ReportRow], curves: &[Curve], stages: &[StageErrors]) -> Vec<Answer> {
     let answer = |curve: &Curve| {
         let known = curve.rows.iter().map(|i| &rows[*i]);
         let best = known
@@ -34,7 +34,7 @@ pub(super) fn answers(rows: &[Row], curves: &[Curve], stages: &[StageErrors]) ->
     curves.iter().filter_map(answer).collect()
 }
 
-fn how_wrong(best: &Row, is_best_of_several: bool) -> String {
+fn how_wrong(best: &ReportRow, is_best_of_several: bool) -> String {
     let at_best = if is_best_of_several {
         format!(" at best ({})", best.label)
     } else {
@@ -55,7 +55,7 @@ fn how_wrong(best: &Row, is_best_of_several: bool) -> String {
     format!("Its error{at_best} is {}{amount}.", percent(best.error))
 }
 
-fn place(best: &Row) -> Option<String> {
+fn place(best: &ReportRow) -> Option<String> {
     let half = best.half_in?;
     Some(format!(
         "Half of the squared error is in {} of the texels.",

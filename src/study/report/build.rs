@@ -5,15 +5,15 @@ use std::path::Path;
 
 use super::super::checks;
 use super::super::curve::median;
-use super::super::file::Candidate;
-use super::super::plan::{Run, SensorPlan};
+use super::super::file::StudyCandidate;
+use super::super::plan::{SensorPlan, StudyRun};
 use super::super::session::Session;
-use super::super::store::Stored;
+use super::super::store::StoredRun;
 use super::super::{StudyError, truth};
 use super::answers::{answers, half_in};
 use super::figures::{
-    Curve, Report, Row, SensorFigures, SensorTimings, StageErrors, StudyFigures, Timing, Timings,
-    TruthFigures,
+    Curve, ReportRow, RunTiming, SensorFigures, SensorTimings, StageErrors, StudyFigures,
+    StudyReport, Timings, TruthFigures,
 };
 use super::stages::{StageFilms, stage_errors};
 use super::trade::{curves, front, gates, mark_pareto, orders_in_seconds};
@@ -23,15 +23,15 @@ use crate::scene::requirements;
 
 /// What a row is made from.
 #[derive(Clone, Debug)]
-pub enum Judged<'a> {
+pub enum JudgedFilm<'a> {
     /// A run of the study.
-    Run(&'a Run, Box<Stored>),
+    Run(&'a StudyRun, Box<StoredRun>),
     /// An image rendered elsewhere; its copy is this file of the store.
-    Candidate(&'a Candidate, String),
+    Candidate(&'a StudyCandidate, String),
 }
 
 /// Who is told which row is being judged: its number from 0, and its label.
-pub type Progressing<'a> = &'a mut dyn FnMut(usize, &str);
+pub type RowProgress<'a> = &'a mut dyn FnMut(usize, &str);
 
 /// The folder of films beside the report.
 const FILMS: &str = "runs";
@@ -42,9 +42,9 @@ pub struct SensorFilms<'a> {
     /// What was planned.
     pub plan: &'a SensorPlan,
     /// The truth.
-    pub truth: Stored,
+    pub truth: StoredRun,
     /// Runs and candidates.
-    pub judged: Vec<Judged<'a>>,
+    pub judged: Vec<JudgedFilm<'a>>,
     /// Approximations with their stages exact.
     pub stages: Vec<StageFilms<'a>>,
 }
@@ -57,8 +57,8 @@ pub struct SensorFilms<'a> {
 pub fn build(
     session: &Session,
     films: &[SensorFilms],
-    progressing: Progressing,
-) -> Result<(Report, Timings), StudyError> {
+    progressing: RowProgress,
+) -> Result<(StudyReport, Timings), StudyError> {
     let plan = &session.plan;
     let mut sensors = Vec::new();
     let mut timed = Vec::new();
@@ -73,7 +73,7 @@ pub fn build(
         timed.push(timings);
     }
     let warnings = session.scene.warnings().iter();
-    let report = Report {
+    let report = StudyReport {
         version: env!("CARGO_PKG_VERSION"),
         study: StudyFigures {
             scene: plan.scene.display().to_string(),
@@ -103,7 +103,7 @@ fn sensor_figures(
 ) -> Result<(SensorFigures, SensorTimings), StudyError> {
     let plan = films.plan;
     let sensor = session.sensor(plan)?;
-    let truth = Film::read(session, &films.truth.exr)?;
+    let truth = film(session, &films.truth.exr)?;
     let mut rows = Vec::new();
     for one in &films.judged {
         next(&one.label());
@@ -115,13 +115,13 @@ fn sensor_figures(
     let stages: Vec<StageErrors> = films
         .stages
         .iter()
-        .filter_map(|films| stage_errors(session, &truth.source, films).transpose())
+        .filter_map(|films| stage_errors(session, &truth, films).transpose())
         .collect::<Result<_, _>>()?;
-    let quantity = quantity(&truth.source.image);
+    let quantity = quantity(&truth.image);
     let figures = SensorFigures {
         sensor: sensor.id.clone(),
         plugin: sensor.plugin(),
-        size: [truth.source.image.width, truth.source.image.height],
+        size: [truth.image.width, truth.image.height],
         quantity,
         unit: quantity.unit(),
         answers: answers(&rows, &curves, &stages),
@@ -129,8 +129,8 @@ fn sensor_figures(
             method: plan.truth.method.name().to_owned(),
             settings: plan.truth.given.clone(),
             label: plan.truth.label_without_seed(),
-            file: truth.source.name.clone(),
-            command: command(session, plan, &plan.truth, &truth.source.name),
+            file: truth.name.clone(),
+            command: command(session, plan, &plan.truth, &truth.name),
             facts: films.truth.facts.clone(),
         },
         gates: gates(plan.max_error.iter(), &rows),
@@ -154,17 +154,9 @@ const CONVENTIONS: [&str; 8] = [
 ];
 
 /// A film as it is in its file.
-struct Film {
-    source: Source,
-}
-
-impl Film {
-    fn read(session: &Session, name: &str) -> Result<Self, StudyError> {
-        let image = exr::read(&session.store.path(name))?;
-        Ok(Self {
-            source: Source::new(format!("{FILMS}/{name}"), image),
-        })
-    }
+fn film(session: &Session, name: &str) -> Result<Source, StudyError> {
+    let image = exr::read(&session.store.path(name))?;
+    Ok(Source::new(format!("{FILMS}/{name}"), image))
 }
 
 fn quantity(image: &Image) -> crate::reference::Quantity {
@@ -176,7 +168,7 @@ fn quantity(image: &Image) -> crate::reference::Quantity {
     }
 }
 
-impl Judged<'_> {
+impl JudgedFilm<'_> {
     fn label(&self) -> String {
         match self {
             Self::Run(run, _) => run.label(),
@@ -188,59 +180,59 @@ impl Judged<'_> {
 fn row(
     session: &Session,
     films: &SensorFilms,
-    truth: &Film,
-    judged: &Judged,
-) -> Result<Row, StudyError> {
+    truth: &Source,
+    judged: &JudgedFilm,
+) -> Result<ReportRow, StudyError> {
     let settings = metric::Settings {
         margin: session.plan.margin,
         ..metric::Settings::default()
     };
     let (name, file) = match judged {
-        Judged::Run(run, stored) => (&run.name, &stored.exr),
-        Judged::Candidate(candidate, file) => (&candidate.name, file),
+        JudgedFilm::Run(run, stored) => (&run.name, &stored.exr),
+        JudgedFilm::Candidate(candidate, file) => (&candidate.name, file),
     };
-    let film = Film::read(session, file)?;
-    let comparison = metric::compare(&truth.source, &film.source, &settings)?;
+    let film = film(session, file)?;
+    let comparison = metric::compare(truth, &film, &settings)?;
     let compare = format!(
         "nephroid compare {} {} --margin {}",
-        quoted(&truth.source.name),
-        quoted(&film.source.name),
+        quoted(&truth.name),
+        quoted(&film.name),
         session.plan.margin
     );
     let (run, facts) = match judged {
-        Judged::Run(run, stored) => (Some(run), Some(stored.facts.clone())),
-        Judged::Candidate(..) => (None, None),
+        JudgedFilm::Run(run, stored) => (Some(run), Some(stored.facts.clone())),
+        JudgedFilm::Candidate(..) => (None, None),
     };
     let layer = layer_judged(
         &comparison,
         facts.as_ref().map(|facts| facts.judged.as_str()),
     );
     let is_direct_shared = layer.is_some_and(|layer| !layer.is_total)
-        || truth::shares_direct(&truth.source.image, &film.source.image);
+        || truth::shares_direct(&truth.image, &film.image);
     let truth_error =
         layer.and_then(|layer| truth::error(&films.truth.facts, is_direct_shared, layer));
     let error = layer.and_then(|layer| layer.difference.relative_rmse);
-    Ok(Row {
+    Ok(ReportRow {
         name: name.clone(),
         label: judged.label(),
         method: run.map(|run| run.method.name().to_owned()),
         settings: run.map(|run| run.given.clone()).unwrap_or_default(),
-        command: run.map(|run| command(session, films.plan, run, &film.source.name)),
+        command: run.map(|run| command(session, films.plan, run, &film.name)),
         compare,
         layer: layer.map(|layer| layer.layer.clone()).unwrap_or_default(),
         error,
         bias: layer.and_then(|layer| layer.equivalence.bias.relative),
-        half_in: layer.and_then(|layer| half_in(&truth.source.image, &film.source.image, layer)),
+        half_in: layer.and_then(|layer| half_in(&truth.image, &film.image, layer)),
         truth_error,
         resolved: truth::resolves(truth_error, error),
         pareto: BTreeMap::new(),
         checks: match (judged, layer) {
-            (Judged::Candidate(..), Some(layer)) => {
-                checks::checks(&truth.source.image, &film.source.image, layer)
+            (JudgedFilm::Candidate(..), Some(layer)) => {
+                checks::checks(&truth.image, &film.image, layer)
             }
             _ => Vec::new(),
         },
-        file: film.source.name,
+        file: film.name,
         facts,
         comparison,
     })
@@ -256,7 +248,7 @@ fn layer_judged<'a>(comparison: &'a metric::Report, name: Option<&str>) -> Optio
 }
 
 /// The command that makes a film.
-fn command(session: &Session, sensor: &SensorPlan, run: &Run, file: &str) -> String {
+fn command(session: &Session, sensor: &SensorPlan, run: &StudyRun, file: &str) -> String {
     let plan = &session.plan;
     let define = plan
         .define
@@ -288,8 +280,8 @@ fn quoted(word: &str) -> String {
     }
 }
 
-fn timings(films: &SensorFilms, rows: &[Row], curves: &[Curve]) -> SensorTimings {
-    let of_run = |run: &Run, stored: &Stored| Timing {
+fn timings(films: &SensorFilms, rows: &[ReportRow], curves: &[Curve]) -> SensorTimings {
+    let of_run = |run: &StudyRun, stored: &StoredRun| RunTiming {
         label: run.label(),
         median: median(&stored.time.seconds),
         seconds: stored.time.seconds.clone(),
@@ -298,10 +290,10 @@ fn timings(films: &SensorFilms, rows: &[Row], curves: &[Curve]) -> SensorTimings
         pareto: false,
     };
     let judged = films.judged.iter();
-    let mut timed: Vec<Timing> = judged
+    let mut timed: Vec<RunTiming> = judged
         .map(|one| match one {
-            Judged::Run(run, stored) => of_run(run, stored),
-            Judged::Candidate(candidate, _) => Timing {
+            JudgedFilm::Run(run, stored) => of_run(run, stored),
+            JudgedFilm::Candidate(candidate, _) => RunTiming {
                 label: candidate.name.clone(),
                 median: candidate.seconds,
                 seconds: candidate.seconds.into_iter().collect(),

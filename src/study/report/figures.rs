@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+use super::super::checks::Check;
 use super::super::curve::Order;
 use super::super::machine::Machine;
 use super::super::method::{Facts, Settings};
@@ -13,7 +14,7 @@ use crate::scene::Requirement;
 
 /// All that a study found, timings apart. Relative numbers are fractions.
 #[derive(Clone, Debug, Serialize)]
-pub struct Report {
+pub struct StudyReport {
     /// The program's version.
     pub version: &'static str,
     /// What was studied.
@@ -61,7 +62,7 @@ pub struct SensorFigures {
     /// What all rows are judged by.
     pub truth: TruthFigures,
     /// One entry a run or candidate.
-    pub rows: Vec<Row>,
+    pub rows: Vec<ReportRow>,
     /// One entry a method.
     pub curves: Vec<Curve>,
     /// Which stage makes an error: one entry an approximation.
@@ -98,7 +99,7 @@ pub struct TruthFigures {
 
 /// A run or a candidate, judged.
 #[derive(Clone, Debug, Serialize)]
-pub struct Row {
+pub struct ReportRow {
     /// The name of its curve.
     pub name: String,
     /// The curve's name with the settings that are not defaults.
@@ -136,15 +137,6 @@ pub struct Row {
     pub comparison: metric::Report,
 }
 
-/// Something that looks like a mistake.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Check {
-    /// `units`, `orientation` or `shift`.
-    pub kind: &'static str,
-    /// What it looks like, and why.
-    pub message: String,
-}
-
 /// One method over its settings.
 #[derive(Clone, Debug, Serialize)]
 pub struct Curve {
@@ -168,7 +160,7 @@ pub struct StageErrors {
     /// The error with all stages as they are set.
     pub error: f64,
     /// In the order of the pipeline.
-    pub stages: Vec<StageError>,
+    pub stages: Vec<StageFigures>,
     /// The error with all stages exact: of sampling, and of the truth.
     pub residual: f64,
     /// What the falls of single stages do not add up to: errors that hide or cancel each other.
@@ -179,7 +171,7 @@ pub struct StageErrors {
 
 /// What one stage does to the error.
 #[derive(Clone, Debug, Serialize)]
-pub struct StageError {
+pub struct StageFigures {
     /// The stage.
     pub stage: &'static str,
     /// As it is set.
@@ -249,9 +241,9 @@ pub struct SensorTimings {
     /// The sensor's id.
     pub sensor: String,
     /// The truth.
-    pub truth: Timing,
+    pub truth: RunTiming,
     /// As the report's rows.
-    pub rows: Vec<Timing>,
+    pub rows: Vec<RunTiming>,
     /// The order of each curve's error in seconds, fitted to resolved rows; by its place among the report's curves.
     pub orders: Vec<Option<OrderOf>>,
     /// Reasons for which an order in seconds is missing, as sentences without their full stop.
@@ -277,7 +269,7 @@ impl Timings {
 
 /// What one run took.
 #[derive(Clone, Debug, Serialize)]
-pub struct Timing {
+pub struct RunTiming {
     /// The run.
     pub label: String,
     /// Once for each repeat, from set-up to the film \[s\].

@@ -6,8 +6,8 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::super::StudyError;
-use super::figures::{Report, SensorFigures, Timings};
-use super::planes::{Digits, Plane, reduced};
+use super::figures::{SensorFigures, StudyReport, Timings};
+use super::planes::{Digits, EncodedPlane, reduced};
 use crate::film::{Image, exr};
 use crate::metric::{Maps, Pairing, Side, Source};
 
@@ -17,7 +17,7 @@ const LARGEST: usize = 14_000_000;
 /// What the page's script reads.
 #[derive(Serialize)]
 struct Data<'a> {
-    report: &'a Report,
+    report: &'a StudyReport,
     timings: &'a Timings,
     /// As the report's sensors.
     pictures: Vec<Pictures>,
@@ -30,11 +30,11 @@ struct Pictures {
     size: [usize; 2],
     /// Texels of the films that one of theirs is the mean of, each way.
     step: usize,
-    planes: Vec<Plane>,
+    planes: Vec<EncodedPlane>,
 }
 
 /// A film's images at full size.
-struct Film {
+struct PageFilm {
     file: String,
     /// Channels averaged.
     value: Vec<f32>,
@@ -50,8 +50,8 @@ struct Film {
 /// # Errors
 ///
 /// Where a film cannot be read or compared.
-pub fn page(folder: &Path, report: &Report, timings: &Timings) -> Result<String, StudyError> {
-    let films: Vec<Vec<Film>> = report
+pub fn page(folder: &Path, report: &StudyReport, timings: &Timings) -> Result<String, StudyError> {
+    let films: Vec<Vec<PageFilm>> = report
         .sensors
         .iter()
         .map(|sensor| films(folder, sensor))
@@ -98,14 +98,14 @@ pub fn page(folder: &Path, report: &Report, timings: &Timings) -> Result<String,
 }
 
 /// The films of a sensor: the truth, each row, and the truth's layers that rows are judged by.
-fn films(folder: &Path, sensor: &SensorFigures) -> Result<Vec<Film>, StudyError> {
+fn films(folder: &Path, sensor: &SensorFigures) -> Result<Vec<PageFilm>, StudyError> {
     let read = |file: &str| exr::read(&folder.join(file));
     let truth = Source::new(sensor.truth.file.clone(), read(&sensor.truth.file)?);
     let total = sensor.quantity.symbol();
-    let mut films = vec![Film::of(&truth.image, &sensor.truth.file, total)];
+    let mut films = vec![PageFilm::of(&truth.image, &sensor.truth.file, total)];
     for row in &sensor.rows {
         let other = Source::new(row.file.clone(), read(&row.file)?);
-        let mut film = Film::of(&other.image, &row.file, &row.layer);
+        let mut film = PageFilm::of(&other.image, &row.file, &row.layer);
         let pairing = Pairing::new(&truth, &other, Side::A, std::slice::from_ref(&row.layer))?;
         let z = pairing.pairs.first().and_then(|pair| Maps::of(pair).z);
         film.z = z.map(|grid| grid.iter().copied().collect());
@@ -118,7 +118,7 @@ fn films(folder: &Path, sensor: &SensorFigures) -> Result<Vec<Film>, StudyError>
         .map(|row| row.layer.as_str())
         .filter(|layer| *layer != total);
     for layer in layers.collect::<std::collections::BTreeSet<_>>() {
-        films.push(Film::of(
+        films.push(PageFilm::of(
             &truth.image,
             &format!("{}#{layer}", sensor.truth.file),
             layer,
@@ -128,7 +128,7 @@ fn films(folder: &Path, sensor: &SensorFigures) -> Result<Vec<Film>, StudyError>
 }
 
 impl Pictures {
-    fn new(films: &[Film], size: [usize; 2], step: usize) -> Self {
+    fn new(films: &[PageFilm], size: [usize; 2], step: usize) -> Self {
         let mut images = Vec::new();
         for (i, film) in films.iter().enumerate() {
             let digits = if i == 0 { Digits::Five } else { Digits::Four };
@@ -143,7 +143,7 @@ impl Pictures {
         let planes = images
             .into_par_iter()
             .map(|(film, kind, values, digits)| {
-                Plane::new(&film.file, kind, &reduced(values, size, step), digits)
+                EncodedPlane::new(&film.file, kind, &reduced(values, size, step), digits)
             })
             .collect();
         Self {
@@ -158,7 +158,7 @@ impl Pictures {
     }
 }
 
-impl Film {
+impl PageFilm {
     fn of(image: &Image, file: &str, layer: &str) -> Self {
         let mean = |end: &str| {
             let names = ["E", "L", ""];

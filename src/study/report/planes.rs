@@ -24,7 +24,7 @@ pub enum Digits {
 
 /// An image, encoded.
 #[derive(Clone, Debug, Serialize)]
-pub struct Plane {
+pub struct EncodedPlane {
     /// The file it is from, as the report names it.
     pub file: String,
     /// `value`, `bar` or `z`.
@@ -56,7 +56,7 @@ impl Digits {
     }
 }
 
-impl Plane {
+impl EncodedPlane {
     /// An image with so many digits.
     pub fn new(file: &str, kind: &'static str, values: &[f32], digits: Digits) -> Self {
         let rounded: Vec<[u8; 4]> = values
@@ -127,7 +127,7 @@ mod tests {
     #[test]
     fn what_is_encoded_can_be_decoded_as_the_page_does() {
         let values = [0.0_f32, 1.5, -2.25, 1e-3, f32::NAN];
-        let plane = Plane::new("a.exr", "value", &values, Digits::Five);
+        let plane = EncodedPlane::new("a.exr", "value", &values, Digits::Five);
         let bytes = STANDARD.decode(plane.data).unwrap();
         let mut planes = Vec::new();
         flate2::read::ZlibDecoder::new(bytes.as_slice())

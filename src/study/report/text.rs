@@ -4,13 +4,14 @@ use std::fmt::Write as _;
 
 use super::super::machine::Machine;
 use super::figures::{
-    GateVerdict, Report, Row, SensorFigures, SensorTimings, Timing, Timings, TruthFigures,
+    GateVerdict, ReportRow, RunTiming, SensorFigures, SensorTimings, StudyReport, Timings,
+    TruthFigures,
 };
 use crate::metric::Comparison;
 use crate::reference::Quantity;
 
 /// A line a row; numbers as in the JSON, empty where there is none.
-pub fn csv(report: &Report, timings: &Timings) -> String {
+pub fn csv(report: &StudyReport, timings: &Timings) -> String {
     let mut out = String::from(
         "sensor,name,label,layer,error,truth_error,resolved,bias,half_in,rmse,rel_mse,smape,ssim,flip,energy_ratio,verdict,rays,seconds,file\n",
     );
@@ -23,7 +24,7 @@ pub fn csv(report: &Report, timings: &Timings) -> String {
     out
 }
 
-fn line(row: &Row, timing: &Timing) -> String {
+fn line(row: &ReportRow, timing: &RunTiming) -> String {
     let judged = judged(row);
     let figure = |figure: fn(&Comparison) -> Option<f64>| number(judged.and_then(figure));
     let cells = [
@@ -52,7 +53,7 @@ fn line(row: &Row, timing: &Timing) -> String {
 }
 
 /// Rays traced.
-fn rays(row: &Row) -> Option<u64> {
+fn rays(row: &ReportRow) -> Option<u64> {
     let counters = &row.facts.as_ref()?.counters;
     counters
         .iter()
@@ -61,7 +62,7 @@ fn rays(row: &Row) -> Option<u64> {
 }
 
 /// The comparison of the layer that a row is judged by.
-pub fn judged(row: &Row) -> Option<&Comparison> {
+pub fn judged(row: &ReportRow) -> Option<&Comparison> {
     row.comparison
         .layers
         .iter()
@@ -82,7 +83,7 @@ fn field(text: &str) -> String {
 }
 
 /// What a pull request's reader wants to know.
-pub fn markdown(report: &Report, timings: &Timings) -> String {
+pub fn markdown(report: &StudyReport, timings: &Timings) -> String {
     let mut out = format!("## nephroid validate: {}\n", report.study.scene);
     let several = timings.machines().len() > 1;
     for (sensor, timings) in report.sensors.iter().zip(&timings.sensors) {
@@ -167,7 +168,7 @@ fn own_error(truth: &TruthFigures) -> String {
     })
 }
 
-fn remarks(sensor: &SensorFigures, row: &Row, machine: Option<&Machine>) -> String {
+fn remarks(sensor: &SensorFigures, row: &ReportRow, machine: Option<&Machine>) -> String {
     let is_of_one_layer = row.layer != sensor.quantity.symbol();
     let layer = is_of_one_layer.then(|| format!("{} only", row.layer));
     let unresolved = (!row.resolved).then(|| "not resolved".to_owned());

@@ -3,19 +3,19 @@
 use std::collections::BTreeSet;
 
 use super::super::curve::{Order, Point, pareto};
-use super::figures::{Curve, Gate, GateVerdict, OrderOf, Row, Timing};
+use super::figures::{Curve, Gate, GateVerdict, OrderOf, ReportRow, RunTiming};
 
 /// What the axis of seconds is called, beside the names of counters.
 pub(super) const SECONDS: &str = "seconds";
 
-fn count(row: &Row, counter: &str) -> Option<f64> {
+fn count(row: &ReportRow, counter: &str) -> Option<f64> {
     let counters = &row.facts.as_ref()?.counters;
     let found = counters.iter().find(|one| one.name == counter)?;
     Some(found.count as f64)
 }
 
 /// All names of counters, in the order in which they first come.
-fn counters<'a>(rows: impl Iterator<Item = &'a Row>) -> Vec<String> {
+fn counters<'a>(rows: impl Iterator<Item = &'a ReportRow>) -> Vec<String> {
     let mut names: Vec<String> = Vec::new();
     for counter in rows
         .filter_map(|row| row.facts.as_ref())
@@ -29,7 +29,7 @@ fn counters<'a>(rows: impl Iterator<Item = &'a Row>) -> Vec<String> {
 }
 
 /// Marks by each counter which rows no other beats.
-pub(super) fn mark_pareto(rows: &mut [Row]) {
+pub(super) fn mark_pareto(rows: &mut [ReportRow]) {
     for counter in counters(rows.iter()) {
         for (row, is_on_front) in front(rows, |_, row| count(row, &counter)) {
             rows[row].pareto.insert(counter.clone(), is_on_front);
@@ -39,7 +39,10 @@ pub(super) fn mark_pareto(rows: &mut [Row]) {
 
 /// Which of the rows that have a cost and an error are on the front: among those that are judged by the same light, since errors
 /// of one layer and of all light are not of one kind.
-pub(super) fn front(rows: &[Row], cost: impl Fn(usize, &Row) -> Option<f64>) -> Vec<(usize, bool)> {
+pub(super) fn front(
+    rows: &[ReportRow],
+    cost: impl Fn(usize, &ReportRow) -> Option<f64>,
+) -> Vec<(usize, bool)> {
     let mut all = Vec::new();
     let layers: BTreeSet<&str> = rows.iter().map(|row| row.layer.as_str()).collect();
     for layer in layers {
@@ -58,7 +61,7 @@ pub(super) fn front(rows: &[Row], cost: impl Fn(usize, &Row) -> Option<f64>) -> 
 }
 
 /// One curve a name, with its orders.
-pub(super) fn curves(rows: &[Row]) -> Vec<Curve> {
+pub(super) fn curves(rows: &[ReportRow]) -> Vec<Curve> {
     let mut curves: Vec<Curve> = Vec::new();
     for (i, row) in rows.iter().enumerate() {
         match curves.iter_mut().find(|curve| curve.name == row.name) {
@@ -87,8 +90,8 @@ pub(super) fn curves(rows: &[Row]) -> Vec<Curve> {
 /// The order of each curve's error in seconds, and why one is missing: seconds of different machines do not compare.
 pub(super) fn orders_in_seconds(
     curves: &[Curve],
-    rows: &[Row],
-    timed: &[Timing],
+    rows: &[ReportRow],
+    timed: &[RunTiming],
 ) -> (Vec<Option<OrderOf>>, Vec<String>) {
     let mut notes = Vec::new();
     let orders = curves.iter().map(|curve| {
@@ -111,9 +114,9 @@ pub(super) fn orders_in_seconds(
 /// The order of the error in a cost, fitted to those rows of a curve that are resolved.
 fn order(
     curve: &[usize],
-    rows: &[Row],
+    rows: &[ReportRow],
     name: &str,
-    cost: impl Fn(usize, &Row) -> Option<f64>,
+    cost: impl Fn(usize, &ReportRow) -> Option<f64>,
 ) -> Option<OrderOf> {
     let resolved = curve.iter().filter(|i| rows[**i].resolved);
     let points: Vec<Point> = resolved
@@ -133,7 +136,7 @@ fn order(
 /// A curve keeps a limit where the best of its settings does.
 pub(super) fn gates<'a>(
     limits: impl Iterator<Item = (&'a String, &'a f64)>,
-    rows: &[Row],
+    rows: &[ReportRow],
 ) -> Vec<Gate> {
     limits
         .map(|(name, limit)| {
@@ -167,11 +170,11 @@ mod tests {
     use crate::study::machine::Machine;
 
     /// A resolved row with this error.
-    fn row(error: f64) -> Row {
+    fn row(error: f64) -> ReportRow {
         let mut image = Image::new(1, 1);
         image.add_rgb("E", &[[1.0; 3]]);
         let source = Source::new("film", image);
-        Row {
+        ReportRow {
             name: "photons".to_owned(),
             label: String::new(),
             method: None,
@@ -192,8 +195,8 @@ mod tests {
         }
     }
 
-    fn timing(seconds: f64, host: &str) -> Timing {
-        Timing {
+    fn timing(seconds: f64, host: &str) -> RunTiming {
+        RunTiming {
             label: String::new(),
             seconds: vec![seconds],
             median: Some(seconds),
@@ -211,7 +214,7 @@ mod tests {
         let mut rows = vec![row(0.1), row(0.05), row(0.025)];
         let curves = curves(&rows);
         let timed = ["here", "here", "there"].map(|host| timing(1.0, host));
-        let seconds = |timed: &mut [Timing]| {
+        let seconds = |timed: &mut [RunTiming]| {
             for (i, timing) in timed.iter_mut().enumerate() {
                 timing.median = Some(4_f64.powi(i as i32));
             }
