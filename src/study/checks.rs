@@ -1,40 +1,42 @@
-//! Is a candidate in the right unit, the right way up, and in the right place?
+//! Checks of a candidate: is it in the right unit, the right way up, and in the right place?
 //!
-//! Its texels are held against the truth's, channels averaged. What looks like a mistake rather than an approximation is
-//! told, and changes no figure.
+//! Its texels are held against the truth's, channels averaged. If it looks like a mistake rather than an
+//! approximation, the report tells so; no figure changes.
 
 use serde::Serialize;
 
 use crate::film::Image;
 use crate::metric::Comparison;
 
-/// A mistake must explain so much of the squared difference to be named: an approximation's own error is rarely turned to
-/// half by moving, turning or scaling its image, and one that is moved, turned or scaled loses more.
+/// The part of the squared difference that a mistake must explain to be named. An approximation's own error
+/// is rarely halved by moving, turning or scaling its image. One that is moved, turned or scaled loses more.
 const EXPLAINED: f64 = 0.5;
 
-/// Energy further off than this is told; approximations within it are common.
+/// The relative error of the energy above which it is told; approximations within it are common.
 const ENERGY: f64 = 0.25;
 
-/// How near a slip's factor the energy must be: the method's own error of energy, which is seldom more.
+/// The relative distance of the energy from a slip's factor within which they are alike: the method's own
+/// error of energy, which is seldom more.
 const NEAR: f64 = 0.05;
 
-/// Correlations that differ from 1 by less are 1: values rounded to `f32` take 2⁻⁴⁹ off, and sums over 2²⁰ texels may be off by
-/// 2²⁰ · 2⁻⁵³ of themselves. An image of light that is symmetric correlates alike in several orientations.
+/// Correlations that differ from 1 by less are 1. Values rounded to `f32` take 2⁻⁴⁹ off, and sums over 2²⁰
+/// texels may be off by 2²⁰ · 2⁻⁵³ of themselves. An image of symmetric light correlates alike in several
+/// orientations.
 const ROUNDING: f64 = 1e-9;
 
-/// Shifts that are tried, in texels, each way.
+/// Largest shift that is tried, in texels, each way.
 const REACH: isize = 2;
 
-/// Something that looks like a mistake.
+/// A sign that a candidate is a mistake rather than an approximation.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Check {
     /// `units`, `orientation` or `shift`.
     pub kind: &'static str,
-    /// What it looks like, and why.
+    /// The mistake that it looks like, and why.
     pub message: String,
 }
 
-/// What a candidate looks like.
+/// All signs of mistakes in a candidate.
 pub fn checks(truth: &Image, candidate: &Image, layer: &Comparison) -> Vec<Check> {
     let size = [truth.width, truth.height];
     let (Some(truth), Some(other)) = (plane(truth, layer), plane(candidate, layer)) else {
@@ -51,7 +53,7 @@ pub fn checks(truth: &Image, candidate: &Image, layer: &Comparison) -> Vec<Check
         .collect()
 }
 
-/// The mean of a layer's channels; of all light under any of its names.
+/// The mean of a layer's channels; for all light, under any of its names.
 pub(super) fn plane(image: &Image, layer: &Comparison) -> Option<Vec<f64>> {
     let names: &[&str] = if layer.is_total {
         &["E", "L", ""]
@@ -83,7 +85,7 @@ struct CandidatePair<'a> {
     size: [usize; 2],
 }
 
-/// Factors that units, and conventions mistaken for each other, differ by.
+/// Factors between units, or between conventions that are mistaken for each other.
 const SLIPS: [(f64, &str); 12] = [
     (
         std::f64::consts::FRAC_1_PI,
@@ -123,7 +125,7 @@ const SLIPS: [(f64, &str); 12] = [
     (1.0 / 255.0, "1/255: values divided by 255"),
 ];
 
-/// Whether energy is far off, and which slip that resembles.
+/// Reports if the energy is far off, and which slip that resembles.
 fn units(layer: &Comparison) -> Option<Check> {
     let ratio = layer.difference.energy_ratio?;
     if (ratio - 1.0).abs() <= ENERGY {
@@ -153,7 +155,7 @@ fn units(layer: &Comparison) -> Option<Check> {
     })
 }
 
-/// Ways in which an image may lie: which texel of the candidate the truth's (x, y) is held against.
+/// An orientation of an image: the texel of the candidate against which the truth's (x, y) is held.
 type Turn = fn([usize; 2], [usize; 2]) -> [usize; 2];
 
 const TURNS: [(&str, bool, Turn); 7] = [
@@ -180,7 +182,7 @@ const TURNS: [(&str, bool, Turn); 7] = [
     ),
 ];
 
-/// Whether another orientation correlates better.
+/// Reports if another orientation correlates better.
 fn orientation(pair: &CandidatePair) -> Option<Check> {
     let [width, height] = pair.size;
     let places = |turn: Turn| {
@@ -204,7 +206,7 @@ fn orientation(pair: &CandidatePair) -> Option<Check> {
     })
 }
 
-/// Whether the image fits better some texels away.
+/// Reports if the image fits better some texels away.
 fn shift(pair: &CandidatePair) -> Option<Check> {
     let squares = |by: [isize; 2]| pair.squares(by);
     let unmoved = squares([0, 0])?;
@@ -223,7 +225,8 @@ fn shift(pair: &CandidatePair) -> Option<Check> {
 }
 
 impl CandidatePair<'_> {
-    /// Pearson's correlation of the truth with the candidate's texels at other places; `None` where either has no contrast.
+    /// Pearson's correlation of the truth with the candidate's texels at other places; `None` if either has
+    /// no contrast.
     fn correlation(&self, place: impl Fn(usize) -> usize) -> Option<f64> {
         let n = self.truth.len() as f64;
         let mean = |values: &[f64]| values.iter().sum::<f64>() / n;

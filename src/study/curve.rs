@@ -1,25 +1,25 @@
-//! What less error costs: fitted orders and the Pareto front.
+//! The cost of less error: fitted orders and the Pareto front.
 
 use serde::Serialize;
 
 /// A run's cost and error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Point {
-    /// In any unit.
+    /// The cost, in any unit.
     pub cost: f64,
-    /// Relative.
+    /// The error, relative.
     pub error: f64,
 }
 
-/// error ∝ cost^exponent, fitted.
+/// The fitted order of an error in a cost: error ∝ cost^exponent.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Order {
     /// The exponent: −0.5 for independent random samples.
     pub exponent: f64,
-    /// Its standard error, from the scatter about the line; `None` from fewer than three different points, which have
-    /// no scatter.
+    /// Its standard error, from the scatter about the line; `None` for fewer than three different points,
+    /// which have no scatter.
     pub standard_error: Option<f64>,
-    /// How many runs it is fitted to.
+    /// Number of runs to which it is fitted.
     pub points: usize,
 }
 
@@ -30,9 +30,9 @@ impl Order {
     /// b = Σ (x − x̄)(y − ȳ) / Σ (x − x̄)²,      SE² = Σ (y − ȳ − b (x − x̄))² / ((n − 2) Σ (x − x̄)²)
     /// ```
     ///
-    /// Points without cost or error have no logarithm and are left out. `None` with fewer than two costs. Points that
-    /// are the same to the bit are one film under several settings: a line through them and one more point has no
-    /// scatter but rounding, and so no standard error.
+    /// Points without cost or error have no logarithm and are left out. `None` for fewer than two costs.
+    /// Points that are the same to the bit are one film under several settings. A line through them and one
+    /// more point has no scatter but rounding, and so no standard error.
     pub fn fit(points: &[Point]) -> Option<Self> {
         let logs: Vec<[f64; 2]> = points
             .iter()
@@ -70,7 +70,7 @@ fn count_different(points: &[[f64; 2]]) -> usize {
         .count()
 }
 
-/// Which points no other beats: none costs as little with less error, or less with as little.
+/// Marks the points that no other beats: none costs as little with less error, or less with as little.
 pub fn pareto(points: &[Point]) -> Vec<bool> {
     let beats = |one: &Point, other: &Point| {
         one.cost <= other.cost
@@ -83,7 +83,7 @@ pub fn pareto(points: &[Point]) -> Vec<bool> {
         .collect()
 }
 
-/// The median \[s\]; of an even number the mean of the two in the middle; `None` of none.
+/// The median \[s\]; for an even number the mean of the two in the middle; `None` for no values.
 pub fn median(values: &[f64]) -> Option<f64> {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
@@ -115,7 +115,8 @@ mod tests {
 
     #[test]
     fn the_standard_error_is_that_of_the_textbook() {
-        // y = x with residuals e, −2e, e about the line x = −1, 0, 1 (slope and mean unmoved): SE² = 6 e² / (1 · 2).
+        // y = x with residuals e, −2e, e at x = −1, 0, 1, which move neither slope nor mean:
+        // SE² = 6 e² / (1 · 2).
         let e: f64 = 0.01;
         let points = [(-1.0, e), (0.0, -2.0 * e), (1.0, e)]
             .map(|(x, off): (f64, f64)| point(x.exp(), (x + off).exp()));

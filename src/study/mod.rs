@@ -1,15 +1,16 @@
-//! What error costs: methods swept over their settings, judged by a truth, and reported.
+//! The cost of less error: methods swept over their settings, judged by a truth, and reported.
 //!
-//! A study names a scene, sensors, a truth, and methods with the settings to sweep ([`StudyFile`]; with a scene alone, a sensible default).
-//! Each run fills one sensor, and is kept in a [`Store`], so that a study that was stopped goes on where it was. Films are
-//! then read back and judged by [`metric`](crate::metric), each row only where the truth is good enough to resolve its error.
+//! A study names a scene, sensors, a truth, and methods with the settings to sweep ([`StudyFile`]). For a
+//! scene alone there is a sensible default. Each run fills one sensor and is kept in a [`Store`], so that a
+//! stopped study goes on from there. Films are then read back and judged by [`metric`](crate::metric). A row
+//! counts only if the truth is good enough to resolve its error.
 //!
 //! | file | question |
 //! |---|---|
 //! | [`mod@file`], [`plan`] | which runs? |
 //! | [`method`] | how is a film made, and what is counted? |
 //! | [`session`], [`store`] | is it there already? |
-//! | [`machine`] | where was it made? |
+//! | [`machine`] | on which machine was it made? |
 //! | [`truth`] | can the truth tell? |
 //! | [`curve`] | what does less error cost? |
 //! | [`attribution`] | which stage of an approximation makes its error? |

@@ -1,8 +1,9 @@
-//! Films kept in files, found again by what they were made from.
+//! Films kept in files, found again by the ingredients that they were made from.
 //!
-//! A run's key is a hash of the scene (its file, all files it names, its parameters), the sensor, the method, all settings and the
-//! program itself. Three files hold a run: `STEM.exr`; `STEM.json`, what there is to know of it, written last, so that it stands
-//! for a whole run; and `STEM.time.json`, what it took, which is apart since it is never the same twice.
+//! A run's key is a hash of the scene (its file, all files it names, its parameters), the sensor, the method,
+//! all settings and the program's source. Three files hold a run. `STEM.exr` is the film. `STEM.json` holds
+//! all facts of it, and is written last, so that it stands for a whole run. `STEM.time.json` holds its time,
+//! which is apart since it is never the same twice.
 
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
@@ -22,18 +23,18 @@ pub struct Store {
     folder: PathBuf,
 }
 
-/// A hash of the source from which this program is built: another one may compute other films. The same source has the
-/// same hash in every program that contains it.
+/// A hash of the source from which this program is built: another source may compute other films. The same
+/// source has the same hash in every program that contains it.
 const SOURCE_HASH: &str = env!("NEPHROID_SOURCE_HASH");
 
-/// A run in files.
+/// A run in the store's files.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StoredRun {
     /// The file's name in the store.
     pub exr: String,
-    /// What there is to know of it.
+    /// All facts of the film.
     pub facts: Facts,
-    /// What it took.
+    /// Its time.
     pub time: Time,
 }
 
@@ -58,7 +59,8 @@ impl Time {
         }
     }
 
-    /// Adds a repeat. Seconds of another machine or another number of threads do not compare with it: it replaces them.
+    /// Adds a repeat. Seconds of another machine or another number of threads do not compare with it: it
+    /// replaces them.
     pub fn repeat(&mut self, again: Self) {
         if self.machine == again.machine && self.threads == again.threads {
             self.seconds.extend(again.seconds);
@@ -68,41 +70,41 @@ impl Time {
     }
 }
 
-/// What is in `STEM.json`.
+/// The content of `STEM.json`.
 #[derive(Serialize, Deserialize)]
 struct StoreRecord {
-    /// What the run was made from.
+    /// The run's key.
     key: String,
     /// A hash of the EXR.
     exr: String,
     facts: Facts,
 }
 
-/// Why a run was not kept.
+/// Errors of keeping a run.
 #[derive(Debug, thiserror::Error)]
 pub enum StoreError {
-    /// The image.
+    /// The image cannot be written.
     #[error(transparent)]
     Image(#[from] ExrWriteError),
-    /// Another file.
+    /// Another file cannot be written.
     #[error(transparent)]
     Write(#[from] WriteError),
-    /// What was written cannot be read.
+    /// A file or folder cannot be used.
     #[error("cannot use {}: {cause}", path.display())]
     Io {
         /// The file or folder.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         cause: io::Error,
     },
 }
 
 impl Store {
-    /// The store in a folder, which is made where missing.
+    /// The store in a folder, which is made if it is missing.
     ///
     /// # Errors
     ///
-    /// Where the folder cannot be made.
+    /// If the folder cannot be made.
     pub fn open(folder: &Path) -> Result<Self, StoreError> {
         std::fs::create_dir_all(folder).map_err(|cause| io_error(folder, cause))?;
         Ok(Self {
@@ -110,7 +112,7 @@ impl Store {
         })
     }
 
-    /// Where a file of the store is.
+    /// The path of a file of the store.
     pub fn path(&self, name: &str) -> PathBuf {
         self.folder.join(name)
     }
@@ -122,7 +124,8 @@ impl Store {
 
     /// A run that is whole and unchanged since it was kept; anything else does not count.
     ///
-    /// Its numbers are those that were kept, to the last bit: `serde_json` reads them so by its feature `float_roundtrip` only.
+    /// Its numbers are the kept ones to the last bit: `serde_json` reads them so by its feature
+    /// `float_roundtrip` only.
     pub fn find(&self, scene: &Scene, sensor: &Sensor, run: &StudyRun) -> Option<StoredRun> {
         let key = key(SOURCE_HASH, scene, sensor, run);
         let stem = stem(sensor, run, &key);
@@ -141,7 +144,7 @@ impl Store {
     ///
     /// # Errors
     ///
-    /// Where a file cannot be written; what is left does not count as a run.
+    /// If a file cannot be written; the files that are left do not count as a run.
     pub fn keep(
         &self,
         scene: &Scene,
@@ -170,11 +173,11 @@ impl Store {
         })
     }
 
-    /// Keeps what a run took.
+    /// Keeps a run's time.
     ///
     /// # Errors
     ///
-    /// Where the file cannot be written.
+    /// If the file cannot be written.
     pub fn keep_time(&self, exr: &str, time: &Time) -> Result<(), StoreError> {
         let stem = exr.strip_suffix(".exr").unwrap_or(exr);
         write_json(&self.path(&format!("{stem}.time.json")), time)
@@ -203,7 +206,7 @@ fn key(program: &str, scene: &Scene, sensor: &Sensor, run: &StudyRun) -> String 
 ///
 /// # Errors
 ///
-/// Where the file cannot be written.
+/// If the file cannot be written.
 pub fn write_json(path: &Path, value: &impl Serialize) -> Result<(), StoreError> {
     atomic::write(path, |file| {
         serde_json::to_writer_pretty(&mut *file, value)?;
@@ -219,22 +222,22 @@ fn io_error(path: &Path, cause: io::Error) -> StoreError {
     }
 }
 
-/// A name that a person recognises, and the beginning of the key, which makes it the only one.
+/// A file stem: a name that a person recognises, and the beginning of the key, which makes it unique.
 fn stem(sensor: &Sensor, run: &StudyRun, key: &str) -> String {
     let label = run.label().replace('%', "pct");
     let name = file_name(&format!("{}-{label}", sensor.id));
     format!("{name}-{}", &key[..10])
 }
 
-/// A text as the name of a file: plain letters, numbers, hyphens and dots, a hundred at most.
+/// A text as the name of a file: a hundred characters at most, of plain letters, numbers, hyphens and dots.
 pub fn file_name(text: &str) -> String {
     let allowed = |c: char| c.is_ascii_alphanumeric() || "-.".contains(c);
     let plain = text.chars().map(|c| if allowed(c) { c } else { '-' });
-    // Names of files end somewhere; the key does not need the rest.
+    // Systems limit the length of names; the key does not need the rest.
     plain.take(100).collect()
 }
 
-/// The film with what describes it.
+/// The film with the metadata that describe it.
 fn described(
     scene: &Scene,
     sensor: &Sensor,
@@ -286,7 +289,7 @@ mod tests {
         assert_eq!(one, key("a hash", &scene, sensor, &run("64")));
         assert_ne!(one, key("another hash", &scene, sensor, &run("64")));
         assert_ne!(one, key("a hash", &scene, sensor, &run("65")));
-        // The executable of this test is not what its runs are kept under.
+        // Runs are not kept under a hash of this test's executable.
         let executable = std::fs::read(std::env::current_exe().unwrap()).unwrap();
         assert_ne!(SOURCE_HASH, blake3::hash(&executable).to_string());
         let is_hash = SOURCE_HASH.len() == 64 && SOURCE_HASH.chars().all(|c| c.is_ascii_hexdigit());

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-/// Why a study's file is none.
+/// Errors of reading a study's file.
 #[derive(Debug, thiserror::Error)]
 pub enum FileError {
     /// The file cannot be read.
@@ -10,10 +10,10 @@ pub enum FileError {
     Read {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         cause: std::io::Error,
     },
-    /// Something in it is wrong.
+    /// Its content is wrong.
     #[error("{}:{line}:{column}: {message}", path.display())]
     Content {
         /// The file.
@@ -22,7 +22,7 @@ pub enum FileError {
         line: usize,
         /// The column, from 1.
         column: usize,
-        /// What is wrong.
+        /// The message.
         message: String,
     },
 }

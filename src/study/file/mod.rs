@@ -1,6 +1,6 @@
-//! What a `study.toml` says: see `docs/validate.md` for all its keys.
+//! The content of a `study.toml`: see `docs/validate.md` for all its keys.
 //!
-//! Every value knows its place: what is wrong is told with file, line and column, and what is allowed.
+//! Every value knows its place. An error names file, line and column, and the values that are allowed.
 
 mod error;
 mod study_file;

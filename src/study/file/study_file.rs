@@ -12,26 +12,27 @@ use super::sweep;
 use super::table::{Text, TomlNode, TomlTable};
 use crate::study::method::keys::fraction;
 
-/// What a study is to do, as its file says; what it does not say is left to the [plan](crate::study::plan).
+/// The wishes for a study, as its file has them. Gaps are left to the [plan](crate::study::plan).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct StudyFile {
-    /// Whether methods are the default ones of the scene, beside those named.
+    /// True if the scene's default methods are run beside the named ones.
     pub is_default: bool,
     /// The scene file; relative paths are relative to the study's file.
     pub scene: PathBuf,
-    /// The sensors' ids; where there are none the plan chooses one.
+    /// The sensors' ids; if there are none the plan chooses one.
     pub sensors: Vec<String>,
     /// Parameters of the scene file.
     pub define: Vec<(String, String)>,
-    /// Seed of all random choices but the truth's.
+    /// Seed of all random choices except the truth's.
     pub seed: u64,
-    /// How often each run is made, for the median of its seconds.
+    /// Number of times that each run is made, for the median of its seconds.
     pub repeats: u32,
     /// The difference that matters, relative to the truth's mean.
     pub margin: Option<f64>,
-    /// No run begins after so much time.
+    /// Time after which no run begins.
     pub time: Option<Duration>,
-    /// The truth's method, with one value for each setting: by sensor, or for all that have none of their own.
+    /// The truth's method, with one value for each setting: by sensor, or for all sensors that have none of
+    /// their own.
     pub truths: BTreeMap<Option<String>, StudyMethod>,
     /// Methods and their settings.
     pub methods: Vec<StudyMethod>,
@@ -44,13 +45,13 @@ pub struct StudyFile {
 /// An image rendered elsewhere.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StudyCandidate {
-    /// What it is called.
+    /// Its name.
     pub name: String,
-    /// The sensor that it is of; may be left out where a study has one.
+    /// The sensor that it shows; may be left out if a study has one.
     pub sensor: Option<String>,
     /// The EXR.
     pub file: PathBuf,
-    /// What it took, where that is known \[s\].
+    /// Its time, if that is known \[s\].
     pub seconds: Option<f64>,
 }
 
@@ -69,7 +70,7 @@ impl StudyFile {
     ///
     /// # Errors
     ///
-    /// Where it is missing, is no TOML, or has a key or a value that it cannot have.
+    /// If it is missing, is no TOML, or has a key or a value that it cannot have.
     pub fn read(path: &Path) -> Result<Self, FileError> {
         let contents = std::fs::read_to_string(path).map_err(|cause| FileError::Read {
             path: path.to_owned(),
@@ -78,7 +79,8 @@ impl StudyFile {
         Self::parse(path, &contents)
     }
 
-    /// Reads the contents of a study's file; the path is for messages, and for what paths are relative to.
+    /// Reads the contents of a study's file. The path is for messages, and relative paths start at its
+    /// folder.
     ///
     /// # Errors
     ///
@@ -127,7 +129,7 @@ fn whole(table: &mut TomlTable, key: &'static str) -> Result<Option<u64>, FileEr
     number.transpose()
 }
 
-/// So many runs of one kind have a median that is known well enough.
+/// More runs of one kind than this do not make a median better known.
 const MOST_REPEATS: u32 = 1000;
 
 fn repeats(table: &mut TomlTable) -> Result<u32, FileError> {

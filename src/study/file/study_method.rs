@@ -2,14 +2,14 @@
 
 use crate::study::method::{Method, SettingError, Settings};
 
-/// A method and the settings that it is to run with.
+/// A method and the settings with which it runs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StudyMethod {
-    /// What its curve is called.
+    /// The name of its curve.
     pub name: String,
     /// The method's name.
     pub method: String,
-    /// The sensors that it is meant for; where there are none all that it can fill.
+    /// The sensors for which it is meant; if there are none, all that it can fill.
     pub sensors: Vec<String>,
     /// One entry a run.
     pub settings: Vec<Settings>,
@@ -38,7 +38,7 @@ impl StudyMethod {
         self
     }
 
-    /// Its methods, in order.
+    /// Its methods, one for each entry of the settings, in order.
     ///
     /// # Errors
     ///

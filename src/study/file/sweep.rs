@@ -5,7 +5,7 @@ use super::study_method::StudyMethod;
 use super::table::{TomlNode, TomlTable};
 use crate::study::method::{Method, Settings};
 
-/// More values of one range, or more settings of one method, than anybody meant.
+/// Limit of the values of one range, and of the settings of one method: nobody means more.
 const MOST: usize = 1000;
 
 /// The values that a setting takes, as text.
@@ -21,7 +21,8 @@ pub fn values(node: &TomlNode) -> Result<Vec<String>, FileError> {
 
 const RANGE: &str = "a range";
 
-/// `{ from = 1000, to = 64000, times = 4 }` or `{ from = 1, to = 9, step = 2 }`, both ends included.
+/// The values of `{ from = 1000, to = 64000, times = 4 }` or `{ from = 1, to = 9, step = 2 }`, both ends
+/// included.
 fn range(node: &TomlNode, mut table: TomlTable) -> Result<Vec<String>, FileError> {
     let mut number = |key| {
         let number = table.take(key).map(|node| node.parsed(finite, "numbers"));
@@ -42,7 +43,7 @@ fn range(node: &TomlNode, mut table: TomlTable) -> Result<Vec<String>, FileError
         _ => None,
     };
     let mut values = Vec::new();
-    // Half a part in a billion: that rounding does not lose the last value.
+    // Half a part in a billion, so that rounding does not lose the last value.
     let end = to + 5e-10 * to.abs();
     for i in 0.. {
         let value = value(i).ok_or_else(|| {

@@ -9,7 +9,7 @@ use toml::de::{DeTable, DeValue};
 use super::error::FileError;
 use crate::study::method::SettingError;
 
-/// Where a text is from, to say where something in it is.
+/// A text and its file, to name places in it.
 #[derive(Clone, Copy)]
 pub struct Text<'a> {
     /// The file.
@@ -32,10 +32,10 @@ impl Text<'_> {
     }
 }
 
-/// A table, whose keys are taken one by one; what nobody took is unknown.
+/// A table whose keys are taken one by one; keys that nobody took are unknown.
 pub struct TomlTable<'a> {
     text: Text<'a>,
-    /// What the table is called in messages: `study`, `[truth]`.
+    /// The table's name in messages: `study`, `[truth]`.
     name: &'a str,
     at: Range<usize>,
     content: &'a DeTable<'a>,
@@ -71,7 +71,7 @@ impl<'a> TomlTable<'a> {
     ///
     /// # Errors
     ///
-    /// Where it is missing.
+    /// If it is missing.
     pub fn need(&mut self, key: &'static str) -> Result<TomlNode<'a>, FileError> {
         self.take(key).ok_or_else(|| {
             let message = format!("{} needs a key \"{key}\"", self.name);
@@ -88,7 +88,7 @@ impl<'a> TomlTable<'a> {
     ///
     /// # Errors
     ///
-    /// For the first of them.
+    /// The first unknown key.
     pub fn finish(self) -> Result<(), FileError> {
         let unknown = self.content.keys().find(|key| {
             let name: &str = key.get_ref();
@@ -143,7 +143,7 @@ impl<'a> TomlNode<'a> {
     ///
     /// # Errors
     ///
-    /// For what it does not; `allowed` says what it does.
+    /// For other texts; `allowed` names the texts that are allowed.
     pub fn parsed<T>(
         &self,
         parse: impl FnOnce(&str) -> Option<T>,
@@ -154,7 +154,7 @@ impl<'a> TomlNode<'a> {
             .ok_or_else(|| self.error(format!("{} is \"{text}\"; allowed are {allowed}", self.key)))
     }
 
-    /// The values of a list, each as text; `None` for what is no list.
+    /// The values of a list, each as text; `None` if it is no list.
     ///
     /// # Errors
     ///
@@ -175,12 +175,12 @@ impl<'a> TomlNode<'a> {
         values.collect::<Result<_, _>>().map(Some)
     }
 
-    /// Whether it is a table.
+    /// True if it is a table.
     pub fn is_table(&self) -> bool {
         self.value.get_ref().as_table().is_some()
     }
 
-    /// Its table, called so in messages; `None` for what is no table.
+    /// Its table, under this name in messages; `None` if it is no table.
     pub fn table(&self, name: &'a str) -> Option<TomlTable<'a>> {
         let content = self.value.get_ref().as_table()?;
         Some(TomlTable::new(self.text, name, self.value.span(), content))
@@ -190,7 +190,7 @@ impl<'a> TomlNode<'a> {
     ///
     /// # Errors
     ///
-    /// Where it is none.
+    /// If it is no table.
     pub fn need_table(&self, name: &'a str) -> Result<TomlTable<'a>, FileError> {
         self.table(name).ok_or_else(|| self.wrong("a table"))
     }
@@ -199,7 +199,7 @@ impl<'a> TomlNode<'a> {
     ///
     /// # Errors
     ///
-    /// Where it holds anything else.
+    /// If it holds anything else.
     pub fn tables(&self, name: &'a str) -> Result<Vec<TomlTable<'a>>, FileError> {
         let Some(list) = self.value.get_ref().as_array() else {
             return Err(self.wrong(&format!("{name}, once for each,")));

@@ -1,4 +1,4 @@
-//! What a study does where its file says nothing.
+//! The default study of a sensor, for all that a study's file leaves open.
 
 use super::sensors::is_camera;
 use crate::approximation::{Approximation, CausticMap};
@@ -14,7 +14,7 @@ pub(super) struct DefaultStudy {
 }
 
 impl DefaultStudy {
-    /// From what the scene allows: see the table at [`StudyPlan::new`](super::StudyPlan::new).
+    /// The study that the scene allows: see the list at [`StudyPlan::new`](super::StudyPlan::new).
     pub fn of(scene: &Scene, sensor: &Sensor) -> Self {
         if is_camera(sensor) {
             return Self::of_camera(scene, sensor);
@@ -52,7 +52,8 @@ impl DefaultStudy {
         }
     }
 
-    /// Paths find no caustics of lights without size: one row of them shows what is missing, and more would show it again.
+    /// Paths find no caustics of lights without size: one row of them shows what is missing, and more would
+    /// show it again.
     fn of_camera(scene: &Scene, sensor: &Sensor) -> Self {
         let samples: &[&str] = if beams::is_deterministic(scene) {
             &["8"]
@@ -78,12 +79,14 @@ impl DefaultStudy {
     }
 }
 
-/// Samples of a texel and an area light of the truth's direct light, 64 times those of the runs that it judges. Of an indicator
-/// function in d dimensions the error of scrambled nets goes as N^(−1/2 − 1/(4d − 2)) (He and Wang 2015, "On the convergence rate of
-/// randomized quasi–Monte Carlo for discontinuous functions"), here N^(−4/7): 64 times are 10.8 times less, and a tenth resolves a row.
+/// Samples of a texel and an area light for the truth's direct light, 64 times those of the runs that it
+/// judges. For an indicator function in d dimensions the error of scrambled nets goes as
+/// N^(−1/2 − 1/(4d − 2)), here N^(−4/7). The source is He and Wang 2015, "On the convergence rate of
+/// randomized quasi–Monte Carlo for discontinuous functions". So 64 times the samples have 10.8 times less
+/// error, and a tenth resolves a row.
 const LAMP_SAMPLES: &str = "8192";
 
-/// Whether caustic maps can be made of a scene: a very small one is.
+/// True if caustic maps can be made of a scene: a very small one is made.
 fn can_be_mapped(scene: &Scene, sensor: &Sensor) -> bool {
     let mut small = CausticMap::default();
     small.settings.photons = 4;

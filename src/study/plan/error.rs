@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use crate::study::method::SettingError;
 
-/// Why there is no plan.
+/// Errors of planning a study.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PlanError {
     /// A setting.
@@ -15,9 +15,9 @@ pub enum PlanError {
     Sensor {
         /// The scene file.
         scene: PathBuf,
-        /// What was asked for.
+        /// The sensor that was asked for.
         wanted: String,
-        /// Those there are.
+        /// The sensors that the scene has.
         there: String,
     },
     /// A sensor named twice.

@@ -1,4 +1,4 @@
-//! Which runs a study makes: what its file says, and sensible defaults for what it does not.
+//! The runs of a study: those that its file names, with sensible defaults for the rest.
 
 mod default;
 mod error;

@@ -35,19 +35,19 @@ pub struct StudyRun {
 }
 
 impl StudyRun {
-    /// What it is called: its curve and the settings that are not defaults.
+    /// Its name for readers: its curve and the settings that are not defaults.
     pub fn label(&self) -> String {
         self.label_of(|_| true)
     }
 
-    /// The same without the seed, which says nothing of a run that is the only one of its kind.
+    /// The same without the seed, which tells nothing about the only run of its kind.
     pub fn label_without_seed(&self) -> String {
         self.label_of(|key| key != "seed")
     }
 
     fn label_of(&self, is_told: impl Fn(&str) -> bool) -> String {
         let told = self.given.iter().filter(|(key, _)| is_told(key));
-        // photons=4096, not photons photons=4096: what is swept comes first where it has the method's name.
+        // photons=4096, not photons photons=4096: the swept setting comes first if it has the method's name.
         let (named, other): (Vec<_>, Vec<_>) = told.partition(|(key, _)| **key == self.name);
         let named = named.iter().map(|(_, value)| format!("={value}"));
         let other = other.iter().map(|(key, value)| format!(" {key}={value}"));

@@ -16,11 +16,11 @@ use crate::study::method::{Method, SettingError, Settings};
 pub struct SensorPlan {
     /// The sensor's id.
     pub sensor: String,
-    /// What all others are judged by.
+    /// The run by which all others are judged.
     pub truth: StudyRun,
-    /// What is judged, curve by curve.
+    /// The runs that are judged, curve by curve.
     pub runs: Vec<StudyRun>,
-    /// Which stage makes an error: one entry an approximation.
+    /// The runs that tell which stage makes an error: one entry an approximation.
     pub stages: Vec<StageRuns>,
     /// Images rendered elsewhere, which are judged, too.
     pub candidates: Vec<StudyCandidate>,
@@ -28,8 +28,8 @@ pub struct SensorPlan {
     pub max_error: BTreeMap<String, f64>,
 }
 
-/// Seeds of truths are so far from those that they judge: with the same seed, photons of both would be the same
-/// photons, and their errors not independent.
+/// Distance of the truths' seeds from those that they judge. With the same seed both would have the same
+/// photons, and their errors would not be independent.
 const TRUTH_SEED: u64 = 1 << 63;
 
 impl SensorPlan {
@@ -55,10 +55,10 @@ impl SensorPlan {
         if file.is_default || is_empty {
             methods.extend(default.methods);
         }
-        let draws_lots = |method: &str| method != "beams" || !beams::is_deterministic(scene);
+        let is_random = |method: &str| method != "beams" || !beams::is_deterministic(scene);
         let seeded = |method: &StudyMethod, seed: u64| {
             let mut method = method.clone();
-            if seed != 0 && draws_lots(&method.method) {
+            if seed != 0 && is_random(&method.method) {
                 for settings in &mut method.settings {
                     settings
                         .entry("seed".to_owned())
@@ -91,7 +91,7 @@ impl SensorPlan {
         })
     }
 
-    /// How many runs there are, the truth's included.
+    /// Number of runs, including the truth's.
     pub fn count(&self) -> usize {
         let stages = self.stages.iter().map(|one| 1 + 2 * one.stages.len());
         1 + self.runs.len() + stages.sum::<usize>()
@@ -130,7 +130,8 @@ fn runs(method: &StudyMethod, sensor: &Sensor) -> Result<Vec<StudyRun>, PlanErro
         .collect())
 }
 
-/// The runs that attribute an approximation's error, with the settings that all its runs share; `None` of a reference.
+/// The runs that attribute an approximation's error, with the settings that all its runs share; `None` for a
+/// reference.
 fn stage_runs(method: &StudyMethod) -> Result<Option<StageRuns>, SettingError> {
     let mut shared = method.settings.first().cloned().unwrap_or_default();
     shared.retain(|key, value| {

@@ -17,35 +17,36 @@ pub struct StudyPlan {
     pub scene: PathBuf,
     /// Parameters of the scene file.
     pub define: Vec<(String, String)>,
-    /// Seed of all random choices but the truth's.
+    /// Seed of all random choices except the truth's.
     pub seed: u64,
     /// The difference that matters, relative to the truth's mean.
     pub margin: f64,
-    /// How often each run is made.
+    /// Number of times that each run is made.
     pub repeats: u32,
-    /// No run begins after so much time.
+    /// Time after which no run begins.
     pub time: Option<Duration>,
-    /// What each sensor is filled by, in the order of the report.
+    /// The runs of each sensor, in the order of the report.
     pub sensors: Vec<SensorPlan>,
 }
 
-/// The margin where the study names none: 1 %.
+/// The margin if the study names none: 1 %.
 const DEFAULT_MARGIN: f64 = 0.01;
 
 impl StudyPlan {
     /// The plan of a study of a scene.
     ///
-    /// Where the study names no methods, a default is made from what the scene allows:
+    /// If the study names no methods, a default is made from what the scene allows:
     ///
-    /// | sensor, light | truth | methods |
-    /// |---|---|---|
-    /// | receiver, no area lights | beams to 0.05 % | caustic maps of 128² to 1024² photons, where they can be made; beams to 10, 3 and 1 %; 2¹⁴ to 2²² photons |
-    /// | receiver, area lights | 2²⁴ photons, direct light by 8192 samples a texel where it is hard | 2¹² to 2²⁰ photons |
-    /// | camera | full, 256 samples a pixel and 2²⁰ photons | full, 2 to 32 samples a pixel and 2¹³ to 2¹⁷ photons; paths, 2 to 32 samples a pixel, 8 alone where they find no caustics |
+    /// - Receiver, no area lights. Truth: beams to 0.05 %. Methods: caustic maps of 128² to 1024² photons, if
+    ///   they can be made; beams to 10, 3 and 1 %; 2¹⁴ to 2²² photons.
+    /// - Receiver, area lights. Truth: 2²⁴ photons, with 8192 samples a texel of direct light that is hard.
+    ///   Methods: 2¹² to 2²⁰ photons.
+    /// - Camera. Truth: full, 256 samples a pixel and 2²⁰ photons. Methods: full, 2 to 32 samples a pixel and
+    ///   2¹³ to 2¹⁷ photons; paths, 2 to 32 samples a pixel, 8 alone if they find no caustics.
     ///
     /// # Errors
     ///
-    /// Where there is no such sensor, a method cannot fill it, a name is used twice, or a limit is on nothing.
+    /// If there is no such sensor, a method cannot fill it, a name is used twice, or a limit is on nothing.
     pub fn new(file: &StudyFile, scene: &Scene) -> Result<Self, PlanError> {
         let chosen = sensors::choose(scene, file)?;
         sensors::check(file, &chosen)?;
@@ -65,13 +66,13 @@ impl StudyPlan {
         })
     }
 
-    /// How many runs there are, the truths included.
+    /// Number of runs, including the truths.
     pub fn count(&self) -> usize {
         self.sensors.iter().map(SensorPlan::count).sum()
     }
 }
 
-/// Refuses limits on what no sensor has, and methods that no sensor is filled by.
+/// Refuses limits on names that no sensor has, and methods that fill no sensor.
 fn check_used(file: &StudyFile, plans: &[SensorPlan]) -> Result<(), PlanError> {
     let mut names: Vec<String> = Vec::new();
     for plan in plans {
@@ -79,7 +80,7 @@ fn check_used(file: &StudyFile, plans: &[SensorPlan]) -> Result<(), PlanError> {
             names.extend([name.to_owned(), format!("{name}@{}", plan.sensor)]);
         }
     }
-    // Those without a sensor first: of two that are as near, the one that most studies mean.
+    // Names without a sensor first: of two equally near names it is the one that most studies mean.
     names.sort_by_key(|name| name.contains('@'));
     names.dedup();
     let is_unknown = |key: &&String| !names.contains(key);

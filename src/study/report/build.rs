@@ -1,4 +1,4 @@
-//! From films to figures.
+//! The figures of a report, from films.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -21,16 +21,16 @@ use crate::film::{Image, exr};
 use crate::metric::{self, Comparison, Source};
 use crate::scene::requirements;
 
-/// What a row is made from.
+/// The film that a row judges.
 #[derive(Clone, Debug)]
 pub enum JudgedFilm<'a> {
     /// A run of the study.
     Run(&'a StudyRun, Box<StoredRun>),
-    /// An image rendered elsewhere; its copy is this file of the store.
+    /// An image rendered elsewhere, with the name of its copy in the store.
     Candidate(&'a StudyCandidate, String),
 }
 
-/// Who is told which row is being judged: its number from 0, and its label.
+/// A listener that hears which row is being judged: its number from 0, and its label.
 pub type RowProgress<'a> = &'a mut dyn FnMut(usize, &str);
 
 /// The folder of films beside the report.
@@ -39,7 +39,7 @@ const FILMS: &str = "runs";
 /// The films of one sensor.
 #[derive(Clone, Debug)]
 pub struct SensorFilms<'a> {
-    /// What was planned.
+    /// The plan.
     pub plan: &'a SensorPlan,
     /// The truth.
     pub truth: StoredRun,
@@ -49,11 +49,11 @@ pub struct SensorFilms<'a> {
     pub stages: Vec<StageFilms<'a>>,
 }
 
-/// Judges films by the truths': from the files, as anybody can who has them.
+/// Judges films by the truths'. They are read from the files, as anybody can who has them.
 ///
 /// # Errors
 ///
-/// Where a film cannot be read or compared.
+/// If a film cannot be read or compared.
 pub fn build(
     session: &Session,
     films: &[SensorFilms],
@@ -141,7 +141,7 @@ fn sensor_figures(
     Ok((figures, timings))
 }
 
-/// What the numbers mean, for whoever finds the report alone.
+/// The meaning of the numbers, for readers who find the report alone.
 const CONVENTIONS: [&str; 8] = [
     "error: root mean square difference from the truth over the mean of the truth, both over texels that the truth lights; a fraction",
     "bias: mean of the image less mean of the truth, over the mean of the truth; a fraction",

@@ -13,7 +13,7 @@ use crate::film::atomic;
 ///
 /// # Errors
 ///
-/// Where a film cannot be read, or a file not written.
+/// If a film cannot be read, or a file not written.
 pub fn write(
     folder: &Path,
     report: &StudyReport,

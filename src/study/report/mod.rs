@@ -1,13 +1,14 @@
-//! What a study found: the figures of `report.json`, and the files that show them.
+//! The report of a study: the figures of `report.json`, and the files that show them.
 //!
 //! | file | what |
 //! |---|---|
-//! | `report.json` | all figures; the same bytes from any machine, any number of threads, in one go or resumed |
-//! | `timings.json` | seconds, threads, the program's hash: what is never the same twice |
+//! | `report.json` | all figures; the same bytes on any machine, with any threads, in one go or resumed |
+//! | `timings.json` | seconds, threads, machines, the source's hash: all that is never the same twice |
 //! | `report.csv`, `summary.md` | a line a run, for spreadsheets and for pull requests |
 //! | `index.html` | all of it to look at, in one file |
 //!
-//! Figures are those of [`metric::compare`](crate::metric::compare) on the films as they are stored: `nephroid compare` prints the same digits.
+//! Figures are those of [`metric::compare`](crate::metric::compare) on the stored films: `nephroid compare`
+//! prints the same digits.
 
 mod answers;
 mod build;

@@ -1,4 +1,4 @@
-//! The report as one page that needs nothing else: figures, films, plots and what shows them.
+//! The report as one page that needs nothing else: figures, films, plots and the scripts that show them.
 
 use std::path::Path;
 
@@ -11,15 +11,15 @@ use super::planes::{Digits, EncodedPlane, reduced};
 use crate::film::{Image, exr};
 use crate::metric::{Maps, Pairing, Side, Source};
 
-/// The page may be so large \[bytes\]; where films at full size are more, they are averaged over squares of texels.
+/// Largest size of the page's images \[bytes\]; larger films are averaged over squares of texels.
 const LARGEST: usize = 14_000_000;
 
-/// What the page's script reads.
+/// The data that the page's script reads.
 #[derive(Serialize)]
 struct Data<'a> {
     report: &'a StudyReport,
     timings: &'a Timings,
-    /// As the report's sensors.
+    /// In the order of the report's sensors.
     pictures: Vec<Pictures>,
 }
 
@@ -28,7 +28,7 @@ struct Data<'a> {
 struct Pictures {
     /// Texels a row and rows of the images.
     size: [usize; 2],
-    /// Texels of the films that one of theirs is the mean of, each way.
+    /// Side of the square of the film's texels whose mean is one texel here.
     step: usize,
     planes: Vec<EncodedPlane>,
 }
@@ -38,9 +38,9 @@ struct PageFilm {
     file: String,
     /// Channels averaged.
     value: Vec<f32>,
-    /// Red, green and blue, where they are not the same.
+    /// Red, green and blue, if they are not the same.
     colour: Option<[Vec<f32>; 3]>,
-    /// One standard error, or half the distance of bounds; `None` where the film has neither.
+    /// One standard error, or half the distance of bounds; `None` if the film has neither.
     bar: Option<Vec<f32>>,
     z: Option<Vec<f32>>,
 }
@@ -49,7 +49,7 @@ struct PageFilm {
 ///
 /// # Errors
 ///
-/// Where a film cannot be read or compared.
+/// If a film cannot be read or compared.
 pub fn page(folder: &Path, report: &StudyReport, timings: &Timings) -> Result<String, StudyError> {
     let films: Vec<Vec<PageFilm>> = report
         .sensors
@@ -93,7 +93,7 @@ pub fn page(folder: &Path, report: &StudyReport, timings: &Timings) -> Result<St
         .replace("/*style*/", include_str!("style.css"))
         .replace("{{title}}", &title)
         .replace("/*script*/", &scripts.join("\n"))
-        // Last: nothing is looked for in what the data hold.
+        // Last: nothing is replaced inside the data.
         .replacen("{{data}}", &json, 1))
 }
 
@@ -137,7 +137,7 @@ impl Pictures {
             images.extend(film.z.as_ref().map(|z| (film, "z", z, Digits::Two)));
             let names = ["red", "green", "blue"].into_iter();
             let channels = names.zip(film.colour.iter().flatten());
-            // A screen has 8 bits, of which the darkest step is 0.8 % and all others are more.
+            // A screen has 8 bits: its darkest step is 0.8 %, and all others are more.
             images.extend(channels.map(|(name, values)| (film, name, values, Digits::Two)));
         }
         let planes = images
@@ -192,7 +192,7 @@ impl PageFilm {
     }
 }
 
-/// The mean of the channels of a layer, or of one of its error bars; `None` where it has none.
+/// The mean of the channels of a layer, or of one of its error bars; `None` if it has none.
 fn mean(image: &Image, layer: &str, end: &str) -> Option<Vec<f32>> {
     let channel = |component: &str| {
         let parts = [layer, end, component];
@@ -215,7 +215,7 @@ fn mean(image: &Image, layer: &str, end: &str) -> Option<Vec<f32>> {
     )
 }
 
-/// The channels of a layer; `None` where they are the same.
+/// The channels of a layer; `None` if they are the same.
 fn colour(image: &Image, layer: &str) -> Option<[Vec<f32>; 3]> {
     let dot = if layer.is_empty() { "" } else { "." };
     let channel = |component: &str| {

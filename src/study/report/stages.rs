@@ -1,4 +1,4 @@
-//! Which stage of an approximation makes its error, from films of the store.
+//! The errors of an approximation's stages, from films of the store.
 
 use super::super::StudyError;
 use super::super::attribution::{fall_alone, relative_rmse};
@@ -13,7 +13,7 @@ use crate::radiometry::Rgb;
 /// The films of an approximation's stages.
 #[derive(Clone, Debug)]
 pub struct StageFilms<'a> {
-    /// Which runs they are of.
+    /// The runs of these films.
     pub runs: &'a StageRuns,
     /// With all stages as they are set.
     pub all: StoredRun,
@@ -21,7 +21,7 @@ pub struct StageFilms<'a> {
     pub stages: Vec<[StoredRun; 2]>,
 }
 
-/// The figures; `None` where the truth has none of the light that is modelled.
+/// The figures; `None` if the truth has none of the light that is modelled.
 pub(super) fn stage_errors(
     session: &Session,
     truth: &Source,
@@ -66,7 +66,7 @@ pub(super) fn stage_errors(
     }))
 }
 
-/// The part of the truth's light from mirrors and glass that is not among the modelled.
+/// The part of the truth's light from mirrors and glass that is not modelled.
 fn not_modelled(truth: &Source, modelled: &[Rgb]) -> f64 {
     let total = |name: &str| channels(&truth.image, name).map_or(0.0, |values| sum(&values));
     let specular = total("E").max(total("L")) - total("LD");

@@ -10,7 +10,7 @@ use super::figures::{
 use crate::metric::Comparison;
 use crate::reference::Quantity;
 
-/// A line a row; numbers as in the JSON, empty where there is none.
+/// The table: a line a row, numbers as in the JSON, empty fields for those that are unknown.
 pub fn csv(report: &StudyReport, timings: &Timings) -> String {
     let mut out = String::from(
         "sensor,name,label,layer,error,truth_error,resolved,bias,half_in,rmse,rel_mse,smape,ssim,flip,energy_ratio,verdict,rays,seconds,file\n",
@@ -52,7 +52,7 @@ fn line(row: &ReportRow, timing: &RunTiming) -> String {
     cells.join(",")
 }
 
-/// Rays traced.
+/// Number of rays traced.
 fn rays(row: &ReportRow) -> Option<u64> {
     let counters = &row.facts.as_ref()?.counters;
     counters
@@ -82,7 +82,7 @@ fn field(text: &str) -> String {
     }
 }
 
-/// What a pull request's reader wants to know.
+/// The summary for the reader of a pull request.
 pub fn markdown(report: &StudyReport, timings: &Timings) -> String {
     let mut out = format!("## nephroid validate: {}\n", report.study.scene);
     let several = timings.machines().len() > 1;
@@ -160,7 +160,7 @@ fn section(sensor: &SensorFigures, timings: &SensorTimings, several_machines: bo
     out
 }
 
-/// What the truth says of its own error.
+/// The truth's estimate of its own error.
 fn own_error(truth: &TruthFigures) -> String {
     let error = truth.facts.own_error;
     error.map_or("its error unknown".to_owned(), |error| {

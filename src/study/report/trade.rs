@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use super::super::curve::{Order, Point, pareto};
 use super::figures::{Curve, Gate, GateVerdict, OrderOf, ReportRow, RunTiming};
 
-/// What the axis of seconds is called, beside the names of counters.
+/// The name of the axis of seconds, beside the names of counters.
 pub(super) const SECONDS: &str = "seconds";
 
 fn count(row: &ReportRow, counter: &str) -> Option<f64> {
@@ -14,7 +14,7 @@ fn count(row: &ReportRow, counter: &str) -> Option<f64> {
     Some(found.count as f64)
 }
 
-/// All names of counters, in the order in which they first come.
+/// All names of counters, in the order of their first occurrence.
 fn counters<'a>(rows: impl Iterator<Item = &'a ReportRow>) -> Vec<String> {
     let mut names: Vec<String> = Vec::new();
     for counter in rows
@@ -28,7 +28,7 @@ fn counters<'a>(rows: impl Iterator<Item = &'a ReportRow>) -> Vec<String> {
     names
 }
 
-/// Marks by each counter which rows no other beats.
+/// Marks by each counter the rows that no other beats.
 pub(super) fn mark_pareto(rows: &mut [ReportRow]) {
     for counter in counters(rows.iter()) {
         for (row, is_on_front) in front(rows, |_, row| count(row, &counter)) {
@@ -37,8 +37,8 @@ pub(super) fn mark_pareto(rows: &mut [ReportRow]) {
     }
 }
 
-/// Which of the rows that have a cost and an error are on the front: among those that are judged by the same light, since errors
-/// of one layer and of all light are not of one kind.
+/// The rows that have a cost and an error, each with true if it is on the front. A front is among rows that
+/// are judged by the same light, since errors of one layer and of all light are not of one kind.
 pub(super) fn front(
     rows: &[ReportRow],
     cost: impl Fn(usize, &ReportRow) -> Option<f64>,
@@ -60,7 +60,7 @@ pub(super) fn front(
     all
 }
 
-/// One curve a name, with its orders.
+/// The curves, one a name, with their orders.
 pub(super) fn curves(rows: &[ReportRow]) -> Vec<Curve> {
     let mut curves: Vec<Curve> = Vec::new();
     for (i, row) in rows.iter().enumerate() {
@@ -87,7 +87,8 @@ pub(super) fn curves(rows: &[ReportRow]) -> Vec<Curve> {
     curves
 }
 
-/// The order of each curve's error in seconds, and why one is missing: seconds of different machines do not compare.
+/// The order of each curve's error in seconds, and the reasons why some are missing: seconds of different
+/// machines do not compare.
 pub(super) fn orders_in_seconds(
     curves: &[Curve],
     rows: &[ReportRow],
@@ -133,7 +134,7 @@ fn order(
     })
 }
 
-/// A curve keeps a limit where the best of its settings does.
+/// The verdicts on limits: a curve keeps a limit if the best of its settings does.
 pub(super) fn gates<'a>(
     limits: impl Iterator<Item = (&'a String, &'a f64)>,
     rows: &[ReportRow],
@@ -224,7 +225,7 @@ mod tests {
         let (orders, notes) = orders_in_seconds(&curves, &rows, &timed);
         assert!(orders[0].is_none());
         assert!(notes[0].contains("different machines"), "{notes:?}");
-        // What the truth does not resolve is in no fit, wherever it ran.
+        // Rows that the truth does not resolve are in no fit, wherever they ran.
         rows[2].resolved = false;
         let (orders, notes) = orders_in_seconds(&curves, &rows, &timed);
         assert!((orders[0].as_ref().unwrap().order.exponent + 0.5).abs() < 1e-14);
