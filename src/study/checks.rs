@@ -1,36 +1,48 @@
-//! Is a candidate in the right unit, the right way up, and in the right place?
+//! Checks of a candidate: is it in the right unit, the right way up, and in the right place?
 //!
-//! Its texels are held against the truth's, channels averaged. What looks like a mistake rather than an approximation is
-//! told, and changes no figure.
+//! Its texels are held against the truth's, channels averaged. If it looks like a mistake rather than an
+//! approximation, the report tells so; no figure changes.
 
-use super::report::Check;
+use serde::Serialize;
+
 use crate::film::Image;
 use crate::metric::LayerComparison;
 
-/// A mistake must explain so much of the squared difference to be named: an approximation's own error is rarely turned to
-/// half by moving, turning or scaling its image, and one that is moved, turned or scaled loses more.
+/// The part of the squared difference that a mistake must explain to be named. An approximation's own error
+/// is rarely halved by moving, turning or scaling its image. One that is moved, turned or scaled loses more.
 const EXPLAINED: f64 = 0.5;
 
-/// Energy further off than this is told; approximations within it are common.
+/// The relative error of the energy above which it is told; approximations within it are common.
 const ENERGY: f64 = 0.25;
 
-/// How near a slip's factor the energy must be: the method's own error of energy, which is seldom more.
+/// The relative distance of the energy from a slip's factor within which they are alike: the method's own
+/// error of energy, which is seldom more.
 const NEAR: f64 = 0.05;
 
-/// Correlations that differ from 1 by less are 1: values rounded to `f32` take 2⁻⁴⁹ off, and sums over 2²⁰ texels may be off by
-/// 2²⁰ · 2⁻⁵³ of themselves. An image of light that is symmetric correlates alike in several orientations.
+/// Correlations that differ from 1 by less are 1. Values rounded to `f32` take 2⁻⁴⁹ off, and sums over 2²⁰
+/// texels may be off by 2²⁰ · 2⁻⁵³ of themselves. An image of symmetric light correlates alike in several
+/// orientations.
 const ROUNDING: f64 = 1e-9;
 
-/// Shifts that are tried, in texels, each way.
+/// Largest shift that is tried, in texels, each way.
 const REACH: isize = 2;
 
-/// What a candidate looks like.
+/// A sign that a candidate is a mistake rather than an approximation.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Check {
+    /// `units`, `orientation` or `shift`.
+    pub kind: &'static str,
+    /// The mistake that it looks like, and why.
+    pub message: String,
+}
+
+/// All signs of mistakes in a candidate.
 pub fn checks(truth: &Image, candidate: &Image, layer: &LayerComparison) -> Vec<Check> {
     let size = [truth.width, truth.height];
     let (Some(truth), Some(other)) = (plane(truth, layer), plane(candidate, layer)) else {
         return Vec::new();
     };
-    let pair = Pair {
+    let pair = CandidatePair {
         truth: &truth,
         other: &other,
         size,
@@ -41,7 +53,7 @@ pub fn checks(truth: &Image, candidate: &Image, layer: &LayerComparison) -> Vec<
         .collect()
 }
 
-/// The mean of a layer's channels; of all light under any of its names.
+/// The mean of a layer's channels; for all light, under any of its names.
 pub(super) fn plane(image: &Image, layer: &LayerComparison) -> Option<Vec<f64>> {
     let names: &[&str] = if layer.is_total {
         &["E", "L", ""]
@@ -67,13 +79,13 @@ pub(super) fn plane(image: &Image, layer: &LayerComparison) -> Option<Vec<f64>> 
     })
 }
 
-struct Pair<'a> {
+struct CandidatePair<'a> {
     truth: &'a [f64],
     other: &'a [f64],
     size: [usize; 2],
 }
 
-/// Factors that units, and conventions mistaken for each other, differ by.
+/// Factors between units, or between conventions that are mistaken for each other.
 const SLIPS: [(f64, &str); 12] = [
     (
         std::f64::consts::FRAC_1_PI,
@@ -113,7 +125,7 @@ const SLIPS: [(f64, &str); 12] = [
     (1.0 / 255.0, "1/255: values divided by 255"),
 ];
 
-/// Whether energy is far off, and which slip that resembles.
+/// Reports if the energy is far off, and which slip that resembles.
 fn units(layer: &LayerComparison) -> Option<Check> {
     let ratio = layer.difference.energy_ratio?;
     if (ratio - 1.0).abs() <= ENERGY {
@@ -143,7 +155,7 @@ fn units(layer: &LayerComparison) -> Option<Check> {
     })
 }
 
-/// Ways in which an image may lie: which texel of the candidate the truth's (x, y) is held against.
+/// An orientation of an image: the texel of the candidate against which the truth's (x, y) is held.
 type Turn = fn([usize; 2], [usize; 2]) -> [usize; 2];
 
 const TURNS: [(&str, bool, Turn); 7] = [
@@ -170,8 +182,8 @@ const TURNS: [(&str, bool, Turn); 7] = [
     ),
 ];
 
-/// Whether another orientation correlates better.
-fn orientation(pair: &Pair) -> Option<Check> {
+/// Reports if another orientation correlates better.
+fn orientation(pair: &CandidatePair) -> Option<Check> {
     let [width, height] = pair.size;
     let places = |turn: Turn| {
         move |i: usize| {
@@ -194,8 +206,8 @@ fn orientation(pair: &Pair) -> Option<Check> {
     })
 }
 
-/// Whether the image fits better some texels away.
-fn shift(pair: &Pair) -> Option<Check> {
+/// Reports if the image fits better some texels away.
+fn shift(pair: &CandidatePair) -> Option<Check> {
     let squares = |by: [isize; 2]| pair.squares(by);
     let unmoved = squares([0, 0])?;
     let shifts = (-REACH..=REACH).flat_map(|dy| (-REACH..=REACH).map(move |dx| [dx, dy]));
@@ -212,8 +224,9 @@ fn shift(pair: &Pair) -> Option<Check> {
     })
 }
 
-impl Pair<'_> {
-    /// Pearson's correlation of the truth with the candidate's texels at other places; `None` where either has no contrast.
+impl CandidatePair<'_> {
+    /// Pearson's correlation of the truth with the candidate's texels at other places; `None` if either has
+    /// no contrast.
     fn correlation(&self, place: impl Fn(usize) -> usize) -> Option<f64> {
         let n = self.truth.len() as f64;
         let mean = |values: &[f64]| values.iter().sum::<f64>() / n;

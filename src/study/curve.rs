@@ -1,24 +1,25 @@
-//! What less error costs: fitted orders and the Pareto front.
+//! The cost of less error: fitted orders and the Pareto front.
 
 use serde::Serialize;
 
 /// A run's cost and error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Point {
-    /// In any unit.
+    /// The cost, in any unit.
     pub cost: f64,
-    /// Relative.
+    /// The error, relative.
     pub error: f64,
 }
 
-/// error ∝ cost^exponent, fitted.
+/// The fitted order of an error in a cost: error ∝ cost^exponent.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Order {
     /// The exponent: −0.5 for independent random samples.
     pub exponent: f64,
-    /// Its standard error, from the scatter about the line; `None` from two points, which have no scatter.
+    /// Its standard error, from the scatter about the line; `None` for fewer than three different points,
+    /// which have no scatter.
     pub standard_error: Option<f64>,
-    /// How many runs it is fitted to.
+    /// Number of runs to which it is fitted.
     pub points: usize,
 }
 
@@ -29,7 +30,9 @@ impl Order {
     /// b = Σ (x − x̄)(y − ȳ) / Σ (x − x̄)²,      SE² = Σ (y − ȳ − b (x − x̄))² / ((n − 2) Σ (x − x̄)²)
     /// ```
     ///
-    /// Points without cost or error have no logarithm and are left out. `None` with fewer than two costs.
+    /// Points without cost or error have no logarithm and are left out. `None` for fewer than two costs.
+    /// Points that are the same to the bit are one film under several settings. A line through them and one
+    /// more point has no scatter but rounding, and so no standard error.
     pub fn fit(points: &[Point]) -> Option<Self> {
         let logs: Vec<[f64; 2]> = points
             .iter()
@@ -52,13 +55,22 @@ impl Order {
         let residual = sum(&|dx, dy| (dy - exponent * dx).powi(2));
         Some(Self {
             exponent,
-            standard_error: (logs.len() > 2).then(|| (residual / ((n - 2.0) * squares)).sqrt()),
+            standard_error: (count_different(&logs) > 2)
+                .then(|| (residual / ((n - 2.0) * squares)).sqrt()),
             points: logs.len(),
         })
     }
 }
 
-/// Which points no other beats: none costs as little with less error, or less with as little.
+/// The number of points that differ.
+fn count_different(points: &[[f64; 2]]) -> usize {
+    let places = points.iter().enumerate();
+    places
+        .filter(|(i, point)| !points[..*i].contains(point))
+        .count()
+}
+
+/// Marks the points that no other beats: none costs as little with less error, or less with as little.
 pub fn pareto(points: &[Point]) -> Vec<bool> {
     let beats = |one: &Point, other: &Point| {
         one.cost <= other.cost
@@ -71,7 +83,7 @@ pub fn pareto(points: &[Point]) -> Vec<bool> {
         .collect()
 }
 
-/// The median \[s\]; of an even number the mean of the two in the middle; `None` of none.
+/// The median \[s\]; for an even number the mean of the two in the middle; `None` for no values.
 pub fn median(values: &[f64]) -> Option<f64> {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
@@ -103,13 +115,40 @@ mod tests {
 
     #[test]
     fn the_standard_error_is_that_of_the_textbook() {
-        // y = x with residuals e, −2e, e about the line x = −1, 0, 1 (slope and mean unmoved): SE² = 6 e² / (1 · 2).
+        // y = x with residuals e, −2e, e at x = −1, 0, 1, which move neither slope nor mean:
+        // SE² = 6 e² / (1 · 2).
         let e: f64 = 0.01;
         let points = [(-1.0, e), (0.0, -2.0 * e), (1.0, e)]
             .map(|(x, off): (f64, f64)| point(x.exp(), (x + off).exp()));
         let order = Order::fit(&points).unwrap();
         assert!((order.exponent - 1.0).abs() < 1e-14);
         assert!((order.standard_error.unwrap() - 3_f64.sqrt() * e).abs() < 1e-14);
+    }
+
+    #[test]
+    fn two_points_have_an_order_and_no_interval_however_often_one_is_repeated() {
+        // Given whose runs are the same film: their points are one.
+        let (cheap, dear) = (point(1e6, 3e-3), point(2e6, 7e-4));
+        for points in [
+            vec![cheap, dear],
+            vec![cheap, cheap, dear],
+            vec![dear, cheap, dear, cheap],
+        ] {
+            let order = Order::fit(&points).unwrap();
+            let slope = (7e-4_f64 / 3e-3).ln() / 2_f64.ln();
+            assert!((order.exponent - slope).abs() < 1e-12, "{order:?}");
+            assert_eq!(order.standard_error, None);
+            assert_eq!(order.points, points.len());
+        }
+        let third = point(4e6, 6e-4);
+        assert!(
+            Order::fit(&[cheap, cheap, dear, third])
+                .unwrap()
+                .standard_error
+                .is_some()
+        );
+        let json = serde_json::to_value(Order::fit(&[cheap, dear])).unwrap();
+        assert!(json["standard_error"].is_null());
     }
 
     #[test]

@@ -1,14 +1,16 @@
-//! What error costs: methods swept over their settings, judged by a truth, and reported.
+//! The cost of less error: methods swept over their settings, judged by a truth, and reported.
 //!
-//! A study names a scene, sensors, a truth, and methods with the settings to sweep ([`StudyFile`]; with a scene alone, a sensible default).
-//! Each run fills one sensor, and is kept in a [`Store`], so that a study that was stopped goes on where it was. Films are
-//! then read back and judged by [`metric`](crate::metric), each row only where the truth is good enough to resolve its error.
+//! A study names a scene, sensors, a truth, and methods with the settings to sweep ([`StudyFile`]). For a
+//! scene alone there is a sensible default. Each run fills one sensor and is kept in a [`Store`], so that a
+//! stopped study goes on from there. Films are then read back and judged by [`metric`](crate::metric). A row
+//! counts only if the truth is good enough to resolve its error.
 //!
 //! | file | question |
 //! |---|---|
 //! | [`mod@file`], [`plan`] | which runs? |
 //! | [`facts`] | what is known of a film? |
 //! | [`session`], [`store`] | is it there already? |
+//! | [`machine`] | on which machine was it made? |
 //! | [`truth`] | can the truth tell? |
 //! | [`curve`] | what does less error cost? |
 //! | [`attribution`] | which stage of an approximation makes its error? |
@@ -21,6 +23,7 @@ pub mod curve;
 mod error;
 pub mod facts;
 pub mod file;
+pub mod machine;
 pub mod plan;
 pub mod report;
 pub mod session;
@@ -29,7 +32,7 @@ pub mod truth;
 
 pub use error::StudyError;
 pub use file::StudyFile;
-pub use plan::{Plan, Run, SensorPlan, StageRun, StageRuns};
-pub use report::{Report, Timings};
+pub use plan::{SensorPlan, StageRun, StageRuns, StudyPlan, StudyRun};
+pub use report::{StudyReport, Timings};
 pub use session::{Obtained, Session};
 pub use store::Store;

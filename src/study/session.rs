@@ -4,8 +4,8 @@ use std::time::Instant;
 
 use super::StudyError;
 use super::facts::Product;
-use super::plan::{Plan, Run, SensorPlan};
-use super::store::{Store, Stored, Time};
+use super::plan::{SensorPlan, StudyPlan, StudyRun};
+use super::store::{Store, StoredRun, Time};
 use crate::mitsuba;
 use crate::run::{Budget, Context};
 use crate::scene::{Scene, Sensor};
@@ -15,7 +15,7 @@ pub struct Session {
     /// The scene.
     pub scene: Scene,
     /// What is to be done.
-    pub plan: Plan,
+    pub plan: StudyPlan,
     /// Where films are kept.
     pub store: Store,
 }
@@ -24,7 +24,7 @@ pub struct Session {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Obtained {
     /// The run.
-    pub stored: Stored,
+    pub stored: StoredRun,
     /// Whether nothing had to be computed.
     pub was_kept: bool,
 }
@@ -37,7 +37,7 @@ impl Session {
     /// Where the scene cannot be read or the study not be planned.
     pub fn new(file: &super::StudyFile, store: Store) -> Result<Self, StudyError> {
         let scene = mitsuba::load(&file.scene, &file.define)?;
-        let plan = Plan::new(file, &scene)?;
+        let plan = StudyPlan::new(file, &scene)?;
         Ok(Self { scene, plan, store })
     }
 
@@ -62,7 +62,7 @@ impl Session {
     pub fn obtain(
         &self,
         sensor: &Sensor,
-        run: &Run,
+        run: &StudyRun,
         context: &Context,
     ) -> Result<Option<Obtained>, StudyError> {
         let repeats = self.plan.repeats as usize;
@@ -97,23 +97,20 @@ impl Session {
     fn keep(
         &self,
         sensor: &Sensor,
-        run: &Run,
-        earlier: Option<Stored>,
+        run: &StudyRun,
+        earlier: Option<StoredRun>,
         product: Product,
         seconds: f64,
-    ) -> Result<Stored, StudyError> {
+    ) -> Result<StoredRun, StudyError> {
+        let time = Time::of_this_machine(seconds);
         let Some(mut stored) = earlier else {
-            let time = Time {
-                seconds: vec![seconds],
-                threads: rayon::current_num_threads(),
-            };
             return Ok(self.store.keep(&self.scene, sensor, run, product, time)?);
         };
         // The same run again has the same bits, or the program is wrong.
         if product.facts != stored.facts {
             return Err(StudyError::NotRepeated(run.label()));
         }
-        stored.time.seconds.push(seconds);
+        stored.time.repeat(time);
         self.store.keep_time(&stored.exr, &stored.time)?;
         Ok(stored)
     }

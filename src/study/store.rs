@@ -1,8 +1,9 @@
-//! Films kept in files, found again by what they were made from.
+//! Films kept in files, found again by the ingredients that they were made from.
 //!
-//! A run's key is a hash of the scene (its file, all files it names, its parameters), the sensor, the method, all settings and the
-//! program itself. Three files hold a run: `STEM.exr`; `STEM.json`, what there is to know of it, written last, so that it stands
-//! for a whole run; and `STEM.time.json`, what it took, which is apart since it is never the same twice.
+//! A run's key is a hash of the scene (its file, all files it names, its parameters), the sensor, the method,
+//! all settings and the program's source. Three files hold a run. `STEM.exr` is the film. `STEM.json` holds
+//! all facts of it, and is written last, so that it stands for a whole run. `STEM.time.json` holds its time,
+//! which is apart since it is never the same twice.
 
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
@@ -10,7 +11,8 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::facts::{Facts, Product};
-use super::plan::Run;
+use super::machine::Machine;
+use super::plan::StudyRun;
 use crate::film::atomic::{self, WriteError};
 use crate::film::exr::{self, ExrWriteError};
 use crate::scene::{Scene, Sensor};
@@ -19,96 +21,119 @@ use crate::scene::{Scene, Sensor};
 #[derive(Clone, Debug)]
 pub struct Store {
     folder: PathBuf,
-    /// A hash of the program: another one may compute otherwise.
-    program: String,
 }
 
-/// A run in files.
+/// A hash of the source from which this program is built: another source may compute other films. The same
+/// source has the same hash in every program that contains it.
+const SOURCE_HASH: &str = env!("NEPHROID_SOURCE_HASH");
+
+/// A run in the store's files.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Stored {
+pub struct StoredRun {
     /// The file's name in the store.
     pub exr: String,
-    /// What there is to know of it.
+    /// All facts of the film.
     pub facts: Facts,
-    /// What it took.
+    /// Its time.
     pub time: Time,
 }
 
-/// What a run took.
+/// The time of a run, and the machine on which it was taken.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Time {
     /// From set-up to the film, once for each repeat \[s\].
     pub seconds: Vec<f64>,
     /// Threads used.
     pub threads: usize,
+    /// The machine.
+    pub machine: Machine,
 }
 
-/// What is in `STEM.json`.
+impl Time {
+    /// The time of one run on this machine, with as many threads as are in use.
+    pub fn of_this_machine(seconds: f64) -> Self {
+        Self {
+            seconds: vec![seconds],
+            threads: rayon::current_num_threads(),
+            machine: Machine::this(),
+        }
+    }
+
+    /// Adds a repeat. Seconds of another machine or another number of threads do not compare with it: it
+    /// replaces them.
+    pub fn repeat(&mut self, again: Self) {
+        if self.machine == again.machine && self.threads == again.threads {
+            self.seconds.extend(again.seconds);
+        } else {
+            *self = again;
+        }
+    }
+}
+
+/// The content of `STEM.json`.
 #[derive(Serialize, Deserialize)]
-struct Record {
-    /// What the run was made from.
+struct StoreRecord {
+    /// The run's key.
     key: String,
     /// A hash of the EXR.
     exr: String,
     facts: Facts,
 }
 
-/// Why a run was not kept.
+/// Errors of keeping a run.
 #[derive(Debug, thiserror::Error)]
 pub enum StoreError {
-    /// The image.
+    /// The image cannot be written.
     #[error(transparent)]
     Image(#[from] ExrWriteError),
-    /// Another file.
+    /// Another file cannot be written.
     #[error(transparent)]
     Write(#[from] WriteError),
-    /// What was written cannot be read.
+    /// A file or folder cannot be used.
     #[error("cannot use {}: {cause}", path.display())]
     Io {
         /// The file or folder.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         cause: io::Error,
     },
 }
 
 impl Store {
-    /// The store in a folder, which is made where missing.
+    /// The store in a folder, which is made if it is missing.
     ///
     /// # Errors
     ///
-    /// Where the folder cannot be made, or the program not read.
+    /// If the folder cannot be made.
     pub fn open(folder: &Path) -> Result<Self, StoreError> {
         std::fs::create_dir_all(folder).map_err(|cause| io_error(folder, cause))?;
-        let program = std::env::current_exe().map_err(|cause| io_error(folder, cause))?;
-        let bytes = std::fs::read(&program).map_err(|cause| io_error(&program, cause))?;
         Ok(Self {
             folder: folder.to_owned(),
-            program: blake3::hash(&bytes).to_hex().to_string(),
         })
     }
 
-    /// Where a file of the store is.
+    /// The path of a file of the store.
     pub fn path(&self, name: &str) -> PathBuf {
         self.folder.join(name)
     }
 
-    /// A hash of the program.
-    pub fn program(&self) -> &str {
-        &self.program
+    /// A hash of the program's source.
+    pub fn program(&self) -> &'static str {
+        SOURCE_HASH
     }
 
     /// A run that is whole and unchanged since it was kept; anything else does not count.
     ///
-    /// Its numbers are those that were kept, to the last bit: `serde_json` reads them so by its feature `float_roundtrip` only.
-    pub fn find(&self, scene: &Scene, sensor: &Sensor, run: &Run) -> Option<Stored> {
-        let key = self.key(scene, sensor, run);
+    /// Its numbers are the kept ones to the last bit: `serde_json` reads them so by its feature
+    /// `float_roundtrip` only.
+    pub fn find(&self, scene: &Scene, sensor: &Sensor, run: &StudyRun) -> Option<StoredRun> {
+        let key = key(SOURCE_HASH, scene, sensor, run);
         let stem = stem(sensor, run, &key);
         let read = |end: &str| std::fs::read(self.path(&format!("{stem}{end}"))).ok();
-        let record: Record = serde_json::from_slice(&read(".json")?).ok()?;
+        let record: StoreRecord = serde_json::from_slice(&read(".json")?).ok()?;
         let time = serde_json::from_slice(&read(".time.json")?).ok()?;
         let is_whole = record.key == key && record.exr == blake3::hash(&read(".exr")?).to_string();
-        is_whole.then(|| Stored {
+        is_whole.then(|| StoredRun {
             exr: format!("{stem}.exr"),
             facts: record.facts,
             time,
@@ -119,68 +144,69 @@ impl Store {
     ///
     /// # Errors
     ///
-    /// Where a file cannot be written; what is left does not count as a run.
+    /// If a file cannot be written; the files that are left do not count as a run.
     pub fn keep(
         &self,
         scene: &Scene,
         sensor: &Sensor,
-        run: &Run,
+        run: &StudyRun,
         product: Product,
         time: Time,
-    ) -> Result<Stored, StoreError> {
-        let key = self.key(scene, sensor, run);
+    ) -> Result<StoredRun, StoreError> {
+        let key = key(SOURCE_HASH, scene, sensor, run);
         let stem = stem(sensor, run, &key);
         let exr = format!("{stem}.exr");
         let path = self.path(&exr);
         exr::write(&path, &described(scene, sensor, run, &product))?;
         let bytes = std::fs::read(&path).map_err(|cause| io_error(&path, cause))?;
         self.keep_time(&exr, &time)?;
-        let record = Record {
+        let record = StoreRecord {
             key,
             exr: blake3::hash(&bytes).to_string(),
             facts: product.facts,
         };
         write_json(&self.path(&format!("{stem}.json")), &record)?;
-        Ok(Stored {
+        Ok(StoredRun {
             exr,
             facts: record.facts,
             time,
         })
     }
 
-    /// Keeps what a run took.
+    /// Keeps a run's time.
     ///
     /// # Errors
     ///
-    /// Where the file cannot be written.
+    /// If the file cannot be written.
     pub fn keep_time(&self, exr: &str, time: &Time) -> Result<(), StoreError> {
         let stem = exr.strip_suffix(".exr").unwrap_or(exr);
         write_json(&self.path(&format!("{stem}.time.json")), time)
     }
+}
 
-    fn key(&self, scene: &Scene, sensor: &Sensor, run: &Run) -> String {
-        let parts = [
-            self.program.as_str(),
-            scene.content_hash(),
-            &sensor.id,
-            run.method.name(),
-            &run.method.settings().to_string(),
-        ];
-        let mut hasher = blake3::Hasher::new();
-        for part in parts {
-            // With its length: no two lists of parts are the same text.
-            hasher.update(&(part.len() as u64).to_le_bytes());
-            hasher.update(part.as_bytes());
-        }
-        hasher.finalize().to_hex().to_string()
+/// The text by which a run is found again, from all that its film is made from.
+fn key(program: &str, scene: &Scene, sensor: &Sensor, run: &StudyRun) -> String {
+    let parts = [
+        program,
+        scene.content_hash(),
+        &sensor.id,
+        run.method.name(),
+        &run.method.settings().to_string(),
+    ];
+    let mut hasher = blake3::Hasher::new();
+    for part in parts {
+        // With its length: no two lists of parts are the same text.
+        hasher.update(&(part.len() as u64).to_le_bytes());
+        hasher.update(part.as_bytes());
     }
+    hasher.finalize().to_hex().to_string()
 }
 
 /// Writes JSON for people, whole or not at all.
 ///
 /// # Errors
 ///
-/// Where the file cannot be written.
+/// If the file cannot be written.
 pub fn write_json(path: &Path, value: &impl Serialize) -> Result<(), StoreError> {
     atomic::write(path, |file| {
         serde_json::to_writer_pretty(&mut *file, value)?;
@@ -196,23 +222,28 @@ fn io_error(path: &Path, cause: io::Error) -> StoreError {
     }
 }
 
-/// A name that a person recognises, and the beginning of the key, which makes it the only one.
-fn stem(sensor: &Sensor, run: &Run, key: &str) -> String {
+/// A file stem: a name that a person recognises, and the beginning of the key, which makes it unique.
+fn stem(sensor: &Sensor, run: &StudyRun, key: &str) -> String {
     let label = run.label().replace('%', "pct");
     let name = file_name(&format!("{}-{label}", sensor.id));
     format!("{name}-{}", &key[..10])
 }
 
-/// A text as the name of a file: plain letters, numbers, hyphens and dots, a hundred at most.
+/// A text as the name of a file: a hundred characters at most, of plain letters, numbers, hyphens and dots.
 pub fn file_name(text: &str) -> String {
     let allowed = |c: char| c.is_ascii_alphanumeric() || "-.".contains(c);
     let plain = text.chars().map(|c| if allowed(c) { c } else { '-' });
-    // Names of files end somewhere; the key does not need the rest.
+    // Systems limit the length of names; the key does not need the rest.
     plain.take(100).collect()
 }
 
-/// The film with what describes it.
-fn described(scene: &Scene, sensor: &Sensor, run: &Run, product: &Product) -> crate::film::Image {
+/// The film with the metadata that describe it.
+fn described(
+    scene: &Scene,
+    sensor: &Sensor,
+    run: &StudyRun,
+    product: &Product,
+) -> crate::film::Image {
     let mut image = product.image.clone();
     let mut settings = run.method.settings();
     if let (Some(settings), Some(replicates)) = (settings.as_object_mut(), product.facts.replicates)
@@ -231,4 +262,56 @@ fn described(scene: &Scene, sensor: &Sensor, run: &Run, product: &Product) -> cr
     image.add_metadata("quantity", product.quantity.name());
     image.add_metadata("unit", product.quantity.unit());
     image
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mitsuba;
+    use crate::setting::Given;
+    use crate::study::Method;
+
+    fn run(photons: &str) -> StudyRun {
+        let given = Given::from([("photons".to_owned(), photons.to_owned())]);
+        StudyRun {
+            name: "photons".to_owned(),
+            method: Method::new("photons", &given).unwrap(),
+            given,
+        }
+    }
+
+    #[test]
+    fn a_run_is_known_by_its_source_and_settings_and_not_by_the_executable() {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/glass-ball.xml");
+        let scene = mitsuba::load(&path, &[]).unwrap();
+        let sensor = &scene.sensors()[0];
+        let one = key("a hash", &scene, sensor, &run("64"));
+        assert_eq!(one, key("a hash", &scene, sensor, &run("64")));
+        assert_ne!(one, key("another hash", &scene, sensor, &run("64")));
+        assert_ne!(one, key("a hash", &scene, sensor, &run("65")));
+        // Runs are not kept under a hash of this test's executable.
+        let executable = std::fs::read(std::env::current_exe().unwrap()).unwrap();
+        assert_ne!(SOURCE_HASH, blake3::hash(&executable).to_string());
+        let is_hash = SOURCE_HASH.len() == 64 && SOURCE_HASH.chars().all(|c| c.is_ascii_hexdigit());
+        assert!(is_hash, "{SOURCE_HASH}");
+    }
+
+    #[test]
+    fn repeats_elsewhere_do_not_join_the_seconds_of_another_machine() {
+        let on = |host: &str, threads, seconds: &[f64]| Time {
+            seconds: seconds.to_vec(),
+            threads,
+            machine: Machine {
+                host: host.to_owned(),
+                processor: "a processor".to_owned(),
+            },
+        };
+        let mut time = on("here", 2, &[1.0]);
+        time.repeat(on("here", 2, &[1.5]));
+        assert_eq!(time, on("here", 2, &[1.0, 1.5]));
+        time.repeat(on("there", 2, &[9.0]));
+        assert_eq!(time, on("there", 2, &[9.0]));
+        time.repeat(on("there", 1, &[18.0]));
+        assert_eq!(time, on("there", 1, &[18.0]));
+    }
 }

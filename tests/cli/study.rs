@@ -606,3 +606,41 @@ fn the_record_names_the_commit_and_the_report_does_not() {
     assert!(is_hash || commit == "unknown", "{commit}");
     assert!(!folder.report(&said).to_string().contains(commit));
 }
+
+#[test]
+fn a_report_of_two_machines_tells_them_by_run_and_fits_no_order_to_their_seconds() {
+    let folder = Folder::with_films();
+    let timings = || -> Value {
+        serde_json::from_slice(&fs::read(folder.path("r/timings.json")).unwrap()).unwrap()
+    };
+    let (report, _, _) = folder.validate(&["a.toml", "-o", "r"]);
+    let curves = report["curves"].as_array().unwrap();
+    let photons = curves.iter().position(|curve| curve["name"] == "photons");
+    let before = timings();
+    let sensor = &before["sensors"][0];
+    assert!(sensor["orders"][photons.unwrap()].is_object(), "{sensor}");
+    assert_eq!(sensor["notes"].as_array().unwrap().len(), 0);
+    let host = &sensor["truth"]["machine"]["host"];
+    assert!(before.get("machine").is_none());
+    for row in sensor["rows"].as_array().unwrap() {
+        assert_eq!(row["machine"]["host"], *host);
+        assert!(row["machine"]["processor"].is_string() && row["threads"].is_u64());
+    }
+    // One run, as if it had been made elsewhere and its folder copied.
+    let film = row(&report, "photons")["file"].as_str().unwrap().to_owned();
+    let time = folder.path("r").join(film.replace(".exr", ".time.json"));
+    let mut elsewhere: Value = serde_json::from_slice(&fs::read(&time).unwrap()).unwrap();
+    elsewhere["machine"]["host"] = "elsewhere".into();
+    fs::write(&time, elsewhere.to_string()).unwrap();
+    let (again, code, said) = folder.validate(&["a.toml", "-o", "r"]);
+    assert_eq!(code, Some(0), "{said}");
+    assert_eq!(again, report);
+    let after = timings();
+    let sensor = &after["sensors"][0];
+    assert!(sensor["orders"][photons.unwrap()].is_null(), "{sensor}");
+    let note = sensor["notes"][0].as_str().unwrap();
+    assert!(note.starts_with("photons: no order in seconds"), "{note}");
+    let summary = fs::read_to_string(folder.path("r/summary.md")).unwrap();
+    assert!(summary.contains("on elsewhere, "), "{summary}");
+    assert!(summary.contains(note), "{summary}");
+}

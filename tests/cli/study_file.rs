@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use nephroid::mitsuba;
 use nephroid::study::plan::PlanError;
-use nephroid::study::{Method, Plan, SensorPlan, StudyFile};
+use nephroid::study::{Method, SensorPlan, StudyFile, StudyPlan};
 
 fn parse(contents: &str) -> StudyFile {
     StudyFile::parse(Path::new("studies/a.toml"), contents).unwrap()
@@ -32,12 +32,12 @@ fn plan(name: &str, rest: &str) -> Result<SensorPlan, PlanError> {
 }
 
 /// The plan of a study of a shipped scene, small.
-fn plans(name: &str, rest: &str) -> Result<Plan, PlanError> {
+fn plans(name: &str, rest: &str) -> Result<StudyPlan, PlanError> {
     let path = scene(name);
     let contents = format!("scene = {:?}\n{rest}", path.display().to_string());
     let file = StudyFile::parse(Path::new("a.toml"), &contents).unwrap();
     let define = [("size".to_owned(), "8".to_owned())];
-    Plan::new(&file, &mitsuba::load(&path, &define).unwrap())
+    StudyPlan::new(&file, &mitsuba::load(&path, &define).unwrap())
 }
 
 #[test]

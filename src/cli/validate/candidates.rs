@@ -4,7 +4,7 @@ use anyhow::Context;
 
 use crate::film::{atomic, exr};
 use crate::metric::{self, CompareImage};
-use crate::study::report::Judged;
+use crate::study::report::JudgedFilm;
 use crate::study::store::file_name;
 use crate::study::{SensorPlan, Session, StudyError};
 
@@ -13,7 +13,7 @@ use crate::study::{SensorPlan, Session, StudyError};
 /// # Errors
 ///
 /// Where one cannot be read, is not of the sensor's size, or cannot be compared with anything.
-pub fn copy<'a>(session: &Session, plan: &'a SensorPlan) -> anyhow::Result<Vec<Judged<'a>>> {
+pub fn copy<'a>(session: &Session, plan: &'a SensorPlan) -> anyhow::Result<Vec<JudgedFilm<'a>>> {
     let film = &session.sensor(plan)?.film;
     let expected = [film.crop.width as usize, film.crop.height as usize];
     let mut judged = Vec::new();
@@ -57,7 +57,7 @@ pub fn copy<'a>(session: &Session, plan: &'a SensorPlan) -> anyhow::Result<Vec<J
         atomic::write(&session.store.path(&name), |file| {
             std::io::Write::write_all(file, &bytes)
         })?;
-        judged.push(Judged::Candidate(candidate, name));
+        judged.push(JudgedFilm::Candidate(candidate, name));
     }
     Ok(judged)
 }

@@ -13,10 +13,14 @@ use super::progress;
 use super::render::set_threads;
 use crate::film::atomic;
 use crate::run::Context;
-use crate::study::file::Candidate;
-use crate::study::report::{self, GateVerdict, Judged, Report, SensorFilms, StageFilms, Timings};
-use crate::study::store::Stored;
-use crate::study::{Obtained, Run, SensorPlan, Session, StageRuns, Store, StudyError, StudyFile};
+use crate::study::file::StudyCandidate;
+use crate::study::report::{
+    self, GateVerdict, JudgedFilm, SensorFilms, StageFilms, StudyReport, Timings,
+};
+use crate::study::store::StoredRun;
+use crate::study::{
+    Obtained, SensorPlan, Session, StageRuns, Store, StudyError, StudyFile, StudyRun,
+};
 pub use args::ValidateArgs;
 
 /// Runs the command.
@@ -117,7 +121,7 @@ impl<'a> Work<'a> {
     fn sensor(
         &mut self,
         plan: &'a SensorPlan,
-        candidates: Vec<Judged<'a>>,
+        candidates: Vec<JudgedFilm<'a>>,
     ) -> Result<Filled<'a>, StudyError> {
         let is_first = self.done == 0;
         // The first truth is computed in any case: without any film there is no report.
@@ -142,7 +146,7 @@ impl<'a> Work<'a> {
             match self.obtain(plan, run, "")? {
                 Some(obtained) => films
                     .judged
-                    .push(Judged::Run(run, Box::new(obtained.stored))),
+                    .push(JudgedFilm::Run(run, Box::new(obtained.stored))),
                 None => return Ok(Filled::Stopped),
             }
         }
@@ -169,7 +173,7 @@ impl<'a> Work<'a> {
     fn obtain(
         &mut self,
         plan: &SensorPlan,
-        run: &Run,
+        run: &StudyRun,
         what: &str,
     ) -> Result<Option<Obtained>, StudyError> {
         let all = self.session.plan.count();
@@ -210,7 +214,7 @@ impl<'a> Work<'a> {
         plan: &SensorPlan,
         runs: &'r StageRuns,
     ) -> Result<Option<StageFilms<'r>>, StudyError> {
-        let mut film = |run: &Run| -> Result<Option<Stored>, StudyError> {
+        let mut film = |run: &StudyRun| -> Result<Option<StoredRun>, StudyError> {
             let obtained = self.obtain(plan, run, "stages, ")?;
             Ok(obtained.map(|obtained| obtained.stored))
         };
@@ -271,12 +275,15 @@ fn study(args: &ValidateArgs) -> anyhow::Result<StudyFile> {
     }
     file.margin = args.margin.or(file.margin);
     file.repeats = args.repeats.unwrap_or(file.repeats);
-    let given = args.candidate.iter().map(|(name, sensor, path)| Candidate {
-        name: name.clone(),
-        sensor: sensor.clone(),
-        file: path.clone(),
-        seconds: None,
-    });
+    let given = args
+        .candidate
+        .iter()
+        .map(|(name, sensor, path)| StudyCandidate {
+            name: name.clone(),
+            sensor: sensor.clone(),
+            file: path.clone(),
+            seconds: None,
+        });
     file.candidates.extend(given);
     file.max_error.extend(args.max_error.iter().cloned());
     Ok(file)
@@ -316,7 +323,7 @@ fn list(session: &Session) -> anyhow::Result<()> {
 fn finish(
     args: &ValidateArgs,
     folder: &Path,
-    report: &Report,
+    report: &StudyReport,
     timings: &Timings,
     left: usize,
 ) -> anyhow::Result<Outcome> {

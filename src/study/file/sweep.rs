@@ -1,15 +1,16 @@
 //! Given to sweep: one value, a list of values, or a range.
 
-use super::table::{Node, Table};
-use super::{FileError, StudyMethod};
+use super::error::FileError;
+use super::study_method::StudyMethod;
+use super::table::{TomlNode, TomlTable};
 use crate::method::Method;
 use crate::setting::Given;
 
-/// More values of one range, or more settings of one method, than anybody meant.
+/// Limit of the values of one range, and of the settings of one method: nobody means more.
 const MOST: usize = 1000;
 
 /// The values that a setting takes, as text.
-pub fn values(node: &Node) -> Result<Vec<String>, FileError> {
+pub fn values(node: &TomlNode) -> Result<Vec<String>, FileError> {
     if let Some(list) = node.list()? {
         return Ok(list);
     }
@@ -21,8 +22,9 @@ pub fn values(node: &Node) -> Result<Vec<String>, FileError> {
 
 const RANGE: &str = "a range";
 
-/// `{ from = 1000, to = 64000, times = 4 }` or `{ from = 1, to = 9, step = 2 }`, both ends included.
-fn range(node: &Node, mut table: Table) -> Result<Vec<String>, FileError> {
+/// The values of `{ from = 1000, to = 64000, times = 4 }` or `{ from = 1, to = 9, step = 2 }`, both ends
+/// included.
+fn range(node: &TomlNode, mut table: TomlTable) -> Result<Vec<String>, FileError> {
     let mut number = |key| {
         let number = table.take(key).map(|node| node.parsed(finite, "numbers"));
         number.transpose()
@@ -42,7 +44,7 @@ fn range(node: &Node, mut table: Table) -> Result<Vec<String>, FileError> {
         _ => None,
     };
     let mut values = Vec::new();
-    // Half a part in a billion: that rounding does not lose the last value.
+    // Half a part in a billion, so that rounding does not lose the last value.
     let end = to + 5e-10 * to.abs();
     for i in 0.. {
         let value = value(i).ok_or_else(|| {
@@ -73,7 +75,7 @@ fn finite(text: &str) -> Option<f64> {
 }
 
 /// One `[[method]]`: the product of all values of its settings, the last key's fastest.
-pub fn method(mut table: Table) -> Result<StudyMethod, FileError> {
+pub fn method(mut table: TomlTable) -> Result<StudyMethod, FileError> {
     let node = table.need("method")?;
     let method = node.scalar()?;
     Method::new(&method, &Given::new()).map_err(|error| node.error(error.to_string()))?;

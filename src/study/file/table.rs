@@ -6,10 +6,10 @@ use std::path::Path;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::FileError;
+use super::error::FileError;
 use crate::setting::SettingError;
 
-/// Where a text is from, to say where something in it is.
+/// A text and its file, to name places in it.
 #[derive(Clone, Copy)]
 pub struct Text<'a> {
     /// The file.
@@ -32,10 +32,10 @@ impl Text<'_> {
     }
 }
 
-/// A table, whose keys are taken one by one; what nobody took is unknown.
-pub struct Table<'a> {
+/// A table whose keys are taken one by one; keys that nobody took are unknown.
+pub struct TomlTable<'a> {
     text: Text<'a>,
-    /// What the table is called in messages: `study`, `[truth]`.
+    /// The table's name in messages: `study`, `[truth]`.
     name: &'a str,
     at: Range<usize>,
     content: &'a DeTable<'a>,
@@ -43,13 +43,13 @@ pub struct Table<'a> {
 }
 
 /// A value and its place.
-pub struct Node<'a> {
+pub struct TomlNode<'a> {
     text: Text<'a>,
     key: &'a str,
     value: &'a Spanned<DeValue<'a>>,
 }
 
-impl<'a> Table<'a> {
+impl<'a> TomlTable<'a> {
     /// A table that stands at a place.
     pub fn new(text: Text<'a>, name: &'a str, at: Range<usize>, content: &'a DeTable<'a>) -> Self {
         Self {
@@ -62,7 +62,7 @@ impl<'a> Table<'a> {
     }
 
     /// The value of a key, if it is there.
-    pub fn take(&mut self, key: &'static str) -> Option<Node<'a>> {
+    pub fn take(&mut self, key: &'static str) -> Option<TomlNode<'a>> {
         self.known.push(key);
         self.nodes().find(|node| node.key == key)
     }
@@ -71,8 +71,8 @@ impl<'a> Table<'a> {
     ///
     /// # Errors
     ///
-    /// Where it is missing.
-    pub fn need(&mut self, key: &'static str) -> Result<Node<'a>, FileError> {
+    /// If it is missing.
+    pub fn need(&mut self, key: &'static str) -> Result<TomlNode<'a>, FileError> {
         self.take(key).ok_or_else(|| {
             let message = format!("{} needs a key \"{key}\"", self.name);
             self.text.error(&self.at, message)
@@ -80,7 +80,7 @@ impl<'a> Table<'a> {
     }
 
     /// All values that nobody took: for tables whose keys are names.
-    pub fn rest(&self) -> impl Iterator<Item = Node<'a>> + '_ {
+    pub fn rest(&self) -> impl Iterator<Item = TomlNode<'a>> + '_ {
         self.nodes().filter(|node| !self.known.contains(&node.key))
     }
 
@@ -88,7 +88,7 @@ impl<'a> Table<'a> {
     ///
     /// # Errors
     ///
-    /// For the first of them.
+    /// The first unknown key.
     pub fn finish(self) -> Result<(), FileError> {
         let unknown = self.content.keys().find(|key| {
             let name: &str = key.get_ref();
@@ -101,9 +101,9 @@ impl<'a> Table<'a> {
         })
     }
 
-    fn nodes(&self) -> impl Iterator<Item = Node<'a>> + use<'a> {
+    fn nodes(&self) -> impl Iterator<Item = TomlNode<'a>> + use<'a> {
         let text = self.text;
-        self.content.iter().map(move |(key, value)| Node {
+        self.content.iter().map(move |(key, value)| TomlNode {
             text,
             key: key.get_ref(),
             value,
@@ -111,7 +111,7 @@ impl<'a> Table<'a> {
     }
 }
 
-impl<'a> Node<'a> {
+impl<'a> TomlNode<'a> {
     /// Its key.
     pub fn key(&self) -> &'a str {
         self.key
@@ -143,7 +143,7 @@ impl<'a> Node<'a> {
     ///
     /// # Errors
     ///
-    /// For what it does not; `allowed` says what it does.
+    /// For other texts; `allowed` names the texts that are allowed.
     pub fn parsed<T>(
         &self,
         parse: impl FnOnce(&str) -> Option<T>,
@@ -154,7 +154,7 @@ impl<'a> Node<'a> {
             .ok_or_else(|| self.error(format!("{} is \"{text}\"; allowed are {allowed}", self.key)))
     }
 
-    /// The values of a list, each as text; `None` for what is no list.
+    /// The values of a list, each as text; `None` if it is no list.
     ///
     /// # Errors
     ///
@@ -175,23 +175,23 @@ impl<'a> Node<'a> {
         values.collect::<Result<_, _>>().map(Some)
     }
 
-    /// Whether it is a table.
+    /// True if it is a table.
     pub fn is_table(&self) -> bool {
         self.value.get_ref().as_table().is_some()
     }
 
-    /// Its table, called so in messages; `None` for what is no table.
-    pub fn table(&self, name: &'a str) -> Option<Table<'a>> {
+    /// Its table, under this name in messages; `None` if it is no table.
+    pub fn table(&self, name: &'a str) -> Option<TomlTable<'a>> {
         let content = self.value.get_ref().as_table()?;
-        Some(Table::new(self.text, name, self.value.span(), content))
+        Some(TomlTable::new(self.text, name, self.value.span(), content))
     }
 
     /// Its table.
     ///
     /// # Errors
     ///
-    /// Where it is none.
-    pub fn need_table(&self, name: &'a str) -> Result<Table<'a>, FileError> {
+    /// If it is no table.
+    pub fn need_table(&self, name: &'a str) -> Result<TomlTable<'a>, FileError> {
         self.table(name).ok_or_else(|| self.wrong("a table"))
     }
 
@@ -199,13 +199,13 @@ impl<'a> Node<'a> {
     ///
     /// # Errors
     ///
-    /// Where it holds anything else.
-    pub fn tables(&self, name: &'a str) -> Result<Vec<Table<'a>>, FileError> {
+    /// If it holds anything else.
+    pub fn tables(&self, name: &'a str) -> Result<Vec<TomlTable<'a>>, FileError> {
         let Some(list) = self.value.get_ref().as_array() else {
             return Err(self.wrong(&format!("{name}, once for each,")));
         };
         let tables = list.iter().map(|value| {
-            let node = Node {
+            let node = TomlNode {
                 text: self.text,
                 key: self.key,
                 value,

@@ -1,19 +1,19 @@
-//! What a study does where its file says nothing.
+//! The default study of a sensor, for all that a study's file leaves open.
 
-use super::super::file::StudyMethod;
 use super::sensors::is_camera;
 use crate::method::Method;
 use crate::scene::{Emitter, Scene, Sensor};
 use crate::setting::Given;
+use crate::study::file::StudyMethod;
 
 /// The default study of a sensor.
-pub(super) struct Default {
+pub(super) struct DefaultStudy {
     pub truth: StudyMethod,
     pub methods: Vec<StudyMethod>,
 }
 
-impl Default {
-    /// From what the scene allows: see the table at [`Plan::new`](super::Plan::new).
+impl DefaultStudy {
+    /// The study that the scene allows: see the list at [`StudyPlan::new`](super::StudyPlan::new).
     pub fn of(scene: &Scene, sensor: &Sensor) -> Self {
         if is_camera(sensor) {
             return Self::of_camera(scene, sensor);
@@ -53,7 +53,8 @@ impl Default {
         }
     }
 
-    /// Paths find no caustics of lights without size: one row of them shows what is missing, and more would show it again.
+    /// Paths find no caustics of lights without size: one row of them shows what is missing, and more would
+    /// show it again.
     fn of_camera(scene: &Scene, sensor: &Sensor) -> Self {
         let samples: &[&str] = if is_without_size(scene) {
             &["8"]
@@ -79,9 +80,11 @@ impl Default {
     }
 }
 
-/// Samples of a texel and an area light of the truth's direct light, 64 times those of the runs that it judges. Of an indicator
-/// function in d dimensions the error of scrambled nets goes as N^(−1/2 − 1/(4d − 2)) (He and Wang 2015, "On the convergence rate of
-/// randomized quasi–Monte Carlo for discontinuous functions"), here N^(−4/7): 64 times are 10.8 times less, and a tenth resolves a row.
+/// Samples of a texel and an area light for the truth's direct light, 64 times those of the runs that it
+/// judges. For an indicator function in d dimensions the error of scrambled nets goes as
+/// N^(−1/2 − 1/(4d − 2)), here N^(−4/7). The source is He and Wang 2015, "On the convergence rate of
+/// randomized quasi–Monte Carlo for discontinuous functions". So 64 times the samples have 10.8 times less
+/// error, and a tenth resolves a row.
 const LAMP_SAMPLES: &str = "8192";
 
 /// True if a method with its default settings supports a sensor.
@@ -97,8 +100,8 @@ fn suits_beams(scene: &Scene, sensor: &Sensor) -> bool {
 
 /// True if no light of a scene shines from a surface.
 fn is_without_size(scene: &Scene) -> bool {
-    let is_lamp = |emitter: &Emitter| {
+    let is_area_light = |emitter: &Emitter| {
         matches!(emitter, Emitter::Area { .. }) && !emitter.strength().is_black()
     };
-    !scene.emitters().iter().any(is_lamp)
+    !scene.emitters().iter().any(is_area_light)
 }

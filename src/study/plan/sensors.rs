@@ -1,19 +1,20 @@
-//! Which sensors a study fills, and what is meant for which of them.
+//! The sensors that a study fills, and the methods and images for each of them.
 
 use std::collections::BTreeMap;
 
-use super::super::file::{Candidate, StudyFile, StudyMethod};
-use super::PlanError;
+use super::error::PlanError;
 use crate::method::Method;
 use crate::scene::{Scene, Sensor, SensorKind};
 use crate::setting::SettingError;
+use crate::study::file::{StudyCandidate, StudyFile, StudyMethod};
 
-/// Whether a sensor measures radiance.
+/// True if a sensor measures radiance.
 pub(super) fn is_camera(sensor: &Sensor) -> bool {
     !matches!(sensor.kind, SensorKind::IrradianceMeter { .. })
 }
 
-/// The sensors asked for, in that order; else the first irradiancemeter, else the first camera.
+/// The sensors asked for, in that order. Without any it is the first irradiancemeter, or else the first
+/// camera.
 pub(super) fn choose<'a>(scene: &'a Scene, file: &StudyFile) -> Result<Vec<&'a Sensor>, PlanError> {
     let sensors = scene.sensors();
     let refused = |wanted: String| {
@@ -47,7 +48,7 @@ pub(super) fn choose<'a>(scene: &'a Scene, file: &StudyFile) -> Result<Vec<&'a S
     Ok(chosen)
 }
 
-/// Refuses what names a sensor that the study does not fill, or none where there are several to choose from.
+/// Refuses an entry that names a sensor outside the study, and one that names none if there are several.
 pub(super) fn check(file: &StudyFile, sensors: &[&Sensor]) -> Result<(), PlanError> {
     let ids = || sensors.iter().map(|sensor| sensor.id.as_str());
     let truths = file.truths.keys().flatten();
@@ -69,8 +70,8 @@ pub(super) fn check(file: &StudyFile, sensors: &[&Sensor]) -> Result<(), PlanErr
     }
 }
 
-/// Whether a method is meant for a sensor: for those it names, else for all that it can fill. On the only sensor of a study it is
-/// meant in any case, and an error where it cannot fill it.
+/// True if a method is meant for a sensor: one that it names, or else any that it can fill. On the only
+/// sensor of a study it is meant in any case; if it cannot fill it, the plan is an error.
 pub(super) fn is_meant(
     method: &StudyMethod,
     sensor: &Sensor,
@@ -84,12 +85,13 @@ pub(super) fn is_meant(
 }
 
 /// The images that are meant for a sensor.
-pub(super) fn candidates(file: &StudyFile, sensor: &Sensor) -> Vec<Candidate> {
-    let own = |one: &&Candidate| one.sensor.as_ref().is_none_or(|id| *id == sensor.id);
+pub(super) fn candidates(file: &StudyFile, sensor: &Sensor) -> Vec<StudyCandidate> {
+    let own = |one: &&StudyCandidate| one.sensor.as_ref().is_none_or(|id| *id == sensor.id);
     file.candidates.iter().filter(own).cloned().collect()
 }
 
-/// The limits on a sensor's curves: of `NAME` on every sensor that has it, of `NAME@SENSOR` on that one, which goes before.
+/// The limits on a sensor's curves. `NAME` is for every sensor that has it. `NAME@SENSOR` is for that one and
+/// goes first.
 pub(super) fn limits(
     limits: &BTreeMap<String, f64>,
     sensor: &str,

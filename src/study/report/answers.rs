@@ -1,19 +1,19 @@
-//! What a reader asks first, in sentences: how wrong, where, why, and what would less error cost?
+//! Sentences for a reader's first questions: how wrong, where, why, and what would less error cost?
 
 use super::super::checks::plane;
-use super::figures::{Answer, Curve, OrderOf, Row, StageErrors};
+use super::figures::{Answer, Curve, OrderOf, ReportRow, StageErrors};
 use super::text::percent;
 use crate::film::Image;
 use crate::metric::LayerComparison;
 
-/// Where more work halves the error at more than this many times the work, it does not help.
+/// More work is no help if half the error needs more than this many times the work.
 const HOPELESS: f64 = 1000.0;
 
-/// Stages that take off less than this part of the error are not what it is made of.
+/// The part of the error that a stage must take off to be named.
 const NOTABLE: f64 = 0.1;
 
 /// One answer a curve.
-pub(super) fn answers(rows: &[Row], curves: &[Curve], stages: &[StageErrors]) -> Vec<Answer> {
+pub(super) fn answers(rows: &[ReportRow], curves: &[Curve], stages: &[StageErrors]) -> Vec<Answer> {
     let answer = |curve: &Curve| {
         let known = curve.rows.iter().map(|i| &rows[*i]);
         let best = known
@@ -34,7 +34,7 @@ pub(super) fn answers(rows: &[Row], curves: &[Curve], stages: &[StageErrors]) ->
     curves.iter().filter_map(answer).collect()
 }
 
-fn how_wrong(best: &Row, is_best_of_several: bool) -> String {
+fn how_wrong(best: &ReportRow, is_best_of_several: bool) -> String {
     let at_best = if is_best_of_several {
         format!(" at best ({})", best.label)
     } else {
@@ -55,7 +55,7 @@ fn how_wrong(best: &Row, is_best_of_several: bool) -> String {
     format!("Its error{at_best} is {}{amount}.", percent(best.error))
 }
 
-fn place(best: &Row) -> Option<String> {
+fn place(best: &ReportRow) -> Option<String> {
     let half = best.half_in?;
     Some(format!(
         "Half of the squared error is in {} of the texels.",
@@ -63,7 +63,7 @@ fn place(best: &Row) -> Option<String> {
     ))
 }
 
-/// The stages that make most of it: by how far the error falls as each becomes exact after those before it.
+/// The stages that make most of the error: by its fall as each becomes exact after those before it.
 fn reason(stages: &StageErrors) -> Option<String> {
     let mut before = stages.error;
     let mut falls: Vec<(&str, f64)> = Vec::new();
@@ -88,7 +88,8 @@ fn reason(stages: &StageErrors) -> Option<String> {
     (!named.is_empty()).then(|| format!("Stages that make most of it: {}.", named.join(", ")))
 }
 
-/// By the order in what the method itself starts, which has no fixed work in it.
+/// The price of half the error, by the order in the count of the method's own starts, which has no fixed work
+/// in it.
 fn price(curve: &Curve) -> Option<String> {
     let OrderOf { cost, order } = curve.orders.last()?;
     // Two points have no scatter, and a slope that its scatter explains is none.
@@ -102,7 +103,8 @@ fn price(curve: &Curve) -> Option<String> {
     })
 }
 
-/// The smallest part of all texels that holds half of Σ d², d the difference of channels' means; `None` where there is none.
+/// The smallest part of all texels that holds half of Σ d², d the difference of channels' means; `None` if
+/// all d are 0.
 pub(super) fn half_in(truth: &Image, film: &Image, layer: &LayerComparison) -> Option<f64> {
     half_of(&plane(truth, layer)?, &plane(film, layer)?)
 }

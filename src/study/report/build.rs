@@ -1,19 +1,19 @@
-//! From films to figures.
+//! The figures of a report, from films.
 
 use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::super::checks;
 use super::super::curve::median;
-use super::super::file::Candidate;
-use super::super::plan::{Run, SensorPlan};
+use super::super::file::StudyCandidate;
+use super::super::plan::{SensorPlan, StudyRun};
 use super::super::session::Session;
-use super::super::store::Stored;
+use super::super::store::StoredRun;
 use super::super::{StudyError, truth};
 use super::answers::{answers, half_in};
 use super::figures::{
-    Curve, Report, Row, SensorFigures, SensorTimings, StageErrors, StudyFigures, Timing, Timings,
-    TruthFigures,
+    Curve, ReportRow, RunTiming, SensorFigures, SensorTimings, StageErrors, StudyFigures,
+    StudyReport, Timings, TruthFigures,
 };
 use super::stages::{StageFilms, stage_errors};
 use super::trade::{curves, front, gates, mark_pareto, orders_in_seconds};
@@ -21,17 +21,17 @@ use crate::film::{Image, exr};
 use crate::metric::{self, CompareImage, LayerComparison};
 use crate::scene::requirements;
 
-/// What a row is made from.
+/// The film that a row judges.
 #[derive(Clone, Debug)]
-pub enum Judged<'a> {
+pub enum JudgedFilm<'a> {
     /// A run of the study.
-    Run(&'a Run, Box<Stored>),
-    /// An image rendered elsewhere; its copy is this file of the store.
-    Candidate(&'a Candidate, String),
+    Run(&'a StudyRun, Box<StoredRun>),
+    /// An image rendered elsewhere, with the name of its copy in the store.
+    Candidate(&'a StudyCandidate, String),
 }
 
-/// Who is told which row is being judged: its number from 0, and its label.
-pub type Progressing<'a> = &'a mut dyn FnMut(usize, &str);
+/// A listener that hears which row is being judged: its number from 0, and its label.
+pub type RowProgress<'a> = &'a mut dyn FnMut(usize, &str);
 
 /// The folder of films beside the report.
 const FILMS: &str = "runs";
@@ -39,26 +39,26 @@ const FILMS: &str = "runs";
 /// The films of one sensor.
 #[derive(Clone, Debug)]
 pub struct SensorFilms<'a> {
-    /// What was planned.
+    /// The plan.
     pub plan: &'a SensorPlan,
     /// The truth.
-    pub truth: Stored,
+    pub truth: StoredRun,
     /// Runs and candidates.
-    pub judged: Vec<Judged<'a>>,
+    pub judged: Vec<JudgedFilm<'a>>,
     /// Approximations with their stages exact.
     pub stages: Vec<StageFilms<'a>>,
 }
 
-/// Judges films by the truths': from the files, as anybody can who has them.
+/// Judges films by the truths'. They are read from the files, as anybody can who has them.
 ///
 /// # Errors
 ///
-/// Where a film cannot be read or compared.
+/// If a film cannot be read or compared.
 pub fn build(
     session: &Session,
     films: &[SensorFilms],
-    progressing: Progressing,
-) -> Result<(Report, Timings), StudyError> {
+    progressing: RowProgress,
+) -> Result<(StudyReport, Timings), StudyError> {
     let plan = &session.plan;
     let mut sensors = Vec::new();
     let mut timed = Vec::new();
@@ -73,7 +73,7 @@ pub fn build(
         timed.push(timings);
     }
     let warnings = session.scene.warnings().iter();
-    let report = Report {
+    let report = StudyReport {
         version: env!("CARGO_PKG_VERSION"),
         study: StudyFigures {
             scene: plan.scene.display().to_string(),
@@ -90,9 +90,7 @@ pub fn build(
     let timings = Timings {
         version: env!("CARGO_PKG_VERSION"),
         commit: env!("NEPHROID_COMMIT"),
-        program: session.store.program().to_owned(),
-        machine: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
-        processors: std::thread::available_parallelism().map_or(1, usize::from),
+        program: session.store.program(),
         sensors: timed,
     };
     Ok((report, timings))
@@ -105,7 +103,7 @@ fn sensor_figures(
 ) -> Result<(SensorFigures, SensorTimings), StudyError> {
     let plan = films.plan;
     let sensor = session.sensor(plan)?;
-    let truth = Film::read(session, &films.truth.exr)?;
+    let truth = film(session, &films.truth.exr)?;
     let mut rows = Vec::new();
     for one in &films.judged {
         next(&one.label());
@@ -117,13 +115,13 @@ fn sensor_figures(
     let stages: Vec<StageErrors> = films
         .stages
         .iter()
-        .filter_map(|films| stage_errors(session, &truth.source, films).transpose())
+        .filter_map(|films| stage_errors(session, &truth, films).transpose())
         .collect::<Result<_, _>>()?;
-    let quantity = quantity(&truth.source.image);
+    let quantity = quantity(&truth.image);
     let figures = SensorFigures {
         sensor: sensor.id.clone(),
         plugin: sensor.plugin(),
-        size: [truth.source.image.width, truth.source.image.height],
+        size: [truth.image.width, truth.image.height],
         quantity,
         unit: quantity.unit(),
         answers: answers(&rows, &curves, &stages),
@@ -131,8 +129,8 @@ fn sensor_figures(
             method: plan.truth.method.name().to_owned(),
             settings: plan.truth.given.clone(),
             label: plan.truth.label_without_seed(),
-            file: truth.source.name.clone(),
-            command: command(session, plan, &plan.truth, &truth.source.name),
+            file: truth.name.clone(),
+            command: command(session, plan, &plan.truth, &truth.name),
             facts: films.truth.facts.clone(),
         },
         gates: gates(plan.max_error.iter(), &rows),
@@ -143,7 +141,7 @@ fn sensor_figures(
     Ok((figures, timings))
 }
 
-/// What the numbers mean, for whoever finds the report alone.
+/// The meaning of the numbers, for readers who find the report alone.
 const CONVENTIONS: [&str; 8] = [
     "error: root mean square difference from the truth over the mean of the truth, both over texels that the truth lights; a fraction",
     "bias: mean of the image less mean of the truth, over the mean of the truth; a fraction",
@@ -156,17 +154,9 @@ const CONVENTIONS: [&str; 8] = [
 ];
 
 /// A film as it is in its file.
-struct Film {
-    source: CompareImage,
-}
-
-impl Film {
-    fn read(session: &Session, name: &str) -> Result<Self, StudyError> {
-        let image = exr::read(&session.store.path(name))?;
-        Ok(Self {
-            source: CompareImage::new(format!("{FILMS}/{name}"), image),
-        })
-    }
+fn film(session: &Session, name: &str) -> Result<CompareImage, StudyError> {
+    let image = exr::read(&session.store.path(name))?;
+    Ok(CompareImage::new(format!("{FILMS}/{name}"), image))
 }
 
 fn quantity(image: &Image) -> crate::run::Quantity {
@@ -178,7 +168,7 @@ fn quantity(image: &Image) -> crate::run::Quantity {
     }
 }
 
-impl Judged<'_> {
+impl JudgedFilm<'_> {
     fn label(&self) -> String {
         match self {
             Self::Run(run, _) => run.label(),
@@ -190,59 +180,59 @@ impl Judged<'_> {
 fn row(
     session: &Session,
     films: &SensorFilms,
-    truth: &Film,
-    judged: &Judged,
-) -> Result<Row, StudyError> {
+    truth: &CompareImage,
+    judged: &JudgedFilm,
+) -> Result<ReportRow, StudyError> {
     let settings = metric::CompareSettings {
         margin: session.plan.margin,
         ..metric::CompareSettings::default()
     };
     let (name, file) = match judged {
-        Judged::Run(run, stored) => (&run.name, &stored.exr),
-        Judged::Candidate(candidate, file) => (&candidate.name, file),
+        JudgedFilm::Run(run, stored) => (&run.name, &stored.exr),
+        JudgedFilm::Candidate(candidate, file) => (&candidate.name, file),
     };
-    let film = Film::read(session, file)?;
-    let comparison = metric::compare(&truth.source, &film.source, &settings)?;
+    let film = film(session, file)?;
+    let comparison = metric::compare(truth, &film, &settings)?;
     let compare = format!(
         "nephroid compare {} {} --margin {}",
-        quoted(&truth.source.name),
-        quoted(&film.source.name),
+        quoted(&truth.name),
+        quoted(&film.name),
         session.plan.margin
     );
     let (run, facts) = match judged {
-        Judged::Run(run, stored) => (Some(run), Some(stored.facts.clone())),
-        Judged::Candidate(..) => (None, None),
+        JudgedFilm::Run(run, stored) => (Some(run), Some(stored.facts.clone())),
+        JudgedFilm::Candidate(..) => (None, None),
     };
     let layer = layer_judged(
         &comparison,
         facts.as_ref().map(|facts| facts.judged.as_str()),
     );
     let is_direct_shared = layer.is_some_and(|layer| !layer.is_total)
-        || truth::shares_direct(&truth.source.image, &film.source.image);
+        || truth::shares_direct(&truth.image, &film.image);
     let truth_error =
         layer.and_then(|layer| truth::error(&films.truth.facts, is_direct_shared, layer));
     let error = layer.and_then(|layer| layer.difference.relative_rmse);
-    Ok(Row {
+    Ok(ReportRow {
         name: name.clone(),
         label: judged.label(),
         method: run.map(|run| run.method.name().to_owned()),
         settings: run.map(|run| run.given.clone()).unwrap_or_default(),
-        command: run.map(|run| command(session, films.plan, run, &film.source.name)),
+        command: run.map(|run| command(session, films.plan, run, &film.name)),
         compare,
         layer: layer.map(|layer| layer.layer.clone()).unwrap_or_default(),
         error,
         bias: layer.and_then(|layer| layer.equivalence.bias.relative),
-        half_in: layer.and_then(|layer| half_in(&truth.source.image, &film.source.image, layer)),
+        half_in: layer.and_then(|layer| half_in(&truth.image, &film.image, layer)),
         truth_error,
         resolved: truth::resolves(truth_error, error),
         pareto: BTreeMap::new(),
         checks: match (judged, layer) {
-            (Judged::Candidate(..), Some(layer)) => {
-                checks::checks(&truth.source.image, &film.source.image, layer)
+            (JudgedFilm::Candidate(..), Some(layer)) => {
+                checks::checks(&truth.image, &film.image, layer)
             }
             _ => Vec::new(),
         },
-        file: film.source.name,
+        file: film.name,
         facts,
         comparison,
     })
@@ -261,7 +251,7 @@ fn layer_judged<'a>(
 }
 
 /// The command that makes a film.
-fn command(session: &Session, sensor: &SensorPlan, run: &Run, file: &str) -> String {
+fn command(session: &Session, sensor: &SensorPlan, run: &StudyRun, file: &str) -> String {
     let plan = &session.plan;
     let define = plan
         .define
@@ -293,36 +283,38 @@ fn quoted(word: &str) -> String {
     }
 }
 
-fn timings(films: &SensorFilms, rows: &[Row], curves: &[Curve]) -> SensorTimings {
-    let timing = |label: String, seconds: Vec<f64>, threads: Option<usize>| Timing {
-        label,
-        median: median(&seconds),
-        seconds,
-        threads,
+fn timings(films: &SensorFilms, rows: &[ReportRow], curves: &[Curve]) -> SensorTimings {
+    let of_run = |run: &StudyRun, stored: &StoredRun| RunTiming {
+        label: run.label(),
+        median: median(&stored.time.seconds),
+        seconds: stored.time.seconds.clone(),
+        threads: Some(stored.time.threads),
+        machine: Some(stored.time.machine.clone()),
         pareto: false,
     };
-    let of_run = |run: &Run, stored: &Stored| {
-        let threads = Some(stored.time.threads);
-        timing(run.label(), stored.time.seconds.clone(), threads)
-    };
     let judged = films.judged.iter();
-    let mut timed: Vec<Timing> = judged
+    let mut timed: Vec<RunTiming> = judged
         .map(|one| match one {
-            Judged::Run(run, stored) => of_run(run, stored),
-            Judged::Candidate(candidate, _) => timing(
-                candidate.name.clone(),
-                candidate.seconds.into_iter().collect(),
-                None,
-            ),
+            JudgedFilm::Run(run, stored) => of_run(run, stored),
+            JudgedFilm::Candidate(candidate, _) => RunTiming {
+                label: candidate.name.clone(),
+                median: candidate.seconds,
+                seconds: candidate.seconds.into_iter().collect(),
+                threads: None,
+                machine: None,
+                pareto: false,
+            },
         })
         .collect();
     for (row, is_on_front) in front(rows, |i, _| timed[i].median) {
         timed[row].pareto = is_on_front;
     }
+    let (orders, notes) = orders_in_seconds(curves, rows, &timed);
     SensorTimings {
         sensor: films.plan.sensor.clone(),
         truth: of_run(&films.plan.truth, &films.truth),
-        orders: orders_in_seconds(curves, rows, |i| timed[i].median),
         rows: timed,
+        orders,
+        notes,
     }
 }

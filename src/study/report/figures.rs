@@ -4,31 +4,33 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+use super::super::checks::Check;
 use super::super::curve::Order;
 use super::super::facts::Facts;
+use super::super::machine::Machine;
 use crate::metric;
 use crate::run::Quantity;
 use crate::scene::Requirement;
 use crate::setting::Given;
 
-/// All that a study found, timings apart. Relative numbers are fractions.
+/// All figures of a study except timings. Relative numbers are fractions.
 #[derive(Clone, Debug, Serialize)]
-pub struct Report {
+pub struct StudyReport {
     /// The program's version.
     pub version: &'static str,
-    /// What was studied.
+    /// The subject of the study.
     pub study: StudyFigures,
-    /// What the scene needs modelled.
+    /// The phenomena that the scene needs modelled.
     pub requirements: Vec<Requirement>,
     /// One entry a sensor.
     pub sensors: Vec<SensorFigures>,
-    /// What is odd about the scene or the study.
+    /// Oddities of the scene or the study.
     pub warnings: Vec<String>,
-    /// What the numbers mean.
+    /// The meaning of the numbers.
     pub conventions: Vec<&'static str>,
 }
 
-/// What was studied.
+/// The subject of a study.
 #[derive(Clone, Debug, Serialize)]
 pub struct StudyFigures {
     /// The scene file, as it was named.
@@ -37,13 +39,13 @@ pub struct StudyFigures {
     pub scene_hash: String,
     /// Parameters of the scene file.
     pub define: Vec<(String, String)>,
-    /// Seed of all random choices but the truths'.
+    /// Seed of all random choices except the truths'.
     pub seed: u64,
     /// The difference that matters, relative to the truth's mean.
     pub margin: f64,
 }
 
-/// What was found on one sensor.
+/// The figures of one sensor.
 #[derive(Clone, Debug, Serialize)]
 pub struct SensorFigures {
     /// Its id.
@@ -52,25 +54,25 @@ pub struct SensorFigures {
     pub plugin: &'static str,
     /// Texels a row and rows.
     pub size: [usize; 2],
-    /// What is measured.
+    /// The quantity that it measures.
     pub quantity: Quantity,
     /// Its unit.
     pub unit: &'static str,
-    /// What a reader asks first, in sentences: one entry a curve.
+    /// A reader's first questions, answered in sentences: one entry a curve.
     pub answers: Vec<Answer>,
-    /// What all rows are judged by.
+    /// The truth by which all rows are judged.
     pub truth: TruthFigures,
     /// One entry a run or candidate.
-    pub rows: Vec<Row>,
+    pub rows: Vec<ReportRow>,
     /// One entry a method.
     pub curves: Vec<Curve>,
-    /// Which stage makes an error: one entry an approximation.
+    /// The errors of stages: one entry an approximation.
     pub stages: Vec<StageErrors>,
     /// One entry a limit.
     pub gates: Vec<Gate>,
 }
 
-/// How wrong a curve is at its best, where, why, and what less error would cost.
+/// Answers on a curve: how wrong it is at its best, where, why, and what less error would cost.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Answer {
     /// The curve.
@@ -84,65 +86,56 @@ pub struct Answer {
 pub struct TruthFigures {
     /// The method's name.
     pub method: String,
-    /// Settings that are not defaults.
+    /// Given that are not defaults.
     pub settings: Given,
-    /// The method's name with these, but for its seed.
+    /// The method's name with these, except its seed.
     pub label: String,
     /// The film, beside the report.
     pub file: String,
     /// The command that makes the film.
     pub command: String,
-    /// What there is to know of it.
+    /// All facts of the film.
     pub facts: Facts,
 }
 
 /// A run or a candidate, judged.
 #[derive(Clone, Debug, Serialize)]
-pub struct Row {
+pub struct ReportRow {
     /// The name of its curve.
     pub name: String,
     /// The curve's name with the settings that are not defaults.
     pub label: String,
-    /// The method's name; `None` of a candidate.
+    /// The method's name; `None` for a candidate.
     pub method: Option<String>,
-    /// Settings that are not defaults.
+    /// Given that are not defaults.
     pub settings: Given,
     /// The film, beside the report.
     pub file: String,
-    /// The command that makes the film; `None` of a candidate.
+    /// The command that makes the film; `None` for a candidate.
     pub command: Option<String>,
     /// The command that prints the row's figures, in the report's folder.
     pub compare: String,
-    /// What there is to know of the film; `None` of a candidate.
+    /// All facts of the film; `None` for a candidate.
     pub facts: Option<Facts>,
     /// The layer that the row is judged by.
     pub layer: String,
-    /// √(mean d²) / mean r over lit texels of that layer; `None` where the truth is dark.
+    /// √(mean d²) / mean r over lit texels of that layer; `None` if the truth is dark.
     pub error: Option<f64>,
     /// The mean's difference, relative, of that layer.
     pub bias: Option<f64>,
-    /// Where the error is: the part of all texels that holds half of the squared difference of that layer; of those that hold most
-    /// of it, as few as do.
+    /// The smallest part of all texels that holds half of the squared difference of that layer: it tells
+    /// where the error is.
     pub half_in: Option<f64>,
-    /// What the truth's own error may add to `error`, either way.
+    /// The truth's own error, which may add to `error` either way.
     pub truth_error: Option<f64>,
-    /// Whether the truth is good enough to know `error` by.
+    /// True if the truth is good enough to know `error` by.
     pub resolved: bool,
-    /// By counter: whether no other row has less error for as little cost.
+    /// For each counter true if no other row has less error for as little cost.
     pub pareto: BTreeMap<String, bool>,
-    /// What looks like a mistake rather than an approximation.
+    /// Signs of a mistake rather than an approximation.
     pub checks: Vec<Check>,
     /// All figures of `nephroid compare`, layer by layer.
     pub comparison: metric::Comparison,
-}
-
-/// Something that looks like a mistake.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Check {
-    /// `units`, `orientation` or `shift`.
-    pub kind: &'static str,
-    /// What it looks like, and why.
-    pub message: String,
 }
 
 /// One method over its settings.
@@ -150,13 +143,13 @@ pub struct Check {
 pub struct Curve {
     /// Its name.
     pub name: String,
-    /// Its rows, by their place in `rows`, the cheapest (in the first counter) first.
+    /// Its rows, by their index in `rows`, the cheapest (in the first counter) first.
     pub rows: Vec<usize>,
     /// The order of its error in each counter that all its rows have, fitted to resolved rows.
     pub orders: Vec<OrderOf>,
 }
 
-/// Where an approximation's error comes from, stage by stage.
+/// The error of an approximation, stage by stage.
 #[derive(Clone, Debug, Serialize)]
 pub struct StageErrors {
     /// Its curve.
@@ -168,21 +161,22 @@ pub struct StageErrors {
     /// The error with all stages as they are set.
     pub error: f64,
     /// In the order of the pipeline.
-    pub stages: Vec<StageError>,
+    pub stages: Vec<StageFigures>,
     /// The error with all stages exact: of sampling, and of the truth.
     pub residual: f64,
-    /// What the falls of single stages do not add up to: errors that hide or cancel each other.
+    /// The part of the error that the falls of single stages do not add up to: errors that hide or cancel
+    /// each other.
     pub interaction: f64,
     /// The part of the light from mirrors and glass that is not modelled at all.
     pub not_modelled: f64,
 }
 
-/// What one stage does to the error.
+/// The effect of one stage on the error.
 #[derive(Clone, Debug, Serialize)]
-pub struct StageError {
+pub struct StageFigures {
     /// The stage.
     pub stage: &'static str,
-    /// As it is set.
+    /// The variant that is set.
     pub variant: String,
     /// Its twin without error.
     pub exact: &'static str,
@@ -211,13 +205,13 @@ pub struct Gate {
     pub limit: f64,
     /// The smallest that it has, over its settings.
     pub error: Option<f64>,
-    /// What the truth's own error may add to it, either way.
+    /// The truth's own error, which may add to it either way.
     pub truth_error: Option<f64>,
-    /// Which it is.
+    /// The verdict.
     pub verdict: GateVerdict,
 }
 
-/// Whether a limit was kept.
+/// The verdict on a limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum GateVerdict {
@@ -229,40 +223,56 @@ pub enum GateVerdict {
     Exceeded,
 }
 
-/// What runs took, and where they ran.
+/// Times of all runs, and the machines on which they were taken.
 #[derive(Clone, Debug, Serialize)]
 pub struct Timings {
     /// The program's version.
     pub version: &'static str,
-    /// The commit that the program was built from, with `-modified` where its source was changed since; `unknown` where it was built
-    /// outside of its repository.
+    /// The commit that the program was built from, with `-modified` if its source was changed since;
+    /// `unknown` if it was built outside of its repository.
     pub commit: &'static str,
-    /// A hash of the program that ran.
-    pub program: String,
-    /// The operating system and the kind of processor.
-    pub machine: String,
-    /// Processors that the program may use.
-    pub processors: usize,
-    /// As the report's sensors.
+    /// A hash of the program's source.
+    pub program: &'static str,
+    /// In the order of the report's sensors.
     pub sensors: Vec<SensorTimings>,
 }
 
-/// What the runs of one sensor took.
+/// Times of the runs of one sensor.
 #[derive(Clone, Debug, Serialize)]
 pub struct SensorTimings {
     /// The sensor's id.
     pub sensor: String,
     /// The truth.
-    pub truth: Timing,
-    /// As the report's rows.
-    pub rows: Vec<Timing>,
-    /// The order of each curve's error in seconds, fitted to resolved rows; by its place among the report's curves.
+    pub truth: RunTiming,
+    /// In the order of the report's rows.
+    pub rows: Vec<RunTiming>,
+    /// The order of each curve's error in seconds, fitted to resolved rows; in the order of the report's
+    /// curves.
     pub orders: Vec<Option<OrderOf>>,
+    /// Reasons why orders in seconds are missing, as sentences without their full stop.
+    pub notes: Vec<String>,
 }
 
-/// What one run took.
+impl Timings {
+    /// The machines of all runs, each once.
+    pub fn machines(&self) -> Vec<&Machine> {
+        let timings = self
+            .sensors
+            .iter()
+            .flat_map(|sensor| [&sensor.truth].into_iter().chain(&sensor.rows));
+        let mut machines = Vec::new();
+        for machine in timings.filter_map(|timing| timing.machine.as_ref()) {
+            if !machines.contains(&machine) {
+                machines.push(machine);
+            }
+        }
+        machines
+    }
+}
+
+/// Time of one run.
 #[derive(Clone, Debug, Serialize)]
-pub struct Timing {
+pub struct RunTiming {
     /// The run.
     pub label: String,
     /// Once for each repeat, from set-up to the film \[s\].
@@ -271,6 +281,8 @@ pub struct Timing {
     pub median: Option<f64>,
     /// Threads used.
     pub threads: Option<usize>,
-    /// Whether no other row has less error for as few seconds.
+    /// The machine; `None` for a candidate, whose machine nobody told.
+    pub machine: Option<Machine>,
+    /// True if no other row has less error for as few seconds.
     pub pareto: bool,
 }

@@ -4,6 +4,9 @@ const data = JSON.parse(document.getElementById('data').textContent);
 const { report, timings } = data;
 const place = (id) => document.getElementById(id);
 const judged = (row) => row.comparison.layers.find((layer) => layer.layer === row.layer);
+// The machines of all runs, each once.
+const machines = [...new Set(timings.sensors.flatMap((sensor) => [sensor.truth, ...sensor.rows]).map((one) => one.machine)
+  .filter(Boolean).map((one) => JSON.stringify(one)))].map((one) => JSON.parse(one));
 const counter = (row, name) => row.facts?.counters.find((one) => one.name === name)?.count ?? null;
 
 // The curve of light in a coffee cup, which the program is named after: as in every cup, from its own formula.
@@ -66,8 +69,9 @@ function heading(parts) {
 
 function notices() {
   const list = [...report.warnings];
-  for (const { sensor, truth, rows, gates } of report.sensors) {
+  for (const [i, { sensor, truth, rows, gates }] of report.sensors.entries()) {
     const on = report.sensors.length > 1 ? `${sensor}: ` : '';
+    list.push(...timings.sensors[i].notes.map((note) => `${on}${note}.`));
     for (const gate of gates) {
       if (gate.verdict !== 'kept') {
         list.push(`${on}Limit of ${percent(gate.limit)} on ${gate.name}: ${gate.verdict}; its error is ${percent(gate.error)}.`);
@@ -88,12 +92,12 @@ function notices() {
 function record() {
   const { study } = report;
   const all = timings.sensors.flatMap((sensor) => [sensor.truth, ...sensor.rows]);
-  const threads = [...new Set(all.map((one) => one.threads).filter(Boolean))];
+  const places = [...new Set(all.filter((one) => one.machine).map(({ machine, threads }) => `${machine.host}, ${machine.processor} (${threads} threads)`))];
   const items = [
     ['scene', `${study.scene}${study.define.map(([key, value]) => ` ${key}=${value}`).join('')}`], ['scene hash', study.scene_hash],
     ['sensors', report.sensors.map((one) => `${one.sensor} (${one.plugin})`).join(', ')],
-    ['version', `nephroid ${report.version}`], ['commit', timings.commit], ['program hash', timings.program],
-    ['machine', `${timings.machine}, ${timings.processors} processors; ${threads.join(', ') || '–'} threads`],
+    ['version', `nephroid ${report.version}`], ['commit', timings.commit], ['source hash', timings.program],
+    [places.length > 1 ? 'machines' : 'machine', places.join('; ') || '–'],
     ['seed', `${study.seed}; the truth’s is its own`], ['margin', percent(study.margin)],
     ['truth’s film', report.sensors.map((one) => one.truth.file).join(', ')],
   ];

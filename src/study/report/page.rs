@@ -1,4 +1,4 @@
-//! The report as one page that needs nothing else: figures, films, plots and what shows them.
+//! The report as one page that needs nothing else: figures, films, plots and the scripts that show them.
 
 use std::path::Path;
 
@@ -6,20 +6,20 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::super::StudyError;
-use super::figures::{Report, SensorFigures, Timings};
-use super::planes::{Digits, Plane, reduced};
+use super::figures::{SensorFigures, StudyReport, Timings};
+use super::planes::{Digits, EncodedPlane, reduced};
 use crate::film::{Image, exr};
 use crate::metric::{CompareImage, ImageSide, Maps, Pairing};
 
-/// The page may be so large \[bytes\]; where films at full size are more, they are averaged over squares of texels.
+/// Largest size of the page's images \[bytes\]; larger films are averaged over squares of texels.
 const LARGEST: usize = 14_000_000;
 
-/// What the page's script reads.
+/// The data that the page's script reads.
 #[derive(Serialize)]
 struct Data<'a> {
-    report: &'a Report,
+    report: &'a StudyReport,
     timings: &'a Timings,
-    /// As the report's sensors.
+    /// In the order of the report's sensors.
     pictures: Vec<Pictures>,
 }
 
@@ -28,19 +28,19 @@ struct Data<'a> {
 struct Pictures {
     /// Texels a row and rows of the images.
     size: [usize; 2],
-    /// Texels of the films that one of theirs is the mean of, each way.
+    /// Side of the square of the film's texels whose mean is one texel here.
     step: usize,
-    planes: Vec<Plane>,
+    planes: Vec<EncodedPlane>,
 }
 
 /// A film's images at full size.
-struct Film {
+struct PageFilm {
     file: String,
     /// Channels averaged.
     value: Vec<f32>,
-    /// Red, green and blue, where they are not the same.
+    /// Red, green and blue, if they are not the same.
     colour: Option<[Vec<f32>; 3]>,
-    /// One standard error, or half the distance of bounds; `None` where the film has neither.
+    /// One standard error, or half the distance of bounds; `None` if the film has neither.
     bar: Option<Vec<f32>>,
     z: Option<Vec<f32>>,
 }
@@ -49,9 +49,9 @@ struct Film {
 ///
 /// # Errors
 ///
-/// Where a film cannot be read or compared.
-pub fn page(folder: &Path, report: &Report, timings: &Timings) -> Result<String, StudyError> {
-    let films: Vec<Vec<Film>> = report
+/// If a film cannot be read or compared.
+pub fn page(folder: &Path, report: &StudyReport, timings: &Timings) -> Result<String, StudyError> {
+    let films: Vec<Vec<PageFilm>> = report
         .sensors
         .iter()
         .map(|sensor| films(folder, sensor))
@@ -93,19 +93,19 @@ pub fn page(folder: &Path, report: &Report, timings: &Timings) -> Result<String,
         .replace("/*style*/", include_str!("style.css"))
         .replace("{{title}}", &title)
         .replace("/*script*/", &scripts.join("\n"))
-        // Last: nothing is looked for in what the data hold.
+        // Last: nothing is replaced inside the data.
         .replacen("{{data}}", &json, 1))
 }
 
 /// The films of a sensor: the truth, each row, and the truth's layers that rows are judged by.
-fn films(folder: &Path, sensor: &SensorFigures) -> Result<Vec<Film>, StudyError> {
+fn films(folder: &Path, sensor: &SensorFigures) -> Result<Vec<PageFilm>, StudyError> {
     let read = |file: &str| exr::read(&folder.join(file));
     let truth = CompareImage::new(sensor.truth.file.clone(), read(&sensor.truth.file)?);
     let total = sensor.quantity.symbol();
-    let mut films = vec![Film::of(&truth.image, &sensor.truth.file, total)];
+    let mut films = vec![PageFilm::of(&truth.image, &sensor.truth.file, total)];
     for row in &sensor.rows {
         let other = CompareImage::new(row.file.clone(), read(&row.file)?);
-        let mut film = Film::of(&other.image, &row.file, &row.layer);
+        let mut film = PageFilm::of(&other.image, &row.file, &row.layer);
         let pairing = Pairing::new(
             &truth,
             &other,
@@ -123,7 +123,7 @@ fn films(folder: &Path, sensor: &SensorFigures) -> Result<Vec<Film>, StudyError>
         .map(|row| row.layer.as_str())
         .filter(|layer| *layer != total);
     for layer in layers.collect::<std::collections::BTreeSet<_>>() {
-        films.push(Film::of(
+        films.push(PageFilm::of(
             &truth.image,
             &format!("{}#{layer}", sensor.truth.file),
             layer,
@@ -133,7 +133,7 @@ fn films(folder: &Path, sensor: &SensorFigures) -> Result<Vec<Film>, StudyError>
 }
 
 impl Pictures {
-    fn new(films: &[Film], size: [usize; 2], step: usize) -> Self {
+    fn new(films: &[PageFilm], size: [usize; 2], step: usize) -> Self {
         let mut images = Vec::new();
         for (i, film) in films.iter().enumerate() {
             let digits = if i == 0 { Digits::Five } else { Digits::Four };
@@ -142,13 +142,13 @@ impl Pictures {
             images.extend(film.z.as_ref().map(|z| (film, "z", z, Digits::Two)));
             let names = ["red", "green", "blue"].into_iter();
             let channels = names.zip(film.colour.iter().flatten());
-            // A screen has 8 bits, of which the darkest step is 0.8 % and all others are more.
+            // A screen has 8 bits: its darkest step is 0.8 %, and all others are more.
             images.extend(channels.map(|(name, values)| (film, name, values, Digits::Two)));
         }
         let planes = images
             .into_par_iter()
             .map(|(film, kind, values, digits)| {
-                Plane::new(&film.file, kind, &reduced(values, size, step), digits)
+                EncodedPlane::new(&film.file, kind, &reduced(values, size, step), digits)
             })
             .collect();
         Self {
@@ -163,7 +163,7 @@ impl Pictures {
     }
 }
 
-impl Film {
+impl PageFilm {
     fn of(image: &Image, file: &str, layer: &str) -> Self {
         let mean = |end: &str| {
             let names = ["E", "L", ""];
@@ -197,7 +197,7 @@ impl Film {
     }
 }
 
-/// The mean of the channels of a layer, or of one of its error bars; `None` where it has none.
+/// The mean of the channels of a layer, or of one of its error bars; `None` if it has none.
 fn mean(image: &Image, layer: &str, end: &str) -> Option<Vec<f32>> {
     let channel = |component: &str| {
         let parts = [layer, end, component];
@@ -220,7 +220,7 @@ fn mean(image: &Image, layer: &str, end: &str) -> Option<Vec<f32>> {
     )
 }
 
-/// The channels of a layer; `None` where they are the same.
+/// The channels of a layer; `None` if they are the same.
 fn colour(image: &Image, layer: &str) -> Option<[Vec<f32>; 3]> {
     let dot = if layer.is_empty() { "" } else { "." };
     let channel = |component: &str| {

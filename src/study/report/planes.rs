@@ -1,7 +1,8 @@
 //! Images inside the page: `f32` numbers of fewer digits, deflated, as text.
 //!
-//! A number keeps some bits of its mantissa, rounded to nearest; the bytes of all numbers are laid out in four planes, the most
-//! significant first, so that what repeats is side by side; the planes are deflated (zlib) and written in base 64.
+//! A number keeps some bits of its mantissa, rounded to nearest. The bytes of all numbers are laid out in
+//! four planes, the most significant first, so that repetitions are side by side. The planes are deflated
+//! (zlib) and written in base 64.
 
 use std::io::Write as _;
 
@@ -11,12 +12,12 @@ use flate2::Compression;
 use flate2::write::ZlibEncoder;
 use serde::Serialize;
 
-/// How many bits of the mantissa an image keeps, of 23.
+/// Number of bits of the mantissa that an image keeps, of 23.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Digits {
     /// 16 bits, 8e-6 of the value: the truth.
     Five,
-    /// 12 bits, 1.2e-4 of the value: what is judged.
+    /// 12 bits, 1.2e-4 of the value: the films that are judged.
     Four,
     /// 6 bits, 0.8 % of the value: error bars and z.
     Two,
@@ -24,7 +25,7 @@ pub enum Digits {
 
 /// An image, encoded.
 #[derive(Clone, Debug, Serialize)]
-pub struct Plane {
+pub struct EncodedPlane {
     /// The file it is from, as the report names it.
     pub file: String,
     /// `value`, `bar` or `z`.
@@ -56,7 +57,7 @@ impl Digits {
     }
 }
 
-impl Plane {
+impl EncodedPlane {
     /// An image with so many digits.
     pub fn new(file: &str, kind: &'static str, values: &[f32], digits: Digits) -> Self {
         let rounded: Vec<[u8; 4]> = values
@@ -127,7 +128,7 @@ mod tests {
     #[test]
     fn what_is_encoded_can_be_decoded_as_the_page_does() {
         let values = [0.0_f32, 1.5, -2.25, 1e-3, f32::NAN];
-        let plane = Plane::new("a.exr", "value", &values, Digits::Five);
+        let plane = EncodedPlane::new("a.exr", "value", &values, Digits::Five);
         let bytes = STANDARD.decode(plane.data).unwrap();
         let mut planes = Vec::new();
         flate2::read::ZlibDecoder::new(bytes.as_slice())

@@ -31,7 +31,7 @@ function padded(values, least) {
 
 /**
  * Curves of error against cost.
- * curves: [{ name, colour, points: [{ cost, error, bar, resolved, label, row }], orders }]
+ * curves: [{ name, colour, points: [{ cost, error, bar, resolved, label, row }], orders }], an order being one of the report or a { note }
  * levels: [{ error, name, colour, row }], errors without a cost
  * light: the layer that the errors are of
  */
@@ -101,9 +101,9 @@ function costPlot(host, { curves, levels, axis, light, front, chosen, choose }) 
     const place = Math.max(at, free);
     free = place + 22 + 16 * orders.length;
     svg.append(drawn('text', { x: width - right + 12, y: place + 4, style: `fill: ${colour}; font-weight: 600` }, name));
-    orders.forEach(({ cost, exponent, standard_error: spread }, i) => {
+    orders.forEach(({ cost, exponent, standard_error: spread, note }, i) => {
       const power = number(exponent, 2) + (spread === null ? '' : ` ± ${number(spread, 1)}`);
-      svg.append(drawn('text', { x: width - right + 12, y: place + 20 + 16 * i }, `∝ ${cost}^(${power})`));
+      svg.append(drawn('text', { x: width - right + 12, y: place + 20 + 16 * i }, note ?? `∝ ${cost}^(${power})`));
     });
   }
   host.replaceChildren(svg);

@@ -88,7 +88,7 @@ class SensorPart {
       figure('rays', (row) => counter(row, 'rays'), (value) => number(value, 3)),
       { title: 'time', unit: 's', value: (_, i) => times[i].median, show: (_, i) => time(times[i]) },
       { title: 'front', value: (row) => (row.pareto.rays ? 0 : 1), show: (row) => (row.pareto.rays ? '●' : '') },
-      { title: '', text: true, show: (row) => element('span', {}, ...this.remarks(row)) },
+      { title: '', text: true, show: (row, i) => element('span', {}, ...this.remarks(row, times[i])) },
     ];
     sortable(this.part('rows'), columns, rows, {
       onrow: (line, _, i) => filled(line, {
@@ -111,11 +111,12 @@ class SensorPart {
       row.truth_error > 0 ? drawn('line', { x1: along(row.truth_error), x2: along(row.truth_error), y1: 0, y2: 10, 'vector-effect': 'non-scaling-stroke' }) : null);
   }
 
-  remarks(row) {
+  remarks(row, { machine }) {
     const said = row.checks.map((check) => element('span', { class: 'alarm', title: check.message }, `${check.kind}? `));
     if (!row.resolved) said.push(element('span', { class: 'muted', title: `the truth's own error is ${percent(row.truth_error)}` }, 'not resolved '));
     if (row.facts && !row.facts.complete) said.push(element('span', { class: 'alarm' }, 'incomplete '));
-    if (row.layer !== this.total) said.push(element('span', { class: 'muted' }, `${row.layer} only`));
+    if (row.layer !== this.total) said.push(element('span', { class: 'muted' }, `${row.layer} only `));
+    if (machine && machines.length > 1) said.push(element('span', { class: 'muted', title: machine.processor }, `on ${machine.host}`));
     return said;
   }
 
@@ -194,6 +195,8 @@ class SensorPart {
       const isOwn = curve.rows.every((row) => rows[row].layer === layer);
       const known = [...curve.orders, this.timings.orders[i]].filter(Boolean);
       const wanted = axis === 'rays' && isOwn ? ['rays', own(curve)] : [axis];
+      const used = new Set(marks.filter((mark) => mark.resolved).map((mark) => JSON.stringify(this.timings.rows[mark.row].machine)));
+      if (axis === 'seconds' && used.size > 1) return { name: curve.name, colour: this.colourOf(curve.name), points: marks, orders: [{ note: 'no order: several machines' }] };
       const orders = isOwn ? known.filter((order) => wanted.includes(order.cost)) : [fittedOrder(marks, axis)].filter(Boolean);
       return { name: curve.name, colour: this.colourOf(curve.name), points: marks, orders };
     });
@@ -277,7 +280,7 @@ class SensorPart {
   }
 }
 
-/** The slope of the least squares line through the logarithms of what is resolved, as in study/curve.rs. */
+/** The slope of the least squares line through the logarithms of what is resolved, its interval from three different points on: as in study/curve.rs. */
 function fittedOrder(points, cost) {
   const logs = points.filter((point) => point.resolved).map((point) => [Math.log(point.cost), Math.log(point.error)]);
   const mean = (axis) => logs.reduce((sum, log) => sum + log[axis], 0) / logs.length;
@@ -287,5 +290,5 @@ function fittedOrder(points, cost) {
   if (logs.length < 2 || !(squares > 1e-18 * logs.length)) return null;
   const exponent = sum((a, b) => a * b) / squares;
   const residual = sum((a, b) => (b - exponent * a) ** 2);
-  return { cost, exponent, standard_error: logs.length > 2 ? Math.sqrt(residual / ((logs.length - 2) * squares)) : null };
+  return { cost, exponent, standard_error: new Set(logs.map(String)).size > 2 ? Math.sqrt(residual / ((logs.length - 2) * squares)) : null };
 }

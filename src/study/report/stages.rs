@@ -1,11 +1,11 @@
-//! Which stage of an approximation makes its error, from films of the store.
+//! The errors of an approximation's stages, from films of the store.
 
 use super::super::StudyError;
 use super::super::attribution::{fall_alone, relative_rmse};
 use super::super::plan::StageRuns;
 use super::super::session::Session;
-use super::super::store::Stored;
-use super::figures::{StageError, StageErrors};
+use super::super::store::StoredRun;
+use super::figures::{StageErrors, StageFigures};
 use crate::film::{Image, exr};
 use crate::metric::CompareImage;
 use crate::radiometry::Rgb;
@@ -13,15 +13,15 @@ use crate::radiometry::Rgb;
 /// The films of an approximation's stages.
 #[derive(Clone, Debug)]
 pub struct StageFilms<'a> {
-    /// Which runs they are of.
+    /// The runs of these films.
     pub runs: &'a StageRuns,
     /// With all stages as they are set.
-    pub all: Stored,
+    pub all: StoredRun,
     /// With each stage exact, alone and with all before it, in the order of the pipeline.
-    pub stages: Vec<[Stored; 2]>,
+    pub stages: Vec<[StoredRun; 2]>,
 }
 
-/// The figures; `None` where the truth has none of the light that is modelled.
+/// The figures; `None` if the truth has none of the light that is modelled.
 pub(super) fn stage_errors(
     session: &Session,
     truth: &CompareImage,
@@ -31,7 +31,7 @@ pub(super) fn stage_errors(
     let Some(modelled) = channels(&truth.image, layer) else {
         return Ok(None);
     };
-    let error = |film: &Stored| -> Result<Option<f64>, StudyError> {
+    let error = |film: &StoredRun| -> Result<Option<f64>, StudyError> {
         let image = exr::read(&session.store.path(&film.exr))?;
         let values = channels(&image, layer);
         Ok(values.and_then(|values| relative_rmse(&values, &modelled)))
@@ -44,7 +44,7 @@ pub(super) fn stage_errors(
         let (Some(alone), Some(cumulative)) = (error(alone)?, error(cumulative)?) else {
             return Ok(None);
         };
-        stages.push(StageError {
+        stages.push(StageFigures {
             stage: run.stage.name,
             variant: run.stage.variant.clone(),
             exact: run.stage.exact,
@@ -66,7 +66,7 @@ pub(super) fn stage_errors(
     }))
 }
 
-/// The part of the truth's light from mirrors and glass that is not among the modelled.
+/// The part of the truth's light from mirrors and glass that is not modelled.
 fn not_modelled(truth: &CompareImage, modelled: &[Rgb]) -> f64 {
     let total = |name: &str| channels(&truth.image, name).map_or(0.0, |values| sum(&values));
     let specular = total("E").max(total("L")) - total("LD");

@@ -2,14 +2,16 @@
 
 use std::fmt::Write as _;
 
+use super::super::machine::Machine;
 use super::figures::{
-    GateVerdict, Report, Row, SensorFigures, SensorTimings, Timing, Timings, TruthFigures,
+    GateVerdict, ReportRow, RunTiming, SensorFigures, SensorTimings, StudyReport, Timings,
+    TruthFigures,
 };
 use crate::metric::LayerComparison;
 use crate::run::Quantity;
 
-/// A line a row; numbers as in the JSON, empty where there is none.
-pub fn csv(report: &Report, timings: &Timings) -> String {
+/// The table: a line a row, numbers as in the JSON, empty fields for those that are unknown.
+pub fn csv(report: &StudyReport, timings: &Timings) -> String {
     let mut out = String::from(
         "sensor,name,label,layer,error,truth_error,resolved,bias,half_in,rmse,rel_mse,smape,ssim,flip,energy_ratio,verdict,rays,seconds,file\n",
     );
@@ -22,7 +24,7 @@ pub fn csv(report: &Report, timings: &Timings) -> String {
     out
 }
 
-fn line(row: &Row, timing: &Timing) -> String {
+fn line(row: &ReportRow, timing: &RunTiming) -> String {
     let judged = judged(row);
     let figure = |figure: fn(&LayerComparison) -> Option<f64>| number(judged.and_then(figure));
     let cells = [
@@ -50,8 +52,8 @@ fn line(row: &Row, timing: &Timing) -> String {
     cells.join(",")
 }
 
-/// Rays traced.
-fn rays(row: &Row) -> Option<u64> {
+/// Number of rays traced.
+fn rays(row: &ReportRow) -> Option<u64> {
     let counters = &row.facts.as_ref()?.counters;
     counters
         .iter()
@@ -60,7 +62,7 @@ fn rays(row: &Row) -> Option<u64> {
 }
 
 /// The comparison of the layer that a row is judged by.
-pub fn judged(row: &Row) -> Option<&LayerComparison> {
+pub fn judged(row: &ReportRow) -> Option<&LayerComparison> {
     row.comparison
         .layers
         .iter()
@@ -80,11 +82,12 @@ fn field(text: &str) -> String {
     }
 }
 
-/// What a pull request's reader wants to know.
-pub fn markdown(report: &Report, timings: &Timings) -> String {
+/// The summary for the reader of a pull request.
+pub fn markdown(report: &StudyReport, timings: &Timings) -> String {
     let mut out = format!("## nephroid validate: {}\n", report.study.scene);
+    let several = timings.machines().len() > 1;
     for (sensor, timings) in report.sensors.iter().zip(&timings.sensors) {
-        out.push_str(&section(sensor, timings));
+        out.push_str(&section(sensor, timings, several));
     }
     out.push_str(
         "\nError: root mean square difference over the truth's mean, over lit texels. Not resolved: the truth's own error \
@@ -114,8 +117,8 @@ pub fn markdown(report: &Report, timings: &Timings) -> String {
     out
 }
 
-/// One sensor.
-fn section(sensor: &SensorFigures, timings: &SensorTimings) -> String {
+/// One sensor; each row with its machine if the report is of several.
+fn section(sensor: &SensorFigures, timings: &SensorTimings, several_machines: bool) -> String {
     let [width, height] = sensor.size;
     let mut out = format!(
         "\nSensor `{}`, {width} x {height} {}, {} \\[{}\\]. Truth: {}, {}.\n\n",
@@ -144,13 +147,20 @@ fn section(sensor: &SensorFigures, timings: &SensorTimings) -> String {
             timing
                 .median
                 .map_or("-".to_owned(), |seconds| format!("{seconds:.2}")),
-            remarks(sensor, row),
+            remarks(
+                sensor,
+                row,
+                timing.machine.as_ref().filter(|_| several_machines)
+            ),
         );
+    }
+    for note in &timings.notes {
+        let _ = writeln!(out, "\n{note}.");
     }
     out
 }
 
-/// What the truth says of its own error.
+/// The truth's estimate of its own error.
 fn own_error(truth: &TruthFigures) -> String {
     let error = truth.facts.own_error;
     error.map_or("its error unknown".to_owned(), |error| {
@@ -158,7 +168,7 @@ fn own_error(truth: &TruthFigures) -> String {
     })
 }
 
-fn remarks(sensor: &SensorFigures, row: &Row) -> String {
+fn remarks(sensor: &SensorFigures, row: &ReportRow, machine: Option<&Machine>) -> String {
     let is_of_one_layer = row.layer != sensor.quantity.symbol();
     let layer = is_of_one_layer.then(|| format!("{} only", row.layer));
     let unresolved = (!row.resolved).then(|| "not resolved".to_owned());
@@ -169,6 +179,7 @@ fn remarks(sensor: &SensorFigures, row: &Row) -> String {
         .into_iter()
         .chain(unresolved)
         .chain(incomplete)
+        .chain(machine.map(|machine| format!("on {}, {}", machine.host, machine.processor)))
         .chain(checks)
         .collect();
     all.join("; ").replace('|', "\\|")

@@ -3,19 +3,19 @@
 use std::collections::BTreeSet;
 
 use super::super::curve::{Order, Point, pareto};
-use super::figures::{Curve, Gate, GateVerdict, OrderOf, Row};
+use super::figures::{Curve, Gate, GateVerdict, OrderOf, ReportRow, RunTiming};
 
-/// What the axis of seconds is called, beside the names of counters.
+/// The name of the axis of seconds, beside the names of counters.
 pub(super) const SECONDS: &str = "seconds";
 
-fn count(row: &Row, counter: &str) -> Option<f64> {
+fn count(row: &ReportRow, counter: &str) -> Option<f64> {
     let counters = &row.facts.as_ref()?.counters;
     let found = counters.iter().find(|one| one.name == counter)?;
     Some(found.count as f64)
 }
 
-/// All names of counters, in the order in which they first come.
-fn counters<'a>(rows: impl Iterator<Item = &'a Row>) -> Vec<String> {
+/// All names of counters, in the order of their first occurrence.
+fn counters<'a>(rows: impl Iterator<Item = &'a ReportRow>) -> Vec<String> {
     let mut names: Vec<String> = Vec::new();
     for counter in rows
         .filter_map(|row| row.facts.as_ref())
@@ -28,8 +28,8 @@ fn counters<'a>(rows: impl Iterator<Item = &'a Row>) -> Vec<String> {
     names
 }
 
-/// Marks by each counter which rows no other beats.
-pub(super) fn mark_pareto(rows: &mut [Row]) {
+/// Marks by each counter the rows that no other beats.
+pub(super) fn mark_pareto(rows: &mut [ReportRow]) {
     for counter in counters(rows.iter()) {
         for (row, is_on_front) in front(rows, |_, row| count(row, &counter)) {
             rows[row].pareto.insert(counter.clone(), is_on_front);
@@ -37,9 +37,12 @@ pub(super) fn mark_pareto(rows: &mut [Row]) {
     }
 }
 
-/// Which of the rows that have a cost and an error are on the front: among those that are judged by the same light, since errors
-/// of one layer and of all light are not of one kind.
-pub(super) fn front(rows: &[Row], cost: impl Fn(usize, &Row) -> Option<f64>) -> Vec<(usize, bool)> {
+/// The rows that have a cost and an error, each with true if it is on the front. A front is among rows that
+/// are judged by the same light, since errors of one layer and of all light are not of one kind.
+pub(super) fn front(
+    rows: &[ReportRow],
+    cost: impl Fn(usize, &ReportRow) -> Option<f64>,
+) -> Vec<(usize, bool)> {
     let mut all = Vec::new();
     let layers: BTreeSet<&str> = rows.iter().map(|row| row.layer.as_str()).collect();
     for layer in layers {
@@ -57,8 +60,8 @@ pub(super) fn front(rows: &[Row], cost: impl Fn(usize, &Row) -> Option<f64>) -> 
     all
 }
 
-/// One curve a name, with its orders.
-pub(super) fn curves(rows: &[Row]) -> Vec<Curve> {
+/// The curves, one a name, with their orders.
+pub(super) fn curves(rows: &[ReportRow]) -> Vec<Curve> {
     let mut curves: Vec<Curve> = Vec::new();
     for (i, row) in rows.iter().enumerate() {
         match curves.iter_mut().find(|curve| curve.name == row.name) {
@@ -84,24 +87,37 @@ pub(super) fn curves(rows: &[Row]) -> Vec<Curve> {
     curves
 }
 
-/// The order of each curve's error in seconds.
+/// The order of each curve's error in seconds, and the reasons why some are missing: seconds of different
+/// machines do not compare.
 pub(super) fn orders_in_seconds(
     curves: &[Curve],
-    rows: &[Row],
-    seconds: impl Fn(usize) -> Option<f64>,
-) -> Vec<Option<OrderOf>> {
-    let orders = curves
-        .iter()
-        .map(|curve| order(&curve.rows, rows, SECONDS, |i, _| seconds(i)));
-    orders.collect()
+    rows: &[ReportRow],
+    timed: &[RunTiming],
+) -> (Vec<Option<OrderOf>>, Vec<String>) {
+    let mut notes = Vec::new();
+    let orders = curves.iter().map(|curve| {
+        let order = order(&curve.rows, rows, SECONDS, |i, _| timed[i].median)?;
+        let resolved = curve.rows.iter().filter(|i| rows[**i].resolved);
+        let machines: Vec<_> = resolved.map(|i| &timed[*i].machine).collect();
+        if machines.iter().all(|machine| *machine == machines[0]) {
+            return Some(order);
+        }
+        notes.push(format!(
+            "{}: no order in seconds, since its runs are of different machines",
+            curve.name
+        ));
+        None
+    });
+    let orders = orders.collect();
+    (orders, notes)
 }
 
 /// The order of the error in a cost, fitted to those rows of a curve that are resolved.
 fn order(
     curve: &[usize],
-    rows: &[Row],
+    rows: &[ReportRow],
     name: &str,
-    cost: impl Fn(usize, &Row) -> Option<f64>,
+    cost: impl Fn(usize, &ReportRow) -> Option<f64>,
 ) -> Option<OrderOf> {
     let resolved = curve.iter().filter(|i| rows[**i].resolved);
     let points: Vec<Point> = resolved
@@ -118,10 +134,10 @@ fn order(
     })
 }
 
-/// A curve keeps a limit where the best of its settings does.
+/// The verdicts on limits: a curve keeps a limit if the best of its settings does.
 pub(super) fn gates<'a>(
     limits: impl Iterator<Item = (&'a String, &'a f64)>,
-    rows: &[Row],
+    rows: &[ReportRow],
 ) -> Vec<Gate> {
     limits
         .map(|(name, limit)| {
@@ -145,4 +161,81 @@ pub(super) fn gates<'a>(
             }
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::film::Image;
+    use crate::metric::{CompareImage, CompareSettings, compare};
+    use crate::study::machine::Machine;
+
+    /// A resolved row with this error.
+    fn row(error: f64) -> ReportRow {
+        let mut image = Image::new(1, 1);
+        image.add_rgb("E", &[[1.0; 3]]);
+        let source = CompareImage::new("film", image);
+        ReportRow {
+            name: "photons".to_owned(),
+            label: String::new(),
+            method: None,
+            settings: crate::setting::Given::new(),
+            file: String::new(),
+            command: None,
+            compare: String::new(),
+            facts: None,
+            layer: "E".to_owned(),
+            error: Some(error),
+            bias: None,
+            half_in: None,
+            truth_error: Some(0.0),
+            resolved: true,
+            pareto: std::collections::BTreeMap::new(),
+            checks: Vec::new(),
+            comparison: compare(&source, &source, &CompareSettings::default()).unwrap(),
+        }
+    }
+
+    fn timing(seconds: f64, host: &str) -> RunTiming {
+        RunTiming {
+            label: String::new(),
+            seconds: vec![seconds],
+            median: Some(seconds),
+            threads: Some(2),
+            machine: Some(Machine {
+                host: host.to_owned(),
+                processor: "a processor".to_owned(),
+            }),
+            pareto: false,
+        }
+    }
+
+    #[test]
+    fn seconds_of_different_machines_have_no_order_and_it_is_told() {
+        let mut rows = vec![row(0.1), row(0.05), row(0.025)];
+        let curves = curves(&rows);
+        let timed = ["here", "here", "there"].map(|host| timing(1.0, host));
+        let seconds = |timed: &mut [RunTiming]| {
+            for (i, timing) in timed.iter_mut().enumerate() {
+                timing.median = Some(4_f64.powi(i as i32));
+            }
+        };
+        let mut timed = timed;
+        seconds(&mut timed);
+        let (orders, notes) = orders_in_seconds(&curves, &rows, &timed);
+        assert!(orders[0].is_none());
+        assert!(notes[0].contains("different machines"), "{notes:?}");
+        // Rows that the truth does not resolve are in no fit, wherever they ran.
+        rows[2].resolved = false;
+        let (orders, notes) = orders_in_seconds(&curves, &rows, &timed);
+        assert!((orders[0].as_ref().unwrap().order.exponent + 0.5).abs() < 1e-14);
+        assert!(notes.is_empty());
+        // Another processor is another machine, even under one name.
+        rows[2].resolved = true;
+        let mut timed = [(); 3].map(|()| timing(1.0, "here"));
+        seconds(&mut timed);
+        assert!(orders_in_seconds(&curves, &rows, &timed).0[0].is_some());
+        timed[0].machine.as_mut().unwrap().processor = "another".to_owned();
+        assert!(orders_in_seconds(&curves, &rows, &timed).0[0].is_none());
+    }
 }
