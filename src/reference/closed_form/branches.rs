@@ -7,11 +7,11 @@ const CELLS: usize = 2048;
 
 /// The monotone branches of a continuous function.
 #[derive(Clone, Debug)]
-pub(super) struct Branches(Vec<Branch>);
+pub(super) struct Branches(Vec<MonotoneBranch>);
 
 /// A stretch of the variable on which the function rises, or falls.
 #[derive(Clone, Debug)]
-pub(super) struct Branch {
+pub(super) struct MonotoneBranch {
     /// (variable, value) in rising order of the variable; at least two.
     table: Vec<(f64, f64)>,
     rising: bool,
@@ -59,12 +59,12 @@ impl Branches {
     }
 
     /// One after another.
-    pub(super) fn iter(&self) -> impl Iterator<Item = &Branch> {
+    pub(super) fn iter(&self) -> impl Iterator<Item = &MonotoneBranch> {
         self.0.iter()
     }
 }
 
-impl Branch {
+impl MonotoneBranch {
     /// The least and the greatest value.
     pub(super) fn value_range(&self) -> (f64, f64) {
         let (first, last) = (self.table[0].1, self.table[self.table.len() - 1].1);
@@ -150,7 +150,7 @@ fn border(without: f64, with: f64, f: &impl Fn(f64) -> Option<f64>) -> Option<(f
         .flatten()
 }
 
-fn cut_at_extrema(run: &[(f64, f64)], f: &impl Fn(f64) -> Option<f64>) -> Vec<Branch> {
+fn cut_at_extrema(run: &[(f64, f64)], f: &impl Fn(f64) -> Option<f64>) -> Vec<MonotoneBranch> {
     let mut branches = Vec::new();
     let mut table: Vec<(f64, f64)> = Vec::new();
     let mut rising = None;
@@ -185,10 +185,10 @@ fn cut_at_extrema(run: &[(f64, f64)], f: &impl Fn(f64) -> Option<f64>) -> Vec<Br
     branches
 }
 
-fn finish(branches: &mut Vec<Branch>, table: &mut Vec<(f64, f64)>, rising: Option<bool>) {
+fn finish(branches: &mut Vec<MonotoneBranch>, table: &mut Vec<(f64, f64)>, rising: Option<bool>) {
     table.dedup_by_key(|point| point.0);
     if table.len() > 1 {
-        branches.push(Branch {
+        branches.push(MonotoneBranch {
             table: std::mem::take(table),
             rising: rising.unwrap_or(true),
         });
@@ -253,7 +253,7 @@ mod tests {
     fn where_a_function_has_no_value_it_has_no_branch() {
         let f = |u: f64| (u.abs() > 0.25).then(|| 1.0 / u);
         let branches = Branches::new(-1.0, 1.0, &f);
-        let ranges: Vec<_> = branches.iter().map(Branch::range).collect();
+        let ranges: Vec<_> = branches.iter().map(MonotoneBranch::range).collect();
         assert_eq!(ranges.len(), 2);
         assert!(
             (ranges[0].1 + 0.25).abs() < 1e-15 && (ranges[1].0 - 0.25).abs() < 1e-15,

@@ -41,7 +41,7 @@ pub enum FacetsError {
 }
 
 /// A facet: all triangles of one plane.
-pub(super) struct Facet {
+pub(super) struct SolidFacet {
     /// Outward, a unit vector.
     pub(super) normal: DVec3,
     /// A point of the plane: the origin of its coordinates.
@@ -55,7 +55,7 @@ pub(super) struct Facet {
 /// Vertices count as coplanar within this fraction of the solid's size: `f32` files hold 6e-8.
 const FLATNESS: f64 = 1e-6;
 
-impl Facet {
+impl SolidFacet {
     /// From the plane's coordinates to world space.
     pub(super) fn world(&self, local: DVec2) -> DVec3 {
         self.origin + self.axes[0] * local.x + self.axes[1] * local.y
@@ -69,7 +69,7 @@ impl Facet {
 }
 
 /// Gathers the triangles of each plane.
-pub(super) fn facets(mesh: &MeshParts) -> Result<Vec<Facet>, FacetsError> {
+pub(super) fn facets(mesh: &MeshParts) -> Result<Vec<SolidFacet>, FacetsError> {
     for (triangle, indices) in mesh.triangles.iter().enumerate() {
         for &vertex in indices {
             if !mesh
@@ -128,7 +128,7 @@ pub(super) fn facets(mesh: &MeshParts) -> Result<Vec<Facet>, FacetsError> {
         .into_iter()
         .map(|(normal, origin, _, corners)| {
             let first = normal.any_orthonormal_vector();
-            let mut facet = Facet {
+            let mut facet = SolidFacet {
                 normal,
                 origin,
                 axes: [first, normal.cross(first)],

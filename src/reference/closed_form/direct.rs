@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use glam::DVec3;
 
 use super::radial::STEEPEST;
-use super::{RadialMap, RadialSheet, Texel};
+use super::{RadialMap, RadialSheet, TexelRect};
 
 /// The irradiance [W/m²] of a surface point from a uniform diffuse polygon, by Lambert's formula.
 ///
@@ -67,7 +67,7 @@ fn above_horizon(point: DVec3, normal: DVec3, corners: &[DVec3]) -> Vec<DVec3> {
 ///
 /// I Ω / A with Ω the texel's solid angle: exact, as the sum over the corners of
 /// ± atan(x y / (h √(h² + x² + y²))). A light on or below the plane gives 0.
-pub fn point_irradiance(position: DVec3, intensity: f64, texel: &Texel) -> f64 {
+pub fn point_irradiance(position: DVec3, intensity: f64, texel: &TexelRect) -> f64 {
     let height = position.z;
     if height <= 0.0 {
         return 0.0;
@@ -216,7 +216,7 @@ mod tests {
     #[test]
     fn a_small_texel_under_a_point_obeys_the_inverse_square() {
         let position = DVec3::new(1.0, 2.0, 2.0);
-        let texel = Texel::new(-1e-4, -1e-4, 1e-4, 1e-4);
+        let texel = TexelRect::new(-1e-4, -1e-4, 1e-4, 1e-4);
         // Distance 3, cosine 2/3.
         let exact = 5.0 * (2.0 / 3.0) / 9.0;
         // Differences of angles of size 0.3 over 4e-8/13: 1e-16 · 4 / 3e-9.

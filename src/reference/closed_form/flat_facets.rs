@@ -2,9 +2,9 @@
 
 use glam::{DVec2, DVec3};
 
-use super::convex_solid::{Facet, FacetsError, facets};
+use super::convex_solid::{SolidFacet, FacetsError, facets};
 use super::polygon::{area, area_in_texel, intersection};
-use super::{Path, Texel, TexelGrid};
+use super::{KnownPath, TexelRect, TexelGrid};
 use crate::geometry::MeshParts;
 use crate::optics::{dielectric_reflectance, reflect, refract};
 
@@ -32,7 +32,7 @@ pub struct FlatFacets {
 #[derive(Clone, Debug, PartialEq)]
 pub struct FloorPolygon {
     /// How its light got there.
-    pub path: Path,
+    pub path: KnownPath,
     /// Convex.
     pub corners: Vec<DVec2>,
     /// E [W/m²].
@@ -113,7 +113,7 @@ impl FlatFacets {
             let reflectance = dielectric_reflectance(cos, ior);
             let reflected = reflect(direction, facet.normal);
             solved.leave(
-                Path::Reflected(1),
+                KnownPath::Reflected(1),
                 &corners,
                 reflected,
                 light.irradiance * reflectance,
@@ -138,8 +138,8 @@ impl FlatFacets {
     }
 
     /// The irradiance [W/m²] averaged over a texel, by one path.
-    pub fn texel_irradiance(&self, path: Path, texel: &Texel) -> f64 {
-        if path == Path::Direct {
+    pub fn texel_irradiance(&self, path: KnownPath, texel: &TexelRect) -> f64 {
+        if path == KnownPath::Direct {
             let shaded: f64 = self
                 .shadow
                 .iter()
@@ -157,10 +157,10 @@ impl FlatFacets {
     }
 
     /// The irradiance [W/m²] of every texel of a grid, in the order of [`TexelGrid::map`].
-    pub fn map(&self, path: Path, grid: &TexelGrid) -> Vec<f64> {
+    pub fn map(&self, path: KnownPath, grid: &TexelGrid) -> Vec<f64> {
         let mut values = vec![0.0; grid.columns * grid.rows];
         let texel_area = grid.texel(0, 0).area();
-        if path == Path::Direct {
+        if path == KnownPath::Direct {
             for polygon in &self.shadow {
                 spread(
                     polygon,
@@ -199,7 +199,7 @@ impl FlatFacets {
     fn follow(
         &mut self,
         beam: &Beam,
-        facets: &[Facet],
+        facets: &[SolidFacet],
         ior: f64,
         most_reflections: u32,
         beams: &mut Vec<Beam>,
@@ -229,7 +229,7 @@ impl FlatFacets {
                 reflectance = dielectric_reflectance(cos, ior.recip());
                 let irradiance =
                     beam.irradiance * (1.0 - reflectance) * cos / outside.dot(facet.normal);
-                let path = Path::Through(beam.reflections);
+                let path = KnownPath::Through(beam.reflections);
                 self.leave(
                     path,
                     &corners,
@@ -255,7 +255,7 @@ impl FlatFacets {
     /// Light that has left the solid: to the plane or away.
     fn leave(
         &mut self,
-        path: Path,
+        path: KnownPath,
         corners: &[DVec3],
         direction: DVec3,
         irradiance: f64,
@@ -403,22 +403,22 @@ mod tests {
             ior: 1.5,
         };
         let cos = 0.8;
-        let texel = Texel::new(-0.1, -0.1, 0.1, 0.1);
+        let texel = TexelRect::new(-0.1, -0.1, 0.1, 0.1);
         for k in 0..4 {
-            let exact = 1000.0 * cos * slab.transmitted_fraction(cos, Path::Through(k));
-            let irradiance = solved.texel_irradiance(Path::Through(k), &texel);
+            let exact = 1000.0 * cos * slab.transmitted_fraction(cos, KnownPath::Through(k));
+            let irradiance = solved.texel_irradiance(KnownPath::Through(k), &texel);
             assert!(
                 (irradiance - exact).abs() < 1e-10 * 1000.0,
                 "{k}: {irradiance} {exact}"
             );
         }
-        assert_eq!(solved.texel_irradiance(Path::Direct, &texel), 0.0);
+        assert_eq!(solved.texel_irradiance(KnownPath::Direct, &texel), 0.0);
         // The image's left border is that of the top facet, moved by the light and back by the slab.
         let edge = -50.0 + 0.75 * 1.5 - slab.foot_shift(0.75_f64.atan(), 0);
         let image = solved
             .polygons()
             .iter()
-            .filter(|polygon| polygon.path == Path::Through(0));
+            .filter(|polygon| polygon.path == KnownPath::Through(0));
         let left = image
             .flat_map(|polygon| &polygon.corners)
             .map(|corner| corner.x)
@@ -443,7 +443,7 @@ mod tests {
         let found = solved
             .polygons()
             .iter()
-            .filter(|polygon| polygon.path == Path::Through(0));
+            .filter(|polygon| polygon.path == KnownPath::Through(0));
         let nearest = found
             .map(|polygon| (polygon.irradiance - exact).abs())
             .fold(f64::INFINITY, f64::min);
@@ -457,11 +457,11 @@ mod tests {
         let grid = TexelGrid::square(8.0, 40);
         let mut landed = 0.0;
         for path in [
-            Path::Reflected(1),
-            Path::Through(0),
-            Path::Through(1),
-            Path::Through(2),
-            Path::Through(3),
+            KnownPath::Reflected(1),
+            KnownPath::Through(0),
+            KnownPath::Through(1),
+            KnownPath::Through(2),
+            KnownPath::Through(3),
         ] {
             let map = solved.map(path, &grid);
             let (column, row) = (21, 20);
@@ -471,7 +471,7 @@ mod tests {
         }
         assert!((landed / solved.ledger().landed - 1.0).abs() < 1e-12);
         let shaded =
-            1600.0 - solved.map(Path::Direct, &grid).iter().sum::<f64>() / solved.floor_irradiance;
+            1600.0 - solved.map(KnownPath::Direct, &grid).iter().sum::<f64>() / solved.floor_irradiance;
         let shadow =
             solved.ledger().intercepted / solved.floor_irradiance / grid.texel(0, 0).area();
         assert!((shaded - shadow).abs() < 1e-10);

@@ -3,7 +3,7 @@
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use super::radial::STEEPEST;
-use super::{Path, RadialMap, RadialSheet};
+use super::{KnownPath, RadialMap, RadialSheet};
 use crate::optics::dielectric_reflectance;
 
 /// A light on the axis of a round scene, shining along it.
@@ -73,9 +73,9 @@ impl GlassBall {
     };
 
     /// One path's light on the plane.
-    pub fn sheet(&self, path: Path) -> RadialSheet {
+    pub fn sheet(&self, path: KnownPath) -> RadialSheet {
         match path {
-            Path::Direct => RadialSheet::new(PastTheBall(*self)),
+            KnownPath::Direct => RadialSheet::new(PastTheBall(*self)),
             _ => RadialSheet::new(ByTheBall { ball: *self, path }),
         }
     }
@@ -132,7 +132,7 @@ impl GlassBall {
 /// Light that meets the ball; u = i.
 struct ByTheBall {
     ball: GlassBall,
-    path: Path,
+    path: KnownPath,
 }
 
 impl RadialMap for ByTheBall {
@@ -150,7 +150,7 @@ impl RadialMap for ByTheBall {
         let (angle, _) = self.ball.incoming(u);
         let hit = u - angle;
         let (place, direction) = match self.path {
-            Path::Through(reflections) => {
+            KnownPath::Through(reflections) => {
                 let refracted = (u.sin() / ior).asin();
                 let turn = PI - 2.0 * refracted;
                 let k = f64::from(reflections);
@@ -170,11 +170,11 @@ impl RadialMap for ByTheBall {
         let (_, flux) = self.ball.incoming(u);
         let reflectance = dielectric_reflectance(u.cos(), self.ball.ior);
         flux * match self.path {
-            Path::Through(reflections) => {
+            KnownPath::Through(reflections) => {
                 (1.0 - reflectance).powi(2) * reflectance.powf(f64::from(reflections))
             }
             // A ball reflects a ray from outside once at most.
-            Path::Reflected(1) => reflectance,
+            KnownPath::Reflected(1) => reflectance,
             _ => 0.0,
         }
     }
@@ -209,7 +209,7 @@ impl RadialMap for PastTheBall {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Texel, TexelGrid};
+    use super::super::{TexelRect, TexelGrid};
     use super::*;
 
     /// The bundled scene.
@@ -220,12 +220,12 @@ mod tests {
         for light in [BALL.light, AxialLight::Parallel { irradiance: 7.0 }] {
             let ball = GlassBall { light, ..BALL };
             let through: f64 = (0..40)
-                .map(|k| ball.sheet(Path::Through(k)).sent_flux())
+                .map(|k| ball.sheet(KnownPath::Through(k)).sent_flux())
                 .sum();
-            let all = ball.sheet(Path::Reflected(1)).sent_flux() + through;
+            let all = ball.sheet(KnownPath::Reflected(1)).sent_flux() + through;
             // What 40 internal reflections leave: near grazing, F^40 (1 - F)² / (1 - F) < 0.01 of a sliver.
             let exact = ball.intercepted_flux();
-            let rest = ball.sheet(Path::Through(40)).sent_flux();
+            let rest = ball.sheet(KnownPath::Through(40)).sent_flux();
             assert!(all < exact * (1.0 + 1e-12));
             assert!(
                 exact - all < 40.0 * rest && rest < 1e-4 * exact,
@@ -245,7 +245,7 @@ mod tests {
         };
         let map = ByTheBall {
             ball,
-            path: Path::Through(0),
+            path: KnownPath::Through(0),
         };
         let radius = |u: f64| map.radius(u).unwrap();
         let ratio = radius(2e-2) / radius(1e-2);
@@ -256,20 +256,20 @@ mod tests {
     #[test]
     fn an_index_of_one_leaves_the_light_as_it_was() {
         let ball = GlassBall { ior: 1.0, ..BALL };
-        let texel = Texel::new(0.11, 0.4, 0.13, 0.42);
+        let texel = TexelRect::new(0.11, 0.4, 0.13, 0.42);
         let solid_angle = |x: f64, y: f64| (x * y / (4.0 * (16.0 + x * x + y * y).sqrt())).atan();
         let exact = 100.0
             * (solid_angle(0.13, 0.42) - solid_angle(0.11, 0.42) - solid_angle(0.13, 0.4)
                 + solid_angle(0.11, 0.4));
-        let flux = ball.sheet(Path::Through(0)).texel_flux(&texel);
+        let flux = ball.sheet(KnownPath::Through(0)).texel_flux(&texel);
         // Four angles of size 0.05, each with an ulp of 1e-17 and its difference 2.5e-5 of their size.
         assert!((flux / exact - 1.0).abs() < 1e-10, "{flux} {exact}");
-        assert_eq!(ball.sheet(Path::Through(1)).texel_flux(&texel), 0.0);
+        assert_eq!(ball.sheet(KnownPath::Through(1)).texel_flux(&texel), 0.0);
     }
 
     #[test]
     fn the_plane_and_the_rays_that_miss_it_add_up() {
-        let sheet = BALL.sheet(Path::Through(0));
+        let sheet = BALL.sheet(KnownPath::Through(0));
         let grid = TexelGrid::square(2.0, 64);
         let on_floor: f64 = grid.map(|texel| sheet.texel_flux(texel)).iter().sum();
         // The marginal ray lands at 1.23: all of it is on the floor.
@@ -281,11 +281,11 @@ mod tests {
     fn a_texel_on_the_ring_agrees_with_brute_force() {
         let map = ByTheBall {
             ball: BALL,
-            path: Path::Through(0),
+            path: KnownPath::Through(0),
         };
-        let sheet = BALL.sheet(Path::Through(0));
+        let sheet = BALL.sheet(KnownPath::Through(0));
         let fold = sheet.fold_radii()[0];
-        let texel = Texel::new(fold - 0.005, -0.002, fold + 0.003, 0.006);
+        let texel = TexelRect::new(fold - 0.005, -0.002, fold + 0.003, 0.006);
         let count = 4_000_000;
         let step = FRAC_PI_2 / f64::from(count);
         let brute: f64 = (0..count)
@@ -307,11 +307,11 @@ mod tests {
 
     #[test]
     fn the_shadow_is_dark_and_beyond_it_the_inverse_square_holds() {
-        let sheet = BALL.sheet(Path::Direct);
+        let sheet = BALL.sheet(KnownPath::Direct);
         let shadow = BALL.shadow_radius();
-        assert_eq!(sheet.texel_flux(&Texel::new(-0.1, -0.1, 0.1, 0.1)), 0.0);
+        assert_eq!(sheet.texel_flux(&TexelRect::new(-0.1, -0.1, 0.1, 0.1)), 0.0);
         assert_eq!(sheet.disc_flux(shadow * (1.0 - 1e-12)), 0.0);
-        let texel = Texel::new(1.9, 0.0, 1.9001, 0.0001);
+        let texel = TexelRect::new(1.9, 0.0, 1.9001, 0.0001);
         let distance_squared: f64 = 16.0 + 1.90005 * 1.90005 + 0.00005 * 0.00005;
         let exact = 100.0 * 4.0 / distance_squared.powf(1.5);
         // The mean over a texel differs from the middle by E''·h²/24 ~ 1e-10.

@@ -6,7 +6,7 @@ use glam::DVec2;
 
 use super::quadrature::{simpson, windows};
 use super::stretch::Stretch;
-use super::{Path, Texel, TexelGrid};
+use super::{KnownPath, TexelRect, TexelGrid};
 
 /// The light over a [`MirrorCup`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -66,7 +66,7 @@ pub struct MirrorCup {
 }
 
 /// One ray's path as seen from above, before it is cut by height.
-struct Line {
+struct CupRay {
     start: DVec2,
     azimuth: f64,
     /// φ, signed.
@@ -80,14 +80,14 @@ struct Line {
 }
 
 impl MirrorCup {
-    /// The irradiance [W/m²] averaged over a texel, by one path ([`Path::Direct`] or [`Path::Reflected`]).
+    /// The irradiance [W/m²] averaged over a texel, by one path ([`KnownPath::Direct`] or [`KnownPath::Reflected`]).
     ///
     /// Adaptive quadrature to about 1e-8 of the texel's unshaded irradiance.
-    pub fn texel_irradiance(&self, path: Path, texel: &Texel) -> f64 {
+    pub fn texel_irradiance(&self, path: KnownPath, texel: &TexelRect) -> f64 {
         let reflections = match path {
-            Path::Direct => 0,
-            Path::Reflected(count) => count,
-            Path::Through(_) => return 0.0,
+            KnownPath::Direct => 0,
+            KnownPath::Reflected(count) => count,
+            KnownPath::Through(_) => return 0.0,
         };
         let centre = 0.5 * (texel.min + texel.max);
         let reach = 0.5 * (texel.max - texel.min).length();
@@ -107,7 +107,7 @@ impl MirrorCup {
     }
 
     /// The irradiance [W/m²] of every texel of a grid, in the order of [`TexelGrid::map`].
-    pub fn map(&self, path: Path, grid: &TexelGrid) -> Vec<f64> {
+    pub fn map(&self, path: KnownPath, grid: &TexelGrid) -> Vec<f64> {
         grid.map(|texel| self.texel_irradiance(path, texel))
     }
 
@@ -145,7 +145,7 @@ impl MirrorCup {
     }
 
     /// The integral over all lines of what `flux` finds on each.
-    fn over_lines(&self, flux: impl Fn(&Line) -> f64) -> f64 {
+    fn over_lines(&self, flux: impl Fn(&CupRay) -> f64) -> f64 {
         let tolerance = 1e-13 * self.unshaded_irradiance() * self.radius * self.radius;
         let integrand = |u: f64| {
             let line = self.line(u);
@@ -185,10 +185,10 @@ impl MirrorCup {
     }
 
     /// The line of u: u = φ for lights outside the circle (seen from above), else the azimuth ψ at the light.
-    fn line(&self, u: f64) -> Line {
+    fn line(&self, u: f64) -> CupRay {
         let radius = self.radius;
         match self.light {
-            CupLight::Parallel { .. } => Line {
+            CupLight::Parallel { .. } => CupRay {
                 start: radius * DVec2::new(-u.cos(), u.sin()),
                 azimuth: 0.0,
                 incidence: u,
@@ -204,7 +204,7 @@ impl MirrorCup {
                     (azimuth, u, radius / distance * u.cos() / azimuth.cos())
                 };
                 let (middle, half) = (distance * azimuth.cos(), radius * incidence.cos());
-                Line {
+                CupRay {
                     start: DVec2::new(-distance, 0.0),
                     azimuth,
                     incidence,
@@ -217,7 +217,7 @@ impl MirrorCup {
     }
 
     /// The range of t in which a line's light has come through the opening.
-    fn inside(&self, line: &Line) -> (f64, f64) {
+    fn inside(&self, line: &CupRay) -> (f64, f64) {
         match self.light {
             CupLight::Parallel { tan_angle, .. } => {
                 let shift = self.height * tan_angle;
@@ -231,7 +231,7 @@ impl MirrorCup {
     }
 
     /// Where a line's light lands after so many reflections.
-    fn leg(&self, line: &Line, reflections: u32) -> Option<Stretch> {
+    fn leg(&self, line: &CupRay, reflections: u32) -> Option<Stretch> {
         let chord = 2.0 * self.radius * line.incidence.cos();
         let (from, to) = self.inside(line);
         let k = f64::from(reflections);
@@ -277,7 +277,7 @@ impl MirrorCup {
     }
 
     /// The flux density in u that the texel cuts out of line u.
-    fn cut_out(&self, u: f64, reflections: u32, texel: &Texel) -> f64 {
+    fn cut_out(&self, u: f64, reflections: u32, texel: &TexelRect) -> f64 {
         let line = self.line(u);
         let flux = |stretch: &Stretch| {
             stretch
@@ -312,7 +312,7 @@ impl MirrorCup {
     }
 
     /// Direct flux along lines that do not meet the circle.
-    fn beside_the_cup(&self, texel: &Texel) -> f64 {
+    fn beside_the_cup(&self, texel: &TexelRect) -> f64 {
         match self.light {
             CupLight::Parallel { .. } => {
                 let above = (texel.max.y - texel.min.y.max(self.radius)).max(0.0);

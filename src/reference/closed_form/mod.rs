@@ -51,4 +51,4 @@ pub use parabolic_mirror::ParabolicMirror;
 pub use plano_convex_lens::PlanoConvexLens;
 pub use radial::{RadialMap, RadialSheet};
 pub use sine_water::{SineWater, SineWave};
-pub use texel::{Path, Texel, TexelGrid};
+pub use texel::{KnownPath, TexelRect, TexelGrid};

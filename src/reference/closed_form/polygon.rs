@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-use super::Texel;
+use super::TexelRect;
 
 /// Area, positive where the corners run counter-clockwise.
 pub(super) fn area(polygon: &[DVec2]) -> f64 {
@@ -50,7 +50,7 @@ pub(super) fn intersection(polygon: &[DVec2], window: &[DVec2]) -> Vec<DVec2> {
 }
 
 /// The area of a convex polygon's part inside a texel.
-pub(super) fn area_in_texel(polygon: &[DVec2], texel: &Texel) -> f64 {
+pub(super) fn area_in_texel(polygon: &[DVec2], texel: &TexelRect) -> f64 {
     let (min, max) = (texel.min, texel.max);
     let window = [min, DVec2::new(max.x, min.y), max, DVec2::new(min.x, max.y)];
     area(&intersection(polygon, &window)).abs()

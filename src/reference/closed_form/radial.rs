@@ -3,10 +3,10 @@
 use std::f64::consts::FRAC_PI_2;
 use std::fmt;
 
-use super::branches::{Branch, Branches};
+use super::branches::{Branches, MonotoneBranch};
 use super::circle::{circle_fraction, corner_radii};
 use super::quadrature::integrate;
-use super::{Texel, TexelGrid};
+use super::{TexelRect, TexelGrid};
 
 /// Where the light of a round scene lands: a family of rays in a half plane through the axis, by one variable u.
 ///
@@ -55,7 +55,7 @@ impl RadialSheet {
     }
 
     /// The flux (W) into a texel.
-    pub fn texel_flux(&self, texel: &Texel) -> f64 {
+    pub fn texel_flux(&self, texel: &TexelRect) -> f64 {
         texel
             .quadrant_parts()
             .map(|part| self.part_flux(&part))
@@ -63,7 +63,7 @@ impl RadialSheet {
     }
 
     /// The irradiance [W/m²], averaged over a texel.
-    pub fn texel_irradiance(&self, texel: &Texel) -> f64 {
+    pub fn texel_irradiance(&self, texel: &TexelRect) -> f64 {
         self.texel_flux(texel) / texel.area()
     }
 
@@ -96,7 +96,7 @@ impl RadialSheet {
 
     /// The distances from the axis (m) at which the sheet folds: the caustic circles.
     pub fn fold_radii(&self) -> Vec<f64> {
-        let mut starts = self.branches.iter().map(Branch::range);
+        let mut starts = self.branches.iter().map(MonotoneBranch::range);
         let Some(mut last) = starts.next() else {
             return Vec::new();
         };
@@ -111,7 +111,7 @@ impl RadialSheet {
     }
 
     /// The flux into a rectangle of the first quadrant.
-    fn part_flux(&self, part: &Texel) -> f64 {
+    fn part_flux(&self, part: &TexelRect) -> f64 {
         let radii = corner_radii(part);
         let mut flux = 0.0;
         for branch in self.branches.iter() {
@@ -145,12 +145,12 @@ impl RadialSheet {
         flux
     }
 
-    fn preimage(&self, branch: &Branch, least: f64, greatest: f64) -> (f64, f64) {
+    fn preimage(&self, branch: &MonotoneBranch, least: f64, greatest: f64) -> (f64, f64) {
         let (a, b) = (self.inverse(branch, least), self.inverse(branch, greatest));
         (a.min(b), a.max(b))
     }
 
-    fn inverse(&self, branch: &Branch, radius: f64) -> f64 {
+    fn inverse(&self, branch: &MonotoneBranch, radius: f64) -> f64 {
         branch.inverse(radius, &|u| self.map.radius(u))
     }
 
@@ -228,7 +228,7 @@ mod tests {
         ] {
             let exact = solid_angle(x1, y1) - solid_angle(x0, y1) - solid_angle(x1, y0)
                 + solid_angle(x0, y0);
-            let flux = sheet.texel_flux(&Texel::new(x0, y0, x1, y1));
+            let flux = sheet.texel_flux(&TexelRect::new(x0, y0, x1, y1));
             // Both sides difference angles of size 1: 1e-15 absolute beside the rule's 1e-12.
             assert!(
                 (flux - exact).abs() < 1e-11 * exact + 4e-15,
@@ -258,7 +258,7 @@ mod tests {
     #[test]
     fn a_texel_astride_a_fold_agrees_with_brute_force() {
         let sheet = RadialSheet::new(Folding);
-        let texel = Texel::new(0.55, 0.6, 0.85, 0.9);
+        let texel = TexelRect::new(0.55, 0.6, 0.85, 0.9);
         let part = texel;
         let count = 3_000_000;
         let step = 3.0 * PI / f64::from(count);
