@@ -50,6 +50,8 @@ pub(super) struct SolidFacet {
     axes: [DVec3; 2],
     /// Counter-clockwise from outside, in the plane's coordinates.
     pub(super) outline: Vec<DVec2>,
+    /// The largest distance of a corner of its triangles from the plane.
+    pub(super) bulge: f64,
 }
 
 /// Vertices count as coplanar within this fraction of the solid's size: `f32` files hold 6e-8.
@@ -133,6 +135,10 @@ pub(super) fn facets(mesh: &MeshParts) -> Result<Vec<SolidFacet>, FacetsError> {
                 origin,
                 axes: [first, normal.cross(first)],
                 outline: Vec::new(),
+                bulge: corners
+                    .iter()
+                    .map(|corner| normal.dot(*corner - origin).abs())
+                    .fold(0.0, f64::max),
             };
             facet.outline =
                 convex_hull(corners.iter().map(|&corner| facet.local(corner)).collect());

@@ -137,6 +137,18 @@ impl FlatFacets {
         Ok(solved)
     }
 
+    /// Reports if [`Self::new`] can follow light along `direction` through the mesh.
+    ///
+    /// # Errors
+    ///
+    /// As for [`Self::new`].
+    pub(super) fn check(mesh: &MeshParts, direction: DVec3) -> Result<(), FacetsError> {
+        if direction.z >= 0.0 {
+            return Err(FacetsError::Direction(direction));
+        }
+        facets(mesh).map(drop)
+    }
+
     /// The irradiance [W/m²] averaged over a texel, by one path.
     pub fn texel_irradiance(&self, path: KnownPath, texel: &TexelRect) -> f64 {
         if path == KnownPath::Direct {
