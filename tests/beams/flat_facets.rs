@@ -9,7 +9,7 @@ use nephroid::geometry::{Mesh, MeshParts, Shape};
 use nephroid::mitsuba;
 use nephroid::reference::beams::run::Setup;
 use nephroid::reference::beams::{BeamBudget, BeamSettings};
-use nephroid::reference::closed_form::{FlatFacets, ParallelLight, KnownPath, TexelGrid};
+use nephroid::reference::closed_form::{FlatFacets, KnownPath, ParallelLight, TexelGrid};
 use nephroid::reference::{LayerName, Progress};
 use nephroid::scene::{Crop, Scene, SensorKind};
 use nephroid::transport::facets::table::Facets;

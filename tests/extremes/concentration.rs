@@ -6,7 +6,9 @@ use std::fs;
 
 use nephroid::numeric::quadrature::GaussLegendre;
 use nephroid::optics::dielectric_reflectance;
-use nephroid::reference::closed_form::{AxialLight, GlassBall, ParabolicMirror, KnownPath, TexelGrid};
+use nephroid::reference::closed_form::{
+    AxialLight, GlassBall, KnownPath, ParabolicMirror, TexelGrid,
+};
 use nephroid::reference::{Estimate, Layer, LayerName};
 use nephroid::scene::Scene;
 

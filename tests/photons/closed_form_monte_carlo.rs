@@ -10,8 +10,8 @@ use glam::{DVec2, DVec3};
 use nephroid::generate::{BrilliantCut, round_brilliant};
 use nephroid::optics::{dielectric_reflectance, reflect, refract};
 use nephroid::reference::closed_form::{
-    AxialLight, CupLight, FlatFacets, GlassBall, MirrorCup, ParallelLight, KnownPath, PlanoConvexLens,
-    SineWater, SineWave, TexelGrid,
+    AxialLight, CupLight, FlatFacets, GlassBall, KnownPath, MirrorCup, ParallelLight,
+    PlanoConvexLens, SineWater, SineWave, TexelGrid,
 };
 
 /// Some 2,000 texels are compared a test: a normal deviate exceeds 5 in none of them but once in 900 runs.
@@ -174,7 +174,12 @@ fn a_glass_balls_layers_agree_with_random_rays() {
             let normal = point - center;
             let reflectance = dielectric_reflectance(inside.dot(normal), 1.0 / 1.5);
             if let Some(outside) = refract(inside, -normal, 1.0 / 1.5) {
-                deposit(KnownPath::Through(k), point, outside, flux * (1.0 - reflectance));
+                deposit(
+                    KnownPath::Through(k),
+                    point,
+                    outside,
+                    flux * (1.0 - reflectance),
+                );
             }
             inside = reflect(inside, normal);
             flux *= reflectance;
@@ -449,8 +454,12 @@ fn a_cut_stone_agrees_with_random_rays() {
             inside = reflect(inside, normal);
         }
     }
-    let mut compared =
-        reflected.assert_agrees("LRD", rays, flux, &exact.map(KnownPath::Reflected(1), &grid));
+    let mut compared = reflected.assert_agrees(
+        "LRD",
+        rays,
+        flux,
+        &exact.map(KnownPath::Reflected(1), &grid),
+    );
     for (tally, k) in through.iter().zip(0..) {
         let path = KnownPath::Through(k);
         compared += tally.assert_agrees(&path.signature(), rays, flux, &exact.map(path, &grid));

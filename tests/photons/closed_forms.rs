@@ -18,8 +18,8 @@ use nephroid::generate::write_ply;
 use nephroid::geometry::{MeshParts, Shape};
 use nephroid::numeric::StreamKind;
 use nephroid::reference::closed_form::{
-    CupLight, FlatFacets, FlatSlab, GlassBall, MirrorCup, ParallelLight, KnownPath, SineWater, SineWave,
-    TexelGrid, lambert_irradiance, point_irradiance,
+    CupLight, FlatFacets, FlatSlab, GlassBall, KnownPath, MirrorCup, ParallelLight, SineWater,
+    SineWave, TexelGrid, lambert_irradiance, point_irradiance,
 };
 use nephroid::reference::{Estimate, LayerName};
 use nephroid::scene::Scene;
@@ -159,7 +159,9 @@ fn the_glass_balls_texels_scatter_about_the_truth_as_their_error_bars_say() {
 fn the_glass_balls_shadow_is_a_disc() {
     let scene = bundled("glass-ball", 64);
     let estimate = Photons::new(64).estimate(&scene);
-    let truth = GlassBall::SHIPPED.sheet(KnownPath::Direct).map(&ball_grid(64));
+    let truth = GlassBall::SHIPPED
+        .sheet(KnownPath::Direct)
+        .map(&ball_grid(64));
     assert_direct_light_is_within_its_bound(&estimate, &truth);
 }
 

@@ -40,7 +40,10 @@ fn mean_and_error(values: &[f64]) -> (f64, f64) {
 fn error_bars_cover_the_truth_as_often_as_they_should() {
     const SEEDS: u64 = 16;
     const REPLICATES: u32 = 16;
-    for (path, side, least) in [(KnownPath::Through(0), 48, 50), (KnownPath::Reflected(1), 2, 4)] {
+    for (path, side, least) in [
+        (KnownPath::Through(0), 48, 50),
+        (KnownPath::Reflected(1), 2, 4),
+    ] {
         let scene = bundled("glass-ball", side);
         let truth = truth(path, side);
         for stream in STREAMS {
@@ -154,7 +157,11 @@ fn sobol_points_beat_random_ones_and_gain_more_from_more() {
 #[test]
 fn split_depth_and_replicates_do_not_move_the_estimate() {
     let scene = bundled("glass-ball", 2);
-    let paths = [KnownPath::Through(0), KnownPath::Reflected(1), KnownPath::Through(3)];
+    let paths = [
+        KnownPath::Through(0),
+        KnownPath::Reflected(1),
+        KnownPath::Through(3),
+    ];
     let truths = paths.map(|path| truth(path, 2));
     let check = |photons: Photons| {
         let estimate = photons.estimate(&scene);

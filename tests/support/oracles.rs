@@ -10,7 +10,7 @@ use nephroid::geometry::{MeshParts, Shape};
 use nephroid::numeric::quadrature::GaussLegendre;
 use nephroid::optics::{conductor_reflectance, dielectric_reflectance};
 use nephroid::reference::closed_form::{
-    Bundled, FlatFacets, FlatSlab, ParabolicMirror, ParallelLight, KnownPath, SineWave, TexelGrid,
+    Bundled, FlatFacets, FlatSlab, KnownPath, ParabolicMirror, ParallelLight, SineWave, TexelGrid,
 };
 use nephroid::scene::Scene;
 use nephroid::transport::signature::Signature;

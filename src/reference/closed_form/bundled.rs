@@ -5,8 +5,8 @@ use std::f64::consts::TAU;
 use glam::DVec3;
 
 use super::{
-    AxialLight, AxialSpot, CupLight, FlatFacets, GlassBall, MirrorCup, ParabolicMirror,
-    ParallelLight, KnownPath, PlanoConvexLens, TexelGrid,
+    AxialLight, AxialSpot, CupLight, FlatFacets, GlassBall, KnownPath, MirrorCup, ParabolicMirror,
+    ParallelLight, PlanoConvexLens, TexelGrid,
 };
 use crate::generate::{BrilliantCut, equilateral_prism, round_brilliant};
 use crate::geometry::MeshParts;
@@ -83,8 +83,20 @@ impl Bundled {
                 true,
                 KnownForm::Ball(GlassBall::SHIPPED),
             ),
-            known("coffee-cup", 4.0, &mirror, false, KnownForm::Cup(COFFEE_CUP)),
-            known("mirror-ring", 2.0, &mirror, false, KnownForm::Cup(MIRROR_RING)),
+            known(
+                "coffee-cup",
+                4.0,
+                &mirror,
+                false,
+                KnownForm::Cup(COFFEE_CUP),
+            ),
+            known(
+                "mirror-ring",
+                2.0,
+                &mirror,
+                false,
+                KnownForm::Cup(MIRROR_RING),
+            ),
             known(
                 "lens",
                 0.08,

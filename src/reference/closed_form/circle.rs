@@ -43,13 +43,22 @@ mod tests {
 
     #[test]
     fn a_rectangle_round_the_quarter_holds_a_quarter_of_the_circle() {
-        assert_eq!(circle_fraction(1.0, &TexelRect::new(0.0, 0.0, 2.0, 2.0)), 0.25);
+        assert_eq!(
+            circle_fraction(1.0, &TexelRect::new(0.0, 0.0, 2.0, 2.0)),
+            0.25
+        );
     }
 
     #[test]
     fn a_rectangle_inside_or_outside_of_the_circle_holds_nothing_of_it() {
-        assert_eq!(circle_fraction(1.0, &TexelRect::new(0.1, 0.1, 0.5, 0.6)), 0.0);
-        assert_eq!(circle_fraction(1.0, &TexelRect::new(0.8, 0.8, 1.5, 1.6)), 0.0);
+        assert_eq!(
+            circle_fraction(1.0, &TexelRect::new(0.1, 0.1, 0.5, 0.6)),
+            0.0
+        );
+        assert_eq!(
+            circle_fraction(1.0, &TexelRect::new(0.8, 0.8, 1.5, 1.6)),
+            0.0
+        );
     }
 
     #[test]

@@ -35,6 +35,12 @@ pub enum FacetsError {
         /// Scene units.
         z: f64,
     },
+    /// The facets cut the light into more beams than can be followed.
+    #[error("the facets make more than {most} beams: fewer facets or reflections are allowed")]
+    TooManyBeams {
+        /// The most.
+        most: usize,
+    },
     /// The light does not fall downwards.
     #[error("the light's direction {0} must be finite and point down (z < 0)")]
     Direction(DVec3),
@@ -50,8 +56,10 @@ pub(super) struct SolidFacet {
     axes: [DVec3; 2],
     /// Counter-clockwise from outside, in the plane's coordinates.
     pub(super) outline: Vec<DVec2>,
-    /// The largest distance of a corner of its triangles from the plane.
+    /// Largest distance (m) of a corner of its triangles from the plane.
     pub(super) bulge: f64,
+    /// Largest angle (rad) of one of its triangles to the plane.
+    pub(super) tilt: f64,
 }
 
 /// Vertices count as coplanar within this fraction of the solid's size: `f32` files hold 6e-8.
@@ -139,6 +147,13 @@ pub(super) fn facets(mesh: &MeshParts) -> Result<Vec<SolidFacet>, FacetsError> {
                     .iter()
                     .map(|corner| normal.dot(*corner - origin).abs())
                     .fold(0.0, f64::max),
+                tilt: corners
+                    .chunks_exact(3)
+                    .map(|corner| {
+                        let cross = (corner[1] - corner[0]).cross(corner[2] - corner[0]);
+                        cross.normalize_or_zero().cross(normal).length()
+                    })
+                    .fold(0.0, f64::max),
             };
             facet.outline =
                 convex_hull(corners.iter().map(|&corner| facet.local(corner)).collect());
@@ -148,7 +163,7 @@ pub(super) fn facets(mesh: &MeshParts) -> Result<Vec<SolidFacet>, FacetsError> {
 }
 
 /// Counter-clockwise, without points on its sides (Andrew 1979).
-fn convex_hull(mut points: Vec<DVec2>) -> Vec<DVec2> {
+pub(super) fn convex_hull(mut points: Vec<DVec2>) -> Vec<DVec2> {
     points.sort_unstable_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
     points.dedup();
     let half = |points: &mut dyn Iterator<Item = DVec2>| {

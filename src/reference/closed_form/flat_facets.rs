@@ -2,11 +2,15 @@
 
 use glam::{DVec2, DVec3};
 
-use super::convex_solid::{SolidFacet, FacetsError, facets};
-use super::polygon::{area, area_in_texel, intersection};
-use super::{KnownPath, TexelRect, TexelGrid};
+use super::blur::{Blur, FacetEvent};
+use super::convex_solid::{FacetsError, SolidFacet, convex_hull, facets};
+use super::polygon::{area, area_in_texel, clipped, intersection};
+use super::{KnownPath, TexelGrid, TexelRect};
 use crate::geometry::MeshParts;
 use crate::optics::{dielectric_reflectance, reflect, refract};
+
+/// Beams followed and polygons kept at most: some gigabytes.
+const MOST_BEAMS: usize = 8_000_000;
 
 /// A convex transparent solid over the plane z = 0 in parallel light: all light on that plane.
 ///
@@ -23,7 +27,8 @@ use crate::optics::{dielectric_reflectance, reflect, refract};
 #[derive(Clone, Debug)]
 pub struct FlatFacets {
     polygons: Vec<FloorPolygon>,
-    shadow: Vec<Vec<DVec2>>,
+    /// Of each lit facet: the corners, and how far (m) they may be off.
+    shadow: Vec<(Vec<DVec2>, f64)>,
     floor_irradiance: f64,
     ledger: FacetLedger,
 }
@@ -37,6 +42,10 @@ pub struct FloorPolygon {
     pub corners: Vec<DVec2>,
     /// E [W/m²].
     pub irradiance: f64,
+    /// Distance (m) by which the corners may be off where the mesh's corners are off their facets' planes.
+    pub shift: f64,
+    /// Relative error of the irradiance for the same reason.
+    pub relative_error: f64,
 }
 
 /// Where the flux that falls onto the solid goes.
@@ -70,6 +79,7 @@ struct Beam {
     /// Across the direction [W/m²].
     irradiance: f64,
     reflections: u32,
+    blur: Blur,
 }
 
 impl FlatFacets {
@@ -78,7 +88,7 @@ impl FlatFacets {
     ///
     /// # Errors
     ///
-    /// Where the solid is not convex or not above the plane, or the light does not fall.
+    /// If the solid is not convex or not above the plane, the light does not fall, or the facets make too many beams.
     pub fn new(
         mesh: &MeshParts,
         ior: f64,
@@ -109,7 +119,11 @@ impl FlatFacets {
                 .collect();
             let flux = light.irradiance * cos * area(&facet.outline);
             solved.ledger.intercepted += flux;
-            solved.shadow.push(on_floor(&corners, direction));
+            let blur = Blur::default().landed(0.0, facet.bulge, cos);
+            let shadow_blur = blur.landed(0.0, 0.0, -direction.z);
+            solved
+                .shadow
+                .push((on_floor(&corners, direction), shadow_blur.shift));
             let reflectance = dielectric_reflectance(cos, ior);
             let reflected = reflect(direction, facet.normal);
             solved.leave(
@@ -118,20 +132,37 @@ impl FlatFacets {
                 reflected,
                 light.irradiance * reflectance,
                 flux * reflectance,
+                blur.reflected(&FacetEvent {
+                    cos,
+                    tilt: facet.tilt,
+                    part: &|cos| dielectric_reflectance(cos, ior),
+                }),
             );
             if let Some(inside) = refract(direction, facet.normal, ior) {
-                let irradiance =
-                    light.irradiance * (1.0 - reflectance) * cos / -inside.dot(facet.normal);
+                let cos_out = -inside.dot(facet.normal);
+                let irradiance = light.irradiance * (1.0 - reflectance) * cos / cos_out;
                 beams.push(Beam {
                     facet: index,
                     corners,
                     direction: inside,
                     irradiance,
                     reflections: 0,
+                    blur: blur.refracted(
+                        &FacetEvent {
+                            cos,
+                            tilt: facet.tilt,
+                            part: &|cos| transmitted(cos, ior),
+                        },
+                        ior.recip(),
+                        cos_out,
+                    ),
                 });
             }
         }
         while let Some(beam) = beams.pop() {
+            if solved.polygons.len() + beams.len() > MOST_BEAMS {
+                return Err(FacetsError::TooManyBeams { most: MOST_BEAMS });
+            }
             solved.follow(&beam, &facets, ior, most_reflections, &mut beams);
         }
         Ok(solved)
@@ -155,7 +186,7 @@ impl FlatFacets {
             let shaded: f64 = self
                 .shadow
                 .iter()
-                .map(|polygon| area_in_texel(polygon, texel))
+                .map(|(polygon, _)| area_in_texel(polygon, texel))
                 .sum();
             return self.floor_irradiance * (1.0 - shaded / texel.area()).max(0.0);
         }
@@ -173,7 +204,7 @@ impl FlatFacets {
         let mut values = vec![0.0; grid.columns * grid.rows];
         let texel_area = grid.texel(0, 0).area();
         if path == KnownPath::Direct {
-            for polygon in &self.shadow {
+            for (polygon, _) in &self.shadow {
                 spread(
                     polygon,
                     -self.floor_irradiance / texel_area,
@@ -195,6 +226,49 @@ impl FlatFacets {
             }
         }
         values
+    }
+
+    /// The irradiance [W/m²] that a texel's value by one path may be off, of all texels in the order of [`TexelGrid::map`],
+    /// because corners of the mesh are off their facets' planes.
+    ///
+    /// It is that of a polygon's border, as wide as its shift on either side, and the relative error of the rest.
+    pub(super) fn errors(&self, path: KnownPath, grid: &TexelGrid) -> Vec<f64> {
+        let mut errors = vec![0.0; grid.columns * grid.rows];
+        let texel_area = grid.texel(0, 0).area();
+        let negligible = 1e-12 * texel_area.sqrt();
+        let mut border = |corners: &[DVec2], shift: f64, irradiance: f64, relative: f64| {
+            // As good as the rounding of areas.
+            if shift < negligible && relative < 1e-11 {
+                return;
+            }
+            let weight = irradiance / texel_area;
+            spread(
+                &grown(corners, shift),
+                weight * (1.0 + relative),
+                grid,
+                &mut errors,
+            );
+            spread(&shrunk(corners, shift), -weight, grid, &mut errors);
+        };
+        if path == KnownPath::Direct {
+            for (corners, shift) in &self.shadow {
+                border(corners, *shift, self.floor_irradiance, 0.0);
+            }
+        } else {
+            for polygon in self.polygons.iter().filter(|polygon| polygon.path == path) {
+                let FloorPolygon {
+                    shift,
+                    irradiance,
+                    relative_error,
+                    ..
+                } = *polygon;
+                border(&polygon.corners, shift, irradiance, relative_error);
+            }
+        }
+        for error in &mut errors {
+            *error = error.max(0.0);
+        }
+        errors
     }
 
     /// All polygons that light from the solid puts on the plane.
@@ -221,11 +295,13 @@ impl FlatFacets {
             if index == beam.facet || cos <= 0.0 {
                 continue;
             }
+            let mut farthest = 0.0_f64;
             let landed: Vec<DVec2> = beam
                 .corners
                 .iter()
                 .map(|&corner| {
                     let distance = (facet.origin - corner).dot(facet.normal) / cos;
+                    farthest = farthest.max(distance);
                     facet.local(corner + beam.direction * distance)
                 })
                 .collect();
@@ -237,10 +313,14 @@ impl FlatFacets {
             let corners: Vec<DVec3> = part.iter().map(|&corner| facet.world(corner)).collect();
             let flux = beam.irradiance * cos * part_area;
             let mut reflectance = 1.0;
+            let blur = beam.blur.landed(farthest, facet.bulge, cos);
+            let let_out = |cos: f64| transmitted(cos, ior.recip());
+            let kept_inside = |cos: f64| dielectric_reflectance(cos, ior.recip());
+            let tilt = facet.tilt;
             if let Some(outside) = refract(beam.direction, -facet.normal, ior.recip()) {
                 reflectance = dielectric_reflectance(cos, ior.recip());
-                let irradiance =
-                    beam.irradiance * (1.0 - reflectance) * cos / outside.dot(facet.normal);
+                let cos_out = outside.dot(facet.normal);
+                let irradiance = beam.irradiance * (1.0 - reflectance) * cos / cos_out;
                 let path = KnownPath::Through(beam.reflections);
                 self.leave(
                     path,
@@ -248,6 +328,15 @@ impl FlatFacets {
                     outside,
                     irradiance,
                     flux * (1.0 - reflectance),
+                    blur.refracted(
+                        &FacetEvent {
+                            cos,
+                            tilt,
+                            part: &let_out,
+                        },
+                        ior,
+                        cos_out,
+                    ),
                 );
             }
             if beam.reflections == most_reflections {
@@ -259,6 +348,11 @@ impl FlatFacets {
                     direction: reflect(beam.direction, facet.normal),
                     irradiance: beam.irradiance * reflectance,
                     reflections: beam.reflections + 1,
+                    blur: blur.reflected(&FacetEvent {
+                        cos,
+                        tilt,
+                        part: &kept_inside,
+                    }),
                 });
             }
         }
@@ -272,19 +366,63 @@ impl FlatFacets {
         direction: DVec3,
         irradiance: f64,
         flux: f64,
+        blur: Blur,
     ) {
         // Flatter than this the image would be a million times as long as the solid is high.
         if direction.z < -1e-6 {
             self.ledger.landed += flux;
+            let farthest = corners
+                .iter()
+                .map(|corner| corner.z / -direction.z)
+                .fold(0.0, f64::max);
+            let blur = blur.landed(farthest, 0.0, -direction.z);
             self.polygons.push(FloorPolygon {
                 path,
                 corners: on_floor(corners, direction),
                 irradiance: irradiance * -direction.z,
+                shift: blur.shift,
+                relative_error: blur.relative,
             });
         } else {
             self.ledger.escaped += flux;
         }
     }
+}
+
+/// Transmitted irradiance across the light over the incident, by Fresnel's formula and the change of cross section.
+fn transmitted(cos: f64, ior: f64) -> f64 {
+    let sin_squared = (1.0 - cos * cos) / (ior * ior);
+    if sin_squared >= 1.0 {
+        return 0.0;
+    }
+    (1.0 - dielectric_reflectance(cos, ior)) * cos / (1.0 - sin_squared).sqrt()
+}
+
+/// A convex polygon that holds all points within `by` of a convex polygon.
+fn grown(polygon: &[DVec2], by: f64) -> Vec<DVec2> {
+    let offsets = [(-by, -by), (by, -by), (by, by), (-by, by)];
+    convex_hull(
+        polygon
+            .iter()
+            .flat_map(|corner| offsets.map(|(x, y)| *corner + DVec2::new(x, y)))
+            .collect(),
+    )
+}
+
+/// The part of a convex polygon whose points are all `by` and more from its border.
+fn shrunk(polygon: &[DVec2], by: f64) -> Vec<DVec2> {
+    let turn = if area(polygon) < 0.0 { -1.0 } else { 1.0 };
+    let mut kept = polygon.to_vec();
+    for (i, &from) in polygon.iter().enumerate() {
+        let side = polygon[(i + 1) % polygon.len()] - from;
+        let length = side.length();
+        if length > 0.0 {
+            kept = clipped(&kept, |point| {
+                turn * side.perp_dot(point - from) / length - by
+            });
+        }
+    }
+    kept
 }
 
 /// The image on z = 0 along `direction`.
@@ -482,8 +620,8 @@ mod tests {
             landed += map.iter().sum::<f64>() * grid.texel(0, 0).area();
         }
         assert!((landed / solved.ledger().landed - 1.0).abs() < 1e-12);
-        let shaded =
-            1600.0 - solved.map(KnownPath::Direct, &grid).iter().sum::<f64>() / solved.floor_irradiance;
+        let shaded = 1600.0
+            - solved.map(KnownPath::Direct, &grid).iter().sum::<f64>() / solved.floor_irradiance;
         let shadow =
             solved.ledger().intercepted / solved.floor_irradiance / grid.texel(0, 0).area();
         assert!((shaded - shadow).abs() < 1e-10);

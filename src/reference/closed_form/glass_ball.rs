@@ -209,7 +209,7 @@ impl RadialMap for PastTheBall {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{TexelRect, TexelGrid};
+    use super::super::{TexelGrid, TexelRect};
     use super::*;
 
     /// The bundled scene.

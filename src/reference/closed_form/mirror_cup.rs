@@ -6,7 +6,7 @@ use glam::DVec2;
 
 use super::quadrature::{simpson, windows};
 use super::stretch::Stretch;
-use super::{KnownPath, TexelRect, TexelGrid};
+use super::{KnownPath, TexelGrid, TexelRect};
 
 /// The light over a [`MirrorCup`].
 #[derive(Clone, Copy, Debug, PartialEq)]

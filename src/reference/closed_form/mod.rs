@@ -20,6 +20,7 @@
 //! Fluxes and irradiances are single numbers (one channel). Radial maps are computed to about 1e-10
 //! of the texel's value: see [`RadialSheet`] for what bounds the error.
 
+mod blur;
 mod branches;
 mod bundled;
 mod circle;
@@ -53,4 +54,4 @@ pub use plano_convex_lens::PlanoConvexLens;
 pub use radial::{RadialMap, RadialSheet};
 pub use recognise::{ClosedFormSettings, Refused, solve, supports};
 pub use sine_water::{SineWater, SineWave};
-pub use texel::{KnownPath, TexelRect, TexelGrid};
+pub use texel::{KnownPath, TexelGrid, TexelRect};

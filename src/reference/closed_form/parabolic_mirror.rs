@@ -6,7 +6,7 @@ use glam::DVec2;
 
 use super::circle::circle_fraction;
 use super::quadrature::{integrate, simpson};
-use super::{RadialMap, RadialSheet, TexelRect, TexelGrid};
+use super::{RadialMap, RadialSheet, TexelGrid, TexelRect};
 use crate::optics::conductor_reflectance;
 
 /// A metal dish z = r²/(4f) in light that falls straight down: the light (path `LRD`) on a plane below its focus.

@@ -6,7 +6,7 @@ use std::fmt;
 use super::branches::{Branches, MonotoneBranch};
 use super::circle::{circle_fraction, corner_radii};
 use super::quadrature::integrate;
-use super::{TexelRect, TexelGrid};
+use super::{TexelGrid, TexelRect};
 
 /// Where the light of a round scene lands: a family of rays in a half plane through the axis, by one variable u.
 ///

@@ -2,7 +2,7 @@
 
 use super::branches::Branches;
 use super::quadrature::integrate;
-use super::{TexelRect, TexelGrid};
+use super::{TexelGrid, TexelRect};
 use crate::optics::dielectric_reflectance;
 
 /// A water surface z = `depth` + A sin(k x + p) over the plane z = 0, in light that falls straight down (path `LTD`).

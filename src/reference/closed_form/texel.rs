@@ -117,7 +117,10 @@ mod tests {
         let areas: Vec<f64> = texel.quadrant_parts().map(|part| part.area()).collect();
         assert_eq!(areas.len(), 4);
         assert_eq!(areas.iter().sum::<f64>(), texel.area());
-        assert_eq!(TexelRect::new(0.0, 0.0, 1.0, 1.0).quadrant_parts().count(), 1);
+        assert_eq!(
+            TexelRect::new(0.0, 0.0, 1.0, 1.0).quadrant_parts().count(),
+            1
+        );
         assert_eq!(
             TexelRect::new(-2.0, 1.0, -1.0, 2.0).quadrant_parts().next(),
             Some(TexelRect::new(1.0, 1.0, 2.0, 2.0))

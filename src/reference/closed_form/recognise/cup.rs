@@ -109,19 +109,24 @@ impl KnownLight for MirroringCup {
     fn layers(&self, plane: &ReceiverPlane, max_depth: u32) -> Result<Vec<KnownLayer>, Refused> {
         let film = plane.grid_about(self.foot, self.quarter_turns);
         let accuracy = OF_UNSHADED * self.unshaded_irradiance();
-        let paths = std::iter::once(KnownPath::Direct).chain((1..=max_depth).map(KnownPath::Reflected));
+        let paths =
+            std::iter::once(KnownPath::Direct).chain((1..=max_depth).map(KnownPath::Reflected));
+        let reflections = |path: KnownPath| match path {
+            KnownPath::Reflected(count) => count,
+            _ => 0,
+        };
         Ok(paths
+            // Light that is down before its next reflection leaves nothing to look for in any texel.
+            .filter(|path| {
+                *path == KnownPath::Direct || self.cup.bottom_flux(reflections(*path)) > 0.0
+            })
             .map(|path| {
                 let values = film.in_film_order(&self.cup.map(path, &film.grid));
-                let reflections = match path {
-                    KnownPath::Reflected(count) => count,
-                    _ => 0,
-                };
                 KnownLayer {
                     path,
                     accuracy: vec![accuracy; values.len()],
                     values,
-                    factor: self.strength * power(self.reflectance, reflections),
+                    factor: self.strength * power(self.reflectance, reflections(path)),
                 }
             })
             .collect())

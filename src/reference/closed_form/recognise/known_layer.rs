@@ -45,8 +45,12 @@ impl KnownLayer {
         Layer {
             irradiance: self.values.iter().map(|value| scaled(*value)).collect(),
             interval: Some(Interval {
-                low: pairs().map(|(value, error)| scaled(value - error)).collect(),
-                high: pairs().map(|(value, error)| scaled(value + error)).collect(),
+                low: pairs()
+                    .map(|(value, error)| scaled(value - error))
+                    .collect(),
+                high: pairs()
+                    .map(|(value, error)| scaled(value + error))
+                    .collect(),
             }),
             ..Layer::dark(LayerName::Path(signature(self.path)), texels)
         }
@@ -54,9 +58,8 @@ impl KnownLayer {
 }
 
 fn signature(path: KnownPath) -> Signature {
-    let times = |from: Signature, count: u32| {
-        (0..count).fold(from, |path, _| path.then(Event::Reflection))
-    };
+    let times =
+        |from: Signature, count: u32| (0..count).fold(from, |path, _| path.then(Event::Reflection));
     let direct = Signature::DIRECT;
     match path {
         KnownPath::Direct => direct,

@@ -189,16 +189,15 @@ fn mean_of_lamp(corners: &[DVec3; 4], texel: &TexelRect, cuts: u32) -> (f64, f64
 }
 
 fn mean_by_rule(corners: &[DVec3; 4], texel: &TexelRect) -> f64 {
-    let (middle, half) = (
-        0.5 * (texel.min + texel.max),
-        0.5 * (texel.max - texel.min),
-    );
+    let (middle, half) = (0.5 * (texel.min + texel.max), 0.5 * (texel.max - texel.min));
     GAUSS
         .iter()
         .flat_map(|along| GAUSS.iter().map(move |across| (along, across)))
         .map(|((x, weight_x), (y, weight_y))| {
             let point = middle + half * DVec2::new(*x, *y);
-            0.25 * weight_x * weight_y * lambert_irradiance(point.extend(0.0), DVec3::Z, corners, 1.0)
+            0.25 * weight_x
+                * weight_y
+                * lambert_irradiance(point.extend(0.0), DVec3::Z, corners, 1.0)
         })
         .sum()
 }

@@ -74,11 +74,11 @@ impl KnownLight for SolidInParallelLight {
         let film = plane.grid();
         Ok(body_paths(max_depth)
             .map(|path| {
-                let values = film.in_film_order(&solid.map(path, &film.grid));
+                let errors = film.in_film_order(&solid.errors(path, &film.grid));
                 KnownLayer {
                     path,
-                    accuracy: vec![OF_LIGHT; values.len()],
-                    values,
+                    values: film.in_film_order(&solid.map(path, &film.grid)),
+                    accuracy: errors.iter().map(|error| OF_LIGHT + error).collect(),
                     factor: self.strength * self.glass.factor(path),
                 }
             })
@@ -146,6 +146,8 @@ fn refusal(body: &Body, light: &OneLight, error: &FacetsError) -> Refused {
             "{} comes from behind the receiver: it must fall on its front",
             light.name
         ),
-        FacetsError::Vertex { .. } => format!("{}: {error}", body.name),
+        FacetsError::Vertex { .. } | FacetsError::TooManyBeams { .. } => {
+            format!("{}: {error}", body.name)
+        }
     })
 }
