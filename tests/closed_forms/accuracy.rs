@@ -1,4 +1,5 @@
-//! The errors that closed forms claim: a texel and the mean of its four quarters are two quadratures of the same light.
+//! The errors that closed forms claim: a texel and the mean of its four quarters are two quadratures of the
+//! same light.
 
 use nephroid::reference::Estimate;
 use nephroid::reference::LayerName;

@@ -1,5 +1,5 @@
-//! Scenes made from the shipped ones, moved, turned, resized, and coloured, and scenes of other kinds: each solved, and within
-//! the bounds of beams on every texel.
+//! Scenes made from the shipped ones, moved, turned, resized, and coloured, and scenes of other kinds: each
+//! solved, and within the bounds of beams on every texel.
 
 use crate::support::oracles::PANE;
 use crate::support::recognised::{assert_agrees, edited, known, layer_of, of_text};
@@ -127,7 +127,8 @@ fn a_ring_below_a_point_beside_it() {
     assert_agrees("a point beside", &scene, DEPTH, 300);
 }
 
-/// The receiver is turned by 25°, mirrored (v runs against the normal's left hand), oblong, and off the middle.
+/// The receiver is turned by 25°, mirrored (v runs against the normal's left hand), oblong, and off the
+/// middle.
 #[test]
 fn a_cube_over_a_turned_and_mirrored_receiver() {
     let scene = edited(
@@ -178,7 +179,8 @@ fn a_cropped_film_is_a_part_of_the_whole() {
         for texel in 0..99 {
             let at = (texel / 11 + 5) * 40 + texel % 11 + 7;
             let off = layer.irradiance[texel].0[0] - of_whole.irradiance[at].0[0];
-            // Borders of texels differ by roundings: 1e-15 of the receiver, 1e-13 of a texel, times the sun's 1000 W/m².
+            // Borders of texels differ by roundings: 1e-15 of the receiver, 1e-13 of a texel, times the sun's
+            // 1000 W/m².
             assert!(off.abs() < 1e-9, "{signature} {texel}: {off:e}");
         }
     }
@@ -216,7 +218,8 @@ fn over_floor(light: &str) -> nephroid::scene::Scene {
     )
 }
 
-/// Nothing is in the way: direct light alone, within what the quadrature of direct light and the formula claim.
+/// Nothing is in the way: direct light alone, within what the quadrature of direct light and the formula
+/// claim.
 #[test]
 fn lights_alone_with_the_receiver() {
     for (name, light) in [

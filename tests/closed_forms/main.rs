@@ -1,4 +1,5 @@
-//! Closed forms as a method: the scenes they recognise and solve, held against beams, and the scenes they refuse.
+//! Closed forms as a method: the scenes they recognise and solve, held against beams, and the scenes they
+//! refuse.
 
 mod accuracy;
 mod edited;

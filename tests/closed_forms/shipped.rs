@@ -22,9 +22,10 @@ fn the_coffee_cups_every_texel_is_within_the_beams_bounds() {
     assert_agrees("coffee-cup", &bundled("coffee-cup", SIDE), DEPTH, 600);
 }
 
-/// Right below the light the sliver between the circle and its tangent, a sixth of a texel's width over the radius of it, is
-/// in shadow, and the quadrature of direct light sees all of its points lit; see `tests/support/oracles.rs`. The
-/// ring of radius 1 touches the tangent at x = −1, a quarter of the film along each of its rows.
+/// Right below the light the sliver between the circle and its tangent, a sixth of a texel's width over the
+/// radius of it, is in shadow, and the quadrature of direct light sees all of its points lit; see
+/// `tests/support/oracles.rs`. The ring of radius 1 touches the tangent at x = −1, a quarter of the film
+/// along each of its rows.
 #[test]
 fn the_mirror_rings_every_texel_is_within_the_beams_bounds() {
     let width = 4.0 / SIDE as f64;
@@ -53,8 +54,8 @@ fn the_diamonds_every_texel_is_within_the_beams_bounds() {
     assert_agrees("diamond", &bundled("diamond", SIDE), DEPTH, 1000);
 }
 
-/// A map with rows and columns exchanged, and one of half the light, must be caught: on the cube, which is the same in no
-/// such way.
+/// A map with rows and columns exchanged, and one of half the light, must be caught: on the cube, which is
+/// the same in no such way.
 #[test]
 fn exchanged_axes_and_half_the_light_are_caught() {
     let (known, beams) = both(&bundled("cube", SIDE), 4);
@@ -111,9 +112,9 @@ fn an_estimate_holds_what_every_estimate_holds() {
     assert_accuracy(&estimate, 1e-8);
 }
 
-/// Largest relative errors that are claimed on small films. The ball's are 1e-10 of a texel, and 4e-12 of circles
-/// that cross some 30 texels; the cups' 1e-7 of their light without mirrors, of which the reflected is a third; polygons' 1e-9
-/// of the sun, of which the faintest scene's caustic has a tenth.
+/// Largest relative errors that are claimed on small films. The ball's are 1e-10 of a texel, and 4e-12 of
+/// circles that cross some 30 texels; the cups' 1e-7 of their light without mirrors, of which the reflected
+/// is a third; polygons' 1e-9 of the sun, of which the faintest scene's caustic has a tenth.
 #[test]
 fn the_claimed_errors_are_small() {
     for (name, most) in [

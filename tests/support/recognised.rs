@@ -15,8 +15,9 @@ use super::scenes::{bundled_file, meter};
 /// Error that beams are asked for.
 const BEAM_ERROR: f64 = 3e-3;
 
-/// A part of the brightest texel's direct light that the quadrature of direct light may not see: a corner of a shadow between
-/// two of its points, 1/16 of a texel apart, covers up to 1/1024 of a texel; see `tests/photons/closed_forms.rs`.
+/// A part of the brightest texel's direct light that the quadrature of direct light may not see: a corner of
+/// a shadow between two of its points, 1/16 of a texel apart, covers up to 1/1024 of a texel; see
+/// `tests/photons/closed_forms.rs`.
 const HIDDEN_CORNERS: f64 = 1.0 / 1024.0 + 1e-8;
 
 /// A scene file with `(text, replacement)` made in it, on a film of this width and height.
@@ -78,11 +79,12 @@ pub struct Texels {
     pub lit: usize,
 }
 
-/// Compares two estimates texel by texel and channel by channel: in every layer the two intervals must meet. Direct light is
-/// allowed what its quadrature does not see, `sliver` more of the brightest texel in that of texels given.
+/// Compares two estimates texel by texel and channel by channel: in every layer the two intervals must meet.
+/// Direct light is allowed what its quadrature does not see, `sliver` more of the brightest texel in that of
+/// texels given.
 ///
-/// Layers of the closed form that beams do not follow must be too faint for them: a thousandth of all light, times the
-/// error, is what they leave out; each of several layers.
+/// Layers of the closed form that beams do not follow must be too faint for them: a thousandth of all light,
+/// times the error, is what they leave out; each of several layers.
 pub fn compared(known: &Estimate, beams: &Estimate, slivers: &[(usize, f64)]) -> Texels {
     let mut texels = Texels::default();
     let dark = Layer::bounded(LayerName::Other, known.total.irradiance.len());
@@ -139,7 +141,8 @@ pub fn both(scene: &Scene, depth: u32) -> (Estimate, Estimate) {
     (known(scene, depth), beams)
 }
 
-/// Asserts that every texel of every layer is within the beams' bounds, and that at least `least` texels had light.
+/// Asserts that every texel of every layer is within the beams' bounds, and that at least `least` texels had
+/// light.
 pub fn assert_agrees(name: &str, scene: &Scene, depth: u32, least: usize) -> (Estimate, Estimate) {
     assert_agrees_but_for(name, scene, depth, least, &[])
 }

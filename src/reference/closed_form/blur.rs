@@ -1,23 +1,25 @@
 //! Uncertainty of beams in a solid whose corners are not quite in their facets' planes.
 
-/// First-order uncertainty of a beam, of a solid whose facets are flat but for a `bulge` (m) and a `tilt` (rad).
+/// First-order uncertainty of a beam in a solid whose facets are flat but for a `bulge` (m) and a `tilt`
+/// (rad).
 ///
-/// A file's `f32` coordinates put the four or more corners of a facet beside one plane. Each of its triangles then has a
-/// plane of its own, and the beam of the whole facet is that of its triangles but for this. What is left out are slivers of beams
-/// no wider than the shift, which a neighbouring facet gets instead.
+/// A file's `f32` coordinates put the four or more corners of a facet beside one plane. Each of its triangles
+/// then has a plane of its own. The beam of the whole facet is that of its triangles but for this blur.
+/// Slivers of beams no wider than the shift, which a neighbouring facet gets instead where it had nothing,
+/// are left out.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Blur {
-    /// Of the corners (m).
+    /// Distance (m) by which the corners may be off.
     pub(super) shift: f64,
-    /// Of the direction (rad).
+    /// Angle (rad) by which the direction may be off.
     turn: f64,
-    /// Of the irradiance, relative.
+    /// Relative error of the irradiance.
     pub(super) relative: f64,
 }
 
-/// One way of light at a facet: what part goes that way, and how it is turned.
+/// One way of light at a facet.
 pub(super) struct FacetEvent<'a> {
-    /// Of the incident light to the normal.
+    /// Cosine of the incident light to the normal.
     pub(super) cos: f64,
     /// Angle (rad) of the facet's triangles to its plane.
     pub(super) tilt: f64,
@@ -26,7 +28,7 @@ pub(super) struct FacetEvent<'a> {
 }
 
 impl Blur {
-    /// On the facet or plane that the beam falls on, `distance` on, under `cos`.
+    /// Blur on a facet or plane that the beam meets after `distance` (m), at the cosine `cos` to its normal.
     pub(super) fn landed(self, distance: f64, bulge: f64, cos: f64) -> Self {
         Self {
             shift: (self.shift + self.turn * distance + bulge) / cos,
@@ -34,7 +36,7 @@ impl Blur {
         }
     }
 
-    /// After a reflection: a mirror turned by the tilt turns light by twice that.
+    /// Blur after a reflection: a mirror turned by the tilt turns light by twice that.
     pub(super) fn reflected(self, event: &FacetEvent) -> Self {
         Self {
             turn: self.turn + 2.0 * event.tilt,
@@ -43,7 +45,7 @@ impl Blur {
         }
     }
 
-    /// After a refraction d' = η d + (η c − c') n with c' = √(1 − η² (1 − c²)).
+    /// Blur after a refraction d' = η d + (η c − c') n with c' = √(1 − η² (1 − c²)).
     ///
     /// In the plane of incidence a turn of d grows by η c/c', across it by η. A turn ε of n adds
     /// ε (|η c − c'| + η s + η² c s/c').

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-/// How finely a function is searched for its extrema: two of them nearer than a cell go unseen.
+/// Number of cells in which a function is searched for its extrema: two of them within a cell go unseen.
 const CELLS: usize = 2048;
 
 /// The monotone branches of a continuous function.
@@ -80,7 +80,7 @@ impl MonotoneBranch {
         (self.table[0].0, self.table[self.table.len() - 1].0)
     }
 
-    /// Where the function has this value; the nearer end where it does not reach it.
+    /// The variable at which the function has this value; the nearer end if the function does not reach it.
     pub(super) fn inverse(&self, value: f64, f: &impl Fn(f64) -> Option<f64>) -> f64 {
         let below = |&(_, v): &(f64, f64)| if self.rising { v < value } else { v > value };
         let next = self.table.partition_point(below);
@@ -131,7 +131,8 @@ impl MonotoneBranch {
     }
 }
 
-/// The last point with a value on the way from `with` to `without` (in this order of arguments: without, with).
+/// The last point with a value on the way from `with` to `without` (in this order of arguments: without,
+/// with).
 fn border(without: f64, with: f64, f: &impl Fn(f64) -> Option<f64>) -> Option<(f64, f64)> {
     let (mut outside, mut inside) = (without, with);
     for _ in 0..100 {

@@ -1,9 +1,10 @@
-//! Which bundled scene is known by which closed form.
+//! The bundled scenes, and the closed form of each.
 
 use std::f64::consts::TAU;
 
 use glam::DVec3;
 
+use super::block::block;
 use super::{
     AxialLight, AxialSpot, CupLight, FlatFacets, GlassBall, KnownPath, MirrorCup, ParabolicMirror,
     ParallelLight, PlanoConvexLens, TexelGrid,
@@ -11,7 +12,7 @@ use super::{
 use crate::generate::{BrilliantCut, equilateral_prism, round_brilliant};
 use crate::geometry::MeshParts;
 
-/// What is known of one bundled scene's receiver.
+/// The closed form of one bundled scene's receiver.
 #[derive(Clone, Debug)]
 pub struct Bundled {
     /// As in [`generate::SCENES`](crate::generate::SCENES).
@@ -20,7 +21,8 @@ pub struct Bundled {
     pub receiver_half_width: f64,
     /// The paths that are known, the strongest first or in order of their length.
     pub paths: Vec<KnownPath>,
-    /// Whether the scene is a curved surface's mesh, which the closed form knows only as the limit of finer ones.
+    /// True if the scene is a mesh of a curved surface, which the closed form knows only as the limit of
+    /// finer ones.
     pub up_to_facets: bool,
     form: KnownForm,
 }
@@ -125,8 +127,8 @@ impl Bundled {
         all
     }
 
-    /// The irradiance (W/m²) of every texel of `side`² over the receiver, by one path, in one channel (0, 1 or 2: red, green,
-    /// blue), rows from smallest y.
+    /// The irradiance (W/m²) of every texel of `side`² over the receiver, by one path, in one channel (0, 1
+    /// or 2: red, green, blue), rows from smallest y.
     pub fn map(&self, path: KnownPath, side: usize, channel: usize) -> Vec<f64> {
         let grid = TexelGrid::square(self.receiver_half_width, side);
         match (&self.form, path) {
@@ -212,28 +214,13 @@ fn prism() -> MeshParts {
 }
 
 fn cube() -> MeshParts {
+    let mut mesh = block(DVec3::splat(-0.5), DVec3::splat(0.5));
     let (sin, cos) = 20.0_f64.to_radians().sin_cos();
-    let corner = |i: u32| {
-        let [x, y, z] = std::array::from_fn(|axis| if (i >> axis) & 1 == 0 { -0.5 } else { 0.5 });
-        DVec3::new(cos * x - sin * y, sin * x + cos * y, z + 0.75)
-    };
-    let quads = [
-        [0, 2, 3, 1],
-        [4, 5, 7, 6],
-        [0, 1, 5, 4],
-        [2, 6, 7, 3],
-        [0, 4, 6, 2],
-        [1, 3, 7, 5],
-    ];
-    MeshParts {
-        positions: (0..8).map(corner).collect(),
-        triangles: quads
-            .iter()
-            .flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]])
-            .collect(),
-        face_normals: true,
-        ..MeshParts::default()
+    for position in &mut mesh.positions {
+        let DVec3 { x, y, z } = *position;
+        *position = DVec3::new(cos * x - sin * y, sin * x + cos * y, z + 0.75);
     }
+    mesh
 }
 
 fn diamond() -> MeshParts {

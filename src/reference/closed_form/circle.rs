@@ -1,11 +1,11 @@
-//! How much of a circle lies in a rectangle.
+//! The part of a circle that lies in a rectangle.
 
 use std::f64::consts::TAU;
 
 use super::TexelRect;
 
-/// The fraction (0..=1/4) of the circle of `radius` about the origin that lies in `part`, a rectangle in the first
-/// quadrant (corners with x, y ≥ 0).
+/// The fraction (0..=1/4) of the circle of `radius` about the origin that lies in `part`, a rectangle in the
+/// first quadrant (corners with x, y ≥ 0).
 ///
 /// There both coordinates are monotone along the circle: x ≤ r cos φ ≤ X and y ≤ r sin φ ≤ Y each allow
 /// one interval of φ, and the answer is their overlap over 2π.
@@ -27,12 +27,12 @@ pub(super) fn corner_radii(part: &TexelRect) -> [f64; 4] {
     radii
 }
 
-/// acos(x / r), written so that nothing cancels near x = r; 0 where the circle does not reach x.
+/// acos(x / r), written so that nothing cancels near x = r; 0 if the circle does not reach x.
 fn angle_of_x(radius: f64, x: f64) -> f64 {
     ((radius - x).max(0.0) * (radius + x)).sqrt().atan2(x)
 }
 
-/// asin(y / r); π/2 where the circle does not reach y.
+/// asin(y / r); π/2 if the circle does not reach y.
 fn angle_of_y(radius: f64, y: f64) -> f64 {
     y.atan2(((radius - y).max(0.0) * (radius + y)).sqrt())
 }

@@ -2,6 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
+use super::polygon::convex_hull;
 use crate::geometry::MeshParts;
 
 /// Why a mesh is not a solid for [`FlatFacets`](super::FlatFacets).
@@ -160,27 +161,4 @@ pub(super) fn facets(mesh: &MeshParts) -> Result<Vec<SolidFacet>, FacetsError> {
             facet
         })
         .collect())
-}
-
-/// Counter-clockwise, without points on its sides (Andrew 1979).
-pub(super) fn convex_hull(mut points: Vec<DVec2>) -> Vec<DVec2> {
-    points.sort_unstable_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
-    points.dedup();
-    let half = |points: &mut dyn Iterator<Item = DVec2>| {
-        let mut hull: Vec<DVec2> = Vec::new();
-        for point in points {
-            while let [.., a, b] = hull[..] {
-                if (b - a).perp_dot(point - b) > 0.0 {
-                    break;
-                }
-                hull.pop();
-            }
-            hull.push(point);
-        }
-        hull.pop();
-        hull
-    };
-    let mut hull = half(&mut points.iter().copied());
-    hull.extend(half(&mut points.iter().rev().copied()));
-    hull
 }

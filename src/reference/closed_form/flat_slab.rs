@@ -8,8 +8,8 @@ use crate::optics::dielectric_reflectance;
 
 /// A horizontal plane-parallel slab without borders, over a plane.
 ///
-/// A ray at the angle θ to the vertical crosses it at t, sin t = sin θ / n, leaves it at θ, and after k internal reflections
-/// (k even: the rest goes up) has been carried on by (k + 1) d tan t instead of d tan θ:
+/// A ray at the angle θ to the vertical crosses it at t, sin t = sin θ / n, leaves it at θ, and after k
+/// internal reflections (k even: the rest goes up) has been carried on by (k + 1) d tan t instead of d tan θ:
 ///
 /// ```text
 /// r = (H − d) tan θ + (k + 1) d tan t,     dΦ = 2π I sin θ (1 − F)² F^k dθ
@@ -28,8 +28,8 @@ pub struct FlatSlab {
 impl FlatSlab {
     /// One path's light on the plane below, from a light on the vertical through the origin.
     ///
-    /// Only [`KnownPath::Through`] an even number of reflections arrives. In parallel light along the axis nothing is
-    /// shifted: use [`FlatSlab::transmitted_fraction`].
+    /// Only [`KnownPath::Through`] an even number of reflections arrives. In parallel light along the axis
+    /// nothing is shifted: use [`FlatSlab::transmitted_fraction`].
     pub fn sheet(&self, light_height: f64, intensity: f64, path: KnownPath) -> RadialSheet {
         RadialSheet::new(ThroughTheSlab {
             slab: *self,
@@ -39,7 +39,8 @@ impl FlatSlab {
         })
     }
 
-    /// The fraction (0..=1) of the flux falling onto the slab that leaves it below, by one path; `cos_incident` as in air.
+    /// The fraction (0..=1) of the flux falling onto the slab that leaves it below, by one path;
+    /// `cos_incident` as in air.
     pub fn transmitted_fraction(&self, cos_incident: f64, path: KnownPath) -> f64 {
         match path {
             KnownPath::Through(k) if k % 2 == 0 => {
@@ -50,8 +51,10 @@ impl FlatSlab {
         }
     }
 
-    /// How far (m) the slab moves a ray's foot on any plane below, against the direction of travel, relative to the
-    /// same ray without slab: d tan θ − (k + 1) d tan t (negative where k carries it further).
+    /// Distance (m) by which the slab moves a ray's foot on any plane below, against the direction of travel.
+    ///
+    /// It is relative to the same ray without the slab: d tan θ − (k + 1) d tan t, negative if k carries it
+    /// further.
     pub fn foot_shift(&self, angle: f64, internal_reflections: u32) -> f64 {
         self.thickness
             * (angle.tan() - (f64::from(internal_reflections) + 1.0) * self.tan_inside(angle))

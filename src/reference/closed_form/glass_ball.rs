@@ -11,22 +11,22 @@ use crate::optics::dielectric_reflectance;
 pub enum AxialLight {
     /// A point on the axis.
     Point {
-        /// Above the receiver's plane (m).
+        /// Height above the receiver's plane (m).
         height: f64,
         /// Radiant intensity [W/sr].
         intensity: f64,
     },
     /// Parallel light along the axis.
     Parallel {
-        /// On a plane across the axis [W/m²].
+        /// Irradiance on a plane across the axis [W/m²].
         irradiance: f64,
     },
 }
 
 /// A glass ball between a light on its axis and a plane across that axis: all light on the plane.
 ///
-/// By symmetry every ray stays in a plane through the axis. Let θ be its angle to the axis (0: straight down) and i
-/// its angle of incidence on the ball of radius R whose centre is D below the light. Then
+/// By symmetry every ray stays in a plane through the axis. Let θ be its angle to the axis (0: straight down)
+/// and i its angle of incidence on the ball of radius R whose centre is D below the light. Then
 ///
 /// ```text
 /// sin θ = (R/D) sin i,   sin t = sin i / n,   a₀ = i − θ
@@ -42,26 +42,26 @@ pub enum AxialLight {
 /// dΦ = 2π I sin θ dθ · (1 − F)² F^k = 2π I (R/D)² (sin i cos i / cos θ) (1 − F)² F^k di
 /// ```
 ///
-/// with F(i) Fresnel's reflectance, the same inside and outside. A ray reflected from outside leaves at a₀ and
-/// δ = θ + π − 2i, with F. In i (instead of θ) all of it is smooth up to grazing incidence.
-/// For parallel light θ = 0 and dΦ = 2π E R² sin i cos i di.
-/// (The deflections are those of the rainbow: van de Hulst, *Light Scattering by Small Particles*, 12.22.)
+/// with F(i) Fresnel's reflectance, the same inside and outside. A ray reflected from outside leaves at a₀
+/// and δ = θ + π − 2i, with F. In i (instead of θ) all of it is smooth up to grazing incidence. For parallel
+/// light θ = 0 and dΦ = 2π E R² sin i cos i di. (The deflections are those of the rainbow: van de Hulst,
+/// *Light Scattering by Small Particles*, 12.22.)
 ///
 /// The ball must lie above the plane and below the light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GlassBall {
-    /// R (m).
+    /// Radius R (m).
     pub radius: f64,
     /// The centre's height h over the plane (m), more than R.
     pub center_height: f64,
     /// The index n of the ball relative to its surroundings; at least 1.
     pub ior: f64,
-    /// Where the light comes from.
+    /// The light over it.
     pub light: AxialLight,
 }
 
 impl GlassBall {
-    /// That of the shipped scene `glass-ball`.
+    /// The ball of the shipped scene `glass-ball`.
     pub const SHIPPED: Self = Self {
         radius: 1.0,
         center_height: 1.4,
@@ -109,7 +109,8 @@ impl GlassBall {
         }
     }
 
-    /// The angle θ to the axis, and the flux per unit of i, of light that falls onto the ball at the incidence i.
+    /// The angle θ to the axis, and the flux per unit of i, of light that falls onto the ball at the
+    /// incidence i.
     fn incoming(&self, incidence: f64) -> (f64, f64) {
         let (sin, cos) = incidence.sin_cos();
         match self.light {
@@ -300,8 +301,8 @@ mod tests {
             })
             .sum();
         let flux = sheet.texel_flux(&texel);
-        // The touching circle enters with a square root: the midpoint rule errs by about step^1.5 there, 3e-10
-        // times the slope's size, 100 W / 0.03, on 0.1 W.
+        // The touching circle enters with a square root: the midpoint rule errs by about step^1.5 there,
+        // 3e-10 times the slope's size, 100 W / 0.03, on 0.1 W.
         assert!((flux / brute - 1.0).abs() < 1e-5, "{flux} {brute}");
     }
 

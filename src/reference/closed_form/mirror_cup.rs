@@ -13,30 +13,30 @@ use super::{KnownPath, TexelGrid, TexelRect};
 pub enum CupLight {
     /// Parallel light that travels along (tan α, 0, −1).
     Parallel {
-        /// tan α, with α the light's angle to the vertical; positive.
+        /// tan α, with α the light's angle to the vertical; 0 or more.
         tan_angle: f64,
-        /// Across the light [W/m²].
+        /// Irradiance across the light [W/m²].
         irradiance: f64,
     },
     /// A point at (−`distance`, 0, `height`).
     Point {
-        /// From the cup's axis (m), 0 or more.
+        /// Distance from the cup's axis (m), 0 or more.
         distance: f64,
-        /// Over the bottom (m), more than the cup's.
+        /// Height over the bottom (m), more than the cup's.
         height: f64,
         /// Radiant intensity [W/sr].
         intensity: f64,
     },
 }
 
-/// An upright cylinder about the z axis, from z = 0 up, mirror inside and black outside: all light on the plane z = 0.
+/// An upright cylinder about the z axis, from z = 0 up, mirror inside and black outside: all light on the
+/// plane z = 0.
 ///
-/// A vertical wall leaves the vertical part of a direction alone. So, seen from above, a ray is a billiard in the circle
-/// of radius R, and it comes down to the plane after a
-/// horizontal length that no reflection changes.
+/// A vertical wall leaves the vertical part of a direction alone. Seen from above, a ray is a billiard in the
+/// circle of radius R. It comes down to the plane after a horizontal length that no reflection changes.
 ///
-/// A ray that travels at the azimuth β₀ and hits the wall at the azimuth a₁ has the (signed) incidence φ = a₁ − β₀.
-/// All its chords have the length c = 2 R cos φ and all its hits the incidence φ:
+/// A ray that travels at the azimuth β₀ and hits the wall at the azimuth a₁ has the (signed) incidence φ = a₁
+/// − β₀. All its chords have the length c = 2 R cos φ and all its hits the incidence φ:
 ///
 /// ```text
 /// a_j = a₁ + (j − 1)(π + 2φ),     β_j = β₀ + j (π + 2φ)
@@ -49,19 +49,19 @@ pub enum CupLight {
 /// point:     dΦ = I h t / (h² + t²)^(3/2) dt dψ,   t from s₀ h/(h − H) to s₁ h/(h − H) from the point
 /// ```
 ///
-/// (s₀, s₁: where the ray crosses the circle; below that range it meets the outside, above it flies over the cup). So
-/// the flux into a texel is an integral over lines of what the texel cuts out of each: one variable, no singularity.
-/// Where neighbouring lines cross is the caustic: τ behind the k-th hit with
-/// τ = R cos φ (2k − 1)/(2k) in parallel light, the nephroid for k = 1 (see [`MirrorCup::parallel_caustic`]).
+/// (s₀, s₁: where the ray crosses the circle; below that range it meets the outside, above it flies over the
+/// cup). So the flux into a texel is an integral over lines of what the texel cuts out of each: one variable,
+/// no singularity. The caustic is the curve on which neighbouring lines cross: τ behind the k-th hit with τ =
+/// R cos φ (2k − 1)/(2k) in parallel light, the nephroid for k = 1 (see [`MirrorCup::parallel_caustic`]).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MirrorCup {
-    /// R (m).
+    /// Radius R (m).
     pub radius: f64,
-    /// H (m).
+    /// Height H (m).
     pub height: f64,
     /// The wall's reflectance (0..=1), the same for all angles.
     pub reflectance: f64,
-    /// Where the light comes from.
+    /// The light over it.
     pub light: CupLight,
 }
 
@@ -69,18 +69,19 @@ pub struct MirrorCup {
 struct CupRay {
     start: DVec2,
     azimuth: f64,
-    /// φ, signed.
+    /// Incidence φ on the wall, signed.
     incidence: f64,
-    /// Where it enters the circle, in lengths t from `start`.
+    /// Length t from `start` at which it enters the circle.
     enter: f64,
-    /// Where it first hits the wall.
+    /// Length t from `start` at which it first hits the wall.
     hit: f64,
     /// d²Φ / (du dt) over dM/dt.
     density: f64,
 }
 
 impl MirrorCup {
-    /// The irradiance [W/m²] averaged over a texel, by one path ([`KnownPath::Direct`] or [`KnownPath::Reflected`]).
+    /// The irradiance [W/m²] averaged over a texel, by one path ([`KnownPath::Direct`] or
+    /// [`KnownPath::Reflected`]).
     ///
     /// Adaptive quadrature to about 1e-8 of the texel's unshaded irradiance.
     pub fn texel_irradiance(&self, path: KnownPath, texel: &TexelRect) -> f64 {
@@ -230,7 +231,7 @@ impl MirrorCup {
         }
     }
 
-    /// Where a line's light lands after so many reflections.
+    /// The stretch on which a line's light lands after so many reflections.
     fn leg(&self, line: &CupRay, reflections: u32) -> Option<Stretch> {
         let chord = 2.0 * self.radius * line.incidence.cos();
         let (from, to) = self.inside(line);
@@ -351,8 +352,8 @@ impl MirrorCup {
         }
     }
 
-    /// Whether a line within `half` of u may come within `reach` of `centre`, by a bound on how fast their distance
-    /// changes with u.
+    /// True if a line within `half` of u may come within `reach` of `centre`, by a bound on the rate at which
+    /// their distance changes with u.
     fn may_meet(&self, u: f64, half: f64, reflections: u32, centre: DVec2, reach: f64) -> bool {
         let line = self.line(u);
         let k = f64::from(reflections);

@@ -9,7 +9,8 @@ use super::quadrature::{integrate, simpson};
 use super::{RadialMap, RadialSheet, TexelGrid, TexelRect};
 use crate::optics::conductor_reflectance;
 
-/// A metal dish z = r²/(4f) in light that falls straight down: the light (path `LRD`) on a plane below its focus.
+/// A metal dish z = r²/(4f) in light that falls straight down: the light (path `LRD`) on a plane below its
+/// focus.
 ///
 /// Every ray is reflected through the focus (0, 0, f). From the dish's point at r it meets the plane z = p at
 ///
@@ -46,8 +47,8 @@ impl ParabolicMirror {
 
     /// The irradiance [W/m²] averaged over a texel of the receiver's plane, shade included.
     ///
-    /// Beside the shade's image it is [`RadialSheet::texel_irradiance`]; across it, adaptive quadrature to about 1e-9 of
-    /// the unshaded value.
+    /// Beside the shade's image it is [`RadialSheet::texel_irradiance`]; across it, adaptive quadrature to
+    /// about 1e-9 of the unshaded value.
     pub fn texel_irradiance(&self, sheet: &RadialSheet, texel: &TexelRect) -> f64 {
         let whole = sheet.texel_flux(texel);
         let dish = ByTheDish(*self);

@@ -8,15 +8,16 @@ use super::circle::{circle_fraction, corner_radii};
 use super::quadrature::integrate;
 use super::{TexelGrid, TexelRect};
 
-/// Where the light of a round scene lands: a family of rays in a half plane through the axis, by one variable u.
+/// The map of a round scene's light to the receiver: a family of rays in a half plane through the axis, by
+/// one variable u.
 ///
 /// Turned about the axis, the rays of [u, u + du] form a hollow cone, which lands on a circle.
 pub trait RadialMap: Send + Sync {
     /// The range of u.
     fn range(&self) -> (f64, f64);
 
-    /// The distance from the axis (m) at which ray u lands, negative where it has crossed the axis; `None` where it
-    /// never does. Smooth in u.
+    /// The distance from the axis (m) at which ray u lands, negative where it has crossed the axis; `None` if
+    /// it never does. Smooth in u.
     fn radius(&self, u: f64) -> Option<f64>;
 
     /// dΦ/du, the flux (W) of the cone per unit of u. Smooth in u.
@@ -32,12 +33,12 @@ pub trait RadialMap: Send + Sync {
 /// Φ(texel) = ∫ dΦ/du · fraction(|r(u)|, texel) du
 /// ```
 ///
-/// Nothing in it is singular: at folds of r(u), at the axis and on caustics the *irradiance*
-/// dΦ / (2π r dr) is infinite, but u goes through them smoothly. The fraction has kinks where the circle passes
-/// a corner of the texel (or touches a side on an axis of coordinates: a corner of a quadrant's part); the
-/// integral is cut there, by inverting r(u) on each monotone branch, and each piece is taken by Gauss's rule
-/// in a variable that also removes square roots at the ends. What is left is rounding: about 1e-12 of the
-/// circle's flux, from the difference of two angles in the fraction.
+/// Nothing in it is singular: at folds of r(u), at the axis and on caustics the *irradiance* dΦ / (2π r dr)
+/// is infinite, but u goes through them smoothly. The fraction has kinks where the circle passes a corner of
+/// the texel (or touches a side on an axis of coordinates: a corner of a quadrant's part); the integral is
+/// cut there, by inverting r(u) on each monotone branch, and each piece is taken by Gauss's rule in a
+/// variable that also removes square roots at the ends. What is left is rounding: about 1e-12 of the circle's
+/// flux, from the difference of two angles in the fraction.
 pub struct RadialSheet {
     map: Box<dyn RadialMap>,
     branches: Branches,
@@ -170,8 +171,8 @@ impl fmt::Debug for RadialSheet {
     }
 }
 
-/// Panels over the whole range of u: on each, the smooth parts of the maps used here (sines, Fresnel's formulas) are
-/// polynomials of degree 31 to rounding.
+/// Panels over the whole range of u: on each, the smooth parts of the maps used here (sines, Fresnel's
+/// formulas) are polynomials of degree 31 to rounding.
 const MOST_PANELS: usize = 32;
 
 /// The largest angle at which a ray still counts as falling onto a plane: a hair before parallel.
@@ -265,7 +266,8 @@ mod tests {
         let brute: f64 = (0..count)
             .map(|i| circle_fraction((step * (f64::from(i) + 0.5)).sin().abs(), &part) * step)
             .sum();
-        // The midpoint rule errs by step²/24 times the jumps of slope, here below 10 each, at most 30 of them.
+        // The midpoint rule errs by step²/24 times the jumps of slope, here below 10 each, at most 30 of
+        // them.
         assert!((sheet.texel_flux(&texel) - brute).abs() < 1e-10, "{brute}");
     }
 }

@@ -5,18 +5,19 @@ use super::quadrature::integrate;
 use super::{TexelGrid, TexelRect};
 use crate::optics::dielectric_reflectance;
 
-/// A water surface z = `depth` + A sin(k x + p) over the plane z = 0, in light that falls straight down (path `LTD`).
+/// A water surface z = `depth` + A sin(k x + p) over the plane z = 0, in light that falls straight down (path
+/// `LTD`).
 ///
-/// At x the surface has the slope s = A k cos(k x + p); light meets it at θ = atan s, is refracted to
-/// sin t = sin θ / n, and is turned by θ − t towards the side where the water stands higher (all angles signed):
+/// At x the surface has the slope s = A k cos(k x + p); light meets it at θ = atan s, is refracted to sin t =
+/// sin θ / n, and is turned by θ − t towards the side where the water stands higher (all angles signed):
 ///
 /// ```text
 /// x' = x + z(x) tan(θ − t),     dΦ per metre of y = E (1 − F(θ)) dx
 /// ```
 ///
-/// The irradiance averaged over a texel [x₀, x₁] is the integral of E (1 − F) over all x with x' in it, divided by its
-/// width; x' is inverted on each of its monotone branches, so that folds (caustic lines) need no care.
-/// The wave reaches from −`half_width` to `half_width`; y does not matter.
+/// The irradiance averaged over a texel [x₀, x₁] is the integral of E (1 − F) over all x with x' in it,
+/// divided by its width; x' is inverted on each of its monotone branches, so that folds (caustic lines) need
+/// no care. The wave reaches from −`half_width` to `half_width`; y does not matter.
 #[derive(Clone, Debug)]
 pub struct SineWater {
     wave: SineWave,
@@ -38,7 +39,7 @@ pub struct SineWave {
     pub ior: f64,
     /// E on a horizontal plane [W/m²].
     pub irradiance: f64,
-    /// Where the surface ends on both sides (m).
+    /// Distance of the surface's ends from the middle (m).
     pub half_width: f64,
 }
 
@@ -84,7 +85,8 @@ impl SineWater {
         row.repeat(grid.rows)
     }
 
-    /// Where (m) the light folds on the plane, in the order of the surface's points it comes from.
+    /// Places x' (m) at which the light folds on the plane, in the order of the surface's points it comes
+    /// from.
     pub fn fold_positions(&self) -> Vec<f64> {
         self.branches
             .iter()

@@ -1,12 +1,12 @@
-//! Which light, and where on the receiver.
+//! Paths of light, and rectangles on the receiver.
 
 use glam::DVec2;
 use rayon::prelude::*;
 
-/// What happens to light between its source and the receiver.
+/// Specular events of light between its source and the receiver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum KnownPath {
-    /// Nothing: `LD`.
+    /// None: `LD`.
     Direct,
     /// So many reflections from outside, 1 or more: `LRD`, `LRRD` ...
     Reflected(u32),
@@ -63,11 +63,11 @@ impl TexelRect {
 /// A rectangle cut into equal texels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TexelGrid {
-    /// The whole.
+    /// The whole rectangle.
     pub bounds: TexelRect,
-    /// Texels along x.
+    /// Number of texels along x.
     pub columns: usize,
-    /// Texels along y.
+    /// Number of texels along y.
     pub rows: usize,
 }
 

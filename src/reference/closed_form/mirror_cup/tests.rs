@@ -48,9 +48,9 @@ fn cups() -> [MirrorCup; 4] {
 fn what_enters_is_spread_over_the_reflections() {
     for cup in cups() {
         let bottom: f64 = (0..100).map(|k| cup.bottom_flux(k)).sum();
-        // Only light that nearly grazes the wall is reflected more often: chords below 1/100 of the way inside
-        // (here at most 4.2 R), so cos φ < 0.021, and ∫ R cos φ c dφ is 4/(3π) cos³ φ < 4e-6 of the opening's,
-        // times up to 2 for the unevenness of a near point light.
+        // Only light that nearly grazes the wall is reflected more often: chords below 1/100 of the way
+        // inside (here at most 4.2 R), so cos φ < 0.021, and ∫ R cos φ c dφ is 4/(3π) cos³ φ < 4e-6 of the
+        // opening's, times up to 2 for the unevenness of a near point light.
         let entering = cup.entering_flux();
         assert!(
             bottom < entering * (1.0 + 1e-9) && bottom > entering * (1.0 - 8e-6),

@@ -25,7 +25,8 @@ impl BallOnAxis {
     ///
     /// # Errors
     ///
-    /// If it is no glass, not on the normal through the receiver's middle, or not between the receiver and a light on that normal.
+    /// If it is no glass, not on the normal through the receiver's middle, or not between the receiver and a
+    /// light on that normal.
     pub(super) fn new(
         plane: &ReceiverPlane,
         light: &OneLight,

@@ -14,8 +14,9 @@ use crate::scene::Material;
 
 /// Error of a texel as a part of the irradiance without the cup.
 ///
-/// Each window of the quadrature is integrated to 1e-8 of it. The estimate fails to see an error far smaller than that
-/// only in windows with a kink: of a texel's four corners, and of the two ends of the lit stretch, on up to two branches.
+/// Each window of the quadrature is integrated to 1e-8 of it. The estimate fails to see an error far smaller
+/// than that only in windows with a kink: of a texel's four corners, and of the two ends of the lit stretch,
+/// on up to two branches.
 const OF_UNSHADED: f64 = 1e-7;
 
 /// Directions that differ from a side of the receiver by no more than this (rad) are along it.
@@ -37,8 +38,8 @@ impl MirroringCup {
     ///
     /// # Errors
     ///
-    /// If it is no perfect mirror on its inner side alone, does not stand on the receiver, or the light is not above its
-    /// rim and in a plane along a side of the receiver.
+    /// If it is no perfect mirror on its inner side alone, does not stand on the receiver, or the light is
+    /// not above its rim and in a plane along a side of the receiver.
     pub(super) fn new(
         plane: &ReceiverPlane,
         light: &OneLight,

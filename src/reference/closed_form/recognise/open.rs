@@ -12,14 +12,15 @@ use crate::reference::closed_form::{
     AxialSpot, KnownPath, TexelRect, lambert_irradiance, parallel_irradiance, point_irradiance,
 };
 
-/// Error of a solid angle \[sr\]: four angles of up to π/2, each rounded by some four units in the last place.
+/// Error of a solid angle \[sr\]: four angles of up to π/2, each rounded by some four units in the last
+/// place.
 const OF_SOLID_ANGLE: f64 = 8e-15;
 
 /// Error of a value that is a few products, relative.
 const OF_PRODUCT: f64 = 1e-13;
 
-/// Error of Lambert's sum, as a part of the radiance: four terms below π, each rounded by some eight units in the last
-/// place.
+/// Error of Lambert's sum, as a part of the radiance: four terms below π, each rounded by some eight units in
+/// the last place.
 const OF_RADIANCE: f64 = 1e-14;
 
 /// Half texels and whole ones must agree on the light of an area light to this part of it, or texels are cut.
@@ -165,8 +166,8 @@ impl KnownLight for OpenLight {
 
 /// The mean irradiance of a texel from a rectangle of radiance 1, and its error.
 ///
-/// The rule on the four quarters is 2⁸ times as good as that on the whole, so the difference of both is more than its
-/// error. Texels near the light, if a few widths of texel away, are cut until that is small.
+/// The rule on the four quarters is 2⁸ times as good as that on the whole, so the difference of both is more
+/// than its error. Texels near the light, if a few widths of texel away, are cut until that is small.
 fn mean_of_lamp(corners: &[DVec3; 4], texel: &TexelRect, cuts: u32) -> (f64, f64) {
     let quarters = quarters(texel);
     let whole = mean_by_rule(corners, texel);

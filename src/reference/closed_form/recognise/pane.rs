@@ -17,10 +17,10 @@ const OF_CONSTANT: f64 = 1e-13;
 
 /// A pane in light of strength 1.
 ///
-/// Its borders are out of play. From a point on the axis all light moves outward as it goes down, and light straight
-/// down does not move at all. So light on the receiver has met both faces no farther from the axis than it
-/// lands; and light by a border, or past it, lands farther out than the border. The receiver must therefore reach less far than both
-/// faces do.
+/// Its borders are out of play. From a point on the axis all light moves outward as it goes down, and light
+/// straight down does not move at all. So light on the receiver has met both faces no farther from the axis
+/// than it lands; and light by a border, or past it, lands farther out than the border. The receiver must
+/// therefore reach less far than both faces do.
 pub(super) struct Pane {
     slab: FlatSlab,
     glass: Glass,
@@ -34,8 +34,8 @@ impl Pane {
     ///
     /// # Errors
     ///
-    /// If the faces are not parallel to the receiver, of one glass, and wide enough, or the light is neither on the
-    /// normal through the receiver's middle nor along it.
+    /// If the faces are not parallel to the receiver, of one glass, and wide enough, or the light is neither
+    /// on the normal through the receiver's middle nor along it.
     pub(super) fn new(
         plane: &ReceiverPlane,
         light: &OneLight,
@@ -146,8 +146,8 @@ impl KnownLight for Pane {
     }
 }
 
-/// Distance of the nearest side of a face from the normal through the receiver's middle; negative if that normal misses
-/// the face.
+/// Distance of the nearest side of a face from the normal through the receiver's middle; negative if that
+/// normal misses the face.
 fn inscribed_radius(plane: &ReceiverPlane, face: &Rectangle) -> f64 {
     let corners = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]
         .map(|(u, v)| plane.point(face.point(DVec2::new(u, v))).truncate());

@@ -138,8 +138,8 @@ impl ReceiverPlane {
         self.grid_about(DVec2::ZERO, 0)
     }
 
-    /// The film in a frame whose origin is `origin` and whose x axis is this plane's, turned by so many right angles
-    /// from x to y.
+    /// The film in a frame whose origin is `origin` and whose x axis is this plane's, turned by so many right
+    /// angles from x to y.
     pub(super) fn grid_about(&self, origin: DVec2, quarter_turns: u32) -> FilmGrid {
         let Film {
             width,

@@ -1,6 +1,7 @@
 //! The reason why a scene has no closed form here.
 
-/// The reason why a scene has no closed form here: one sentence that names what is in the way, and what is allowed.
+/// The reason why a scene has no closed form here: one sentence that names what is in the way, and what is
+/// allowed.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
 pub struct Refused(String);

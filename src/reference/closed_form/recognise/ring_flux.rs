@@ -6,14 +6,15 @@ use rayon::prelude::*;
 use super::plane::FilmGrid;
 use crate::reference::closed_form::{RadialSheet, TexelRect};
 
-/// Error of a texel as a part of its value: Gauss's rule, the inverse of the radial map, and an axis that is off by
-/// 1e-13 of the scene's size, some 1e-11 of a texel's width on films of 512 texels.
+/// Error of a texel as a part of its value: Gauss's rule, the inverse of the radial map, and an axis that is
+/// off by 1e-13 of the scene's size, some 1e-11 of a texel's width on films of 512 texels.
 const OF_VALUE: f64 = 1e-10;
 
 /// Error of a texel as a part of the flux of all circles that meet it.
 ///
-/// The fraction of a circle is a difference of two angles, each rounded to some 1e-16 of a turn; 1e-12 is what
-/// [`RadialSheet`] states with the quadrature's error, and four times that takes in the place of the axis.
+/// The fraction of a circle is a difference of two angles, each rounded to some 1e-16 of a turn; 1e-12 is
+/// what [`RadialSheet`] states with the quadrature's error, and four times that takes in the place of the
+/// axis.
 const OF_RING: f64 = 4e-12;
 
 /// Flux of one sheet within each of many radii.

@@ -14,8 +14,8 @@ use crate::reference::closed_form::{FacetsError, FlatFacets, ParallelLight};
 
 /// Error of a texel as a part of the light's irradiance.
 ///
-/// A polygon's share of a texel is a difference of areas of the size of the polygon: some 1e-15 of it, that is 1e-11 of a
-/// texel for the largest, and a hundred such polygons add up.
+/// A polygon's share of a texel is a difference of areas of the size of the polygon: some 1e-15 of it, that
+/// is 1e-11 of a texel for the largest, and a hundred such polygons add up.
 const OF_LIGHT: f64 = 1e-9;
 
 /// A solid of more triangles is taken for a curved one.
@@ -36,7 +36,8 @@ impl SolidInParallelLight {
     ///
     /// # Errors
     ///
-    /// If it is no closed convex solid of glass with flat facets in front of the receiver, or the light is not parallel.
+    /// If it is no closed convex solid of glass with flat facets in front of the receiver, or the light is
+    /// not parallel.
     pub(super) fn new(
         plane: &ReceiverPlane,
         light: &OneLight,
