@@ -121,7 +121,7 @@ fn a_lamp_100_km_away_is_as_good_as_the_sun() {
         ior: 1.5,
     };
     let truth = pane
-        .sheet(height, intensity, closed_form::Path::Through(0))
+        .sheet(height, intensity, closed_form::KnownPath::Through(0))
         .map(&TexelGrid::square(1.0, SIDE));
     let folder = tempfile::tempdir().unwrap();
     for things in [PANE, RECTANGLES] {

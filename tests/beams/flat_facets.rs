@@ -9,7 +9,7 @@ use nephroid::geometry::{Mesh, MeshParts, Shape};
 use nephroid::mitsuba;
 use nephroid::reference::beams::run::Setup;
 use nephroid::reference::beams::{BeamBudget, BeamSettings};
-use nephroid::reference::closed_form::{FlatFacets, ParallelLight, Path, TexelGrid};
+use nephroid::reference::closed_form::{FlatFacets, KnownPath, ParallelLight, TexelGrid};
 use nephroid::reference::{LayerName, Progress};
 use nephroid::scene::{Crop, Scene, SensorKind};
 use nephroid::transport::facets::path::{FacetLight, FacetPaths};
@@ -97,7 +97,7 @@ fn solids() -> [(&'static str, Solid); 3] {
 }
 
 /// Each texel's error and the mean over the lit ones, and all uncertain flux of what set out, of one path.
-fn compare(solid: &Solid, path: Path, deepest: u32) -> (f64, f64, f64) {
+fn compare(solid: &Solid, path: KnownPath, deepest: u32) -> (f64, f64, f64) {
     let scene = &solid.scene;
     let is_meter = |kind: &SensorKind| matches!(kind, SensorKind::IrradianceMeter { .. });
     let sensor = scene.sensors().iter().find(|s| is_meter(&s.kind)).unwrap();
@@ -155,8 +155,8 @@ fn compare(solid: &Solid, path: Path, deepest: u32) -> (f64, f64, f64) {
 fn every_texel_of_cube_prism_and_diamond_is_that_of_the_closed_form_to_rounding() {
     const DEEPEST: u32 = 6;
     for (name, solid) in solids() {
-        let through = (0..=DEEPEST).map(Path::Through);
-        for path in [Path::Reflected(1)].into_iter().chain(through) {
+        let through = (0..=DEEPEST).map(KnownPath::Through);
+        for path in [KnownPath::Reflected(1)].into_iter().chain(through) {
             let (worst, mean, uncertain) = compare(&solid, path, DEEPEST);
             // An edge of a polygon that is off by 2⁻⁵⁰ of the scene's size, about a hundred texels,
             // moves as much of a texel's light; up to 8 legs stretch that by 10 each at most

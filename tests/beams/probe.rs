@@ -7,7 +7,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use glam::DVec2;
 use nephroid::optics::dielectric_reflectance;
-use nephroid::reference::closed_form::{GlassBall, Path};
+use nephroid::reference::closed_form::{GlassBall, KnownPath};
 
 use crate::support;
 use crate::support::probes::{of, probe_at, sign_changes, sum};
@@ -93,7 +93,7 @@ const STEEP_ENOUGH: f64 = 0.04;
 #[test]
 fn a_probe_of_the_ball_finds_every_preimage_and_its_irradiance() {
     let scene = bundled("glass-ball", 16);
-    let fold = GlassBall::SHIPPED.sheet(Path::Through(0)).fold_radii()[0];
+    let fold = GlassBall::SHIPPED.sheet(KnownPath::Through(0)).fold_radii()[0];
     let mut three = 0;
     let mut one = 0;
     for number in 0..12 {
@@ -150,7 +150,7 @@ fn the_balls_shadow_is_dark_and_direct_light_obeys_the_inverse_square() {
 #[test]
 fn across_the_balls_fold_two_preimages_are_born_and_the_distance_to_it_is_known() {
     let scene = bundled("glass-ball", 16);
-    let fold = GlassBall::SHIPPED.sheet(Path::Through(0)).fold_radii()[0];
+    let fold = GlassBall::SHIPPED.sheet(KnownPath::Through(0)).fold_radii()[0];
     for distance in [1e-2, 1e-4, 1e-6, 1e-8] {
         let inside = probe_at(&scene, 2.0, around(fold - distance, 5), 2);
         let outside = probe_at(&scene, 2.0, around(fold + distance, 5), 2);

@@ -7,7 +7,7 @@ use nephroid::generate::{BrilliantCut, Wave, geodesic_sphere, height_field, roun
 use nephroid::geometry::{Mesh, MeshParts, Shape};
 use nephroid::mitsuba;
 use nephroid::optics::dielectric_reflectance;
-use nephroid::reference::closed_form::{FlatFacets, ParallelLight, SineWater, SineWave, Texel};
+use nephroid::reference::closed_form::{FlatFacets, ParallelLight, SineWater, SineWave, TexelRect};
 use nephroid::scene::Scene;
 
 use crate::support::probes::{of, probe_at, sign_changes, sum};
@@ -229,8 +229,9 @@ fn a_probe_of_water_with_one_wave_finds_every_preimage() {
             );
         }
         // The wave itself: where its mean over a short texel is steady, no fold is near and the mesh's count is the wave's.
-        let mean =
-            |half: f64| smooth.texel_irradiance(&Texel::new(at.x - half, 0.0, at.x + half, 1.0));
+        let mean = |half: f64| {
+            smooth.texel_irradiance(&TexelRect::new(at.x - half, 0.0, at.x + half, 1.0))
+        };
         if (mean(0.01) / mean(0.001) - 1.0).abs() < 0.01 {
             // A strip's turning normal is a chord of the sine's: dx'/dx is off by depth (1 − 1/n) A k² · k h / 2, with h = 2.1 / 96
             // and a bend of at most A k² = 8.6, so by 1.7 · 0.13 = 0.23 at most where it is steepest.

@@ -4,7 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use nephroid::radiometry::Rgb;
 use nephroid::reference::Estimate;
-use nephroid::reference::closed_form::{FlatSlab, Path, RadialMap, RadialSheet, TexelGrid};
+use nephroid::reference::closed_form::{FlatSlab, KnownPath, RadialMap, RadialSheet, TexelGrid};
 use nephroid::scene::Scene;
 
 use crate::support::beams::{assert_photons_are_within_bounds, beams_to, known_by};
@@ -187,7 +187,7 @@ impl RadialMap for Part {
 
     fn flux_density(&self, u: f64) -> f64 {
         let factor = self.falloff.map_or(1.0, |(b, c)| (c - u) / (c - b));
-        let passed = SpotThroughPane::PANE.transmitted_fraction(u.cos(), Path::Through(0));
+        let passed = SpotThroughPane::PANE.transmitted_fraction(u.cos(), KnownPath::Through(0));
         TAU * factor * u.sin() * passed
     }
 }

@@ -6,7 +6,9 @@ use std::fs;
 
 use nephroid::numeric::quadrature::GaussLegendre;
 use nephroid::optics::dielectric_reflectance;
-use nephroid::reference::closed_form::{AxialLight, GlassBall, ParabolicMirror, Path, TexelGrid};
+use nephroid::reference::closed_form::{
+    AxialLight, GlassBall, KnownPath, ParabolicMirror, TexelGrid,
+};
 use nephroid::reference::{Estimate, Layer, LayerName};
 use nephroid::scene::Scene;
 
@@ -144,7 +146,7 @@ fn bounds_hold_where_a_fold_touches_a_line_between_texels() {
     const SIDE: usize = 64;
     let mut faults = String::new();
     let mut judged = 0;
-    for (path, line) in [(Path::Through(0), 9), (Path::Through(0), 23)] {
+    for (path, line) in [(KnownPath::Through(0), 9), (KnownPath::Through(0), 23)] {
         let sheet = GlassBall::SHIPPED.sheet(path);
         for fold in sheet.fold_radii() {
             for beside in [0.0, 1e-9, -1e-9] {
@@ -361,7 +363,7 @@ fn a_floor_that_a_ball_touches_gets_the_balls_light() {
             },
         };
         let map = ball
-            .sheet(Path::Through(0))
+            .sheet(KnownPath::Through(0))
             .map(&TexelGrid::square(1.0, SIDE));
         let accuracy = 1e-9 * map.iter().copied().fold(0.0, f64::max);
         let [low, high] =

@@ -7,7 +7,7 @@ use nephroid::geometry::{MeshParts, Ray, Shape, Sphere, Transform, World};
 use nephroid::numeric::distributions::critical_value;
 use nephroid::numeric::quadrature::GaussLegendre;
 use nephroid::optics::dielectric_reflectance;
-use nephroid::reference::closed_form::{AxialLight, GlassBall, Path, TexelGrid};
+use nephroid::reference::closed_form::{AxialLight, GlassBall, KnownPath, TexelGrid};
 use nephroid::scene::Scene;
 use nephroid::transport::first_surface::{Source, patches};
 
@@ -229,9 +229,9 @@ fn a_lamp_may_be_a_ten_thousandth_of_a_radius_or_a_million_radii_from_the_ball()
         let by_photons = photons(&ball(&light, center, HALF, 1), 1 << 17, 2);
         let mut all = vec![0.0; SIDE * SIDE];
         for (signature, path) in [
-            ("LD", Path::Direct),
-            ("LRD", Path::Reflected(1)),
-            ("LTTD", Path::Through(0)),
+            ("LD", KnownPath::Direct),
+            ("LRD", KnownPath::Reflected(1)),
+            ("LTTD", KnownPath::Through(0)),
         ] {
             let truth = known.sheet(path).map(&TexelGrid::square(HALF, SIDE));
             // From near by the ball shades all of the receiver, and reflects nothing onto it.
@@ -420,7 +420,7 @@ fn a_receiver_in_the_focus_is_as_good_as_one_beside_it() {
             };
             let found = beams(&ball(light, center, half, side), 1e-2, 2);
             let grid = TexelGrid::square(half, side);
-            let truth = known.sheet(Path::Through(0)).map(&grid);
+            let truth = known.sheet(KnownPath::Through(0)).map(&grid);
             let name = format!("{side} {away:e}");
             let [off, error] = assert_as_asked(&name, &found, "LTTD", &truth, 1e-2);
             println!("  {side} {away:+.0e}: {off:.1e}, {error:.1e}");

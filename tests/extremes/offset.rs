@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use glam::{DVec2, DVec3};
 use nephroid::geometry::{MeshParts, Ray, Shape, TraversalCounters};
-use nephroid::reference::closed_form::{GlassBall, Path, TexelGrid};
+use nephroid::reference::closed_form::{GlassBall, KnownPath, TexelGrid};
 use nephroid::scene::Scene;
 use nephroid::transport::chain::{Arrival, ChainSettings, ChainSink, ChainTracer};
 use nephroid::transport::flux::Flux;
@@ -421,7 +421,7 @@ fn conditioning(template: &Template, depth: u32, side: usize) -> Conditioning {
 fn the_glass_balls_map_is_as_good_anywhere_as_at_home() {
     const PHOTONS: u64 = 1 << 18;
     let truth = GlassBall::SHIPPED
-        .sheet(Path::Through(0))
+        .sheet(KnownPath::Through(0))
         .map(&TexelGrid::square(2.0, SIDE));
     println!("glass ball moved");
     let known = conditioning(&BALL, 2, SIDE);

@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_1_PI, PI};
 use glam::DVec2;
 use nephroid::optics::dielectric_reflectance;
 use nephroid::radiometry::Rgb;
-use nephroid::reference::closed_form::{GlassBall, Path, Texel};
+use nephroid::reference::closed_form::{GlassBall, KnownPath, TexelRect};
 use nephroid::reference::{Estimate, LayerName};
 use nephroid::scene::Scene;
 use nephroid::transport::camera::Camera;
@@ -58,7 +58,7 @@ fn assert_known(
     name: &str,
     estimate: &Estimate,
     scale: f64,
-    texel: impl Fn(usize) -> Texel,
+    texel: impl Fn(usize) -> TexelRect,
 ) -> [f64; 2] {
     let mut through = None;
     for layer in &estimate.layers {
@@ -72,7 +72,7 @@ fn assert_known(
         let Some(reflections) = inside else {
             continue;
         };
-        let sheet = GlassBall::SHIPPED.sheet(Path::Through(reflections.len() as u32));
+        let sheet = GlassBall::SHIPPED.sheet(KnownPath::Through(reflections.len() as u32));
         let bounds = layer.interval.as_ref().unwrap();
         let (mut worst, mut width) = (0.0_f64, 0.0_f64);
         for index in 0..SIDE * SIDE {
@@ -119,7 +119,7 @@ fn a_camera_ever_nearer_to_a_floor_sees_what_falls_there() {
             let corner = DVec2::new((index % SIDE) as f64, (index / SIDE) as f64);
             let (a, b) = (on_floor(corner), on_floor(corner + 1.0));
             let (low, high) = (a.min(b), a.max(b));
-            Texel::new(low.x, low.y, high.x, high.y)
+            TexelRect::new(low.x, low.y, high.x, high.y)
         };
         let estimate = beams(&scene, "near", 0.01);
         let name = format!("{height:e} m");
@@ -148,7 +148,7 @@ fn a_crop_of_an_ever_finer_film_has_the_light_of_its_place() {
                 (offset.x + index / SIDE) as f64,
             );
             let low = at * size - 2.0;
-            Texel::new(low.x, low.y, low.x + size, low.y + size)
+            TexelRect::new(low.x, low.y, low.x + size, low.y + size)
         };
         let estimate = beams(&scene, "floor", 0.01);
         let name = format!("{width} texels");

@@ -10,8 +10,8 @@ use glam::{DVec2, DVec3};
 use nephroid::generate::{BrilliantCut, round_brilliant};
 use nephroid::optics::{dielectric_reflectance, reflect, refract};
 use nephroid::reference::closed_form::{
-    AxialLight, CupLight, FlatFacets, GlassBall, MirrorCup, ParallelLight, Path, PlanoConvexLens,
-    SineWater, SineWave, TexelGrid,
+    AxialLight, CupLight, FlatFacets, GlassBall, KnownPath, MirrorCup, ParallelLight,
+    PlanoConvexLens, SineWater, SineWave, TexelGrid,
 };
 
 /// Some 2,000 texels are compared a test: a normal deviate exceeds 5 in none of them but once in 900 runs.
@@ -134,14 +134,14 @@ fn a_glass_balls_layers_agree_with_random_rays() {
     let fine = TexelGrid::square(0.4, 32);
     let rays = 1_000_000;
     let paths = [
-        Path::Reflected(1),
-        Path::Through(0),
-        Path::Through(1),
-        Path::Through(2),
+        KnownPath::Reflected(1),
+        KnownPath::Through(0),
+        KnownPath::Through(1),
+        KnownPath::Through(2),
     ];
-    let mut tallies: Vec<(Path, Tally)> =
+    let mut tallies: Vec<(KnownPath, Tally)> =
         paths.iter().map(|&path| (path, Tally::new(grid))).collect();
-    tallies.push((Path::Through(0), Tally::new(fine)));
+    tallies.push((KnownPath::Through(0), Tally::new(fine)));
     let mut random = Random(1);
     let (lamp, center) = (DVec3::new(0.0, 0.0, 4.0), DVec3::new(0.0, 0.0, 1.4));
     let lowest_cos = (1.0 - 1.0 / 2.6_f64.powi(2)).sqrt();
@@ -154,7 +154,7 @@ fn a_glass_balls_layers_agree_with_random_rays() {
             continue;
         };
         let mut point = lamp + direction * distance;
-        let mut deposit = |path: Path, point: DVec3, direction: DVec3, flux: f64| {
+        let mut deposit = |path: KnownPath, point: DVec3, direction: DVec3, flux: f64| {
             for (_, tally) in tallies.iter_mut().filter(|(of, _)| *of == path) {
                 tally.deposit(point, direction, flux);
             }
@@ -162,7 +162,7 @@ fn a_glass_balls_layers_agree_with_random_rays() {
         let normal = point - center;
         let reflectance = dielectric_reflectance(-direction.dot(normal), 1.5);
         deposit(
-            Path::Reflected(1),
+            KnownPath::Reflected(1),
             point,
             reflect(direction, normal),
             flux * reflectance,
@@ -174,7 +174,12 @@ fn a_glass_balls_layers_agree_with_random_rays() {
             let normal = point - center;
             let reflectance = dielectric_reflectance(inside.dot(normal), 1.0 / 1.5);
             if let Some(outside) = refract(inside, -normal, 1.0 / 1.5) {
-                deposit(Path::Through(k), point, outside, flux * (1.0 - reflectance));
+                deposit(
+                    KnownPath::Through(k),
+                    point,
+                    outside,
+                    flux * (1.0 - reflectance),
+                );
             }
             inside = reflect(inside, normal);
             flux *= reflectance;
@@ -292,7 +297,7 @@ fn mirror_cups_agree_with_random_rays() {
                 &format!("{cup:?} {k}"),
                 rays,
                 4.0 * cup.entering_flux(),
-                &cup.map(Path::Reflected(k), &grid),
+                &cup.map(KnownPath::Reflected(k), &grid),
             );
         }
     }
@@ -355,7 +360,7 @@ fn waves_agree_with_random_rays() {
         half_width: 1.0,
     };
     let grid = TexelGrid {
-        bounds: nephroid::reference::closed_form::Texel::new(-1.0, -0.5, 1.0, 0.5),
+        bounds: nephroid::reference::closed_form::TexelRect::new(-1.0, -0.5, 1.0, 0.5),
         columns: 400,
         rows: 1,
     };
@@ -449,10 +454,14 @@ fn a_cut_stone_agrees_with_random_rays() {
             inside = reflect(inside, normal);
         }
     }
-    let mut compared =
-        reflected.assert_agrees("LRD", rays, flux, &exact.map(Path::Reflected(1), &grid));
+    let mut compared = reflected.assert_agrees(
+        "LRD",
+        rays,
+        flux,
+        &exact.map(KnownPath::Reflected(1), &grid),
+    );
     for (tally, k) in through.iter().zip(0..) {
-        let path = Path::Through(k);
+        let path = KnownPath::Through(k);
         compared += tally.assert_agrees(&path.signature(), rays, flux, &exact.map(path, &grid));
     }
     assert!(compared > 100, "{compared}");

@@ -18,8 +18,8 @@ use nephroid::generate::write_ply;
 use nephroid::geometry::{MeshParts, Shape};
 use nephroid::numeric::StreamKind;
 use nephroid::reference::closed_form::{
-    CupLight, FlatFacets, FlatSlab, GlassBall, MirrorCup, ParallelLight, Path, SineWater, SineWave,
-    TexelGrid, lambert_irradiance, point_irradiance,
+    CupLight, FlatFacets, FlatSlab, GlassBall, KnownPath, MirrorCup, ParallelLight, SineWater,
+    SineWave, TexelGrid, lambert_irradiance, point_irradiance,
 };
 use nephroid::reference::{Estimate, LayerName};
 use nephroid::scene::Scene;
@@ -99,18 +99,18 @@ fn the_glass_balls_flux_is_right_in_every_path() {
     let scene = bundled("glass-ball", 1);
     let photons = Photons::new(1 << 22);
     let estimate = photons.estimate(&scene);
-    let compare = |path: Path, largest_share: f64| {
+    let compare = |path: KnownPath, largest_share: f64| {
         let truth = GlassBall::SHIPPED.sheet(path).map(&ball_grid(1));
         Compared::new(&scene, &photons, &estimate, &path.signature(), &truth)
             .photons_carry_at_most(largest_share)
     };
-    compare(Path::Through(0), 1.0).assert_regions(1);
-    compare(Path::Reflected(1), 1.0).assert_regions(1);
+    compare(KnownPath::Through(0), 1.0).assert_regions(1);
+    compare(KnownPath::Reflected(1), 1.0).assert_regions(1);
     for reflections in [2, 3, 7] {
-        compare(Path::Through(reflections), AFTER_TR).assert_regions(1);
+        compare(KnownPath::Through(reflections), AFTER_TR).assert_regions(1);
     }
     // One reflection inside sends all light upward or far away: none of it on this floor.
-    let none = compare(Path::Through(1), AFTER_TR);
+    let none = compare(KnownPath::Through(1), AFTER_TR);
     assert_eq!((none.high[0], none.estimate[0]), (0.0, 0.0));
 }
 
@@ -119,9 +119,9 @@ fn the_glass_balls_flux_is_right_in_every_path() {
 #[test]
 fn the_glass_balls_light_falls_into_the_right_regions() {
     for (path, side, largest_share, least) in [
-        (Path::Through(0), REGIONS, 1.0, 12),
-        (Path::Reflected(1), 4, 1.0, 4),
-        (Path::Through(3), 2, AFTER_TR, 4),
+        (KnownPath::Through(0), REGIONS, 1.0, 12),
+        (KnownPath::Reflected(1), 4, 1.0, 4),
+        (KnownPath::Through(3), 2, AFTER_TR, 4),
     ] {
         let scene = bundled("glass-ball", side);
         let photons = Photons::new(1 << 20);
@@ -141,7 +141,7 @@ fn the_glass_balls_texels_scatter_about_the_truth_as_their_error_bars_say() {
     const SIDE: usize = 128;
     let scene = bundled("glass-ball", SIDE);
     let truth = GlassBall::SHIPPED
-        .sheet(Path::Through(0))
+        .sheet(KnownPath::Through(0))
         .map(&ball_grid(SIDE));
     for stream in STREAMS {
         let photons = Photons::new(1 << 21).stream(stream);
@@ -159,7 +159,9 @@ fn the_glass_balls_texels_scatter_about_the_truth_as_their_error_bars_say() {
 fn the_glass_balls_shadow_is_a_disc() {
     let scene = bundled("glass-ball", 64);
     let estimate = Photons::new(64).estimate(&scene);
-    let truth = GlassBall::SHIPPED.sheet(Path::Direct).map(&ball_grid(64));
+    let truth = GlassBall::SHIPPED
+        .sheet(KnownPath::Direct)
+        .map(&ball_grid(64));
     assert_direct_light_is_within_its_bound(&estimate, &truth);
 }
 
@@ -180,13 +182,13 @@ fn bar_the_glass_ball_at_default_settings_is_right_to_1_2_percent() {
     let grid = ball_grid(SIDE);
     let lamp = DVec3::new(0.0, 0.0, 4.0);
     let bare = grid.map(|texel| point_irradiance(lamp, 100.0, texel));
-    let truth = GlassBall::SHIPPED.sheet(Path::Through(0)).map(&grid);
+    let truth = GlassBall::SHIPPED.sheet(KnownPath::Through(0)).map(&grid);
     let caustic = |texel: usize| truth[texel] > bare[texel];
     let layer = Compared::new(&scene, &photons, &estimate, "LTTD", &truth);
     let it = layer.agreement_of(caustic);
     println!("LTTD, caustic: {it:?}");
     // For the record: where the light is faint a texel gets few photons or none, and no error bar worth its name.
-    let reflected = GlassBall::SHIPPED.sheet(Path::Reflected(1)).map(&grid);
+    let reflected = GlassBall::SHIPPED.sheet(KnownPath::Reflected(1)).map(&grid);
     let other = Compared::new(&scene, &photons, &estimate, "LRD", &reflected);
     for (layer, truth) in [(&layer, &truth), (&other, &reflected)] {
         let seen = |texel: usize| layer.estimate[texel] > 0.0;
@@ -264,12 +266,12 @@ impl Facets {
             };
             let text = signature.to_string();
             let path = (0..signature.len() as u32)
-                .map(Path::Through)
-                .chain([Path::Direct, Path::Reflected(1)])
+                .map(KnownPath::Through)
+                .chain([KnownPath::Direct, KnownPath::Reflected(1)])
                 .find(|path| path.signature() == text)
                 .unwrap_or_else(|| panic!("a convex solid has no path {text}"));
             let truth = solid.map(path, &grid);
-            if path == Path::Direct {
+            if path == KnownPath::Direct {
                 assert_direct_light_is_within_its_bound(&estimate, &truth);
             } else if signature.len() as u32 <= self.most_reflections + 2 {
                 let it = Compared::new(&scene, &photons, &estimate, &text, &truth);
@@ -361,7 +363,7 @@ fn assert_cup_agrees(name: &str, cup: &MirrorCup, half_width: f64, bare: f64, si
         let photons = Photons::new(1 << 20).stream(stream);
         let estimate = photons.estimate(&scene);
         for reflections in [1, 2] {
-            let path = Path::Reflected(reflections);
+            let path = KnownPath::Reflected(reflections);
             let it = Compared::new(
                 &scene,
                 &photons,
@@ -415,7 +417,7 @@ fn a_pane_shifts_light_and_dims_it_by_fresnels_series() {
         let estimate = photons.estimate(&scene);
         // Light on the floor has met the pane at less than 20°, where (1 − F) F < 0.04.
         for (reflections, largest_share) in [(0, 1.0), (2, 0.04)] {
-            let path = Path::Through(reflections);
+            let path = KnownPath::Through(reflections);
             let truth = pane
                 .sheet(2.0, 100.0, path)
                 .map(&TexelGrid::square(0.5, side));
@@ -656,7 +658,7 @@ fn the_square_lamps_light_fades_into_the_balls_shadow() {
         sums
     };
     let grid = TexelGrid::square(1.0, SIDE);
-    let average = |texel: &nephroid::reference::closed_form::Texel| {
+    let average = |texel: &nephroid::reference::closed_form::TexelRect| {
         let (middle, size) = (0.5 * (texel.min + texel.max), texel.max - texel.min);
         [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)]
             .map(|(x, y)| irradiance((middle + size * DVec2::new(x, y) * GAUSS).extend(0.0)) * 0.25)

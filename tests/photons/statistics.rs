@@ -3,7 +3,7 @@
 //! All on the scene `glass-ball`, whose every texel is known in closed form. Seeds are fixed.
 
 use nephroid::numeric::StreamKind;
-use nephroid::reference::closed_form::{GlassBall, Path, TexelGrid};
+use nephroid::reference::closed_form::{GlassBall, KnownPath, TexelGrid};
 use nephroid::reference::{Estimate, LayerName};
 use nephroid::scene::Scene;
 use nephroid::transport::ledger::FluxByFate;
@@ -19,7 +19,7 @@ const COMPARISONS: usize = 1000;
 
 const STREAMS: [StreamKind; 2] = [StreamKind::Sobol, StreamKind::Random];
 
-fn truth(path: Path, side: usize) -> Vec<f64> {
+fn truth(path: KnownPath, side: usize) -> Vec<f64> {
     GlassBall::SHIPPED
         .sheet(path)
         .map(&TexelGrid::square(2.0, side))
@@ -40,7 +40,10 @@ fn mean_and_error(values: &[f64]) -> (f64, f64) {
 fn error_bars_cover_the_truth_as_often_as_they_should() {
     const SEEDS: u64 = 16;
     const REPLICATES: u32 = 16;
-    for (path, side, least) in [(Path::Through(0), 48, 50), (Path::Reflected(1), 2, 4)] {
+    for (path, side, least) in [
+        (KnownPath::Through(0), 48, 50),
+        (KnownPath::Reflected(1), 2, 4),
+    ] {
         let scene = bundled("glass-ball", side);
         let truth = truth(path, side);
         for stream in STREAMS {
@@ -84,7 +87,7 @@ fn error_bars_cover_the_truth_as_often_as_they_should() {
 fn different_seeds_err_independently() {
     const SIDE: usize = 64;
     let scene = bundled("glass-ball", SIDE);
-    let truth = truth(Path::Through(0), SIDE);
+    let truth = truth(KnownPath::Through(0), SIDE);
     for stream in STREAMS {
         let run = |seed: u64| {
             let photons = Photons::new(1 << 19).stream(stream).seed(seed);
@@ -118,7 +121,7 @@ fn different_seeds_err_independently() {
 fn sobol_points_beat_random_ones_and_gain_more_from_more() {
     const SIDE: usize = 32;
     let scene = bundled("glass-ball", SIDE);
-    let truth = truth(Path::Through(0), SIDE);
+    let truth = truth(KnownPath::Through(0), SIDE);
     let bright = |texel: usize| truth[texel] > 20.0;
     let rmse = |stream: StreamKind, count: u64| {
         let photons = Photons::new(count).stream(stream);
@@ -154,7 +157,11 @@ fn sobol_points_beat_random_ones_and_gain_more_from_more() {
 #[test]
 fn split_depth_and_replicates_do_not_move_the_estimate() {
     let scene = bundled("glass-ball", 2);
-    let paths = [Path::Through(0), Path::Reflected(1), Path::Through(3)];
+    let paths = [
+        KnownPath::Through(0),
+        KnownPath::Reflected(1),
+        KnownPath::Through(3),
+    ];
     let truths = paths.map(|path| truth(path, 2));
     let check = |photons: Photons| {
         let estimate = photons.estimate(&scene);

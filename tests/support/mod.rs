@@ -15,6 +15,7 @@ pub mod oracles;
 pub mod parity;
 pub mod paths;
 pub mod probes;
+pub mod recognised;
 pub mod scene_files;
 pub mod scenes;
 pub mod seen;

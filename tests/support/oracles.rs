@@ -10,7 +10,7 @@ use nephroid::geometry::{MeshParts, Shape};
 use nephroid::numeric::quadrature::GaussLegendre;
 use nephroid::optics::{conductor_reflectance, dielectric_reflectance};
 use nephroid::reference::closed_form::{
-    Bundled, FlatFacets, FlatSlab, ParabolicMirror, ParallelLight, Path, SineWave, TexelGrid,
+    Bundled, FlatFacets, FlatSlab, KnownPath, ParabolicMirror, ParallelLight, SineWave, TexelGrid,
 };
 use nephroid::scene::Scene;
 use nephroid::transport::signature::Signature;
@@ -55,7 +55,7 @@ pub struct Known {
 
 impl Known {
     /// A map, and how far [W/m²] its quadrature may be off.
-    fn new(path: Path, map: Vec<f64>, accuracy: f64) -> Self {
+    fn new(path: KnownPath, map: Vec<f64>, accuracy: f64) -> Self {
         Self {
             signature: path.signature().parse().unwrap(),
             low: map.iter().map(|value| value - accuracy).collect(),
@@ -139,17 +139,17 @@ fn round(depth: u32, name: &'static str, side: usize) -> (Scene, Vec<Known>) {
     let known_width = 2.0 * known.receiver_half_width;
     let is_cup = name != "glass-ball";
     let cup = |most: u32| {
-        std::iter::once(Path::Direct)
-            .chain((1..=most).map(Path::Reflected))
+        std::iter::once(KnownPath::Direct)
+            .chain((1..=most).map(KnownPath::Reflected))
             .collect()
     };
-    let paths: Vec<Path> = match name {
+    let paths: Vec<KnownPath> = match name {
         "coffee-cup" => cup(depth),
         // What meets the ring, 0.6 as high as the lamp, has come down within c/(1 − 0.6) = 2.5 chords.
         "mirror-ring" => cup(depth.min(2)),
         _ => body(depth),
     };
-    let maps: Vec<(Path, Vec<f64>)> = paths
+    let maps: Vec<(KnownPath, Vec<f64>)> = paths
         .into_iter()
         .map(|path| (path, known.map(path, side, 0)))
         .collect();
@@ -160,12 +160,12 @@ fn round(depth: u32, name: &'static str, side: usize) -> (Scene, Vec<Known>) {
         .map(|(path, map)| {
             let known = Known::new(path, map, accuracy);
             match (path, name) {
-                (Path::Direct, "mirror-ring") => known
+                (KnownPath::Direct, "mirror-ring") => known
                     .with_hidden_corners()
                     .with_hidden_sliver(side, known_width / side as f64),
-                (Path::Direct, "coffee-cup") => known.with_hidden_corners(),
+                (KnownPath::Direct, "coffee-cup") => known.with_hidden_corners(),
                 // A disc's shadow has none, only the error of Gauss points.
-                (Path::Direct, _) => known.widened_by(1e-8),
+                (KnownPath::Direct, _) => known.widened_by(1e-8),
                 _ => known,
             }
         })
@@ -174,10 +174,10 @@ fn round(depth: u32, name: &'static str, side: usize) -> (Scene, Vec<Known>) {
 }
 
 /// All paths of a convex body in the open.
-fn body(depth: u32) -> Vec<Path> {
-    [Path::Direct, Path::Reflected(1)]
+fn body(depth: u32) -> Vec<KnownPath> {
+    [KnownPath::Direct, KnownPath::Reflected(1)]
         .into_iter()
-        .chain((0..=depth - 2).map(Path::Through))
+        .chain((0..=depth - 2).map(KnownPath::Through))
         .collect()
 }
 
@@ -218,7 +218,7 @@ fn facets(
         .map(|path| {
             let accuracy = 1e-9 * light.irradiance;
             let known = Known::new(path, solid.map(path, &grid), accuracy);
-            if path == Path::Direct {
+            if path == KnownPath::Direct {
                 known.with_hidden_corners()
             } else {
                 known
@@ -299,7 +299,7 @@ fn pane(depth: u32, side: usize) -> (Scene, Vec<Known>) {
     let layers = (0..=depth - 2)
         .step_by(2)
         .map(|reflections| {
-            let path = Path::Through(reflections);
+            let path = KnownPath::Through(reflections);
             let map = pane.sheet(2.0, 100.0, path).map(&grid);
             // As the ball's sheets; a smooth one.
             let accuracy = 1e-9 * map.iter().copied().fold(0.0, f64::max);

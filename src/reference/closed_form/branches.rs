@@ -2,16 +2,16 @@
 
 use std::f64::consts::PI;
 
-/// How finely a function is searched for its extrema: two of them nearer than a cell go unseen.
+/// Number of cells in which a function is searched for its extrema: two of them within a cell go unseen.
 const CELLS: usize = 2048;
 
 /// The monotone branches of a continuous function.
 #[derive(Clone, Debug)]
-pub(super) struct Branches(Vec<Branch>);
+pub(super) struct Branches(Vec<MonotoneBranch>);
 
 /// A stretch of the variable on which the function rises, or falls.
 #[derive(Clone, Debug)]
-pub(super) struct Branch {
+pub(super) struct MonotoneBranch {
     /// (variable, value) in rising order of the variable; at least two.
     table: Vec<(f64, f64)>,
     rising: bool,
@@ -59,12 +59,12 @@ impl Branches {
     }
 
     /// One after another.
-    pub(super) fn iter(&self) -> impl Iterator<Item = &Branch> {
+    pub(super) fn iter(&self) -> impl Iterator<Item = &MonotoneBranch> {
         self.0.iter()
     }
 }
 
-impl Branch {
+impl MonotoneBranch {
     /// The least and the greatest value.
     pub(super) fn value_range(&self) -> (f64, f64) {
         let (first, last) = (self.table[0].1, self.table[self.table.len() - 1].1);
@@ -80,7 +80,7 @@ impl Branch {
         (self.table[0].0, self.table[self.table.len() - 1].0)
     }
 
-    /// Where the function has this value; the nearer end where it does not reach it.
+    /// The variable at which the function has this value; the nearer end if the function does not reach it.
     pub(super) fn inverse(&self, value: f64, f: &impl Fn(f64) -> Option<f64>) -> f64 {
         let below = |&(_, v): &(f64, f64)| if self.rising { v < value } else { v > value };
         let next = self.table.partition_point(below);
@@ -131,7 +131,8 @@ impl Branch {
     }
 }
 
-/// The last point with a value on the way from `with` to `without` (in this order of arguments: without, with).
+/// The last point with a value on the way from `with` to `without` (in this order of arguments: without,
+/// with).
 fn border(without: f64, with: f64, f: &impl Fn(f64) -> Option<f64>) -> Option<(f64, f64)> {
     let (mut outside, mut inside) = (without, with);
     for _ in 0..100 {
@@ -150,7 +151,7 @@ fn border(without: f64, with: f64, f: &impl Fn(f64) -> Option<f64>) -> Option<(f
         .flatten()
 }
 
-fn cut_at_extrema(run: &[(f64, f64)], f: &impl Fn(f64) -> Option<f64>) -> Vec<Branch> {
+fn cut_at_extrema(run: &[(f64, f64)], f: &impl Fn(f64) -> Option<f64>) -> Vec<MonotoneBranch> {
     let mut branches = Vec::new();
     let mut table: Vec<(f64, f64)> = Vec::new();
     let mut rising = None;
@@ -185,10 +186,10 @@ fn cut_at_extrema(run: &[(f64, f64)], f: &impl Fn(f64) -> Option<f64>) -> Vec<Br
     branches
 }
 
-fn finish(branches: &mut Vec<Branch>, table: &mut Vec<(f64, f64)>, rising: Option<bool>) {
+fn finish(branches: &mut Vec<MonotoneBranch>, table: &mut Vec<(f64, f64)>, rising: Option<bool>) {
     table.dedup_by_key(|point| point.0);
     if table.len() > 1 {
-        branches.push(Branch {
+        branches.push(MonotoneBranch {
             table: std::mem::take(table),
             rising: rising.unwrap_or(true),
         });
@@ -253,7 +254,7 @@ mod tests {
     fn where_a_function_has_no_value_it_has_no_branch() {
         let f = |u: f64| (u.abs() > 0.25).then(|| 1.0 / u);
         let branches = Branches::new(-1.0, 1.0, &f);
-        let ranges: Vec<_> = branches.iter().map(Branch::range).collect();
+        let ranges: Vec<_> = branches.iter().map(MonotoneBranch::range).collect();
         assert_eq!(ranges.len(), 2);
         assert!(
             (ranges[0].1 + 0.25).abs() < 1e-15 && (ranges[1].0 - 0.25).abs() < 1e-15,

@@ -1,17 +1,18 @@
-//! Which bundled scene is known by which closed form.
+//! The bundled scenes, and the closed form of each.
 
 use std::f64::consts::TAU;
 
 use glam::DVec3;
 
+use super::block::block;
 use super::{
-    AxialLight, AxialSpot, CupLight, FlatFacets, GlassBall, MirrorCup, ParabolicMirror,
-    ParallelLight, Path, PlanoConvexLens, TexelGrid,
+    AxialLight, AxialSpot, CupLight, FlatFacets, GlassBall, KnownPath, MirrorCup, ParabolicMirror,
+    ParallelLight, PlanoConvexLens, TexelGrid,
 };
 use crate::generate::{BrilliantCut, equilateral_prism, round_brilliant};
 use crate::geometry::MeshParts;
 
-/// What is known of one bundled scene's receiver.
+/// The closed form of one bundled scene's receiver.
 #[derive(Clone, Debug)]
 pub struct Bundled {
     /// As in [`generate::SCENES`](crate::generate::SCENES).
@@ -19,14 +20,15 @@ pub struct Bundled {
     /// The receiver is [−half, half]² about the z axis, rows along y (the scene's units).
     pub receiver_half_width: f64,
     /// The paths that are known, the strongest first or in order of their length.
-    pub paths: Vec<Path>,
-    /// Whether the scene is a curved surface's mesh, which the closed form knows only as the limit of finer ones.
+    pub paths: Vec<KnownPath>,
+    /// True if the scene is a mesh of a curved surface, which the closed form knows only as the limit of
+    /// finer ones.
     pub up_to_facets: bool,
-    form: Form,
+    form: KnownForm,
 }
 
 #[derive(Clone, Debug)]
-enum Form {
+enum KnownForm {
     Ball(GlassBall),
     Cup(MirrorCup),
     Facets(Box<FlatFacets>),
@@ -38,16 +40,16 @@ enum Form {
 impl Bundled {
     /// All bundled scenes whose texels are known, every path of them up to `most_reflections`.
     pub fn all(most_reflections: u32) -> Vec<Self> {
-        let through = |path: fn(u32) -> Path, from: u32| (from..=most_reflections).map(path);
-        let body: Vec<Path> = [Path::Direct, Path::Reflected(1)]
+        let through = |path: fn(u32) -> KnownPath, from: u32| (from..=most_reflections).map(path);
+        let body: Vec<KnownPath> = [KnownPath::Direct, KnownPath::Reflected(1)]
             .into_iter()
-            .chain(through(Path::Through, 0))
+            .chain(through(KnownPath::Through, 0))
             .collect();
-        let mirror: Vec<Path> = [Path::Direct]
+        let mirror: Vec<KnownPath> = [KnownPath::Direct]
             .into_iter()
-            .chain(through(Path::Reflected, 1))
+            .chain(through(KnownPath::Reflected, 1))
             .collect();
-        let known = |scene, receiver_half_width, paths: &[Path], up_to_facets, form| Self {
+        let known = |scene, receiver_half_width, paths: &[KnownPath], up_to_facets, form| Self {
             scene,
             receiver_half_width,
             paths: paths.to_vec(),
@@ -66,7 +68,7 @@ impl Bundled {
                 most_reflections,
             )
             .ok()
-            .map(|solved| Form::Facets(Box::new(solved)))
+            .map(|solved| KnownForm::Facets(Box::new(solved)))
         };
         let mut all = vec![
             known(
@@ -74,30 +76,42 @@ impl Bundled {
                 2.0,
                 &body,
                 false,
-                Form::Ball(GlassBall::SHIPPED),
+                KnownForm::Ball(GlassBall::SHIPPED),
             ),
             known(
                 "glass-ball-mesh",
                 2.0,
                 &body,
                 true,
-                Form::Ball(GlassBall::SHIPPED),
+                KnownForm::Ball(GlassBall::SHIPPED),
             ),
-            known("coffee-cup", 4.0, &mirror, false, Form::Cup(COFFEE_CUP)),
-            known("mirror-ring", 2.0, &mirror, false, Form::Cup(MIRROR_RING)),
+            known(
+                "coffee-cup",
+                4.0,
+                &mirror,
+                false,
+                KnownForm::Cup(COFFEE_CUP),
+            ),
+            known(
+                "mirror-ring",
+                2.0,
+                &mirror,
+                false,
+                KnownForm::Cup(MIRROR_RING),
+            ),
             known(
                 "lens",
                 0.08,
-                &[Path::Direct, Path::Through(0)],
+                &[KnownPath::Direct, KnownPath::Through(0)],
                 true,
-                Form::Lens(LENS, LENS_LAMP),
+                KnownForm::Lens(LENS, LENS_LAMP),
             ),
             known(
                 "parabolic-mirror",
                 0.08,
-                &[Path::Reflected(1)],
+                &[KnownPath::Reflected(1)],
                 true,
-                Form::Dish(DISH),
+                KnownForm::Dish(DISH),
             ),
         ];
         // These solids are convex and above the floor, so none is left out; a test counts them.
@@ -113,21 +127,21 @@ impl Bundled {
         all
     }
 
-    /// The irradiance (W/m²) of every texel of `side`² over the receiver, by one path, in one channel (0, 1 or 2: red, green,
-    /// blue), rows from smallest y.
-    pub fn map(&self, path: Path, side: usize, channel: usize) -> Vec<f64> {
+    /// The irradiance (W/m²) of every texel of `side`² over the receiver, by one path, in one channel (0, 1
+    /// or 2: red, green, blue), rows from smallest y.
+    pub fn map(&self, path: KnownPath, side: usize, channel: usize) -> Vec<f64> {
         let grid = TexelGrid::square(self.receiver_half_width, side);
         match (&self.form, path) {
-            (Form::Ball(ball), _) => ball.sheet(path).map(&grid),
-            (Form::Cup(cup), _) => cup.map(path, &grid),
-            (Form::Facets(solid), _) => solid.map(path, &grid),
-            (Form::Lens(_, lamp), Path::Direct) => {
+            (KnownForm::Ball(ball), _) => ball.sheet(path).map(&grid),
+            (KnownForm::Cup(cup), _) => cup.map(path, &grid),
+            (KnownForm::Facets(solid), _) => solid.map(path, &grid),
+            (KnownForm::Lens(_, lamp), KnownPath::Direct) => {
                 let [middle, border] = lamp.sheets();
                 grid.map(|texel| middle.texel_irradiance(texel) + border.texel_irradiance(texel))
             }
-            (Form::Lens(lens, _), Path::Through(0)) => lens.sheet().map(&grid),
-            (Form::Dish(dishes), Path::Reflected(1)) => dishes[channel.min(2)].map(&grid),
-            (Form::Lens(..) | Form::Dish(_), _) => vec![0.0; side * side],
+            (KnownForm::Lens(lens, _), KnownPath::Through(0)) => lens.sheet().map(&grid),
+            (KnownForm::Dish(dishes), KnownPath::Reflected(1)) => dishes[channel.min(2)].map(&grid),
+            (KnownForm::Lens(..) | KnownForm::Dish(_), _) => vec![0.0; side * side],
         }
     }
 }
@@ -200,28 +214,13 @@ fn prism() -> MeshParts {
 }
 
 fn cube() -> MeshParts {
+    let mut mesh = block(DVec3::splat(-0.5), DVec3::splat(0.5));
     let (sin, cos) = 20.0_f64.to_radians().sin_cos();
-    let corner = |i: u32| {
-        let [x, y, z] = std::array::from_fn(|axis| if (i >> axis) & 1 == 0 { -0.5 } else { 0.5 });
-        DVec3::new(cos * x - sin * y, sin * x + cos * y, z + 0.75)
-    };
-    let quads = [
-        [0, 2, 3, 1],
-        [4, 5, 7, 6],
-        [0, 1, 5, 4],
-        [2, 6, 7, 3],
-        [0, 4, 6, 2],
-        [1, 3, 7, 5],
-    ];
-    MeshParts {
-        positions: (0..8).map(corner).collect(),
-        triangles: quads
-            .iter()
-            .flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]])
-            .collect(),
-        face_normals: true,
-        ..MeshParts::default()
+    for position in &mut mesh.positions {
+        let DVec3 { x, y, z } = *position;
+        *position = DVec3::new(cos * x - sin * y, sin * x + cos * y, z + 0.75);
     }
+    mesh
 }
 
 fn diamond() -> MeshParts {

@@ -2,6 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
+use super::polygon::convex_hull;
 use crate::geometry::MeshParts;
 
 /// Why a mesh is not a solid for [`FlatFacets`](super::FlatFacets).
@@ -35,13 +36,19 @@ pub enum FacetsError {
         /// Scene units.
         z: f64,
     },
+    /// The facets cut the light into more beams than can be followed.
+    #[error("the facets make more than {most} beams: fewer facets or reflections are allowed")]
+    TooManyBeams {
+        /// The most.
+        most: usize,
+    },
     /// The light does not fall downwards.
     #[error("the light's direction {0} must be finite and point down (z < 0)")]
     Direction(DVec3),
 }
 
 /// A facet: all triangles of one plane.
-pub(super) struct Facet {
+pub(super) struct SolidFacet {
     /// Outward, a unit vector.
     pub(super) normal: DVec3,
     /// A point of the plane: the origin of its coordinates.
@@ -50,12 +57,16 @@ pub(super) struct Facet {
     axes: [DVec3; 2],
     /// Counter-clockwise from outside, in the plane's coordinates.
     pub(super) outline: Vec<DVec2>,
+    /// Largest distance (m) of a corner of its triangles from the plane.
+    pub(super) bulge: f64,
+    /// Largest angle (rad) of one of its triangles to the plane.
+    pub(super) tilt: f64,
 }
 
 /// Vertices count as coplanar within this fraction of the solid's size: `f32` files hold 6e-8.
 const FLATNESS: f64 = 1e-6;
 
-impl Facet {
+impl SolidFacet {
     /// From the plane's coordinates to world space.
     pub(super) fn world(&self, local: DVec2) -> DVec3 {
         self.origin + self.axes[0] * local.x + self.axes[1] * local.y
@@ -69,7 +80,7 @@ impl Facet {
 }
 
 /// Gathers the triangles of each plane.
-pub(super) fn facets(mesh: &MeshParts) -> Result<Vec<Facet>, FacetsError> {
+pub(super) fn facets(mesh: &MeshParts) -> Result<Vec<SolidFacet>, FacetsError> {
     for (triangle, indices) in mesh.triangles.iter().enumerate() {
         for &vertex in indices {
             if !mesh
@@ -128,38 +139,26 @@ pub(super) fn facets(mesh: &MeshParts) -> Result<Vec<Facet>, FacetsError> {
         .into_iter()
         .map(|(normal, origin, _, corners)| {
             let first = normal.any_orthonormal_vector();
-            let mut facet = Facet {
+            let mut facet = SolidFacet {
                 normal,
                 origin,
                 axes: [first, normal.cross(first)],
                 outline: Vec::new(),
+                bulge: corners
+                    .iter()
+                    .map(|corner| normal.dot(*corner - origin).abs())
+                    .fold(0.0, f64::max),
+                tilt: corners
+                    .chunks_exact(3)
+                    .map(|corner| {
+                        let cross = (corner[1] - corner[0]).cross(corner[2] - corner[0]);
+                        cross.normalize_or_zero().cross(normal).length()
+                    })
+                    .fold(0.0, f64::max),
             };
             facet.outline =
                 convex_hull(corners.iter().map(|&corner| facet.local(corner)).collect());
             facet
         })
         .collect())
-}
-
-/// Counter-clockwise, without points on its sides (Andrew 1979).
-fn convex_hull(mut points: Vec<DVec2>) -> Vec<DVec2> {
-    points.sort_unstable_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
-    points.dedup();
-    let half = |points: &mut dyn Iterator<Item = DVec2>| {
-        let mut hull: Vec<DVec2> = Vec::new();
-        for point in points {
-            while let [.., a, b] = hull[..] {
-                if (b - a).perp_dot(point - b) > 0.0 {
-                    break;
-                }
-                hull.pop();
-            }
-            hull.push(point);
-        }
-        hull.pop();
-        hull
-    };
-    let mut hull = half(&mut points.iter().copied());
-    hull.extend(half(&mut points.iter().rev().copied()));
-    hull
 }

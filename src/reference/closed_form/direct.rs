@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use glam::DVec3;
 
 use super::radial::STEEPEST;
-use super::{RadialMap, RadialSheet, Texel};
+use super::{RadialMap, RadialSheet, TexelRect};
 
 /// The irradiance [W/m²] of a surface point from a uniform diffuse polygon, by Lambert's formula.
 ///
@@ -13,11 +13,13 @@ use super::{RadialMap, RadialSheet, Texel};
 /// E = L/2 Σ_j Θ_j (Γ_j · n),   Θ_j = angle between v_j and v_j+1,   Γ_j = (v_j+1 × v_j) / |v_j+1 × v_j|
 /// ```
 ///
-/// with vⱼ the unit vectors to the corners (Lambert, *Photometria*, 1760; Schröder and Hanrahan, *On the form factor
-/// between two polygons*, 1993, eq. 4). The part of the polygon below the point's horizon is cut off first.
+/// with vⱼ the unit vectors to the corners (Lambert, *Photometria*, 1760; Schröder and Hanrahan, *On the form
+/// factor between two polygons*, 1993, eq. 4). The part of the polygon below the point's horizon is cut off
+/// first.
 ///
 /// - `normal`: the unit normal of the lit surface.
-/// - `corners`: of a planar polygon, counter-clockwise as seen from `point`; clockwise (the polygon's back side) gives 0.
+/// - `corners`: of a planar polygon, counter-clockwise as seen from `point`; clockwise corners (the polygon's
+///   back side) give 0.
 /// - `radiance`: L [W/m²/sr].
 ///
 /// A point in the polygon's plane receives 0.
@@ -63,11 +65,12 @@ fn above_horizon(point: DVec3, normal: DVec3, corners: &[DVec3]) -> Vec<DVec3> {
     kept
 }
 
-/// The irradiance [W/m²], averaged over a texel of the plane z = 0 (facing up), from a point of `intensity` I [W/sr] above it.
+/// The irradiance [W/m²], averaged over a texel of the plane z = 0 (facing up), from a point of `intensity` I
+/// [W/sr] above it.
 ///
 /// I Ω / A with Ω the texel's solid angle: exact, as the sum over the corners of
 /// ± atan(x y / (h √(h² + x² + y²))). A light on or below the plane gives 0.
-pub fn point_irradiance(position: DVec3, intensity: f64, texel: &Texel) -> f64 {
+pub fn point_irradiance(position: DVec3, intensity: f64, texel: &TexelRect) -> f64 {
     let height = position.z;
     if height <= 0.0 {
         return 0.0;
@@ -91,8 +94,8 @@ pub fn parallel_irradiance(direction: DVec3, irradiance: f64, normal: DVec3) -> 
     irradiance * (-direction.dot(normal)).max(0.0)
 }
 
-/// A spot light's intensity at an angle to its axis, as a fraction of that on the axis: 1 up to `beam_width`, then falling
-/// linearly in the angle to 0 at `cutoff_angle` (Mitsuba's `spot`). All angles in radians.
+/// A spot light's intensity at an angle to its axis, as a fraction of that on the axis: 1 up to `beam_width`,
+/// then falling linearly in the angle to 0 at `cutoff_angle` (Mitsuba's `spot`). All angles in radians.
 pub fn spot_falloff(angle: f64, cutoff_angle: f64, beam_width: f64) -> f64 {
     if angle <= beam_width {
         1.0
@@ -103,23 +106,24 @@ pub fn spot_falloff(angle: f64, cutoff_angle: f64, beam_width: f64) -> f64 {
     }
 }
 
-/// A spot light that looks straight down onto the plane z = 0 from the z axis, with a round obstacle on the axis.
+/// A spot light that looks straight down onto the plane z = 0 from the z axis, with a round obstacle on the
+/// axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AxialSpot {
-    /// Over the plane (m).
+    /// Height over the plane (m).
     pub height: f64,
-    /// On the axis [W/sr].
+    /// Intensity on the axis [W/sr].
     pub intensity: f64,
-    /// Where the light ends (rad).
+    /// Angle (rad) to the axis at which the light ends.
     pub cutoff_angle: f64,
-    /// Up to where it is constant (rad).
+    /// Angle (rad) to the axis up to which the light is constant.
     pub beam_width: f64,
-    /// Light within this angle to the axis (rad) is stopped; 0 for no obstacle.
+    /// Angle (rad) to the axis within which light is stopped; 0 for no obstacle.
     pub blocked_angle: f64,
 }
 
 impl AxialSpot {
-    /// Its direct light, as the sum of these sheets: the constant middle and the fading border.
+    /// The direct light as the sum of two sheets: the constant middle and the fading border.
     pub fn sheets(&self) -> [RadialSheet; 2] {
         let knee = self.beam_width.max(self.blocked_angle);
         let ring = |from: f64, to: f64| {
@@ -172,7 +176,8 @@ mod tests {
     #[test]
     fn under_an_endless_ceiling_the_irradiance_is_pi_times_the_radiance() {
         let irradiance = lambert_irradiance(DVec3::ZERO, DVec3::Z, &square(1e9, 1.0), 3.0);
-        // What is missing is the view beyond 1e9 heights: a few times 1e-18; the angles are right to an ulp each.
+        // What is missing is the view beyond 1e9 heights: a few times 1e-18; the angles are right to an ulp
+        // each.
         assert!((irradiance - 3.0 * PI).abs() < 1e-14, "{irradiance}");
         assert_eq!(
             lambert_irradiance(DVec3::new(0.0, 0.0, 2.0), DVec3::Z, &square(1.0, 1.0), 3.0),
@@ -216,7 +221,7 @@ mod tests {
     #[test]
     fn a_small_texel_under_a_point_obeys_the_inverse_square() {
         let position = DVec3::new(1.0, 2.0, 2.0);
-        let texel = Texel::new(-1e-4, -1e-4, 1e-4, 1e-4);
+        let texel = TexelRect::new(-1e-4, -1e-4, 1e-4, 1e-4);
         // Distance 3, cosine 2/3.
         let exact = 5.0 * (2.0 / 3.0) / 9.0;
         // Differences of angles of size 0.3 over 4e-8/13: 1e-16 · 4 / 3e-9.

@@ -3,13 +3,13 @@
 use std::f64::consts::TAU;
 
 use super::radial::STEEPEST;
-use super::{Path, RadialMap, RadialSheet};
+use super::{KnownPath, RadialMap, RadialSheet};
 use crate::optics::dielectric_reflectance;
 
 /// A horizontal plane-parallel slab without borders, over a plane.
 ///
-/// A ray at the angle θ to the vertical crosses it at t, sin t = sin θ / n, leaves it at θ, and after k internal reflections
-/// (k even: the rest goes up) has been carried on by (k + 1) d tan t instead of d tan θ:
+/// A ray at the angle θ to the vertical crosses it at t, sin t = sin θ / n, leaves it at θ, and after k
+/// internal reflections (k even: the rest goes up) has been carried on by (k + 1) d tan t instead of d tan θ:
 ///
 /// ```text
 /// r = (H − d) tan θ + (k + 1) d tan t,     dΦ = 2π I sin θ (1 − F)² F^k dθ
@@ -28,9 +28,9 @@ pub struct FlatSlab {
 impl FlatSlab {
     /// One path's light on the plane below, from a light on the vertical through the origin.
     ///
-    /// Only [`Path::Through`] an even number of reflections arrives. In parallel light along the axis nothing is
-    /// shifted: use [`FlatSlab::transmitted_fraction`].
-    pub fn sheet(&self, light_height: f64, intensity: f64, path: Path) -> RadialSheet {
+    /// Only [`KnownPath::Through`] an even number of reflections arrives. In parallel light along the axis
+    /// nothing is shifted: use [`FlatSlab::transmitted_fraction`].
+    pub fn sheet(&self, light_height: f64, intensity: f64, path: KnownPath) -> RadialSheet {
         RadialSheet::new(ThroughTheSlab {
             slab: *self,
             light_height,
@@ -39,10 +39,11 @@ impl FlatSlab {
         })
     }
 
-    /// The fraction (0..=1) of the flux falling onto the slab that leaves it below, by one path; `cos_incident` as in air.
-    pub fn transmitted_fraction(&self, cos_incident: f64, path: Path) -> f64 {
+    /// The fraction (0..=1) of the flux falling onto the slab that leaves it below, by one path;
+    /// `cos_incident` as in air.
+    pub fn transmitted_fraction(&self, cos_incident: f64, path: KnownPath) -> f64 {
         match path {
-            Path::Through(k) if k % 2 == 0 => {
+            KnownPath::Through(k) if k % 2 == 0 => {
                 let reflectance = dielectric_reflectance(cos_incident, self.ior);
                 (1.0 - reflectance).powi(2) * reflectance.powf(f64::from(k))
             }
@@ -50,8 +51,10 @@ impl FlatSlab {
         }
     }
 
-    /// How far (m) the slab moves a ray's foot on any plane below, against the direction of travel, relative to the
-    /// same ray without slab: d tan θ − (k + 1) d tan t (negative where k carries it further).
+    /// Distance (m) by which the slab moves a ray's foot on any plane below, against the direction of travel.
+    ///
+    /// It is relative to the same ray without the slab: d tan θ − (k + 1) d tan t, negative if k carries it
+    /// further.
     pub fn foot_shift(&self, angle: f64, internal_reflections: u32) -> f64 {
         self.thickness
             * (angle.tan() - (f64::from(internal_reflections) + 1.0) * self.tan_inside(angle))
@@ -68,7 +71,7 @@ struct ThroughTheSlab {
     slab: FlatSlab,
     light_height: f64,
     intensity: f64,
-    path: Path,
+    path: KnownPath,
 }
 
 impl RadialMap for ThroughTheSlab {
@@ -77,7 +80,7 @@ impl RadialMap for ThroughTheSlab {
     }
 
     fn radius(&self, u: f64) -> Option<f64> {
-        let Path::Through(k) = self.path else {
+        let KnownPath::Through(k) = self.path else {
             return None;
         };
         (k % 2 == 0).then(|| self.light_height * u.tan() - self.slab.foot_shift(u, k))
@@ -103,7 +106,7 @@ mod tests {
         for angle in [0.0_f64, 0.5, 1.2, 1.5] {
             let cos = angle.cos();
             let sum: f64 = (0..200)
-                .map(|k| SLAB.transmitted_fraction(cos, Path::Through(2 * k)))
+                .map(|k| SLAB.transmitted_fraction(cos, KnownPath::Through(2 * k)))
                 .sum();
             // The series' rest is below F^400, at 1.5 rad 0.6^400.
             assert!((sum - (1.0 - thin_slab_reflectance(cos, 1.5))).abs() < 1e-14);
@@ -113,10 +116,10 @@ mod tests {
     #[test]
     fn straight_under_the_light_the_slab_brings_it_nearer() {
         // For small angles r = θ (H - d + d/n): the light seems to hang H - d (1 - 1/n) high.
-        let sheet = SLAB.sheet(3.0, 10.0, Path::Through(0));
+        let sheet = SLAB.sheet(3.0, 10.0, KnownPath::Through(0));
         let apparent = 3.0 - 0.5 / 3.0;
         let exact = 10.0 * 0.96 * 0.96 / (apparent * apparent);
-        let texel = super::super::Texel::new(-1e-4, -1e-4, 1e-4, 1e-4);
+        let texel = super::super::TexelRect::new(-1e-4, -1e-4, 1e-4, 1e-4);
         // θ < 5e-5: corrections of second order below 1e-8.
         assert!((sheet.texel_irradiance(&texel) / exact - 1.0).abs() < 1e-8);
     }
@@ -125,8 +128,8 @@ mod tests {
     fn a_slab_of_index_one_shifts_nothing_and_lets_all_pass() {
         let air = FlatSlab { ior: 1.0, ..SLAB };
         assert!(air.foot_shift(0.7, 0).abs() < f64::EPSILON);
-        assert_eq!(air.transmitted_fraction(0.3, Path::Through(0)), 1.0);
-        let total = air.sheet(1.0, 1.0, Path::Through(0)).landed_flux();
+        assert_eq!(air.transmitted_fraction(0.3, KnownPath::Through(0)), 1.0);
+        let total = air.sheet(1.0, 1.0, KnownPath::Through(0)).landed_flux();
         assert!((total / TAU - 1.0).abs() < 1e-11);
     }
 }

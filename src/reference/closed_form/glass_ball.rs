@@ -3,7 +3,7 @@
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use super::radial::STEEPEST;
-use super::{Path, RadialMap, RadialSheet};
+use super::{KnownPath, RadialMap, RadialSheet};
 use crate::optics::dielectric_reflectance;
 
 /// A light on the axis of a round scene, shining along it.
@@ -11,22 +11,22 @@ use crate::optics::dielectric_reflectance;
 pub enum AxialLight {
     /// A point on the axis.
     Point {
-        /// Above the receiver's plane (m).
+        /// Height above the receiver's plane (m).
         height: f64,
         /// Radiant intensity [W/sr].
         intensity: f64,
     },
     /// Parallel light along the axis.
     Parallel {
-        /// On a plane across the axis [W/m²].
+        /// Irradiance on a plane across the axis [W/m²].
         irradiance: f64,
     },
 }
 
 /// A glass ball between a light on its axis and a plane across that axis: all light on the plane.
 ///
-/// By symmetry every ray stays in a plane through the axis. Let θ be its angle to the axis (0: straight down) and i
-/// its angle of incidence on the ball of radius R whose centre is D below the light. Then
+/// By symmetry every ray stays in a plane through the axis. Let θ be its angle to the axis (0: straight down)
+/// and i its angle of incidence on the ball of radius R whose centre is D below the light. Then
 ///
 /// ```text
 /// sin θ = (R/D) sin i,   sin t = sin i / n,   a₀ = i − θ
@@ -42,26 +42,26 @@ pub enum AxialLight {
 /// dΦ = 2π I sin θ dθ · (1 − F)² F^k = 2π I (R/D)² (sin i cos i / cos θ) (1 − F)² F^k di
 /// ```
 ///
-/// with F(i) Fresnel's reflectance, the same inside and outside. A ray reflected from outside leaves at a₀ and
-/// δ = θ + π − 2i, with F. In i (instead of θ) all of it is smooth up to grazing incidence.
-/// For parallel light θ = 0 and dΦ = 2π E R² sin i cos i di.
-/// (The deflections are those of the rainbow: van de Hulst, *Light Scattering by Small Particles*, 12.22.)
+/// with F(i) Fresnel's reflectance, the same inside and outside. A ray reflected from outside leaves at a₀
+/// and δ = θ + π − 2i, with F. In i (instead of θ) all of it is smooth up to grazing incidence. For parallel
+/// light θ = 0 and dΦ = 2π E R² sin i cos i di. (The deflections are those of the rainbow: van de Hulst,
+/// *Light Scattering by Small Particles*, 12.22.)
 ///
 /// The ball must lie above the plane and below the light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GlassBall {
-    /// R (m).
+    /// Radius R (m).
     pub radius: f64,
     /// The centre's height h over the plane (m), more than R.
     pub center_height: f64,
     /// The index n of the ball relative to its surroundings; at least 1.
     pub ior: f64,
-    /// Where the light comes from.
+    /// The light over it.
     pub light: AxialLight,
 }
 
 impl GlassBall {
-    /// That of the shipped scene `glass-ball`.
+    /// The ball of the shipped scene `glass-ball`.
     pub const SHIPPED: Self = Self {
         radius: 1.0,
         center_height: 1.4,
@@ -73,9 +73,9 @@ impl GlassBall {
     };
 
     /// One path's light on the plane.
-    pub fn sheet(&self, path: Path) -> RadialSheet {
+    pub fn sheet(&self, path: KnownPath) -> RadialSheet {
         match path {
-            Path::Direct => RadialSheet::new(PastTheBall(*self)),
+            KnownPath::Direct => RadialSheet::new(PastTheBall(*self)),
             _ => RadialSheet::new(ByTheBall { ball: *self, path }),
         }
     }
@@ -109,7 +109,8 @@ impl GlassBall {
         }
     }
 
-    /// The angle θ to the axis, and the flux per unit of i, of light that falls onto the ball at the incidence i.
+    /// The angle θ to the axis, and the flux per unit of i, of light that falls onto the ball at the
+    /// incidence i.
     fn incoming(&self, incidence: f64) -> (f64, f64) {
         let (sin, cos) = incidence.sin_cos();
         match self.light {
@@ -132,7 +133,7 @@ impl GlassBall {
 /// Light that meets the ball; u = i.
 struct ByTheBall {
     ball: GlassBall,
-    path: Path,
+    path: KnownPath,
 }
 
 impl RadialMap for ByTheBall {
@@ -150,7 +151,7 @@ impl RadialMap for ByTheBall {
         let (angle, _) = self.ball.incoming(u);
         let hit = u - angle;
         let (place, direction) = match self.path {
-            Path::Through(reflections) => {
+            KnownPath::Through(reflections) => {
                 let refracted = (u.sin() / ior).asin();
                 let turn = PI - 2.0 * refracted;
                 let k = f64::from(reflections);
@@ -170,11 +171,11 @@ impl RadialMap for ByTheBall {
         let (_, flux) = self.ball.incoming(u);
         let reflectance = dielectric_reflectance(u.cos(), self.ball.ior);
         flux * match self.path {
-            Path::Through(reflections) => {
+            KnownPath::Through(reflections) => {
                 (1.0 - reflectance).powi(2) * reflectance.powf(f64::from(reflections))
             }
             // A ball reflects a ray from outside once at most.
-            Path::Reflected(1) => reflectance,
+            KnownPath::Reflected(1) => reflectance,
             _ => 0.0,
         }
     }
@@ -209,7 +210,7 @@ impl RadialMap for PastTheBall {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Texel, TexelGrid};
+    use super::super::{TexelGrid, TexelRect};
     use super::*;
 
     /// The bundled scene.
@@ -220,12 +221,12 @@ mod tests {
         for light in [BALL.light, AxialLight::Parallel { irradiance: 7.0 }] {
             let ball = GlassBall { light, ..BALL };
             let through: f64 = (0..40)
-                .map(|k| ball.sheet(Path::Through(k)).sent_flux())
+                .map(|k| ball.sheet(KnownPath::Through(k)).sent_flux())
                 .sum();
-            let all = ball.sheet(Path::Reflected(1)).sent_flux() + through;
+            let all = ball.sheet(KnownPath::Reflected(1)).sent_flux() + through;
             // What 40 internal reflections leave: near grazing, F^40 (1 - F)² / (1 - F) < 0.01 of a sliver.
             let exact = ball.intercepted_flux();
-            let rest = ball.sheet(Path::Through(40)).sent_flux();
+            let rest = ball.sheet(KnownPath::Through(40)).sent_flux();
             assert!(all < exact * (1.0 + 1e-12));
             assert!(
                 exact - all < 40.0 * rest && rest < 1e-4 * exact,
@@ -245,7 +246,7 @@ mod tests {
         };
         let map = ByTheBall {
             ball,
-            path: Path::Through(0),
+            path: KnownPath::Through(0),
         };
         let radius = |u: f64| map.radius(u).unwrap();
         let ratio = radius(2e-2) / radius(1e-2);
@@ -256,20 +257,20 @@ mod tests {
     #[test]
     fn an_index_of_one_leaves_the_light_as_it_was() {
         let ball = GlassBall { ior: 1.0, ..BALL };
-        let texel = Texel::new(0.11, 0.4, 0.13, 0.42);
+        let texel = TexelRect::new(0.11, 0.4, 0.13, 0.42);
         let solid_angle = |x: f64, y: f64| (x * y / (4.0 * (16.0 + x * x + y * y).sqrt())).atan();
         let exact = 100.0
             * (solid_angle(0.13, 0.42) - solid_angle(0.11, 0.42) - solid_angle(0.13, 0.4)
                 + solid_angle(0.11, 0.4));
-        let flux = ball.sheet(Path::Through(0)).texel_flux(&texel);
+        let flux = ball.sheet(KnownPath::Through(0)).texel_flux(&texel);
         // Four angles of size 0.05, each with an ulp of 1e-17 and its difference 2.5e-5 of their size.
         assert!((flux / exact - 1.0).abs() < 1e-10, "{flux} {exact}");
-        assert_eq!(ball.sheet(Path::Through(1)).texel_flux(&texel), 0.0);
+        assert_eq!(ball.sheet(KnownPath::Through(1)).texel_flux(&texel), 0.0);
     }
 
     #[test]
     fn the_plane_and_the_rays_that_miss_it_add_up() {
-        let sheet = BALL.sheet(Path::Through(0));
+        let sheet = BALL.sheet(KnownPath::Through(0));
         let grid = TexelGrid::square(2.0, 64);
         let on_floor: f64 = grid.map(|texel| sheet.texel_flux(texel)).iter().sum();
         // The marginal ray lands at 1.23: all of it is on the floor.
@@ -281,11 +282,11 @@ mod tests {
     fn a_texel_on_the_ring_agrees_with_brute_force() {
         let map = ByTheBall {
             ball: BALL,
-            path: Path::Through(0),
+            path: KnownPath::Through(0),
         };
-        let sheet = BALL.sheet(Path::Through(0));
+        let sheet = BALL.sheet(KnownPath::Through(0));
         let fold = sheet.fold_radii()[0];
-        let texel = Texel::new(fold - 0.005, -0.002, fold + 0.003, 0.006);
+        let texel = TexelRect::new(fold - 0.005, -0.002, fold + 0.003, 0.006);
         let count = 4_000_000;
         let step = FRAC_PI_2 / f64::from(count);
         let brute: f64 = (0..count)
@@ -300,18 +301,18 @@ mod tests {
             })
             .sum();
         let flux = sheet.texel_flux(&texel);
-        // The touching circle enters with a square root: the midpoint rule errs by about step^1.5 there, 3e-10
-        // times the slope's size, 100 W / 0.03, on 0.1 W.
+        // The touching circle enters with a square root: the midpoint rule errs by about step^1.5 there,
+        // 3e-10 times the slope's size, 100 W / 0.03, on 0.1 W.
         assert!((flux / brute - 1.0).abs() < 1e-5, "{flux} {brute}");
     }
 
     #[test]
     fn the_shadow_is_dark_and_beyond_it_the_inverse_square_holds() {
-        let sheet = BALL.sheet(Path::Direct);
+        let sheet = BALL.sheet(KnownPath::Direct);
         let shadow = BALL.shadow_radius();
-        assert_eq!(sheet.texel_flux(&Texel::new(-0.1, -0.1, 0.1, 0.1)), 0.0);
+        assert_eq!(sheet.texel_flux(&TexelRect::new(-0.1, -0.1, 0.1, 0.1)), 0.0);
         assert_eq!(sheet.disc_flux(shadow * (1.0 - 1e-12)), 0.0);
-        let texel = Texel::new(1.9, 0.0, 1.9001, 0.0001);
+        let texel = TexelRect::new(1.9, 0.0, 1.9001, 0.0001);
         let distance_squared: f64 = 16.0 + 1.90005 * 1.90005 + 0.00005 * 0.00005;
         let exact = 100.0 * 4.0 / distance_squared.powf(1.5);
         // The mean over a texel differs from the middle by E''·h²/24 ~ 1e-10.

@@ -6,37 +6,37 @@ use glam::DVec2;
 
 use super::quadrature::{simpson, windows};
 use super::stretch::Stretch;
-use super::{Path, Texel, TexelGrid};
+use super::{KnownPath, TexelGrid, TexelRect};
 
 /// The light over a [`MirrorCup`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum CupLight {
     /// Parallel light that travels along (tan α, 0, −1).
     Parallel {
-        /// tan α, with α the light's angle to the vertical; positive.
+        /// tan α, with α the light's angle to the vertical; 0 or more.
         tan_angle: f64,
-        /// Across the light [W/m²].
+        /// Irradiance across the light [W/m²].
         irradiance: f64,
     },
     /// A point at (−`distance`, 0, `height`).
     Point {
-        /// From the cup's axis (m), 0 or more.
+        /// Distance from the cup's axis (m), 0 or more.
         distance: f64,
-        /// Over the bottom (m), more than the cup's.
+        /// Height over the bottom (m), more than the cup's.
         height: f64,
         /// Radiant intensity [W/sr].
         intensity: f64,
     },
 }
 
-/// An upright cylinder about the z axis, from z = 0 up, mirror inside and black outside: all light on the plane z = 0.
+/// An upright cylinder about the z axis, from z = 0 up, mirror inside and black outside: all light on the
+/// plane z = 0.
 ///
-/// A vertical wall leaves the vertical part of a direction alone. So, seen from above, a ray is a billiard in the circle
-/// of radius R, and it comes down to the plane after a
-/// horizontal length that no reflection changes.
+/// A vertical wall leaves the vertical part of a direction alone. Seen from above, a ray is a billiard in the
+/// circle of radius R. It comes down to the plane after a horizontal length that no reflection changes.
 ///
-/// A ray that travels at the azimuth β₀ and hits the wall at the azimuth a₁ has the (signed) incidence φ = a₁ − β₀.
-/// All its chords have the length c = 2 R cos φ and all its hits the incidence φ:
+/// A ray that travels at the azimuth β₀ and hits the wall at the azimuth a₁ has the (signed) incidence φ = a₁
+/// − β₀. All its chords have the length c = 2 R cos φ and all its hits the incidence φ:
 ///
 /// ```text
 /// a_j = a₁ + (j − 1)(π + 2φ),     β_j = β₀ + j (π + 2φ)
@@ -49,45 +49,46 @@ pub enum CupLight {
 /// point:     dΦ = I h t / (h² + t²)^(3/2) dt dψ,   t from s₀ h/(h − H) to s₁ h/(h − H) from the point
 /// ```
 ///
-/// (s₀, s₁: where the ray crosses the circle; below that range it meets the outside, above it flies over the cup). So
-/// the flux into a texel is an integral over lines of what the texel cuts out of each: one variable, no singularity.
-/// Where neighbouring lines cross is the caustic: τ behind the k-th hit with
-/// τ = R cos φ (2k − 1)/(2k) in parallel light, the nephroid for k = 1 (see [`MirrorCup::parallel_caustic`]).
+/// (s₀, s₁: where the ray crosses the circle; below that range it meets the outside, above it flies over the
+/// cup). So the flux into a texel is an integral over lines of what the texel cuts out of each: one variable,
+/// no singularity. The caustic is the curve on which neighbouring lines cross: τ behind the k-th hit with τ =
+/// R cos φ (2k − 1)/(2k) in parallel light, the nephroid for k = 1 (see [`MirrorCup::parallel_caustic`]).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MirrorCup {
-    /// R (m).
+    /// Radius R (m).
     pub radius: f64,
-    /// H (m).
+    /// Height H (m).
     pub height: f64,
     /// The wall's reflectance (0..=1), the same for all angles.
     pub reflectance: f64,
-    /// Where the light comes from.
+    /// The light over it.
     pub light: CupLight,
 }
 
 /// One ray's path as seen from above, before it is cut by height.
-struct Line {
+struct CupRay {
     start: DVec2,
     azimuth: f64,
-    /// φ, signed.
+    /// Incidence φ on the wall, signed.
     incidence: f64,
-    /// Where it enters the circle, in lengths t from `start`.
+    /// Length t from `start` at which it enters the circle.
     enter: f64,
-    /// Where it first hits the wall.
+    /// Length t from `start` at which it first hits the wall.
     hit: f64,
     /// d²Φ / (du dt) over dM/dt.
     density: f64,
 }
 
 impl MirrorCup {
-    /// The irradiance [W/m²] averaged over a texel, by one path ([`Path::Direct`] or [`Path::Reflected`]).
+    /// The irradiance [W/m²] averaged over a texel, by one path ([`KnownPath::Direct`] or
+    /// [`KnownPath::Reflected`]).
     ///
     /// Adaptive quadrature to about 1e-8 of the texel's unshaded irradiance.
-    pub fn texel_irradiance(&self, path: Path, texel: &Texel) -> f64 {
+    pub fn texel_irradiance(&self, path: KnownPath, texel: &TexelRect) -> f64 {
         let reflections = match path {
-            Path::Direct => 0,
-            Path::Reflected(count) => count,
-            Path::Through(_) => return 0.0,
+            KnownPath::Direct => 0,
+            KnownPath::Reflected(count) => count,
+            KnownPath::Through(_) => return 0.0,
         };
         let centre = 0.5 * (texel.min + texel.max);
         let reach = 0.5 * (texel.max - texel.min).length();
@@ -107,7 +108,7 @@ impl MirrorCup {
     }
 
     /// The irradiance [W/m²] of every texel of a grid, in the order of [`TexelGrid::map`].
-    pub fn map(&self, path: Path, grid: &TexelGrid) -> Vec<f64> {
+    pub fn map(&self, path: KnownPath, grid: &TexelGrid) -> Vec<f64> {
         grid.map(|texel| self.texel_irradiance(path, texel))
     }
 
@@ -145,7 +146,7 @@ impl MirrorCup {
     }
 
     /// The integral over all lines of what `flux` finds on each.
-    fn over_lines(&self, flux: impl Fn(&Line) -> f64) -> f64 {
+    fn over_lines(&self, flux: impl Fn(&CupRay) -> f64) -> f64 {
         let tolerance = 1e-13 * self.unshaded_irradiance() * self.radius * self.radius;
         let integrand = |u: f64| {
             let line = self.line(u);
@@ -185,10 +186,10 @@ impl MirrorCup {
     }
 
     /// The line of u: u = φ for lights outside the circle (seen from above), else the azimuth ψ at the light.
-    fn line(&self, u: f64) -> Line {
+    fn line(&self, u: f64) -> CupRay {
         let radius = self.radius;
         match self.light {
-            CupLight::Parallel { .. } => Line {
+            CupLight::Parallel { .. } => CupRay {
                 start: radius * DVec2::new(-u.cos(), u.sin()),
                 azimuth: 0.0,
                 incidence: u,
@@ -204,7 +205,7 @@ impl MirrorCup {
                     (azimuth, u, radius / distance * u.cos() / azimuth.cos())
                 };
                 let (middle, half) = (distance * azimuth.cos(), radius * incidence.cos());
-                Line {
+                CupRay {
                     start: DVec2::new(-distance, 0.0),
                     azimuth,
                     incidence,
@@ -217,7 +218,7 @@ impl MirrorCup {
     }
 
     /// The range of t in which a line's light has come through the opening.
-    fn inside(&self, line: &Line) -> (f64, f64) {
+    fn inside(&self, line: &CupRay) -> (f64, f64) {
         match self.light {
             CupLight::Parallel { tan_angle, .. } => {
                 let shift = self.height * tan_angle;
@@ -230,8 +231,8 @@ impl MirrorCup {
         }
     }
 
-    /// Where a line's light lands after so many reflections.
-    fn leg(&self, line: &Line, reflections: u32) -> Option<Stretch> {
+    /// The stretch on which a line's light lands after so many reflections.
+    fn leg(&self, line: &CupRay, reflections: u32) -> Option<Stretch> {
         let chord = 2.0 * self.radius * line.incidence.cos();
         let (from, to) = self.inside(line);
         let k = f64::from(reflections);
@@ -277,7 +278,7 @@ impl MirrorCup {
     }
 
     /// The flux density in u that the texel cuts out of line u.
-    fn cut_out(&self, u: f64, reflections: u32, texel: &Texel) -> f64 {
+    fn cut_out(&self, u: f64, reflections: u32, texel: &TexelRect) -> f64 {
         let line = self.line(u);
         let flux = |stretch: &Stretch| {
             stretch
@@ -312,7 +313,7 @@ impl MirrorCup {
     }
 
     /// Direct flux along lines that do not meet the circle.
-    fn beside_the_cup(&self, texel: &Texel) -> f64 {
+    fn beside_the_cup(&self, texel: &TexelRect) -> f64 {
         match self.light {
             CupLight::Parallel { .. } => {
                 let above = (texel.max.y - texel.min.y.max(self.radius)).max(0.0);
@@ -351,8 +352,8 @@ impl MirrorCup {
         }
     }
 
-    /// Whether a line within `half` of u may come within `reach` of `centre`, by a bound on how fast their distance
-    /// changes with u.
+    /// True if a line within `half` of u may come within `reach` of `centre`, by a bound on the rate at which
+    /// their distance changes with u.
     fn may_meet(&self, u: f64, half: f64, reflections: u32, centre: DVec2, reach: f64) -> bool {
         let line = self.line(u);
         let k = f64::from(reflections);

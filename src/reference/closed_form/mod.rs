@@ -1,7 +1,7 @@
 //! Scenes whose light is known by formula: the truth that tests hold every other method to.
 //!
-//! Nothing here traces the scene: each module derives its own map from the light to the receiver,
-//! in the plane or by symmetry, and shares with the tracer only the Fresnel formulas. Every result is the
+//! Nothing here traces the scene. Each module derives its own map from the light to the receiver, in the
+//! plane or by symmetry. It shares with the tracer only the Fresnel formulas. Every result is the
 //! *texel-averaged* irradiance, as in all of this program, so that it is finite on caustics too.
 //!
 //! | module's type | scene | method |
@@ -15,11 +15,14 @@
 //! | [`FlatFacets`] | any convex solid with flat facets in parallel light | polygons cut by polygons |
 //! | [`lambert_irradiance`] and others | light without anything in its way | formulas |
 //!
-//! [`Bundled`] says which of the bundled scenes is known by which of these.
+//! [`solve`] recognises these configurations in a scene, and is the method `closed-form`. [`Bundled`] holds
+//! the constants of the bundled scenes, for tests.
 //!
 //! Fluxes and irradiances are single numbers (one channel). Radial maps are computed to about 1e-10
 //! of the texel's value: see [`RadialSheet`] for what bounds the error.
 
+mod block;
+mod blur;
 mod branches;
 mod bundled;
 mod circle;
@@ -34,6 +37,7 @@ mod plano_convex_lens;
 mod polygon;
 mod quadrature;
 mod radial;
+mod recognise;
 mod sine_water;
 mod stretch;
 mod texel;
@@ -50,5 +54,6 @@ pub use mirror_cup::{CupLight, MirrorCup};
 pub use parabolic_mirror::ParabolicMirror;
 pub use plano_convex_lens::PlanoConvexLens;
 pub use radial::{RadialMap, RadialSheet};
+pub use recognise::{ClosedFormSettings, Refused, solve, supports};
 pub use sine_water::{SineWater, SineWave};
-pub use texel::{Path, Texel, TexelGrid};
+pub use texel::{KnownPath, TexelGrid, TexelRect};

@@ -6,10 +6,11 @@ use glam::DVec2;
 
 use super::circle::circle_fraction;
 use super::quadrature::{integrate, simpson};
-use super::{RadialMap, RadialSheet, Texel, TexelGrid};
+use super::{RadialMap, RadialSheet, TexelGrid, TexelRect};
 use crate::optics::conductor_reflectance;
 
-/// A metal dish z = r²/(4f) in light that falls straight down: the light (path `LRD`) on a plane below its focus.
+/// A metal dish z = r²/(4f) in light that falls straight down: the light (path `LRD`) on a plane below its
+/// focus.
 ///
 /// Every ray is reflected through the focus (0, 0, f). From the dish's point at r it meets the plane z = p at
 ///
@@ -46,9 +47,9 @@ impl ParabolicMirror {
 
     /// The irradiance [W/m²] averaged over a texel of the receiver's plane, shade included.
     ///
-    /// Beside the shade's image it is [`RadialSheet::texel_irradiance`]; across it, adaptive quadrature to about 1e-9 of
-    /// the unshaded value.
-    pub fn texel_irradiance(&self, sheet: &RadialSheet, texel: &Texel) -> f64 {
+    /// Beside the shade's image it is [`RadialSheet::texel_irradiance`]; across it, adaptive quadrature to
+    /// about 1e-9 of the unshaded value.
+    pub fn texel_irradiance(&self, sheet: &RadialSheet, texel: &TexelRect) -> f64 {
         let whole = sheet.texel_flux(texel);
         let dish = ByTheDish(*self);
         let shade = self.shade_half_width;
@@ -72,7 +73,7 @@ impl ParabolicMirror {
                 if min.x >= max.x || min.y >= max.y {
                     return 0.0;
                 }
-                dish.flux_density(r) * circle_fraction(radius.abs(), &Texel { min, max })
+                dish.flux_density(r) * circle_fraction(radius.abs(), &TexelRect { min, max })
             };
             // Cut where the circle leaves the square, and finely: at the square's corners only a narrow
             // range of r counts.
@@ -100,7 +101,7 @@ impl ParabolicMirror {
 
     /// The flux (W) onto the receiver's plane, shade included.
     pub fn received_flux(&self) -> f64 {
-        let part = Texel::new(0.0, 0.0, self.shade_half_width, self.shade_half_width);
+        let part = TexelRect::new(0.0, 0.0, self.shade_half_width, self.shade_half_width);
         let dish = ByTheDish(*self);
         let corner = (self.shade_half_width * SQRT_2).min(self.aperture);
         let side = self.shade_half_width.min(self.aperture);
@@ -166,7 +167,7 @@ mod tests {
     #[test]
     fn in_the_middle_the_concentration_is_the_square_of_ten() {
         // x = r (f - p)/f (1 + O(r²)): areas shrink by 10² = 100.
-        let texel = Texel::new(-1e-5, -1e-5, 1e-5, 1e-5);
+        let texel = TexelRect::new(-1e-5, -1e-5, 1e-5, 1e-5);
         // r is 1e-4 there: (r/2f)² ~ 1e-8, times 4 for the two factors squared.
         assert!((DISH.sheet().texel_irradiance(&texel) / 1e5 - 1.0).abs() < 4e-8);
     }

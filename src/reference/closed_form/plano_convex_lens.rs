@@ -5,21 +5,22 @@ use std::f64::consts::TAU;
 use super::{AxialLight, RadialMap, RadialSheet};
 use crate::optics::dielectric_reflectance;
 
-/// A plano-convex lens, curved side towards a light on its axis: the light it lets through (path `LTTD`) on the plane
-/// behind it.
+/// A plano-convex lens, curved side towards a light on its axis: the light it lets through (path `LTTD`) on
+/// the plane behind it.
 ///
-/// Let a be the angle of a point of the curved side (radius R) at its centre, from the axis. The point lies at
-/// x = R sin a; light that meets it at the angle θ to the axis has the incidence i = θ + a, is refracted to
-/// sin t = sin i / n, and goes on towards the axis at δ₁ = a − t. The flat side bends it to
-/// sin δ₂ = n sin δ₁ (or reflects it totally), and it lands at
+/// Let a be the angle of a point of the curved side (radius R) at its centre, from the axis. The point lies
+/// at x = R sin a; light that meets it at the angle θ to the axis has the incidence i = θ + a, is refracted
+/// to sin t = sin i / n, and goes on towards the axis at δ₁ = a − t. The flat side bends it to sin δ₂ = n sin
+/// δ₁ (or reflects it totally), and it lands at
 ///
 /// ```text
 /// r = x − (z − z₀) tan δ₁ − z₀ tan δ₂,
 /// dΦ = 2π I sin θ (dθ/da) (1 − F(i)) (1 − F(δ₁)) da,   dθ/da = R (H cos a − R) / (H² + R² − 2 H R cos a)
 /// ```
 ///
-/// with z₀ the flat side's height and H the distance of the light from the centre. In parallel light θ = 0, and the
-/// flux is 2π E R² sin a cos a da. This is meridional ray tracing in closed form (Born and Wolf, 4.4).
+/// with z₀ the flat side's height and H the distance of the light from the centre. In parallel light θ = 0,
+/// and the flux is 2π E R² sin a cos a da. This is meridional ray tracing in closed form (Born and Wolf,
+/// 4.4).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlanoConvexLens {
     /// R (m).
@@ -30,7 +31,7 @@ pub struct PlanoConvexLens {
     pub flat_height: f64,
     /// The index n relative to the surroundings.
     pub ior: f64,
-    /// Where the light comes from. A spot that is constant over the lens counts as a point.
+    /// The light over it. A spot that is constant over the lens counts as a point.
     pub light: AxialLight,
 }
 
@@ -155,7 +156,8 @@ mod tests {
         let sheet = LENS.sheet();
         let cone = TAU * 10.0 * (1.0 - LENS.rim_angle().cos());
         let through = sheet.sent_flux() / cone;
-        // At normal incidence each side lets 0.96 pass; the rim's incidence is asin(5/6) + 5.7°, where F < 0.15.
+        // At normal incidence each side lets 0.96 pass; the rim's incidence is asin(5/6) + 5.7°, where F <
+        // 0.15.
         assert!(through < 0.96 * 0.96 && through > 0.85 * 0.85, "{through}");
         assert_eq!(sheet.fold_radii().len(), 1);
     }

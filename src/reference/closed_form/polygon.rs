@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-use super::Texel;
+use super::TexelRect;
 
 /// Area, positive where the corners run counter-clockwise.
 pub(super) fn area(polygon: &[DVec2]) -> f64 {
@@ -49,8 +49,58 @@ pub(super) fn intersection(polygon: &[DVec2], window: &[DVec2]) -> Vec<DVec2> {
     kept
 }
 
+/// A convex polygon that holds all points within `by` of a convex polygon.
+pub(super) fn grown(polygon: &[DVec2], by: f64) -> Vec<DVec2> {
+    let offsets = [(-by, -by), (by, -by), (by, by), (-by, by)];
+    convex_hull(
+        polygon
+            .iter()
+            .flat_map(|corner| offsets.map(|(x, y)| *corner + DVec2::new(x, y)))
+            .collect(),
+    )
+}
+
+/// The part of a convex polygon whose points are all `by` and more from its border.
+pub(super) fn shrunk(polygon: &[DVec2], by: f64) -> Vec<DVec2> {
+    let turn = if area(polygon) < 0.0 { -1.0 } else { 1.0 };
+    let mut kept = polygon.to_vec();
+    for (i, &from) in polygon.iter().enumerate() {
+        let side = polygon[(i + 1) % polygon.len()] - from;
+        let length = side.length();
+        if length > 0.0 {
+            kept = clipped(&kept, |point| {
+                turn * side.perp_dot(point - from) / length - by
+            });
+        }
+    }
+    kept
+}
+
+/// The convex hull of points, counter-clockwise, without points on its sides (Andrew 1979).
+pub(super) fn convex_hull(mut points: Vec<DVec2>) -> Vec<DVec2> {
+    points.sort_unstable_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
+    points.dedup();
+    let half = |points: &mut dyn Iterator<Item = DVec2>| {
+        let mut hull: Vec<DVec2> = Vec::new();
+        for point in points {
+            while let [.., a, b] = hull[..] {
+                if (b - a).perp_dot(point - b) > 0.0 {
+                    break;
+                }
+                hull.pop();
+            }
+            hull.push(point);
+        }
+        hull.pop();
+        hull
+    };
+    let mut hull = half(&mut points.iter().copied());
+    hull.extend(half(&mut points.iter().rev().copied()));
+    hull
+}
+
 /// The area of a convex polygon's part inside a texel.
-pub(super) fn area_in_texel(polygon: &[DVec2], texel: &Texel) -> f64 {
+pub(super) fn area_in_texel(polygon: &[DVec2], texel: &TexelRect) -> f64 {
     let (min, max) = (texel.min, texel.max);
     let window = [min, DVec2::new(max.x, min.y), max, DVec2::new(min.x, max.y)];
     area(&intersection(polygon, &window)).abs()

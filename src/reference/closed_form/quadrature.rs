@@ -7,8 +7,8 @@ const NODES: usize = 16;
 
 /// ∫ f over [a, b], for f analytic inside, with at most square-root behaviour at either end.
 ///
-/// Gauss-Legendre of 16 nodes in v after u = a + (b − a)(1 − cos πv)/2: near an end u − a ∝ v², so √(u − a) is
-/// analytic in v. The interval is cut into `panels` first.
+/// Gauss-Legendre of 16 nodes in v after u = a + (b − a)(1 − cos πv)/2: near an end u − a ∝ v², so √(u − a)
+/// is analytic in v. The interval is cut into `panels` first.
 pub(super) fn integrate(a: f64, b: f64, panels: usize, mut f: impl FnMut(f64) -> f64) -> f64 {
     let width = (b - a) / panels as f64;
     let mut sum = 0.0;
@@ -21,7 +21,8 @@ pub(super) fn integrate(a: f64, b: f64, panels: usize, mut f: impl FnMut(f64) ->
     sum * width
 }
 
-/// The parts of [from, to] in which `near(middle, half width)` may hold, cut to 1/1024 of it and neighbours joined.
+/// The parts of [from, to] in which `near(middle, half width)` may hold, cut to 1/1024 of it and neighbours
+/// joined.
 pub(super) fn windows(from: f64, to: f64, near: &impl Fn(f64, f64) -> bool) -> Vec<(f64, f64)> {
     let mut found: Vec<(f64, f64)> = Vec::new();
     let mut open = vec![(from, to, 0)];

@@ -3,20 +3,21 @@
 use std::f64::consts::FRAC_PI_2;
 use std::fmt;
 
-use super::branches::{Branch, Branches};
+use super::branches::{Branches, MonotoneBranch};
 use super::circle::{circle_fraction, corner_radii};
 use super::quadrature::integrate;
-use super::{Texel, TexelGrid};
+use super::{TexelGrid, TexelRect};
 
-/// Where the light of a round scene lands: a family of rays in a half plane through the axis, by one variable u.
+/// The map of a round scene's light to the receiver: a family of rays in a half plane through the axis, by
+/// one variable u.
 ///
 /// Turned about the axis, the rays of [u, u + du] form a hollow cone, which lands on a circle.
 pub trait RadialMap: Send + Sync {
     /// The range of u.
     fn range(&self) -> (f64, f64);
 
-    /// The distance from the axis (m) at which ray u lands, negative where it has crossed the axis; `None` where it
-    /// never does. Smooth in u.
+    /// The distance from the axis (m) at which ray u lands, negative where it has crossed the axis; `None` if
+    /// it never does. Smooth in u.
     fn radius(&self, u: f64) -> Option<f64>;
 
     /// dΦ/du, the flux (W) of the cone per unit of u. Smooth in u.
@@ -32,12 +33,12 @@ pub trait RadialMap: Send + Sync {
 /// Φ(texel) = ∫ dΦ/du · fraction(|r(u)|, texel) du
 /// ```
 ///
-/// Nothing in it is singular: at folds of r(u), at the axis and on caustics the *irradiance*
-/// dΦ / (2π r dr) is infinite, but u goes through them smoothly. The fraction has kinks where the circle passes
-/// a corner of the texel (or touches a side on an axis of coordinates: a corner of a quadrant's part); the
-/// integral is cut there, by inverting r(u) on each monotone branch, and each piece is taken by Gauss's rule
-/// in a variable that also removes square roots at the ends. What is left is rounding: about 1e-12 of the
-/// circle's flux, from the difference of two angles in the fraction.
+/// Nothing in it is singular: at folds of r(u), at the axis and on caustics the *irradiance* dΦ / (2π r dr)
+/// is infinite, but u goes through them smoothly. The fraction has kinks where the circle passes a corner of
+/// the texel (or touches a side on an axis of coordinates: a corner of a quadrant's part); the integral is
+/// cut there, by inverting r(u) on each monotone branch, and each piece is taken by Gauss's rule in a
+/// variable that also removes square roots at the ends. What is left is rounding: about 1e-12 of the circle's
+/// flux, from the difference of two angles in the fraction.
 pub struct RadialSheet {
     map: Box<dyn RadialMap>,
     branches: Branches,
@@ -55,7 +56,7 @@ impl RadialSheet {
     }
 
     /// The flux (W) into a texel.
-    pub fn texel_flux(&self, texel: &Texel) -> f64 {
+    pub fn texel_flux(&self, texel: &TexelRect) -> f64 {
         texel
             .quadrant_parts()
             .map(|part| self.part_flux(&part))
@@ -63,7 +64,7 @@ impl RadialSheet {
     }
 
     /// The irradiance [W/m²], averaged over a texel.
-    pub fn texel_irradiance(&self, texel: &Texel) -> f64 {
+    pub fn texel_irradiance(&self, texel: &TexelRect) -> f64 {
         self.texel_flux(texel) / texel.area()
     }
 
@@ -96,7 +97,7 @@ impl RadialSheet {
 
     /// The distances from the axis (m) at which the sheet folds: the caustic circles.
     pub fn fold_radii(&self) -> Vec<f64> {
-        let mut starts = self.branches.iter().map(Branch::range);
+        let mut starts = self.branches.iter().map(MonotoneBranch::range);
         let Some(mut last) = starts.next() else {
             return Vec::new();
         };
@@ -111,7 +112,7 @@ impl RadialSheet {
     }
 
     /// The flux into a rectangle of the first quadrant.
-    fn part_flux(&self, part: &Texel) -> f64 {
+    fn part_flux(&self, part: &TexelRect) -> f64 {
         let radii = corner_radii(part);
         let mut flux = 0.0;
         for branch in self.branches.iter() {
@@ -145,12 +146,12 @@ impl RadialSheet {
         flux
     }
 
-    fn preimage(&self, branch: &Branch, least: f64, greatest: f64) -> (f64, f64) {
+    fn preimage(&self, branch: &MonotoneBranch, least: f64, greatest: f64) -> (f64, f64) {
         let (a, b) = (self.inverse(branch, least), self.inverse(branch, greatest));
         (a.min(b), a.max(b))
     }
 
-    fn inverse(&self, branch: &Branch, radius: f64) -> f64 {
+    fn inverse(&self, branch: &MonotoneBranch, radius: f64) -> f64 {
         branch.inverse(radius, &|u| self.map.radius(u))
     }
 
@@ -170,8 +171,8 @@ impl fmt::Debug for RadialSheet {
     }
 }
 
-/// Panels over the whole range of u: on each, the smooth parts of the maps used here (sines, Fresnel's formulas) are
-/// polynomials of degree 31 to rounding.
+/// Panels over the whole range of u: on each, the smooth parts of the maps used here (sines, Fresnel's
+/// formulas) are polynomials of degree 31 to rounding.
 const MOST_PANELS: usize = 32;
 
 /// The largest angle at which a ray still counts as falling onto a plane: a hair before parallel.
@@ -228,7 +229,7 @@ mod tests {
         ] {
             let exact = solid_angle(x1, y1) - solid_angle(x0, y1) - solid_angle(x1, y0)
                 + solid_angle(x0, y0);
-            let flux = sheet.texel_flux(&Texel::new(x0, y0, x1, y1));
+            let flux = sheet.texel_flux(&TexelRect::new(x0, y0, x1, y1));
             // Both sides difference angles of size 1: 1e-15 absolute beside the rule's 1e-12.
             assert!(
                 (flux - exact).abs() < 1e-11 * exact + 4e-15,
@@ -258,14 +259,15 @@ mod tests {
     #[test]
     fn a_texel_astride_a_fold_agrees_with_brute_force() {
         let sheet = RadialSheet::new(Folding);
-        let texel = Texel::new(0.55, 0.6, 0.85, 0.9);
+        let texel = TexelRect::new(0.55, 0.6, 0.85, 0.9);
         let part = texel;
         let count = 3_000_000;
         let step = 3.0 * PI / f64::from(count);
         let brute: f64 = (0..count)
             .map(|i| circle_fraction((step * (f64::from(i) + 0.5)).sin().abs(), &part) * step)
             .sum();
-        // The midpoint rule errs by step²/24 times the jumps of slope, here below 10 each, at most 30 of them.
+        // The midpoint rule errs by step²/24 times the jumps of slope, here below 10 each, at most 30 of
+        // them.
         assert!((sheet.texel_flux(&texel) - brute).abs() < 1e-10, "{brute}");
     }
 }

@@ -2,21 +2,22 @@
 
 use super::branches::Branches;
 use super::quadrature::integrate;
-use super::{Texel, TexelGrid};
+use super::{TexelGrid, TexelRect};
 use crate::optics::dielectric_reflectance;
 
-/// A water surface z = `depth` + A sin(k x + p) over the plane z = 0, in light that falls straight down (path `LTD`).
+/// A water surface z = `depth` + A sin(k x + p) over the plane z = 0, in light that falls straight down (path
+/// `LTD`).
 ///
-/// At x the surface has the slope s = A k cos(k x + p); light meets it at θ = atan s, is refracted to
-/// sin t = sin θ / n, and is turned by θ − t towards the side where the water stands higher (all angles signed):
+/// At x the surface has the slope s = A k cos(k x + p); light meets it at θ = atan s, is refracted to sin t =
+/// sin θ / n, and is turned by θ − t towards the side where the water stands higher (all angles signed):
 ///
 /// ```text
 /// x' = x + z(x) tan(θ − t),     dΦ per metre of y = E (1 − F(θ)) dx
 /// ```
 ///
-/// The irradiance averaged over a texel [x₀, x₁] is the integral of E (1 − F) over all x with x' in it, divided by its
-/// width; x' is inverted on each of its monotone branches, so that folds (caustic lines) need no care.
-/// The wave reaches from −`half_width` to `half_width`; y does not matter.
+/// The irradiance averaged over a texel [x₀, x₁] is the integral of E (1 − F) over all x with x' in it,
+/// divided by its width; x' is inverted on each of its monotone branches, so that folds (caustic lines) need
+/// no care. The wave reaches from −`half_width` to `half_width`; y does not matter.
 #[derive(Clone, Debug)]
 pub struct SineWater {
     wave: SineWave,
@@ -38,7 +39,7 @@ pub struct SineWave {
     pub ior: f64,
     /// E on a horizontal plane [W/m²].
     pub irradiance: f64,
-    /// Where the surface ends on both sides (m).
+    /// Distance of the surface's ends from the middle (m).
     pub half_width: f64,
 }
 
@@ -52,7 +53,7 @@ impl SineWater {
     }
 
     /// The irradiance [W/m²] averaged over a texel of the plane.
-    pub fn texel_irradiance(&self, texel: &Texel) -> f64 {
+    pub fn texel_irradiance(&self, texel: &TexelRect) -> f64 {
         let landing = |x: f64| Some(self.wave.landing(x));
         let per_metre: f64 = self
             .branches
@@ -84,7 +85,8 @@ impl SineWater {
         row.repeat(grid.rows)
     }
 
-    /// Where (m) the light folds on the plane, in the order of the surface's points it comes from.
+    /// Places x' (m) at which the light folds on the plane, in the order of the surface's points it comes
+    /// from.
     pub fn fold_positions(&self) -> Vec<f64> {
         self.branches
             .iter()
@@ -132,7 +134,7 @@ mod tests {
             ..WAVE
         });
         let exact = 1000.0 * (1.0 - (0.33_f64 / 2.33).powi(2));
-        let irradiance = water.texel_irradiance(&Texel::new(0.1, 0.0, 0.2, 0.1));
+        let irradiance = water.texel_irradiance(&TexelRect::new(0.1, 0.0, 0.2, 0.1));
         assert!(
             (irradiance / exact - 1.0).abs() < 1e-13,
             "{irradiance} {exact}"
@@ -142,11 +144,11 @@ mod tests {
     #[test]
     fn all_of_the_floor_receives_all_that_enters() {
         let water = SineWater::new(WAVE);
-        let on_floor = water.texel_irradiance(&Texel::new(-2.0, 0.0, 2.0, 1.0)) * 4.0;
+        let on_floor = water.texel_irradiance(&TexelRect::new(-2.0, 0.0, 2.0, 1.0)) * 4.0;
         let entering = integrate(-1.0, 1.0, 64, |x| WAVE.transmitted(x));
         assert!((on_floor / entering - 1.0).abs() < 1e-13);
         let grid = TexelGrid {
-            bounds: Texel::new(-1.5, 0.0, 1.5, 1.0),
+            bounds: TexelRect::new(-1.5, 0.0, 1.5, 1.0),
             columns: 777,
             rows: 1,
         };
@@ -158,7 +160,7 @@ mod tests {
     fn a_texel_on_a_fold_agrees_with_brute_force() {
         let water = SineWater::new(WAVE);
         let fold = water.fold_positions()[2];
-        let texel = Texel::new(fold - 0.002, 0.0, fold + 0.002, 1.0);
+        let texel = TexelRect::new(fold - 0.002, 0.0, fold + 0.002, 1.0);
         let count = 2_000_000;
         let step = 2.0 / f64::from(count);
         let brute: f64 = (0..count)
@@ -177,7 +179,7 @@ mod tests {
     fn the_pattern_repeats_with_the_wave() {
         let water = SineWater::new(WAVE);
         let length = TAU / 12.0;
-        let at = |x: f64| water.texel_irradiance(&Texel::new(x, 0.0, x + 0.01, 1.0));
+        let at = |x: f64| water.texel_irradiance(&TexelRect::new(x, 0.0, x + 0.01, 1.0));
         // The inverse is right to a few ulp of 1, on a width of 0.01, and folds amplify by a square root.
         assert!((at(-0.3) / at(-0.3 + length) - 1.0).abs() < 1e-9);
     }

@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-use super::Texel;
+use super::TexelRect;
 
 /// A stretch of a straight line on the plane, and the flux along it.
 pub(super) struct Stretch {
@@ -16,7 +16,7 @@ pub(super) struct Stretch {
 
 impl Stretch {
     /// The range of t inside the texel.
-    pub(super) fn clipped(&self, texel: &Texel) -> Option<(f64, f64)> {
+    pub(super) fn clipped(&self, texel: &TexelRect) -> Option<(f64, f64)> {
         let (mut from, mut to) = (self.from, self.to);
         for axis in 0..2 {
             let (origin, direction) = (self.origin[axis], self.direction[axis]);
@@ -41,7 +41,7 @@ mod tests {
 
     #[test]
     fn a_texel_cuts_its_own_width_out_of_a_line() {
-        let texel = Texel::new(1.0, -1.0, 2.0, 1.0);
+        let texel = TexelRect::new(1.0, -1.0, 2.0, 1.0);
         let stretch = |direction: DVec2| Stretch {
             origin: DVec2::ZERO,
             direction,

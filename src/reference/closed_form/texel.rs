@@ -1,12 +1,12 @@
-//! Which light, and where on the receiver.
+//! Paths of light, and rectangles on the receiver.
 
 use glam::DVec2;
 use rayon::prelude::*;
 
-/// What happens to light between its source and the receiver.
+/// Specular events of light between its source and the receiver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Path {
-    /// Nothing: `LD`.
+pub enum KnownPath {
+    /// None: `LD`.
     Direct,
     /// So many reflections from outside, 1 or more: `LRD`, `LRRD` ...
     Reflected(u32),
@@ -14,7 +14,7 @@ pub enum Path {
     Through(u32),
 }
 
-impl Path {
+impl KnownPath {
     /// The path in Heckbert's notation with R and T for specular events, such as `LTRTD`.
     pub fn signature(self) -> String {
         match self {
@@ -27,14 +27,14 @@ impl Path {
 
 /// A rectangle on the receiver's plane, sides along x and y.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Texel {
+pub struct TexelRect {
     /// The corner of smallest coordinates.
     pub min: DVec2,
     /// The corner of largest coordinates.
     pub max: DVec2,
 }
 
-impl Texel {
+impl TexelRect {
     /// The rectangle between two corners.
     pub fn new(min_x: f64, min_y: f64, max_x: f64, max_y: f64) -> Self {
         Self {
@@ -63,11 +63,11 @@ impl Texel {
 /// A rectangle cut into equal texels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TexelGrid {
-    /// The whole.
-    pub bounds: Texel,
-    /// Texels along x.
+    /// The whole rectangle.
+    pub bounds: TexelRect,
+    /// Number of texels along x.
     pub columns: usize,
-    /// Texels along y.
+    /// Number of texels along y.
     pub rows: usize,
 }
 
@@ -75,23 +75,23 @@ impl TexelGrid {
     /// A square [−`half_width`, `half_width`]² of `side`² texels.
     pub fn square(half_width: f64, side: usize) -> Self {
         Self {
-            bounds: Texel::new(-half_width, -half_width, half_width, half_width),
+            bounds: TexelRect::new(-half_width, -half_width, half_width, half_width),
             columns: side,
             rows: side,
         }
     }
 
     /// The texel in a column and a row, both counted from the corner of smallest coordinates.
-    pub fn texel(&self, column: usize, row: usize) -> Texel {
+    pub fn texel(&self, column: usize, row: usize) -> TexelRect {
         let extent = self.bounds.max - self.bounds.min;
         // Neighbours must share their border exactly.
         let x = |i: usize| self.bounds.min.x + extent.x * (i as f64 / self.columns as f64);
         let y = |i: usize| self.bounds.min.y + extent.y * (i as f64 / self.rows as f64);
-        Texel::new(x(column), y(row), x(column + 1), y(row + 1))
+        TexelRect::new(x(column), y(row), x(column + 1), y(row + 1))
     }
 
     /// `value` of every texel, rows from smallest y, in each row from smallest x; computed on all cores.
-    pub fn map(&self, value: impl Fn(&Texel) -> f64 + Sync) -> Vec<f64> {
+    pub fn map(&self, value: impl Fn(&TexelRect) -> f64 + Sync) -> Vec<f64> {
         (0..self.columns * self.rows)
             .into_par_iter()
             .map(|i| value(&self.texel(i % self.columns, i / self.columns)))
@@ -105,22 +105,25 @@ mod tests {
 
     #[test]
     fn signatures_are_written_as_everywhere_in_the_program() {
-        assert_eq!(Path::Direct.signature(), "LD");
-        assert_eq!(Path::Reflected(2).signature(), "LRRD");
-        assert_eq!(Path::Through(0).signature(), "LTTD");
-        assert_eq!(Path::Through(1).signature(), "LTRTD");
+        assert_eq!(KnownPath::Direct.signature(), "LD");
+        assert_eq!(KnownPath::Reflected(2).signature(), "LRRD");
+        assert_eq!(KnownPath::Through(0).signature(), "LTTD");
+        assert_eq!(KnownPath::Through(1).signature(), "LTRTD");
     }
 
     #[test]
     fn the_quadrant_parts_of_a_texel_have_its_area() {
-        let texel = Texel::new(-1.0, -0.5, 3.0, 0.25);
+        let texel = TexelRect::new(-1.0, -0.5, 3.0, 0.25);
         let areas: Vec<f64> = texel.quadrant_parts().map(|part| part.area()).collect();
         assert_eq!(areas.len(), 4);
         assert_eq!(areas.iter().sum::<f64>(), texel.area());
-        assert_eq!(Texel::new(0.0, 0.0, 1.0, 1.0).quadrant_parts().count(), 1);
         assert_eq!(
-            Texel::new(-2.0, 1.0, -1.0, 2.0).quadrant_parts().next(),
-            Some(Texel::new(1.0, 1.0, 2.0, 2.0))
+            TexelRect::new(0.0, 0.0, 1.0, 1.0).quadrant_parts().count(),
+            1
+        );
+        assert_eq!(
+            TexelRect::new(-2.0, 1.0, -1.0, 2.0).quadrant_parts().next(),
+            Some(TexelRect::new(1.0, 1.0, 2.0, 2.0))
         );
     }
 }

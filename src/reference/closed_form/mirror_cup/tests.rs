@@ -48,9 +48,9 @@ fn cups() -> [MirrorCup; 4] {
 fn what_enters_is_spread_over_the_reflections() {
     for cup in cups() {
         let bottom: f64 = (0..100).map(|k| cup.bottom_flux(k)).sum();
-        // Only light that nearly grazes the wall is reflected more often: chords below 1/100 of the way inside
-        // (here at most 4.2 R), so cos φ < 0.021, and ∫ R cos φ c dφ is 4/(3π) cos³ φ < 4e-6 of the opening's,
-        // times up to 2 for the unevenness of a near point light.
+        // Only light that nearly grazes the wall is reflected more often: chords below 1/100 of the way
+        // inside (here at most 4.2 R), so cos φ < 0.021, and ∫ R cos φ c dφ is 4/(3π) cos³ φ < 4e-6 of the
+        // opening's, times up to 2 for the unevenness of a near point light.
         let entering = cup.entering_flux();
         assert!(
             bottom < entering * (1.0 + 1e-9) && bottom > entering * (1.0 - 8e-6),
@@ -67,7 +67,7 @@ fn texels_over_the_bottom_sum_to_its_flux() {
         let grid = TexelGrid::square(cup.radius, 24);
         let texel_area = grid.texel(0, 0).area();
         for k in 1..4 {
-            let sum: f64 = cup.map(Path::Reflected(k), &grid).iter().sum::<f64>() * texel_area;
+            let sum: f64 = cup.map(KnownPath::Reflected(k), &grid).iter().sum::<f64>() * texel_area;
             let flux = cup.bottom_flux(k);
             let scale = cup.unshaded_irradiance() * cup.radius * cup.radius;
             // At most some 50 windows a texel with 1e-9 of its unshaded flux each.
@@ -86,7 +86,7 @@ fn after_one_reflection_the_irradiance_is_the_spreading_of_a_pencil() {
     let (azimuth, behind) = (0.9_f64, 0.004);
     let point = 0.04 * DVec2::from_angle(azimuth) + DVec2::from_angle(PI + 2.0 * azimuth) * behind;
     let half = 1e-6;
-    let texel = Texel::new(
+    let texel = TexelRect::new(
         point.x - half,
         point.y - half,
         point.x + half,
@@ -94,7 +94,7 @@ fn after_one_reflection_the_irradiance_is_the_spreading_of_a_pencil() {
     );
     let width = 0.04 * azimuth.cos();
     let exact = 1000.0 / 1.36_f64.sqrt() * width / (width - 2.0 * behind).abs();
-    let irradiance = CUP.texel_irradiance(Path::Reflected(1), &texel);
+    let irradiance = CUP.texel_irradiance(KnownPath::Reflected(1), &texel);
     // The mean over the texel differs at second order: (half / 0.01)² ~ 1e-8.
     assert!(
         (irradiance / exact - 1.0).abs() < 1e-6,
@@ -112,13 +112,13 @@ fn on_the_nephroid_a_texel_is_the_brighter_the_smaller_it_is() {
     ) * 0.01;
     assert!(point.distance(expected) < 1e-16);
     let at = |half: f64| {
-        let texel = Texel::new(
+        let texel = TexelRect::new(
             point.x - half,
             point.y - half,
             point.x + half,
             point.y + half,
         );
-        CUP.texel_irradiance(Path::Reflected(1), &texel)
+        CUP.texel_irradiance(KnownPath::Reflected(1), &texel)
     };
     // A fold: E ~ 1/√distance, so a quarter of the size doubles the mean, up to the regular part beside it:
     // here about 10 % of the brighter one.
@@ -130,13 +130,13 @@ fn on_the_nephroid_a_texel_is_the_brighter_the_smaller_it_is() {
 fn light_goes_past_a_cup_of_no_height() {
     for cup in cups() {
         let flat = MirrorCup { height: 0.0, ..cup };
-        let texel = Texel::new(
+        let texel = TexelRect::new(
             0.3 * cup.radius,
             -0.2 * cup.radius,
             0.5 * cup.radius,
             0.1 * cup.radius,
         );
-        let irradiance = flat.texel_irradiance(Path::Direct, &texel);
+        let irradiance = flat.texel_irradiance(KnownPath::Direct, &texel);
         let exact = match cup.light {
             CupLight::Parallel { .. } => cup.unshaded_irradiance(),
             CupLight::Point {
@@ -171,7 +171,7 @@ fn direct_light_agrees_with_tracing_points_back() {
             DVec2::new(-1.2, 0.1),
         ] {
             let (centre, half) = (centre * cup.radius, 0.2 * cup.radius);
-            let texel = Texel::new(
+            let texel = TexelRect::new(
                 centre.x - half,
                 centre.y - half,
                 centre.x + half,
@@ -188,7 +188,7 @@ fn direct_light_agrees_with_tracing_points_back() {
                 .iter()
                 .sum::<f64>()
                 / (side * side) as f64;
-            let irradiance = cup.texel_irradiance(Path::Direct, &texel);
+            let irradiance = cup.texel_irradiance(KnownPath::Direct, &texel);
             // A border of light crosses at most some 4 · 500 of the 250,000 cells; their errors of up to half
             // a cell have either sign, so an ordinary border errs by less than 1e-3.
             assert!(
