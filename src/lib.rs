@@ -1,34 +1,46 @@
-//! Ground truth for caustics: how much light reflection and refraction put on a
-//! surface, with an error bar.
+//! Ground truth for caustics: how much light do reflection and refraction put on a surface, and how far off may the
+//! answer be?
 //!
-//! # The map of the house
+//! A [`Scene`] is read from a Mitsuba 3 scene file. A [`Method`] fills one of its sensors: beams, photons, paths and
+//! photon maps compute the truth with an error bar; real-time techniques compute what they would show. The result
+//! is a [`Rendering`]: an [`Estimate`] of irradiance [W/m²], or of radiance towards a camera [W/m²/sr], texel by
+//! texel and layer by layer, with counted work and warnings.
 //!
-//! A room imports only from its own folder or from lower floors; `tests/floors.rs`
-//! enforces it.
+//! # Example: the light below a glass ball
 //!
-//! | floor | room | what happens there |
-//! |---|---|---|
-//! | 0 | [`numeric`], [`radiometry`], [`setting`] | exact sums, sample streams, quadrature; RGB quantities; what is wrong with a setting |
-//! | 1 | [`geometry`], [`optics`], [`film`] | rays meet surfaces; interfaces bend light; grids of texels and their files |
-//! | 2 | [`scene`] | immutable, validated: shapes, materials, emitters, sensors, and what they require modelled |
-//! | 2 | [`generate`] | the meshes of the bundled scenes, made from formulas |
-//! | 3 | [`mitsuba`] | Mitsuba 3 XML and mesh files become a scene |
-//! | 4 | [`transport`] | light-space domains, specular chains, path signatures, deposits |
-//! | 5 | [`mod@reference`] | ways to compute the truth |
-//! | 5 | [`approximation`] | real-time techniques as pipelines of stages |
-//! | 6 | [`metric`] | two images: differences, significance, equivalence |
-//! | 7 | [`study`] | methods swept over settings, judged by a truth, reported; which stage makes an error |
-//! | 8 | [`cli`] | one file a command |
+//! ```
+//! use nephroid::{Budget, Context, Method};
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let scene = nephroid::load("scenes/glass-ball.xml".as_ref(), &[("size", "32")])?;
+//! let sensor = &scene.sensors()[0];
+//! let method = Method::choose(&scene, sensor)?.method;
+//! let rendering = method.run(&scene, sensor, &Budget::error(0.05), &Context::default())?;
+//! for layer in &rendering.estimate.layers {
+//!     println!("{}: {:.3} W/m² on average", layer.name, layer.range().mean);
+//! }
+//! # assert!(rendering.estimate.layers.len() > 2);
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! [`Rendering::write_exr`] writes the result, [`read_exr`] reads such a file or another renderer's, and [`compare`]
+//! says how far two images are apart, and whether their error bars explain it.
 //!
 //! # Conventions
 //!
-//! - Lengths are scene units; fluxes W; irradiance W/m² (one scene unit is one metre);
-//!   radiant intensity W/sr; radiance W/m²/sr. All of them linear RGB triples.
+//! - Lengths are scene units; fluxes W; irradiance W/m² (one scene unit is one metre); radiant intensity W/sr;
+//!   radiance W/m²/sr. All of them are linear RGB triples.
 //! - Angles are radians; degrees only where a Mitsuba file has them.
-//! - World space is right-handed, as in Mitsuba. Directions are unit vectors. A ray's
-//!   direction is the direction of travel; `wi` and `wo` point away from the surface.
+//! - World space is right-handed, as in Mitsuba. Directions are unit vectors. A ray's direction is the direction of
+//!   travel; `wi` and `wo` point away from the surface.
 //! - `ior` is an absolute refractive index; `eta` is `n_transmitted / n_incident`.
 //! - All results are computed in `f64`. Images are stored as `f32`.
+//!
+//! # Features
+//!
+//! `cli` (default) is what the program `nephroid` needs beside the library. A library alone builds with
+//! `--no-default-features`.
 #![warn(clippy::pedantic)]
 #![allow(
     clippy::cast_possible_truncation,
@@ -44,20 +56,70 @@
     clippy::unreadable_literal
 )]
 
-pub mod approximation;
+// The map of the house, floor by floor, is in ARCHITECTURE.md; `tests/floors.rs` enforces it.
+mod approximation;
+#[cfg(feature = "cli")]
+#[doc(hidden)]
 pub mod cli;
-pub mod film;
-pub mod generate;
-pub mod geometry;
-pub mod method;
-pub mod metric;
-pub mod mitsuba;
-pub mod numeric;
-pub mod optics;
-pub mod radiometry;
-pub mod reference;
-pub mod run;
-pub mod scene;
-pub mod setting;
-pub mod study;
-pub mod transport;
+mod film;
+mod generate;
+mod geometry;
+mod method;
+mod metric;
+mod mitsuba;
+mod numeric;
+mod optics;
+mod radiometry;
+mod reference;
+mod run;
+mod scene;
+mod setting;
+mod study;
+mod transport;
+
+#[doc(hidden)]
+pub mod internals;
+
+use std::path::Path;
+
+pub use film::exr::{ExrReadError, ExrWriteError, read as read_exr};
+pub use film::{Channel, Image};
+pub use method::{Choice, Method, StageSetting};
+pub use metric::{
+    CompareError, CompareImage, CompareSettings, Comparison, ImageSide, LayerComparison, Verdict,
+    compare,
+};
+pub use mitsuba::LoadError;
+pub use radiometry::Rgb;
+pub use run::{
+    Budget, Context, Cost, Counter, Counters, Error, Estimate, Interval, Layer, LayerName, Light,
+    Progress, Quantity, Range, Refusal, Rendering, StageWork,
+};
+pub use scene::{Scene, Sensor};
+pub use setting::SettingError;
+pub use transport::ledger::{FluxByFate, Ledger};
+pub use transport::path_class::PathClass;
+pub use transport::signature::{Event, Signature};
+
+/// Reads a Mitsuba 3 scene file and all files that it names.
+///
+/// `parameters` are the values of `$name` in the file, by name; they win over `<default>`.
+///
+/// # Errors
+///
+/// If a file is missing or malformed, asks for a feature that is not modelled, or contradicts itself: with file, line,
+/// column, plugin and what is allowed.
+///
+/// # Example: a smaller film than the file's
+///
+/// ```
+/// let scene = nephroid::load("scenes/water.xml".as_ref(), &[("size", "64")])?;
+/// assert_eq!(scene.sensors()[0].size(), [64, 64]);
+/// # Ok::<(), nephroid::LoadError>(())
+/// ```
+pub fn load(path: &Path, parameters: &[(&str, &str)]) -> Result<Scene, LoadError> {
+    let owned = parameters
+        .iter()
+        .map(|(name, value)| ((*name).to_owned(), (*value).to_owned()));
+    mitsuba::load(path, &owned.collect::<Vec<_>>())
+}

@@ -100,7 +100,6 @@ impl Summary {
     pub fn of(run: &Run) -> Self {
         let rendering = run.rendering;
         let estimate = &rendering.estimate;
-        let warnings = run.scene.warnings().iter().map(ToString::to_string);
         let report = rendering.report.iter();
         Self {
             scene: run.scene.path().display().to_string(),
@@ -128,7 +127,7 @@ impl Summary {
                 .collect(),
             ledger: LedgerSummary::of(estimate),
             counters: estimate.counters,
-            warnings: warnings.chain(rendering.warnings.iter().cloned()).collect(),
+            warnings: rendering.all_warnings(run.scene),
             timing: Some(Timing::of(run)),
             files: Vec::new(),
             has_bounds: estimate.total.interval.is_some(),

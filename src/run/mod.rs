@@ -20,6 +20,7 @@ pub mod cost;
 pub mod counters;
 pub mod error;
 pub mod estimate;
+mod file;
 pub mod format;
 pub mod light;
 pub mod progress;

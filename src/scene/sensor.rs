@@ -92,6 +92,14 @@ pub struct Crop {
 }
 
 impl Sensor {
+    /// Columns and rows of the film's crop: of the maps that methods deliver.
+    pub fn size(&self) -> [usize; 2] {
+        [
+            self.film.crop.width as usize,
+            self.film.crop.height as usize,
+        ]
+    }
+
     /// The name of Mitsuba's plugin.
     pub fn plugin(&self) -> &'static str {
         match self.kind {

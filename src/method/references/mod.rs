@@ -1,6 +1,7 @@
 //! The references as methods: one file each, with its table of settings.
 
 mod beams;
+mod closed_form;
 mod full;
 mod path;
 mod photon_map;
@@ -15,4 +16,5 @@ pub(super) static REFERENCES: &[&dyn Reference] = &[
     &path::Path,
     &photon_map::PhotonMap,
     &full::Full,
+    &closed_form::ClosedForm,
 ];

@@ -54,6 +54,6 @@ pub use mirror_cup::{CupLight, MirrorCup};
 pub use parabolic_mirror::ParabolicMirror;
 pub use plano_convex_lens::PlanoConvexLens;
 pub use radial::{RadialMap, RadialSheet};
-pub use recognise::{ClosedFormSettings, Refused, solve, supports};
+pub use recognise::{ClosedFormSettings, solve, supports};
 pub use sine_water::{SineWater, SineWave};
 pub use texel::{KnownPath, TexelGrid, TexelRect};

@@ -4,11 +4,11 @@ use super::glass::Glass;
 use super::known_layer::{KnownLayer, KnownLight};
 use super::parts::{Body, LightOrigin, OneLight};
 use super::plane::ReceiverPlane;
-use super::refused::Refused;
 use super::ring_flux::radial_maps;
 use crate::geometry::Sphere;
 use crate::radiometry::Rgb;
 use crate::reference::closed_form::{AxialLight, GlassBall, KnownPath};
+use crate::run::Refusal;
 
 /// Direct light from above is followed to this many times the height of the ball's centre.
 const WIDEST_RECEIVER: f64 = 900.0;
@@ -32,17 +32,17 @@ impl BallOnAxis {
         light: &OneLight,
         body: &Body,
         sphere: &Sphere,
-    ) -> Result<Self, Refused> {
+    ) -> Result<Self, Refusal> {
         let glass = Glass::of(body, sphere.is_inward())?;
         let (center, radius) = (plane.point(sphere.center()), sphere.radius());
         if !plane.is_on_axis(center) {
-            return Err(Refused::new(format!(
+            return Err(Refusal::new(format!(
                 "{} has its centre ({:e}, {:e}) off the axis: it must be on the normal through the receiver's middle",
                 body.name, center.x, center.y
             )));
         }
         if center.z <= radius {
-            return Err(Refused::new(format!(
+            return Err(Refusal::new(format!(
                 "{} has its centre at the height {} over the receiver and the radius {radius}: it must be in front of \
                  the receiver and not touch it",
                 body.name, center.z
@@ -51,14 +51,14 @@ impl BallOnAxis {
         let light_above = match light.origin {
             LightOrigin::Point(position) => {
                 if !plane.is_on_axis(position) {
-                    return Err(Refused::new(format!(
+                    return Err(Refusal::new(format!(
                         "{} is ({:e}, {:e}) off the axis: with a ball it must be on the normal through the receiver's \
                          middle",
                         light.name, position.x, position.y
                     )));
                 }
                 if position.z - center.z <= radius {
-                    return Err(Refused::new(format!(
+                    return Err(Refusal::new(format!(
                         "{} has the height {} over the receiver, the top of {} the height {}: the light must be above \
                          the ball",
                         light.name,
@@ -74,14 +74,14 @@ impl BallOnAxis {
             }
             LightOrigin::Parallel(direction) => {
                 if direction.z >= 0.0 || !plane.is_across(direction) {
-                    return Err(Refused::new(format!(
+                    return Err(Refusal::new(format!(
                         "{} has the direction ({}, {}, {}) in the receiver's coordinates: with a ball it must be \
                          (0, 0, -1)",
                         light.name, direction.x, direction.y, direction.z
                     )));
                 }
                 if plane.reach() > WIDEST_RECEIVER * center.z {
-                    return Err(Refused::new(format!(
+                    return Err(Refusal::new(format!(
                         "the receiver reaches {} from its middle, and {} is {} above it: up to {WIDEST_RECEIVER} times \
                          as far is allowed",
                         plane.reach(),
@@ -92,7 +92,7 @@ impl BallOnAxis {
                 AxialLight::Parallel { irradiance: 1.0 }
             }
             _ => {
-                return Err(Refused::new(format!(
+                return Err(Refusal::new(format!(
                     "{} falls on {}: with a ball, closed forms know point and directional lights",
                     light.name, body.name
                 )));
@@ -112,7 +112,7 @@ impl BallOnAxis {
 }
 
 impl KnownLight for BallOnAxis {
-    fn layers(&self, plane: &ReceiverPlane, max_depth: u32) -> Result<Vec<KnownLayer>, Refused> {
+    fn layers(&self, plane: &ReceiverPlane, max_depth: u32) -> Result<Vec<KnownLayer>, Refusal> {
         let film = plane.grid();
         Ok(body_paths(max_depth)
             .map(|path| {

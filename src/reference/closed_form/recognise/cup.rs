@@ -6,10 +6,10 @@ use super::glass::{even, power};
 use super::known_layer::{KnownLayer, KnownLight};
 use super::parts::{Body, LightOrigin, OneLight};
 use super::plane::ReceiverPlane;
-use super::refused::Refused;
 use crate::geometry::Cylinder;
 use crate::radiometry::Rgb;
 use crate::reference::closed_form::{CupLight, KnownPath, MirrorCup};
+use crate::run::Refusal;
 use crate::scene::Material;
 
 /// Error of a texel as a part of the irradiance without the cup.
@@ -45,18 +45,18 @@ impl MirroringCup {
         light: &OneLight,
         body: &Body,
         cylinder: &Cylinder,
-    ) -> Result<Self, Refused> {
+    ) -> Result<Self, Refusal> {
         let reflectance = mirror(body)?;
         let side = cylinder.at_uv(DVec2::new(0.0, 0.5));
         let middle = cylinder.base() + cylinder.axis() * (0.5 * cylinder.length());
         if side.geometric_normal.dot(side.position - middle) > 0.0 {
-            return Err(Refused::new(format!(
+            return Err(Refusal::new(format!(
                 "{} mirrors outside: closed forms know cylinders that mirror inside (flip_normals true)",
                 body.name
             )));
         }
         if !plane.is_across(plane.vector(cylinder.axis())) {
-            return Err(Refused::new(format!(
+            return Err(Refusal::new(format!(
                 "{} leans: its axis must be along the receiver's normal",
                 body.name
             )));
@@ -68,7 +68,7 @@ impl MirroringCup {
         .map(|end| plane.point(end));
         let (low, high) = (ends[0].z.min(ends[1].z), ends[0].z.max(ends[1].z));
         if !plane.coincide(low, cylinder.length()) {
-            return Err(Refused::new(format!(
+            return Err(Refusal::new(format!(
                 "{} begins at the height {low:e} over the receiver: it must stand on it",
                 body.name
             )));
@@ -76,7 +76,7 @@ impl MirroringCup {
         let (foot, radius) = (ends[0].truncate(), cylinder.radius());
         let (cup_light, azimuth) = light_over(plane, light, foot, radius, high)?;
         let quarter_turns = quarter_turns(azimuth).ok_or_else(|| {
-            Refused::new(format!(
+            Refusal::new(format!(
                 "{} shines along ({}, {}) in the receiver's plane: with a cup it must be along a side of the receiver",
                 light.name, azimuth.x, azimuth.y
             ))
@@ -107,7 +107,7 @@ impl MirroringCup {
 }
 
 impl KnownLight for MirroringCup {
-    fn layers(&self, plane: &ReceiverPlane, max_depth: u32) -> Result<Vec<KnownLayer>, Refused> {
+    fn layers(&self, plane: &ReceiverPlane, max_depth: u32) -> Result<Vec<KnownLayer>, Refusal> {
         let film = plane.grid_about(self.foot, self.quarter_turns);
         let accuracy = OF_UNSHADED * self.unshaded_irradiance();
         let paths =
@@ -135,21 +135,21 @@ impl KnownLight for MirroringCup {
 }
 
 /// The reflectance of a mirror that is the same at all angles.
-fn mirror(body: &Body) -> Result<Rgb, Refused> {
+fn mirror(body: &Body) -> Result<Rgb, Refusal> {
     let Material::Conductor {
         eta,
         specular_reflectance,
         ..
     } = body.material
     else {
-        return Err(Refused::new(format!(
+        return Err(Refusal::new(format!(
             "{} has the material {}: closed forms know cylinders of material conductor",
             body.name,
             body.material.plugin()
         )));
     };
     if !eta.is_black() {
-        return Err(Refused::new(format!(
+        return Err(Refusal::new(format!(
             "{} is a conductor of index eta ({}, {}, {}), which reflects by the angle: closed forms know material none \
              (eta 0)",
             body.name, eta.0[0], eta.0[1], eta.0[2]
@@ -165,11 +165,11 @@ fn light_over(
     foot: DVec2,
     radius: f64,
     rim: f64,
-) -> Result<(CupLight, DVec2), Refused> {
+) -> Result<(CupLight, DVec2), Refusal> {
     match light.origin {
         LightOrigin::Parallel(direction) => {
             if direction.z >= 0.0 {
-                return Err(Refused::new(format!(
+                return Err(Refusal::new(format!(
                     "{} comes from behind the receiver: it must fall into the cup",
                     light.name
                 )));
@@ -189,7 +189,7 @@ fn light_over(
         }
         LightOrigin::Point(position) => {
             if position.z <= rim {
-                return Err(Refused::new(format!(
+                return Err(Refusal::new(format!(
                     "{} has the height {} over the receiver, the cup's rim {rim}: the light must be above the rim",
                     light.name, position.z
                 )));
@@ -211,7 +211,7 @@ fn light_over(
             };
             Ok((cup_light, if is_central { DVec2::X } else { to_axis }))
         }
-        _ => Err(Refused::new(format!(
+        _ => Err(Refusal::new(format!(
             "{} shines into a cup: with it, closed forms know point and directional lights",
             light.name
         ))),

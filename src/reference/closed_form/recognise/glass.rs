@@ -1,9 +1,9 @@
 //! Smooth glass of one index and one colour.
 
 use super::parts::Body;
-use super::refused::Refused;
 use crate::radiometry::Rgb;
 use crate::reference::closed_form::KnownPath;
+use crate::run::Refusal;
 use crate::scene::{Color, Material};
 
 /// Smallest index of a body relative to its surroundings.
@@ -27,7 +27,7 @@ impl Glass {
     /// # Errors
     ///
     /// If it is no smooth dielectric of even colour, or less dense than its surroundings.
-    pub(super) fn of(body: &Body, is_inward: bool) -> Result<Self, Refused> {
+    pub(super) fn of(body: &Body, is_inward: bool) -> Result<Self, Refusal> {
         let Material::Dielectric {
             interior_ior,
             exterior_ior,
@@ -35,7 +35,7 @@ impl Glass {
             specular_transmittance,
         } = body.material
         else {
-            return Err(Refused::new(format!(
+            return Err(Refusal::new(format!(
                 "{} has the material {}: closed forms know this shape as dielectric",
                 body.name,
                 body.material.plugin()
@@ -47,7 +47,7 @@ impl Glass {
             interior_ior / exterior_ior
         };
         if ior < LEAST_IOR {
-            return Err(Refused::new(format!(
+            return Err(Refusal::new(format!(
                 "{} has the index {ior} relative to its surroundings: closed forms know {LEAST_IOR} and more",
                 body.name
             )));
@@ -75,10 +75,10 @@ impl Glass {
 /// # Errors
 ///
 /// If it is a texture.
-pub(super) fn even(body: &Body, color: &Color) -> Result<Rgb, Refused> {
+pub(super) fn even(body: &Body, color: &Color) -> Result<Rgb, Refusal> {
     match color {
         Color::Constant(rgb) => Ok(*rgb),
-        Color::Texture(_) | Color::Unknown => Err(Refused::new(format!(
+        Color::Texture(_) | Color::Unknown => Err(Refusal::new(format!(
             "{} has a {} with a texture: closed forms know factors that are the same everywhere",
             body.name,
             body.material.plugin()

@@ -1,10 +1,10 @@
 //! Light by one path, before it is a layer of an estimate.
 
 use super::plane::ReceiverPlane;
-use super::refused::Refused;
 use crate::radiometry::Rgb;
 use crate::reference::closed_form::KnownPath;
-use crate::reference::{Interval, Layer, LayerName};
+use crate::run::Refusal;
+use crate::run::{Interval, Layer, LayerName};
 use crate::transport::signature::{Event, Signature};
 
 /// Light of one path on all texels, of an emitter of strength 1.
@@ -26,7 +26,7 @@ pub(super) trait KnownLight {
     /// # Errors
     ///
     /// If the configuration is too large for so many events.
-    fn layers(&self, plane: &ReceiverPlane, max_depth: u32) -> Result<Vec<KnownLayer>, Refused>;
+    fn layers(&self, plane: &ReceiverPlane, max_depth: u32) -> Result<Vec<KnownLayer>, Refusal>;
 }
 
 impl KnownLayer {
@@ -43,7 +43,7 @@ impl KnownLayer {
         let pairs = || self.values.iter().zip(&self.accuracy);
         let texels = self.values.len();
         Layer {
-            irradiance: self.values.iter().map(|value| scaled(*value)).collect(),
+            values: self.values.iter().map(|value| scaled(*value)).collect(),
             interval: Some(Interval {
                 low: pairs()
                     .map(|(value, error)| scaled(value - error))

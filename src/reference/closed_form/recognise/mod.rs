@@ -2,7 +2,7 @@
 //!
 //! Nothing depends on the name of a file. The scene's shapes, materials, emitter and sensor are compared with
 //! what the formulas of this folder assume; one thing too many, or one number elsewhere, and the scene is
-//! [`Refused`].
+//! refused.
 //!
 //! | file | configuration |
 //! |---|---|
@@ -23,10 +23,8 @@ mod open;
 mod pane;
 mod parts;
 mod plane;
-mod refused;
 mod ring_flux;
 mod solid;
 mod solve;
 
-pub use refused::Refused;
 pub use solve::{ClosedFormSettings, solve, supports};

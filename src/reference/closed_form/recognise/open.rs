@@ -5,12 +5,12 @@ use glam::{DVec2, DVec3};
 use super::known_layer::{KnownLayer, KnownLight};
 use super::parts::{LightOrigin, OneLight};
 use super::plane::{FilmGrid, ReceiverPlane};
-use super::refused::Refused;
 use super::ring_flux::radial_maps;
 use crate::radiometry::Rgb;
 use crate::reference::closed_form::{
     AxialSpot, KnownPath, TexelRect, lambert_irradiance, parallel_irradiance, point_irradiance,
 };
+use crate::run::Refusal;
 
 /// Error of a solid angle \[sr\]: four angles of up to π/2, each rounded by some four units in the last
 /// place.
@@ -56,12 +56,12 @@ impl OpenLight {
     /// # Errors
     ///
     /// If it is not in front of the receiver, or a spot that does not look straight at the receiver's middle.
-    pub(super) fn new(plane: &ReceiverPlane, light: &OneLight) -> Result<Self, Refused> {
+    pub(super) fn new(plane: &ReceiverPlane, light: &OneLight) -> Result<Self, Refusal> {
         let above = |z: f64| {
             if z > 0.0 {
                 Ok(())
             } else {
-                Err(Refused::new(format!(
+                Err(Refusal::new(format!(
                     "{} has the height {z} over the receiver: closed forms know lights in front of it",
                     light.name
                 )))
@@ -84,7 +84,7 @@ impl OpenLight {
             } => {
                 above(position.z)?;
                 if !plane.is_on_axis(*position) || !plane.is_across(*axis) || axis.z > 0.0 {
-                    return Err(Refused::new(format!(
+                    return Err(Refusal::new(format!(
                         "{} looks along ({}, {}, {}) from ({}, {}, {}) in the receiver's coordinates: closed forms know \
                          spots that look straight down at the receiver's middle",
                         light.name, axis.x, axis.y, axis.z, position.x, position.y, position.z
@@ -109,7 +109,7 @@ impl OpenLight {
                 if heights.iter().any(|height| *height > 0.0)
                     && heights.iter().any(|height| *height <= 0.0)
                 {
-                    return Err(Refused::new(format!(
+                    return Err(Refusal::new(format!(
                         "{} shines on a part of the receiver only, from its edge: closed forms know lights whose plane \
                          does not cut the receiver",
                         light.name
@@ -153,7 +153,7 @@ impl OpenLight {
 }
 
 impl KnownLight for OpenLight {
-    fn layers(&self, plane: &ReceiverPlane, _: u32) -> Result<Vec<KnownLayer>, Refused> {
+    fn layers(&self, plane: &ReceiverPlane, _: u32) -> Result<Vec<KnownLayer>, Refusal> {
         let (values, accuracy) = self.maps(&plane.grid());
         Ok(vec![KnownLayer {
             path: KnownPath::Direct,

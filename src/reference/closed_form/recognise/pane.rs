@@ -6,11 +6,11 @@ use super::glass::Glass;
 use super::known_layer::{KnownLayer, KnownLight};
 use super::parts::{Body, LightOrigin, OneLight};
 use super::plane::ReceiverPlane;
-use super::refused::Refused;
 use super::ring_flux::radial_maps;
 use crate::geometry::Rectangle;
 use crate::radiometry::Rgb;
 use crate::reference::closed_form::{FlatSlab, KnownPath};
+use crate::run::Refusal;
 
 /// Error of a texel in parallel light, as a part of its value: Fresnel's formula and a few products.
 const OF_CONSTANT: f64 = 1e-13;
@@ -40,7 +40,7 @@ impl Pane {
         plane: &ReceiverPlane,
         light: &OneLight,
         faces: [(&Body, &Rectangle); 2],
-    ) -> Result<Self, Refused> {
+    ) -> Result<Self, Refusal> {
         let height = |face: &Rectangle| plane.point(face.center()).z;
         let [mut top, mut bottom] = faces;
         if height(top.1) < height(bottom.1) {
@@ -48,14 +48,14 @@ impl Pane {
         }
         for (body, face) in [top, bottom] {
             if !plane.is_across(plane.vector(face.normal())) {
-                return Err(Refused::new(format!(
+                return Err(Refusal::new(format!(
                     "{} is not parallel to the receiver: the faces of a pane must be",
                     body.name
                 )));
             }
             let reach = inscribed_radius(plane, face);
             if reach <= plane.reach() {
-                return Err(Refused::new(format!(
+                return Err(Refusal::new(format!(
                     "{} has a border {reach} from the normal through the receiver's middle, and the receiver reaches {}: \
                      the faces of a pane must reach farther than the receiver",
                     body.name,
@@ -65,7 +65,7 @@ impl Pane {
         }
         let rises = |face: &Rectangle| plane.vector(face.normal()).z > 0.0;
         if rises(top.1) == rises(bottom.1) {
-            return Err(Refused::new(format!(
+            return Err(Refusal::new(format!(
                 "{} and {} face the same way: the normals of a pane's faces must point away from each other",
                 top.0.name, bottom.0.name
             )));
@@ -75,13 +75,13 @@ impl Pane {
             Glass::of(bottom.0, rises(bottom.1))?,
         );
         if glass != other {
-            return Err(Refused::new(format!(
+            return Err(Refusal::new(format!(
                 "{} and {} are of different glass: a pane is of one",
                 top.0.name, bottom.0.name
             )));
         }
         if height(bottom.1) <= 0.0 || height(top.1) <= height(bottom.1) {
-            return Err(Refused::new(format!(
+            return Err(Refusal::new(format!(
                 "{} is {} over the receiver and {} is {}: a pane must be thick, and in front of the receiver",
                 top.0.name,
                 height(top.1),
@@ -95,7 +95,7 @@ impl Pane {
                 None
             }
             _ => {
-                return Err(Refused::new(format!(
+                return Err(Refusal::new(format!(
                     "{} shines on a pane: closed forms know a point on the normal through the receiver's middle, and \
                      parallel light along it",
                     light.name
@@ -103,7 +103,7 @@ impl Pane {
             }
         };
         if light_height.is_some_and(|light_height| light_height <= height(top.1)) {
-            return Err(Refused::new(format!(
+            return Err(Refusal::new(format!(
                 "{} is not above {}: the light of a pane must be",
                 light.name, top.0.name
             )));
@@ -121,7 +121,7 @@ impl Pane {
 }
 
 impl KnownLight for Pane {
-    fn layers(&self, plane: &ReceiverPlane, max_depth: u32) -> Result<Vec<KnownLayer>, Refused> {
+    fn layers(&self, plane: &ReceiverPlane, max_depth: u32) -> Result<Vec<KnownLayer>, Refusal> {
         let film = plane.grid();
         let texels = film.grid.columns * film.grid.rows;
         let layer = |path: KnownPath, (values, accuracy): (Vec<f64>, Vec<f64>)| KnownLayer {

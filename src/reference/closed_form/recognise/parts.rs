@@ -3,9 +3,9 @@
 use glam::DVec3;
 
 use super::plane::ReceiverPlane;
-use super::refused::Refused;
 use crate::geometry::Shape;
 use crate::radiometry::Rgb;
+use crate::run::Refusal;
 use crate::scene::{Emitter, Material, Scene, Sensor};
 
 /// A scene's receiver, its one light, and all else.
@@ -57,7 +57,7 @@ pub(super) struct Body<'a> {
 pub(super) fn contents<'a>(
     scene: &'a Scene,
     sensor: &Sensor,
-) -> Result<SceneContents<'a>, Refused> {
+) -> Result<SceneContents<'a>, Refusal> {
     let plane = ReceiverPlane::new(scene, sensor)?;
     let mut shining = scene
         .emitters()
@@ -65,10 +65,10 @@ pub(super) fn contents<'a>(
         .enumerate()
         .filter(|(_, emitter)| !emitter.strength().is_black());
     let Some((index, emitter)) = shining.next() else {
-        return Err(Refused::new("no emitter shines: closed forms need one"));
+        return Err(Refusal::new("no emitter shines: closed forms need one"));
     };
     if let Some((second, other)) = shining.next() {
-        return Err(Refused::new(format!(
+        return Err(Refusal::new(format!(
             "emitters {index} ({}) and {second} ({}) both shine: closed forms know the light of one emitter",
             emitter.plugin(),
             other.plugin()
@@ -97,7 +97,7 @@ pub(super) fn contents<'a>(
     if lamp.is_some()
         && let Some(body) = bodies.first()
     {
-        return Err(Refused::new(format!(
+        return Err(Refusal::new(format!(
             "{name} shines from a surface, and there is {} beside it: light from a surface is known with nothing in \
              its way",
             body.name
@@ -119,7 +119,7 @@ fn light_origin(
     emitter: &Emitter,
     plane: &ReceiverPlane,
     name: &str,
-) -> Result<LightOrigin, Refused> {
+) -> Result<LightOrigin, Refusal> {
     match emitter {
         Emitter::Point { position, .. } => Ok(LightOrigin::Point(plane.point(*position))),
         Emitter::Directional { direction, .. } => {
@@ -138,19 +138,19 @@ fn light_origin(
         }),
         Emitter::Area {
             texture: Some(_), ..
-        } => Err(Refused::new(format!(
+        } => Err(Refusal::new(format!(
             "{name} has a texture: closed forms know surfaces that shine evenly"
         ))),
         Emitter::Area { shape, .. } => {
             let object = &scene.objects()[shape.0 as usize];
             let Shape::Rectangle(lamp) = &scene.world().shapes()[shape.0 as usize] else {
-                return Err(Refused::new(format!(
+                return Err(Refusal::new(format!(
                     "{name} shines from shape \"{}\" ({}): closed forms know light from a rectangle",
                     object.id, object.plugin
                 )));
             };
             if shape.0 == plane.shape {
-                return Err(Refused::new(format!(
+                return Err(Refusal::new(format!(
                     "{name} shines from the receiver itself, shape \"{}\": no light of it falls there",
                     object.id
                 )));
@@ -164,7 +164,7 @@ fn light_origin(
             }
             Ok(LightOrigin::Rectangle(corners))
         }
-        Emitter::Constant { .. } | Emitter::Envmap(_) => Err(Refused::new(format!(
+        Emitter::Constant { .. } | Emitter::Envmap(_) => Err(Refusal::new(format!(
             "{name} shines from all round: closed forms know point, spot, directional, and area lights"
         ))),
     }

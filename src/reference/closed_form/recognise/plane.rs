@@ -2,9 +2,9 @@
 
 use glam::{DVec2, DVec3};
 
-use super::refused::Refused;
 use crate::geometry::{Rectangle, Shape};
 use crate::reference::closed_form::{TexelGrid, TexelRect};
+use crate::run::Refusal;
 use crate::scene::{Film, Material, Scene, Sensor, SensorKind};
 
 /// Largest distance, as a part of the scene's size, of what must coincide.
@@ -40,9 +40,9 @@ impl ReceiverPlane {
     /// # Errors
     ///
     /// If the sensor is no irradiance meter, or its shape no rectangle that is diffuse.
-    pub(super) fn new(scene: &Scene, sensor: &Sensor) -> Result<Self, Refused> {
+    pub(super) fn new(scene: &Scene, sensor: &Sensor) -> Result<Self, Refusal> {
         let SensorKind::IrradianceMeter { shape } = sensor.kind else {
-            return Err(Refused::new(format!(
+            return Err(Refusal::new(format!(
                 "sensor \"{}\" is a {}: closed forms give irradiance; sensors of plugin irradiancemeter are allowed",
                 sensor.id,
                 sensor.plugin()
@@ -50,7 +50,7 @@ impl ReceiverPlane {
         };
         let object = &scene.objects()[shape.0 as usize];
         let Shape::Rectangle(rectangle) = &scene.world().shapes()[shape.0 as usize] else {
-            return Err(Refused::new(format!(
+            return Err(Refusal::new(format!(
                 "sensor \"{}\" measures shape \"{}\" ({}): closed forms know the light on a flat rectangle",
                 sensor.id, object.id, object.plugin
             )));
@@ -61,7 +61,7 @@ impl ReceiverPlane {
             || matches!(material, Material::TwoSided { front, back }
                 if is_diffuse(scene.material(*front)) && is_diffuse(scene.material(*back)));
         if !ends_light {
-            return Err(Refused::new(format!(
+            return Err(Refusal::new(format!(
                 "sensor \"{}\" measures shape \"{}\" of material {}: closed forms need a receiver that is diffuse",
                 sensor.id,
                 object.id,
@@ -69,7 +69,7 @@ impl ReceiverPlane {
             )));
         }
         Self::of_rectangle(rectangle, shape.0, &sensor.film).ok_or_else(|| {
-            Refused::new(format!(
+            Refusal::new(format!(
                 "sensor \"{}\" measures shape \"{}\", whose sides are not at a right angle: closed forms need a \
                  rectangle that is not sheared",
                 sensor.id, object.id

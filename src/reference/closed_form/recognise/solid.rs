@@ -7,10 +7,10 @@ use super::glass::Glass;
 use super::known_layer::{KnownLayer, KnownLight};
 use super::parts::{Body, LightOrigin, OneLight};
 use super::plane::ReceiverPlane;
-use super::refused::Refused;
 use crate::geometry::{Mesh, MeshParts};
 use crate::radiometry::Rgb;
 use crate::reference::closed_form::{FacetsError, FlatFacets, ParallelLight};
+use crate::run::Refusal;
 
 /// Error of a texel as a part of the light's irradiance.
 ///
@@ -43,11 +43,11 @@ impl SolidInParallelLight {
         light: &OneLight,
         body: &Body,
         mesh: &Mesh,
-    ) -> Result<Self, Refused> {
+    ) -> Result<Self, Refusal> {
         let parts = flat_solid(plane, body, mesh)?;
         let glass = Glass::of(body, false)?;
         let LightOrigin::Parallel(direction) = light.origin else {
-            return Err(Refused::new(format!(
+            return Err(Refusal::new(format!(
                 "{} shines on {}: closed forms know solids with flat facets in directional light",
                 light.name, body.name
             )));
@@ -64,14 +64,14 @@ impl SolidInParallelLight {
 }
 
 impl KnownLight for SolidInParallelLight {
-    fn layers(&self, plane: &ReceiverPlane, max_depth: u32) -> Result<Vec<KnownLayer>, Refused> {
+    fn layers(&self, plane: &ReceiverPlane, max_depth: u32) -> Result<Vec<KnownLayer>, Refusal> {
         let light = ParallelLight {
             direction: self.direction,
             irradiance: 1.0,
         };
         let reflections = max_depth.saturating_sub(2);
         let solid = FlatFacets::new(&self.mesh, self.glass.ior, light, reflections)
-            .map_err(|error| Refused::new(format!("{}: {error}", self.name)))?;
+            .map_err(|error| Refusal::new(format!("{}: {error}", self.name)))?;
         let film = plane.grid();
         Ok(body_paths(max_depth)
             .map(|path| {
@@ -88,16 +88,16 @@ impl KnownLight for SolidInParallelLight {
 }
 
 /// The mesh in the receiver's coordinates.
-fn flat_solid(plane: &ReceiverPlane, body: &Body, mesh: &Mesh) -> Result<MeshParts, Refused> {
+fn flat_solid(plane: &ReceiverPlane, body: &Body, mesh: &Mesh) -> Result<MeshParts, Refusal> {
     if mesh.has_vertex_normals() {
-        return Err(Refused::new(format!(
+        return Err(Refusal::new(format!(
             "{} has interpolated normals: a mesh of a curved surface has facets and the formula has none; closed forms \
              know solids with flat facets (face_normals true) and curved surfaces as sphere and cylinder",
             body.name
         )));
     }
     if mesh.triangle_count() > MOST_TRIANGLES {
-        return Err(Refused::new(format!(
+        return Err(Refusal::new(format!(
             "{} has {} triangles: closed forms know solids of up to {MOST_TRIANGLES}",
             body.name,
             mesh.triangle_count()
@@ -105,7 +105,7 @@ fn flat_solid(plane: &ReceiverPlane, body: &Body, mesh: &Mesh) -> Result<MeshPar
     }
     let found = mesh.diagnose();
     if !found.is_closed() || found.components != 1 || found.zero_area_faces.count > 0 {
-        return Err(Refused::new(format!(
+        return Err(Refusal::new(format!(
             "{} is no single closed surface of triangles with areas: closed forms know convex solids",
             body.name
         )));
@@ -120,7 +120,7 @@ fn flat_solid(plane: &ReceiverPlane, body: &Body, mesh: &Mesh) -> Result<MeshPar
         (b - a).cross(c - a).dot(mesh.face_normal(face)) < 0.0
     });
     if is_inward || found.is_inward() {
-        return Err(Refused::new(format!(
+        return Err(Refusal::new(format!(
             "{} has its normals inside: closed forms know solids whose normals point outside",
             body.name
         )));
@@ -133,8 +133,8 @@ fn flat_solid(plane: &ReceiverPlane, body: &Body, mesh: &Mesh) -> Result<MeshPar
     })
 }
 
-fn refusal(body: &Body, light: &OneLight, error: &FacetsError) -> Refused {
-    Refused::new(match error {
+fn refusal(body: &Body, light: &OneLight, error: &FacetsError) -> Refusal {
+    Refusal::new(match error {
         FacetsError::NotConvex { distance, .. } => format!(
             "{} is not convex, by {distance:e}: closed forms know convex solids with flat facets",
             body.name

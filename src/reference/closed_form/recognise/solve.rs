@@ -7,10 +7,10 @@ use super::open::OpenLight;
 use super::pane::Pane;
 use super::parts::{Body, OneLight, SceneContents, contents};
 use super::plane::ReceiverPlane;
-use super::refused::Refused;
 use super::solid::SolidInParallelLight;
 use crate::geometry::{Shape, TraversalCounters};
-use crate::reference::{Estimate, Layer, LayerName, Quantity};
+use crate::run::Refusal;
+use crate::run::{Estimate, Layer, LayerName, Quantity};
 use crate::scene::{Scene, Sensor};
 use crate::transport::ledger::Ledger;
 
@@ -49,9 +49,9 @@ pub fn solve(
     scene: &Scene,
     sensor: &Sensor,
     settings: ClosedFormSettings,
-) -> Result<Estimate, Refused> {
+) -> Result<Estimate, Refusal> {
     if settings.max_depth > ClosedFormSettings::MOST_EVENTS {
-        return Err(Refused::new(format!(
+        return Err(Refusal::new(format!(
             "max_depth is {}; 0 to {} specular events are allowed with closed forms",
             settings.max_depth,
             ClosedFormSettings::MOST_EVENTS
@@ -99,14 +99,14 @@ pub fn solve(
 /// # Errors
 ///
 /// One sentence about the first thing that no closed form takes.
-pub fn supports(scene: &Scene, sensor: &Sensor) -> Result<(), Refused> {
+pub fn supports(scene: &Scene, sensor: &Sensor) -> Result<(), Refusal> {
     recognised(scene, sensor).map(drop)
 }
 
 fn recognised(
     scene: &Scene,
     sensor: &Sensor,
-) -> Result<(ReceiverPlane, Box<dyn KnownLight>), Refused> {
+) -> Result<(ReceiverPlane, Box<dyn KnownLight>), Refusal> {
     let SceneContents {
         plane,
         light,
@@ -120,7 +120,7 @@ fn configuration(
     plane: &ReceiverPlane,
     light: &OneLight,
     bodies: &[Body],
-) -> Result<Box<dyn KnownLight>, Refused> {
+) -> Result<Box<dyn KnownLight>, Refusal> {
     match bodies {
         [] => Ok(Box::new(OpenLight::new(plane, light)?)),
         [body] => match body.shape {
@@ -131,7 +131,7 @@ fn configuration(
             Shape::Mesh(mesh) => Ok(Box::new(SolidInParallelLight::new(
                 plane, light, body, mesh,
             )?)),
-            Shape::Rectangle(_) | Shape::Disk(_) => Err(Refused::new(format!(
+            Shape::Rectangle(_) | Shape::Disk(_) => Err(Refusal::new(format!(
                 "{} is a single flat surface beside the receiver: closed forms know a ball, a cylinder that mirrors \
                  inside, a solid with flat facets, or two faces of a pane",
                 body.name
@@ -151,7 +151,7 @@ fn configuration(
             light,
             [(first, one), (second, two)],
         )?)),
-        [first, second, rest @ ..] => Err(Refused::new(format!(
+        [first, second, rest @ ..] => Err(Refusal::new(format!(
             "{} and {}{} are in the scene beside the receiver: closed forms know one body, or the two faces of a pane",
             first.name,
             second.name,

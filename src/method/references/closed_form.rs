@@ -1,0 +1,72 @@
+//! Closed forms as a method.
+
+use crate::method::memory;
+use crate::method::reference::{Job, Reference};
+use crate::method::rows::row;
+use crate::reference::closed_form::{self, ClosedFormSettings};
+use crate::run::{Cost, Error, Refusal, Rendering};
+use crate::scene::{Scene, Sensor};
+use crate::setting::{Kind, Preset, Setting, Values};
+
+pub struct ClosedForm;
+
+const SETTINGS: &[Setting] = &[row(
+    "max-depth",
+    Kind::Whole(0, ClosedFormSettings::MOST_EVENTS as u64),
+    Preset::Value("16"),
+    "specular events",
+    "Most mirrors and interfaces of a path that is summed",
+)];
+
+fn settings(values: &Values) -> ClosedFormSettings {
+    let default = ClosedFormSettings::default();
+    ClosedFormSettings {
+        max_depth: values.whole("max-depth").unwrap_or(default.max_depth),
+    }
+}
+
+impl Reference for ClosedForm {
+    fn name(&self) -> &'static str {
+        "closed-form"
+    }
+
+    fn meaning(&self) -> &'static str {
+        "Formulas, for scenes that they solve: a ball on the axis, a mirror cup, a pane, a convex solid, light alone"
+    }
+
+    fn limits(&self) -> &'static [Setting] {
+        &[]
+    }
+
+    fn work_key(&self) -> Option<&'static str> {
+        None
+    }
+
+    fn settings(&self) -> &'static [Setting] {
+        SETTINGS
+    }
+
+    fn supports(&self, scene: &Scene, sensor: &Sensor, _values: &Values) -> Result<(), Refusal> {
+        closed_form::supports(scene, sensor)
+    }
+
+    fn cost(&self, _scene: &Scene, sensor: &Sensor, values: &Values) -> Cost {
+        let layers = u64::from(settings(values).max_depth) + 2;
+        Cost {
+            bytes: memory::film(sensor, memory::bounded_layers(layers)),
+            work: Vec::new(),
+        }
+    }
+
+    fn run(&self, job: &Job) -> Result<Rendering, Error> {
+        let estimate = closed_form::solve(job.scene, job.sensor, settings(job.values))?;
+        let accuracy = estimate.relative_error.unwrap_or(0.0);
+        Ok(Rendering {
+            summary: vec![format!(
+                "by formula: the bars are its quadrature and rounding, {accuracy:.1e} of the light by mirrors and glass"
+            )],
+            unit: "paths",
+            ..Rendering::new(estimate)
+        })
+    }
+}

@@ -1,0 +1,115 @@
+//! From a rendering to an image with its description.
+
+use std::path::Path;
+
+use super::{Estimate, LayerName, Quantity, Rendering};
+use crate::film::Image;
+use crate::film::exr::{self, ExrWriteError};
+use crate::scene::Scene;
+
+impl Rendering {
+    /// Warnings of the scene and of the run.
+    pub fn all_warnings(&self, scene: &Scene) -> Vec<String> {
+        let of_scene = scene.warnings().iter().map(ToString::to_string);
+        of_scene.chain(self.warnings.iter().cloned()).collect()
+    }
+
+    /// All layers as channels, with their description as attributes: `E` (of a camera `L`), `LD`, `LRD`, ..., each
+    /// with `.R .G .B` and `.stderr.R .stderr.G .stderr.B`, or with bounds `.lo.R` ... and `.hi.R` ...; further maps.
+    pub fn image(&self, scene: &Scene) -> Image {
+        let estimate = &self.estimate;
+        let mut image = estimate.channels();
+        for (name, values) in &self.scalars {
+            image.add_scalar(name, values.iter().copied());
+        }
+        for (name, values) in &self.maps {
+            let triples: Vec<[f64; 3]> = values.iter().map(|value| value.0).collect();
+            image.add_rgb(name, &triples);
+        }
+        image.add_metadata("scene", scene.path().display().to_string());
+        image.add_metadata("scene-hash", scene.content_hash());
+        for (name, value) in &self.report {
+            image.add_metadata(name, value.to_string());
+        }
+        image.add_metadata("version", env!("CARGO_PKG_VERSION"));
+        image.add_metadata("complete", if estimate.incomplete { "no" } else { "yes" });
+        let warnings = serde_json::json!(self.all_warnings(scene));
+        image.add_metadata("warnings", warnings.to_string());
+        image.add_metadata("quantity", estimate.quantity.name());
+        image.add_metadata("unit", estimate.quantity.unit());
+        image.add_metadata("conventions", conventions(estimate));
+        image
+    }
+
+    /// Writes the [`image`](Self::image) as an EXR, whole or not at all.
+    ///
+    /// # Errors
+    ///
+    /// If the file cannot be written.
+    ///
+    /// # Example
+    ///
+    /// ```
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// use nephroid::{Budget, Context, Method};
+    ///
+    /// let scene = nephroid::load("scenes/glass-ball.xml".as_ref(), &[("size", "8")])?;
+    /// let sensor = &scene.sensors()[0];
+    /// let method = Method::new("closed-form", &Default::default())?;
+    /// let rendering = method.run(&scene, sensor, &Budget::default(), &Context::default())?;
+    /// let path = std::env::temp_dir().join("nephroid-write-exr.exr");
+    /// rendering.write_exr(&scene, &path)?;
+    /// assert_eq!(nephroid::read_exr(&path)?.metadata("unit"), Some("W/m²"));
+    /// # std::fs::remove_file(&path)?;
+    /// # Ok(())
+    /// # }
+    /// ```
+    pub fn write_exr(&self, scene: &Scene, path: &Path) -> Result<(), ExrWriteError> {
+        exr::write(path, &self.image(scene))
+    }
+}
+
+/// The meaning of the numbers, for whoever finds the file alone.
+fn conventions(estimate: &Estimate) -> String {
+    let is_of_classes = |name: LayerName| matches!(name, LayerName::Class(_));
+    let has_classes = estimate
+        .layers
+        .iter()
+        .any(|layer| is_of_classes(layer.name));
+    if has_classes && estimate.total.interval.is_some() {
+        return "pixel-averaged radiance [W/m2/sr] towards the camera, linear sRGB; row 0 is the top; L is the sum \
+                of the layers, which are classes of paths from light L to camera E, S a mirror or glass, D \
+                anything else: emitted L S* E, direct L D S* E, caustic L S+ D E, caustic-sds L S+ D S+ E, \
+                indirect L D ... D S* E, caustic-indirect L S+ D ... D S* E; the attribute full says which method \
+                measured which class; stderr is one standard error over independent replicates, of methods that \
+                draw lots; lo and hi are bounds, with a confidence of 99.9 % a layer as far as they are random, rounded \
+                outward, and those of L the sums of the methods'; NaN is not known"
+            .to_owned();
+    }
+    if has_classes {
+        return "pixel-averaged radiance [W/m2/sr] towards the camera, linear sRGB; row 0 is the top; L is the sum \
+                of the layers, which are classes of paths from light L to camera E, S a mirror or glass, D \
+                anything else: emitted L S* E, direct L D S* E, indirect L D ... D S* E; caustic L S+ D E, \
+                caustic-sds L S+ D S+ E and caustic-indirect L S+ D ... D S* E as far as paths from a camera \
+                find them; stderr is one standard error over independent replicates; NaN is not known"
+            .to_owned();
+    }
+    let measured = match estimate.quantity {
+        Quantity::Irradiance => {
+            "texel-averaged irradiance [W/m2], linear sRGB; row 0 is at v = 0, column 0 at u = 0 of the \
+             receiver; E is the sum of the layers"
+        }
+        Quantity::Radiance => {
+            "pixel-averaged radiance [W/m2/sr] of diffuse surfaces that the camera sees, linear sRGB, by light \
+             that mirrors and glass brought there (direct light, LD, is not measured); row 0 is the top; \
+             L is the sum of the layers, of which those in SE are seen by way of mirrors or glass; bias, of photon \
+             maps, is what their blur adds to L where light is smooth"
+        }
+    };
+    format!(
+        "{measured}; layers are path signatures: L emitter, R mirror or total internal reflection, T \
+         refraction, D diffuse surface; stderr is one standard error over independent replicates (for LD the \
+         quadrature's bound or standard error); lo and hi are lower and upper bounds, rounded \
+         outward (where there is stderr, too: with the confidence that the attribute beams says); NaN is not known"
+    )
+}
