@@ -1,7 +1,7 @@
 //! `nephroid attribute`: which stage of an approximation makes how much of its error.
 
-use super::Outcome;
 use super::args::AttributeArgs;
+use super::outcome::Outcome;
 use super::progress;
 use super::render::load;
 use super::sensor::choose_sensor;

@@ -1,7 +1,7 @@
 //! `nephroid generate`: the shipped scenes, with meshes as fine as wanted.
 
-use super::Outcome;
 use super::args::GenerateArgs;
+use super::outcome::Outcome;
 use crate::generate::{self, GenerateOptions};
 
 /// Runs the command.

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::Outcome;
 use super::args::InspectArgs;
+use super::outcome::Outcome;
 use super::render::load;
 use crate::geometry::{MeshDiagnostics, Shape};
 use crate::method::Method;

@@ -2,10 +2,11 @@
 
 use std::time::Instant;
 
-use super::Outcome;
 use super::args::MergeArgs;
-use super::output::{self, Run};
+use super::outcome::Outcome;
+use super::output;
 use super::render::{finish, load, read_shard};
+use super::run::Run;
 use super::sensor::choose_sensor;
 use crate::method::Method;
 use crate::run::Context;

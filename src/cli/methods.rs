@@ -1,7 +1,7 @@
 //! `nephroid methods`: all methods, or the settings of one.
 
-use super::Outcome;
 use super::args::MethodsArgs;
+use super::outcome::Outcome;
 use crate::method::{Method, table};
 use crate::setting::Given;
 

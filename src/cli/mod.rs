@@ -21,10 +21,12 @@ pub mod inspect;
 pub mod ledger;
 pub mod merge;
 pub mod methods;
+pub mod outcome;
 pub mod output;
 pub mod probe;
 pub mod progress;
 pub mod render;
+pub mod run;
 pub mod sensor;
 pub mod summary;
 pub mod validate;
@@ -34,17 +36,7 @@ use std::process::ExitCode;
 use clap::Parser;
 
 use args::{Args, Command};
-
-/// What a command that did not fail has to say about its result.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Outcome {
-    /// It did what was asked.
-    Complete,
-    /// It was stopped early; what there was is marked incomplete.
-    Incomplete,
-    /// It compared two images, and they are further apart than they may be.
-    Apart,
-}
+use outcome::Outcome;
 
 /// Runs the program on the process' arguments.
 pub fn main() -> ExitCode {

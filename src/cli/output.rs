@@ -1,30 +1,13 @@
 //! From an estimate to files.
 
 use std::path::{Path, PathBuf};
-use std::time::Duration;
 
 use anyhow::Context;
 
+use super::run::Run;
 use super::summary::{Summary, Timing};
 use crate::film::picture::{self, Content, PictureError, PictureSpec, Scale};
 use crate::film::{Grid, Image, atomic, exr};
-use crate::method::Method;
-use crate::run::Rendering;
-use crate::scene::{Scene, Sensor};
-
-/// Everything that describes a result.
-pub struct Run<'a> {
-    /// The scene.
-    pub scene: &'a Scene,
-    /// The sensor filled.
-    pub sensor: &'a Sensor,
-    /// The method.
-    pub method: &'a Method,
-    /// The result.
-    pub rendering: &'a Rendering,
-    /// From the start of the command.
-    pub elapsed: Duration,
-}
 
 /// The extension of pictures.
 const PICTURE: &str = "png";

@@ -7,8 +7,8 @@ use anyhow::Context;
 use glam::DVec3;
 use serde::Serialize;
 
-use super::Outcome;
 use super::args::ProbeArgs;
+use super::outcome::Outcome;
 use super::progress;
 use super::render::load;
 use super::sensor::choose_sensor;

@@ -7,10 +7,11 @@ use std::time::Instant;
 
 use anyhow::Context as _;
 
-use super::Outcome;
 use super::args::{RenderArgs, SceneArgs};
-use super::output::{self, Run};
+use super::outcome::Outcome;
+use super::output;
 use super::progress;
+use super::run::Run;
 use super::sensor::{choose_camera, choose_sensor};
 use super::summary::Summary;
 use crate::film::atomic;

@@ -6,7 +6,7 @@ use serde::Serialize;
 use serde_json::{Map, Value};
 
 use super::ledger::LedgerSummary;
-use super::output::Run;
+use super::run::Run;
 use crate::geometry::TraversalCounters;
 use crate::run::Quantity;
 use crate::run::format::{number, relative};

@@ -1,7 +1,7 @@
 //! One row of a method's table of settings.
 
 use super::error::SettingError;
-use super::values::{parse_duration, parse_fraction};
+use super::parse::{parse_duration, parse_fraction};
 
 /// A setting: everything that flags, files, help, documents and errors say of it.
 #[derive(Clone, Copy, Debug)]

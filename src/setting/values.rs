@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use super::error::SettingError;
+use super::parse::{parse_duration, parse_fraction};
 use super::table::{Kind, Preset, Setting};
 use super::words::Words;
 
@@ -129,31 +130,6 @@ impl Values {
     }
 }
 
-/// A number above 0 from a fraction (`0.01`) or a percentage (`1%`).
-pub fn parse_fraction(text: &str) -> Option<f64> {
-    let (number, factor) = match text.strip_suffix('%') {
-        Some(number) => (number, 0.01),
-        None => (text, 1.0),
-    };
-    let value: f64 = number.trim().parse().ok()?;
-    (value > 0.0 && value.is_finite()).then_some(value * factor)
-}
-
-/// A time from a number and a unit: `250ms`, `30s`, `2m` or `min`, `1h`; without a unit, seconds.
-pub fn parse_duration(text: &str) -> Option<Duration> {
-    let split = text.find(|c: char| c.is_ascii_alphabetic());
-    let (number, unit) = text.split_at(split.unwrap_or(text.len()));
-    let factor = match unit {
-        "ms" => 1e-3,
-        "s" | "" => 1.0,
-        "m" | "min" => 60.0,
-        "h" => 3600.0,
-        _ => return None,
-    };
-    let seconds: f64 = number.trim().parse().ok()?;
-    Duration::try_from_secs_f64(seconds * factor).ok()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -204,24 +180,5 @@ mod tests {
         assert_eq!(values.whole::<u32>("photons"), Some(7));
         assert_eq!(values.fraction("error"), None);
         assert_eq!(values.json(), serde_json::json!({ "photons": 7 }));
-    }
-
-    #[test]
-    fn times_have_units() {
-        assert_eq!(parse_duration("30s"), Some(Duration::from_secs(30)));
-        assert_eq!(parse_duration("1.5m"), Some(Duration::from_secs(90)));
-        assert_eq!(parse_duration("250ms"), Some(Duration::from_millis(250)));
-        for text in ["", "s", "-1s", "1x", "nans", "1e300s"] {
-            assert!(parse_duration(text).is_none(), "{text}");
-        }
-    }
-
-    #[test]
-    fn fractions_may_be_percentages() {
-        assert_eq!(parse_fraction("1%"), Some(0.01));
-        assert_eq!(parse_fraction("0.25"), Some(0.25));
-        for text in ["", "%", "0", "-1%", "inf", "nan"] {
-            assert!(parse_fraction(text).is_none(), "{text}");
-        }
     }
 }

@@ -7,6 +7,9 @@ use crate::scene::Scene;
 use crate::setting::Words;
 use crate::transport::first_surface::Source;
 
+/// The plural of the technique, in errors.
+pub(super) const MAPS: &str = "caustic maps";
+
 /// The mode asked for, or refraction where something refracts.
 pub fn mode(settings: &Settings, scene: &Scene) -> Result<Mode, Refusal> {
     let has = |mode| {

@@ -4,9 +4,8 @@ use std::time::Instant;
 
 use glam::DVec2;
 
-use super::MAPS;
 use super::buffers::{Back, takes_part};
-use super::demands::mode;
+use super::demands::{MAPS, mode};
 use super::footprint::deal_beams;
 use super::hit::Canvas;
 use super::lookup::{CausticTexture, CausticTextures};

@@ -8,7 +8,7 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::Outcome;
+use super::outcome::Outcome;
 use crate::film::exr;
 use crate::metric::{CompareImage, Comparison, Pairing, Verdict};
 pub use args::{CompareArgs, SideArg};

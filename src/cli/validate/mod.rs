@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::Context as _;
 
-use super::Outcome;
+use super::outcome::Outcome;
 use super::progress;
 use super::render::set_threads;
 use crate::film::atomic;

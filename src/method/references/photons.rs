@@ -29,7 +29,7 @@ const SETTINGS: &[Setting] = &[
 ];
 
 /// The settings of photons from checked values, `default` for those without a value.
-pub(in crate::method) fn settings(values: &Values, default: PhotonSettings) -> PhotonSettings {
+pub(crate) fn settings(values: &Values, default: PhotonSettings) -> PhotonSettings {
     let chains = default.chains;
     PhotonSettings {
         stream: values.word("samples").unwrap_or(default.stream),
@@ -117,7 +117,7 @@ impl Reference for Photons {
 }
 
 /// The result of photons, traced in one piece or put together of shards.
-pub(in crate::method) fn rendering(
+pub(crate) fn rendering(
     scene: &Scene,
     settings: &PhotonSettings,
     estimate: Estimate,
