@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use super::bars::Bars;
-use super::image::{ChannelKind, Contents, TOTALS, component};
+use super::compare_image::{ChannelKind, Contents, TOTALS, component};
 use super::{CompareError, CompareImage};
 use crate::film::Channel;
 

@@ -13,7 +13,7 @@
 //!
 //! | file | question |
 //! |---|---|
-//! | [`image`], [`pair`] | which channels belong together, and which are error bars? |
+//! | [`compare_image`], [`pair`] | which channels belong together, and which are error bars? |
 //! | [`difference`], [`similarity`], [`flip`] | how far apart are the values? |
 //! | [`score`], [`significance`] | is that more than the error bars explain? |
 //! | [`equivalence`] | is it less than a margin? |
@@ -23,12 +23,12 @@
 //! are the same bits on any number of threads.
 
 pub mod bars;
+pub mod compare_image;
 mod comparison;
 pub mod difference;
 pub mod equivalence;
 mod error;
 pub mod flip;
-pub mod image;
 mod layer_bars;
 pub mod maps;
 pub mod pair;
@@ -38,10 +38,10 @@ pub mod significance;
 pub mod similarity;
 mod sums;
 
+pub use compare_image::{CompareImage, Window};
 pub use comparison::{Comparison, Flip, LayerComparison, compare};
 pub use equivalence::Verdict;
 pub use error::CompareError;
-pub use image::{CompareImage, Window};
 pub use maps::Maps;
 pub use pair::{LayerPair, Pairing};
 pub use settings::{CompareSettings, ImageSide};

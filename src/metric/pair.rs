@@ -1,7 +1,7 @@
 //! Two images, layer beside layer.
 
 use super::bars::Bars;
-use super::image::{ChannelKind, Contents, component, names};
+use super::compare_image::{ChannelKind, Contents, component, names};
 use super::layer_bars::LayerBars;
 use super::settings::ImageSide;
 use super::{CompareError, CompareImage};
