@@ -5,7 +5,8 @@ use crate::transport::scatter::ShadingNormals;
 /// Limits of a probe: the depth of its paths, and the fineness and cost of its search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct ProbeSettings {
-    /// Specular events after which light is cut off, at most [`MAX_EVENTS`].
+    /// Specular events after which light is cut off, at most
+    /// [`MAX_EVENTS`](crate::transport::signature::MAX_EVENTS).
     pub max_depth: u32,
     /// Effect of interpolated normals on flux.
     pub shading_normals: ShadingNormals,

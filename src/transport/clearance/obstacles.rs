@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
-use super::Clearance;
+use super::cell::Clearance;
 use crate::geometry::{Cylinder, Hull, Shape};
 
 /// Number of flat-sided panels that a tube is divided into: each is then r (1/cos(π/32) − cos(π/32)), about a

@@ -2,8 +2,7 @@
 
 use glam::DVec3;
 
-use super::Clearance;
-use super::apart;
+use super::cell::{Clearance, apart};
 use super::legs::{CameraSight, Leg, LegContact, way_out};
 use crate::geometry::{Hull, Shape};
 

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::Clearance;
+use super::cell::Clearance;
 use super::legs::{Leg, LegContact};
 use super::tube::tube_is_met_once;
 use crate::geometry::{Hull, Mesh, Shape, range};

@@ -1,6 +1,6 @@
 //! Thin beams on their way through a scene.
 
-use super::{ChainStep, Landing, ThinBeam};
+use super::beam::{ChainStep, Landing, ThinBeam};
 use crate::geometry::{Hit, SurfacePoint, TraversalCounters};
 use crate::scene::{Material, Scene};
 use crate::transport::chain::MAX_PASSES;

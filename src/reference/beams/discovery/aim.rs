@@ -39,9 +39,9 @@ const ABOUT: u64 = 8;
 /// Most signatures that are searched for: those whose last legs carry most light.
 const MOST_SIGNATURES: usize = 64;
 
-/// Factor of the reach from one step to the next. In a square, with a probability of 1 − (1 − 0.7²)⁸ = 99.5
-/// %, one of eight places is nearer than this to the middle, along both sides. With 65 % one is as near to a
-/// corner: then the next step goes as far again.
+/// Factor of the reach from one step to the next. In a square, with a probability of 1 − (1 − 0.7²)⁸ =
+/// 99.5 %, one of eight places is nearer than this to the middle, along both sides. With 65 % one is as near
+/// to a corner: then the next step goes as far again.
 const NEARER: f64 = 0.7;
 
 /// Most steps of a search.

@@ -1,6 +1,6 @@
 //! Cells that a border between topologies crosses.
 
-use super::{Finished, Refiner, Scratch, look_flux};
+use super::refiner::{Finished, Refiner, Scratch, look_flux};
 use crate::reference::beams::cell::{BeamCell, BeamNode, CellSummary};
 use crate::reference::beams::cut::{self, CUT_ERROR, CutPiece};
 use crate::reference::beams::deposit::image_of;

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{Goal, LegLine, Legs};
+use super::legs::{Goal, LegLine, Legs};
 use crate::geometry::Hull;
 use crate::reference::beams::facets::polygon::is_below;
 use crate::transport::facets::table::Facet;

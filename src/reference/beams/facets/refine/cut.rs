@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-use super::{FacetRefiner, MAX_CUTS};
+use super::refiner::{FacetRefiner, MAX_CUTS};
 use crate::reference::beams::facets::leg::Goal;
 use crate::reference::beams::facets::polygon::{LegEnd, LightPolygon, Parts, PolygonCut};
 use crate::reference::beams::refine::Refiner;

@@ -1,6 +1,6 @@
 //! Polygons that no straight cut divides: they are halved, or left to cells.
 
-use super::FacetRefiner;
+use super::refiner::FacetRefiner;
 use crate::geometry::Shape;
 use crate::reference::beams::facets::charts::chart_of;
 use crate::reference::beams::facets::land::{deposit_uncertain_area, node};

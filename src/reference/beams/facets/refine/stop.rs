@@ -4,7 +4,7 @@
 //! receiver, any surface that a camera sees. It may also be the facet that the polygon starts on, where
 //! another surface crosses it.
 
-use super::FacetRefiner;
+use super::refiner::FacetRefiner;
 use super::stopper::Stopper;
 use crate::reference::beams::facets::land::{deposit_uncertain_area, node};
 use crate::reference::beams::facets::leg::{Goal, LegWay, Watch, rectangular_receiver};

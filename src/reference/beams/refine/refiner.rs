@@ -1,0 +1,430 @@
+//! The refiner of cells.
+
+use glam::DVec2;
+
+use super::balance::Balance;
+use super::limits::Limits;
+use super::nodes::NodeFinder;
+use crate::geometry::TraversalCounters;
+use crate::reference::beams::cell::{BeamCell, BeamNode, CellSummary};
+use crate::reference::beams::cut::{self, CutPiece};
+use crate::reference::beams::deposit::{
+    Levels, TexelBlock, deposit_points, deposit_uncertain, texels_of, uncertain_boxes,
+};
+use crate::reference::beams::film::BeamFilm;
+use crate::reference::beams::limit::Limit;
+use crate::reference::beams::store::PathStore;
+use crate::transport::clearance::{CellClearance, Clearance, Trail};
+use crate::transport::first_surface::{Cone, SharedPlaces, SurfaceChart, SurfacePatch};
+use crate::transport::fixed_signature::PathFollower;
+use crate::transport::flux::Flux;
+
+/// Most divisions of a patch: to a quarter of a billionth of its side.
+const MAX_LEVEL: u32 = 32;
+
+/// Flux, in tolerances, that a cell may hold however smooth it looks: six nodes tell only so much. At an
+/// error of 0.1 % this asks for some thousands of cells at least.
+const MOST_TOLERANCES: f64 = 4096.0;
+
+/// Least number of divisions of a cell that brings much light, all of it far beside the film. After fewer,
+/// its nodes are not enough to show that.
+const LEAST_LEVEL_OFF: u32 = 2;
+
+/// Part of a cut cell that always counts as uncertain: a border may have a corner inside the cell that
+/// neither fineness shows.
+const CORNER: f64 = 1.0 / 64.0;
+
+/// Part of the flux that needs no clearance down to which a cell that hides a sliver of light is divided.
+const LEAST_SLIVER: f64 = 1.0 / 64.0;
+
+/// Flux, in tolerances, up to which a cell of more than one topology is cut, not divided.
+const CUT_TOLERANCES: f64 = 256.0;
+
+/// Part of the opening of a spot's cone down to which a cell without light at the cone's border is divided.
+/// The part of the cone that reaches in between its nodes is then less than a millionth of the cone.
+const LEAST_IN_CONE: f64 = 1.0 / 256.0;
+
+/// Largest distance of weights from a plane, as a part of them, that is smooth enough to derive bounds from.
+/// With a twentieth, bounds are too narrow for a valley narrower than a cell (Fresnel's at Brewster's angle,
+/// in a ball of index 24).
+const STILL_BENT: f64 = 1.0 / 32.0;
+
+/// Distance of a cell's weights from a plane, as a part of them, above which its quarters must show a quarter
+/// of it.
+const NOTED_BEND: f64 = 1.0 / 64.0;
+
+/// Least part of a noted bend that halving should leave: it leaves a quarter of a smooth one. A smaller part
+/// may be chance, with nodes on both sides of a valley. At a sixteenth, and without [`STILL_BENT`], balls of
+/// eight indices of twenty-five are out of their bounds.
+const BY_CHANCE: f64 = 1.0 / 5.0;
+
+/// Flux of a bend, in tolerances, below which neither rule applies.
+const LEAST_BENT: f64 = 1.0 / 64.0;
+
+/// Number of cells between two questions to the limit: some milliseconds' work.
+const PATIENCE: u32 = 256;
+
+/// Memory that a refiner works in. The next one of the same source and signature can use it again.
+pub struct Scratch<const N: usize> {
+    pub(super) store: PathStore<N>,
+    /// Paths beside borders: the halves of an edge are searched, then the edge, then the neighbour's.
+    pub(super) borders: PathStore<N>,
+    /// The trails of a cell's six paths, for the clearance.
+    pub(super) trails: [Trail; 6],
+    pub(super) pending: Vec<BeamCell<N>>,
+    pub(super) block: TexelBlock<N>,
+    pub(super) fine: Vec<CutPiece<N>>,
+    pub(super) coarse: Vec<CutPiece<N>>,
+}
+
+impl<const N: usize> Scratch<N> {
+    /// Memory for one source and one signature of `events` events.
+    pub fn new(events: usize) -> Self {
+        Self {
+            store: PathStore::new(events),
+            borders: PathStore::new(events),
+            trails: Default::default(),
+            pending: Vec::new(),
+            block: TexelBlock::default(),
+            fine: Vec::new(),
+            coarse: Vec::new(),
+        }
+    }
+}
+
+/// Refiner of cells of one source's light, for one signature.
+pub struct Refiner<'a, 'f, const N: usize> {
+    pub(super) paths: NodeFinder<'a, N>,
+    pub(super) film: &'f BeamFilm<N>,
+    pub(super) scratch: &'f mut Scratch<N>,
+    pub(super) clearance: &'f Clearance<'a>,
+    pub(super) limit: &'f Limit<'f>,
+    /// Number of cells until the limit is asked again.
+    pub(super) patience: u32,
+    /// Number of rays that the limit knows of.
+    pub(super) spent: u64,
+    pub(super) stopped: bool,
+    /// The cone, for a spot.
+    pub(super) cone: Option<Cone>,
+    /// Largest part of the light that sets out towards a dark place which it could deliver.
+    pub(super) peak: f64,
+    /// Flux \[W\] up to which a cell needs no clearance.
+    pub(super) uncleared: f64,
+    /// Misplaced flux \[W\] that a cell may have.
+    pub(super) tolerance: f64,
+    /// The balance so far.
+    pub balance: Balance<N>,
+}
+
+/// A cell ready for the film.
+pub(super) struct Finished<const N: usize> {
+    pub(super) look: CellSummary<N>,
+    /// True for quarters that could not be cut.
+    pub(super) failed: [bool; 4],
+    /// Uncertain flux \[W\], which may be anywhere near the nodes' landings.
+    pub(super) uncertain: Flux<N>,
+    pub(super) is_cut: bool,
+}
+
+impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
+    /// A refiner without any cell.
+    pub fn new(
+        follower: PathFollower<'a, N>,
+        shared: &'a SharedPlaces<'a>,
+        film: &'f BeamFilm<N>,
+        clearance: &'f Clearance<'a>,
+        limit: &'f Limit<'f>,
+        limits: Limits,
+        scratch: &'f mut Scratch<N>,
+    ) -> Self {
+        scratch.store.forget();
+        scratch.borders.forget();
+        Self {
+            cone: Cone::of(follower.source()),
+            paths: NodeFinder::new(follower, shared),
+            film,
+            clearance,
+            limit,
+            patience: PATIENCE,
+            spent: 0,
+            stopped: false,
+            scratch,
+            tolerance: limits.tolerance,
+            peak: limits.peak,
+            uncleared: limits.uncleared(),
+            balance: Balance::default(),
+        }
+    }
+
+    /// The work done so far.
+    pub fn counters(&self) -> TraversalCounters {
+        self.paths.follower.counters
+    }
+
+    /// True if work was stopped before it was done: then nothing here is valid.
+    pub fn was_stopped(&self) -> bool {
+        self.stopped
+    }
+
+    /// Number of rays that the limit has been told of.
+    pub fn spent(&self) -> u64 {
+        self.spent
+    }
+
+    /// True if work may go on, by a question to the limit now and then. Called once for each cell or polygon.
+    pub fn may_go_on(&mut self) -> bool {
+        self.patience -= 1;
+        if self.patience == 0 {
+            self.patience = PATIENCE;
+            let rays = self.paths.follower.counters.rays;
+            self.limit.spend(rays - self.spent);
+            self.spent = rays;
+            self.stopped |= self.limit.is_reached();
+        }
+        !self.stopped
+    }
+
+    /// Divides a patch until all its light is placed.
+    pub fn refine(&mut self, patch: &SurfacePatch) {
+        let chart = &patch.chart;
+        let corners = patch
+            .corners
+            .map(|at| self.stored(chart, at, CellClearance::default()));
+        self.scratch.pending.clear();
+        self.scratch.pending.push(BeamCell {
+            corners,
+            level: 0,
+            clearance: CellClearance::default(),
+            noted_bend: 0.0,
+        });
+        while self.may_go_on()
+            && let Some(mut cell) = self.scratch.pending.pop()
+        {
+            let known = cell.clearance;
+            let middles = cell.middles().map(|at| self.stored(chart, at, known));
+            let look = CellSummary::at(&cell.corners, &middles);
+            if self.is_ready(chart, &mut cell, &middles, &look)
+                && let Some(finished) = self.finished(chart, &cell, &middles, look)
+            {
+                self.finish(&cell, &middles, &finished);
+            } else {
+                let noted_bend = self.noted_bend(&cell, &look);
+                let quarters = cell.quarters(&middles);
+                let noted = quarters.map(|quarter| BeamCell {
+                    noted_bend,
+                    ..quarter
+                });
+                self.scratch.pending.extend(noted);
+            }
+        }
+    }
+
+    /// True if a cell's nodes stand for all of it.
+    fn is_ready(
+        &mut self,
+        chart: &SurfaceChart,
+        cell: &mut BeamCell<N>,
+        middles: &[BeamNode<N>; 3],
+        look: &CellSummary<N>,
+    ) -> bool {
+        if look.emitted == 0.0 {
+            return cell.level >= MAX_LEVEL || !self.may_hide_light(chart, cell);
+        }
+        let area = cell.area();
+        let set_out = self.may_deliver(area, look);
+        let flux = if look.one_topology {
+            f64::max(
+                area * look.weight.max_magnitude(),
+                if look.any_landed { 0.0 } else { set_out },
+            )
+        } else {
+            set_out
+        };
+        if cell.level >= MAX_LEVEL || flux <= self.uncleared {
+            return true;
+        }
+        // Light may get through at an angle that no node came at: the clearance knows of surfaces only.
+        let may_get_through = look.any_turned_back && !look.any_landed;
+        if !look.one_topology
+            || may_get_through
+            || look.any_landed
+                && flux > self.tolerance * MOST_TOLERANCES
+                && !(cell.level >= LEAST_LEVEL_OFF && look.is_far_off(self.film.size()))
+        {
+            return false;
+        }
+        if !cell.clearance.all {
+            let Scratch { store, trails, .. } = &mut *self.scratch;
+            let in_sight = cell.clearance.is_in_sight();
+            for (node, trail) in nodes(cell, middles).iter().zip(&mut *trails) {
+                self.paths.trail(store, chart, node.at, in_sight, trail);
+            }
+            let follower = &mut self.paths.follower;
+            cell.clearance = self
+                .clearance
+                .clear(follower, chart, trails, cell.clearance);
+        }
+        cell.clearance.all
+    }
+
+    /// Flux \[W\] that a cell of this area may deliver although no node of it landed. It is twice the part,
+    /// of all that sets out, that the best path of the discovery delivered.
+    fn may_deliver(&self, area: f64, look: &CellSummary<N>) -> f64 {
+        area * look.emitted * (2.0 * self.peak).min(1.0)
+    }
+
+    /// True if a spot may shine on a part of a cell, none of whose nodes is lit.
+    fn may_hide_light(&self, chart: &SurfaceChart, cell: &BeamCell<N>) -> bool {
+        self.cone.is_some_and(|cone| {
+            let corners = cell.corners.map(|node| node.at);
+            let overlap = cone.overlap(self.paths.follower.scene().world(), chart, corners);
+            overlap.is_possible && overlap.relative_size > LEAST_IN_CONE
+        })
+    }
+
+    /// The node at coordinates of a chart, in a cell with legs `known` to be clear.
+    #[inline]
+    fn stored(&mut self, chart: &SurfaceChart, at: DVec2, known: CellClearance) -> BeamNode<N> {
+        let store = &mut self.scratch.store;
+        let in_sight = known.is_in_sight();
+        if known.all {
+            self.paths.node(store, chart, at, in_sight)
+        } else {
+            self.paths.node_with_trail(store, chart, at, in_sight)
+        }
+    }
+
+    /// The cell ready for the film; `None` if it must be divided.
+    fn finished(
+        &mut self,
+        chart: &SurfaceChart,
+        cell: &BeamCell<N>,
+        middles: &[BeamNode<N>; 3],
+        look: CellSummary<N>,
+    ) -> Option<Finished<N>> {
+        let area = cell.area();
+        let is_last = cell.level >= MAX_LEVEL || area * look.emitted == 0.0;
+        let mut finished = Finished {
+            look,
+            failed: [false; 4],
+            uncertain: Flux::BLACK,
+            is_cut: false,
+        };
+        self.scratch.fine.clear();
+        self.scratch.coarse.clear();
+        if !look.any_landed {
+            let is_dark = is_last
+                || look.one_topology
+                || self.may_deliver(area, &look) <= self.uncleared * LEAST_SLIVER
+                || !self.may_hide_sliver(chart, cell, middles);
+            return is_dark.then_some(finished);
+        }
+        if look.is_off(self.film.size())
+            && (look.one_topology || self.lands_beside(chart, cell, middles, &look))
+        {
+            return Some(finished);
+        }
+        let flux = area * look.weight.max_magnitude();
+        if look.one_topology {
+            let is_misplaced = area * misplaced(&look) > self.tolerance;
+            if !is_last && (is_misplaced || self.may_hide_valley(cell, area, &look)) {
+                return None;
+            }
+            for quarter in cell.quarters(middles) {
+                self.scratch.fine.extend(cut::whole(quarter.corners));
+            }
+            self.scratch.coarse.extend(cut::whole(cell.corners));
+            return Some(finished);
+        }
+        let in_question = flux > self.tolerance * CUT_TOLERANCES;
+        // Three topologies meet at a point: cells round it are divided, not cut.
+        let is_corner = look.topologies > 2 && flux > self.tolerance;
+        if !is_last && (in_question || is_corner) {
+            return None;
+        }
+        self.cut(chart, cell, middles, &mut finished);
+        // The nodes on both sides of a border do not show how the light bends: the film does.
+        let levels = Levels {
+            fine: &self.scratch.fine,
+            coarse: &self.scratch.coarse,
+        };
+        let moved = self
+            .scratch
+            .block
+            .gather(self.film.size(), &levels, look.bend);
+        // Three parts. The first is flux that came and went across the border. The second is flux that
+        // halving the cell moved from texel to texel: all of it, for a cell too large to tell. The third is
+        // flux that a corner of the border may hide.
+        let moved = moved.map_or(1.0, |moved| if flux > 0.0 { moved / flux } else { 0.0 });
+        finished.uncertain = finished.uncertain * 2.0 + look.weight * (area * (moved + CORNER));
+        // It may be on any texel of its boxes: bounds widen on all of them.
+        let nodes = nodes(cell, middles);
+        let boxes = uncertain_boxes(self.film.size(), &nodes, &self.scratch.fine);
+        let texels: f64 = boxes.map(|[first, last]| texels_of(first, last)).sum();
+        let widened = finished.uncertain.max_magnitude() * texels.sqrt();
+        (is_last || widened <= self.tolerance).then_some(finished)
+    }
+
+    /// Distance of a cell's weights from a plane, if its quarters must show that they are smooth; else 0.
+    fn noted_bend(&self, cell: &BeamCell<N>, look: &CellSummary<N>) -> f64 {
+        let is_noted = look.weight_bend > NOTED_BEND * look.weight.max_magnitude()
+            && 0.25 * cell.area() * look.weight_bend > LEAST_BENT * self.tolerance;
+        if is_noted { look.weight_bend } else { 0.0 }
+    }
+
+    /// True if a cell's light may be weaker or stronger between its nodes than they show, by more than its
+    /// bounds. Its weights are still far off a plane, or on one by chance.
+    fn may_hide_valley(&self, cell: &BeamCell<N>, area: f64, look: &CellSummary<N>) -> bool {
+        let is_still_bent = look.weight_bend > STILL_BENT * look.weight.max_magnitude()
+            && area * look.weight_bend > LEAST_BENT * self.tolerance;
+        let is_by_chance = look.weight_bend < BY_CHANCE * cell.noted_bend;
+        is_still_bent || is_by_chance
+    }
+
+    fn finish(&mut self, cell: &BeamCell<N>, middles: &[BeamNode<N>; 3], finished: &Finished<N>) {
+        let balance = &mut self.balance;
+        let look = &finished.look;
+        let area = cell.area();
+        balance.cells += 1;
+        balance.emitted += area * middles.iter().map(|node| node.emitted).sum::<f64>() / 3.0;
+        if self.scratch.fine.is_empty() && !finished.is_cut {
+            return;
+        }
+        let levels = Levels {
+            fine: &self.scratch.fine,
+            coarse: &self.scratch.coarse,
+        };
+        balance.received += self.scratch.block.deposit(self.film, &levels, look.bend);
+        if finished.is_cut {
+            balance.cut_cells += 1;
+            for (quarter, failed) in cell.quarters(middles).iter().zip(finished.failed) {
+                if failed {
+                    balance.received += deposit_points(self.film, &quarter.corners, 0.25 * area);
+                }
+            }
+            balance.unresolved_cells += u64::from(finished.failed != [false; 4]);
+            balance.uncertain += finished.uncertain;
+            let nodes = nodes(cell, middles);
+            deposit_uncertain(self.film, &nodes, &self.scratch.fine, finished.uncertain);
+        }
+    }
+}
+
+fn nodes<const N: usize>(cell: &BeamCell<N>, middles: &[BeamNode<N>; 3]) -> [BeamNode<N>; 6] {
+    let [a, b, c] = cell.corners;
+    let [d, e, f] = *middles;
+    [a, b, c, d, e, f]
+}
+
+pub(super) fn look_flux<const N: usize>(look: &CellSummary<N>) -> f64 {
+    look.weight.max_magnitude()
+}
+
+/// Largest part of a cell's flux that an affine map may put into wrong texels, for a unit of area.
+///
+/// A bend of δ texels moves light across the texel lines that its image meets: a part of about δ. It is less
+/// if the image is large, as most of its light is far from any line.
+pub(in crate::reference::beams) fn misplaced<const N: usize>(look: &CellSummary<N>) -> f64 {
+    let height = (look.high - look.low).min_element();
+    look.weight.max_magnitude() * (look.bend / (1.0 + 0.25 * height)).min(1.0) + look.weight_bend
+}
