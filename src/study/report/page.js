@@ -97,7 +97,7 @@ function record() {
     ['scene', `${study.scene}${study.define.map(([key, value]) => ` ${key}=${value}`).join('')}`], ['scene hash', study.scene_hash],
     ['sensors', report.sensors.map((one) => `${one.sensor} (${one.plugin})`).join(', ')],
     ['version', `nephroid ${report.version}`], ['commit', timings.commit], ['source hash', timings.program],
-    [places.length > 1 ? 'machines' : 'machine', places.join('; ') || '–'],
+    [machines.length > 1 ? 'machines' : 'machine', places.join('; ') || '–'],
     ['seed', `${study.seed}; the truth’s is its own`], ['margin', percent(study.margin)],
     ['truth’s film', report.sensors.map((one) => one.truth.file).join(', ')],
   ];

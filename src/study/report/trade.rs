@@ -214,28 +214,25 @@ mod tests {
     fn seconds_of_different_machines_have_no_order_and_it_is_told() {
         let mut rows = vec![row(0.1), row(0.05), row(0.025)];
         let curves = curves(&rows);
-        let timed = ["here", "here", "there"].map(|host| timing(1.0, host));
-        let seconds = |timed: &mut [RunTiming]| {
-            for (i, timing) in timed.iter_mut().enumerate() {
-                timing.median = Some(4_f64.powi(i as i32));
-            }
+        let timed = |hosts: [&str; 3]| {
+            let seconds = [1.0, 4.0, 16.0].into_iter().zip(hosts);
+            let timed = seconds.map(|(seconds, host)| timing(seconds, host));
+            timed.collect::<Vec<_>>()
         };
-        let mut timed = timed;
-        seconds(&mut timed);
-        let (orders, notes) = orders_in_seconds(&curves, &rows, &timed);
+        let two = timed(["here", "here", "there"]);
+        let (orders, notes) = orders_in_seconds(&curves, &rows, &two);
         assert!(orders[0].is_none());
         assert!(notes[0].contains("different machines"), "{notes:?}");
         // Rows that the truth does not resolve are in no fit, wherever they ran.
         rows[2].resolved = false;
-        let (orders, notes) = orders_in_seconds(&curves, &rows, &timed);
+        let (orders, notes) = orders_in_seconds(&curves, &rows, &two);
         assert!((orders[0].as_ref().unwrap().order.exponent + 0.5).abs() < 1e-14);
         assert!(notes.is_empty());
         // Another processor is another machine, even under one name.
         rows[2].resolved = true;
-        let mut timed = [(); 3].map(|()| timing(1.0, "here"));
-        seconds(&mut timed);
-        assert!(orders_in_seconds(&curves, &rows, &timed).0[0].is_some());
-        timed[0].machine.as_mut().unwrap().processor = "another".to_owned();
-        assert!(orders_in_seconds(&curves, &rows, &timed).0[0].is_none());
+        let mut one = timed(["here"; 3]);
+        assert!(orders_in_seconds(&curves, &rows, &one).0[0].is_some());
+        one[0].machine.as_mut().unwrap().processor = "another".to_owned();
+        assert!(orders_in_seconds(&curves, &rows, &one).0[0].is_none());
     }
 }
