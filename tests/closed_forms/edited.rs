@@ -113,7 +113,7 @@ fn a_ring_below_a_point_within_it() {
         &[(r#"x="-1" y="0" z="1""#, r#"x="0" y="-0.4" z="1.3""#)],
         OBLONG,
     );
-    assert_agrees("a point within", &scene, DEPTH, 300);
+    assert_agrees("a point within", &scene, DEPTH, 150);
 }
 
 /// Outside of it, on its +y side.
