@@ -113,15 +113,18 @@ fn a_ring_below_a_point_within_it() {
         &[(r#"x="-1" y="0" z="1""#, r#"x="0" y="-0.4" z="1.3""#)],
         OBLONG,
     );
-    assert_agrees("a point within", &scene, DEPTH, 300);
+    assert_agrees("a point within", &scene, DEPTH, 150);
 }
 
-/// Outside of it, on its +y side.
+/// Outside of it, on its +y side, over a receiver that is mirrored and oblong.
 #[test]
 fn a_ring_below_a_point_beside_it() {
     let scene = edited(
         "mirror-ring",
-        &[(r#"x="-1" y="0" z="1""#, r#"x="0" y="1.5" z="1.3""#)],
+        &[
+            (r#"x="-1" y="0" z="1""#, r#"x="0" y="1.5" z="1.3""#),
+            (r#"<scale x="2" y="2"/>"#, r#"<scale x="2" y="-1.6"/>"#),
+        ],
         OBLONG,
     );
     assert_agrees("a point beside", &scene, DEPTH, 300);

@@ -19,7 +19,7 @@ fn the_glass_balls_every_texel_is_within_the_beams_bounds() {
 
 #[test]
 fn the_coffee_cups_every_texel_is_within_the_beams_bounds() {
-    assert_agrees("coffee-cup", &bundled("coffee-cup", SIDE), DEPTH, 600);
+    assert_agrees("coffee-cup", &bundled("coffee-cup", SIDE), DEPTH, 400);
 }
 
 /// Right below the light the sliver between the circle and its tangent, a sixth of a texel's width over the
@@ -34,7 +34,7 @@ fn the_mirror_rings_every_texel_is_within_the_beams_bounds() {
         "mirror-ring",
         &bundled("mirror-ring", SIDE),
         DEPTH,
-        600,
+        350,
         &slivers,
     );
 }
@@ -112,17 +112,19 @@ fn an_estimate_holds_what_every_estimate_holds() {
     assert_accuracy(&estimate, 1e-8);
 }
 
-/// Largest relative errors that are claimed on small films. The ball's are 1e-10 of a texel, and 4e-12 of
-/// circles that cross some 30 texels; the cups' 1e-7 of their light without mirrors, of which the reflected
-/// is a third; polygons' 1e-9 of the sun, of which the faintest scene's caustic has a tenth.
+/// Largest relative errors that are claimed on small films.
+///
+/// - The ball's are 1e-10 of a texel, and 4e-12 of circles that cross some 30 texels.
+/// - The cups' are 1e-7 of their light without mirrors, of which the reflected is a third.
+/// - Polygons' are 1e-9 of the sun in each of five layers, whose lit texels have some thirtieth of it.
 #[test]
 fn the_claimed_errors_are_small() {
     for (name, most) in [
         ("glass-ball", 1e-8),
         ("coffee-cup", 1e-6),
         ("mirror-ring", 1e-6),
-        ("prism", 1e-7),
-        ("cube", 1e-7),
+        ("prism", 1e-6),
+        ("cube", 1e-6),
     ] {
         let scene = bundled(name, SIDE);
         let settings = ClosedFormSettings { max_depth: 6 };

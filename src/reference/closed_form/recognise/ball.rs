@@ -10,7 +10,7 @@ use crate::radiometry::Rgb;
 use crate::reference::closed_form::{AxialLight, GlassBall, KnownPath};
 use crate::run::Refusal;
 
-/// Direct light from above is followed to this many times the height of the ball's centre.
+/// Largest reach of the receiver, in heights of the ball's centre: parallel direct light is followed to 1000.
 const WIDEST_RECEIVER: f64 = 900.0;
 
 /// A ball in light of strength 1.

@@ -14,12 +14,11 @@ use crate::scene::Material;
 
 /// Error of a texel as a part of the irradiance without the cup.
 ///
-/// Each window of the quadrature is integrated to 1e-8 of it. The estimate fails to see an error far smaller
-/// than that only in windows with a kink: of a texel's four corners, and of the two ends of the lit stretch,
-/// on up to two branches.
+/// Each window of the quadrature is integrated to 1e-8 of it. The error is far smaller but in windows with a
+/// kink: those of a texel's four corners and of the two ends of the lit stretch, on up to two branches.
 const OF_UNSHADED: f64 = 1e-7;
 
-/// Directions that differ from a side of the receiver by no more than this (rad) are along it.
+/// Largest angle (rad) between a side of the receiver and a direction along it.
 const ALONG: f64 = 1e-13;
 
 /// A cup in light of strength 1.
@@ -27,7 +26,7 @@ pub(super) struct MirroringCup {
     cup: MirrorCup,
     /// Foot of the cup's axis in the receiver's coordinates.
     foot: DVec2,
-    /// Right angles from the receiver's x to the light's horizontal direction.
+    /// Number of right angles from the receiver's x to the light's horizontal direction.
     quarter_turns: u32,
     reflectance: Rgb,
     strength: Rgb,
@@ -95,7 +94,7 @@ impl MirroringCup {
         })
     }
 
-    /// On the bottom, without the cup, for a strength of 1.
+    /// Irradiance [W/m²] on the bottom without the cup, for a strength of 1.
     fn unshaded_irradiance(&self) -> f64 {
         match self.cup.light {
             CupLight::Parallel { tan_angle, .. } => 1.0 / 1.0_f64.hypot(tan_angle),
@@ -218,7 +217,7 @@ fn light_over(
     }
 }
 
-/// Right angles from x to a direction that is along x or y, either way.
+/// Number of right angles from x to a direction that is along x or y, either way.
 fn quarter_turns(direction: DVec2) -> Option<u32> {
     let unit = direction.normalize();
     let axes = [DVec2::X, DVec2::Y, DVec2::NEG_X, DVec2::NEG_Y];

@@ -8,8 +8,8 @@ use crate::scene::{Color, Material};
 
 /// Smallest index of a body relative to its surroundings.
 ///
-/// Nearer to 1, light at grazing incidence is refracted within so small an angle that 16 nodes no longer see
-/// it to rounding.
+/// Nearer to 1, all refraction at grazing incidence happens within so small an angle that the rule of 16
+/// nodes no longer integrates it to rounding.
 pub(super) const LEAST_IOR: f64 = 1.05;
 
 /// Glass of one index, and the factors on what it reflects and lets through.

@@ -15,7 +15,7 @@ pub(super) struct KnownLayer {
     pub(super) values: Vec<f64>,
     /// Largest error of each value [W/m²].
     pub(super) accuracy: Vec<f64>,
-    /// Strength of the emitter times the colours of what the light met.
+    /// Strength of the emitter times the colours of the surfaces that the light met.
     pub(super) factor: Rgb,
 }
 

@@ -23,10 +23,10 @@ const OF_PRODUCT: f64 = 1e-13;
 /// the last place.
 const OF_RADIANCE: f64 = 1e-14;
 
-/// Half texels and whole ones must agree on the light of an area light to this part of it, or texels are cut.
+/// Part of an area light's irradiance to which a texel and its quarters must agree, or the texel is cut.
 const OF_HALVES: f64 = 1e-11;
 
-/// A texel is cut this often at most.
+/// Largest number of times that a texel is cut.
 const MOST_CUTS: u32 = 6;
 
 /// Nodes in −1..=1 and weights of Gauss's rule of four (Abramowitz and Stegun, table 25.4).
@@ -167,7 +167,7 @@ impl KnownLight for OpenLight {
 /// The mean irradiance of a texel from a rectangle of radiance 1, and its error.
 ///
 /// The rule on the four quarters is 2⁸ times as good as that on the whole, so the difference of both is more
-/// than its error. Texels near the light, if a few widths of texel away, are cut until that is small.
+/// than its error. Texels are cut until that is small.
 fn mean_of_lamp(corners: &[DVec3; 4], texel: &TexelRect, cuts: u32) -> (f64, f64) {
     let quarters = quarters(texel);
     let whole = mean_by_rule(corners, texel);

@@ -19,9 +19,9 @@ pub(super) struct SceneContents<'a> {
 /// The scene's only emitter.
 pub(super) struct OneLight {
     pub(super) origin: LightOrigin,
-    /// In the unit of its kind.
+    /// Strength in the unit of its kind.
     pub(super) strength: Rgb,
-    /// For messages.
+    /// Name for messages.
     pub(super) name: String,
 }
 
@@ -45,11 +45,11 @@ pub(super) enum LightOrigin {
 pub(super) struct Body<'a> {
     pub(super) shape: &'a Shape,
     pub(super) material: &'a Material,
-    /// For messages.
+    /// Name for messages.
     pub(super) name: String,
 }
 
-/// Takes a scene apart.
+/// The parts of a scene: its receiver, its one light, and all else.
 ///
 /// # Errors
 ///

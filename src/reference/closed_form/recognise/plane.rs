@@ -7,7 +7,7 @@ use crate::reference::closed_form::{TexelGrid, TexelRect};
 use crate::run::Refusal;
 use crate::scene::{Film, Material, Scene, Sensor, SensorKind};
 
-/// Largest distance, as a part of the scene's size, of what must coincide.
+/// Largest distance, as a part of the scene's size, of places that must coincide.
 const COINCIDENCE: f64 = 1e-13;
 
 /// A rectangular receiver: the origin of coordinates is its middle, x runs along its u, z along its normal.
@@ -30,7 +30,7 @@ pub(super) struct FilmGrid {
     pub(super) grid: TexelGrid,
     /// True if the grid's columns run along v.
     is_transposed: bool,
-    /// True for x and for y of the frame if the film's index falls along it.
+    /// For x and for y of the frame: true if the film's index falls along it.
     falls: [bool; 2],
 }
 

@@ -20,7 +20,7 @@ const OF_RING: f64 = 4e-12;
 /// Flux of one sheet within each of many radii.
 struct RingFlux {
     step: f64,
-    /// Within `step` times the index.
+    /// Flux within a radius of `step` times the index.
     within: Vec<f64>,
 }
 

@@ -18,12 +18,12 @@ use crate::run::Refusal;
 /// is 1e-11 of a texel for the largest, and a hundred such polygons add up.
 const OF_LIGHT: f64 = 1e-9;
 
-/// A solid of more triangles is taken for a curved one.
+/// Largest number of triangles; a solid of more is taken for a curved one.
 const MOST_TRIANGLES: usize = 1000;
 
 /// A solid in light of strength 1.
 pub(super) struct SolidInParallelLight {
-    /// In the receiver's coordinates.
+    /// Triangles in the receiver's coordinates.
     mesh: MeshParts,
     direction: DVec3,
     glass: Glass,

@@ -39,8 +39,8 @@ impl Default for ClosedFormSettings {
 ///
 /// Bounds are those of the formula's quadrature and rounding: for a ball or a pane 1e-10 of a texel's value
 /// and 4e-12 of the flux of the circles that meet it, for a cup 1e-7 of the irradiance without it, for a
-/// solid with flat facets 1e-9 of the light's irradiance and what its corners are off their planes. Nothing
-/// is traced: there are no paths, no counts, and no ledger.
+/// solid with flat facets 1e-9 of the light's irradiance and what comes from corners off their facets'
+/// planes. Nothing is traced: there are no paths, no counts, and no ledger.
 ///
 /// # Errors
 ///
