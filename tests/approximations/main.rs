@@ -2,6 +2,7 @@
 
 mod caustic_map;
 mod paper_claims;
+mod stubs;
 
 #[path = "../support/mod.rs"]
 mod support;
