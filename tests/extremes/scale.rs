@@ -259,43 +259,41 @@ const RING_IN_NUMBERS: Template = Template {
 </shape>"#,
 };
 
-/// The diamond with its vertices where they are.
-const DIAMOND_IN_NUMBERS: Template = Template {
-    name: "diamond",
-    mesh: None,
-    xml: r#"
+/// The diamond in the sun, with `$to_world` among its parameters.
+macro_rules! diamond {
+    ($to_world:literal) => {
+        concat!(
+            r#"
 <emitter type="directional">
   <vector name="direction" x="0.3" y="0.1" z="-1"/>
   <rgb name="irradiance" value="1000"/>
 </emitter>
 <shape type="obj">
   <string name="filename" value="mesh.obj"/><boolean name="face_normals" value="true"/>
-  <bsdf type="dielectric"><float name="int_ior" value="2.418"/><float name="ext_ior" value="1"/></bsdf>
+"#,
+            $to_world,
+            r#"  <bsdf type="dielectric"><float name="int_ior" value="2.418"/><float name="ext_ior" value="1"/></bsdf>
 </shape>
 <shape type="rectangle">
   <transform name="to_world"><scale x="{length 1.2}" y="{length 1.2}"/></transform>
   <bsdf type="diffuse"/>{meter}
 </shape>"#,
+        )
+    };
+}
+
+/// The diamond with its vertices where they are.
+const DIAMOND_IN_NUMBERS: Template = Template {
+    name: "diamond",
+    mesh: None,
+    xml: diamond!(""),
 };
 
 /// The diamond in millimetres, whatever the scene's unit is.
 const DIAMOND_IN_BOTH: Template = Template {
     name: "diamond",
     mesh: None,
-    xml: r#"
-<emitter type="directional">
-  <vector name="direction" x="0.3" y="0.1" z="-1"/>
-  <rgb name="irradiance" value="1000"/>
-</emitter>
-<shape type="obj">
-  <string name="filename" value="mesh.obj"/><boolean name="face_normals" value="true"/>
-  <transform name="to_world"><scale value="{length 0.001}"/></transform>
-  <bsdf type="dielectric"><float name="int_ior" value="2.418"/><float name="ext_ior" value="1"/></bsdf>
-</shape>
-<shape type="rectangle">
-  <transform name="to_world"><scale x="{length 1.2}" y="{length 1.2}"/></transform>
-  <bsdf type="diffuse"/>{meter}
-</shape>"#,
+    xml: diamond!("<transform name=\"to_world\"><scale value=\"{length 0.001}\"/></transform>\n"),
 };
 
 /// The template's first mesh as it is in its scene, in a unit: an OBJ file, whose text says every digit.
