@@ -11,7 +11,7 @@
 #[path = "../tests/support/mod.rs"]
 mod support;
 
-use nephroid::numeric::StreamKind;
+use nephroid::internals::numeric::StreamKind;
 use support::contest::Contest;
 
 fn main() {

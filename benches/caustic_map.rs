@@ -9,7 +9,6 @@
 #[path = "../tests/support/mod.rs"]
 mod support;
 
-use nephroid::approximation::Approximation;
 use support::approximation::{bumpy_ball_over_floor, caustic_map, mesh_over_floor, shared_mesh};
 use support::scenes::meter;
 

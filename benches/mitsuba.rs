@@ -12,11 +12,15 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdout, Command, Stdio};
 use std::time::Instant;
 
-use nephroid::mitsuba;
-use nephroid::reference::path::{self, PathBudget, PathSettings};
-use nephroid::reference::photons::{self, Budget, PhotonSettings};
-use nephroid::reference::{Layer, Progress};
-use nephroid::scene::{Crop, Scene, Sensor};
+use nephroid::internals::mitsuba;
+use nephroid::internals::reference::path;
+use nephroid::internals::reference::path::PathSettings;
+use nephroid::internals::reference::photons;
+use nephroid::internals::reference::photons::PhotonSettings;
+use nephroid::internals::run::Budget;
+use nephroid::internals::run::Budget;
+use nephroid::internals::run::{Layer, Progress};
+use nephroid::internals::scene::{Crop, Scene, Sensor};
 
 const WIDTH: u32 = 40;
 const HEIGHT: u32 = 30;
@@ -202,9 +206,9 @@ fn by_paths(scene: &Scene, camera: &Sensor, seed: u64, max_depth: u32) -> Vec<f6
         max_depth: Some(max_depth),
         ..PathSettings::default()
     };
-    let budget = PathBudget {
-        samples: Some(SAMPLES),
-        ..PathBudget::default()
+    let budget = Budget {
+        work: Some(SAMPLES),
+        ..Budget::default()
     };
     let found = path::run(scene, camera, settings, &budget, &Progress::default());
     values(&found.expect("a shipped scene can be rendered").0.total)
@@ -216,7 +220,7 @@ fn by_photons(scene: &Scene, camera: &Sensor, seed: u64) -> Vec<f64> {
         ..PhotonSettings::default()
     };
     let budget = Budget {
-        photons: Some(PHOTONS),
+        work: Some(PHOTONS),
         ..Budget::default()
     };
     let found = photons::run(scene, camera, settings, &budget, &Progress::default());

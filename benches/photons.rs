@@ -7,14 +7,15 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use nephroid::generate::{GenerateOptions, generate};
-use nephroid::mitsuba;
-use nephroid::numeric::StreamKind;
-use nephroid::reference::Estimate;
-use nephroid::reference::Progress;
-use nephroid::reference::photons::{Budget, PhotonSettings, run};
-use nephroid::scene::Scene;
-use nephroid::transport::chain::ChainSettings;
+use nephroid::internals::generate::{GenerateOptions, generate};
+use nephroid::internals::mitsuba;
+use nephroid::internals::numeric::StreamKind;
+use nephroid::internals::reference::photons::{PhotonSettings, run};
+use nephroid::internals::run::Budget;
+use nephroid::internals::run::Estimate;
+use nephroid::internals::run::Progress;
+use nephroid::internals::scene::Scene;
+use nephroid::internals::transport::chain::ChainSettings;
 
 fn shipped(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -54,7 +55,7 @@ fn on_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> T {
 
 fn photons(count: u64) -> Budget {
     Budget {
-        photons: Some(count),
+        work: Some(count),
         ..Budget::default()
     }
 }

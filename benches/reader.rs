@@ -8,7 +8,7 @@ use std::fs;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use nephroid::mitsuba::load_parts;
+use nephroid::internals::mitsuba::load_parts;
 
 /// Quads along each side of the meshes.
 const SIZE: u32 = 600;

@@ -15,7 +15,7 @@ use std::{hint::black_box, thread, time::Instant};
 
 use glam::{DMat4, DVec3};
 use narrow::Narrow;
-use nephroid::geometry::{
+use nephroid::internals::geometry::{
     Mesh, Ray, Rectangle, Shape, Sphere, Transform, TraversalCounters, World,
 };
 use support::geometry::{Random, bumpy_torus, mesh};

@@ -1,9 +1,15 @@
 //! The house has floors: a room imports only from its own folder or from lower floors.
 //!
-//! Also: the crates that only one room may know are named in no other.
+//! Also: the crates that only one room may know are named in no other; no file imports from one that
+//! imports from it; and comments stay within their columns.
+
+#[path = "support/house.rs"]
+mod house;
 
 use std::fs;
 use std::path::{Path, PathBuf};
+
+use house::circles;
 
 /// The floor of each room (the first part of a module path).
 const FLOORS: &[(&str, u32)] = &[
@@ -17,11 +23,13 @@ const FLOORS: &[(&str, u32)] = &[
     ("generate", 2),
     ("mitsuba", 3),
     ("transport", 4),
-    ("reference", 5),
-    ("approximation", 5),
-    ("metric", 6),
-    ("study", 7),
-    ("cli", 8),
+    ("metric", 2),
+    ("run", 5),
+    ("reference", 6),
+    ("approximation", 6),
+    ("method", 7),
+    ("study", 8),
+    ("cli", 9),
 ];
 
 /// Crates that only some folders or files may name, with each of these.
@@ -37,12 +45,221 @@ const PRIVATE_CRATES: &[(&str, &str)] = &[
     ("tobj", "mitsuba"),
     ("toml", "study/file"),
     ("base64", "study/report"),
-    ("strsim", "setting.rs"),
+    ("strsim", "setting/error.rs"),
     ("clap", "cli"),
     ("indicatif", "cli"),
     ("anyhow", "cli"),
     ("ctrlc", "cli"),
 ];
+
+/// Circles of files that are one thing, and why each is; paths below `src`, sorted.
+///
+/// An entry that is no circle any more fails the test, so that the list only holds what is there.
+const ONE_THING: &[(&[&str], &str)] = &[
+    (
+        &["cli/args/method.rs", "cli/args/render.rs"],
+        "to be parted",
+    ),
+    (
+        &[
+            "cli/attribute.rs",
+            "cli/compare/mod.rs",
+            "cli/generate.rs",
+            "cli/inspect.rs",
+            "cli/merge.rs",
+            "cli/mod.rs",
+            "cli/probe.rs",
+            "cli/render.rs",
+            "cli/validate/mod.rs",
+        ],
+        "to be parted",
+    ),
+    (
+        &["cli/ledger.rs", "cli/output.rs", "cli/summary.rs"],
+        "to be parted",
+    ),
+    (
+        &[
+            "film/picture/layout.rs",
+            "film/picture/mod.rs",
+            "film/picture/range.rs",
+            "film/picture/ticks.rs",
+        ],
+        "to be parted",
+    ),
+    (
+        &[
+            "geometry/accel/balanced.rs",
+            "geometry/accel/build.rs",
+            "geometry/accel/ray.rs",
+            "geometry/accel/simd.rs",
+            "geometry/accel/tree.rs",
+        ],
+        "to be parted",
+    ),
+    (
+        &["geometry/mesh/diagnostics.rs", "geometry/mesh/mod.rs"],
+        "to be parted",
+    ),
+    (
+        &["geometry/mesh_tree.rs", "geometry/world.rs"],
+        "to be parted",
+    ),
+    (
+        &[
+            "metric/comparison.rs",
+            "metric/difference.rs",
+            "metric/equivalence.rs",
+            "metric/measured.rs",
+            "metric/pair.rs",
+            "metric/score.rs",
+            "metric/significance.rs",
+            "metric/similarity.rs",
+        ],
+        "to be parted",
+    ),
+    (
+        &["metric/flip/mod.rs", "metric/flip/tile.rs"],
+        "to be parted",
+    ),
+    (
+        &[
+            "mitsuba/mesh_files/mod.rs",
+            "mitsuba/mesh_files/obj.rs",
+            "mitsuba/mesh_files/ply.rs",
+            "mitsuba/mesh_files/ply_header.rs",
+            "mitsuba/mesh_files/serialized.rs",
+        ],
+        "to be parted",
+    ),
+    (
+        &[
+            "reference/beams/facets/refine/mod.rs",
+            "reference/beams/facets/refine/stop.rs",
+        ],
+        "to be parted",
+    ),
+    (
+        &["reference/beams/finish.rs", "reference/beams/run.rs"],
+        "to be parted",
+    ),
+    (
+        &[
+            "reference/beams/survey/aim.rs",
+            "reference/beams/survey/mod.rs",
+            "reference/beams/survey/rare.rs",
+        ],
+        "to be parted",
+    ),
+    (
+        &[
+            "reference/photon_map/finish.rs",
+            "reference/photon_map/gather.rs",
+            "reference/photon_map/run.rs",
+            "reference/photon_map/sums.rs",
+        ],
+        "to be parted",
+    ),
+    (
+        &[
+            "reference/probe/direct.rs",
+            "reference/probe/map.rs",
+            "reference/probe/mod.rs",
+            "reference/probe/newton.rs",
+            "reference/probe/path.rs",
+            "reference/probe/search.rs",
+        ],
+        "to be parted",
+    ),
+    (
+        &[
+            "scene/coincidence.rs",
+            "scene/emitter.rs",
+            "scene/material.rs",
+            "scene/material_check.rs",
+            "scene/mod.rs",
+            "scene/sensor.rs",
+            "scene/texture.rs",
+            "scene/validate.rs",
+        ],
+        "to be parted",
+    ),
+    (
+        &[
+            "study/file/mod.rs",
+            "study/file/sweep.rs",
+            "study/file/table.rs",
+        ],
+        "to be parted",
+    ),
+    (
+        &[
+            "study/plan/default.rs",
+            "study/plan/mod.rs",
+            "study/plan/sensors.rs",
+        ],
+        "to be parted",
+    ),
+    (
+        &[
+            "transport/bsdf/lobe.rs",
+            "transport/bsdf/mod.rs",
+            "transport/bsdf/plastic.rs",
+            "transport/bsdf/resolve.rs",
+            "transport/bsdf/rough.rs",
+            "transport/bsdf/smooth.rs",
+            "transport/bsdf/view.rs",
+        ],
+        "to be parted",
+    ),
+    (
+        &[
+            "transport/direct/area.rs",
+            "transport/direct/delta.rs",
+            "transport/direct/look.rs",
+            "transport/direct/mod.rs",
+        ],
+        "to be parted",
+    ),
+    (
+        &[
+            "transport/first_surface/chart.rs",
+            "transport/first_surface/source.rs",
+        ],
+        "to be parted",
+    ),
+    (
+        &[
+            "transport/first_surface/cone.rs",
+            "transport/first_surface/fan.rs",
+            "transport/first_surface/roots.rs",
+        ],
+        "to be parted",
+    ),
+    (
+        &[
+            "transport/guard/caught.rs",
+            "transport/guard/same_surface.rs",
+        ],
+        "to be parted",
+    ),
+    (
+        &[
+            "transport/lights/area.rs",
+            "transport/lights/delta.rs",
+            "transport/lights/environment.rs",
+            "transport/lights/mod.rs",
+        ],
+        "to be parted",
+    ),
+    (
+        &["transport/prescribed.rs", "transport/screen.rs"],
+        "to be parted",
+    ),
+];
+
+/// The most columns of a comment's line.
+const COLUMNS: usize = 110;
 
 fn source() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("src")
@@ -181,4 +398,124 @@ fn the_checker_finds_imports_in_every_form() {
     assert!(!may_import("reference", "approximation"));
     assert!(!may_import("optics", "geometry"));
     assert!(may_import("transport", "geometry"));
+}
+
+/// All files, as paths below `src` and texts.
+fn sources() -> Vec<(String, String)> {
+    let source = source();
+    let mut files = Vec::new();
+    rust_files(&source, &mut files);
+    let read = |path: PathBuf| {
+        let inside = path.strip_prefix(&source).unwrap();
+        let words: Vec<_> = inside.iter().map(|word| word.to_string_lossy()).collect();
+        (words.join("/"), fs::read_to_string(&path).unwrap())
+    };
+    files.into_iter().map(read).collect()
+}
+
+#[test]
+fn no_file_imports_from_one_that_imports_from_it() {
+    let circles = circles(&sources());
+    let mut wrong = Vec::new();
+    for circle in &circles {
+        if !ONE_THING.iter().any(|(files, _)| circle.files == *files) {
+            wrong.push(format!("a circle:\n  {}", circle.imports.join("\n  ")));
+        }
+    }
+    for (files, _) in ONE_THING {
+        if !circles.iter().any(|circle| circle.files == *files) {
+            wrong.push(format!("stale, no such circle: {}", files.join(", ")));
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+// Not yet held by all files.
+#[test]
+#[ignore = "files are still being reflowed"]
+fn comments_stay_within_their_columns() {
+    let mut wrong = Vec::new();
+    for (path, text) in sources() {
+        for (number, line) in (1..).zip(text.lines()) {
+            let columns = line.chars().count();
+            if line.trim_start().starts_with("//") && columns > COLUMNS {
+                wrong.push(format!("{path}:{number}: {columns} columns"));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// The circles of files made up for a test: path and text of each.
+fn circles_of(files: &[(&str, &str)]) -> Vec<Vec<String>> {
+    let owned = files
+        .iter()
+        .map(|(path, text)| ((*path).to_owned(), (*text).to_owned()));
+    let circles = circles(&owned.collect::<Vec<_>>());
+    circles.into_iter().map(|circle| circle.files).collect()
+}
+
+#[test]
+fn the_checker_finds_a_circle_of_two() {
+    let files = [
+        ("lib.rs", "pub mod film; mod scene;"),
+        (
+            "film/mod.rs",
+            "use crate::scene::{Scene, Shape as Form}; pub struct Film;",
+        ),
+        (
+            "scene.rs",
+            "fn at(film: &crate::film::Film) {} pub struct Scene;",
+        ),
+    ];
+    assert_eq!(circles_of(&files), [["film/mod.rs", "scene.rs"]]);
+    let by_module = ("scene.rs", "use super::film; fn at(film: film::Film) {}");
+    assert_eq!(
+        circles_of(&[files[0], files[1], by_module]),
+        [["film/mod.rs", "scene.rs"]]
+    );
+    let by_child = [
+        ("film/mod.rs", "mod grid; fn size() { grid::size() }"),
+        ("film/grid.rs", "use super::size as outer;"),
+    ];
+    assert_eq!(circles_of(&by_child), [["film/grid.rs", "film/mod.rs"]]);
+}
+
+#[test]
+fn the_checker_follows_re_exports_to_a_circle_of_three() {
+    let files = [
+        ("lib.rs", "mod a; mod b;"),
+        (
+            "a/mod.rs",
+            "mod one; mod two;\npub(crate) use one::One; pub use two::{Two as Second};",
+        ),
+        ("a/one.rs", "use super::Second;"),
+        ("a/two.rs", "fn two() { crate::b::third() }"),
+        ("b.rs", "use crate::a::One;"),
+    ];
+    assert_eq!(circles_of(&files), [["a/one.rs", "a/two.rs", "b.rs"]]);
+}
+
+#[test]
+fn the_checker_finds_no_circle_where_there_is_none() {
+    let files = [
+        ("lib.rs", "mod a; mod b;"),
+        (
+            "a/mod.rs",
+            "mod one; mod two; pub use one::One; pub use two::Two;",
+        ),
+        (
+            "a/one.rs",
+            "use super::Two; // and not crate::b::third\nconst TEXT: &str = \"crate::b\";",
+        ),
+        (
+            "a/two.rs",
+            "pub struct Two;\n#[cfg(test)]\nmod tests { use super::super::One; }",
+        ),
+        (
+            "b.rs",
+            "use crate::a::One; use std::fs; fn open<'a>(x: &'a One) { fs::read('\"') }",
+        ),
+    ];
+    assert_eq!(circles_of(&files), [[""; 0]; 0]);
 }

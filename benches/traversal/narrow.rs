@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use glam::DVec3;
-use nephroid::geometry::{Mesh, Ray};
+use nephroid::internals::geometry::{Mesh, Ray};
 use obvhs::{
     BvhBuildParams,
     cwbvh::{CwBvh, builder::build_cwbvh_from_tris},

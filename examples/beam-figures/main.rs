@@ -14,8 +14,9 @@ use std::fs;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use nephroid::numeric::StreamKind;
-use nephroid::reference::beams::{BeamBudget, BeamReport};
+use nephroid::internals::numeric::StreamKind;
+use nephroid::internals::reference::beams::BeamReport;
+use nephroid::internals::run::Budget;
 use support::beams::{Held, beams_within, verdict};
 use support::contest::{Contest, Trial};
 use support::oracles::{DEPTH, NAMES, oracle};
@@ -177,9 +178,9 @@ fn bounds(text: &mut String) -> Result<(), Box<dyn std::error::Error>> {
             }
             println!("{name} {error}");
             let start = Instant::now();
-            let budget = BeamBudget {
+            let budget = Budget {
                 relative_error: Some(error),
-                ..BeamBudget::default()
+                ..Budget::default()
             };
             let (estimate, report) = beams_within(DEPTH, &oracle.scene, &budget);
             longest = start.elapsed();

@@ -6,7 +6,7 @@
 use std::path::PathBuf;
 use std::sync::OnceLock;
 
-use nephroid::mitsuba;
+use nephroid::internals::mitsuba;
 use tempfile::TempDir;
 
 /// Writes `bytes` as the file `name` of a folder that lasts as long as the process; returns its path.

@@ -269,7 +269,7 @@ mod tests {
     use super::*;
     use crate::mitsuba;
     use crate::setting::Given;
-    use crate::study::Method;
+    use crate::method::Method;
 
     fn run(photons: &str) -> StudyRun {
         let given = Given::from([("photons".to_owned(), photons.to_owned())]);

@@ -1,18 +1,21 @@
 //! Caustic maps: what their stages must do whatever the scene, and what they refuse.
 
 use glam::{DVec2, DVec3};
-use nephroid::approximation::caustic_map::buffers::{DepthMap, Receivers};
-use nephroid::approximation::caustic_map::hit::marched;
-use nephroid::approximation::caustic_map::lens::Lens;
-use nephroid::approximation::caustic_map::refraction::Exit;
-use nephroid::approximation::caustic_map::settings::{Buffers, Splat};
-use nephroid::approximation::caustic_map::view::LightView;
-use nephroid::approximation::{Approximation, ApproximationError, CausticMap, Rendering, Work};
-use nephroid::geometry::{Bounds, Ray};
-use nephroid::optics::refract;
-use nephroid::radiometry::Rgb;
-use nephroid::study::attribution::{Truth, attribute};
-use nephroid::transport::first_surface::Source;
+use nephroid::internals::approximation::LightView;
+use nephroid::internals::approximation::Precision;
+use nephroid::internals::approximation::caustic_map::hit::marched;
+use nephroid::internals::approximation::caustic_map::lens::Lens;
+use nephroid::internals::approximation::caustic_map::refraction::Exit;
+use nephroid::internals::approximation::caustic_map::settings::Splat;
+use nephroid::internals::approximation::caustic_map::work::Work;
+use nephroid::internals::approximation::{DepthMap, Receivers};
+use nephroid::internals::geometry::{Bounds, Ray};
+use nephroid::internals::method::Method;
+use nephroid::internals::optics::refract;
+use nephroid::internals::radiometry::Rgb;
+use nephroid::internals::run::{Error, Rendering};
+use nephroid::internals::study::attribution::{Truth, attribute};
+use nephroid::internals::transport::first_surface::Source;
 
 use crate::support::approximation::{
     EXACT, GLASS, ball, bundled, caustic_map, error, exact_but, lit_by, over_floor, rendered,

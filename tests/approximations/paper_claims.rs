@@ -6,9 +6,10 @@
 
 use std::sync::LazyLock;
 
-use nephroid::approximation::{CausticMap, Rendering};
-use nephroid::scene::Scene;
-use nephroid::study::attribution::Truth;
+use nephroid::internals::method::Method;
+use nephroid::internals::run::Rendering;
+use nephroid::internals::scene::Scene;
+use nephroid::internals::study::attribution::Truth;
 
 use crate::support::approximation::{
     GLASS, ball, bumpy_ball_over_floor, error, exact_but, mesh_over_floor, over_floor, rendered,

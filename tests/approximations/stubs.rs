@@ -11,7 +11,9 @@ use nephroid::internals::approximation::{
 };
 use nephroid::internals::geometry::TraversalCounters;
 use nephroid::internals::radiometry::Rgb;
-use nephroid::internals::run::{Context, Cost, Counter, Counters, Error, Light, Refusal, StageWork};
+use nephroid::internals::run::{
+    Context, Cost, Counter, Counters, Error, Light, Refusal, StageWork,
+};
 use nephroid::internals::scene::{Scene, Sensor};
 use nephroid::internals::setting::{Kind, Preset, Setting, Values, words_of};
 use nephroid::internals::transport::signature::{Event, Signature};
@@ -185,7 +187,12 @@ impl Prepared for CausticsVolumeFrame {
         };
         if self.kept.as_deref() != Some(scene.content_hash()) {
             let receivers = Receivers::new(scene);
-            let bounds: Vec<_> = scene.world().shapes().iter().map(|it| it.bounds()).collect();
+            let bounds: Vec<_> = scene
+                .world()
+                .shapes()
+                .iter()
+                .map(|it| it.bounds())
+                .collect();
             self.pictures.clear();
             for source in sources::sources(scene, "caustics volumes")? {
                 for view in LightView::around(&source, &bounds, 8) {
@@ -298,7 +305,12 @@ impl Prepared for LocalIrradianceFrame {
 fn values(technique: &dyn Technique, given: &[(&str, &str)]) -> Values {
     let owned = |(key, value): &(&str, &str)| ((*key).to_owned(), (*value).to_owned());
     let given = given.iter().map(owned).collect();
-    Values::new(technique.name(), technique.settings().iter().collect(), &given).unwrap()
+    Values::new(
+        technique.name(),
+        technique.settings().iter().collect(),
+        &given,
+    )
+    .unwrap()
 }
 
 #[test]
@@ -307,7 +319,9 @@ fn a_technique_of_one_signature_sees_points_with_view_rays_and_counts_its_passes
     let sensor = &scene.sensors()[0];
     let values = values(&LightVolume, &[("slices", "3")]);
     let context = Context::default();
-    let mut prepared = LightVolume.prepare(&scene, sensor, &values, &context).unwrap();
+    let mut prepared = LightVolume
+        .prepare(&scene, sensor, &values, &context)
+        .unwrap();
     let frame = prepared.frame(&scene, sensor, &context).unwrap();
     let passes: Vec<&str> = frame.work.iter().map(|one| one.pass.as_str()).collect();
     assert_eq!(passes, ["slice 1", "slice 2", "slice 3"]);
@@ -326,7 +340,9 @@ fn a_technique_of_all_chains_keeps_its_pictures_from_frame_to_frame() {
         .prepare(&scene, &scene.sensors()[0], &values, &context)
         .unwrap();
     let mut texels = |scene: &Scene| {
-        let frame = prepared.frame(scene, &scene.sensors()[0], &context).unwrap();
+        let frame = prepared
+            .frame(scene, &scene.sensors()[0], &context)
+            .unwrap();
         frame.counters.get("texels")
     };
     assert!(texels(&scene) > 0);
@@ -345,7 +361,9 @@ fn a_technique_with_tables_prepares_them_once_and_tells_their_cost_apart() {
     let sensor = &scene.sensors()[0];
     let values = values(&LocalIrradiance, &[("cells", "16")]);
     let photons = || {
-        let mut prepared = LocalIrradiance.prepare(&scene, sensor, &values, &context).unwrap();
+        let mut prepared = LocalIrradiance
+            .prepare(&scene, sensor, &values, &context)
+            .unwrap();
         let frame = prepared.frame(&scene, sensor, &context).unwrap();
         assert_eq!(frame.counters.get("photons"), 0, "a frame traces none");
         prepared.work()[0].work.get("photons")
@@ -362,7 +380,10 @@ fn techniques_are_found_by_their_names_and_share_no_setting_rows_by_accident() {
             assert!(!keys[..index].contains(key), "{}: {key}", technique.name());
         }
         for stage in technique.stages() {
-            let row = technique.settings().iter().find(|row| row.key == stage.name);
+            let row = technique
+                .settings()
+                .iter()
+                .find(|row| row.key == stage.name);
             let row = row.unwrap_or_else(|| panic!("{} has no setting", stage.name));
             assert!(row.kind.holds(stage.exact), "{}", stage.name);
         }

@@ -4,16 +4,16 @@ use std::sync::OnceLock;
 
 use glam::DVec2;
 
-use nephroid::numeric::{Stream, StreamKind};
-use nephroid::reference::{Estimate, Quantity};
-use nephroid::scene::{Scene, Sensor};
-use nephroid::transport::camera::Camera;
-use nephroid::transport::first_surface::{Source, patches};
-use nephroid::transport::fixed_signature::PathFollower;
-use nephroid::transport::path_end::End;
-use nephroid::transport::scatter::ShadingNormals;
-use nephroid::transport::screen::Screen;
-use nephroid::transport::signature::Signature;
+use nephroid::internals::numeric::{Stream, StreamKind};
+use nephroid::internals::run::{Estimate, Quantity};
+use nephroid::internals::scene::{Scene, Sensor};
+use nephroid::internals::transport::camera::Camera;
+use nephroid::internals::transport::first_surface::{Source, patches};
+use nephroid::internals::transport::fixed_signature::PathFollower;
+use nephroid::internals::transport::path_end::End;
+use nephroid::internals::transport::scatter::ShadingNormals;
+use nephroid::internals::transport::screen::Screen;
+use nephroid::internals::transport::signature::Signature;
 
 use crate::support;
 use crate::support::seen::{self, FloorView, Map, with_films};

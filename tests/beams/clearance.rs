@@ -8,19 +8,19 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use glam::DVec2;
-use nephroid::generate::{bumpy_ball, write_ply};
-use nephroid::geometry::{Hit, Ray, Shape, TraversalCounters};
-use nephroid::mitsuba;
-use nephroid::numeric::{Stream, StreamKind};
-use nephroid::scene::Scene;
-use nephroid::transport::camera::Camera;
-use nephroid::transport::clearance::{CellClearance, Clearance, Trail};
-use nephroid::transport::first_surface::{Source, SurfaceChart, SurfacePatch, patches};
-use nephroid::transport::fixed_signature::PathFollower;
-use nephroid::transport::path_end::End;
-use nephroid::transport::receiver::Receiver;
-use nephroid::transport::scatter::ShadingNormals;
-use nephroid::transport::screen::Screen;
+use nephroid::internals::generate::{bumpy_ball, write_ply};
+use nephroid::internals::geometry::{Hit, Ray, Shape, TraversalCounters};
+use nephroid::internals::mitsuba;
+use nephroid::internals::numeric::{Stream, StreamKind};
+use nephroid::internals::scene::Scene;
+use nephroid::internals::transport::camera::Camera;
+use nephroid::internals::transport::clearance::{CellClearance, Clearance, Trail};
+use nephroid::internals::transport::first_surface::{Source, SurfaceChart, SurfacePatch, patches};
+use nephroid::internals::transport::fixed_signature::PathFollower;
+use nephroid::internals::transport::path_end::End;
+use nephroid::internals::transport::receiver::Receiver;
+use nephroid::internals::transport::scatter::ShadingNormals;
+use nephroid::internals::transport::screen::Screen;
 
 use crate::support::bundled;
 

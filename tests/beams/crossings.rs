@@ -1,9 +1,9 @@
 //! Flat glass, and what the middle of its light does not meet: receivers beside it, places that a camera sees beside it, surfaces
 //! that cross each other.
 
-use nephroid::optics::dielectric_reflectance;
-use nephroid::reference::{Estimate, LayerName};
-use nephroid::scene::Scene;
+use nephroid::internals::optics::dielectric_reflectance;
+use nephroid::internals::run::{Estimate, LayerName};
+use nephroid::internals::scene::Scene;
 
 use crate::support::beams::{assert_photons_are_within_bounds, beams_to};
 use crate::support::scenes::loaded;

@@ -2,14 +2,16 @@
 
 use std::path::Path;
 
-use nephroid::generate::{geodesic_sphere, write_ply};
-use nephroid::reference::beams::{BeamSettings, run::Setup as BeamSetup};
-use nephroid::reference::closed_form;
-use nephroid::reference::closed_form::{FlatSlab, TexelGrid};
-use nephroid::reference::photons::run::Setup as PhotonSetup;
-use nephroid::reference::photons::{Budget, PhotonSettings};
-use nephroid::reference::{Estimate, LayerName, Progress};
-use nephroid::scene::Scene;
+use nephroid::internals::generate::{geodesic_sphere, write_ply};
+use nephroid::internals::reference::beams::BeamSettings;
+use nephroid::internals::reference::beams::run::Setup as BeamSetup;
+use nephroid::internals::reference::closed_form;
+use nephroid::internals::reference::closed_form::{FlatSlab, TexelGrid};
+use nephroid::internals::reference::photons::PhotonSettings;
+use nephroid::internals::reference::photons::run::Setup as PhotonSetup;
+use nephroid::internals::run::Budget;
+use nephroid::internals::run::{Estimate, LayerName, Progress};
+use nephroid::internals::scene::Scene;
 
 use crate::support::beams::{assert_photons_are_within_bounds, beams_to, known_by};
 use crate::support::scenes::{meter, over_floor};
@@ -80,7 +82,7 @@ fn a_bead_beside_a_mesh_of_80_000_faces_is_not_passed_over() {
     let passed: f64 = (0..steps)
         .map(|step| {
             let i = std::f64::consts::FRAC_PI_2 * (f64::from(step) + 0.5) / f64::from(steps);
-            let kept = 1.0 - nephroid::optics::dielectric_reflectance(i.cos(), 1.5);
+            let kept = 1.0 - nephroid::internals::optics::dielectric_reflectance(i.cos(), 1.5);
             kept * kept * (2.0 * i).sin() * std::f64::consts::FRAC_PI_2 / f64::from(steps)
         })
         .sum();
@@ -231,7 +233,8 @@ fn what_photons_find_the_discovery_finds() {
         photons.settings.max_layers = 256;
         photons.settings.chains.max_depth = DEPTH;
         let witness = photons.estimate(&scene);
-        let received = |row: &nephroid::transport::ledger::FluxByFate| row.received.mean();
+        let received =
+            |row: &nephroid::internals::transport::ledger::FluxByFate| row.received.mean();
         let total: f64 = witness.ledger.rows.values().map(received).sum();
         let mut found = 0;
         for (signature, row) in &witness.ledger.rows {
@@ -276,7 +279,7 @@ fn what_photons_find_of_dim_light_before_a_camera_the_discovery_finds() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("scene.xml");
     std::fs::write(&file, things).unwrap();
-    let scene = Scene::new(nephroid::mitsuba::load_parts(&file, &[]).unwrap()).unwrap();
+    let scene = Scene::new(nephroid::internals::mitsuba::load_parts(&file, &[]).unwrap()).unwrap();
     let progress = Progress::default();
     let settings = BeamSettings {
         max_depth: DEPTH,
@@ -290,14 +293,15 @@ fn what_photons_find_of_dim_light_before_a_camera_the_discovery_finds() {
     };
     photons.chains.max_depth = DEPTH;
     let budget = Budget {
-        photons: Some(1 << 22),
+        work: Some(1 << 22),
         ..Budget::default()
     };
     let witness = PhotonSetup::new(&scene, &scene.sensors()[0], photons, &progress)
         .and_then(|setup| setup.run(&budget))
         .unwrap();
-    let sum =
-        |values: &[nephroid::radiometry::Rgb]| values.iter().map(|rgb| rgb.mean()).sum::<f64>();
+    let sum = |values: &[nephroid::internals::radiometry::Rgb]| {
+        values.iter().map(|rgb| rgb.mean()).sum::<f64>()
+    };
     let total = sum(&witness.total.irradiance);
     let mut found = 0;
     for layer in &witness.layers {

@@ -4,20 +4,23 @@ use std::f64::consts::TAU;
 use std::path::Path as FilePath;
 
 use glam::{DVec2, DVec3};
-use nephroid::generate::{BrilliantCut, equilateral_prism, round_brilliant};
-use nephroid::geometry::{Mesh, MeshParts, Shape};
-use nephroid::mitsuba;
-use nephroid::reference::beams::run::Setup;
-use nephroid::reference::beams::{BeamBudget, BeamSettings};
-use nephroid::reference::closed_form::{FlatFacets, KnownPath, ParallelLight, TexelGrid};
-use nephroid::reference::{LayerName, Progress};
-use nephroid::scene::{Crop, Scene, SensorKind};
-use nephroid::transport::facets::path::{FacetLight, FacetPaths};
-use nephroid::transport::facets::table::Facets;
-use nephroid::transport::first_surface::Source;
-use nephroid::transport::receiver::Receiver;
-use nephroid::transport::scatter::ShadingNormals;
-use nephroid::transport::signature::{MAX_EVENTS, Signature};
+use nephroid::internals::generate::{BrilliantCut, equilateral_prism, round_brilliant};
+use nephroid::internals::geometry::{Mesh, MeshParts, Shape};
+use nephroid::internals::mitsuba;
+use nephroid::internals::reference::beams::BeamSettings;
+use nephroid::internals::reference::beams::run::Setup;
+use nephroid::internals::reference::closed_form::{
+    FlatFacets, KnownPath, ParallelLight, TexelGrid,
+};
+use nephroid::internals::run::Budget;
+use nephroid::internals::run::{LayerName, Progress};
+use nephroid::internals::scene::{Crop, Scene, SensorKind};
+use nephroid::internals::transport::facets::path::{FacetLight, FacetPaths};
+use nephroid::internals::transport::facets::table::Facets;
+use nephroid::internals::transport::first_surface::Source;
+use nephroid::internals::transport::receiver::Receiver;
+use nephroid::internals::transport::scatter::ShadingNormals;
+use nephroid::internals::transport::signature::{MAX_EVENTS, Signature};
 
 use crate::support::scenes::over_floor;
 
@@ -126,7 +129,7 @@ fn compare(solid: &Solid, path: KnownPath, deepest: u32) -> (f64, f64, f64) {
     let mut setup = Setup::new(scene, sensor, BeamSettings::default(), &progress).unwrap();
     let signature: Signature = path.signature().parse().unwrap();
     setup.only(signature);
-    let (estimate, report) = setup.run(&BeamBudget::default()).unwrap();
+    let (estimate, report) = setup.run(&Budget::default()).unwrap();
     let layer = estimate
         .layers
         .iter()

@@ -1,10 +1,14 @@
 //! Beams from area lights: they agree with photons, within bounds that hold, whatever the threads.
 
-use nephroid::numeric::distributions::critical_value;
-use nephroid::reference::beams::{self, BeamBudget, BeamReport, BeamSettings};
-use nephroid::reference::photons::{Budget, PhotonSettings, run::Setup};
-use nephroid::reference::{Estimate, Progress};
-use nephroid::scene::Scene;
+use nephroid::internals::numeric::distributions::critical_value;
+use nephroid::internals::reference::beams;
+use nephroid::internals::reference::beams::{BeamReport, BeamSettings};
+use nephroid::internals::reference::photons::PhotonSettings;
+use nephroid::internals::reference::photons::run::Setup;
+use nephroid::internals::run::Budget;
+use nephroid::internals::run::Budget;
+use nephroid::internals::run::{Estimate, Progress};
+use nephroid::internals::scene::Scene;
 
 use crate::support;
 use crate::support::scenes::meter;
@@ -17,9 +21,9 @@ fn scene() -> Scene {
 }
 
 fn by_beams(scene: &Scene, relative_error: f64) -> (Estimate, BeamReport) {
-    let budget = BeamBudget {
+    let budget = Budget {
         relative_error: Some(relative_error),
-        ..BeamBudget::default()
+        ..Budget::default()
     };
     let settings = BeamSettings::default();
     beams::run(scene, meter(scene), settings, &budget, &Progress::default()).unwrap()
@@ -36,7 +40,7 @@ fn beams_from_an_area_light_agree_with_photons_within_their_bounds() {
     let progress = Progress::default();
     let setup = Setup::new(&scene, meter(&scene), PhotonSettings::default(), &progress).unwrap();
     let budget = Budget {
-        photons: Some(1 << 22),
+        work: Some(1 << 22),
         ..Budget::default()
     };
     let photons = setup.run(&budget).unwrap();
@@ -116,7 +120,7 @@ fn the_same_bits_come_from_any_number_of_threads() {
         assert_eq!(one.ledger, other.ledger);
         for (a, b) in one.layers.iter().zip(&other.layers) {
             assert_eq!(a.name, b.name);
-            let interval = |layer: &nephroid::reference::Layer| {
+            let interval = |layer: &nephroid::internals::run::Layer| {
                 let interval = layer.interval.clone().unwrap();
                 (interval.low, interval.high)
             };

@@ -9,16 +9,17 @@ use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use glam::DVec2;
-use nephroid::film::exr;
-use nephroid::mitsuba;
-use nephroid::reference::beams::pass::SignatureReport;
-use nephroid::reference::beams::run::Setup;
-use nephroid::reference::beams::supports;
-use nephroid::reference::beams::{BeamBudget, BeamReport, BeamSettings};
-use nephroid::reference::{Estimate, LayerName, Progress};
-use nephroid::scene::Scene;
-use nephroid::transport::chain::ChainSettings;
-use nephroid::transport::receiver::Receiver;
+use nephroid::internals::film::exr;
+use nephroid::internals::mitsuba;
+use nephroid::internals::reference::beams::pass::SignatureReport;
+use nephroid::internals::reference::beams::run::Setup;
+use nephroid::internals::reference::beams::supports;
+use nephroid::internals::reference::beams::{BeamReport, BeamSettings};
+use nephroid::internals::run::Budget;
+use nephroid::internals::run::{Estimate, LayerName, Progress};
+use nephroid::internals::scene::Scene;
+use nephroid::internals::transport::chain::ChainSettings;
+use nephroid::internals::transport::receiver::Receiver;
 
 use crate::support::beams::{beams, held, known_by};
 use crate::support::oracles::{DEPTH, dish_fluxes};
@@ -402,7 +403,7 @@ fn each_channel_of_a_coloured_metal_has_its_own_flux() {
         let off = (received.0[channel] / flux - 1.0).abs();
         println!("channel {channel}: off by {off:.1e}");
         assert!(off <= 1e-3, "channel {channel}: {off:e}");
-        let sum = |values: &[nephroid::radiometry::Rgb]| {
+        let sum = |values: &[nephroid::internals::radiometry::Rgb]| {
             values.iter().map(|value| value.0[channel]).sum::<f64>() * 0.0256 / 4096.0
         };
         let bounds = estimate.layers[1].interval.as_ref().unwrap();
@@ -478,7 +479,7 @@ fn the_commands_default_is_beams_where_they_can_follow_all_light_and_photons_els
 
 // ---- when beams stop --------------------------------------------------------------------------------
 
-fn run(scene: &Scene, budget: &BeamBudget, stop: bool) -> (Estimate, BeamReport) {
+fn run(scene: &Scene, budget: &Budget, stop: bool) -> (Estimate, BeamReport) {
     let progress = Progress::default();
     progress.stop.store(stop, Ordering::Relaxed);
     Setup::new(scene, meter(scene), BeamSettings::default(), &progress)
@@ -500,15 +501,15 @@ fn assert_nothing_is_known((estimate, report): &(Estimate, BeamReport)) {
 #[test]
 fn stopped_at_once_a_run_says_that_nothing_is_known() {
     let scene = bundled("glass-ball", 16);
-    assert_nothing_is_known(&run(&scene, &BeamBudget::default(), true));
+    assert_nothing_is_known(&run(&scene, &Budget::default(), true));
 }
 
 #[test]
 fn without_any_time_a_run_says_that_nothing_is_known() {
     let scene = bundled("glass-ball", 16);
-    let budget = BeamBudget {
+    let budget = Budget {
         time: Some(Duration::ZERO),
-        ..BeamBudget::default()
+        ..Budget::default()
     };
     assert_nothing_is_known(&run(&scene, &budget, false));
     let folder = tempfile::tempdir().unwrap();
@@ -526,9 +527,9 @@ fn without_any_time_a_run_says_that_nothing_is_known() {
 fn a_limit_on_rays_ends_the_passes_and_keeps_what_they_found() {
     let scene = bundled("glass-ball", 64);
     let passes = |rays: u64| {
-        let budget = BeamBudget {
-            rays: Some(rays),
-            ..BeamBudget::default()
+        let budget = Budget {
+            work: Some(rays),
+            ..Budget::default()
         };
         run(&scene, &budget, false)
     };

@@ -1,8 +1,8 @@
 //! Things in the way of light between flat facets: beams must not look past them.
 
-use nephroid::reference::beams::BeamBudget;
-use nephroid::reference::{Estimate, LayerName};
-use nephroid::scene::Scene;
+use nephroid::internals::run::Budget;
+use nephroid::internals::run::{Estimate, LayerName};
+use nephroid::internals::scene::Scene;
 
 use crate::support::Photons;
 use crate::support::beams::{beams_to, beams_within};
@@ -40,8 +40,9 @@ fn bounds(estimate: &Estimate) -> (Vec<f64>, Vec<f64>) {
     let name = LayerName::Path("LTTD".parse().unwrap());
     let layer = estimate.layers.iter().find(|one| one.name == name).unwrap();
     let interval = layer.interval.as_ref().unwrap();
-    let first =
-        |values: &[nephroid::radiometry::Rgb]| values.iter().map(|value| value.0[0]).collect();
+    let first = |values: &[nephroid::internals::radiometry::Rgb]| {
+        values.iter().map(|value| value.0[0]).collect()
+    };
     (first(&interval.low), first(&interval.high))
 }
 
@@ -159,9 +160,9 @@ fn a_bead_inside_a_pane_is_seen_between_two_facets() {
 #[test]
 fn a_scene_with_an_occluder_costs_a_bounded_number_of_rays() {
     let scene = pane(&sun(0.0, 0.0), [0.43, 0.29, 1.0], 0.2);
-    let budget = BeamBudget {
+    let budget = Budget {
         relative_error: Some(1e-3),
-        ..BeamBudget::default()
+        ..Budget::default()
     };
     let (estimate, _) = beams_within(2, &scene, &budget);
     assert!(estimate.relative_error.unwrap() <= 1e-3);

@@ -6,8 +6,8 @@
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use glam::DVec2;
-use nephroid::optics::dielectric_reflectance;
-use nephroid::reference::closed_form::{GlassBall, KnownPath};
+use nephroid::internals::optics::dielectric_reflectance;
+use nephroid::internals::reference::closed_form::{GlassBall, KnownPath};
 
 use crate::support;
 use crate::support::probes::{of, probe_at, sign_changes, sum};

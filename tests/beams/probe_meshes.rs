@@ -3,12 +3,16 @@
 use std::path::Path as File;
 
 use glam::{DVec2, DVec3};
-use nephroid::generate::{BrilliantCut, Wave, geodesic_sphere, height_field, round_brilliant};
-use nephroid::geometry::{Mesh, MeshParts, Shape};
-use nephroid::mitsuba;
-use nephroid::optics::dielectric_reflectance;
-use nephroid::reference::closed_form::{FlatFacets, ParallelLight, SineWater, SineWave, TexelRect};
-use nephroid::scene::Scene;
+use nephroid::internals::generate::{
+    BrilliantCut, Wave, geodesic_sphere, height_field, round_brilliant,
+};
+use nephroid::internals::geometry::{Mesh, MeshParts, Shape};
+use nephroid::internals::mitsuba;
+use nephroid::internals::optics::dielectric_reflectance;
+use nephroid::internals::reference::closed_form::{
+    FlatFacets, ParallelLight, SineWater, SineWave, TexelRect,
+};
+use nephroid::internals::scene::Scene;
 
 use crate::support::probes::{of, probe_at, sign_changes, sum};
 use crate::support::{bundled, bundled_file};

@@ -2,10 +2,12 @@
 
 use std::f64::consts::{PI, TAU};
 
-use nephroid::radiometry::Rgb;
-use nephroid::reference::Estimate;
-use nephroid::reference::closed_form::{FlatSlab, KnownPath, RadialMap, RadialSheet, TexelGrid};
-use nephroid::scene::Scene;
+use nephroid::internals::radiometry::Rgb;
+use nephroid::internals::reference::closed_form::{
+    FlatSlab, KnownPath, RadialMap, RadialSheet, TexelGrid,
+};
+use nephroid::internals::run::Estimate;
+use nephroid::internals::scene::Scene;
 
 use crate::support::beams::{assert_photons_are_within_bounds, beams_to, known_by};
 use crate::support::scenes::over_floor;
@@ -55,7 +57,7 @@ const RECTANGLES: &str = r#"<shape type="rectangle">
 
 /// Lower bounds, values and upper bounds of what goes straight through.
 fn through(estimate: &Estimate) -> [Vec<f64>; 3] {
-    let name = nephroid::reference::LayerName::Path("LTTD".parse().unwrap());
+    let name = nephroid::internals::run::LayerName::Path("LTTD".parse().unwrap());
     let layer = estimate.layers.iter().find(|one| one.name == name).unwrap();
     let interval = layer.interval.as_ref().unwrap();
     let first = |values: &[Rgb]| values.iter().map(|value| value.0[0]).collect();
@@ -263,8 +265,8 @@ fn photons_agree_with_a_cone_much_narrower_than_a_ball_and_its_facets() {
     // A ball of 0.5 m, and one of 2,000 triangles of some 4 cm: cones of 0.5 degrees are 3 cm wide there, those of 0.05
     // degrees 3 mm.
     let mut mesh = Vec::new();
-    let ball = nephroid::generate::geodesic_sphere(0.5, 10);
-    nephroid::generate::write_ply(&ball, "ball", &mut mesh).unwrap();
+    let ball = nephroid::internals::generate::geodesic_sphere(0.5, 10);
+    nephroid::internals::generate::write_ply(&ball, "ball", &mut mesh).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("ball.ply");
     std::fs::write(&file, mesh).unwrap();

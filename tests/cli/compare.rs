@@ -4,8 +4,8 @@ use std::path::Path;
 use std::process::Output;
 
 use assert_cmd::Command;
-use nephroid::film::{Image, exr};
-use nephroid::metric::{CompareImage, CompareSettings, compare};
+use nephroid::internals::film::{Image, exr};
+use nephroid::internals::metric::{CompareImage, CompareSettings, compare};
 
 struct Folder(tempfile::TempDir);
 

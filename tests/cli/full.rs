@@ -3,7 +3,7 @@
 use std::process::Output;
 
 use assert_cmd::Command;
-use nephroid::film::exr;
+use nephroid::internals::film::exr;
 
 /// A point light and a glass ball over a floor, small enough to be quick.
 const SCENE: &str = "<scene version=\"3.0.0\"><sensor type=\"perspective\" id=\"eye\"><float name=\"fov\" value=\"40\"/>\

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::Output;
 
 use assert_cmd::Command;
-use nephroid::film::exr;
+use nephroid::internals::film::exr;
 
 /// A lamp and a glass ball over a floor, small enough to be quick; the file asks for two legs.
 const SCENE: &str = "<scene version=\"3.0.0\"><integrator type=\"path\"><integer name=\"max_depth\" value=\"2\"/>\

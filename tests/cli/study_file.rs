@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use nephroid::mitsuba;
-use nephroid::study::plan::PlanError;
-use nephroid::study::{Method, SensorPlan, StudyFile, StudyPlan};
+use nephroid::internals::mitsuba;
+use nephroid::internals::study::plan::PlanError;
+use nephroid::internals::study::{Method, SensorPlan, StudyFile, StudyPlan};
 
 fn parse(contents: &str) -> StudyFile {
     StudyFile::parse(Path::new("studies/a.toml"), contents).unwrap()

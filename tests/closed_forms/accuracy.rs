@@ -1,9 +1,9 @@
 //! The errors that closed forms claim: a texel and the mean of its four quarters are two quadratures of the
 //! same light.
 
-use nephroid::reference::Estimate;
-use nephroid::reference::LayerName;
-use nephroid::scene::Scene;
+use nephroid::internals::run::Estimate;
+use nephroid::internals::run::LayerName;
+use nephroid::internals::scene::Scene;
 
 use crate::support::oracles::PANE;
 use crate::support::recognised::{edited, known, layer_of, of_text};

@@ -170,12 +170,14 @@ fn a_cropped_film_is_a_part_of_the_whole() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("scene.xml");
     std::fs::write(&file, text).unwrap();
-    let scene =
-        nephroid::scene::Scene::new(nephroid::mitsuba::load_parts(&file, &[]).unwrap()).unwrap();
+    let scene = nephroid::internals::scene::Scene::new(
+        nephroid::internals::mitsuba::load_parts(&file, &[]).unwrap(),
+    )
+    .unwrap();
     let (part, whole) = (known(&scene, 4), known(&whole, 4));
     assert_eq!([part.width, part.height], [11, 9]);
     for layer in &part.layers {
-        let nephroid::reference::LayerName::Path(signature) = layer.name else {
+        let nephroid::internals::run::LayerName::Path(signature) = layer.name else {
             unreachable!("one path each");
         };
         let of_whole = layer_of(&whole, signature).unwrap();
@@ -207,7 +209,7 @@ fn a_pane_below_a_point_and_in_parallel_light() {
     );
 }
 
-fn over_floor(light: &str) -> nephroid::scene::Scene {
+fn over_floor(light: &str) -> nephroid::internals::scene::Scene {
     of_text(
         &format!(
             r#"<scene version="3.0.0">{light}

@@ -1,7 +1,7 @@
 //! Scenes that no closed form takes: each is refused by the name of what is in the way.
 
-use nephroid::reference::closed_form::{ClosedFormSettings, solve, supports};
-use nephroid::scene::Scene;
+use nephroid::internals::reference::closed_form::{ClosedFormSettings, solve, supports};
+use nephroid::internals::scene::Scene;
 
 use crate::support::oracles::PANE;
 use crate::support::recognised::{edited, of_text};
@@ -414,7 +414,8 @@ fn off_scene(vertices: &[[f64; 3]], faces: &[[u32; 3]]) -> Scene {
     let text = std::fs::read_to_string(crate::support::bundled_file("prism")).unwrap();
     std::fs::write(&file, text).unwrap();
     Scene::new(
-        nephroid::mitsuba::load_parts(&file, &[("size".to_owned(), "4".to_owned())]).unwrap(),
+        nephroid::internals::mitsuba::load_parts(&file, &[("size".to_owned(), "4".to_owned())])
+            .unwrap(),
     )
     .unwrap()
 }

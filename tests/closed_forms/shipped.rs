@@ -1,8 +1,8 @@
 //! The shipped scenes: solved as they are, and within the bounds of beams on every texel.
 
-use nephroid::radiometry::Rgb;
-use nephroid::reference::closed_form::{ClosedFormSettings, solve, supports};
-use nephroid::reference::{Estimate, LayerName, Quantity};
+use nephroid::internals::radiometry::Rgb;
+use nephroid::internals::reference::closed_form::{ClosedFormSettings, solve, supports};
+use nephroid::internals::run::{Estimate, LayerName, Quantity};
 
 use crate::support::recognised::{assert_agrees, assert_agrees_but_for, both, changed, compared};
 use crate::support::scenes::{bundled, meter};

@@ -1,7 +1,7 @@
 //! Each figure of a comparison is its formula, on images for which the formula can be worked out.
 
-use nephroid::film::Image;
-use nephroid::metric::{
+use nephroid::internals::film::Image;
+use nephroid::internals::metric::{
     CompareError, CompareSettings, Comparison, ImageSide, LayerComparison, Maps, Pairing, Verdict,
     Window, compare,
 };

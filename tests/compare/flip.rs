@@ -1,6 +1,6 @@
 //! FLIP is what its authors' package computes (`tests/compare/flip_oracle.py` says how it was asked).
 
-use nephroid::metric::flip::{Exposures, Images, PIXELS_PER_DEGREE, hdr, ldr};
+use nephroid::internals::metric::flip::{Exposures, Images, PIXELS_PER_DEGREE, hdr, ldr};
 
 const WIDTH: usize = 61;
 const HEIGHT: usize = 47;

@@ -1,8 +1,8 @@
 //! What a comparison says of noise is true as often as it claims: hundreds of pairs of images with
 //! independent normal errors are compared, and the counts of wrong answers judged by the binomial distribution.
 
-use nephroid::film::Image;
-use nephroid::metric::{CompareSettings, LayerComparison, Verdict, compare};
+use nephroid::internals::film::Image;
+use nephroid::internals::metric::{CompareSettings, LayerComparison, Verdict, compare};
 
 use crate::support::images::{Normal, credible, grey, source};
 

@@ -3,15 +3,15 @@
 use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3};
-use nephroid::geometry::{Ray, TraversalCounters};
-use nephroid::optics::{dielectric_reflectance, reflect, refract};
-use nephroid::radiometry::Rgb;
-use nephroid::scene::{Emitter, Scene};
-use nephroid::transport::chain::{Arrival, ChainSettings, ChainSink, ChainTracer};
-use nephroid::transport::flux::Flux;
-use nephroid::transport::ledger::Fate;
-use nephroid::transport::scatter::ShadingNormals;
-use nephroid::transport::signature::Signature;
+use nephroid::internals::geometry::{Ray, TraversalCounters};
+use nephroid::internals::optics::{dielectric_reflectance, reflect, refract};
+use nephroid::internals::radiometry::Rgb;
+use nephroid::internals::scene::{Emitter, Scene};
+use nephroid::internals::transport::chain::{Arrival, ChainSettings, ChainSink, ChainTracer};
+use nephroid::internals::transport::flux::Flux;
+use nephroid::internals::transport::ledger::Fate;
+use nephroid::internals::transport::scatter::ShadingNormals;
+use nephroid::internals::transport::signature::Signature;
 
 use crate::support::extremes::double_double::{Exact, Exact3};
 use crate::support::extremes::{U, beams, layer, photons, red, scene};

@@ -4,13 +4,13 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 use std::fmt::Write as _;
 use std::fs;
 
-use nephroid::numeric::quadrature::GaussLegendre;
-use nephroid::optics::dielectric_reflectance;
-use nephroid::reference::closed_form::{
+use nephroid::internals::numeric::quadrature::GaussLegendre;
+use nephroid::internals::optics::dielectric_reflectance;
+use nephroid::internals::reference::closed_form::{
     AxialLight, GlassBall, KnownPath, ParabolicMirror, TexelGrid,
 };
-use nephroid::reference::{Estimate, Layer, LayerName};
-use nephroid::scene::Scene;
+use nephroid::internals::run::{Estimate, Layer, LayerName};
+use nephroid::internals::scene::Scene;
 
 use crate::support::beams::{beams, held};
 use crate::support::bundled_file;
@@ -114,7 +114,7 @@ fn a_dish_gathers_all_its_light_in_one_texel() {
         // The bounds know it, and know the dark.
         let bounds = layer(&by_beams, "LRD").interval.as_ref().unwrap();
         let area = (2.0 * HALF_WIDTH / side as f64).powi(2);
-        let sum = |values: &[nephroid::radiometry::Rgb]| {
+        let sum = |values: &[nephroid::internals::radiometry::Rgb]| {
             values.iter().map(|value| value.0[0] * area).sum::<f64>()
         };
         let (low, high) = (sum(&bounds.low), sum(&bounds.high));

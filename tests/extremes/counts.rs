@@ -1,17 +1,17 @@
 //! Very many, very few, very large, very small: sums, photons, texels, bounces (docs/accuracy.md, 7).
 
 use glam::DVec3;
-use nephroid::film::Accumulator;
-use nephroid::geometry::{Ray, TraversalCounters};
-use nephroid::numeric::{ExactSum, FixedPoint};
-use nephroid::reference::photons::PhotonSettings;
-use nephroid::reference::photons::run::Setup;
-use nephroid::reference::{Estimate, LayerName, Progress};
-use nephroid::scene::Scene;
-use nephroid::transport::chain::{Arrival, ChainSettings, ChainSink, ChainTracer};
-use nephroid::transport::flux::Flux;
-use nephroid::transport::ledger::Fate;
-use nephroid::transport::signature::Signature;
+use nephroid::internals::film::Accumulator;
+use nephroid::internals::geometry::{Ray, TraversalCounters};
+use nephroid::internals::numeric::{ExactSum, FixedPoint};
+use nephroid::internals::reference::photons::PhotonSettings;
+use nephroid::internals::reference::photons::run::Setup;
+use nephroid::internals::run::{Estimate, LayerName, Progress};
+use nephroid::internals::scene::Scene;
+use nephroid::internals::transport::chain::{Arrival, ChainSettings, ChainSink, ChainTracer};
+use nephroid::internals::transport::flux::Flux;
+use nephroid::internals::transport::ledger::Fate;
+use nephroid::internals::transport::signature::Signature;
 use rayon::prelude::*;
 
 use crate::support::beams::{beams, beams_to};
@@ -147,7 +147,7 @@ fn one_texel_gets_what_four_thousand_get() {
         let (estimate, _) = beams(&scene, 1e-3);
         let area = sensor_area(&scene) / (side * side) as f64;
         let bounds = estimate.total.interval.as_ref().unwrap();
-        let flux = |values: &[nephroid::radiometry::Rgb]| {
+        let flux = |values: &[nephroid::internals::radiometry::Rgb]| {
             area * values.iter().map(|value| value.mean()).sum::<f64>()
         };
         [

@@ -3,13 +3,13 @@
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use glam::{DMat4, DVec3};
-use nephroid::geometry::{MeshParts, Ray, Shape, Sphere, Transform, World};
-use nephroid::numeric::distributions::critical_value;
-use nephroid::numeric::quadrature::GaussLegendre;
-use nephroid::optics::dielectric_reflectance;
-use nephroid::reference::closed_form::{AxialLight, GlassBall, KnownPath, TexelGrid};
-use nephroid::scene::Scene;
-use nephroid::transport::first_surface::{Source, patches};
+use nephroid::internals::geometry::{MeshParts, Ray, Shape, Sphere, Transform, World};
+use nephroid::internals::numeric::distributions::critical_value;
+use nephroid::internals::numeric::quadrature::GaussLegendre;
+use nephroid::internals::optics::dielectric_reflectance;
+use nephroid::internals::reference::closed_form::{AxialLight, GlassBall, KnownPath, TexelGrid};
+use nephroid::internals::scene::Scene;
+use nephroid::internals::transport::first_surface::{Source, patches};
 
 use crate::support::extremes::double_double::{Exact, Exact3};
 use crate::support::extremes::{

@@ -4,12 +4,19 @@ use std::sync::atomic::Ordering;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use nephroid::reference::beams::{self, BeamBudget, BeamSettings};
-use nephroid::reference::path::{self, PathBudget, PathSettings};
-use nephroid::reference::photon_map::{self, PhotonMapSettings};
-use nephroid::reference::photons::{self, Budget, PhotonSettings};
-use nephroid::reference::{Estimate, Progress};
-use nephroid::scene::Scene;
+use nephroid::internals::reference::beams;
+use nephroid::internals::reference::beams::BeamSettings;
+use nephroid::internals::reference::path;
+use nephroid::internals::reference::path::PathSettings;
+use nephroid::internals::reference::photon_map;
+use nephroid::internals::reference::photon_map::PhotonMapSettings;
+use nephroid::internals::reference::photons;
+use nephroid::internals::reference::photons::PhotonSettings;
+use nephroid::internals::run::Budget;
+use nephroid::internals::run::Budget;
+use nephroid::internals::run::Budget;
+use nephroid::internals::run::{Estimate, Progress};
+use nephroid::internals::scene::Scene;
 
 use crate::support::scenes::bundled_file;
 use crate::support::seen::{sensor, with_films};
@@ -31,7 +38,7 @@ fn stopped(
                 );
                 thread::sleep(Duration::from_millis(1));
             }
-            progress.stop.store(true, Ordering::Relaxed);
+            progress.stop();
         });
         let estimate = run(&progress);
         watch.join().expect("it came so far");
@@ -71,15 +78,13 @@ fn photons_that_are_interrupted_say_so() {
             photons::run(&scene, sensor(&scene, "floor"), settings, &budget, progress).unwrap()
         };
         // Two replicates have an error bar.
-        stopped(by, |progress| {
-            progress.paths.load(Ordering::Relaxed) > 3 * each
-        })
+        stopped(by, |progress| progress.done() > 3 * each)
     };
     let replicates = u64::from(PhotonSettings::default().replicates);
     // Each replicate of a second or less, all of them of many.
     let photons = replicates << 19;
     let budget = Budget {
-        photons: Some(photons),
+        work: Some(photons),
         ..Budget::default()
     };
     let part = run(budget, photons / replicates);
@@ -104,7 +109,7 @@ fn photons_that_are_interrupted_say_so() {
         (
             "photons, a number and a time",
             Budget {
-                photons: Some(NUMBER),
+                work: Some(NUMBER),
                 time: Some(TIME),
                 ..Budget::default()
             },
@@ -118,26 +123,26 @@ fn photons_that_are_interrupted_say_so() {
 fn beams_that_are_interrupted_say_so() {
     let scene = glass_ball(128);
     for (name, budget) in [
-        ("beams, no limit", BeamBudget::default()),
+        ("beams, no limit", Budget::default()),
         (
             "beams, an error",
-            BeamBudget {
+            Budget {
                 relative_error: Some(ERROR),
-                ..BeamBudget::default()
+                ..Budget::default()
             },
         ),
         (
             "beams, a time",
-            BeamBudget {
+            Budget {
                 time: Some(TIME),
-                ..BeamBudget::default()
+                ..Budget::default()
             },
         ),
         (
             "beams, a number of rays",
-            BeamBudget {
-                rays: Some(NUMBER),
-                ..BeamBudget::default()
+            Budget {
+                work: Some(NUMBER),
+                ..Budget::default()
             },
         ),
     ] {
@@ -163,25 +168,25 @@ fn paths_that_are_interrupted_say_so() {
     for (name, budget, each) in [
         (
             "paths, a number",
-            PathBudget {
-                samples: Some(64 * replicates),
-                ..PathBudget::default()
+            Budget {
+                work: Some(64 * replicates),
+                ..Budget::default()
             },
             64,
         ),
         (
             "paths, an error",
-            PathBudget {
+            Budget {
                 relative_error: Some(ERROR),
-                ..PathBudget::default()
+                ..Budget::default()
             },
             1,
         ),
         (
             "paths, a time",
-            PathBudget {
+            Budget {
                 time: Some(TIME),
-                ..PathBudget::default()
+                ..Budget::default()
             },
             1,
         ),
@@ -193,9 +198,7 @@ fn paths_that_are_interrupted_say_so() {
                 .0
         };
         // A filter that reaches beyond the film makes it larger by some pixels.
-        let part = stopped(by, |progress| {
-            progress.paths.load(Ordering::Relaxed) > 4 * each * pixels
-        });
+        let part = stopped(by, |progress| progress.done() > 4 * each * pixels);
         assert_is_a_part(name, &part);
     }
 }
@@ -227,9 +230,7 @@ fn photon_maps_that_are_interrupted_say_so() {
                 .unwrap()
                 .0
         };
-        let part = stopped(by, |progress| {
-            progress.paths.load(Ordering::Relaxed) > first_round
-        });
+        let part = stopped(by, |progress| progress.done() > first_round);
         assert_is_a_part(name, &part);
     }
 }

@@ -1,4 +1,4 @@
-//! Very small, very large, far away, grazing, degenerate (docs/accuracy.md). Hostile files: `tests/hostile.rs`.
+//! Very small, very large, far away, grazing, degenerate (docs/accuracy.md). Hostile files: `tests/hostile/`.
 
 mod angle;
 mod concentration;

@@ -3,13 +3,13 @@
 use std::f64::consts::TAU;
 
 use glam::{DVec2, DVec3};
-use nephroid::geometry::{MeshParts, Ray, Shape, TraversalCounters};
-use nephroid::reference::closed_form::{GlassBall, KnownPath, TexelGrid};
-use nephroid::scene::Scene;
-use nephroid::transport::chain::{Arrival, ChainSettings, ChainSink, ChainTracer};
-use nephroid::transport::flux::Flux;
-use nephroid::transport::ledger::Fate;
-use nephroid::transport::signature::Signature;
+use nephroid::internals::geometry::{MeshParts, Ray, Shape, TraversalCounters};
+use nephroid::internals::reference::closed_form::{GlassBall, KnownPath, TexelGrid};
+use nephroid::internals::scene::Scene;
+use nephroid::internals::transport::chain::{Arrival, ChainSettings, ChainSink, ChainTracer};
+use nephroid::internals::transport::flux::Flux;
+use nephroid::internals::transport::ledger::Fate;
+use nephroid::internals::transport::signature::Signature;
 
 use crate::support::extremes::{
     BALL, DIAMOND, ORACLE, Placement, RING, Template, U, WATER, beams, distance, judged, layer,

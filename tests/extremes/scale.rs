@@ -4,10 +4,12 @@
 
 use std::fmt::Write as _;
 
-use nephroid::geometry::Shape;
-use nephroid::reference::path::{self, PathBudget, PathSettings};
-use nephroid::reference::{Estimate, Progress};
-use nephroid::scene::Scene;
+use nephroid::internals::geometry::Shape;
+use nephroid::internals::reference::path;
+use nephroid::internals::reference::path::PathSettings;
+use nephroid::internals::run::Budget;
+use nephroid::internals::run::{Estimate, Progress};
+use nephroid::internals::scene::Scene;
 
 use crate::support::extremes::{
     BALL, DIAMOND, Placement, RING, Template, WATER, beams, beams_to, camera, distance, photons,
@@ -64,8 +66,9 @@ fn assert_same_bits(name: &str, home: &Estimate, scaled: &Estimate) {
     assert_eq!(home.counters, scaled.counters, "{name}");
     for (a, b) in home.layers.iter().zip(&scaled.layers) {
         assert_eq!(a.name, b.name, "{name}");
-        let at = |a: &[nephroid::radiometry::Rgb], b: &[nephroid::radiometry::Rgb]| {
-            let bits = |value: &nephroid::radiometry::Rgb| value.0.map(f64::to_bits);
+        let at = |a: &[nephroid::internals::radiometry::Rgb],
+                  b: &[nephroid::internals::radiometry::Rgb]| {
+            let bits = |value: &nephroid::internals::radiometry::Rgb| value.0.map(f64::to_bits);
             a.iter().zip(b).position(|(a, b)| bits(a) != bits(b))
         };
         assert_eq!(at(&a.irradiance, &b.irradiance), None, "{name} {}", a.name);
@@ -135,9 +138,9 @@ fn lamps_cubes_skies_and_cameras_have_the_same_bits_too() {
         // Beams from a lamp to a camera would take most of the time.
         let ball = scene(&(BALL.placed(place) + &CAMERA.placed(place)), None, FEW);
         let below = scene(&(text + SKY), None, FEW);
-        let samples = PathBudget {
-            samples: Some(64),
-            ..PathBudget::default()
+        let samples = Budget {
+            work: Some(64),
+            ..Budget::default()
         };
         let by_paths = path::run(
             &below,
@@ -259,43 +262,41 @@ const RING_IN_NUMBERS: Template = Template {
 </shape>"#,
 };
 
-/// The diamond with its vertices where they are.
-const DIAMOND_IN_NUMBERS: Template = Template {
-    name: "diamond",
-    mesh: None,
-    xml: r#"
+/// The diamond in the sun, with `$to_world` among its parameters.
+macro_rules! diamond {
+    ($to_world:literal) => {
+        concat!(
+            r#"
 <emitter type="directional">
   <vector name="direction" x="0.3" y="0.1" z="-1"/>
   <rgb name="irradiance" value="1000"/>
 </emitter>
 <shape type="obj">
   <string name="filename" value="mesh.obj"/><boolean name="face_normals" value="true"/>
-  <bsdf type="dielectric"><float name="int_ior" value="2.418"/><float name="ext_ior" value="1"/></bsdf>
+"#,
+            $to_world,
+            r#"  <bsdf type="dielectric"><float name="int_ior" value="2.418"/><float name="ext_ior" value="1"/></bsdf>
 </shape>
 <shape type="rectangle">
   <transform name="to_world"><scale x="{length 1.2}" y="{length 1.2}"/></transform>
   <bsdf type="diffuse"/>{meter}
 </shape>"#,
+        )
+    };
+}
+
+/// The diamond with its vertices where they are.
+const DIAMOND_IN_NUMBERS: Template = Template {
+    name: "diamond",
+    mesh: None,
+    xml: diamond!(""),
 };
 
 /// The diamond in millimetres, whatever the scene's unit is.
 const DIAMOND_IN_BOTH: Template = Template {
     name: "diamond",
     mesh: None,
-    xml: r#"
-<emitter type="directional">
-  <vector name="direction" x="0.3" y="0.1" z="-1"/>
-  <rgb name="irradiance" value="1000"/>
-</emitter>
-<shape type="obj">
-  <string name="filename" value="mesh.obj"/><boolean name="face_normals" value="true"/>
-  <transform name="to_world"><scale value="{length 0.001}"/></transform>
-  <bsdf type="dielectric"><float name="int_ior" value="2.418"/><float name="ext_ior" value="1"/></bsdf>
-</shape>
-<shape type="rectangle">
-  <transform name="to_world"><scale x="{length 1.2}" y="{length 1.2}"/></transform>
-  <bsdf type="diffuse"/>{meter}
-</shape>"#,
+    xml: diamond!("<transform name=\"to_world\"><scale value=\"{length 0.001}\"/></transform>\n"),
 };
 
 /// The template's first mesh as it is in its scene, in a unit: an OBJ file, whose text says every digit.

@@ -3,12 +3,12 @@
 use std::f64::consts::{FRAC_1_PI, PI};
 
 use glam::DVec2;
-use nephroid::optics::dielectric_reflectance;
-use nephroid::radiometry::Rgb;
-use nephroid::reference::closed_form::{GlassBall, KnownPath, TexelRect};
-use nephroid::reference::{Estimate, LayerName};
-use nephroid::scene::Scene;
-use nephroid::transport::camera::Camera;
+use nephroid::internals::optics::dielectric_reflectance;
+use nephroid::internals::radiometry::Rgb;
+use nephroid::internals::reference::closed_form::{GlassBall, KnownPath, TexelRect};
+use nephroid::internals::run::{Estimate, LayerName};
+use nephroid::internals::scene::Scene;
+use nephroid::internals::transport::camera::Camera;
 
 use crate::support::scenes::bundled_file;
 use crate::support::seen::{by_beams, sensor};
@@ -41,7 +41,7 @@ fn of(xml: &str) -> Scene {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("scene.xml");
     std::fs::write(&file, xml).unwrap();
-    Scene::new(nephroid::mitsuba::load_parts(&file, &[]).unwrap()).unwrap()
+    Scene::new(nephroid::internals::mitsuba::load_parts(&file, &[]).unwrap()).unwrap()
 }
 
 /// A finished run of beams to an error.

@@ -1,8 +1,8 @@
 //! Deposits are summed exactly: no order, thread or shard can change a bit.
 
-use nephroid::film::accumulator::AccumulatorError;
-use nephroid::film::{Accumulator, ReplicateMean};
-use nephroid::numeric::{FixedPoint, SampleMoments, Stream, StreamKind};
+use nephroid::internals::film::accumulator::AccumulatorError;
+use nephroid::internals::film::{Accumulator, ReplicateMean};
+use nephroid::internals::numeric::{FixedPoint, SampleMoments, Stream, StreamKind};
 use proptest::prelude::*;
 use rayon::prelude::*;
 

@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
-use nephroid::film::exr::{self, ExrWriteError};
-use nephroid::film::{Image, ImageError, atomic};
+use nephroid::internals::film::exr;
+use nephroid::internals::film::exr::ExrWriteError;
+use nephroid::internals::film::{Image, ImageError, atomic};
 
 /// An image of awkward numbers, its channels and keys in no order.
 fn awkward() -> Image {

@@ -5,8 +5,9 @@
 use std::path::{Path, PathBuf};
 
 use image::{Rgb, RgbImage};
-use nephroid::film::Grid;
-use nephroid::film::picture::{self, BarRange, Content, PictureError, PictureSpec, Scale};
+use nephroid::internals::film::Grid;
+use nephroid::internals::film::picture;
+use nephroid::internals::film::picture::{BarRange, Content, PictureError, PictureSpec, Scale};
 use proptest::prelude::*;
 
 const MAGENTA: Rgb<u8> = Rgb([255, 0, 255]);

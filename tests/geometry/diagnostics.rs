@@ -1,7 +1,7 @@
 //! What is said of a mesh that is not in order.
 
 use glam::DVec3;
-use nephroid::geometry::{Mesh, MeshDiagnostics, MeshError, MeshParts};
+use nephroid::internals::geometry::{Mesh, MeshDiagnostics, MeshError, MeshParts};
 
 use crate::support::geometry::{bumpy_torus, icosphere, mesh, placed};
 

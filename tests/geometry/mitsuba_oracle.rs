@@ -6,7 +6,8 @@
 use Form::{Cylinder, Disk, Rectangle, Sphere};
 use Map::{Identity, Long, MirrorZ, Rotated, RotatedMirror, Sheared, Stretched};
 use glam::{DMat3, DMat4, DVec2, DVec3};
-use nephroid::geometry::{self, MeshParts, Ray, Shape, SurfacePoint, Transform, World};
+use nephroid::internals::geometry;
+use nephroid::internals::geometry::{MeshParts, Ray, Shape, SurfacePoint, Transform, World};
 
 use crate::support::geometry::{closest, mesh};
 

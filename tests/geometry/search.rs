@@ -1,7 +1,7 @@
 //! What a world's search promises.
 
 use glam::{DMat4, DVec2, DVec3};
-use nephroid::geometry::{
+use nephroid::internals::geometry::{
     Bounds, Disk, Hit, MeshParts, Ray, Rectangle, Shape, Sphere, Transform, TraversalCounters,
     World,
 };

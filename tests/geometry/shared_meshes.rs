@@ -1,7 +1,7 @@
 //! Scanned and modelled meshes are found closed or open as they are, and keep their rays in; skipped where there are none
 //! beside the crate.
 
-use nephroid::geometry::Ray;
+use nephroid::internals::geometry::Ray;
 
 use crate::support::geometry::{Random, closest, mesh, world_of};
 use crate::support::shared_meshes::shared_mesh;

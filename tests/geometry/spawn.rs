@@ -4,7 +4,7 @@
 //! inward meets the other side from within, if anything.
 
 use glam::{DMat4, DVec3};
-use nephroid::geometry::{
+use nephroid::internals::geometry::{
     Bounds, Cylinder, Disk, MeshParts, Ray, Rectangle, Shape, Sphere, SurfacePoint, Transform,
     World,
 };

@@ -4,7 +4,7 @@
 //! `src/geometry/mesh_tree.rs`.
 
 use glam::DVec3;
-use nephroid::geometry::{MeshParts, Ray};
+use nephroid::internals::geometry::{MeshParts, Ray};
 
 use crate::support::geometry::{
     Leaks, Random, bumpy_torus, closest, icosphere, leaks, placed, within_torus, world_of,

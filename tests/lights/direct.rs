@@ -1,11 +1,11 @@
 //! Direct light of lamps without size, texel by texel, against the areas of shadows.
 
 use glam::DVec2;
-use nephroid::geometry::TraversalCounters;
-use nephroid::mitsuba;
-use nephroid::scene::Scene;
-use nephroid::transport::direct::{AREA_SAMPLES, DirectTexel, direct};
-use nephroid::transport::receiver::Receiver;
+use nephroid::internals::geometry::TraversalCounters;
+use nephroid::internals::mitsuba;
+use nephroid::internals::scene::Scene;
+use nephroid::internals::transport::direct::{AREA_SAMPLES, DirectTexel, direct};
+use nephroid::internals::transport::receiver::Receiver;
 
 /// Texels a side, on a floor from -1 to 1.
 const SIDE: usize = 64;

@@ -6,13 +6,13 @@
 use std::f64::consts::{PI, TAU};
 
 use glam::{DVec2, DVec3};
-use nephroid::geometry::{Ray, SurfacePoint};
-use nephroid::numeric::{SampleMoments, Stream, StreamKind};
-use nephroid::radiometry::Rgb;
-use nephroid::reference::closed_form::lambert_irradiance;
-use nephroid::scene::Scene;
-use nephroid::transport::lights::{LightSample, Lights};
-use nephroid::transport::visibility::transmittance;
+use nephroid::internals::geometry::{Ray, SurfacePoint};
+use nephroid::internals::numeric::{SampleMoments, Stream, StreamKind};
+use nephroid::internals::radiometry::Rgb;
+use nephroid::internals::reference::closed_form::lambert_irradiance;
+use nephroid::internals::scene::Scene;
+use nephroid::internals::transport::lights::{LightSample, Lights};
+use nephroid::internals::transport::visibility::transmittance;
 
 use crate::support::bsdf::scene;
 

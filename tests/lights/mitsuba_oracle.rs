@@ -3,10 +3,10 @@
 //! The numbers are those of Mitsuba 3.9.1, `scalar_rgb`, written by `tests/mitsuba/emitter_oracle.py`.
 
 use glam::{DVec2, DVec3};
-use nephroid::geometry::{Ray, SurfacePoint};
-use nephroid::radiometry::Rgb;
-use nephroid::scene::Scene;
-use nephroid::transport::lights::Lights;
+use nephroid::internals::geometry::{Ray, SurfacePoint};
+use nephroid::internals::radiometry::Rgb;
+use nephroid::internals::scene::Scene;
+use nephroid::internals::transport::lights::Lights;
 
 use crate::support::bsdf::{folder, scene};
 

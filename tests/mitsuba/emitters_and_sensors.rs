@@ -2,8 +2,8 @@
 //! were read back from Mitsuba 3.9.1, `scalar_rgb`, with `mi.load_string` and `mi.traverse`.
 
 use glam::DVec3;
-use nephroid::radiometry::Rgb;
-use nephroid::scene::{Crop, Emitter, Film, ReconstructionFilter, SensorKind, ShapeId};
+use nephroid::internals::radiometry::Rgb;
+use nephroid::internals::scene::{Crop, Emitter, Film, ReconstructionFilter, SensorKind, ShapeId};
 
 use crate::support::scene_files::{assert_close, error, scene};
 

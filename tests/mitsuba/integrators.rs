@@ -1,6 +1,6 @@
 //! What a file's integrator says of paths.
 
-use nephroid::scene::Integrator;
+use nephroid::internals::scene::Integrator;
 
 use crate::support::scene_files::{error, scene};
 

@@ -4,9 +4,9 @@ use std::cell::RefCell;
 
 use flate2::Compression;
 use glam::DVec3;
-use nephroid::film::bitmap::{Bitmap, BitmapEncoding};
-use nephroid::film::exr;
-use nephroid::geometry::MeshParts;
+use nephroid::internals::film::bitmap::{Bitmap, BitmapEncoding};
+use nephroid::internals::film::exr;
+use nephroid::internals::geometry::MeshParts;
 use proptest::prelude::*;
 use proptest::test_runner::{RngSeed, TestRunner};
 

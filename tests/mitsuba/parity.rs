@@ -4,10 +4,10 @@
 //! `scenes.py`, and Mitsuba 3.9.1's image of each with its standard error, written by `render.py`. Here each is rendered anew and
 //! compared. No Python is needed. `docs/mitsuba.md` has the figures, and what differs and why.
 
-use nephroid::metric::Verdict;
-use nephroid::mitsuba::load;
-use nephroid::reference::path::PathSettings;
-use nephroid::scene::Scene;
+use nephroid::internals::metric::Verdict;
+use nephroid::internals::mitsuba::load;
+use nephroid::internals::reference::path::PathSettings;
+use nephroid::internals::scene::Scene;
 
 use crate::support::parity::{
     Outcome, folder, mitsuba_image, names, outcome, render, samples_of, scene,

@@ -3,10 +3,10 @@
 
 use std::path::Path;
 
-use nephroid::metric::Verdict;
-use nephroid::mitsuba::load;
-use nephroid::reference::path::PathSettings;
-use nephroid::scene::ReconstructionFilter;
+use nephroid::internals::metric::Verdict;
+use nephroid::internals::mitsuba::load;
+use nephroid::internals::reference::path::PathSettings;
+use nephroid::internals::scene::ReconstructionFilter;
 
 use crate::support::parity::{Outcome, mitsuba_image, outcome, render, samples_of, scaled};
 

@@ -2,9 +2,9 @@
 //! were read back from Mitsuba 3.9.1, `scalar_rgb`, with `mi.load_string` and `mi.traverse`.
 
 use glam::DVec3;
-use nephroid::geometry::Shape;
-use nephroid::radiometry::Rgb;
-use nephroid::scene::{Color, Material, Scalar};
+use nephroid::internals::geometry::Shape;
+use nephroid::internals::radiometry::Rgb;
+use nephroid::internals::scene::{Color, Material, Scalar};
 
 use crate::support::scene_files::{Folder, assert_close, error, scene};
 
@@ -381,7 +381,7 @@ fn a_colour_of_vertices_needs_a_mesh_that_has_it() {
             ),
         );
         let parts = folder.load("scene.xml", &[]).unwrap();
-        nephroid::scene::Scene::new(parts)
+        nephroid::internals::scene::Scene::new(parts)
             .map(|_| ())
             .map_err(|error| error.to_string())
     };

@@ -6,17 +6,21 @@
 use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
 
-use nephroid::film::Image;
-use nephroid::metric::Verdict;
-use nephroid::mitsuba::load;
-use nephroid::radiometry::Rgb;
-use nephroid::reference::path::{self, PathBudget, PathSettings};
-use nephroid::reference::photons::{self, Budget, PhotonSettings};
-use nephroid::reference::{Layer, Progress};
-use nephroid::scene::{Scene, Sensor};
-use nephroid::transport::chain::ChainSettings;
-use nephroid::transport::path_class::{PathClass, PathClasses};
-use nephroid::transport::scatter::ShadingNormals;
+use nephroid::internals::film::Image;
+use nephroid::internals::metric::Verdict;
+use nephroid::internals::mitsuba::load;
+use nephroid::internals::radiometry::Rgb;
+use nephroid::internals::reference::path;
+use nephroid::internals::reference::path::PathSettings;
+use nephroid::internals::reference::photons;
+use nephroid::internals::reference::photons::PhotonSettings;
+use nephroid::internals::run::Budget;
+use nephroid::internals::run::Budget;
+use nephroid::internals::run::{Layer, Progress};
+use nephroid::internals::scene::{Scene, Sensor};
+use nephroid::internals::transport::chain::ChainSettings;
+use nephroid::internals::transport::path_class::{PathClass, PathClasses};
+use nephroid::internals::transport::scatter::ShadingNormals;
 
 use crate::support;
 use crate::support::parity::{
@@ -110,7 +114,7 @@ fn one_scattering(scene: &Scene, sensor: &Sensor, shading_normals: ShadingNormal
         ..PhotonSettings::default()
     };
     let budget = Budget {
-        photons: Some(PHOTONS),
+        work: Some(PHOTONS),
         ..Budget::default()
     };
     let traced = photons::run(scene, sensor, settings, &budget, &Progress::default())
@@ -125,9 +129,9 @@ fn one_scattering(scene: &Scene, sensor: &Sensor, shading_normals: ShadingNormal
             classes: PathClasses::NONE.with(PathClass::Direct),
             ..PathSettings::default()
         };
-        let samples = PathBudget {
-            samples: Some(64 * u64::from(REPLICATES)),
-            ..PathBudget::default()
+        let samples = Budget {
+            work: Some(64 * u64::from(REPLICATES)),
+            ..Budget::default()
         };
         let direct = path::run(scene, sensor, direct, &samples, &Progress::default());
         sum(&traced.total, &direct.unwrap().0.total)

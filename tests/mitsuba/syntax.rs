@@ -1,7 +1,7 @@
 //! What Mitsuba's scene files say: places, parameters, includes, old versions, and the hash.
 
-use nephroid::radiometry::Rgb;
-use nephroid::scene::{Material, SceneParts};
+use nephroid::internals::radiometry::Rgb;
+use nephroid::internals::scene::{Material, SceneParts};
 
 use crate::support::scene_files::{Folder, error, scene, scene_of_version};
 

@@ -6,7 +6,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use nephroid::mitsuba::{LoadError, load};
+use nephroid::internals::mitsuba::{LoadError, load};
 
 /// Path below the folder, and what becomes of the file.
 const OUTCOMES: &str = include_str!("third_party.txt");

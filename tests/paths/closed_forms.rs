@@ -2,9 +2,9 @@
 
 use std::f64::consts::PI;
 
-use nephroid::numeric::StreamKind;
-use nephroid::reference::path::{LightSampling, PathSettings};
-use nephroid::transport::path_class::PathClass;
+use nephroid::internals::numeric::StreamKind;
+use nephroid::internals::reference::path::{LightSampling, PathSettings};
+use nephroid::internals::transport::path_class::PathClass;
 
 use crate::support;
 use crate::support::paths::{BOX, assert_mean, camera, class, film, image, scene};
@@ -138,7 +138,7 @@ fn from_above(film: &str) -> String {
     )
 }
 
-fn over_floor(light: &str) -> nephroid::scene::Scene {
+fn over_floor(light: &str) -> nephroid::internals::scene::Scene {
     scene(&format!(
         "{}{FLOOR_SEEN}{light}",
         from_above(&film(4, 4, BOX))

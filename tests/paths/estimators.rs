@@ -1,10 +1,11 @@
 //! Images by paths: independent ways agree, classes part the light, and nothing depends on the machine.
 
-use nephroid::numeric::StreamKind;
-use nephroid::reference::path::{LightSampling, PathBudget, PathError, PathSettings, run};
-use nephroid::reference::{Estimate, LayerName, Progress};
-use nephroid::scene::Scene;
-use nephroid::transport::path_class::{PathClass, PathClasses};
+use nephroid::internals::numeric::StreamKind;
+use nephroid::internals::reference::path::{LightSampling, PathSettings, run};
+use nephroid::internals::run::{Budget, Error};
+use nephroid::internals::run::{Estimate, LayerName, Progress};
+use nephroid::internals::scene::Scene;
+use nephroid::internals::transport::path_class::{PathClass, PathClasses};
 
 use crate::support;
 use crate::support::paths::{BOX, bits, camera, class, film, image, layer_bits, mean, scene};
@@ -212,7 +213,7 @@ fn a_filter_is_a_convolution_of_the_image() {
         let filter = scene.sensors()[0].film.filter;
         let found = image(&scene, PathSettings::default(), 4096);
         let integral = |from: f64, to: f64| {
-            let rule = nephroid::numeric::quadrature::GaussLegendre::new(40).unwrap();
+            let rule = nephroid::internals::numeric::quadrature::GaussLegendre::new(40).unwrap();
             // Cubics have knots at whole pixels.
             let steps = (from.floor() as i32)..(to.ceil() as i32);
             steps
@@ -339,7 +340,7 @@ fn the_caustic_that_paths_find_by_chance_is_the_one_that_photons_measure() {
 #[test]
 fn a_run_stops_at_its_error_and_at_its_time() {
     let scene = room(&film(16, 12, BOX));
-    let run = |budget: PathBudget| {
+    let run = |budget: Budget| {
         let settings = PathSettings::default();
         run(
             &scene,
@@ -350,9 +351,9 @@ fn a_run_stops_at_its_error_and_at_its_time() {
         )
         .unwrap()
     };
-    let (image, report) = run(PathBudget {
+    let (image, report) = run(Budget {
         relative_error: Some(0.1),
-        ..PathBudget::default()
+        ..Budget::default()
     });
     assert!(image.relative_error.unwrap() <= 0.1 && !image.incomplete);
     assert!(
@@ -361,16 +362,16 @@ fn a_run_stops_at_its_error_and_at_its_time() {
         report.samples
     );
     // With a limit on the samples as well, that one comes first.
-    let (_, report) = run(PathBudget {
+    let (_, report) = run(Budget {
         relative_error: Some(1e-9),
-        samples: Some(224),
-        ..PathBudget::default()
+        work: Some(224),
+        ..Budget::default()
     });
     assert_eq!(report.samples, 224);
     // No time at all: nothing is known, and said so.
-    let (image, report) = run(PathBudget {
+    let (image, report) = run(Budget {
         time: Some(std::time::Duration::ZERO),
-        ..PathBudget::default()
+        ..Budget::default()
     });
     assert!(image.incomplete && report.samples == 0 && image.total.is_unknown());
 }
@@ -384,10 +385,10 @@ fn rounds_of_random_points_are_one_run_in_parts() {
         max_depth: Some(3),
         ..PathSettings::default()
     };
-    let budget = PathBudget {
-        samples: Some(7 * 32),
+    let budget = Budget {
+        work: Some(7 * 32),
         relative_error: Some(1e-9),
-        ..PathBudget::default()
+        ..Budget::default()
     };
     let (rounds, _) = run(
         &scene,
@@ -415,7 +416,7 @@ fn what_cannot_be_an_image_is_an_error_that_says_why() {
             &scene,
             sensor,
             settings,
-            &PathBudget::default(),
+            &Budget::default(),
             &Progress::default(),
         )
         .unwrap_err()
@@ -448,9 +449,9 @@ fn samples_that_are_no_numbers_are_counted_and_fail_the_run() {
     let bright = "<emitter type=\"constant\"><rgb name=\"radiance\" value=\"1e308\"/></emitter>\
         <shape type=\"sphere\"><bsdf type=\"diffuse\"/></shape>";
     let scene = scene(&format!("{}{bright}", camera(20.0, &film(4, 4, BOX))));
-    let budget = PathBudget {
-        samples: Some(64),
-        ..PathBudget::default()
+    let budget = Budget {
+        work: Some(64),
+        ..Budget::default()
     };
     let settings = PathSettings::default();
     let progress = Progress::default();

@@ -2,17 +2,18 @@
 
 use std::time::Duration;
 
-use nephroid::radiometry::Rgb;
-use nephroid::reference::beams;
-use nephroid::reference::full::{
-    Finder, FullBudget, FullError, FullReport, FullSettings, PartDetail, Plan, run,
+use nephroid::internals::radiometry::Rgb;
+use nephroid::internals::reference::beams;
+use nephroid::internals::reference::full::{
+    Finder, FullReport, FullSettings, PartDetail, Plan, run,
 };
-use nephroid::reference::path::PathSettings;
-use nephroid::reference::photon_map::PhotonMapSettings;
-use nephroid::reference::photons::PhotonSettings;
-use nephroid::reference::{Estimate, Layer, LayerName, Progress};
-use nephroid::scene::{Scene, Sensor};
-use nephroid::transport::path_class::{PathClass, PathClasses};
+use nephroid::internals::reference::path::PathSettings;
+use nephroid::internals::reference::photon_map::PhotonMapSettings;
+use nephroid::internals::reference::photons::PhotonSettings;
+use nephroid::internals::run::{Budget, Error};
+use nephroid::internals::run::{Estimate, Layer, LayerName, Progress};
+use nephroid::internals::scene::{Scene, Sensor};
+use nephroid::internals::transport::path_class::{PathClass, PathClasses};
 
 use crate::support;
 use crate::support::paths::{BOX, camera, class, film, image, layer_bits, mean, scene};
@@ -42,15 +43,15 @@ fn room(film: &str, floor: &str, more: &[&str]) -> Scene {
     ))
 }
 
-fn budget(samples: u64, photons: u64) -> FullBudget {
-    FullBudget {
-        samples: Some(samples),
-        photons: Some(photons),
-        ..FullBudget::default()
+fn budget(samples: u64, photons: u64) -> Budget {
+    Budget {
+        work: Some(samples),
+        work: Some(photons),
+        ..Budget::default()
     }
 }
 
-fn full(scene: &Scene, settings: FullSettings, budget: &FullBudget) -> (Estimate, FullReport) {
+fn full(scene: &Scene, settings: FullSettings, budget: &Budget) -> (Estimate, FullReport) {
     let sensor = &scene.sensors()[0];
     run(scene, sensor, settings, budget, &Progress::default()).unwrap()
 }
@@ -259,9 +260,9 @@ fn caustics_of_point_lights_which_paths_never_find_are_those_of_beams() {
     let (found, report) = full(&scene, FullSettings::default(), &budget);
     assert_eq!(report.parts[0].method, Finder::Beams);
     assert!(matches!(&report.parts[0].detail, PartDetail::Beams(it) if it.passes > 0));
-    let aim = beams::BeamBudget {
-        relative_error: Some(FullBudget::DEFAULT_BEAM_ERROR),
-        ..beams::BeamBudget::default()
+    let aim = beams::Budget {
+        relative_error: Some(Budget::DEFAULT_BEAM_ERROR),
+        ..beams::Budget::default()
     };
     let settings = FullSettings::default().beams;
     let sensor = &scene.sensors()[0];
@@ -380,7 +381,7 @@ fn the_plan_takes_the_best_method_that_a_scene_allows_and_says_why() {
 
 /// The error of a run on a scene's sensor.
 fn refused(scene: &Scene, sensor: &Sensor) -> String {
-    let none = FullBudget::default();
+    let none = Budget::default();
     let error: FullError = run(
         scene,
         sensor,
@@ -430,7 +431,7 @@ fn the_same_bits_come_from_any_number_of_threads() {
     // Beams in the one, to what they reach in a second; connected photons in the other; maps in both.
     for (light, relative_error) in [(POINT, Some(1.0)), (LAMP, None)] {
         let scene = room(&film(19, 7, BOX), FLOOR, &[BALL, light]);
-        let budget = FullBudget {
+        let budget = Budget {
             relative_error,
             ..budget(8, 1 << 14)
         };
@@ -462,9 +463,9 @@ fn each_method_has_its_own_limit_and_its_part_of_the_time() {
     assert_eq!(paths, [1 << 20, 1 << 20, 96 * 16 * 12]);
     assert!(!found.incomplete);
     // No time at all: nothing is known, and said so.
-    let timed = |time| FullBudget {
+    let timed = |time| Budget {
         time: Some(time),
-        ..FullBudget::default()
+        ..Budget::default()
     };
     let none = timed(Duration::ZERO);
     let (found, report) = full(&scene, FullSettings::default(), &none);

@@ -1,15 +1,22 @@
 //! Every method that finds a kind of light finds the same: beams, connected photons, photon maps and paths, two by two, on the
 //! cameras of five shipped scenes, signature by signature.
 
-use nephroid::radiometry::Rgb;
-use nephroid::reference::beams::{self, BeamBudget, BeamSettings};
-use nephroid::reference::path::{self, PathBudget, PathSettings};
-use nephroid::reference::photon_map::finish::CONFIDENCE;
-use nephroid::reference::photon_map::{self, PhotonMapSettings, Seen};
-use nephroid::reference::photons::{self, Budget, PhotonSettings};
-use nephroid::reference::{Estimate, Layer, LayerName, Progress};
-use nephroid::scene::Scene;
-use nephroid::transport::path_class::PathClass;
+use nephroid::internals::radiometry::Rgb;
+use nephroid::internals::reference::beams;
+use nephroid::internals::reference::beams::BeamSettings;
+use nephroid::internals::reference::path;
+use nephroid::internals::reference::path::PathSettings;
+use nephroid::internals::reference::photon_map;
+use nephroid::internals::reference::photon_map::finish::CONFIDENCE;
+use nephroid::internals::reference::photon_map::{PhotonMapSettings, Seen};
+use nephroid::internals::reference::photons;
+use nephroid::internals::reference::photons::PhotonSettings;
+use nephroid::internals::run::Budget;
+use nephroid::internals::run::Budget;
+use nephroid::internals::run::Budget;
+use nephroid::internals::run::{Estimate, Layer, LayerName, Progress};
+use nephroid::internals::scene::Scene;
+use nephroid::internals::transport::path_class::PathClass;
 
 use crate::support;
 use crate::support::seen::{sensor, with_films};
@@ -128,9 +135,9 @@ fn by_beams(scene: &Scene, row: &Row) -> Estimate {
         max_layers: 64,
         ..BeamSettings::default()
     };
-    let budget = BeamBudget {
+    let budget = Budget {
         relative_error: Some(row.beams),
-        ..BeamBudget::default()
+        ..Budget::default()
     };
     let camera = sensor(scene, "camera");
     beams::run(scene, camera, settings, &budget, &Progress::default())
@@ -144,7 +151,7 @@ fn by_photons(scene: &Scene, row: &Row) -> Estimate {
         ..PhotonSettings::default()
     };
     let budget = Budget {
-        photons: Some(row.photons),
+        work: Some(row.photons),
         ..Budget::default()
     };
     let camera = sensor(scene, "camera");
@@ -167,7 +174,7 @@ fn by_maps(scene: &Scene, row: &Row) -> Estimate {
         ..PhotonMapSettings::default()
     };
     let budget = Budget {
-        photons: Some(row.mapped),
+        work: Some(row.mapped),
         ..Budget::default()
     };
     let camera = sensor(scene, "camera");
@@ -181,9 +188,9 @@ fn by_paths(scene: &Scene, row: &Row) -> Estimate {
         seed: 2,
         ..PathSettings::default()
     };
-    let budget = PathBudget {
-        samples: Some(row.samples.max(32)),
-        ..PathBudget::default()
+    let budget = Budget {
+        work: Some(row.samples.max(32)),
+        ..Budget::default()
     };
     let camera = sensor(scene, "camera");
     let found = path::run(scene, camera, settings, &budget, &Progress::default());

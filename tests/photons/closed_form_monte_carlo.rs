@@ -7,9 +7,9 @@
 use std::f64::consts::{PI, TAU};
 
 use glam::{DVec2, DVec3};
-use nephroid::generate::{BrilliantCut, round_brilliant};
-use nephroid::optics::{dielectric_reflectance, reflect, refract};
-use nephroid::reference::closed_form::{
+use nephroid::internals::generate::{BrilliantCut, round_brilliant};
+use nephroid::internals::optics::{dielectric_reflectance, reflect, refract};
+use nephroid::internals::reference::closed_form::{
     AxialLight, CupLight, FlatFacets, GlassBall, KnownPath, MirrorCup, ParallelLight,
     PlanoConvexLens, SineWater, SineWave, TexelGrid,
 };
@@ -360,7 +360,7 @@ fn waves_agree_with_random_rays() {
         half_width: 1.0,
     };
     let grid = TexelGrid {
-        bounds: nephroid::reference::closed_form::TexelRect::new(-1.0, -0.5, 1.0, 0.5),
+        bounds: nephroid::internals::reference::closed_form::TexelRect::new(-1.0, -0.5, 1.0, 0.5),
         columns: 400,
         rows: 1,
     };

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use nephroid::generate::{GenerateOptions, SCENES, generate, scene_names};
+use nephroid::internals::generate::{GenerateOptions, SCENES, generate, scene_names};
 
 #[test]
 fn every_bundled_file_is_reproduced_byte_for_byte() {

@@ -3,15 +3,16 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use nephroid::film::{Image, exr};
-use nephroid::mitsuba;
-use nephroid::numeric::StreamKind;
-use nephroid::reference::Estimate;
-use nephroid::reference::Progress;
-use nephroid::reference::photons::run::Setup;
-use nephroid::reference::photons::shard::Part;
-use nephroid::reference::photons::{Budget, PhotonSettings, Shard, run};
-use nephroid::scene::Scene;
+use nephroid::internals::film::{Image, exr};
+use nephroid::internals::mitsuba;
+use nephroid::internals::numeric::StreamKind;
+use nephroid::internals::reference::photons::run::Setup;
+use nephroid::internals::reference::photons::shard::Part;
+use nephroid::internals::reference::photons::{PhotonSettings, Shard, run};
+use nephroid::internals::run::Budget;
+use nephroid::internals::run::Estimate;
+use nephroid::internals::run::Progress;
+use nephroid::internals::scene::Scene;
 
 use crate::support::scenes::meter;
 
@@ -65,7 +66,7 @@ fn settings(stream: StreamKind) -> PhotonSettings {
 
 fn photons(count: u64) -> Budget {
     Budget {
-        photons: Some(count),
+        work: Some(count),
         ..Budget::default()
     }
 }

@@ -2,14 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
-use nephroid::mitsuba;
-use nephroid::numeric::StreamKind;
-use nephroid::radiometry::Rgb;
-use nephroid::reference::Progress;
-use nephroid::reference::photons::run::Setup;
-use nephroid::reference::photons::{Budget, PhotonSettings};
-use nephroid::transport::chain::ChainSettings;
-use nephroid::transport::scatter::ShadingNormals;
+use nephroid::internals::mitsuba;
+use nephroid::internals::numeric::StreamKind;
+use nephroid::internals::radiometry::Rgb;
+use nephroid::internals::reference::photons::PhotonSettings;
+use nephroid::internals::reference::photons::run::Setup;
+use nephroid::internals::run::Budget;
+use nephroid::internals::run::Progress;
+use nephroid::internals::transport::chain::ChainSettings;
+use nephroid::internals::transport::scatter::ShadingNormals;
 
 /// The bar. Rounding leaves less: an emitted photon, its received, escaped and absorbed
 /// parts are each rounded to 2⁻⁶⁰ of the light's flux, which for 10⁵ photons sums to 1e-13 at worst.
@@ -56,7 +57,7 @@ fn the_ledger_closes_on_every_scene_with_every_setting() {
             let progress = Progress::default();
             let setup = Setup::new(&scene, sensor, settings, &progress).unwrap();
             let budget = Budget {
-                photons: Some(60_000),
+                work: Some(60_000),
                 ..Budget::default()
             };
             let estimate = setup.run(&budget).unwrap();
@@ -117,7 +118,7 @@ fn the_flux_of_the_cells_is_what_photons_start_with() {
     let setup = setup.unwrap();
     let estimate = setup
         .run(&Budget {
-            photons: Some(1 << 20),
+            work: Some(1 << 20),
             ..Budget::default()
         })
         .unwrap();

@@ -6,11 +6,11 @@
 use std::path::Path;
 
 use glam::DVec2;
-use nephroid::geometry::TraversalCounters;
-use nephroid::mitsuba;
-use nephroid::numeric::{Stream, StreamKind};
-use nephroid::scene::{Material, Scene};
-use nephroid::transport::domain::LightSpace;
+use nephroid::internals::geometry::TraversalCounters;
+use nephroid::internals::mitsuba;
+use nephroid::internals::numeric::{Stream, StreamKind};
+use nephroid::internals::scene::{Material, Scene};
+use nephroid::internals::transport::domain::LightSpace;
 
 fn load(name: &str) -> Scene {
     let path = Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -20,7 +20,7 @@ fn load(name: &str) -> Scene {
 }
 
 /// Whether a ray meets a specular surface, looking through nothing but null surfaces.
-fn meets_specular(scene: &Scene, ray: &nephroid::geometry::Ray) -> bool {
+fn meets_specular(scene: &Scene, ray: &nephroid::internals::geometry::Ray) -> bool {
     let mut counters = TraversalCounters::default();
     let mut ray = *ray;
     loop {

@@ -4,15 +4,18 @@ use std::sync::OnceLock;
 
 use glam::DVec2;
 
-use nephroid::mitsuba;
-use nephroid::radiometry::Rgb;
-use nephroid::reference::beams::{self, BeamBudget, BeamSettings};
-use nephroid::reference::photons::run::Setup;
-use nephroid::reference::photons::shard::Part;
-use nephroid::reference::photons::{Budget, PhotonSettings, Shard};
-use nephroid::reference::{Estimate, Layer, LayerName, Progress, Quantity};
-use nephroid::scene::{Color, Material, Scene};
-use nephroid::transport::camera::Camera;
+use nephroid::internals::mitsuba;
+use nephroid::internals::radiometry::Rgb;
+use nephroid::internals::reference::beams;
+use nephroid::internals::reference::beams::BeamSettings;
+use nephroid::internals::reference::photons::run::Setup;
+use nephroid::internals::reference::photons::shard::Part;
+use nephroid::internals::reference::photons::{PhotonSettings, Shard};
+use nephroid::internals::run::Budget;
+use nephroid::internals::run::Budget;
+use nephroid::internals::run::{Estimate, Layer, LayerName, Progress, Quantity};
+use nephroid::internals::scene::{Color, Material, Scene};
+use nephroid::internals::transport::camera::Camera;
 
 use crate::support;
 use crate::support::seen::{self, FloorView, Map, sensor, with_films};
@@ -42,7 +45,7 @@ fn settings() -> PhotonSettings {
 
 fn photons(count: u64) -> Budget {
     Budget {
-        photons: Some(count),
+        work: Some(count),
         ..Budget::default()
     }
 }
@@ -246,9 +249,9 @@ fn a_coloured_floor_colours_the_image_and_not_the_flux() {
         &scene,
         sensor(&scene, "camera"),
         BeamSettings::default(),
-        &BeamBudget {
+        &Budget {
             relative_error: Some(0.05),
-            ..BeamBudget::default()
+            ..Budget::default()
         },
         &Progress::default(),
     );

@@ -5,17 +5,19 @@ use std::sync::OnceLock;
 
 use glam::{DVec2, DVec3};
 
-use nephroid::numeric::SampleMoments;
-use nephroid::optics::dielectric_reflectance;
-use nephroid::radiometry::Rgb;
-use nephroid::reference::photon_map::finish::CONFIDENCE;
-use nephroid::reference::photon_map::{
-    self, PhotonMapError, PhotonMapReport, PhotonMapSettings, Seen,
-};
-use nephroid::reference::photons::{self, Budget, PhotonSettings};
-use nephroid::reference::{CombineError, Estimate, Layer, LayerName, Progress, Quantity};
-use nephroid::scene::Scene;
-use nephroid::transport::camera::Camera;
+use nephroid::internals::numeric::SampleMoments;
+use nephroid::internals::optics::dielectric_reflectance;
+use nephroid::internals::radiometry::Rgb;
+use nephroid::internals::reference::photon_map;
+use nephroid::internals::reference::photon_map::finish::CONFIDENCE;
+use nephroid::internals::reference::photon_map::{PhotonMapReport, PhotonMapSettings, Seen};
+use nephroid::internals::reference::photons;
+use nephroid::internals::reference::photons::PhotonSettings;
+use nephroid::internals::run::Budget;
+use nephroid::internals::run::Error;
+use nephroid::internals::run::{CombineError, Estimate, Layer, LayerName, Progress, Quantity};
+use nephroid::internals::scene::Scene;
+use nephroid::internals::transport::camera::Camera;
 
 use crate::support;
 use crate::support::seen::{self, FloorView, Map, sensor, with_films};
@@ -56,7 +58,7 @@ fn settings(seen: Seen) -> PhotonMapSettings {
 
 fn mapped(scene: &Scene, settings: PhotonMapSettings, passes: u64) -> (Estimate, PhotonMapReport) {
     let budget = Budget {
-        photons: Some(passes * settings.map_photons * u64::from(settings.photons.replicates)),
+        work: Some(passes * settings.map_photons * u64::from(settings.photons.replicates)),
         ..Budget::default()
     };
     let camera = sensor(scene, "camera");
@@ -266,7 +268,7 @@ fn a_caustic_in_the_open_is_that_of_beams_within_bounds() {
 fn light_connected_to_the_camera_finds_nothing_behind_a_pane() {
     let scene = behind_pane();
     let budget = Budget {
-        photons: Some(100_000),
+        work: Some(100_000),
         ..Budget::default()
     };
     let image = photons::run(
@@ -316,7 +318,7 @@ fn light_and_photon_maps_together_are_all_caustics_each_counted_once() {
     let light = || {
         let settings = PhotonSettings::default();
         let budget = Budget {
-            photons: Some(1 << 20),
+            work: Some(1 << 20),
             ..Budget::default()
         };
         let camera = sensor(scene, "camera");

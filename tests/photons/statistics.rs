@@ -2,13 +2,13 @@
 //!
 //! All on the scene `glass-ball`, whose every texel is known in closed form. Seeds are fixed.
 
-use nephroid::numeric::StreamKind;
-use nephroid::reference::closed_form::{GlassBall, KnownPath, TexelGrid};
-use nephroid::reference::{Estimate, LayerName};
-use nephroid::scene::Scene;
-use nephroid::transport::ledger::FluxByFate;
-use nephroid::transport::scatter::ShadingNormals;
-use nephroid::transport::signature::Signature;
+use nephroid::internals::numeric::StreamKind;
+use nephroid::internals::reference::closed_form::{GlassBall, KnownPath, TexelGrid};
+use nephroid::internals::run::{Estimate, LayerName};
+use nephroid::internals::scene::Scene;
+use nephroid::internals::transport::ledger::FluxByFate;
+use nephroid::internals::transport::scatter::ShadingNormals;
+use nephroid::internals::transport::signature::Signature;
 
 use crate::support::scenes::{layer, sensor_area};
 use crate::support::{Compared, Photons, bundled, student};
@@ -27,7 +27,7 @@ fn truth(path: KnownPath, side: usize) -> Vec<f64> {
 
 /// Mean and standard error of independent numbers.
 fn mean_and_error(values: &[f64]) -> (f64, f64) {
-    let moments: nephroid::numeric::SampleMoments = values.iter().copied().collect();
+    let moments: nephroid::internals::numeric::SampleMoments = values.iter().copied().collect();
     (moments.mean().unwrap(), moments.standard_error().unwrap())
 }
 

@@ -1,13 +1,13 @@
 //! Derivatives of rays are exact: they agree with differences of rays, and with the textbook's lenses and mirrors.
 
 use glam::{DMat2, DVec2, DVec3};
-use nephroid::geometry::{Ray, TraversalCounters};
-use nephroid::mitsuba;
-use nephroid::optics::{RayDerivative, reflect, refract};
-use nephroid::scene::{Scene, SensorKind};
-use nephroid::transport::differentials::{ChainStep, Follower, Landing, ThinBeam};
-use nephroid::transport::domain::LightSpace;
-use nephroid::transport::scatter::ShadingNormals;
+use nephroid::internals::geometry::{Ray, TraversalCounters};
+use nephroid::internals::mitsuba;
+use nephroid::internals::optics::{RayDerivative, reflect, refract};
+use nephroid::internals::scene::{Scene, SensorKind};
+use nephroid::internals::transport::differentials::{ChainStep, Follower, Landing, ThinBeam};
+use nephroid::internals::transport::domain::LightSpace;
+use nephroid::internals::transport::scatter::ShadingNormals;
 
 use crate::support::bundled;
 
@@ -254,7 +254,7 @@ fn forced_chains_extend_flat_surfaces() {
         .iter()
         .position(|object| object.plugin == "disk")
         .unwrap();
-    let element = nephroid::geometry::SurfaceElement {
+    let element = nephroid::internals::geometry::SurfaceElement {
         shape: disk as u32,
         face: None,
     };

@@ -1,11 +1,11 @@
 //! What holds of every bsdf: reciprocity, adjoints, and good manners at the extremes.
 
 use glam::{DVec2, DVec3};
-use nephroid::geometry::{Ray, SurfacePoint};
-use nephroid::numeric::{Stream, StreamKind};
-use nephroid::scene::Scene;
-use nephroid::transport::bsdf::{Bsdf, BsdfSample, Scattering, Transport, check_colors};
-use nephroid::transport::scatter::{Interaction, ShadingNormals, Way};
+use nephroid::internals::geometry::{Ray, SurfacePoint};
+use nephroid::internals::numeric::{Stream, StreamKind};
+use nephroid::internals::scene::Scene;
+use nephroid::internals::transport::bsdf::{Bsdf, BsdfSample, Scattering, Transport, check_colors};
+use nephroid::internals::transport::scatter::{Interaction, ShadingNormals, Way};
 
 use crate::support::bsdf::{Surface, bsdfs, direction, scene};
 

@@ -1,8 +1,8 @@
 //! Facets' normals: what must hold of any distribution, and the smooth limit of the tables.
 
 use glam::DVec3;
-use nephroid::numeric::quadrature::GaussLegendre;
-use nephroid::optics::{
+use nephroid::internals::numeric::quadrature::GaussLegendre;
+use nephroid::internals::optics::{
     FacetDistribution, Microfacets, RoughTransmittance, dielectric_reflectance,
 };
 

@@ -3,9 +3,9 @@
 //! The numbers are those of Mitsuba 3.9.1, `scalar_rgb`, written by `tests/mitsuba/bsdf_oracle.py`.
 
 use glam::{DVec2, DVec3};
-use nephroid::geometry::Ray;
-use nephroid::radiometry::Rgb;
-use nephroid::transport::bsdf::{Bsdf, Transport};
+use nephroid::internals::geometry::Ray;
+use nephroid::internals::radiometry::Rgb;
+use nephroid::internals::transport::bsdf::{Bsdf, Transport};
 
 use crate::support::bsdf::{Surface, direction, folder};
 

@@ -4,15 +4,15 @@
 //! derivative is in the tolerance.
 
 use glam::{DVec2, DVec3};
-use nephroid::geometry::SurfacePoint;
-use nephroid::mitsuba;
-use nephroid::optics::{
+use nephroid::internals::geometry::SurfacePoint;
+use nephroid::internals::mitsuba;
+use nephroid::internals::optics::{
     conductor_reflectance, dielectric_reflectance, reflect, refract, thin_slab_reflectance,
 };
-use nephroid::radiometry::Rgb;
-use nephroid::scene::{Color, Material, MaterialId, Scalar, Scene};
-use nephroid::transport::scatter::{Branch, Interaction, ShadingNormals, Way};
-use nephroid::transport::signature::Event;
+use nephroid::internals::radiometry::Rgb;
+use nephroid::internals::scene::{Color, Material, MaterialId, Scalar, Scene};
+use nephroid::internals::transport::scatter::{Branch, Interaction, ShadingNormals, Way};
+use nephroid::internals::transport::signature::Event;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 

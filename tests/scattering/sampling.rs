@@ -1,10 +1,10 @@
 //! Every bsdf samples what it says: by its density, and with weights that add up to its value.
 
 use glam::{DVec2, DVec3};
-use nephroid::numeric::distributions::chi_squared_survival;
-use nephroid::numeric::{Stream, StreamKind};
-use nephroid::radiometry::Rgb;
-use nephroid::transport::bsdf::{Bsdf, Scattering, Transport};
+use nephroid::internals::numeric::distributions::chi_squared_survival;
+use nephroid::internals::numeric::{Stream, StreamKind};
+use nephroid::internals::radiometry::Rgb;
+use nephroid::internals::transport::bsdf::{Bsdf, Scattering, Transport};
 
 use crate::support::bsdf::{Bins, Surface, bsdfs, direction};
 

@@ -3,10 +3,10 @@
 //! The numbers are those of Mitsuba 3.9.1, `scalar_rgb`, written by `tests/mitsuba/texture_oracle.py`.
 
 use glam::{DVec2, DVec3};
-use nephroid::film::{Image, exr};
-use nephroid::geometry::Ray;
-use nephroid::mitsuba::load;
-use nephroid::scene::{TextureId, TexturePoint};
+use nephroid::internals::film::{Image, exr};
+use nephroid::internals::geometry::Ray;
+use nephroid::internals::mitsuba::load;
+use nephroid::internals::scene::{TextureId, TexturePoint};
 
 use crate::support::bsdf::{Surface, folder, scene};
 

@@ -4,15 +4,17 @@ use std::fmt::Write as _;
 use std::fs;
 
 use glam::DVec3;
-use nephroid::approximation::{Approximation, CausticMap, Rendering};
-use nephroid::generate::{bumpy_ball, write_ply};
-use nephroid::geometry::MeshParts;
-use nephroid::mitsuba;
-use nephroid::reference::Progress;
-use nephroid::reference::beams::{BeamBudget, BeamSettings, run};
-use nephroid::scene::Scene;
-use nephroid::study::attribution::{Truth, relative_rmse};
-use nephroid::transport::signature::Signature;
+use nephroid::internals::generate::{bumpy_ball, write_ply};
+use nephroid::internals::geometry::MeshParts;
+use nephroid::internals::method::Method;
+use nephroid::internals::mitsuba;
+use nephroid::internals::reference::beams::{BeamSettings, run};
+use nephroid::internals::run::Budget;
+use nephroid::internals::run::Progress;
+use nephroid::internals::run::Rendering;
+use nephroid::internals::scene::Scene;
+use nephroid::internals::study::attribution::{Truth, relative_rmse};
+use nephroid::internals::transport::signature::Signature;
 
 use super::scenes::{bundled_file, meter};
 
@@ -138,9 +140,9 @@ pub fn truth(scene: &Scene, signature: &str, error: f64) -> Truth {
         max_layers: 16,
         ..BeamSettings::default()
     };
-    let budget = BeamBudget {
+    let budget = Budget {
         relative_error: Some(error),
-        ..BeamBudget::default()
+        ..Budget::default()
     };
     let (estimate, _) = run(scene, meter(scene), settings, &budget, &Progress::default()).unwrap();
     let name = signature.to_string();

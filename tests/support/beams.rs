@@ -1,9 +1,10 @@
 //! Beam runs, and how their bounds hold against what is known.
 
-use nephroid::radiometry::Rgb;
-use nephroid::reference::beams::{BeamBudget, BeamReport, BeamSettings, run};
-use nephroid::reference::{Estimate, Layer, LayerName, Progress};
-use nephroid::scene::Scene;
+use nephroid::internals::radiometry::Rgb;
+use nephroid::internals::reference::beams::{BeamReport, BeamSettings, run};
+use nephroid::internals::run::Budget;
+use nephroid::internals::run::{Estimate, Layer, LayerName, Progress};
+use nephroid::internals::scene::Scene;
 
 use super::comparison::Compared;
 use super::oracles::{DEPTH, Known, Oracle};
@@ -16,15 +17,15 @@ pub fn beams(scene: &Scene, error: f64) -> (Estimate, BeamReport) {
 
 /// A beam run that follows `depth` events.
 pub fn beams_to(depth: u32, scene: &Scene, error: f64) -> (Estimate, BeamReport) {
-    let budget = BeamBudget {
+    let budget = Budget {
         relative_error: Some(error),
-        ..BeamBudget::default()
+        ..Budget::default()
     };
     beams_within(depth, scene, &budget)
 }
 
 /// A beam run that follows `depth` events, a layer for each signature.
-pub fn beams_within(depth: u32, scene: &Scene, budget: &BeamBudget) -> (Estimate, BeamReport) {
+pub fn beams_within(depth: u32, scene: &Scene, budget: &Budget) -> (Estimate, BeamReport) {
     let settings = BeamSettings {
         max_depth: depth,
         max_layers: 256,
@@ -197,7 +198,7 @@ pub fn assert_photons_are_within_bounds(
         it.name = format!("{name} {signature}");
         it.assert_every_texel_agrees(0, alpha, comparisons);
     }
-    let received = |row: &nephroid::transport::ledger::FluxByFate| row.received.mean();
+    let received = |row: &nephroid::internals::transport::ledger::FluxByFate| row.received.mean();
     let total: f64 = witness.ledger.rows.values().map(received).sum();
     for (signature, row) in &witness.ledger.rows {
         let wanted = LayerName::Path(*signature);

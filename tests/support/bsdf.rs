@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use glam::{DVec2, DVec3};
-use nephroid::geometry::{Hit, Ray, SurfacePoint};
-use nephroid::mitsuba::load;
-use nephroid::numeric::quadrature::GaussLegendre;
-use nephroid::scene::Scene;
-use nephroid::transport::bsdf::Bsdf;
+use nephroid::internals::geometry::{Hit, Ray, SurfacePoint};
+use nephroid::internals::mitsuba::load;
+use nephroid::internals::numeric::quadrature::GaussLegendre;
+use nephroid::internals::scene::Scene;
+use nephroid::internals::transport::bsdf::Bsdf;
 use tempfile::TempDir;
 
 /// Where the oracles' script, answers and images are.

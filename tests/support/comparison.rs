@@ -1,11 +1,11 @@
 //! An estimate beside a closed form, texel by texel.
 
-use nephroid::reference::Estimate;
-use nephroid::reference::closed_form::TexelGrid;
+use nephroid::internals::reference::closed_form::TexelGrid;
+use nephroid::internals::run::Estimate;
 
 use super::scenes::{Photons, layer, sensor_area};
 use super::student;
-use nephroid::scene::Scene;
+use nephroid::internals::scene::Scene;
 
 /// Photons a texel must expect of each replicate before its error bar is judged.
 ///

@@ -3,14 +3,14 @@
 use std::fs;
 use std::time::{Duration, Instant};
 
-use nephroid::generate::{bumpy_ball, write_ply};
-use nephroid::numeric::StreamKind;
-use nephroid::reference::beams::BeamBudget;
-use nephroid::reference::{Estimate, LayerName};
-use nephroid::scene::Scene;
-use nephroid::transport::chain::ChainSettings;
-use nephroid::transport::direct::{AREA_SAMPLES, direct};
-use nephroid::transport::receiver::Receiver;
+use nephroid::internals::generate::{bumpy_ball, write_ply};
+use nephroid::internals::numeric::StreamKind;
+use nephroid::internals::run::Budget;
+use nephroid::internals::run::{Estimate, LayerName};
+use nephroid::internals::scene::Scene;
+use nephroid::internals::transport::chain::ChainSettings;
+use nephroid::internals::transport::direct::{AREA_SAMPLES, direct};
+use nephroid::internals::transport::receiver::Receiver;
 
 use super::beams::{beams_to, beams_within};
 use super::oracles::oracle_to;
@@ -69,10 +69,10 @@ impl Contest {
             "flat mesh" => bumpy(side, false),
             _ => bundled(name, side),
         };
-        let budget = BeamBudget {
+        let budget = Budget {
             relative_error: Some(error),
             time: Some(Duration::from_secs(60)),
-            ..BeamBudget::default()
+            ..Budget::default()
         };
         let (finer, _) = beams_within(depth, &scene, &budget);
         Self {

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use glam::DVec3;
-use nephroid::geometry::{Hit, Mesh, MeshParts, Ray, Shape, TraversalCounters, World};
+use nephroid::internals::geometry::{Hit, Mesh, MeshParts, Ray, Shape, TraversalCounters, World};
 
 /// Repeatable random numbers: Steele, Lea and Flood's SplitMix64 (OOPSLA 2014).
 pub struct Random(pub u64);

@@ -1,8 +1,8 @@
 //! Images made from formulas, for the tests of comparison.
 
-use nephroid::film::Image;
-use nephroid::metric::CompareImage;
-use nephroid::numeric::{Stream, StreamKind};
+use nephroid::internals::film::Image;
+use nephroid::internals::metric::CompareImage;
+use nephroid::internals::numeric::{Stream, StreamKind};
 
 /// An image of one grey channel `Y` by the value at (x, y), and of its standard errors, if any.
 pub fn grey(

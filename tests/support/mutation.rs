@@ -8,7 +8,7 @@ use exr::prelude::{
 };
 use flate2::Compression;
 use flate2::write::ZlibEncoder;
-use nephroid::geometry::MeshParts;
+use nephroid::internals::geometry::MeshParts;
 use proptest::prelude::*;
 
 /// A change to a file: where (as a fraction), what kind, and with what.

@@ -5,15 +5,15 @@ use std::fmt::Write as _;
 use std::fs;
 
 use glam::{DVec2, DVec3};
-use nephroid::generate::{BrilliantCut, round_brilliant, write_ply};
-use nephroid::geometry::{MeshParts, Shape};
-use nephroid::numeric::quadrature::GaussLegendre;
-use nephroid::optics::{conductor_reflectance, dielectric_reflectance};
-use nephroid::reference::closed_form::{
+use nephroid::internals::generate::{BrilliantCut, round_brilliant, write_ply};
+use nephroid::internals::geometry::{MeshParts, Shape};
+use nephroid::internals::numeric::quadrature::GaussLegendre;
+use nephroid::internals::optics::{conductor_reflectance, dielectric_reflectance};
+use nephroid::internals::reference::closed_form::{
     Bundled, FlatFacets, FlatSlab, KnownPath, ParabolicMirror, ParallelLight, SineWave, TexelGrid,
 };
-use nephroid::scene::Scene;
-use nephroid::transport::signature::Signature;
+use nephroid::internals::scene::Scene;
+use nephroid::internals::transport::signature::Signature;
 
 use super::scenes::{bundled, bundled_file, loaded};
 
@@ -309,7 +309,9 @@ fn pane(depth: u32, side: usize) -> (Scene, Vec<Known>) {
     (scene, layers)
 }
 
-/// The wave. Its crests focus at n/((n − 1) A k²) = 1.04 m: the floor is before that, and the sheet does not fold on it.
+/// The wave that stands in for those of the scene `water`.
+///
+/// Its crests focus n/((n − 1) A k²) = 1.04 m below it: the floor is before that, and the sheet does not fold on it.
 pub const WAVE: SineWave = SineWave {
     depth: 0.8,
     amplitude: 0.012,
@@ -324,12 +326,12 @@ pub const WAVE: SineWave = SineWave {
 /// have to divide it.
 const CELLS: u32 = 64;
 
-/// The wave as a strip of cells along x, normals exact at the vertices.
-fn strip() -> MeshParts {
+/// The wave as a strip of `cells` cells along x, normals exact at the vertices.
+fn strip(cells: u32) -> MeshParts {
     let mut mesh = MeshParts::default();
     let mut normals = Vec::new();
-    for i in 0..=CELLS {
-        let x = WAVE.half_width * (2.0 * f64::from(i) / f64::from(CELLS) - 1.0);
+    for i in 0..=cells {
+        let x = WAVE.half_width * (2.0 * f64::from(i) / f64::from(cells) - 1.0);
         let (sin, cos) = (WAVE.wave_number * x + WAVE.phase).sin_cos();
         let slope = WAVE.amplitude * WAVE.wave_number * cos;
         for y in [-WAVE.half_width, WAVE.half_width] {
@@ -337,7 +339,7 @@ fn strip() -> MeshParts {
                 .push(DVec3::new(x, y, WAVE.depth + WAVE.amplitude * sin));
             normals.push(DVec3::new(-slope, 0.0, 1.0).normalize());
         }
-        if i < CELLS {
+        if i < cells {
             let low = 2 * i;
             mesh.triangles.push([low, low + 2, low + 3]);
             mesh.triangles.push([low, low + 3, low + 1]);
@@ -347,15 +349,20 @@ fn strip() -> MeshParts {
     mesh
 }
 
-/// The scene `water` with one wave as a coarse mesh, whose light is known as that of the mesh.
-fn sine_water(side: usize) -> (Scene, Vec<Known>) {
+/// The scene `water` with one wave, a strip of `cells` cells.
+pub fn one_wave(cells: u32, side: usize) -> Scene {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("water.xml");
     fs::copy(bundled_file("water"), &file).unwrap();
     let mut bytes = Vec::new();
-    write_ply(&strip(), "one wave", &mut bytes).unwrap();
+    write_ply(&strip(cells), "one wave", &mut bytes).unwrap();
     fs::write(folder.path().join("water.ply"), bytes).unwrap();
-    let scene = loaded(&file, side);
+    loaded(&file, side)
+}
+
+/// The scene `water` with one wave as a coarse mesh, whose light is known as that of the mesh.
+fn sine_water(side: usize) -> (Scene, Vec<Known>) {
+    let scene = one_wave(CELLS, side);
     let row = below_a_strip(&scene, &TexelGrid::square(0.9, side));
     // An end of a branch is known to 1e-8 of a cell, √ε, and a cell is half a texel of 512 at least: with two ends in each
     // texel, 1e-8 · 10 · 2 of the light of sun on it. The rest is rounding.

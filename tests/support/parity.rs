@@ -2,14 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
-use nephroid::film::{Channel, Image, exr};
-use nephroid::metric::{
+use nephroid::internals::film::{Channel, Image, exr};
+use nephroid::internals::metric::{
     CompareImage, CompareSettings, ImageSide, LayerComparison, Pairing, Verdict,
 };
-use nephroid::mitsuba::load;
-use nephroid::reference::path::{PathBudget, PathSettings, run};
-use nephroid::reference::{Layer, Progress};
-use nephroid::scene::{Crop, Scene, Sensor};
+use nephroid::internals::mitsuba::load;
+use nephroid::internals::reference::path::{PathSettings, run};
+use nephroid::internals::run::Budget;
+use nephroid::internals::run::{Layer, Progress};
+use nephroid::internals::scene::{Crop, Scene, Sensor};
 
 /// Replicates of our images. Mitsuba's have as many seeds: see `tests/mitsuba/parity/render.py`.
 pub const REPLICATES: u32 = 32;
@@ -43,9 +44,9 @@ pub fn render(scene: &Scene, sensor: &Sensor, settings: PathSettings, samples: u
         replicates: REPLICATES,
         ..settings
     };
-    let budget = PathBudget {
-        samples: Some(samples * u64::from(REPLICATES)),
-        ..PathBudget::default()
+    let budget = Budget {
+        work: Some(samples * u64::from(REPLICATES)),
+        ..Budget::default()
     };
     let (estimate, report) = run(scene, sensor, settings, &budget, &Progress::default())
         .unwrap_or_else(|error| panic!("{error}"));
@@ -55,7 +56,7 @@ pub fn render(scene: &Scene, sensor: &Sensor, settings: PathSettings, samples: u
 
 /// A layer as an image that `metric` reads.
 pub fn image_of(layer: &Layer, width: usize, height: usize) -> Image {
-    let triples = |values: &[nephroid::radiometry::Rgb]| -> Vec<[f64; 3]> {
+    let triples = |values: &[nephroid::internals::radiometry::Rgb]| -> Vec<[f64; 3]> {
         values.iter().map(|value| value.0).collect()
     };
     let mut image = Image::new(width, height);

@@ -1,11 +1,12 @@
 //! Scenes in a few lines, and images of them by paths.
 
-use nephroid::mitsuba::load;
-use nephroid::radiometry::Rgb;
-use nephroid::reference::path::{PathBudget, PathSettings, run};
-use nephroid::reference::{Estimate, Layer, LayerName, Progress};
-use nephroid::scene::Scene;
-use nephroid::transport::path_class::PathClass;
+use nephroid::internals::mitsuba::load;
+use nephroid::internals::radiometry::Rgb;
+use nephroid::internals::reference::path::{PathSettings, run};
+use nephroid::internals::run::Budget;
+use nephroid::internals::run::{Estimate, Layer, LayerName, Progress};
+use nephroid::internals::scene::Scene;
+use nephroid::internals::transport::path_class::PathClass;
 
 /// A scene of these elements.
 pub fn scene(elements: &str) -> Scene {
@@ -41,9 +42,9 @@ pub fn camera(fov: f64, film: &str) -> String {
 
 /// An image of the scene's first sensor, `samples` a pixel.
 pub fn image(scene: &Scene, settings: PathSettings, samples: u64) -> Estimate {
-    let budget = PathBudget {
-        samples: Some(samples),
-        ..PathBudget::default()
+    let budget = Budget {
+        work: Some(samples),
+        ..Budget::default()
     };
     run(
         scene,

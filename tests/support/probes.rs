@@ -1,8 +1,8 @@
 //! What the tests of probes share: points of a bundled scene's receiver, and roots on a line.
 
 use glam::DVec2;
-use nephroid::reference::probe::{ProbeSettings, Probed, SpecularPath, probe};
-use nephroid::scene::Scene;
+use nephroid::internals::reference::probe::{ProbeSettings, Probed, SpecularPath, probe};
+use nephroid::internals::scene::Scene;
 
 use super::scenes::meter;
 

@@ -2,12 +2,12 @@
 
 use std::fs;
 
-use nephroid::radiometry::Rgb;
-use nephroid::reference::beams::BeamSettings;
-use nephroid::reference::closed_form::{ClosedFormSettings, solve};
-use nephroid::reference::{Estimate, Interval, Layer, LayerName};
-use nephroid::scene::{Crop, Scene};
-use nephroid::transport::signature::Signature;
+use nephroid::internals::radiometry::Rgb;
+use nephroid::internals::reference::beams::BeamSettings;
+use nephroid::internals::reference::closed_form::{ClosedFormSettings, solve};
+use nephroid::internals::run::{Estimate, Interval, Layer, LayerName};
+use nephroid::internals::scene::{Crop, Scene};
+use nephroid::internals::transport::signature::Signature;
 
 use super::beams::beams_to;
 use super::scenes::{bundled_file, meter};
@@ -46,7 +46,7 @@ pub fn of_text(xml: &str, size: [u32; 2]) -> Scene {
     }
     let file = folder.path().join("scene.xml");
     fs::write(&file, xml).unwrap();
-    let mut parts = nephroid::mitsuba::load_parts(&file, &[]).unwrap();
+    let mut parts = nephroid::internals::mitsuba::load_parts(&file, &[]).unwrap();
     for sensor in &mut parts.sensors {
         (sensor.film.width, sensor.film.height) = (size[0], size[1]);
         sensor.film.crop = Crop {

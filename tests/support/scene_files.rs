@@ -3,8 +3,8 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use nephroid::mitsuba::{LoadError, load_parts};
-use nephroid::scene::SceneParts;
+use nephroid::internals::mitsuba::{LoadError, load_parts};
+use nephroid::internals::scene::SceneParts;
 use tempfile::TempDir;
 
 /// A folder that is gone when the test is over.

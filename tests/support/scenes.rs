@@ -2,13 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
-use nephroid::mitsuba;
-use nephroid::numeric::StreamKind;
-use nephroid::reference::Progress;
-use nephroid::reference::photons::run::Setup;
-use nephroid::reference::photons::{Budget, PhotonSettings};
-use nephroid::reference::{Estimate, LayerName};
-use nephroid::scene::{Crop, Scene, SensorKind};
+use nephroid::internals::mitsuba;
+use nephroid::internals::numeric::StreamKind;
+use nephroid::internals::reference::photons::PhotonSettings;
+use nephroid::internals::reference::photons::run::Setup;
+use nephroid::internals::run::Budget;
+use nephroid::internals::run::Progress;
+use nephroid::internals::run::{Estimate, LayerName};
+use nephroid::internals::scene::{Crop, Scene, SensorKind};
 
 /// The file of a bundled scene.
 pub fn bundled_file(name: &str) -> PathBuf {
@@ -70,7 +71,7 @@ pub fn sensor_area(scene: &Scene) -> f64 {
 }
 
 /// The scene's first irradiance meter.
-pub fn meter(scene: &Scene) -> &nephroid::scene::Sensor {
+pub fn meter(scene: &Scene) -> &nephroid::internals::scene::Sensor {
     scene
         .sensors()
         .iter()
@@ -118,7 +119,7 @@ impl Photons {
     pub fn estimate(&self, scene: &Scene) -> Estimate {
         let progress = Progress::default();
         let budget = Budget {
-            photons: Some(self.count),
+            work: Some(self.count),
             ..Budget::default()
         };
         Setup::new(scene, meter(scene), self.settings, &progress)
@@ -141,7 +142,7 @@ pub fn layer(estimate: &Estimate, name: &str, channel: usize) -> (Vec<f64>, Vec<
                 (vec![0.0; texels], vec![0.0; texels])
             },
             |layer| {
-                let pick = |values: &[nephroid::radiometry::Rgb]| {
+                let pick = |values: &[nephroid::internals::radiometry::Rgb]| {
                     values.iter().map(|value| value.0[channel]).collect()
                 };
                 (pick(&layer.irradiance), pick(&layer.standard_error))

@@ -2,12 +2,14 @@
 
 use glam::DVec2;
 
-use nephroid::geometry::TraversalCounters;
-use nephroid::mitsuba;
-use nephroid::reference::beams::{self, BeamBudget, BeamReport, BeamSettings};
-use nephroid::reference::{Estimate, Progress};
-use nephroid::scene::{Crop, Scene, Sensor, SensorKind};
-use nephroid::transport::camera::Camera;
+use nephroid::internals::geometry::TraversalCounters;
+use nephroid::internals::mitsuba;
+use nephroid::internals::reference::beams;
+use nephroid::internals::reference::beams::{BeamReport, BeamSettings};
+use nephroid::internals::run::Budget;
+use nephroid::internals::run::{Estimate, Progress};
+use nephroid::internals::scene::{Crop, Scene, Sensor, SensorKind};
+use nephroid::internals::transport::camera::Camera;
 
 /// A scene with cameras of this size, and meters of `texels` x `texels`.
 pub fn with_films(file: &std::path::Path, pixels: [usize; 2], texels: usize) -> Scene {
@@ -35,9 +37,9 @@ pub fn sensor<'a>(scene: &'a Scene, id: &str) -> &'a Sensor {
 
 /// Beams to a likely error, with a layer for every signature.
 pub fn by_beams(scene: &Scene, id: &str, relative_error: f64) -> (Estimate, BeamReport) {
-    let budget = BeamBudget {
+    let budget = Budget {
         relative_error: Some(relative_error),
-        ..BeamBudget::default()
+        ..Budget::default()
     };
     let settings = BeamSettings {
         max_layers: 64,

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::PathBuf;
 
 use glam::DVec3;
-use nephroid::geometry::MeshParts;
+use nephroid::internals::geometry::MeshParts;
 
 /// A mesh of the folder beside the crate, or `None` (said aloud) where there is none: `float x y z`, then faces as
 /// `uchar` and three `int`s.

@@ -5,13 +5,16 @@ pub mod double_double;
 use std::path::Path;
 
 use glam::DVec3;
-use nephroid::mitsuba::{self, LoadError};
-use nephroid::reference::beams::{BeamBudget, BeamSettings, run};
-use nephroid::reference::photons::run::Setup;
-use nephroid::reference::photons::{Budget, PhotonSettings};
-use nephroid::reference::{Estimate, Layer, LayerName, Progress};
-use nephroid::scene::{Scene, SceneParts, Sensor, SensorKind};
-use nephroid::transport::signature::Signature;
+use nephroid::internals::mitsuba;
+use nephroid::internals::mitsuba::LoadError;
+use nephroid::internals::reference::beams::{BeamSettings, run};
+use nephroid::internals::reference::photons::PhotonSettings;
+use nephroid::internals::reference::photons::run::Setup;
+use nephroid::internals::run::Budget;
+use nephroid::internals::run::Budget;
+use nephroid::internals::run::{Estimate, Layer, LayerName, Progress};
+use nephroid::internals::scene::{Scene, SceneParts, Sensor, SensorKind};
+use nephroid::internals::transport::signature::Signature;
 
 use super::scenes::meter;
 
@@ -245,9 +248,9 @@ pub fn beams_to(scene: &Scene, sensor: &Sensor, relative_error: f64, depth: u32)
         max_layers: 64,
         ..BeamSettings::default()
     };
-    let budget = BeamBudget {
+    let budget = Budget {
         relative_error: Some(relative_error),
-        ..BeamBudget::default()
+        ..Budget::default()
     };
     let estimate = run(scene, sensor, settings, &budget, &Progress::default())
         .expect("beams start")
@@ -274,7 +277,7 @@ pub fn photons_to(scene: &Scene, sensor: &Sensor, count: u64, depth: u32) -> Est
     };
     settings.chains.max_depth = depth;
     let budget = Budget {
-        photons: Some(count),
+        work: Some(count),
         ..Budget::default()
     };
     Setup::new(scene, sensor, settings, &Progress::default())

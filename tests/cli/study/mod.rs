@@ -1,0 +1,7 @@
+//! `nephroid validate` as a user meets it: reports, figures, candidates, limits, interruption.
+
+mod course;
+mod folder;
+mod report;
+mod sensors;
+mod verdicts;

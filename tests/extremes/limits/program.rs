@@ -1,0 +1,85 @@
+//! The program as a process: its commands, its messages, and the memory that it takes.
+
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+use std::time::Duration;
+use std::{fs, thread};
+
+pub fn scene(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("scenes")
+        .join(name)
+}
+
+/// `nephroid render` of the glass ball.
+pub fn render(size: usize, output: &Path, arguments: &[&str]) -> Command {
+    render_file(&scene("glass-ball.xml"), size, output, arguments)
+}
+
+/// `nephroid render` of a scene that has a parameter `size`.
+pub fn render_file(scene: &Path, size: usize, output: &Path, arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_nephroid"));
+    command
+        .arg("render")
+        .arg(scene)
+        .args(["-D", &format!("size={size}"), "-o"])
+        .arg(output)
+        .args(arguments)
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped());
+    command
+}
+
+pub fn message(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// The most memory \[bytes\] that a program had at once, as the system counts it, and what it printed where it did not fail.
+#[cfg(target_os = "linux")]
+pub fn peak_memory(mut child: Child) -> (u64, Vec<u8>) {
+    let file = format!("/proc/{}/status", child.id());
+    let mut peak = 0;
+    loop {
+        if let Some(kilobytes) = fs::read_to_string(&file).ok().and_then(|status| {
+            let line = status
+                .lines()
+                .find_map(|line| line.strip_prefix("VmHWM:"))?
+                .trim()
+                .to_owned();
+            line.strip_suffix("kB")?.trim().parse::<u64>().ok()
+        }) {
+            peak = peak.max(1024 * kilobytes);
+        }
+        if child.try_wait().unwrap().is_some() {
+            let output = child.wait_with_output().unwrap();
+            assert!(output.status.success(), "{}", message(&output));
+            return (peak, output.stdout);
+        }
+        thread::sleep(Duration::from_millis(2));
+    }
+}
+
+/// `nephroid inspect` of a scene.
+#[cfg(target_os = "linux")]
+pub fn inspect(scene: &Path) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_nephroid"));
+    command
+        .arg("inspect")
+        .arg(scene)
+        .arg("--json")
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped());
+    command
+}
+
+/// The glass ball with a camera that has as many pixels as the floor has texels.
+pub fn with_a_square_camera(folder: &Path) -> PathBuf {
+    let text = fs::read_to_string(scene("glass-ball.xml")).unwrap();
+    let square = text
+        .replace(r#"value="640""#, r#"value="$size""#)
+        .replace(r#"value="480""#, r#"value="$size""#);
+    assert_ne!(square, text);
+    let path = folder.join("square.xml");
+    fs::write(&path, square).unwrap();
+    path
+}
