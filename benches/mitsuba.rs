@@ -18,7 +18,6 @@ use nephroid::internals::reference::path::PathSettings;
 use nephroid::internals::reference::photons;
 use nephroid::internals::reference::photons::PhotonSettings;
 use nephroid::internals::run::Budget;
-use nephroid::internals::run::Budget;
 use nephroid::internals::run::{Layer, Progress};
 use nephroid::internals::scene::{Crop, Scene, Sensor};
 
@@ -197,7 +196,7 @@ fn small_camera(scene: &Scene) -> Sensor {
 }
 
 fn values(layer: &Layer) -> Vec<f64> {
-    layer.irradiance.iter().map(|it| it.mean()).collect()
+    layer.values.iter().map(|it| it.mean()).collect()
 }
 
 fn by_paths(scene: &Scene, camera: &Sensor, seed: u64, max_depth: u32) -> Vec<f64> {

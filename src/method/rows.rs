@@ -106,6 +106,20 @@ pub(super) const SHADING_NORMALS: Setting = row(
     "Effect of interpolated normals on flux",
 );
 
+/// Paths from a camera imply Veach's factor.
+pub(super) const ADJOINT_NORMALS: Setting = row(
+    "shading-normals",
+    Kind::Choice(adjoint),
+    Preset::Value("adjoint"),
+    "",
+    "Effect of interpolated normals on flux",
+);
+
+fn adjoint() -> Vec<(&'static str, &'static str)> {
+    let words = words_of::<ShadingNormals>().into_iter();
+    words.filter(|(word, _)| *word == "adjoint").collect()
+}
+
 pub(super) const LAYERS: Setting = row(
     "layers",
     Kind::Whole(0, 1024),

@@ -17,7 +17,7 @@ use std::collections::BTreeMap;
 
 use crate::method::Method;
 use crate::radiometry::Rgb;
-use crate::run::{Budget, Context, Counter, Error, Estimate, LayerName, Light, Rendering};
+use crate::run::{Budget, Context, Error, Estimate, LayerName, Light, Rendering};
 use crate::scene::{Scene, Sensor};
 use crate::setting::SettingError;
 use crate::transport::signature::Signature;
@@ -74,7 +74,7 @@ pub struct Outcome {
     /// Its light by the truth's.
     pub energy_ratio: f64,
     /// Work of a frame, counted.
-    pub work: Vec<Counter>,
+    pub work: BTreeMap<String, u64>,
     /// Time of a frame \[s\].
     pub seconds: f64,
 }
@@ -271,7 +271,11 @@ pub fn attribute(
         Ok::<_, AttributionError>(Outcome {
             error,
             energy_ratio: total(values) / total(&truth.modelled),
-            work: rendering.counters.clone(),
+            work: rendering
+                .counters
+                .iter()
+                .map(|one| (one.name.clone(), one.count))
+                .collect(),
             seconds: rendering.frame_time.unwrap_or_default().as_secs_f64(),
         })
     };

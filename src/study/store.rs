@@ -267,9 +267,9 @@ fn described(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::method::Method;
     use crate::mitsuba;
     use crate::setting::Given;
-    use crate::method::Method;
 
     fn run(photons: &str) -> StudyRun {
         let given = Given::from([("photons".to_owned(), photons.to_owned())]);

@@ -10,10 +10,10 @@ use nephroid::internals::approximation::caustic_map::settings::Splat;
 use nephroid::internals::approximation::caustic_map::work::Work;
 use nephroid::internals::approximation::{DepthMap, Receivers};
 use nephroid::internals::geometry::{Bounds, Ray};
-use nephroid::internals::method::Method;
 use nephroid::internals::optics::refract;
 use nephroid::internals::radiometry::Rgb;
-use nephroid::internals::run::{Error, Rendering};
+use nephroid::internals::run::{Budget, Context, Light, Rendering};
+use nephroid::internals::setting::Words;
 use nephroid::internals::study::attribution::{Truth, attribute};
 use nephroid::internals::transport::first_surface::Source;
 
@@ -23,15 +23,21 @@ use crate::support::approximation::{
 };
 use crate::support::scenes::meter;
 
-const SPLATS: &[Splat] = Splat::ALL;
+const SPLATS: &[(&str, Splat, &str)] = Splat::WORDS;
 
 fn bits(rendering: &Rendering) -> Vec<u64> {
-    let values = rendering.values.iter();
+    let values = rendering.estimate.total.values.iter();
     values.flat_map(|value| value.0.map(f64::to_bits)).collect()
 }
 
 fn total(rendering: &Rendering) -> f64 {
-    rendering.values.iter().map(|value| value.mean()).sum()
+    rendering
+        .estimate
+        .total
+        .values
+        .iter()
+        .map(|value| value.mean())
+        .sum()
 }
 
 fn with_threads<T: Send>(threads: usize, run: impl FnOnce() -> T + Send) -> T {
@@ -72,12 +78,12 @@ fn a_mirrors_exact_pipeline_converges_to_beams_too() {
 #[test]
 fn the_same_bits_come_from_any_number_of_threads() {
     let scene = scene_of(&over_floor(&ball(GLASS), 24));
-    for splat in SPLATS {
+    for (splat, ..) in SPLATS {
         for lookup in ["nearest", "bilinear", "exact"] {
             let settings = [
                 ("photons", "96"),
                 ("map", "80"),
-                ("splat", splat.name()),
+                ("splat", splat),
                 ("lookup", lookup),
             ];
             let map = caustic_map(&settings);
@@ -85,9 +91,9 @@ fn the_same_bits_come_from_any_number_of_threads() {
             let many = with_threads(5, || rendered(&map, &scene));
             assert_eq!(bits(&one), bits(&many), "{settings:?}");
             let work = |rendering: &Rendering| {
-                let stages = rendering.work.iter();
+                let stages = rendering.stages.iter();
                 stages
-                    .map(|stage| (stage.name, stage.work))
+                    .map(|stage| (stage.name, stage.work.clone()))
                     .collect::<Vec<_>>()
             };
             assert_eq!(work(&one), work(&many), "{settings:?}");
@@ -172,8 +178,9 @@ fn a_camera_sees_what_a_meter_measures() {
         .unwrap();
     for lookup in ["bilinear", "exact"] {
         let map = exact_but(&[("photons", "256"), ("splat", "fixed"), ("lookup", lookup)]);
-        let radiance: f64 = total(&map.run(&scene, seen).unwrap());
-        let irradiance = total(&map.run(&scene, meter(&scene)).unwrap());
+        let (budget, context) = (Budget::default(), Context::default());
+        let radiance: f64 = total(&map.run(&scene, seen, &budget, &context).unwrap());
+        let irradiance = total(&rendered(&map, &scene));
         // The default albedo is 1/2; both grids average the same map over the same square.
         let expected = irradiance * 0.5 * std::f64::consts::FRAC_1_PI;
         assert!(
@@ -277,23 +284,22 @@ fn equation_seven_departs_from_traced_rays_away_from_the_axis() {
 
 #[test]
 fn sizes_of_zero_are_refused_and_of_one_are_well_defined() {
-    let mut map = CausticMap::default();
-    assert!(map.set("photons", "0").is_err());
-    map.settings.photons = 0;
+    assert!(caustic_map(&[]).with("photons", "0").is_err());
     let scene = scene_of(&over_floor(&ball(GLASS), 4));
-    let error = map.run(&scene, meter(&scene)).unwrap_err();
-    assert!(matches!(error, ApproximationError::Setting(_)), "{error}");
-    for splat in SPLATS {
+    for (splat, ..) in SPLATS {
         for lookup in ["nearest", "bilinear", "exact"] {
             let map = caustic_map(&[
                 ("photons", "1"),
                 ("map", "1"),
-                ("splat", splat.name()),
+                ("splat", splat),
                 ("lookup", lookup),
             ]);
             let rendering = rendered(&map, &scene);
             let is_sound = |value: &Rgb| value.is_finite() && value.min_channel() >= 0.0;
-            assert!(rendering.values.iter().all(is_sound), "{splat:?} {lookup}");
+            assert!(
+                rendering.estimate.total.values.iter().all(is_sound),
+                "{splat:?} {lookup}"
+            );
         }
     }
 }
@@ -303,7 +309,9 @@ fn scenes_without_a_refractor_or_a_lamp_are_refused_by_name() {
     let refusal = |xml: &str, settings: &[(&str, &str)]| {
         let scene = scene_of(xml);
         let map = caustic_map(settings);
-        map.run(&scene, meter(&scene)).unwrap_err().to_string()
+        let (budget, context) = (Budget::default(), Context::default());
+        let error = map.run(&scene, meter(&scene), &budget, &context);
+        error.unwrap_err().to_string()
     };
     let matt = ball(r#"<bsdf type="diffuse"/>"#);
     let none = refusal(&over_floor(&matt, 4), &[]);
@@ -366,7 +374,7 @@ fn a_march_goes_on_from_one_face_of_a_cube_to_the_next() {
     let receivers = Receivers::new(&scene);
     let depths: Vec<DepthMap> = LightView::around(source, &[floor], 64)
         .into_iter()
-        .map(|view| DepthMap::new(&receivers, view, Buffers::Exact).0)
+        .map(|view| DepthMap::new(&receivers, view, Precision::Exact).0)
         .collect();
     let (start, target) = (DVec3::new(-1.5, 0.2, 0.9), DVec3::new(0.3, -0.4, 0.0));
     let exit = Exit {
@@ -400,8 +408,8 @@ fn attribution_adds_up_and_tells_what_is_not_modelled() {
     let scene = bundled("glass-ball", 32);
     let map = caustic_map(&[("photons", "128"), ("map", "128")]);
     let exact = truth(&scene, "LTTD", 1e-2);
-    let found = attribute(&map, &scene, meter(&scene), |signature| {
-        assert_eq!(signature.to_string(), "LTTD");
+    let found = attribute(&map, &scene, meter(&scene), &Context::default(), |light| {
+        assert_eq!(light, Light::Path("LTTD".parse().unwrap()));
         Ok(Truth {
             // Half as much again that no map has.
             rest: exact.modelled.iter().map(|value| *value * 0.5).collect(),
@@ -423,7 +431,7 @@ fn attribution_to_a_truth_that_is_unknown_or_unresolved_says_so() {
     let scene = scene_of(&over_floor(&ball(GLASS), 4));
     let map = caustic_map(&[("photons", "16"), ("map", "16")]);
     let with = |value: f64| {
-        attribute(&map, &scene, meter(&scene), |_| {
+        attribute(&map, &scene, meter(&scene), &Context::default(), |_| {
             Ok(Truth {
                 modelled: vec![Rgb::grey(value); 16],
                 rest: vec![Rgb::BLACK; 16],
@@ -444,13 +452,10 @@ fn attribution_to_a_truth_that_is_unknown_or_unresolved_says_so() {
 
 #[test]
 fn an_unknown_stage_or_setting_is_told_with_what_there_is() {
-    let map = CausticMap::default();
+    let map = caustic_map(&[]);
     let error = map.with_exact("splatt").unwrap_err().to_string();
     assert!(error.contains("did you mean \"splat\"?"), "{error}");
-    let error = CausticMap::default()
-        .set("photon", "8")
-        .unwrap_err()
-        .to_string();
+    let error = map.with("photon", "8").unwrap_err().to_string();
     assert!(error.contains("did you mean \"photons\"?"), "{error}");
 }
 

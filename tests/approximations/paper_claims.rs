@@ -37,7 +37,7 @@ const SPLATS: [&str; 5] = [
     "two-curvatures",
 ];
 
-fn with_splat(splat: &str, photons: &str) -> CausticMap {
+fn with_splat(splat: &str, photons: &str) -> Method {
     exact_but(&[
         ("photons", photons),
         ("map", "512"),
@@ -47,7 +47,13 @@ fn with_splat(splat: &str, photons: &str) -> CausticMap {
 }
 
 fn means(rendering: &Rendering) -> Vec<f64> {
-    rendering.values.iter().map(|value| value.mean()).collect()
+    rendering
+        .estimate
+        .total
+        .values
+        .iter()
+        .map(|value| value.mean())
+        .collect()
 }
 
 /// Errors of some splats with 512² and 1024² photons, printed.
@@ -295,16 +301,27 @@ fn the_thin_lens_leaves_more_noise_than_multi_resolution_but_no_blotches() {
 #[test]
 fn counted_work_stands_in_the_reports_order() {
     let (scene, _) = &*BUMPY;
-    let work = |splat| rendered(&with_splat(splat, "512"), scene).total_work();
+    let work = |splat: &str| {
+        let counters = rendered(&with_splat(splat, "512"), scene).counters;
+        move |name: &str| {
+            let found = counters.iter().find(|one| one.name == name);
+            found.map_or(0, |one| one.count)
+        }
+    };
     let (fixed, multi, thin) = (work("fixed"), work("multi-resolution"), work("thin-lens"));
     println!(
         "fragments: fixed {}, multi-resolution {}, thin lens {}; bytes {} {} {}",
-        fixed.fragments, multi.fragments, thin.fragments, fixed.bytes, multi.bytes, thin.bytes
+        fixed("fragments"),
+        multi("fragments"),
+        thin("fragments"),
+        fixed("bytes"),
+        multi("bytes"),
+        thin("bytes")
     );
     // "Requires larger point sizes (15² instead of 7²)", and a second map and pass.
-    assert!(multi.fragments > 4 * fixed.fragments);
-    assert!(multi.bytes > fixed.bytes);
+    assert!(multi("fragments") > 4 * fixed("fragments"));
+    assert!(multi("bytes") > fixed("bytes"));
     // "Many splats cover only a few pixels": continuous sizes cost less than four at once.
-    assert!(thin.fragments < multi.fragments);
-    assert_eq!(fixed.rays, thin.rays);
+    assert!(thin("fragments") < multi("fragments"));
+    assert_eq!(fixed("rays"), thin("rays"));
 }

@@ -201,7 +201,7 @@ fn radiance_lies_within_its_bounds() {
     let image = camera_image();
     for layer in std::iter::once(&image.total).chain(&image.layers) {
         let bounds = layer.interval.as_ref().unwrap();
-        for (pixel, value) in layer.irradiance.iter().enumerate() {
+        for (pixel, value) in layer.values.iter().enumerate() {
             for channel in 0..3 {
                 let (low, high) = (bounds.low[pixel].0[channel], bounds.high[pixel].0[channel]);
                 assert!(

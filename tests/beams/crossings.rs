@@ -87,7 +87,7 @@ fn assert_even(name: &str, estimate: &Estimate, truth: f64, error: f64) {
             texel % SIDE,
             texel / SIDE
         );
-        squares += (layer.irradiance[texel].0[0] - truth).powi(2);
+        squares += (layer.values[texel].0[0] - truth).powi(2);
     }
     let off = (squares / (SIDE * SIDE) as f64).sqrt() / truth;
     println!("{name}: off by {off:.1e}");

@@ -302,13 +302,13 @@ fn what_photons_find_of_dim_light_before_a_camera_the_discovery_finds() {
     let sum = |values: &[nephroid::internals::radiometry::Rgb]| {
         values.iter().map(|rgb| rgb.mean()).sum::<f64>()
     };
-    let total = sum(&witness.total.irradiance);
+    let total = sum(&witness.total.values);
     let mut found = 0;
     for layer in &witness.layers {
         let LayerName::Path(signature) = layer.name else {
             continue;
         };
-        let share = sum(&layer.irradiance) / total;
+        let share = sum(&layer.values) / total;
         println!("{signature}: {:.2} %", 100.0 * share);
         if !signature.is_empty() && share > 5e-3 {
             found += 1;

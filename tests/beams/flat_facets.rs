@@ -138,7 +138,7 @@ fn compare(solid: &Solid, path: KnownPath, deepest: u32) -> (f64, f64, f64) {
         .iter()
         .enumerate()
         .fold(0.0_f64, |worst, (texel, truth)| {
-            let found = layer.map_or(0.0, |layer| layer.irradiance[texel].0[0]);
+            let found = layer.map_or(0.0, |layer| layer.values[texel].0[0]);
             worst.max((found - truth).abs())
         });
     let uncertain: f64 = report

@@ -6,7 +6,6 @@ use nephroid::internals::reference::beams::{BeamReport, BeamSettings};
 use nephroid::internals::reference::photons::PhotonSettings;
 use nephroid::internals::reference::photons::run::Setup;
 use nephroid::internals::run::Budget;
-use nephroid::internals::run::Budget;
 use nephroid::internals::run::{Estimate, Progress};
 use nephroid::internals::scene::Scene;
 
@@ -60,10 +59,7 @@ fn beams_from_an_area_light_agree_with_photons_within_their_bounds() {
         let (mut judged, mut missed, mut squares, mut all_squares) = (0, 0, 0.0, 0.0);
         let (mut sum, mut other) = (0.0, 0.0);
         for texel in 0..SIDE * SIDE {
-            let (value, truth) = (
-                ours.irradiance[texel].mean(),
-                theirs.irradiance[texel].mean(),
-            );
+            let (value, truth) = (ours.values[texel].mean(), theirs.values[texel].mean());
             let error = ours.standard_error[texel].mean();
             let their_error = theirs.standard_error[texel].mean();
             (sum, other) = (sum + value, other + truth);
@@ -124,7 +120,7 @@ fn the_same_bits_come_from_any_number_of_threads() {
                 let interval = layer.interval.clone().unwrap();
                 (interval.low, interval.high)
             };
-            assert!(a.irradiance == b.irradiance && a.standard_error == b.standard_error);
+            assert!(a.values == b.values && a.standard_error == b.standard_error);
             assert_eq!(interval(a), interval(b));
         }
     }
@@ -143,13 +139,12 @@ fn texels_that_no_place_on_the_lamp_lit_have_an_upper_bound() {
     for layer in estimate.layers.iter().skip(1) {
         let interval = layer.interval.as_ref().unwrap();
         let brightest = layer
-            .irradiance
+            .values
             .iter()
             .map(|value| value.0[0])
             .fold(0.0, f64::max);
         for texel in 0..SIDE * SIDE {
-            let is_lit =
-                layer.irradiance[texel].0[0] > 0.0 || layer.standard_error[texel].0[0] > 0.0;
+            let is_lit = layer.values[texel].0[0] > 0.0 || layer.standard_error[texel].0[0] > 0.0;
             if is_lit || brightest == 0.0 {
                 continue;
             }

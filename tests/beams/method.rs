@@ -102,7 +102,7 @@ fn values_lie_within_their_bounds_and_the_ledger_has_their_sums() {
         let receiver = Receiver::new(scene, meter(scene)).unwrap();
         for layer in std::iter::once(&estimate.total).chain(&estimate.layers) {
             let bounds = layer.interval.as_ref().unwrap();
-            for (texel, value) in layer.irradiance.iter().enumerate() {
+            for (texel, value) in layer.values.iter().enumerate() {
                 let (low, high) = (bounds.low[texel], bounds.high[texel]);
                 for channel in 0..3 {
                     let inside = low.0[channel]..=high.0[channel];
@@ -116,7 +116,7 @@ fn values_lie_within_their_bounds_and_the_ledger_has_their_sums() {
             let LayerName::Path(signature) = layer.name else {
                 continue;
             };
-            let texels = layer.irradiance.iter().enumerate();
+            let texels = layer.values.iter().enumerate();
             let sum: f64 = texels
                 .map(|(texel, value)| value.mean() * receiver.texel_area(texel))
                 .sum();
@@ -157,7 +157,7 @@ fn bits((estimate, report): &(Estimate, BeamReport)) -> Vec<u64> {
     let mut bits = vec![estimate.paths];
     for layer in std::iter::once(&estimate.total).chain(&estimate.layers) {
         let bounds = layer.interval.as_ref().unwrap();
-        for values in [&layer.irradiance, &bounds.low, &bounds.high] {
+        for values in [&layer.values, &bounds.low, &bounds.high] {
             bits.extend(values.iter().flat_map(|value| value.0.map(f64::to_bits)));
         }
     }
@@ -263,7 +263,7 @@ fn assert_photons_agree(name: &str, error: f64, count: u64) {
         if own.is_none_or(|own| own.received.mean() < 1e-3 * flux) {
             continue;
         }
-        let answer: Vec<f64> = layer.irradiance.iter().map(|value| value.0[0]).collect();
+        let answer: Vec<f64> = layer.values.iter().map(|value| value.0[0]).collect();
         let ones = vec![1.0; answer.len()];
         let per_irradiance = Compared::new(&scene, &photons, &witness, &signature, &ones).photons;
         let mut it = Compared::new(&scene, &photons, &witness, &signature, &answer);
@@ -494,7 +494,7 @@ fn assert_nothing_is_known((estimate, report): &(Estimate, BeamReport)) {
     assert_eq!(estimate.relative_error, None);
     let bounds = estimate.total.interval.as_ref().unwrap();
     let all = bounds.low.iter().chain(&bounds.high);
-    let mut all = all.chain(&estimate.total.irradiance);
+    let mut all = all.chain(&estimate.total.values);
     assert!(all.all(|value| value.0.iter().all(|channel| channel.is_nan())));
 }
 

@@ -63,7 +63,7 @@ fn through(estimate: &Estimate) -> [Vec<f64>; 3] {
     let first = |values: &[Rgb]| values.iter().map(|value| value.0[0]).collect();
     [
         first(&interval.low),
-        first(&layer.irradiance),
+        first(&layer.values),
         first(&interval.high),
     ]
 }
@@ -124,7 +124,7 @@ fn a_cone_narrower_than_rounding_comes_to_an_end() {
         let lamp = spot([0.031, 0.043, 4.0], [0.031, 0.043, 0.0], 1e-12, 5e-13, 1e27);
         let (estimate, _) = beams_to(2, &scene(&lamp, things), 0.1);
         let known = |value: &Rgb| value.is_finite();
-        assert!(estimate.total.irradiance.iter().all(known));
+        assert!(estimate.total.values.iter().all(known));
         // Roots of some hundredths of a pane down to the cone, 45 halvings of those at the cone, and some thousand cells.
         assert!(
             estimate.counters.rays < 1_000_000,

@@ -29,14 +29,14 @@ fn worst_of_claimed(whole: &Estimate, quarters: &Estimate) -> f64 {
         };
         let fine = layer_of(quarters, signature).unwrap();
         let bounds = [layer, fine].map(|layer| layer.interval.as_ref().unwrap());
-        for texel in 0..layer.irradiance.len() {
+        for texel in 0..layer.values.len() {
             let (column, row) = (texel % whole.width, texel / whole.width);
             let corner = 2 * row * quarters.width + 2 * column;
             let four = [0, 1, quarters.width, quarters.width + 1].map(|step| corner + step);
             let mean = |of: &dyn Fn(usize) -> f64| 0.25 * four.map(of).iter().sum::<f64>();
-            let off = layer.irradiance[texel].0[0] - mean(&|at| fine.irradiance[at].0[0]);
-            let claimed = bounds[0].high[texel].0[0] - layer.irradiance[texel].0[0]
-                + mean(&|at| bounds[1].high[at].0[0] - fine.irradiance[at].0[0]);
+            let off = layer.values[texel].0[0] - mean(&|at| fine.values[at].0[0]);
+            let claimed = bounds[0].high[texel].0[0] - layer.values[texel].0[0]
+                + mean(&|at| bounds[1].high[at].0[0] - fine.values[at].0[0]);
             if off != 0.0 {
                 worst = worst.max(off.abs() / claimed);
             }

@@ -183,7 +183,7 @@ fn a_cropped_film_is_a_part_of_the_whole() {
         let of_whole = layer_of(&whole, signature).unwrap();
         for texel in 0..99 {
             let at = (texel / 11 + 5) * 40 + texel % 11 + 7;
-            let off = layer.irradiance[texel].0[0] - of_whole.irradiance[at].0[0];
+            let off = layer.values[texel].0[0] - of_whole.values[at].0[0];
             // Borders of texels differ by roundings: 1e-15 of the receiver, 1e-13 of a texel, times the sun's
             // 1000 W/m².
             assert!(off.abs() < 1e-9, "{signature} {texel}: {off:e}");

@@ -101,9 +101,9 @@ fn an_estimate_holds_what_every_estimate_holds() {
         let sum: f64 = estimate
             .layers
             .iter()
-            .map(|layer| layer.irradiance[texel].0[1])
+            .map(|layer| layer.values[texel].0[1])
             .sum();
-        let total = estimate.total.irradiance[texel].0[1];
+        let total = estimate.total.values[texel].0[1];
         // Up to 18 sums, each rounded.
         assert!((sum - total).abs() <= 20.0 * f64::EPSILON * total);
         let bounds = estimate.total.interval.as_ref().unwrap();

@@ -453,7 +453,7 @@ fn water_is_lit_by_a_sun_that_all_but_sets() {
             values.iter().map(|it| it.0[0]).sum::<f64>() / values.len() as f64 / truth
         };
         let (away, error) = (
-            mean(&by_photons.irradiance) - 1.0,
+            mean(&by_photons.values) - 1.0,
             mean(&by_photons.standard_error),
         );
         assert!(error > 0.0 && away.abs() <= 5.0 * error, "{elevation:e}");

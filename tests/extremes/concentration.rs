@@ -52,7 +52,7 @@ fn gathered(side: usize, layer: &Layer, brightest: &[usize]) -> (f64, f64) {
     let flux = |chosen: bool| {
         (0..side * side)
             .filter(|texel| brightest.contains(texel) == chosen)
-            .map(|at| layer.irradiance[at].0[0] * texel)
+            .map(|at| layer.values[at].0[0] * texel)
             .sum()
     };
     (flux(true), flux(false))
@@ -397,7 +397,7 @@ fn a_floor_under_a_slab_gets_its_light_whatever_the_gap() {
         let mut worst = 0.0_f64;
         for (name, reflections) in [("LTTD", 0), ("LTRRTD", 2)] {
             let expected = 1000.0 * 0.96 * 0.96 * 0.04_f64.powi(reflections);
-            for value in &layer(&estimate, name).irradiance {
+            for value in &layer(&estimate, name).values {
                 let off = (value.0[0] - expected).abs();
                 worst = worst.max(off / expected);
                 let allowed = 64.0 * 16.0 * f64::EPSILON * expected + 64.0 * 1.1e-13;
@@ -442,7 +442,7 @@ fn a_floor_almost_edge_on_to_the_light_gets_its_sine_by_beams() {
         let expected = 1000.0 * elevation.sin() * THIN_PANE;
         let worst = estimate
             .total
-            .irradiance
+            .values
             .iter()
             .map(|value| (value.0[0] - expected).abs())
             .fold(0.0, f64::max);
@@ -465,7 +465,7 @@ fn a_floor_almost_edge_on_to_the_light_gets_its_sine_by_photons_or_says_that_non
         let estimate = Photons::new(PHOTONS).estimate(&grazing(elevation, 1));
         let expected = 1000.0 * elevation.sin() * THIN_PANE;
         let (found, error) = (
-            estimate.total.irradiance[0].0[0],
+            estimate.total.values[0].0[0],
             estimate.total.standard_error[0].0[0],
         );
         let landed = estimate.counts[0];
@@ -508,7 +508,7 @@ fn direct_light_on_a_floor_edge_on_is_its_sine_to_rounding() {
     for elevation in [1.0, 1e-3, 1e-6, 1e-9, 1e-12, 1e-15, 0.0] {
         let (estimate, _) = beams(&sun(elevation), 1e-2);
         let expected = 1000.0 * elevation.sin();
-        for value in &estimate.total.irradiance {
+        for value in &estimate.total.values {
             assert!(
                 (value.0[0] - expected).abs() <= 8.0 * f64::EPSILON * expected,
                 "{elevation:e}: {} against {expected}",

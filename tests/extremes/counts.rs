@@ -100,12 +100,12 @@ fn received(estimate: &Estimate) -> f64 {
 
 /// The sum over texels of irradiance times area \[W\], direct light left out.
 fn caustic_flux(scene: &Scene, estimate: &Estimate) -> f64 {
-    let texels = estimate.total.irradiance.len();
+    let texels = estimate.total.values.len();
     let sum: ExactSum = estimate
         .layers
         .iter()
         .filter(|layer| !matches!(layer.name, LayerName::Path(path) if path.is_empty()))
-        .flat_map(|layer| layer.irradiance.iter().map(|value| value.mean()))
+        .flat_map(|layer| layer.values.iter().map(|value| value.mean()))
         .collect();
     sum.value() * sensor_area(scene) / texels as f64
 }
@@ -152,7 +152,7 @@ fn one_texel_gets_what_four_thousand_get() {
         };
         [
             flux(&bounds.low),
-            flux(&estimate.total.irradiance),
+            flux(&estimate.total.values),
             flux(&bounds.high),
         ]
     });
@@ -239,7 +239,7 @@ fn light_is_followed_through_a_diamond_for_more_than_64_bounces() {
             closure <= 4.0 * 65536.0 * 2f64.powi(-60),
             "depth {depth}: {closure:e}"
         );
-        let texels = estimate.total.irradiance.iter().map(|value| value.0[0]);
+        let texels = estimate.total.values.iter().map(|value| value.0[0]);
         let texels: Vec<f64> = texels.collect();
         if let Some(less) = &lit {
             let fewer = |(less, more): (&f64, &f64)| less > more;
@@ -498,7 +498,7 @@ fn beams_in_a_slab_know_each_of_63_exits_within_bounds() {
                 low <= truth * (1.0 + allowed) && truth * (1.0 - allowed) <= high,
                 "{path}, texel {texel}: {truth:e} not in {low:e} to {high:e}"
             );
-            let off = (layer.irradiance[texel].0[0] - truth).abs() / (share * SUN);
+            let off = (layer.values[texel].0[0] - truth).abs() / (share * SUN);
             worst = worst.max(off);
             widest = widest.max((high - low) / (share * SUN));
             lit += usize::from(is_below);

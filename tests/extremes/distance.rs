@@ -240,7 +240,7 @@ fn a_lamp_may_be_a_ten_thousandth_of_a_radius_or_a_million_radii_from_the_ball()
             }
             let flux = truth.iter().sum::<f64>() / (SIDE * SIDE) as f64;
             let found = layer(&by_photons, signature).expect("photons find it");
-            let away = found.irradiance[0].0[0] / flux - 1.0;
+            let away = found.values[0].0[0] / flux - 1.0;
             let error = found.standard_error[0].0[0] / flux;
             if signature == "LD" {
                 let (missed, off) = judged(layer(&by_beams, "LD").expect("direct light"), &truth);

@@ -13,8 +13,6 @@ use nephroid::internals::reference::photon_map::PhotonMapSettings;
 use nephroid::internals::reference::photons;
 use nephroid::internals::reference::photons::PhotonSettings;
 use nephroid::internals::run::Budget;
-use nephroid::internals::run::Budget;
-use nephroid::internals::run::Budget;
 use nephroid::internals::run::{Estimate, Progress};
 use nephroid::internals::scene::Scene;
 

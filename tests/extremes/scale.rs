@@ -71,7 +71,7 @@ fn assert_same_bits(name: &str, home: &Estimate, scaled: &Estimate) {
             let bits = |value: &nephroid::internals::radiometry::Rgb| value.0.map(f64::to_bits);
             a.iter().zip(b).position(|(a, b)| bits(a) != bits(b))
         };
-        assert_eq!(at(&a.irradiance, &b.irradiance), None, "{name} {}", a.name);
+        assert_eq!(at(&a.values, &b.values), None, "{name} {}", a.name);
         assert_eq!(
             at(&a.standard_error, &b.standard_error),
             None,

@@ -87,7 +87,7 @@ fn assert_known(
                 "{name}, {signature}, texel {index}: {truth} is not in {low} .. {high}"
             );
             width = width.max(0.5 * (high - low) / truth);
-            worst = worst.max((layer.irradiance[index].0[0] - truth).abs() / truth);
+            worst = worst.max((layer.values[index].0[0] - truth).abs() / truth);
         }
         println!("{name}, {signature}: off by {worst:.1e}, bounds {width:.1e}");
         if reflections.is_empty() {
@@ -187,7 +187,7 @@ fn a_bead_ever_smaller_gets_the_light_of_its_place() {
         let [low, high] = [across(&bounds.low), across(&bounds.high)];
         println!(
             "{radius:e} m: {} in {low} .. {high} W/m²",
-            across(&estimate.total.irradiance)
+            across(&estimate.total.values)
         );
         assert!(low > 0.5 * high, "bounds are no bounds");
         let [from, to] = *smallest.get_or_insert([low, high]);
@@ -252,7 +252,7 @@ fn darkness_has_a_bar_where_light_was_looked_for_in_vain() {
     let bounds = estimate.total.interval.as_ref().unwrap();
     let area = (4.0 / SIDE as f64).powi(2);
     for index in 0..SIDE * SIDE {
-        assert_eq!(estimate.total.irradiance[index].0[0], 0.0);
+        assert_eq!(estimate.total.values[index].0[0], 0.0);
         assert_eq!(bounds.low[index].0[0], 0.0);
         // (1 − p/2)ⁿ = 5e-4 for n = 2¹³ + 2¹⁴ + 2¹⁵ places: p = 2.65e-4 of the ball's light, here to a tenth.
         let unseen = bounds.high[index].0[0] * area / GlassBall::SHIPPED.intercepted_flux();

@@ -15,7 +15,6 @@ use nephroid::internals::reference::path::PathSettings;
 use nephroid::internals::reference::photons;
 use nephroid::internals::reference::photons::PhotonSettings;
 use nephroid::internals::run::Budget;
-use nephroid::internals::run::Budget;
 use nephroid::internals::run::{Layer, Progress};
 use nephroid::internals::scene::{Scene, Sensor};
 use nephroid::internals::transport::chain::ChainSettings;
@@ -94,7 +93,7 @@ fn sum(a: &Layer, b: &Layer) -> Layer {
             .collect()
     };
     Layer {
-        irradiance: zip(&a.irradiance, &b.irradiance, |x, y| x + y),
+        values: zip(&a.values, &b.values, |x, y| x + y),
         standard_error: zip(&a.standard_error, &b.standard_error, f64::hypot),
         ..a.clone()
     }

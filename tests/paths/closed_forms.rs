@@ -49,12 +49,7 @@ fn in_a_furnace_paths_without_choices_have_no_variance_at_all() {
         };
         let found = image(&scene, settings, 32);
         let truth = 2.0 - 2f64.powi(1 - legs as i32);
-        for (value, error) in found
-            .total
-            .irradiance
-            .iter()
-            .zip(&found.total.standard_error)
-        {
+        for (value, error) in found.total.values.iter().zip(&found.total.standard_error) {
             // Every leg adds a power of two: nothing is rounded but the weights' quotient.
             assert!((value.0[0] - truth).abs() < 1e-14, "{legs} legs: {value:?}");
             assert!(error.0[0] < 1e-14);
@@ -109,12 +104,12 @@ fn error_bars_are_as_wide_as_errors() {
     let found = image(&scene, settings, 32 * 16);
     let squares: f64 = found
         .total
-        .irradiance
+        .values
         .iter()
         .zip(&found.total.standard_error)
         .map(|(value, error)| ((value.0[0] - 2.0) / error.0[0]).powi(2))
         .sum();
-    let pixels = found.total.irradiance.len() as f64;
+    let pixels = found.total.values.len() as f64;
     let expected = support::student::moments(31);
     // Four standard errors of a mean of squared t; replicates that are not quite normal need the fifth.
     let tolerance = 5.0 * expected.deviation_of_square / pixels.sqrt();

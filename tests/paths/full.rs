@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use nephroid::internals::radiometry::Rgb;
 use nephroid::internals::reference::beams;
+use nephroid::internals::reference::full::settings::DEFAULT_BEAM_ERROR;
 use nephroid::internals::reference::full::{
     Finder, FullReport, FullSettings, PartDetail, Plan, run,
 };
@@ -43,17 +44,25 @@ fn room(film: &str, floor: &str, more: &[&str]) -> Scene {
     ))
 }
 
-fn budget(samples: u64, photons: u64) -> Budget {
-    Budget {
-        work: Some(samples),
-        work: Some(photons),
-        ..Budget::default()
-    }
+/// Samples a pixel, and photons.
+#[derive(Clone, Copy)]
+struct Work {
+    samples: u64,
+    photons: u64,
 }
 
-fn full(scene: &Scene, settings: FullSettings, budget: &Budget) -> (Estimate, FullReport) {
+fn budget(samples: u64, photons: u64) -> Work {
+    Work { samples, photons }
+}
+
+fn full(scene: &Scene, settings: FullSettings, work: &Work) -> (Estimate, FullReport) {
     let sensor = &scene.sensors()[0];
-    run(scene, sensor, settings, budget, &Progress::default()).unwrap()
+    let settings = FullSettings {
+        most_photons: Some(work.photons),
+        ..settings
+    };
+    let budget = Budget::work(work.samples);
+    run(scene, sensor, settings, &budget, &Progress::default()).unwrap()
 }
 
 /// Lookups much narrower than these coarse images' pixels, and so many maps.
@@ -103,15 +112,11 @@ fn assert_same(what: &str, layer: &Layer, by_paths: &Layer) {
         );
     }
     // Where light is rare, paths' errors are far from normal: what is bright is chosen by the other method.
-    let brightest = layer
-        .irradiance
-        .iter()
-        .map(|it| it.0[1])
-        .fold(0.0, f64::max);
-    let squares: Vec<f64> = (0..layer.irradiance.len())
-        .filter(|&pixel| layer.irradiance[pixel].0[1] >= 0.03 * brightest)
+    let brightest = layer.values.iter().map(|it| it.0[1]).fold(0.0, f64::max);
+    let squares: Vec<f64> = (0..layer.values.len())
+        .filter(|&pixel| layer.values[pixel].0[1] >= 0.03 * brightest)
         .map(|pixel| {
-            let difference = layer.irradiance[pixel].0[1] - by_paths.irradiance[pixel].0[1];
+            let difference = layer.values[pixel].0[1] - by_paths.values[pixel].0[1];
             let error = layer.standard_error[pixel].0[1].hypot(by_paths.standard_error[pixel].0[1]);
             (difference / error).powi(2)
         })
@@ -136,12 +141,12 @@ fn assert_same(what: &str, layer: &Layer, by_paths: &Layer) {
 fn assert_mapped(layer: &Layer, report: &FullReport, by_paths: &Layer) {
     let what = layer.name;
     let bounds = layer.interval.as_ref().unwrap();
-    let pixels = layer.irradiance.len();
+    let pixels = layer.values.len();
     let widths = student::two_sided_quantile(1e-3, 31);
     let missed = (0..pixels)
         .filter(|&pixel| {
             let [truth, error, low, high] = [
-                &by_paths.irradiance,
+                &by_paths.values,
                 &by_paths.standard_error,
                 &bounds.low,
                 &bounds.high,
@@ -231,12 +236,12 @@ fn the_layers_are_one_a_class_and_sum_to_the_image_with_its_bounds() {
     assert_eq!(names(&found), PathClass::ALL.map(LayerName::Class));
     let interval = |layer: &Layer| layer.interval.clone().unwrap();
     let all = interval(&found.total);
-    for pixel in 0..found.total.irradiance.len() {
+    for pixel in 0..found.total.values.len() {
         let sum = |of: &dyn Fn(&Layer) -> Rgb| found.layers.iter().map(of).sum::<Rgb>();
-        let value = sum(&|layer| layer.irradiance[pixel]);
+        let value = sum(&|layer| layer.values[pixel]);
         let high = sum(&|layer| interval(layer).high[pixel]);
         for channel in 0..3 {
-            let total = found.total.irradiance[pixel].0[channel];
+            let total = found.total.values[pixel].0[channel];
             // Sums of samples in two orders.
             let rounding = 1e-12 * high.0[channel];
             assert!((value.0[channel] - total).abs() <= rounding);
@@ -260,10 +265,7 @@ fn caustics_of_point_lights_which_paths_never_find_are_those_of_beams() {
     let (found, report) = full(&scene, FullSettings::default(), &budget);
     assert_eq!(report.parts[0].method, Finder::Beams);
     assert!(matches!(&report.parts[0].detail, PartDetail::Beams(it) if it.passes > 0));
-    let aim = beams::Budget {
-        relative_error: Some(Budget::DEFAULT_BEAM_ERROR),
-        ..beams::Budget::default()
-    };
+    let aim = Budget::error(DEFAULT_BEAM_ERROR);
     let settings = FullSettings::default().beams;
     let sensor = &scene.sensors()[0];
     let (alone, _) = beams::run(&scene, sensor, settings, &aim, &Progress::default()).unwrap();
@@ -382,7 +384,7 @@ fn the_plan_takes_the_best_method_that_a_scene_allows_and_says_why() {
 /// The error of a run on a scene's sensor.
 fn refused(scene: &Scene, sensor: &Sensor) -> String {
     let none = Budget::default();
-    let error: FullError = run(
+    let error: Error = run(
         scene,
         sensor,
         FullSettings::default(),

@@ -12,8 +12,6 @@ use nephroid::internals::reference::photon_map::{PhotonMapSettings, Seen};
 use nephroid::internals::reference::photons;
 use nephroid::internals::reference::photons::PhotonSettings;
 use nephroid::internals::run::Budget;
-use nephroid::internals::run::Budget;
-use nephroid::internals::run::Budget;
 use nephroid::internals::run::{Estimate, Layer, LayerName, Progress};
 use nephroid::internals::scene::Scene;
 use nephroid::internals::transport::path_class::PathClass;
@@ -101,12 +99,12 @@ struct Said {
 impl Said {
     /// Half the distance of the sum's bounds, relative.
     fn bar(&self) -> f64 {
-        0.5 * (self.sum[1] - self.sum[0]) / total(&self.layer.irradiance)
+        0.5 * (self.sum[1] - self.sum[0]) / total(&self.layer.values)
     }
 
     fn at(&self, pixel: usize) -> [f64; 3] {
         let bounds = self.layer.interval.as_ref().unwrap();
-        [&bounds.low, &self.layer.irradiance, &bounds.high].map(|it| it[pixel].mean())
+        [&bounds.low, &self.layer.values, &bounds.high].map(|it| it[pixel].mean())
     }
 }
 
@@ -203,7 +201,7 @@ fn by_paths(scene: &Scene, row: &Row) -> Estimate {
 /// Asserts that two methods agree on a layer, and prints by how much.
 fn assert_agree(what: &str, a: &Said, b: &Said) {
     // A bound knows what scatter there is: of pixels that hardly any photon or path reached it knows little.
-    let values = |said: &Said| said.layer.irradiance.iter().map(|it| it.mean()).collect();
+    let values = |said: &Said| said.layer.values.iter().map(|it| it.mean()).collect();
     let (of_a, of_b): (Vec<f64>, Vec<f64>) = (values(a), values(b));
     let both: Vec<f64> = of_a.iter().zip(&of_b).map(|(x, y)| 0.5 * (x + y)).collect();
     let lit = both.iter().filter(|it| **it > 0.0).count() as f64;
@@ -217,7 +215,7 @@ fn assert_agree(what: &str, a: &Said, b: &Said) {
         judged += 1;
         apart += usize::from(low > other_high || other_low > high);
     }
-    let of = |said: &Said| total(&said.layer.irradiance);
+    let of = |said: &Said| total(&said.layer.values);
     println!(
         "{what:<24} {:>10} and {:<10} {judged:>3} pixels, {apart} apart; sums {:+.3} %, bars {:.2} and {:.2} %",
         a.method,
@@ -246,11 +244,11 @@ fn check(row: &Row) {
         ("photons", by_photons(&scene, row)),
         ("photon-map", by_maps(&scene, row)),
     ];
-    let all = total(&estimates[1].1.total.irradiance);
+    let all = total(&estimates[1].1.total.values);
     let mut compared = 0;
     let names = estimates[1].1.layers.iter().filter_map(|layer| {
         let is_path = matches!(layer.name, LayerName::Path(_));
-        (is_path && total(&layer.irradiance) >= row.share * all).then_some(layer.name)
+        (is_path && total(&layer.values) >= row.share * all).then_some(layer.name)
     });
     for name in std::iter::once(None).chain(names.map(Some)) {
         let what = match name {
@@ -279,7 +277,7 @@ fn check(row: &Row) {
     let paths = said("path", &by_paths(&scene, row), Some(caustic));
     if row.samples == 0 {
         // A light that no path can meet.
-        assert!(paths.is_none_or(|it| total(&it.layer.irradiance) == 0.0));
+        assert!(paths.is_none_or(|it| total(&it.layer.values) == 0.0));
         return;
     }
     for (method, estimate) in &estimates {

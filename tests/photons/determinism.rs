@@ -32,7 +32,7 @@ fn bits(estimate: &Estimate) -> Vec<u64> {
     let mut bits = vec![estimate.paths];
     let layers = std::iter::once(&estimate.total).chain(&estimate.layers);
     for layer in layers {
-        for value in layer.irradiance.iter().chain(&layer.standard_error) {
+        for value in layer.values.iter().chain(&layer.standard_error) {
             bits.extend(value.0.map(f64::to_bits));
         }
     }

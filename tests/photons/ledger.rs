@@ -82,7 +82,7 @@ fn the_ledger_closes_on_every_scene_with_every_setting() {
             let target = setup.target();
             let mut on_map = Rgb::BLACK;
             for layer in &estimate.layers[1..] {
-                for (texel, value) in layer.irradiance.iter().enumerate() {
+                for (texel, value) in layer.values.iter().enumerate() {
                     on_map += *value * target.measure(texel);
                 }
             }

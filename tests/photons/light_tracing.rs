@@ -12,7 +12,6 @@ use nephroid::internals::reference::photons::run::Setup;
 use nephroid::internals::reference::photons::shard::Part;
 use nephroid::internals::reference::photons::{PhotonSettings, Shard};
 use nephroid::internals::run::Budget;
-use nephroid::internals::run::Budget;
 use nephroid::internals::run::{Estimate, Layer, LayerName, Progress, Quantity};
 use nephroid::internals::scene::{Color, Material, Scene};
 use nephroid::internals::transport::camera::Camera;
@@ -79,8 +78,8 @@ fn a_camera_sees_radiance_and_no_direct_light() {
     }
     // The total is the sum of the layers, each of which is rounded once.
     for pixel in 0..WIDTH * HEIGHT {
-        let sum: Rgb = image.layers.iter().map(|it| it.irradiance[pixel]).sum();
-        let total = image.total.irradiance[pixel].mean();
+        let sum: Rgb = image.layers.iter().map(|it| it.values[pixel]).sum();
+        let total = image.total.values[pixel].mean();
         assert!((sum.mean() - total).abs() <= 1e-12 * total, "pixel {pixel}");
     }
 }
@@ -126,7 +125,7 @@ fn every_signature_agrees_with_beams_pixel_by_pixel() {
         let (mut light, mut bars, mut off) = (0.0, 0.0, 0.0);
         for &pixel in &judged {
             let [low, high] = [&bounds.low, &bounds.high].map(|it| at(it, pixel));
-            let value = at(&traced.irradiance, pixel);
+            let value = at(&traced.values, pixel);
             let random = limit * at(&traced.standard_error, pixel);
             assert!(
                 (low - random..=high + random).contains(&value),
@@ -170,7 +169,7 @@ fn the_image_is_the_floors_irradiance_times_albedo_by_pi() {
     let limit = student::two_sided_quantile(ALPHA / seen.len() as f64, settings().replicates - 1);
     let (mut light, mut tolerances) = (0.0, 0.0);
     for (pixel, value, error) in seen {
-        let traced = image.total.irradiance[pixel].mean();
+        let traced = image.total.values[pixel].mean();
         let tolerance = error + limit * image.total.standard_error[pixel].mean();
         assert!(
             (traced - value).abs() <= tolerance,
@@ -186,7 +185,7 @@ fn the_image_is_the_floors_irradiance_times_albedo_by_pi() {
 /// Every number of an image.
 fn bits(estimate: &Estimate) -> Vec<u64> {
     let layers = std::iter::once(&estimate.total).chain(&estimate.layers);
-    let values = layers.flat_map(|layer| layer.irradiance.iter().chain(&layer.standard_error));
+    let values = layers.flat_map(|layer| layer.values.iter().chain(&layer.standard_error));
     values
         .flat_map(|value| value.0.map(f64::to_bits))
         .chain(estimate.counts.iter().copied())
@@ -239,7 +238,7 @@ fn a_coloured_floor_colours_the_image_and_not_the_flux() {
     // or less: some ten in a replicate's pixel, of which the brightest has more than 10⁻⁵ of the flux.
     let brightest = image.total.range().max;
     let rounding = 10.0 * 2f64.powi(-45) / 1e-5 * brightest;
-    for value in &image.total.irradiance {
+    for value in &image.total.values {
         let [red, green, blue] = value.0;
         assert!((red - 2.0 * green).abs() <= rounding && (red - 4.0 * blue).abs() <= rounding);
         lit += usize::from(red > 0.0);
@@ -256,7 +255,7 @@ fn a_coloured_floor_colours_the_image_and_not_the_flux() {
         &Progress::default(),
     );
     let total = beams.unwrap().0.total;
-    let sum: Rgb = total.irradiance.iter().copied().sum();
+    let sum: Rgb = total.values.iter().copied().sum();
     // Quarters of one number, but for bounds cut off at zero.
     assert!((sum.0[0] / sum.0[2] - 4.0).abs() < 1e-3, "{sum:?}");
 }

@@ -123,7 +123,7 @@ fn a_caustic_behind_a_pane_is_the_receivers_map_times_the_panes_transmittance() 
     let (mut missed, mut light, mut off, mut bars) = (0, 0.0, 0.0, 0.0);
     for truth in truths {
         let [value, low, high] =
-            [&image.total.irradiance, &bounds.low, &bounds.high].map(|it| it[truth.pixel].mean());
+            [&image.total.values, &bounds.low, &bounds.high].map(|it| it[truth.pixel].mean());
         missed += usize::from(truth.value < low - truth.error || truth.value > high + truth.error);
         light += truth.value;
         off += (value - truth.value).abs();
@@ -145,7 +145,7 @@ fn a_caustic_behind_a_pane_is_the_receivers_map_times_the_panes_transmittance() 
     // And of the light as a whole no more is missing or too much than the stated bias explains, with standard errors that
     // add up at worst.
     let sum = |values: &[Rgb]| -> f64 { truths.iter().map(|it| values[it.pixel].mean()).sum() };
-    let excess = sum(&image.total.irradiance) - light;
+    let excess = sum(&image.total.values) - light;
     let bias = sum(&report.bias);
     let known = sum(&image.total.standard_error) + truths.iter().map(|it| it.error).sum::<f64>();
     println!(
@@ -176,7 +176,7 @@ fn the_stated_bias_is_the_true_one() {
         let stated = report.bias[truth.pixel].mean();
         let uncertain = report.bias_standard_error[truth.pixel].mean();
         let error = value.total.standard_error[truth.pixel].mean() + truth.error;
-        products += stated * (value.total.irradiance[truth.pixel].mean() - truth.value);
+        products += stated * (value.total.values[truth.pixel].mean() - truth.value);
         squares += stated * stated;
         noise += uncertain * uncertain;
         variance += stated * stated * error * error;
@@ -208,7 +208,7 @@ fn seeds_agree_within_their_standard_errors() {
     let (a, b) = (run(3), run(4));
     let mut scores = SampleMoments::new();
     for pixel in 0..WIDTH * HEIGHT {
-        let (x, y) = (a.irradiance[pixel].mean(), b.irradiance[pixel].mean());
+        let (x, y) = (a.values[pixel].mean(), b.values[pixel].mean());
         let error = a.standard_error[pixel]
             .mean()
             .hypot(b.standard_error[pixel].mean());
@@ -251,7 +251,7 @@ fn a_caustic_in_the_open_is_that_of_beams_within_bounds() {
         for truth in truths() {
             // Places, not values: pixels of the floor alone, where its light is smooth.
             let at = truth.pixel;
-            if known.irradiance[at].mean() > 0.0 {
+            if known.values[at].mean() > 0.0 {
                 compared += 1;
                 let apart = theirs.low[at].mean() > ours.high[at].mean()
                     || theirs.high[at].mean() < ours.low[at].mean();
@@ -280,7 +280,7 @@ fn light_connected_to_the_camera_finds_nothing_behind_a_pane() {
     )
     .unwrap();
     // Every pixel looks through the pane.
-    assert!(image.total.irradiance.iter().all(|value| value.is_black()));
+    assert!(image.total.values.iter().all(|value| value.is_black()));
     assert!(image.ledger.sum().absorbed.mean() > 0.0);
 }
 
@@ -296,7 +296,7 @@ fn what_is_seen_directly_and_what_through_glass_are_counted_once() {
     let (mut seen_directly, mut seen_by_specular) = (0, 0);
     for pixel in 0..WIDTH * HEIGHT {
         let [direct, specular, all] =
-            [&direct, &specular, &all].map(|it| it.total.irradiance[pixel].mean());
+            [&direct, &specular, &all].map(|it| it.total.values[pixel].mean());
         // The same photons and the same paths from the camera: integers, each mean rounded once.
         let rounding = 4.0 * f64::EPSILON * all;
         assert!((direct + specular - all).abs() <= rounding, "pixel {pixel}");
@@ -359,7 +359,7 @@ fn threads_do_not_change_a_bit() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
         let (image, report) = pool.unwrap().install(|| mapped(in_the_open(), settings, 2));
         let layers = std::iter::once(&image.total).chain(&image.layers);
-        let values = layers.flat_map(|it| it.irradiance.iter().chain(&it.standard_error));
+        let values = layers.flat_map(|it| it.values.iter().chain(&it.standard_error));
         values
             .chain(&report.bias)
             .flat_map(|value| value.0.map(f64::to_bits))

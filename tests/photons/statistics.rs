@@ -283,7 +283,7 @@ fn layers_and_ledger_tell_of_the_same_flux() {
             };
             for channel in 0..3 {
                 let flux: f64 = found
-                    .irradiance
+                    .values
                     .iter()
                     .map(|it| it.0[channel] * texel_area)
                     .sum();

@@ -9,9 +9,7 @@ use nephroid::internals::geometry::MeshParts;
 use nephroid::internals::method::Method;
 use nephroid::internals::mitsuba;
 use nephroid::internals::reference::beams::{BeamSettings, run};
-use nephroid::internals::run::Budget;
-use nephroid::internals::run::Progress;
-use nephroid::internals::run::Rendering;
+use nephroid::internals::run::{Budget, Context, Progress, Rendering};
 use nephroid::internals::scene::Scene;
 use nephroid::internals::study::attribution::{Truth, relative_rmse};
 use nephroid::internals::transport::signature::Signature;
@@ -103,12 +101,9 @@ pub fn bumpy_ball_over_floor(side: usize) -> Scene {
 }
 
 /// A caustic map with some settings.
-pub fn caustic_map(settings: &[(&str, &str)]) -> CausticMap {
-    let mut map = CausticMap::default();
-    for (key, value) in settings {
-        map.set(key, value).unwrap();
-    }
-    map
+pub fn caustic_map(settings: &[(&str, &str)]) -> Method {
+    let owned = |(key, value): &(&str, &str)| ((*key).to_owned(), (*value).to_owned());
+    Method::new("caustic-map", &settings.iter().map(owned).collect()).unwrap()
 }
 
 /// All stages exact.
@@ -123,13 +118,15 @@ pub const EXACT: [(&str, &str); 7] = [
 ];
 
 /// A caustic map with all stages exact but for some settings.
-pub fn exact_but(settings: &[(&str, &str)]) -> CausticMap {
+pub fn exact_but(settings: &[(&str, &str)]) -> Method {
     caustic_map(&[&EXACT, settings].concat())
 }
 
 /// What a caustic map makes of a scene's meter.
-pub fn rendered(map: &CausticMap, scene: &Scene) -> Rendering {
-    map.run(scene, meter(scene)).unwrap()
+pub fn rendered(map: &Method, scene: &Scene) -> Rendering {
+    let context = Context::default();
+    map.run(scene, meter(scene), &Budget::default(), &context)
+        .unwrap()
 }
 
 /// The truth by beams of a scene's meter, of one signature.
@@ -151,10 +148,7 @@ pub fn truth(scene: &Scene, signature: &str, error: f64) -> Truth {
         .iter()
         .find(|layer| layer.name.to_string() == name);
     Truth {
-        modelled: layer
-            .expect("the light that is asked for")
-            .irradiance
-            .clone(),
+        modelled: layer.expect("the light that is asked for").values.clone(),
         rest: Vec::new(),
         relative_error: estimate.relative_error,
         is_resolved: !estimate.incomplete,
@@ -162,8 +156,8 @@ pub fn truth(scene: &Scene, signature: &str, error: f64) -> Truth {
 }
 
 /// Relative RMSE of a caustic map.
-pub fn error(map: &CausticMap, scene: &Scene, truth: &Truth) -> f64 {
-    relative_rmse(&rendered(map, scene).values, &truth.modelled).unwrap()
+pub fn error(map: &Method, scene: &Scene, truth: &Truth) -> f64 {
+    relative_rmse(&rendered(map, scene).estimate.total.values, &truth.modelled).unwrap()
 }
 
 /// A table row.

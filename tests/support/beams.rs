@@ -76,7 +76,7 @@ pub fn held(layer: &Layer, low: &[f64], high: &[f64]) -> Held {
     let mut ratios = Vec::with_capacity(lit.len());
     let mut squares = 0.0;
     for &texel in &lit {
-        let value = layer.irradiance[texel].0[0];
+        let value = layer.values[texel].0[0];
         // What is not known of the truth is no error.
         let off = (value - high[texel]).max(low[texel] - value).max(0.0);
         squares += off * off;
@@ -132,7 +132,7 @@ pub fn known_by(estimate: &Estimate) -> Vec<Known> {
 
 /// Compares every layer of a run with what is known.
 pub fn verdict(oracle: &Oracle, estimate: &Estimate) -> Verdict {
-    let texels = estimate.total.irradiance.len();
+    let texels = estimate.total.values.len();
     let dark = vec![0.0; texels];
     let mut layers = Vec::new();
     let mut followed: Vec<&Known> = Vec::new();

@@ -139,7 +139,7 @@ pub fn caustic(estimate: &Estimate) -> Vec<f64> {
     let mut sums = vec![0.0; estimate.width * estimate.height];
     for layer in &estimate.layers {
         if !matches!(layer.name, LayerName::Path(signature) if signature.is_empty()) {
-            for (sum, value) in sums.iter_mut().zip(&layer.irradiance) {
+            for (sum, value) in sums.iter_mut().zip(&layer.values) {
                 *sum += value.0[0];
             }
         }

@@ -60,7 +60,7 @@ pub fn image_of(layer: &Layer, width: usize, height: usize) -> Image {
         values.iter().map(|value| value.0).collect()
     };
     let mut image = Image::new(width, height);
-    image.add_rgb("L", &triples(&layer.irradiance));
+    image.add_rgb("L", &triples(&layer.values));
     image.add_rgb("L.stderr", &triples(&layer.standard_error));
     image.add_metadata("settings", format!("{{\"replicates\": {REPLICATES}}}"));
     image

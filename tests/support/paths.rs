@@ -68,8 +68,8 @@ pub fn class(estimate: &Estimate, class: PathClass) -> Option<&Layer> {
 /// The mean of one channel over all pixels, and its standard error, pixels taken as independent: with a box filter
 /// they are.
 pub fn mean(layer: &Layer, channel: usize) -> (f64, f64) {
-    let pixels = layer.irradiance.len() as f64;
-    let value = layer.irradiance.iter().map(|value| value.0[channel]);
+    let pixels = layer.values.len() as f64;
+    let value = layer.values.iter().map(|value| value.0[channel]);
     let variance = layer
         .standard_error
         .iter()
@@ -106,7 +106,7 @@ pub fn bits(estimate: &Estimate) -> Vec<u64> {
 
 /// All bits of a layer.
 pub fn layer_bits(layer: &Layer) -> Vec<u64> {
-    let values = layer.irradiance.iter().chain(&layer.standard_error);
+    let values = layer.values.iter().chain(&layer.standard_error);
     values
         .flat_map(|value: &Rgb| value.0.map(f64::to_bits))
         .collect()

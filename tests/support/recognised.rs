@@ -95,7 +95,7 @@ pub struct Texels {
 /// times the error, is what they leave out; each of several layers.
 pub fn compared(known: &Estimate, beams: &Estimate, slivers: &[(usize, f64)]) -> Texels {
     let mut texels = Texels::default();
-    let dark = Layer::bounded(LayerName::Other, known.total.irradiance.len());
+    let dark = Layer::bounded(LayerName::Other, known.total.values.len());
     let mut worst = f64::NEG_INFINITY;
     for beam in &beams.layers {
         let LayerName::Path(signature) = beam.name else {
@@ -129,13 +129,13 @@ pub fn compared(known: &Estimate, beams: &Estimate, slivers: &[(usize, f64)]) ->
         }
     }
     println!("the worst texel is {worst:.1e} of its layer's brightest beyond what is allowed");
-    let all = sum(&known.total.irradiance);
+    let all = sum(&known.total.values);
     for layer in &known.layers {
         let LayerName::Path(signature) = layer.name else {
             panic!("every closed form is one path's");
         };
         if layer_of(beams, signature).is_none() {
-            let share = sum(&layer.irradiance) / all;
+            let share = sum(&layer.values) / all;
             assert!(
                 share < 1e-3 * BEAM_ERROR * 10.0,
                 "{signature}, {share:e} of all light, is not in the beams"
@@ -178,7 +178,7 @@ pub fn assert_agrees_but_for(
 pub fn changed(estimate: &Estimate, change: impl Fn(&[Rgb]) -> Vec<Rgb>) -> Estimate {
     let mut result = estimate.clone();
     for layer in &mut result.layers {
-        layer.irradiance = change(&layer.irradiance);
+        layer.values = change(&layer.values);
         let bounds = interval(layer);
         layer.interval = Some(Interval {
             low: change(&bounds.low),

@@ -145,7 +145,7 @@ pub fn layer(estimate: &Estimate, name: &str, channel: usize) -> (Vec<f64>, Vec<
                 let pick = |values: &[nephroid::internals::radiometry::Rgb]| {
                     values.iter().map(|value| value.0[channel]).collect()
                 };
-                (pick(&layer.irradiance), pick(&layer.standard_error))
+                (pick(&layer.values), pick(&layer.standard_error))
             },
         )
 }

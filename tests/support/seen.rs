@@ -76,7 +76,7 @@ impl Map {
             }
             let interval = layer.interval.as_ref().unwrap();
             for texel in 0..texels {
-                let value = layer.irradiance[texel].mean();
+                let value = layer.values[texel].mean();
                 let (low, high) = (interval.low[texel].mean(), interval.high[texel].mean());
                 map.value[texel] += value;
                 // Bounds below zero were cut off.

@@ -19,6 +19,7 @@ const LIMITS: &[Setting] = &[rows::ERROR, rows::TIME, rows::SPP];
 
 const SETTINGS: &[Setting] = &[
     rows::MAX_LEGS,
+    rows::ADJOINT_NORMALS,
     rows::RR_DEPTH,
     rows::HIDE_EMITTERS,
     rows::LIGHT_SAMPLING,

@@ -276,7 +276,7 @@ fn bounds_in_the_file_are_bounds_of_the_numbers_they_were_rounded_from() {
         for texel in 0..48 * 48 {
             let [exact_low, exact_high] =
                 [&bounds.low, &bounds.high].map(|bound| bound[texel].0[1]);
-            assert_eq!(value[texel], layer.irradiance[texel].0[1] as f32);
+            assert_eq!(value[texel], layer.values[texel].0[1] as f32);
             assert!(f64::from(low[texel]) <= exact_low, "{} {texel}", layer.name);
             assert!(
                 f64::from(high[texel]) >= exact_high,

@@ -150,12 +150,8 @@ fn a_closed_mesh_that_crosses_itself_bends_light_by_the_side_of_each_face_that_i
         let (column, row) = (texel % 16, texel / 16);
         let across = overlap(inner, outer, column) + overlap(-outer, -inner, column);
         let truth = passes / (outer - inner) * across * overlap(-1.0, 1.0, row);
-        let [low, value, high] = [
-            bounds.low[texel],
-            layer.irradiance[texel],
-            bounds.high[texel],
-        ]
-        .map(|rgb| rgb.0[0]);
+        let [low, value, high] =
+            [bounds.low[texel], layer.values[texel], bounds.high[texel]].map(|rgb| rgb.0[0]);
         assert!(
             low <= truth + ROUNDING && truth - ROUNDING <= high,
             "texel {column}, {row}: {truth} is not within {low} to {high}"

@@ -118,7 +118,7 @@ fn faces_without_area_and_faces_said_twice_change_no_bit_of_the_map() {
         let (estimate, scene) = run(&parts);
         assert!(says(&scene, warning), "{case}: {:?}", scene.warnings());
         assert_eq!(estimate.ledger, plain.ledger, "{case}");
-        assert_eq!(estimate.total.irradiance, plain.total.irradiance, "{case}");
+        assert_eq!(estimate.total.values, plain.total.values, "{case}");
     }
 }
 
@@ -177,5 +177,5 @@ fn faces_that_share_no_vertices_are_met_as_those_that_do_to_the_bit() {
     let [shared, apart] = [&ball, &unshared(&ball)].map(run);
     assert!(row(&shared, "LTTD").received.mean() > 0.0);
     assert_eq!(apart.ledger, shared.ledger);
-    assert_eq!(apart.total.irradiance, shared.total.irradiance);
+    assert_eq!(apart.total.values, shared.total.values);
 }

@@ -63,7 +63,7 @@ fn glass_that_is_next_to_nothing_changes_next_to_nothing() {
         };
         let direct = layer(&by_beams, "LD").expect("direct light");
         let bounds = direct.interval.as_ref().expect("beams have bounds");
-        let bar = |texel: usize| bounds.high[texel].0[0] - direct.irradiance[texel].0[0];
+        let bar = |texel: usize| bounds.high[texel].0[0] - direct.values[texel].0[0];
         let bars = (0..nothing.len()).map(bar).sum::<f64>() / texels;
         let standard_error = caught * by_photons.relative_error.expect("light on the receiver");
         let without = sum(&nothing) / texels;

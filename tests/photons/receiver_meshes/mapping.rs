@@ -32,10 +32,7 @@ fn a_rectangle_cut_into_triangles_measures_the_same_photons_and_the_same_direct_
             assert!((a / b - 1.0).abs() < ROUNDING, "texel {texel}: {a} {b}");
             total += a;
             for (layer, expected) in found.layers.iter().zip(&truth.layers) {
-                let (a, b) = (
-                    layer.irradiance[texel].0[0],
-                    expected.irradiance[texel].0[0],
-                );
+                let (a, b) = (layer.values[texel].0[0], expected.values[texel].0[0]);
                 // Direct light has bars on its shadow's edge, where rounding may turn a shadow ray.
                 let bar = if layer.name == truth.layers[0].name {
                     expected.standard_error[texel].0[0]
@@ -76,7 +73,7 @@ fn what_a_mesh_with_gaps_receives_is_what_its_map_holds() {
     let (receiver, estimate) = photons(&scene);
     let mut on_map = 0.0;
     for layer in &estimate.layers[1..] {
-        for (texel, value) in layer.irradiance.iter().enumerate() {
+        for (texel, value) in layer.values.iter().enumerate() {
             assert!(receiver.has_surface(texel) || value.is_black());
             assert!(value.is_finite());
             on_map += value.0[0] * receiver.texel_area(texel);

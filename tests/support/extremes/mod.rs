@@ -11,7 +11,6 @@ use nephroid::internals::reference::beams::{BeamSettings, run};
 use nephroid::internals::reference::photons::PhotonSettings;
 use nephroid::internals::reference::photons::run::Setup;
 use nephroid::internals::run::Budget;
-use nephroid::internals::run::Budget;
 use nephroid::internals::run::{Estimate, Layer, LayerName, Progress};
 use nephroid::internals::scene::{Scene, SceneParts, Sensor, SensorKind};
 use nephroid::internals::transport::signature::Signature;
@@ -293,13 +292,13 @@ pub fn layer<'a>(estimate: &'a Estimate, signature: &str) -> Option<&'a Layer> {
 
 /// One channel of a layer [W/m²].
 pub fn red(layer: &Layer) -> Vec<f64> {
-    layer.irradiance.iter().map(|value| value.0[0]).collect()
+    layer.values.iter().map(|value| value.0[0]).collect()
 }
 
 /// One channel of all light but `LD` [W/m²].
 pub fn specular(estimate: &Estimate) -> Vec<f64> {
     let direct = LayerName::Path(Signature::DIRECT);
-    let mut sum = vec![0.0; estimate.total.irradiance.len()];
+    let mut sum = vec![0.0; estimate.total.values.len()];
     for layer in estimate.layers.iter().filter(|layer| layer.name != direct) {
         for (sum, value) in sum.iter_mut().zip(red(layer)) {
             *sum += value;
