@@ -66,8 +66,9 @@ fn through(estimate: &Estimate) -> [Vec<f64>; 3] {
     ]
 }
 
-/// What a spot sends out [sr], for an intensity of 1 at its axis: of a factor that falls linearly from 1 at b to 0 at c,
-/// 2π ∫ sin θ f dθ = 2π [1 − (sin c − sin b)/(c − b)]. Below a degree by its series, whose next term is below c⁴/840.
+/// What a spot sends out [sr], for an intensity of 1 at its axis: of a factor that falls linearly from 1 at b
+/// to 0 at c, 2π ∫ sin θ f dθ = 2π [1 − (sin c − sin b)/(c − b)]. Below a degree by its series, whose next
+/// term is below c⁴/840.
 fn solid_angle(cutoff: f64, beam_width: f64) -> f64 {
     let (c, b) = (cutoff.to_radians(), beam_width.to_radians());
     if c < PI / 180.0 {
@@ -79,7 +80,8 @@ fn solid_angle(cutoff: f64, beam_width: f64) -> f64 {
     }
 }
 
-/// Straight down at normal incidence n = 1.5 reflects 4 % at each of two surfaces, and a part of order θ⁴ more.
+/// Straight down at normal incidence n = 1.5 reflects 4 % at each of two surfaces, and a part of order θ⁴
+/// more.
 const THROUGH: f64 = 0.96 * 0.96;
 
 #[test]
@@ -123,7 +125,8 @@ fn a_cone_narrower_than_rounding_comes_to_an_end() {
         let (estimate, _) = beams_to(2, &scene(&lamp, things), 0.1);
         let known = |value: &Rgb| value.is_finite();
         assert!(estimate.total.irradiance.iter().all(known));
-        // Roots of some hundredths of a pane down to the cone, 45 halvings of those at the cone, and some thousand cells.
+        // Roots of some hundredths of a pane down to the cone, 45 halvings of those at the cone, and some
+        // thousand cells.
         assert!(
             estimate.counters.rays < 1_000_000,
             "{}",
@@ -194,7 +197,8 @@ impl RadialMap for Part {
 
 #[test]
 fn a_spots_falloff_is_within_bounds_on_every_texel() {
-    // Narrower than a texel at its foot, as wide as some, wider than the receiver; all falling, and hardly any.
+    // Narrower than a texel at its foot, as wide as some, wider than the receiver; all falling, and hardly
+    // any.
     for (cutoff, beam_width) in [
         (0.3, 0.1),
         (6.0, 0.0),
@@ -216,7 +220,8 @@ fn a_spots_falloff_is_within_bounds_on_every_texel() {
             for error in [0.1, 0.01, 1e-3] {
                 let (estimate, _) = beams_to(2, &scene(&lamp, things), error);
                 let [low, _, high] = through(&estimate);
-                // A sheet is known to 1e-12 of the flux of the circles that meet a texel, some tens of texels long.
+                // A sheet is known to 1e-12 of the flux of the circles that meet a texel, some tens of texels
+                // long.
                 let rounding = 1e-10 * brightest;
                 for texel in 0..truth.len() {
                     assert!(
@@ -260,8 +265,8 @@ fn photons_agree_with_a_spot_on_the_surface_of_a_pane() {
 
 #[test]
 fn photons_agree_with_a_cone_much_narrower_than_a_ball_and_its_facets() {
-    // A ball of 0.5 m, and one of 2,000 triangles of some 4 cm: cones of 0.5 degrees are 3 cm wide there, those of 0.05
-    // degrees 3 mm.
+    // A ball of 0.5 m, and one of 2,000 triangles of some 4 cm: cones of 0.5 degrees are 3 cm wide there,
+    // those of 0.05 degrees 3 mm.
     let mut mesh = Vec::new();
     let ball = nephroid::generate::geodesic_sphere(0.5, 10);
     nephroid::generate::write_ply(&ball, "ball", &mut mesh).unwrap();

@@ -66,8 +66,8 @@ fn json_holds_what_the_table_holds() {
     assert_eq!(report["complete"], true);
 }
 
-/// Below the ball's centre the light of whole circles meets: a curve of light space, of which each division has twice
-/// the pieces.
+/// Below the ball's centre the light of whole circles meets: a curve of light space, of which each division
+/// has twice the pieces.
 #[test]
 fn a_search_without_end_is_ended_and_says_how_far_it_got() {
     let focus = ["--at", "0.5,0.5", "--max-depth", "2"];
@@ -157,7 +157,8 @@ fn light_passes_hundreds_of_surfaces_that_are_nothing() {
     assert!(output.status.success(), "{}", text(&output.stderr));
     let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(report["paths"].as_array().unwrap().len(), 1);
-    // 9 W/sr from 3 m above. At each veil the ray begins anew, a dozen operations of half an ulp from where it was.
+    // 9 W/sr from 3 m above. At each veil the ray begins anew, a dozen operations of half an ulp from where
+    // it was.
     let irradiance = report["irradiance"][0].as_f64().unwrap();
     let rounding = 400.0 * 16.0 * f64::EPSILON;
     assert!((irradiance - 1.0).abs() < rounding, "{irradiance}");

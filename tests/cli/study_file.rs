@@ -1,4 +1,5 @@
-//! What a `study.toml` says, and what is told of one that says it wrongly: file, line, column, and what is allowed.
+//! What a `study.toml` says, and what is told of one that says it wrongly: file, line, column, and what is
+//! allowed.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;

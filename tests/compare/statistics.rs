@@ -1,5 +1,6 @@
 //! What a comparison says of noise is true as often as it claims: hundreds of pairs of images with
-//! independent normal errors are compared, and the counts of wrong answers judged by the binomial distribution.
+//! independent normal errors are compared, and the counts of wrong answers judged by the binomial
+//! distribution.
 
 use nephroid::film::Image;
 use nephroid::metric::{Comparison, Settings, Verdict, compare};

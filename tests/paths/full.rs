@@ -131,7 +131,8 @@ fn assert_same(what: &str, layer: &Layer, by_paths: &Layer) {
     );
 }
 
-/// Asserts that a layer of photon maps is that of paths: in the mean but for the bias stated, and pixel by pixel within its bounds.
+/// Asserts that a layer of photon maps is that of paths: in the mean but for the bias stated, and pixel by
+/// pixel within its bounds.
 fn assert_mapped(layer: &Layer, report: &FullReport, by_paths: &Layer) {
     let what = layer.name;
     let bounds = layer.interval.as_ref().unwrap();
@@ -168,10 +169,11 @@ fn assert_mapped(layer: &Layer, report: &FullReport, by_paths: &Layer) {
     println!(
         "{what}: {missed} of {pixels} missed; {value} for {truth}, bias {bias}, error {error}"
     );
-    // Each bar holds for 999 of 1000, and their sum more often: of 192 pixels 0.4 are missed at most, four with a probability
-    // of 1e-3 were they independent; pixels that share photons miss together.
+    // Each bar holds for 999 of 1000, and their sum more often: of 192 pixels 0.4 are missed at most, four
+    // with a probability of 1e-3 were they independent; pixels that share photons miss together.
     assert!(missed <= 4, "{what}: {missed} of {pixels}");
-    // What the difference of two radii says of the bias may be too little by √2 + 1 (see `photon_map::finish`).
+    // What the difference of two radii says of the bias may be too little by √2 + 1 (see
+    // `photon_map::finish`).
     let allowed = 4.0 * error + std::f64::consts::SQRT_2 * bias.abs();
     assert!(
         (value - truth - bias).abs() <= allowed,

@@ -163,9 +163,9 @@ pub fn verdict(oracle: &Oracle, estimate: &Estimate) -> Verdict {
     }
 }
 
-/// Whether photons lie within the bounds of a beam run that followed `depth` events, on each texel that they can
-/// judge, and whether beams follow all that a thousandth of the photons' light does. Returns how many texels of how many
-/// layers were judged.
+/// Whether photons lie within the bounds of a beam run that followed `depth` events, on each texel that they
+/// can judge, and whether beams follow all that a thousandth of the photons' light does. Returns how many
+/// texels of how many layers were judged.
 ///
 /// `alpha` is the probability that a right program fails one of `comparisons` texels.
 pub fn assert_photons_are_within_bounds(

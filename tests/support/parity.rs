@@ -65,9 +65,9 @@ pub fn image_of(layer: &Layer, width: usize, height: usize) -> Image {
 
 /// Mitsuba's image, with standard errors that may be rounding set to zero, which says "not known".
 ///
-/// Its film sums n samples in single precision, which may move the sum by n u of itself, u = 2⁻²⁴ (Higham 2002, section
-/// 4.2), the same way in every seed where samples are much alike: a background, a lamp. Standard errors below ten times
-/// that could be explained by it, to a tenth.
+/// Its film sums n samples in single precision, which may move the sum by n u of itself, u = 2⁻²⁴ (Higham
+/// 2002, section 4.2), the same way in every seed where samples are much alike: a background, a lamp.
+/// Standard errors below ten times that could be explained by it, to a tenth.
 pub fn mitsuba_image(path: &Path) -> Image {
     let mut image = exr::read(path).unwrap_or_else(|error| panic!("{error}"));
     let rounding = 10.0 * samples_of(&image) as f64 * 2.0_f64.powi(-24);
@@ -93,8 +93,8 @@ pub fn samples_of(image: &Image) -> u64 {
 
 /// Every `stride`-th pixel of every `stride`-th row.
 ///
-/// A sample reaches pixels whose centres are nearer than the filter's radius r: pixels 2r apart share none, and have
-/// independent errors, which all tests take for granted.
+/// A sample reaches pixels whose centres are nearer than the filter's radius r: pixels 2r apart share none,
+/// and have independent errors, which all tests take for granted.
 fn thinned(image: &Image, stride: usize) -> Image {
     let channels = image.channels.iter().map(|channel| Channel {
         name: channel.name.clone(),

@@ -85,8 +85,8 @@ fn the_glass_balls_shadow_is_a_disc() {
     assert_direct_light_is_within_its_bound(&estimate, &truth);
 }
 
-/// The bar of the project: at 512 x 512 texels, 2^24 photons and default settings, the caustic is right to 1.2 %
-/// (root mean square over its texels), and the error bars say so.
+/// The bar of the project: at 512 x 512 texels, 2^24 photons and default settings, the caustic is right to
+/// 1.2 % (root mean square over its texels), and the error bars say so.
 ///
 /// The caustic: where LTTD alone is brighter than the bare floor would be, that is, where light is
 /// concentrated. There z-scores are Student's with 31 degrees of freedom: variance 31/29 = 1.069.
@@ -107,7 +107,8 @@ fn bar_the_glass_ball_at_default_settings_is_right_to_1_2_percent() {
     let layer = Compared::new(&scene, &photons, &estimate, "LTTD", &truth);
     let it = layer.agreement_of(caustic);
     println!("LTTD, caustic: {it:?}");
-    // For the record: where the light is faint a texel gets few photons or none, and no error bar worth its name.
+    // For the record: where the light is faint a texel gets few photons or none, and no error bar worth its
+    // name.
     let reflected = GlassBall::SHIPPED.sheet(Path::Reflected(1)).map(&grid);
     let other = Compared::new(&scene, &photons, &estimate, "LRD", &reflected);
     for (layer, truth) in [(&layer, &truth), (&other, &reflected)] {

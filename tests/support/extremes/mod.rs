@@ -1,4 +1,5 @@
-//! What the tests of extremes share: scenes put anywhere at any size, runs of them, and how far two maps are apart.
+//! What the tests of extremes share: scenes put anywhere at any size, runs of them, and how far two maps are
+//! apart.
 
 pub mod double_double;
 
@@ -51,7 +52,8 @@ pub const BALL: Template = Template {
 </shape>"#,
 };
 
-/// `scenes/mirror-ring.xml` turned a little and lit by a spot: a tube of metal, so that cylinder, disc and spot are in it.
+/// `scenes/mirror-ring.xml` turned a little and lit by a spot: a tube of metal, so that cylinder, disc and
+/// spot are in it.
 pub const RING: Template = Template {
     name: "metal ring",
     mesh: None,
@@ -179,8 +181,8 @@ impl Template {
     }
 }
 
-/// A scene of shapes and emitters, read from a file; `{meter}` stands for a meter of `side` x `side` texels, `{film}` for a
-/// camera's film of as many pixels.
+/// A scene of shapes and emitters, read from a file; `{meter}` stands for a meter of `side` x `side` texels,
+/// `{film}` for a camera's film of as many pixels.
 pub fn scene(things: &str, mesh: Option<&str>, side: usize) -> Scene {
     let parts = load(things, mesh, side).expect("a scene that can be read");
     Scene::new(parts).expect("a valid scene")
@@ -232,8 +234,8 @@ pub fn camera(scene: &Scene) -> &Sensor {
 
 /// The map by beams, to a relative error, after at most `depth` events.
 ///
-/// The run is finished, and says that it has reached what it was asked for. Only where no specular light falls on the meter is
-/// there no error to say.
+/// The run is finished, and says that it has reached what it was asked for. Only where no specular light
+/// falls on the meter is there no error to say.
 pub fn beams(scene: &Scene, relative_error: f64, depth: u32) -> Estimate {
     beams_to(scene, meter(scene), relative_error, depth)
 }
@@ -305,7 +307,8 @@ pub fn specular(estimate: &Estimate) -> Vec<f64> {
     sum
 }
 
-/// By how much a layer's bounds miss the truth at worst, and how far its values are off: relative to the brightest texel.
+/// By how much a layer's bounds miss the truth at worst, and how far its values are off: relative to the
+/// brightest texel.
 ///
 /// NaN where a texel is not known.
 pub fn judged(layer: &Layer, truth: &[f64]) -> (f64, f64) {
@@ -327,7 +330,8 @@ fn worst(numbers: impl Iterator<Item = f64>) -> f64 {
     )
 }
 
-/// How far two maps are apart: the largest difference of a texel, relative to the first map's brightest texel.
+/// How far two maps are apart: the largest difference of a texel, relative to the first map's brightest
+/// texel.
 ///
 /// NaN where anything is, so that no comparison with it holds.
 pub fn distance(first: &[f64], second: &[f64]) -> f64 {
@@ -336,8 +340,8 @@ pub fn distance(first: &[f64], second: &[f64]) -> f64 {
     if apart == 0.0 { 0.0 } else { apart / brightest }
 }
 
-/// √(mean squared error) over the texels that have light, relative to their mean truth: of all specular light, this is what beams are
-/// asked for.
+/// √(mean squared error) over the texels that have light, relative to their mean truth: of all specular
+/// light, this is what beams are asked for.
 ///
 /// NaN where anything is.
 pub fn rmse(truth: &[f64], map: &[f64]) -> f64 {
@@ -347,8 +351,8 @@ pub fn rmse(truth: &[f64], map: &[f64]) -> f64 {
     (squares / lit).sqrt() / mean
 }
 
-/// The error of a map, which is some or all of the specular light of a run by beams: √(mean squared error) over the texels that have
-/// specular light, relative to its mean there.
+/// The error of a map, which is some or all of the specular light of a run by beams: √(mean squared error)
+/// over the texels that have specular light, relative to its mean there.
 ///
 /// Of all specular light, this is what such runs are asked for. Of one layer, it is that layer's part of it.
 pub fn error_as_asked(estimate: &Estimate, truth: &[f64], map: &[f64]) -> f64 {
@@ -360,14 +364,14 @@ pub fn error_as_asked(estimate: &Estimate, truth: &[f64], map: &[f64]) -> f64 {
 
 /// How much wider than the error asked for the bars of a map may be, root mean square.
 ///
-/// A bar is to hold in its texel for sure. It has the largest |q| of nine texels, where the likely error is a quarter of |q|: root mean
-/// square, that is 4 · √9 times as much at most (`reference/beams/bars.rs`). On top comes what may cancel in q, which no formula ties to
-/// the likely error: as much again is allowed for it.
+/// A bar is to hold in its texel for sure. It has the largest |q| of nine texels, where the likely error is a
+/// quarter of |q|: root mean square, that is 4 · √9 times as much at most (`reference/beams/bars.rs`). On top
+/// comes what may cancel in q, which no formula ties to the likely error: as much again is allowed for it.
 const WIDEST_BARS: f64 = 2.0 * 4.0 * 3.0;
 
-/// Asserts that a layer of specular light is what a run by beams was asked for: every texel's truth is in its bounds, the error is no
-/// larger than asked, and the bounds are no wider than what that is worth. Returns its largest error, relative to its brightest
-/// texel, and [`error_as_asked`].
+/// Asserts that a layer of specular light is what a run by beams was asked for: every texel's truth is in its
+/// bounds, the error is no larger than asked, and the bounds are no wider than what that is worth. Returns
+/// its largest error, relative to its brightest texel, and [`error_as_asked`].
 pub fn assert_as_asked(
     name: &str,
     estimate: &Estimate,
@@ -394,6 +398,6 @@ pub fn assert_as_asked(
     [off, error]
 }
 
-/// The closed forms of round scenes know a texel to 1e-12 of the flux of the circles that meet it; a circle is no longer than some
-/// hundred texels, and a texel is 1e-1 of the brightest: 1e-9 of the brightest texel.
+/// The closed forms of round scenes know a texel to 1e-12 of the flux of the circles that meet it; a circle
+/// is no longer than some hundred texels, and a texel is 1e-1 of the brightest: 1e-9 of the brightest texel.
 pub const ORACLE: f64 = 1e-9;
