@@ -7,7 +7,9 @@ use nephroid::reference::Estimate;
 use nephroid::reference::closed_form::{FlatSlab, Path, RadialMap, RadialSheet, TexelGrid};
 use nephroid::scene::Scene;
 
-use crate::support::beams::{assert_photons_are_within_bounds, beams_to, known_by};
+use crate::support::beams::{
+    PANE, RECTANGLES, assert_photons_are_within_bounds, beams_to, known_by,
+};
 use crate::support::scenes::over_floor;
 
 /// Texels a side of the receiver, which is the square of half width 1 in the plane z = 0.
@@ -38,20 +40,6 @@ fn spot(from: [f64; 3], to: [f64; 3], cutoff: f64, beam_width: f64, intensity: f
         at(to)
     )
 }
-
-/// A pane of glass of half width 1.5 from z = 1.95 to 2.05: a mesh of flat faces.
-const PANE: &str = r#"<shape type="cube" id="pane">
-    <transform name="to_world"><scale x="1.5" y="1.5" z="0.05"/><translate z="2"/></transform><ref id="glass"/>
-  </shape>"#;
-
-/// The same as two rectangles.
-const RECTANGLES: &str = r#"<shape type="rectangle">
-    <transform name="to_world"><scale x="1.5" y="1.5"/><translate z="2.05"/></transform><ref id="glass"/>
-  </shape>
-  <shape type="rectangle">
-    <transform name="to_world"><rotate x="1" angle="180"/><scale x="1.5" y="1.5"/><translate z="1.95"/></transform>
-    <ref id="glass"/>
-  </shape>"#;
 
 /// Lower bounds, values and upper bounds of what goes straight through.
 fn through(estimate: &Estimate) -> [Vec<f64>; 3] {

@@ -11,7 +11,9 @@ use nephroid::reference::photons::{Budget, PhotonSettings};
 use nephroid::reference::{Estimate, LayerName, Progress};
 use nephroid::scene::Scene;
 
-use crate::support::beams::{assert_photons_are_within_bounds, beams_to, known_by};
+use crate::support::beams::{
+    PANE, RECTANGLES, assert_photons_are_within_bounds, beams_to, known_by,
+};
 use crate::support::scenes::{meter, over_floor};
 use crate::support::{Photons, bundled};
 
@@ -28,20 +30,6 @@ fn scene(folder: &Path, things: &str) -> Scene {
 
 const SUN: &str = r#"<emitter type="directional"><vector name="direction" x="0" y="0" z="-1"/>
     <rgb name="irradiance" value="100,100,100"/></emitter>"#;
-
-/// A pane of glass of half width 1.5 from z = 1.95 to 2.05: a mesh of flat faces.
-const PANE: &str = r#"<shape type="cube" id="pane">
-    <transform name="to_world"><scale x="1.5" y="1.5" z="0.05"/><translate z="2"/></transform><ref id="glass"/>
-  </shape>"#;
-
-/// The same as two rectangles.
-const RECTANGLES: &str = r#"<shape type="rectangle">
-    <transform name="to_world"><scale x="1.5" y="1.5"/><translate z="2.05"/></transform><ref id="glass"/>
-  </shape>
-  <shape type="rectangle">
-    <transform name="to_world"><rotate x="1" angle="180"/><scale x="1.5" y="1.5"/><translate z="1.95"/></transform>
-    <ref id="glass"/>
-  </shape>"#;
 
 /// At normal incidence n = 1.5 reflects 4 % at each of two surfaces.
 const THROUGH: f64 = 0.96 * 0.96;

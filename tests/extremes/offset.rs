@@ -222,10 +222,12 @@ const SIDE: usize = 32;
 /// and the flux that is left changes, where light is shifted or turned before a surface, is seen from
 /// neighbours that set out just before it.
 ///
-/// - Rounded are a surface's coordinates, the place where a path meets it, and the start from there, which is moved off the surface by a
-///   bound on that, and one step farther. So light is shifted by δ four times before each surface.
-/// - A mesh without normals of its own has facets through corners that are rounded: they lean by 2 δ / h, h the triangle's least height.
-///   Light that leaves is turned as if facet and light were turned together, and the light back: once before the surface, and once after.
+/// - A surface's coordinates are rounded, and the place where a path meets it. So is the start from there,
+///   which is moved off the surface by a bound on that, and one step farther. So light is shifted by δ four
+///   times before each surface.
+/// - A mesh without normals of its own has facets through corners that are rounded: they lean by 2 δ / h, h
+///   the triangle's least height. Light that leaves is turned as if facet and light were turned together,
+///   and the light back: once before the surface, and once after.
 ///
 /// A path whose landing moves by K δ leaves its texel of width w with a probability of 4 K δ / w (four
 /// sides), and texels get as much from their neighbours as those lose; a path whose flux changes by L δ,

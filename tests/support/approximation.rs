@@ -1,4 +1,4 @@
-//! What the tests of approximations share: scenes of one object over a floor, their truth by beams, and
+//! Shared parts of the tests of approximations: scenes of one object over a floor, their truth by beams, and
 //! errors.
 
 use std::fmt::Write as _;
@@ -126,7 +126,7 @@ pub fn exact_but(settings: &[(&str, &str)]) -> CausticMap {
     caustic_map(&[&EXACT, settings].concat())
 }
 
-/// What a caustic map makes of a scene's meter.
+/// The image that a caustic map makes for a scene's meter.
 pub fn rendered(map: &CausticMap, scene: &Scene) -> Rendering {
     map.run(scene, meter(scene)).unwrap()
 }

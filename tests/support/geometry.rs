@@ -168,15 +168,15 @@ pub fn unshared(parts: &MeshParts) -> MeshParts {
     }
 }
 
-/// Whether a search does not find what a ray meets before `reach`: the one for the nearest hit, or the one
-/// for any.
+/// True if a search misses what a ray meets before `reach`: the search for the nearest hit, or the one for
+/// any.
 pub fn is_lost(world: &World, ray: &Ray, reach: f64) -> bool {
     let nearest = world.closest_hit(ray, reach, &mut TraversalCounters::default());
     let any = world.any_hit(ray, reach, |_| true, &mut TraversalCounters::default());
     nearest.is_none() || !any
 }
 
-/// A point on a vertex or an edge of a random face: where a test that is not watertight leaks.
+/// A point on a vertex or an edge of a random face, at which a test that is not watertight leaks.
 pub fn delicate_point(parts: &MeshParts, random: &mut Random) -> DVec3 {
     let triangle = parts.triangles[random.below(parts.triangles.len())];
     let first = random.below(3);
@@ -188,7 +188,7 @@ pub fn delicate_point(parts: &MeshParts, random: &mut Random) -> DVec3 {
     }
 }
 
-/// What became of rays through delicate points of a closed mesh.
+/// Numbers of rays through delicate points of a closed mesh, by their fate.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Leaks {
     /// Rays each way.

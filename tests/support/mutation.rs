@@ -189,7 +189,7 @@ pub fn ply(mesh: &MeshParts, format: &str) -> Vec<u8> {
     bytes
 }
 
-/// What a serialized file of version 4 holds of a mesh in double precision, not yet compressed.
+/// Contents of a serialized file of version 4, a mesh in double precision, not yet compressed.
 pub fn serialized_contents(mesh: &MeshParts) -> Vec<u8> {
     let flags = 0x2000 + u32::from(mesh.normals.is_some()) + 2 * u32::from(mesh.uvs.is_some());
     let mut bytes = flags.to_le_bytes().to_vec();

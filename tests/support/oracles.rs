@@ -387,10 +387,10 @@ fn sine_water(side: usize) -> (Scene, Vec<Known>) {
 /// The irradiance [W/m²] of a row of texels under the sun, below a strip of cells along x whose normals are
 /// interpolated.
 ///
-/// Where the sun's ray at x lands, X(x), is Snell's law in the plane at the strip's own height and normal; a
+/// The sun's ray at x lands at X(x), by Snell's law in the plane at the strip's own height and normal. A
 /// texel gets ∫ E (1 − F) dx over all x with X(x) in it. In a cell X has one extremum at most, a fold, and is
-/// inverted by bisection on either side of it; what is between two texel lines is taken by Gauss's rule,
-/// exact to rounding as F hardly changes in a cell.
+/// inverted by bisection on either side of it. Gauss's rule sums the light between two texel lines, exact to
+/// rounding as F hardly changes in a cell.
 fn below_a_strip(scene: &Scene, grid: &TexelGrid) -> Vec<f64> {
     let Some(Shape::Mesh(mesh)) = scene
         .world()
@@ -441,7 +441,7 @@ fn below_a_strip(scene: &Scene, grid: &TexelGrid) -> Vec<f64> {
         .collect()
 }
 
-/// Where in [0, 1] a function with one extremum at most has it, by golden sections; else an end.
+/// Place in [0, 1] of the only extremum of a function, by golden sections; an end if there is none.
 fn extremum(f: &impl Fn(f64) -> f64) -> f64 {
     /// As near to an end as an extremum is known.
     const END: f64 = 1e-8;
@@ -466,7 +466,7 @@ fn extremum(f: &impl Fn(f64) -> f64) -> f64 {
     0.5 * (a + b)
 }
 
-/// Where in [from, to] a monotone function is `value`, or the end nearest to that.
+/// Place in [from, to] at which a monotone function is `value`, or the end nearest to that.
 fn inverse(f: &impl Fn(f64) -> f64, from: f64, to: f64, value: f64) -> f64 {
     let rises = f(to) > f(from);
     let (mut a, mut b) = (from, to);
@@ -487,8 +487,8 @@ fn inverse(f: &impl Fn(f64) -> f64, from: f64, to: f64, value: f64) -> f64 {
     0.5 * (a + b)
 }
 
-/// What the shipped dish gathers of each channel \[W\]: the paraboloid's flux without the slivers between its
-/// rim's polygon and the circle.
+/// Flux \[W\] that the shipped dish gathers, by channel: the paraboloid's flux without the slivers between
+/// its rim's polygon and the circle.
 pub fn dish_fluxes() -> [f64; 3] {
     [(1.66, 9.22), (0.88, 6.27), (0.52, 4.84)].map(|(eta, k)| {
         let dish = ParabolicMirror {

@@ -12,7 +12,7 @@ use nephroid::scene::{Crop, Scene, Sensor};
 /// Replicates of our images. Mitsuba's have as many seeds: see `tests/mitsuba/parity/render.py`.
 pub const REPLICATES: u32 = 32;
 
-/// What tests say of two images of a scene.
+/// Result of the tests of two images of a scene.
 #[derive(Debug)]
 pub struct Outcome {
     /// The scene's name.
@@ -23,9 +23,9 @@ pub struct Outcome {
     pub bias: [f64; 2],
     /// Length of the difference that noise does not explain, relative: estimate and upper bound.
     pub unexplained: [f64; 2],
-    /// Whether mean and pixels are the same within 1 %, by two one-sided tests of 95 % confidence.
+    /// Verdict on mean and pixels being the same within 1 %, by two one-sided tests of 95 % confidence.
     pub verdict: Verdict,
-    /// How many pixels and channels both programs have an error bar for.
+    /// Number of pixels and channels for which both programs have an error bar.
     pub tests: u64,
     /// Mean z²; some 1.03 for 62 degrees of freedom, where images agree.
     pub mean_square_z: f64,
@@ -112,7 +112,7 @@ fn thinned(image: &Image, stride: usize) -> Image {
     }
 }
 
-/// What tests say of our image and Mitsuba's.
+/// Tests of our image against Mitsuba's.
 pub fn outcome(name: &str, ours: &Image, mitsuba: &Image, filter_radius: f64) -> Outcome {
     let stride = (2.0 * filter_radius).ceil() as usize;
     let [mitsuba, ours] = [("Mitsuba", mitsuba), ("ours", ours)]

@@ -82,9 +82,9 @@ pub fn meter(scene: &Scene) -> &nephroid::scene::Sensor {
 /// A photon run to be made.
 #[derive(Clone, Copy, Debug)]
 pub struct Photons {
-    /// How.
+    /// Settings of the run.
     pub settings: PhotonSettings,
-    /// How many, all replicates together.
+    /// Number of photons, all replicates together.
     pub count: u64,
 }
 

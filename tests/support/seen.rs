@@ -55,12 +55,12 @@ pub struct Map {
 }
 
 impl Map {
-    /// Of all specular signatures of a method with bounds.
+    /// The map of all specular signatures of a method with bounds.
     pub fn of(estimate: &Estimate) -> Self {
         Self::of_layers(estimate, |name| name != "LD")
     }
 
-    /// Of some signatures.
+    /// The map of some signatures.
     pub fn of_layers(estimate: &Estimate, wanted: impl Fn(&str) -> bool) -> Self {
         let texels = estimate.width * estimate.height;
         let mut map = Self {

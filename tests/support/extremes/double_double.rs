@@ -52,12 +52,12 @@ impl Exact {
         self.high < 0.0
     }
 
-    /// How far an `f64` is off, as a fraction of this.
+    /// Error of an `f64`, as a fraction of this.
     pub fn relative_error_of(self, rounded: f64) -> f64 {
         ((Self::from(rounded) - self) / self).value().abs()
     }
 
-    /// How far an `f64` is off.
+    /// Error of an `f64`.
     pub fn error_of(self, rounded: f64) -> f64 {
         (Self::from(rounded) - self).value().abs()
     }

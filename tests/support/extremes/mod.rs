@@ -1,5 +1,5 @@
-//! What the tests of extremes share: scenes put anywhere at any size, runs of them, and how far two maps are
-//! apart.
+//! Shared parts of the tests of extremes: scenes put anywhere at any size, runs of them, and the distance of
+//! two maps.
 
 pub mod double_double;
 
@@ -23,7 +23,8 @@ pub const U: f64 = f64::EPSILON / 2.0;
 ///
 /// - `{placed}`: the end of every `to_world`, which scales the scene, then moves it.
 /// - `{length 2}`: a length or coordinate, multiplied by the scale.
-/// - `{area 100}`: a radiant intensity [W/sr], multiplied by the square of the scale, which keeps irradiance as it is.
+/// - `{area 100}`: a radiant intensity [W/sr], multiplied by the square of the scale, which keeps irradiance
+///   as it is.
 /// - `{side}`: texels along each side of the receiver.
 #[derive(Clone, Copy, Debug)]
 pub struct Template {
@@ -117,7 +118,7 @@ pub const WATER: Template = Template {
 </shape>"#,
 };
 
-/// Where a scene is: p ↦ `scale` · p + `offset`.
+/// Place and size of a scene: p ↦ `scale` · p + `offset`.
 #[derive(Clone, Copy, Debug)]
 pub struct Placement {
     pub scale: f64,
@@ -240,7 +241,7 @@ pub fn beams(scene: &Scene, relative_error: f64, depth: u32) -> Estimate {
     beams_to(scene, meter(scene), relative_error, depth)
 }
 
-/// What any sensor gets by beams, see [`beams`].
+/// Estimate of any sensor by beams, see [`beams`].
 pub fn beams_to(scene: &Scene, sensor: &Sensor, relative_error: f64, depth: u32) -> Estimate {
     let settings = BeamSettings {
         max_depth: depth,
@@ -268,7 +269,7 @@ pub fn photons(scene: &Scene, count: u64, depth: u32) -> Estimate {
     photons_to(scene, meter(scene), count, depth)
 }
 
-/// What any sensor gets by photons.
+/// Estimate of any sensor by photons.
 pub fn photons_to(scene: &Scene, sensor: &Sensor, count: u64, depth: u32) -> Estimate {
     let mut settings = PhotonSettings {
         max_layers: 64,
@@ -330,7 +331,7 @@ fn worst(numbers: impl Iterator<Item = f64>) -> f64 {
     )
 }
 
-/// How far two maps are apart: the largest difference of a texel, relative to the first map's brightest
+/// Distance of two maps: the largest difference of a texel, relative to the first map's brightest
 /// texel.
 ///
 /// NaN where anything is, so that no comparison with it holds.
@@ -354,7 +355,7 @@ pub fn rmse(truth: &[f64], map: &[f64]) -> f64 {
 /// The error of a map, which is some or all of the specular light of a run by beams: √(mean squared error)
 /// over the texels that have specular light, relative to its mean there.
 ///
-/// Of all specular light, this is what such runs are asked for. Of one layer, it is that layer's part of it.
+/// For all specular light, such runs are asked for this error. For one layer, it is that layer's part of it.
 pub fn error_as_asked(estimate: &Estimate, truth: &[f64], map: &[f64]) -> f64 {
     let all = specular(estimate);
     let lit = all.iter().filter(|light| **light > 0.0).count() as f64;
@@ -362,7 +363,7 @@ pub fn error_as_asked(estimate: &Estimate, truth: &[f64], map: &[f64]) -> f64 {
     (squares * lit).sqrt() / all.iter().sum::<f64>()
 }
 
-/// How much wider than the error asked for the bars of a map may be, root mean square.
+/// Most that the bars of a map may be wider than the error asked for: a ratio of root mean squares.
 ///
 /// A bar is to hold in its texel for sure. It has the largest |q| of nine texels, where the likely error is a
 /// quarter of |q|: root mean square, that is 4 · √9 times as much at most (`reference/beams/bars.rs`). On top
