@@ -392,7 +392,7 @@ fn probes_lie_within_the_bounds_where_light_is_smooth() {
 
 // ---- colours --------------------------------------------------------------------------------------
 
-/// As in `tests/photons/closed_forms.rs`: the paraboloid's flux, without the receiver's shadow and without
+/// As in `tests/photons/closed_forms/`: the paraboloid's flux, without the receiver's shadow and without
 /// the slivers between the rim's polygon and the circle; normals of the mesh are known to 1e-6 of the flux.
 #[test]
 fn each_channel_of_a_coloured_metal_has_its_own_flux() {

@@ -64,7 +64,7 @@ impl Known {
     }
 
     /// Allows for what the quadrature of direct light may not see (its bar is no matter of beams): a corner
-    /// of a shadow between two points 1/16 of a texel apart; see `tests/photons/closed_forms.rs`.
+    /// of a shadow between two points 1/16 of a texel apart; see `tests/photons/closed_forms/`.
     fn with_hidden_corners(self) -> Self {
         self.widened_by(1.0 / 1024.0 + 1e-8)
     }

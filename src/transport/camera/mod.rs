@@ -47,7 +47,7 @@ use lens::Lens;
 /// A camera: a film on which points of the scene are seen.
 ///
 /// The film's coordinates are in pixels of its crop: x to the right, y down, the top left corner of the
-/// crop at (0, 0). Mitsuba's conventions (checked against 3.9.1, see `tests/paths/camera.rs`): camera space
+/// crop at (0, 0). Mitsuba's conventions (checked against 3.9.1, see `tests/paths/camera/`): camera space
 /// has +x to the *left* of the image, +y up, and looks along +z; a principal point's offset moves the
 /// image left and up.
 #[derive(Clone, Debug)]
