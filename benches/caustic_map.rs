@@ -9,8 +9,9 @@
 #[path = "../tests/support/mod.rs"]
 mod support;
 
-use support::approximation::{bumpy_ball_over_floor, caustic_map, mesh_over_floor, shared_mesh};
-use support::scenes::meter;
+use support::approximation::{
+    bumpy_ball_over_floor, caustic_map, mesh_over_floor, rendered, shared_mesh,
+};
 
 const SIDE: usize = 512;
 const FRAMES: usize = 9;
@@ -46,28 +47,29 @@ fn main() {
             ("samples", "1"),
         ]);
         let before = cpu_seconds();
-        let mut frames: Vec<_> = (0..FRAMES)
-            .map(|_| map.run(&scene, meter(&scene)).expect("a frame"))
-            .collect();
+        let mut frames: Vec<_> = (0..FRAMES).map(|_| rendered(&map, &scene)).collect();
         let cpu = (cpu_seconds() - before) / FRAMES as f64;
-        frames.sort_by(|a, b| a.seconds().total_cmp(&b.seconds()));
+        frames.sort_by(|a, b| a.frame_time.cmp(&b.frame_time));
         let frame = &frames[FRAMES / 2];
         let stage = |name: &str| {
-            let found = frame.work.iter().find(|stage| stage.name == name);
+            let found = frame.stages.iter().find(|stage| stage.name == name);
             1e3 * found.map_or(0.0, |stage| stage.seconds)
         };
-        let work = frame.total_work();
+        let work = |name: &str| {
+            let found = frame.counters.iter().find(|one| one.name == name);
+            found.map_or(0, |one| one.count) as f64
+        };
         println!(
             "| {splat} | {:.1} | {:.1} | {:.1} | {:.1} | {:.1} | {:.1} | {:.1} | {:.2} | {:.2} |",
-            1e3 * frame.seconds(),
+            1e3 * frame.frame_time.unwrap_or_default().as_secs_f64(),
             1e3 * cpu,
             stage("view"),
             stage("refraction"),
             stage("hit"),
             stage("flux") + stage("splat"),
             stage("lookup"),
-            work.rays as f64 / 1e6,
-            work.fragments as f64 / 1e6,
+            work("rays") / 1e6,
+            work("fragments") / 1e6,
         );
     }
 }

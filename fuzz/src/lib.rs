@@ -1,7 +1,7 @@
 //! Shared parts of the targets: a file of the bytes to be tried, and a scene file that names it.
 //!
 //! `cargo +nightly fuzz run ply -- -max_len=65536 -timeout=10 -rss_limit_mb=1024`, in the folder above;
-//! `-timeout` and `-rss_limit_mb` are the bars of time and memory that `tests/hostile.rs` derives.
+//! `-timeout` and `-rss_limit_mb` are the bars of time and memory that `tests/hostile/` derives.
 
 use std::path::PathBuf;
 use std::sync::OnceLock;

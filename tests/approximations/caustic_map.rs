@@ -54,8 +54,8 @@ fn the_exact_pipeline_converges_to_beams() {
         .map(|n| error(&exact_but(&[("photons", n)]), &scene, &truth))
         .collect();
     println!("N = 128, 512, 2048: {errors:.5?}");
-    // The fold's and the border's cells, of a share 1/N of the light, are off by their own size: first order at least.
-    // Half an order is left for the texels that they happen to share.
+    // The fold's and the border's cells, of a share 1/N of the light, are off by their own size: first order
+    // at least. Half an order is left for the texels that they happen to share.
     for pair in errors.windows(2) {
         assert!(pair[1] < pair[0] / 2.0, "{errors:?}");
     }
@@ -109,8 +109,8 @@ fn no_kernel_loses_flux() {
     for splat in ["fixed", "thin-lens", "thick-lens", "two-curvatures"] {
         let map = exact_but(&[("photons", "512"), ("map", "512"), ("splat", splat)]);
         let found = total(&rendered(&map, &scene));
-        // Photons at pixel centres are the midpoint rule for what the beams' corners are the trapezoid of: they differ at the
-        // border of the ball, of 2/512 of its area, where next to nothing is transmitted.
+        // Photons at pixel centres are the midpoint rule for what the beams' corners are the trapezoid of:
+        // they differ at the border of the ball, of 2/512 of its area, where next to nothing is transmitted.
         assert!(
             (found / expected - 1.0).abs() < 4e-3,
             "{splat}: {found} {expected}"
@@ -158,8 +158,8 @@ fn frames_shifted_by_parts_of_a_pixel_average_noise_away() {
     };
     let (one, sixteen) = (noisy("1"), noisy("16"));
     println!("1 frame: {one:.4}, 16 frames: {sixteen:.4}");
-    // Independent frames would leave a quarter of the noise, on top of what the map's texels are coarse by; half is clear
-    // of both.
+    // Independent frames would leave a quarter of the noise, on top of what the map's texels are coarse by;
+    // half is clear of both.
     assert!(sixteen < 0.5 * one, "{one} {sixteen}");
 }
 
@@ -190,8 +190,8 @@ fn a_camera_sees_what_a_meter_measures() {
     }
 }
 
-/// A meridional ray at `height` on a spherical lens of radii `front` and `back` (both convex) about the axis, from a
-/// light `distance` before it; traced by Snell's law. Returns its height `background` behind the lens.
+/// A meridional ray at `height` on a spherical lens of radii `front` and `back` (both convex) about the axis,
+/// from a light `distance` before it; traced by Snell's law. Returns its height `background` behind the lens.
 fn traced_height(
     [front, back]: [f64; 2],
     eta: f64,
@@ -266,7 +266,8 @@ fn equation_seven_departs_from_traced_rays_away_from_the_axis() {
             ((at(height + 1e-6) - at(height - 1e-6)) / 2e-6 * along).abs()
         };
         let (thin, thick) = (lens(0.0).thin(background), lens(0.5).thick(background));
-        // A sharp-edged lens thinner than its own sag does not exist: the traced one is as thick as it must be.
+        // A sharp-edged lens thinner than its own sag does not exist: the traced one is as thick as it must
+        // be.
         let sag = 2.0 * (2.0 - (4.0_f64 - 0.8 * 0.8).sqrt());
         println!(
             "| {:.2} | {thin:.4} | {:.4} | {thick:.4} | {:.4} |",
@@ -359,14 +360,15 @@ fn a_lamp_amid_its_receivers_has_a_cube_of_views() {
     };
     let (coarse, fine) = (lost("256"), lost("1024"));
     println!("of the light, amiss at M = 256: {coarse:.4}, 1024: {fine:.4}");
-    // Texels that reach over the floor's border are read as if they were all on it: of first order in a texel's size, four
-    // times less; half is clear of how the border happens to lie.
+    // Texels that reach over the floor's border are read as if they were all on it: of first order in a
+    // texel's size, four times less; half is clear of how the border happens to lie.
     assert!(direct > 0.0 && fine < 0.5 * coarse, "{coarse} {fine}");
 }
 
 #[test]
 fn a_march_goes_on_from_one_face_of_a_cube_to_the_next() {
-    // The lamp sees the floor by faces of a cube. The ray starts in the one to the left and lands in the one below.
+    // The lamp sees the floor by faces of a cube. The ray starts in the one to the left and lands in the one
+    // below.
     let lamp = r#"<emitter type="point"><point name="position" x="0" y="0" z="1"/><rgb name="intensity" value="1"/></emitter>"#;
     let scene = scene_of(&lit_by(lamp, "", 4));
     let source = &Source::all(&scene)[0];
@@ -394,8 +396,8 @@ fn a_march_goes_on_from_one_face_of_a_cube_to_the_next() {
     let mut work = Work::default();
     let found = marched(&exit, &depths, [256, 20], &mut work).unwrap();
     let off = found.position.distance(target);
-    // The floor is parallel to the face below: its depth is exact there, and the march to half of a 2^20th of a 256th of at
-    // most 3 (the way to the floor's corners).
+    // The floor is parallel to the face below: its depth is exact there, and the march to half of a 2^20th of
+    // a 256th of at most 3 (the way to the floor's corners).
     assert!(off < 3.0 / 256.0 / 2_f64.powi(20), "{off}");
     // One picture alone loses it.
     for one in depths.chunks(1) {

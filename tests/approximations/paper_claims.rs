@@ -1,8 +1,9 @@
-//! What Wyman and Dachsbacher 2006 claim of their splats, as inequalities on errors measured against the truth.
+//! What Wyman and Dachsbacher 2006 claim of their splats, as inequalities on errors measured against the
+//! truth.
 //!
-//! Only the splat varies: refraction, hits, flux and Fresnel are exact, maps have 512² texels, and look-ups are averaged over a meter of
-//! 256². The report's meshes are looked for in the folder beside the crate and skipped aloud where there are none; a ball
-//! and a bumpy ball of 82,000 triangles are always there.
+//! Only the splat varies: refraction, hits, flux and Fresnel are exact, maps have 512² texels, and look-ups
+//! are averaged over a meter of 256². The report's meshes are looked for in the folder beside the crate and
+//! skipped aloud where there are none; a ball and a bumpy ball of 82,000 triangles are always there.
 
 use std::sync::LazyLock;
 
@@ -75,8 +76,8 @@ fn table<const N: usize>(
     })
 }
 
-/// The spectrum by octaves, finest first: Σ (mean over squares of 2ᵏ texels − mean over squares of 2ᵏ⁺¹)², over all texels; each octave
-/// has what is seen in stripes about 2ᵏ texels wide.
+/// The spectrum by octaves, finest first: Σ (mean over squares of 2ᵏ texels − mean over squares of 2ᵏ⁺¹)²,
+/// over all texels; each octave has what is seen in stripes about 2ᵏ texels wide.
 fn octaves(values: &[f64]) -> Vec<f64> {
     let (mut level, mut side) = (values.to_vec(), SIDE);
     let mut bands = Vec::new();
@@ -122,7 +123,8 @@ impl Frames {
         let one = means(&rendered(&exact_but(settings), scene));
         let both = [settings, &[("frames", "2")]].concat();
         let mean = means(&rendered(&exact_but(&both), scene));
-        // The first of two is half their difference away from their mean, and their difference has twice the variance.
+        // The first of two is half their difference away from their mean, and their difference has twice the
+        // variance.
         let pairs = one.iter().zip(&mean);
         let noise = pairs.map(|(a, b)| (a - b) * 2_f64.sqrt()).collect();
         Self { mean, noise }
@@ -135,8 +137,8 @@ impl Frames {
         (squares / lit).sqrt() / (self.mean.iter().sum::<f64>() / lit)
     }
 
-    /// How uneven the noise is: standard deviation over mean of the noise in squares of 16 texels, each relative to the light in it,
-    /// over squares that have a tenth of the mean light.
+    /// How uneven the noise is: standard deviation over mean of the noise in squares of 16 texels, each
+    /// relative to the light in it, over squares that have a tenth of the mean light.
     fn unevenness(&self) -> f64 {
         const SQUARE: usize = 16;
         let all = self.mean.iter().sum::<f64>() / self.mean.len() as f64;
@@ -185,8 +187,9 @@ fn variable_splats_lower_the_error_of_fixed_ones_on_a_bumpy_ball() {
     }
 }
 
-/// Measures one of the report's meshes: for 512² and 1024² photons whether multi-resolution and the thin lens were found to lower the
-/// error of fixed splats. That is a record: beams and maps give the same bits each time.
+/// Measures one of the report's meshes: for 512² and 1024² photons whether multi-resolution and the thin lens
+/// were found to lower the error of fixed splats. That is a record: beams and maps give the same bits each
+/// time.
 fn measured_on(name: &str, accuracy: f64, lower: [[bool; 2]; 2]) {
     let Some(mesh) = shared_mesh(name) else {
         return;
@@ -272,7 +275,8 @@ fn sixteen_photons_a_texel_are_without_noise() {
     let (one, four, sixteen) = (of_map("512"), of_map("256"), of_map("128"));
     println!("noise at 1, 4 and 16 photons a texel: {one:.4} {four:.4} {sixteen:.4}");
     assert!(four < one && sixteen < four, "{one} {four} {sixteen}");
-    // Independent photons would leave a quarter of the noise; a third is clear of that. What is left is beside a mean of 1.
+    // Independent photons would leave a quarter of the noise; a third is clear of that. What is left is
+    // beside a mean of 1.
     assert!(sixteen < one / 3.0 && sixteen < 0.02, "{one} {sixteen}");
 }
 
@@ -294,7 +298,8 @@ fn the_thin_lens_leaves_more_noise_than_multi_resolution_but_no_blotches() {
         (noise, spectrum[0])
     });
     assert!(multi.0 < thin.0, "{multi:?} {thin:?}");
-    // Noise that is independent from texel to texel has 3/4 of its squares in the finest octave: the mean of four has a quarter.
+    // Noise that is independent from texel to texel has 3/4 of its squares in the finest octave: the mean of
+    // four has a quarter.
     assert!(thin.1 > 0.75 && multi.1 < 0.75, "{multi:?} {thin:?}");
 }
 

@@ -85,10 +85,10 @@ struct Way {
     topology: u64,
 }
 
-/// Whether anything is in front of a place on the first surface, by more than rounding: a place that
-/// is off by δ is met δ / cos i too soon, and where a surface of radius r is grazed, by the half
-/// chord √(2 r δ) on either side at most, or as much longer as a ray runs along a tube rather than across it. A surface point and a ray's start are each off by up to 32 u
-/// of their coordinates (`position_error`), u = ε/2.
+/// Whether anything is in front of a place on the first surface, by more than rounding: a place that is off
+/// by δ is met δ / cos i too soon, and where a surface of radius r is grazed, by the half chord √(2 r δ) on
+/// either side at most, or as much longer as a ray runs along a tube rather than across it. A surface point
+/// and a ray's start are each off by up to 32 u of their coordinates (`position_error`), u = ε/2.
 fn is_hidden(scene: &Scene, ray: &Ray, hit: &Hit) -> bool {
     let normal = scene.world().surface_point(ray, hit).geometric_normal;
     let off = 32.0 * f64::EPSILON * (ray.origin.length() + hit.distance);
@@ -479,8 +479,9 @@ fn a_ball_alone_over_a_floor_is_clear_at_its_roots() {
     roots_clear("24 balls", &scene(folder.path(), &content), "LTTD");
 }
 
-/// Cameras that look at where one path ends, and see so little about it that all nodes of its cell miss that; some with a bead
-/// before them, that the nodes may see past, or a small table below the ball, which light passes by.
+/// Cameras that look at where one path ends, and see so little about it that all nodes of its cell miss that;
+/// some with a bead before them, that the nodes may see past, or a small table below the ball, which light
+/// passes by.
 #[test]
 fn what_a_camera_may_see_between_the_nodes_is_not_overlooked() {
     const GOALS: u32 = 60;

@@ -1,5 +1,5 @@
-//! Flat glass, and what the middle of its light does not meet: receivers beside it, places that a camera sees beside it, surfaces
-//! that cross each other.
+//! Flat glass, and what the middle of its light does not meet: receivers beside it, places that a camera sees
+//! beside it, surfaces that cross each other.
 
 use nephroid::internals::optics::dielectric_reflectance;
 use nephroid::internals::run::{Estimate, LayerName};
@@ -70,7 +70,8 @@ fn straight_through() -> f64 {
     passed * passed * cos
 }
 
-/// Every texel's bounds of `LTTD` hold `truth`, and values are off by `error` at most in the root mean square.
+/// Every texel's bounds of `LTTD` hold `truth`, and values are off by `error` at most in the root mean
+/// square.
 fn assert_even(name: &str, estimate: &Estimate, truth: f64, error: f64) {
     let wanted = LayerName::Path("LTTD".parse().expect("a signature"));
     let layer = estimate.layers.iter().find(|layer| layer.name == wanted);
@@ -205,8 +206,8 @@ fn photons_agree_on_a_ball_below_a_pane() {
     }
 }
 
-/// A lamp just above a pane lights a spot that none of its corners sees; receivers are round, and the middle of the pane's light
-/// goes beside them.
+/// A lamp just above a pane lights a spot that none of its corners sees; receivers are round, and the middle
+/// of the pane's light goes beside them.
 #[test]
 fn photons_agree_below_a_pane_that_a_lamp_is_close_to() {
     let lamp = r#"<emitter type="point"><point name="position" x="-0.02" y="-0.086" z="0.16"/>

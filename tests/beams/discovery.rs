@@ -13,7 +13,9 @@ use nephroid::internals::run::Budget;
 use nephroid::internals::run::{Estimate, LayerName, Progress};
 use nephroid::internals::scene::Scene;
 
-use crate::support::beams::{assert_photons_are_within_bounds, beams_to, known_by};
+use crate::support::beams::{
+    PANE, RECTANGLES, assert_photons_are_within_bounds, beams_to, known_by,
+};
 use crate::support::scenes::{meter, over_floor};
 use crate::support::{Photons, bundled};
 
@@ -31,20 +33,6 @@ fn scene(folder: &Path, things: &str) -> Scene {
 const SUN: &str = r#"<emitter type="directional"><vector name="direction" x="0" y="0" z="-1"/>
     <rgb name="irradiance" value="100,100,100"/></emitter>"#;
 
-/// A pane of glass of half width 1.5 from z = 1.95 to 2.05: a mesh of flat faces.
-const PANE: &str = r#"<shape type="cube" id="pane">
-    <transform name="to_world"><scale x="1.5" y="1.5" z="0.05"/><translate z="2"/></transform><ref id="glass"/>
-  </shape>"#;
-
-/// The same as two rectangles.
-const RECTANGLES: &str = r#"<shape type="rectangle">
-    <transform name="to_world"><scale x="1.5" y="1.5"/><translate z="2.05"/></transform><ref id="glass"/>
-  </shape>
-  <shape type="rectangle">
-    <transform name="to_world"><rotate x="1" angle="180"/><scale x="1.5" y="1.5"/><translate z="1.95"/></transform>
-    <ref id="glass"/>
-  </shape>"#;
-
 /// At normal incidence n = 1.5 reflects 4 % at each of two surfaces.
 const THROUGH: f64 = 0.96 * 0.96;
 
@@ -57,8 +45,8 @@ fn through(estimate: &Estimate) -> [Vec<f64>; 2] {
         .unwrap()
 }
 
-/// A ball of glass of radius 0.4 with 80,000 faces, and one of radius 0.01 beside it, whose light falls where the large one's
-/// does not: 1/1600 of the light, that photons find without being told.
+/// A ball of glass of radius 0.4 with 80,000 faces, and one of radius 0.01 beside it, whose light falls where
+/// the large one's does not: 1/1600 of the light, that photons find without being told.
 #[test]
 fn a_bead_beside_a_mesh_of_80_000_faces_is_not_passed_over() {
     let folder = tempfile::tempdir().unwrap();
@@ -76,8 +64,8 @@ fn a_bead_beside_a_mesh_of_80_000_faces_is_not_passed_over() {
     let scene = scene(folder.path(), &things);
     let (estimate, _) = beams_to(2, &scene, 0.01);
     let [low, high] = through(&estimate);
-    // Of parallel light a ball of index n lets ∫ (1 − F)² 2 sin i cos i di through: by the midpoint rule, whose error falls as the
-    // square of its step: 1e-8 of what is smooth, 1e-6 at grazing incidence.
+    // Of parallel light a ball of index n lets ∫ (1 − F)² 2 sin i cos i di through: by the midpoint rule,
+    // whose error falls as the square of its step: 1e-8 of what is smooth, 1e-6 at grazing incidence.
     let steps = 1 << 14;
     let passed: f64 = (0..steps)
         .map(|step| {
@@ -87,8 +75,8 @@ fn a_bead_beside_a_mesh_of_80_000_faces_is_not_passed_over() {
         })
         .sum();
     let truth = 100.0 * std::f64::consts::PI * radius * radius * passed;
-    // It leaves the ball turned by 2 (i − t), at most 96 degrees, and most of it lands within some centimetres: those more
-    // than 60 degrees off the axis, beyond three texels, are below a thousandth.
+    // It leaves the ball turned by 2 (i − t), at most 96 degrees, and most of it lands within some
+    // centimetres: those more than 60 degrees off the axis, beyond three texels, are below a thousandth.
     let texel = 2.0 / SIDE as f64;
     let near = |texel_index: &usize| {
         let (column, row) = (texel_index % SIDE, texel_index / SIDE);
@@ -131,8 +119,8 @@ fn a_lamp_100_km_away_is_as_good_as_the_sun() {
             let scene = scene(folder.path(), &format!("{lamp}{things}"));
             let [low, high] = through(&beams_to(2, &scene, error).0);
             for texel in 0..truth.len() {
-                // At a distance of 1e5 a direction's rounding of 1e-16 moves light by 1e-11 m of a texel's 0.06, and the closed
-                // form takes differences of angles of 1e-5: 1e-9 and more to spare.
+                // At a distance of 1e5 a direction's rounding of 1e-16 moves light by 1e-11 m of a texel's
+                // 0.06, and the closed form takes differences of angles of 1e-5: 1e-9 and more to spare.
                 let rounding = 1e-7 * truth[texel];
                 assert!(
                     low[texel] - rounding <= truth[texel] && truth[texel] <= high[texel] + rounding,
@@ -161,7 +149,8 @@ fn a_lamp_100_km_away_is_as_good_as_the_sun() {
         assert_eq!(far.signature, sun.signature);
         let brightest = sun.high.iter().copied().fold(0.0, f64::max);
         for texel in 0..SIDE * SIDE {
-            // The light is 1e-5 less parallel: no texel's share changes by more than some 1e-4 of the brightest.
+            // The light is 1e-5 less parallel: no texel's share changes by more than some 1e-4 of the
+            // brightest.
             let off = 1e-4 * brightest;
             assert!(
                 far.low[texel] <= sun.high[texel] + off && sun.low[texel] <= far.high[texel] + off,
@@ -172,7 +161,8 @@ fn a_lamp_100_km_away_is_as_good_as_the_sun() {
     }
 }
 
-/// A wire of a thirtieth of a texel across the light, under a pane and above it: its shadow is as wide as itself.
+/// A wire of a thirtieth of a texel across the light, under a pane and above it: its shadow is as wide as
+/// itself.
 #[test]
 fn the_shadow_of_a_thin_wire_is_within_bounds_on_every_texel() {
     let texel = 2.0 / SIDE as f64;
@@ -252,8 +242,9 @@ fn what_photons_find_the_discovery_finds() {
     }
 }
 
-/// A tube of glass and a disk of thin glass beside it, whose light falls on a plate that a camera sees from near by: of thousands of
-/// places that are spread over both, few send light there, and fewer by way of both or of the tube's inside.
+/// A tube of glass and a disk of thin glass beside it, whose light falls on a plate that a camera sees from
+/// near by: of thousands of places that are spread over both, few send light there, and fewer by way of both
+/// or of the tube's inside.
 #[test]
 fn what_photons_find_of_dim_light_before_a_camera_the_discovery_finds() {
     const DEPTH: u32 = 5;
@@ -320,7 +311,8 @@ fn what_photons_find_of_dim_light_before_a_camera_the_discovery_finds() {
 
 #[test]
 fn photons_agree_with_beams_from_slivers_of_light_space() {
-    // Two balls of glass that nearly touch: light by way of both, and between them, sets out from thin crescents.
+    // Two balls of glass that nearly touch: light by way of both, and between them, sets out from thin
+    // crescents.
     let ball = |x: f64, z: f64| {
         format!(
             r#"<shape type="sphere"><point name="center" x="{x}" y="0" z="{z}"/>

@@ -91,8 +91,8 @@ fn beams_from_an_area_light_agree_with_photons_within_their_bounds() {
             missed <= 1 + judged / 100,
             "{name}: {missed} of {judged} out of bounds"
         );
-        // z² of Student variables with 15 degrees of freedom has mean 15/13 = 1.15 and standard deviation 1.9; as
-        // texels share 128 places, no more than those tell of each other: 5 x 1.9 / √128 = 0.84.
+        // z² of Student variables with 15 degrees of freedom has mean 15/13 = 1.15 and standard deviation
+        // 1.9; as texels share 128 places, no more than those tell of each other: 5 x 1.9 / √128 = 0.84.
         assert!(
             squares / f64::from(judged) < 2.0,
             "{name}: {squares} over {judged}"
@@ -126,8 +126,8 @@ fn the_same_bits_come_from_any_number_of_threads() {
     }
 }
 
-/// What n = replicates · places may have missed of the lamp, 1 − 0.0005^(1/n) of it, with the light of the brightest
-/// texel of any replicate: as much on each texel that none lit, and never nothing.
+/// What n = replicates · places may have missed of the lamp, 1 − 0.0005^(1/n) of it, with the light of the
+/// brightest texel of any replicate: as much on each texel that none lit, and never nothing.
 #[test]
 fn texels_that_no_place_on_the_lamp_lit_have_an_upper_bound() {
     let scene = scene();
@@ -150,7 +150,8 @@ fn texels_that_no_place_on_the_lamp_lit_have_an_upper_bound() {
             }
             unlit += 1;
             assert_eq!(interval.low[texel].0[0], 0.0);
-            // A replicate's brightest texel is no darker than that of their mean. 1e-9: rounding of the power.
+            // A replicate's brightest texel is no darker than that of their mean. 1e-9: rounding of the
+            // power.
             assert!(
                 interval.high[texel].0[0] >= missed * brightest * (1.0 - 1e-9),
                 "{} texel {texel}",
@@ -172,8 +173,8 @@ fn all_signatures_of_an_area_light_share_out_the_same_light() {
     for one in &emitted {
         assert!((one / emitted[0] - 1.0).abs() < 1e-3, "{emitted:?}");
     }
-    // What each cell booked is on the film: of sums of integers, each of 10⁶ deposits rounded once to 2⁻⁶² of 64 times
-    // the flux, 1e-12 is asked for, as in `tests/beams/method.rs`.
+    // What each cell booked is on the film: of sums of integers, each of 10⁶ deposits rounded once to 2⁻⁶² of
+    // 64 times the flux, 1e-12 is asked for, as in `tests/beams/method.rs`.
     for one in &report.signatures {
         assert!(
             one.balance_error <= 1e-12,

@@ -5,7 +5,6 @@ use std::f64::consts::TAU;
 use std::path::Path;
 use std::process::{Command, Output};
 use std::sync::OnceLock;
-use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use glam::DVec2;
@@ -69,9 +68,9 @@ fn coarse() -> &'static [Coarse] {
     })
 }
 
-/// Sums on the film are integers, of a quantum of 2⁻⁶² of the flux or less; each of n deposits in
-/// a texel is rounded once. 10⁶ deposits are off by 10⁶ · 2⁻⁶² · 64 < 1e-11 of a texel's flux at the very worst, by
-/// the root of that at random: 1e-12 of all light is asked for.
+/// Sums on the film are integers, of a quantum of 2⁻⁶² of the flux or less; each of n deposits in a texel is
+/// rounded once. 10⁶ deposits are off by 10⁶ · 2⁻⁶² · 64 < 1e-11 of a texel's flux at the very worst, by the
+/// root of that at random: 1e-12 of all light is asked for.
 #[test]
 fn the_films_sum_is_what_the_cells_booked_in_every_signature() {
     for Coarse { name, report, .. } in coarse() {
@@ -87,8 +86,9 @@ fn the_films_sum_is_what_the_cells_booked_in_every_signature() {
     }
 }
 
-/// The extrapolated sums of dark texels may be below zero; the values are not, and lie in their bounds, layer by layer
-/// and all together. The ledger has their sums: a thousand additions of flux that is a part of the whole.
+/// The extrapolated sums of dark texels may be below zero; the values are not, and lie in their bounds, layer
+/// by layer and all together. The ledger has their sums: a thousand additions of flux that is a part of the
+/// whole.
 #[test]
 fn values_lie_within_their_bounds_and_the_ledger_has_their_sums() {
     let mut lifted = 0;
@@ -235,12 +235,12 @@ const ALPHA: f64 = 1e-6;
 /// More than the comparisons made: 10 scenes of at most 10 layers of 64 x 64 texels.
 const COMPARISONS: usize = 400_000;
 
-/// In each layer that has a thousandth of the light or more, photons (32 replicates) scatter about beams as their
-/// error bars say: each z-score is below Student's quantile (Bonferroni's bound on Šidák's), and where there are
-/// enough texels, their mean and variance are Student's. A z-score is taken from the nearer end of the beams' bounds,
-/// and where a scene has 300 texels to judge, from the beams' answer itself, whose error is
-/// far below the photons'. Where light is spread over all 64 x 64 texels, it takes 2²¹ photons for 30 in each and
-/// every replicate.
+/// In each layer that has a thousandth of the light or more, photons (32 replicates) scatter about beams as
+/// their error bars say: each z-score is below Student's quantile (Bonferroni's bound on Šidák's), and where
+/// there are enough texels, their mean and variance are Student's. A z-score is taken from the nearer end of
+/// the beams' bounds, and where a scene has 300 texels to judge, from the beams' answer itself, whose error
+/// is far below the photons'. Where light is spread over all 64 x 64 texels, it takes 2²¹ photons for 30 in
+/// each and every replicate.
 fn assert_photons_agree(name: &str, error: f64, count: u64) {
     let scene = bundled(name, 64);
     let (estimate, report) = beams(&scene, error);
@@ -392,8 +392,8 @@ fn probes_lie_within_the_bounds_where_light_is_smooth() {
 
 // ---- colours --------------------------------------------------------------------------------------
 
-/// As in `tests/photons/closed_forms.rs`: the paraboloid's flux, without the receiver's shadow and without the slivers
-/// between the rim's polygon and the circle; normals of the mesh are known to 1e-6 of the flux.
+/// As in `tests/photons/closed_forms/`: the paraboloid's flux, without the receiver's shadow and without
+/// the slivers between the rim's polygon and the circle; normals of the mesh are known to 1e-6 of the flux.
 #[test]
 fn each_channel_of_a_coloured_metal_has_its_own_flux() {
     let scene = bundled("parabolic-mirror", 64);
@@ -481,7 +481,9 @@ fn the_commands_default_is_beams_where_they_can_follow_all_light_and_photons_els
 
 fn run(scene: &Scene, budget: &Budget, stop: bool) -> (Estimate, BeamReport) {
     let progress = Progress::default();
-    progress.stop.store(stop, Ordering::Relaxed);
+    if stop {
+        progress.stop();
+    }
     Setup::new(scene, meter(scene), BeamSettings::default(), &progress)
         .and_then(|mut setup| setup.run(budget))
         .unwrap()

@@ -1,7 +1,7 @@
 //! Probes of round and mirroring scenes find the light of the closed forms' own formulas, path by path.
 //!
-//! The formulas are those of `closed_form::GlassBall` and `MirrorCup`, taken at a point: one root on a line for each
-//! preimage, found by bisection, and the sheet's width by differentiating the formula by hand.
+//! The formulas are those of `closed_form::GlassBall` and `MirrorCup`, taken at a point: one root on a line
+//! for each preimage, found by bisection, and the sheet's width by differentiating the formula by hand.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -25,8 +25,8 @@ struct Preimage {
     slope: f64,
 }
 
-/// r(i), dr/di and dΦ/di of light that meets the ball at the incidence i and is reflected `inside` times within it, or
-/// once from outside (`None`); `None` where it goes up.
+/// r(i), dr/di and dΦ/di of light that meets the ball at the incidence i and is reflected `inside` times
+/// within it, or once from outside (`None`); `None` where it goes up.
 fn ball_map(incidence: f64, inside: Option<u32>) -> Option<[f64; 3]> {
     let (sin, cos) = incidence.sin_cos();
     let ratio = 1.0 / 2.6;
@@ -86,8 +86,8 @@ fn ball_preimages(distance: f64, inside: Option<u32>) -> Vec<Preimage> {
         .collect()
 }
 
-/// Roots are right to a few ulp of the scene's size (4), which moves a slope of size s by 4 ulp · r''/s² of itself; with r'' below 10,
-/// 1e-15 · 4 · 10 · 4 / s² stays below 1e-10 down to s = 0.04.
+/// Roots are right to a few ulp of the scene's size (4), which moves a slope of size s by 4 ulp · r''/s² of
+/// itself; with r'' below 10, 1e-15 · 4 · 10 · 4 / s² stays below 1e-10 down to s = 0.04.
 const STEEP_ENOUGH: f64 = 0.04;
 
 #[test]
@@ -159,9 +159,9 @@ fn across_the_balls_fold_two_preimages_are_born_and_the_distance_to_it_is_known(
         let mut near: Vec<f64> = three.iter().filter_map(|path| path.fold_distance).collect();
         near.sort_by(f64::total_cmp);
         for found in &near[..2] {
-            // r(i) = r_f + r''/2 (i − i_f)² + r'''/6 (i − i_f)³: the estimate is off by r''' (i − i_f) / r'' of itself,
-            // with i − i_f = √(2 d / r''); r'' is about 2 and r''' about 5 here, so by some 2.5 √d.
-            // The point's own place is rounded to 1e-15 of d.
+            // r(i) = r_f + r''/2 (i − i_f)² + r'''/6 (i − i_f)³: the estimate is off by r''' (i − i_f) / r''
+            // of itself, with i − i_f = √(2 d / r''); r'' is about 2 and r''' about 5 here, so by some 2.5
+            // √d. The point's own place is rounded to 1e-15 of d.
             let bound = 5.0 * distance.sqrt() + 1e-15 / distance;
             assert!(
                 (found / distance - 1.0).abs() < bound,
@@ -186,7 +186,8 @@ fn cup_preimages(at: DVec2) -> Vec<Preimage> {
         .filter_map(|azimuth| {
             let left = (at - wall(azimuth)).dot(along(azimuth));
             let chord = 2.0 * RADIUS * azimuth.cos();
-            // The horizontal length of light from the opening, H tan α, ends here; it began within the opening.
+            // The horizontal length of light from the opening, H tan α, ends here; it began within the
+            // opening.
             let inside = HEIGHT * TAN - left;
             let is_lit = left > 0.0 && left < chord && inside > 0.0 && inside < chord;
             let width = RADIUS * azimuth.cos();
@@ -247,8 +248,9 @@ fn a_texel_of_photons_agrees_with_the_mean_of_probes() {
         }
         let (values, errors) = support::scenes::layer(&estimate, signature, 0);
         let (value, error) = (values[row * SIDE + column], errors[row * SIDE + column]);
-        // Student's t of 31 degrees of freedom exceeds 5 once in 50 000 tries; the quadrature's error is below 1e-4 of
-        // the mean (the irradiance changes by a few percent over the texel, its fifth power is 1e-7).
+        // Student's t of 31 degrees of freedom exceeds 5 once in 50 000 tries; the quadrature's error is
+        // below 1e-4 of the mean (the irradiance changes by a few percent over the texel, its fifth power is
+        // 1e-7).
         assert!(
             (value - mean).abs() < 5.0 * error + 1e-4 * mean,
             "{signature}: {value} ± {error}, probes say {mean}"

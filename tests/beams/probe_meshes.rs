@@ -1,4 +1,5 @@
-//! Probes of meshes: flat facets, smooth ones, and water with one wave, against closed forms and exact maps of the mesh itself.
+//! Probes of meshes: flat facets, smooth ones, and water with one wave, against closed forms and exact maps
+//! of the mesh itself.
 
 use std::path::Path as File;
 
@@ -93,7 +94,8 @@ fn a_probe_of_facets_finds_the_polygons_that_cover_the_point() {
         };
         let truth = FlatFacets::new(&solid(&scene), ior, light, reflections).unwrap();
         let mut paths = 0;
-        // All over the floor; and, as a diamond leaves most of it dark, somewhere within each of the widest polygons.
+        // All over the floor; and, as a diamond leaves most of it dark, somewhere within each of the widest
+        // polygons.
         let lattice = (0..points).map(|number| {
             // The plastic number's lattice: no two points share a coordinate.
             let at = DVec2::new(0.7548776662, 0.5698402910) * f64::from(number) + 0.5;
@@ -120,7 +122,8 @@ fn a_probe_of_facets_finds_the_polygons_that_cover_the_point() {
             if covering(-1e-9).count() != covering(1e-9).count() {
                 continue;
             }
-            // Slivers pass between the nodes, as the probe says of itself: these stand 0.005 apart in the light.
+            // Slivers pass between the nodes, as the probe says of itself: these stand 0.005 apart in the
+            // light.
             if covering(0.0).any(|polygon| width(&polygon.corners) < 0.02) {
                 continue;
             }
@@ -159,8 +162,8 @@ const WAVE: SineWave = SineWave {
 /// Cells along x of the mesh.
 const CELLS: u32 = 96;
 
-/// The mesh's own map, exactly: on each strip between two columns of vertices height and normal are linear in x, the normal up to its
-/// length. Returns x', dx'/dx and the irradiance that enters.
+/// The mesh's own map, exactly: on each strip between two columns of vertices height and normal are linear in
+/// x, the normal up to its length. Returns x', dx'/dx and the irradiance that enters.
 fn strip_map(strip: u32, x: f64) -> [f64; 3] {
     let column = |i: u32| WAVE.half_width * (2.0 * f64::from(i) / f64::from(CELLS) - 1.0);
     let vertex = |x: f64| {
@@ -222,8 +225,8 @@ fn a_probe_of_water_with_one_wave_finds_every_preimage() {
         let paths = of(&probed, "LTD");
         assert_eq!(paths.len(), exact.len(), "{at}");
         counts[paths.len()] += 1;
-        // Vertices, rotated into place by nothing, are the same bits; a root is right to 1e-16, a slope s to 1e-15 · x'' / s
-        // of itself with x'' below 100.
+        // Vertices, rotated into place by nothing, are the same bits; a root is right to 1e-16, a slope s to
+        // 1e-15 · x'' / s of itself with x'' below 100.
         if exact.iter().all(|[slope, _]| *slope > 0.02) {
             let expected: f64 = exact.iter().map(|[_, irradiance]| irradiance).sum();
             let found = sum(&paths);
@@ -237,8 +240,9 @@ fn a_probe_of_water_with_one_wave_finds_every_preimage() {
             smooth.texel_irradiance(&TexelRect::new(at.x - half, 0.0, at.x + half, 1.0))
         };
         if (mean(0.01) / mean(0.001) - 1.0).abs() < 0.01 {
-            // A strip's turning normal is a chord of the sine's: dx'/dx is off by depth (1 − 1/n) A k² · k h / 2, with h = 2.1 / 96
-            // and a bend of at most A k² = 8.6, so by 1.7 · 0.13 = 0.23 at most where it is steepest.
+            // A strip's turning normal is a chord of the sine's: dx'/dx is off by depth (1 − 1/n) A k² · k h
+            // / 2, with h = 2.1 / 96 and a bend of at most A k² = 8.6, so by 1.7 · 0.13 = 0.23 at most where
+            // it is steepest.
             let expected = mean(0.001);
             let least = exact
                 .iter()
@@ -278,11 +282,13 @@ fn a_smooth_mesh_of_a_ball_sheds_the_balls_light_up_to_its_facets() {
         let mean_square = errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64;
         worst.push(mean_square.sqrt());
     }
-    // A facet is tilted against the sphere by up to half its size, so the derivative of the point where a ray meets it is off in
-    // proportion, and det J with it: four times finer, four times nearer. Sixteen points know the root mean square to a factor
-    // 1 ± 1/√32 each (one standard deviation), so the ratio lies between 2 and 8 but for four of them.
+    // A facet is tilted against the sphere by up to half its size, so the derivative of the point where a ray
+    // meets it is off in proportion, and det J with it: four times finer, four times nearer. Sixteen points
+    // know the root mean square to a factor 1 ± 1/√32 each (one standard deviation), so the ratio lies
+    // between 2 and 8 but for four of them.
     let ratio = worst[0] / worst[1];
     assert!((2.0..8.0).contains(&ratio), "{worst:?}");
-    // The finer mesh's facets are 0.02 wide: tilts of 0.01 at each of two refractions, amplified by 1/(1 − 1/n) and the like.
+    // The finer mesh's facets are 0.02 wide: tilts of 0.01 at each of two refractions, amplified by 1/(1 −
+    // 1/n) and the like.
     assert!(worst[1] < 0.1, "{worst:?}");
 }

@@ -9,7 +9,9 @@ use nephroid::internals::reference::closed_form::{
 use nephroid::internals::run::Estimate;
 use nephroid::internals::scene::Scene;
 
-use crate::support::beams::{assert_photons_are_within_bounds, beams_to, known_by};
+use crate::support::beams::{
+    PANE, RECTANGLES, assert_photons_are_within_bounds, beams_to, known_by,
+};
 use crate::support::scenes::over_floor;
 
 /// Texels a side of the receiver, which is the square of half width 1 in the plane z = 0.
@@ -41,20 +43,6 @@ fn spot(from: [f64; 3], to: [f64; 3], cutoff: f64, beam_width: f64, intensity: f
     )
 }
 
-/// A pane of glass of half width 1.5 from z = 1.95 to 2.05: a mesh of flat faces.
-const PANE: &str = r#"<shape type="cube" id="pane">
-    <transform name="to_world"><scale x="1.5" y="1.5" z="0.05"/><translate z="2"/></transform><ref id="glass"/>
-  </shape>"#;
-
-/// The same as two rectangles.
-const RECTANGLES: &str = r#"<shape type="rectangle">
-    <transform name="to_world"><scale x="1.5" y="1.5"/><translate z="2.05"/></transform><ref id="glass"/>
-  </shape>
-  <shape type="rectangle">
-    <transform name="to_world"><rotate x="1" angle="180"/><scale x="1.5" y="1.5"/><translate z="1.95"/></transform>
-    <ref id="glass"/>
-  </shape>"#;
-
 /// Lower bounds, values and upper bounds of what goes straight through.
 fn through(estimate: &Estimate) -> [Vec<f64>; 3] {
     let name = nephroid::internals::run::LayerName::Path("LTTD".parse().unwrap());
@@ -68,8 +56,9 @@ fn through(estimate: &Estimate) -> [Vec<f64>; 3] {
     ]
 }
 
-/// What a spot sends out [sr], for an intensity of 1 at its axis: of a factor that falls linearly from 1 at b to 0 at c,
-/// 2π ∫ sin θ f dθ = 2π [1 − (sin c − sin b)/(c − b)]. Below a degree by its series, whose next term is below c⁴/840.
+/// What a spot sends out [sr], for an intensity of 1 at its axis: of a factor that falls linearly from 1 at b
+/// to 0 at c, 2π ∫ sin θ f dθ = 2π [1 − (sin c − sin b)/(c − b)]. Below a degree by its series, whose next
+/// term is below c⁴/840.
 fn solid_angle(cutoff: f64, beam_width: f64) -> f64 {
     let (c, b) = (cutoff.to_radians(), beam_width.to_radians());
     if c < PI / 180.0 {
@@ -81,7 +70,8 @@ fn solid_angle(cutoff: f64, beam_width: f64) -> f64 {
     }
 }
 
-/// Straight down at normal incidence n = 1.5 reflects 4 % at each of two surfaces, and a part of order θ⁴ more.
+/// Straight down at normal incidence n = 1.5 reflects 4 % at each of two surfaces, and a part of order θ⁴
+/// more.
 const THROUGH: f64 = 0.96 * 0.96;
 
 #[test]
@@ -196,7 +186,8 @@ impl RadialMap for Part {
 
 #[test]
 fn a_spots_falloff_is_within_bounds_on_every_texel() {
-    // Narrower than a texel at its foot, as wide as some, wider than the receiver; all falling, and hardly any.
+    // Narrower than a texel at its foot, as wide as some, wider than the receiver; all falling, and hardly
+    // any.
     for (cutoff, beam_width) in [
         (0.3, 0.1),
         (6.0, 0.0),
@@ -218,7 +209,8 @@ fn a_spots_falloff_is_within_bounds_on_every_texel() {
             for error in [0.1, 0.01, 1e-3] {
                 let (estimate, _) = beams_to(2, &scene(&lamp, things), error);
                 let [low, _, high] = through(&estimate);
-                // A sheet is known to 1e-12 of the flux of the circles that meet a texel, some tens of texels long.
+                // A sheet is known to 1e-12 of the flux of the circles that meet a texel, some tens of texels
+                // long.
                 let rounding = 1e-10 * brightest;
                 for texel in 0..truth.len() {
                     assert!(
@@ -262,8 +254,8 @@ fn photons_agree_with_a_spot_on_the_surface_of_a_pane() {
 
 #[test]
 fn photons_agree_with_a_cone_much_narrower_than_a_ball_and_its_facets() {
-    // A ball of 0.5 m, and one of 2,000 triangles of some 4 cm: cones of 0.5 degrees are 3 cm wide there, those of 0.05
-    // degrees 3 mm.
+    // A ball of 0.5 m, and one of 2,000 triangles of some 4 cm: cones of 0.5 degrees are 3 cm wide there,
+    // those of 0.05 degrees 3 mm.
     let mut mesh = Vec::new();
     let ball = nephroid::internals::generate::geodesic_sphere(0.5, 10);
     nephroid::internals::generate::write_ply(&ball, "ball", &mut mesh).unwrap();

@@ -59,8 +59,8 @@ fn a_wrong_setting_is_refused_with_the_one_that_was_meant() {
 
 #[test]
 fn attribution_without_the_truth_that_was_asked_for_says_so_and_fails() {
-    // A millionth of a percent takes hours. Whether a pass is through in a blink is the machine's affair: without one there is
-    // no table, with one it is marked.
+    // A millionth of a percent takes hours. Whether a pass is through in a blink is the machine's affair:
+    // without one there is no table, with one it is marked.
     let assert = nephroid()
         .arg("attribute")
         .arg(scene())

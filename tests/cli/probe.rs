@@ -172,7 +172,8 @@ fn light_passes_hundreds_of_surfaces_that_are_nothing() {
     assert!(output.status.success(), "{}", text(&output.stderr));
     let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(report["paths"].as_array().unwrap().len(), 1);
-    // 9 W/sr from 3 m above. At each veil the ray begins anew, a dozen operations of half an ulp from where it was.
+    // 9 W/sr from 3 m above. At each veil the ray begins anew, a dozen operations of half an ulp from where
+    // it was.
     let irradiance = report["irradiance"][0].as_f64().unwrap();
     let rounding = 400.0 * 16.0 * f64::EPSILON;
     assert!((irradiance - 1.0).abs() < rounding, "{irradiance}");

@@ -122,8 +122,8 @@ fn equal_images_have_no_flip_and_black_and_white_flip_all() {
         height: 10,
     };
     let map = ldr(&images, PIXELS_PER_DEGREE);
-    // HyAB of black and white is 100. The largest is that of green and blue, whose CIELAB is well known, after
-    // Hunt's adjustment of a and b by L/100.
+    // HyAB of black and white is 100. The largest is that of green and blue, whose CIELAB is well known,
+    // after Hunt's adjustment of a and b by L/100.
     let [green, blue] = [[87.73f32, -86.18, 83.18], [32.30, 79.19, -107.86]]
         .map(|[l, a, b]| [l, 0.01 * l * a, 0.01 * l * b]);
     let chroma = (green[1] - blue[1]).hypot(green[2] - blue[2]);

@@ -1,5 +1,6 @@
 //! What a comparison says of noise is true as often as it claims: hundreds of pairs of images with
-//! independent normal errors are compared, and the counts of wrong answers judged by the binomial distribution.
+//! independent normal errors are compared, and the counts of wrong answers judged by the binomial
+//! distribution.
 
 use nephroid::internals::film::Image;
 use nephroid::internals::metric::{CompareSettings, LayerComparison, Verdict, compare};

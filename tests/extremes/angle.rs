@@ -95,9 +95,10 @@ fn exact_reflectance(cos: f64, eta: f64) -> Option<(Exact, Exact)> {
     Some((Exact::from(0.5) * (s * s + p * p), squared / (eta * eta)))
 }
 
-/// How far F may be off, as a fraction of itself, for η from 1e-3 on: what single roundings took is given back but for the last one,
-/// u, and for products of two. Those are some dozen u² of the terms, and a hundredth of u covers them: where the terms of
-/// w² = (η − 1)(η + 1) + c² cancel down to u of themselves, w is off by as many u, but F only by that times w/η², some 1e-8/η².
+/// How far F may be off, as a fraction of itself, for η from 1e-3 on: what single roundings took is given
+/// back but for the last one, u, and for products of two. Those are some dozen u² of the terms, and a
+/// hundredth of u covers them: where the terms of w² = (η − 1)(η + 1) + c² cancel down to u of themselves, w
+/// is off by as many u, but F only by that times w/η², some 1e-8/η².
 const LAST_ROUNDING: f64 = 1.01 * U;
 
 /// The same formula, each operation rounded: what giving roundings back is good for.
@@ -131,7 +132,8 @@ fn fresnels_reflectance_keeps_its_digits_at_every_angle_and_index() {
             of_plain = of_plain.max(exact.relative_error_of(plain_reflectance(cos, eta)) / U);
         }
         println!("  {name:26} {worst:9.3} {by_cos:9.3} {of_plain:9.3e}");
-        // Near the critical angle the plain formula has lost half of all digits: giving roundings back is needed.
+        // Near the critical angle the plain formula has lost half of all digits: giving roundings back is
+        // needed.
         assert!(!name.starts_with("critical") || of_plain > 1e6);
     }
 }
@@ -166,8 +168,8 @@ fn fresnels_reflectance_keeps_its_digits_to_the_last_light_that_passes() {
     assert!(passed > 100, "{passed}");
 }
 
-/// The share of flux that is transmitted, by the amplitudes that are: T = (w/c) (t_s² + t_p²)/2 with w = η cos θₜ, t_s = 2c/(c + w) and
-/// t_p = 2ηc/(η²c + w) (Born and Wolf, 1.5.2 (20a)), with twice the digits.
+/// The share of flux that is transmitted, by the amplitudes that are: T = (w/c) (t_s² + t_p²)/2 with w = η
+/// cos θₜ, t_s = 2c/(c + w) and t_p = 2ηc/(η²c + w) (Born and Wolf, 1.5.2 (20a)), with twice the digits.
 fn exact_transmittance(cos: f64, eta: f64) -> Option<Exact> {
     let (c, eta) = (Exact::from(cos), Exact::from(eta));
     let squared = (eta - Exact::ONE) * (eta + Exact::ONE) + c * c;
@@ -180,8 +182,8 @@ fn exact_transmittance(cos: f64, eta: f64) -> Option<Exact> {
     Some(w / c * Exact::from(0.5) * (s * s + p * p))
 }
 
-/// What is transmitted is never computed but as 1 − F: here it is, by itself. F ≤ 1 is off by its last rounding,
-/// which is half of u at most, and by what [`LAST_ROUNDING`] has more.
+/// What is transmitted is never computed but as 1 − F: here it is, by itself. F ≤ 1 is off by its last
+/// rounding, which is half of u at most, and by what [`LAST_ROUNDING`] has more.
 #[test]
 fn what_is_not_reflected_is_transmitted() {
     println!("R + T − 1 with T from transmitted amplitudes: worst, in u");
@@ -200,7 +202,8 @@ fn what_is_not_reflected_is_transmitted() {
     }
 }
 
-/// 1e-1 ... 1e-12 rad beyond the critical angle: cos θᵢ changes by sin θᵢ times that, many times its rounding.
+/// 1e-1 ... 1e-12 rad beyond the critical angle: cos θᵢ changes by sin θᵢ times that, many times its
+/// rounding.
 #[test]
 fn beyond_the_critical_angle_all_is_reflected() {
     let normal = DVec3::new(0.48, -0.6, 0.64);
@@ -237,8 +240,8 @@ fn matched_media_reflect_nothing_and_bend_nothing_at_any_angle() {
     }
 }
 
-/// d = −n: c = 1 exactly, so that t = −n (1 + (w − 1) − 1 ...)/η with w = η to 2 roundings and the root's half; then the
-/// difference, the sum and the quotient: 6 u.
+/// d = −n: c = 1 exactly, so that t = −n (1 + (w − 1) − 1 ...)/η with w = η to 2 roundings and the root's
+/// half; then the difference, the sum and the quotient: 6 u.
 #[test]
 fn at_normal_incidence_light_goes_straight_on() {
     for normal in [DVec3::X, DVec3::Y, DVec3::Z, DVec3::NEG_Z] {
@@ -268,8 +271,8 @@ fn exact_refraction(d: DVec3, n: DVec3, eta: f64) -> Option<Exact3> {
     Some(bent.scaled(Exact::ONE / eta))
 }
 
-/// c = −d·n is off by up to 3 u (absolutely: at grazing incidence it is a difference), w by its own roundings and
-/// by c/w times that; difference 1, product 1, sum 1 and quotient 1 of their results.
+/// c = −d·n is off by up to 3 u (absolutely: at grazing incidence it is a difference), w by its own roundings
+/// and by c/w times that; difference 1, product 1, sum 1 and quotient 1 of their results.
 fn refraction_bound(cos: f64, eta: f64) -> f64 {
     let a = ((eta - 1.0) * (eta + 1.0)).abs();
     let w = ((eta - 1.0) * (eta + 1.0) + cos * cos).sqrt();
@@ -327,8 +330,8 @@ impl ChainSink<1> for Ended {
     }
 }
 
-/// Each of two interfaces splits F and 1 − F, one rounding each, and the products take one more; the sum of at most four
-/// ends takes one each: 8 u in all.
+/// Each of two interfaces splits F and 1 − F, one rounding each, and the products take one more; the sum of
+/// at most four ends takes one each: 8 u in all.
 #[test]
 fn what_is_reflected_and_what_is_transmitted_is_all_to_8_u() {
     let pane = |index: f64| {
@@ -375,8 +378,8 @@ fn what_is_reflected_and_what_is_transmitted_is_all_to_8_u() {
 
 /// Sunlight that meets water `elevation` over the horizon, and the bottom below it.
 ///
-/// Parallel light stays parallel in flat water: all of the bottom has E = E₀ sin(elevation) (1 − F). The water reaches
-/// beyond the bottom by more than any ray is shifted: 0.5 tan(48.8°) < 0.6 in water.
+/// Parallel light stays parallel in flat water: all of the bottom has E = E₀ sin(elevation) (1 − F). The
+/// water reaches beyond the bottom by more than any ray is shifted: 0.5 tan(48.8°) < 0.6 in water.
 fn pool(direction: DVec3, int_ior: f64, depth: f64) -> Scene {
     scene(
         &format!(
@@ -404,9 +407,9 @@ fn sun_cosine(scene: &Scene) -> f64 {
     }
 }
 
-/// What LTD should be [W/m²], and how far it may be off, as a fraction: F's error as a part of 1 − F, and what a texel's area may
-/// be off: it is found from four corners, by products of coordinates of up to 24 texels (the water's) and of 1, with four
-/// roundings each.
+/// What LTD should be [W/m²], and how far it may be off, as a fraction: F's error as a part of 1 − F, and
+/// what a texel's area may be off: it is found from four corners, by products of coordinates of up to 24
+/// texels (the water's) and of 1, with four roundings each.
 fn bottom(scene: &Scene, eta: f64) -> Option<(f64, f64)> {
     let cos = sun_cosine(scene);
     let (reflectance, _) = exact_reflectance(cos, eta)?;
@@ -417,7 +420,8 @@ fn bottom(scene: &Scene, eta: f64) -> Option<(f64, f64)> {
 
 /// The worst texel of LTD by beams, as a fraction of what it should be; `None` where they do not follow it.
 ///
-/// To a relative error of 1e-9: light below a thousandth of the error asked for, of all that meets the water, is not followed.
+/// To a relative error of 1e-9: light below a thousandth of the error asked for, of all that meets the water,
+/// is not followed.
 fn worst_texel(scene: &Scene, truth: f64) -> Option<f64> {
     let found = beams(scene, 1e-9, 1);
     let map = red(layer(&found, "LTD")?);
@@ -472,7 +476,8 @@ fn light_about_to_be_reflected_totally_is_known_to_its_conditioning() {
     let critical = f64::asin(eta);
     for inside in [1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12_f64] {
         let direction = |angle: f64| DVec3::new(angle.sin(), 0.0, -angle.cos());
-        // Light leaves at √(2 · inside · tan θc) over the interface: from this near it is shifted by less than 1.
+        // Light leaves at √(2 · inside · tan θc) over the interface: from this near it is shifted by less
+        // than 1.
         let depth = 0.5 * inside.sqrt();
         let scene = pool(direction(critical - inside), eta, depth);
         let (truth, allowed) = bottom(&scene, eta).expect("before the critical angle");

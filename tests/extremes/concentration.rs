@@ -1,4 +1,5 @@
-//! All light in one place, or almost none: foci, folds on texel edges, grazing and touching receivers (docs/accuracy.md, 8).
+//! All light in one place, or almost none: foci, folds on texel edges, grazing and touching receivers
+//! (docs/accuracy.md, 8).
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::fmt::Write as _;
@@ -58,9 +59,9 @@ fn gathered(side: usize, layer: &Layer, brightest: &[usize]) -> (f64, f64) {
     (flux(true), flux(false))
 }
 
-/// What a perfect dish sends to its focus. Ours is a mesh: its rim is a polygon of n = 168 sides, which has (2π/n)²/6 less area
-/// than its circle, and its faces reflect at slightly other angles (of an aluminium's reflectance that changes by 1e-3 over
-/// all angles here, so by less than a tenth of that).
+/// What a perfect dish sends to its focus. Ours is a mesh: its rim is a polygon of n = 168 sides, which has
+/// (2π/n)²/6 less area than its circle, and its faces reflect at slightly other angles (of an aluminium's
+/// reflectance that changes by 1e-3 over all angles here, so by less than a tenth of that).
 fn gathered_in_closed_form() -> (f64, f64) {
     let dish = ParabolicMirror {
         focal_length: FOCUS,
@@ -75,8 +76,9 @@ fn gathered_in_closed_form() -> (f64, f64) {
     (flux, flux * ((TAU / 168.0).powi(2) / 6.0 + 1e-4))
 }
 
-/// The faces' sag, h²/8R with edges h of 1.8 cm on a radius of 1 m, is 4e-5 m: so large is the spot, and a texel is 2.5 mm. A single
-/// texel, the middle one of 65, the four about a corner of 64: they have it all, and nobody else has any.
+/// The faces' sag, h²/8R with edges h of 1.8 cm on a radius of 1 m, is 4e-5 m: so large is the spot, and a
+/// texel is 2.5 mm. A single texel, the middle one of 65, the four about a corner of 64: they have it all,
+/// and nobody else has any.
 #[test]
 fn a_dish_gathers_all_its_light_in_one_texel() {
     let (expected, allowed) = gathered_in_closed_form();
@@ -99,8 +101,8 @@ fn a_dish_gathers_all_its_light_in_one_texel() {
                 "{side} x {side}, {method}: {there:.6} W in the focus, {elsewhere:.1e} W elsewhere; {expected:.6} W expected"
             );
             assert_eq!(elsewhere, 0.0, "{side} {method}");
-            // Photons are drawn by lot: four standard errors of random points, √((1 − p)/(p n)) with the quarter p of the light
-            // that arrives. Sobol' points do better.
+            // Photons are drawn by lot: four standard errors of random points, √((1 − p)/(p n)) with the
+            // quarter p of the light that arrives. Sobol' points do better.
             let drawn = if method == "photons" {
                 4.0 * expected * (3.0 / PHOTONS as f64).sqrt()
             } else {
@@ -137,8 +139,9 @@ fn ball_over(half_width: f64, side: usize) -> Scene {
     loaded(&file, side)
 }
 
-/// Where light folds, irradiance is infinite: on circles, here, which four lines between texels touch, to the last bit and
-/// 1e-9 m on either side. Bounds must hold in every texel, and the true error be what was asked for.
+/// Where light folds, irradiance is infinite: on circles, here, which four lines between texels touch, to the
+/// last bit and 1e-9 m on either side. Bounds must hold in every texel, and the true error be what was asked
+/// for.
 ///
 /// A sheet of the ball is known to 1e-9 of its brightest texel (`tests/support/oracles.rs`).
 #[test]
@@ -179,10 +182,11 @@ fn bounds_hold_where_a_fold_touches_a_line_between_texels() {
     assert!(faults.is_empty(), "{faults}");
 }
 
-/// Light straight down on a glass rod of this radius along y, whose axis is 1.4 radii above the floor: E0 = 1000 W/m².
+/// Light straight down on a glass rod of this radius along y, whose axis is 1.4 radii above the floor: E0 =
+/// 1000 W/m².
 ///
-/// In the plane across the rod, a ray that meets it at the incidence i (i > 0: x > 0) is bent by i − t there and again where it leaves, at
-/// π − (i + π − 2t) from below. It lands at
+/// In the plane across the rod, a ray that meets it at the incidence i (i > 0: x > 0) is bent by i − t there
+/// and again where it leaves, at π − (i + π − 2t) from below. It lands at
 ///
 /// ```text
 /// x = R sin(2t − i) − (h − R cos(2t − i)) tan 2(i − t),   sin t = sin i / n
@@ -284,10 +288,12 @@ fn bisected(low: f64, high: f64, holds: impl Fn(f64) -> bool) -> f64 {
     0.5 * (low + high)
 }
 
-/// Two straight lines where irradiance is infinite run along columns of texels: on the line between two, to the last bit, and 1e-9 m on
-/// either side: there the light of the fold's own strip, 1e-9 m wide, is in the next column.
+/// Two straight lines where irradiance is infinite run along columns of texels: on the line between two, to
+/// the last bit, and 1e-9 m on either side: there the light of the fold's own strip, 1e-9 m wide, is in the
+/// next column.
 ///
-/// Incidences are known to 1e-9 at the fold, where light does not move with them, and to 1e-16 elsewhere; the rule is exact to 1e-12 of a column.
+/// Incidences are known to 1e-9 at the fold, where light does not move with them, and to 1e-16 elsewhere; the
+/// rule is exact to 1e-12 of a column.
 #[test]
 fn bounds_hold_where_a_fold_runs_along_a_line_between_texels() {
     const SIDE: usize = 32;
@@ -340,8 +346,8 @@ fn bounds_hold_where_a_fold_runs_along_a_line_between_texels() {
 /// Gaps below a refractor \[m\].
 const GAPS: [f64; 5] = [1e-12, 1e-9, 1e-6, 1e-3, 1e-1];
 
-/// A sheet of the ball is known to 1e-9 of its brightest texel (`tests/support/oracles.rs`). At no gap at all ball and floor share one point,
-/// and the closed form of a gap of 1e-12 is as good.
+/// A sheet of the ball is known to 1e-9 of its brightest texel (`tests/support/oracles.rs`). At no gap at all
+/// ball and floor share one point, and the closed form of a gap of 1e-12 is as good.
 #[test]
 fn a_floor_that_a_ball_touches_gets_the_balls_light() {
     const SIDE: usize = 32;
@@ -380,9 +386,10 @@ fn a_floor_that_a_ball_touches_gets_the_balls_light() {
     }
 }
 
-/// Straight down through a slab wider than the floor: (1 − F)² F^k E0 in every texel, F = 1/25, whatever the gap. Polygons are the
-/// whole slab's (16 m²), and a texel's corners are products of a few of its coordinates: 64 roundings of u times 16 texels' widths.
-/// A film's quantum is 2^-60 of at most 2^14 W. Deposits are off by half of it, 1.1e-13 W/m² in a texel of 1/16 m², which gets some dozens.
+/// Straight down through a slab wider than the floor: (1 − F)² F^k E0 in every texel, F = 1/25, whatever the
+/// gap. Polygons are the whole slab's (16 m²), and a texel's corners are products of a few of its
+/// coordinates: 64 roundings of u times 16 texels' widths. A film's quantum is 2^-60 of at most 2^14 W.
+/// Deposits are off by half of it, 1.1e-13 W/m² in a texel of 1/16 m², which gets some dozens.
 #[test]
 fn a_floor_under_a_slab_gets_its_light_whatever_the_gap() {
     for gap in GAPS {
@@ -408,10 +415,11 @@ fn a_floor_under_a_slab_gets_its_light_whatever_the_gap() {
     }
 }
 
-/// Sunlight that comes in at this elevation \[rad\] above the floor, through a pane that it meets at right angles.
+/// Sunlight that comes in at this elevation \[rad\] above the floor, through a pane that it meets at right
+/// angles.
 ///
-/// Four facts make it a closed form: at normal incidence each side of the pane (n = 1.5) lets 24/25 through, the light goes on straight,
-/// the pane's light covers the whole floor, and E = E0 sin α.
+/// Four facts make it a closed form: at normal incidence each side of the pane (n = 1.5) lets 24/25 through,
+/// the light goes on straight, the pane's light covers the whole floor, and E = E0 sin α.
 fn grazing(elevation: f64, side: usize) -> Scene {
     let folder = tempfile::tempdir().unwrap();
     let (sin, cos) = elevation.sin_cos();
@@ -431,9 +439,10 @@ fn grazing(elevation: f64, side: usize) -> Scene {
 /// Of a thin pane, reflections within included: (1 − R)/(1 + R) with R = 1/25.
 const THIN_PANE: f64 = 24.0 / 26.0;
 
-/// Each texel gets the same, E0 T sin α. Beams drop polygons below 1e-15 of the pane, which is 36 m²: each takes 36e-15/(1/16) of E0
-/// from a texel, and a texel has no more than four corners for such. A height is rounded some 64 times by u of the pane's 6 m, of
-/// the 2 m sin α that the floor is high, seen from the sun: 64 · 3 u E0. All other error is relative.
+/// Each texel gets the same, E0 T sin α. Beams drop polygons below 1e-15 of the pane, which is 36 m²: each
+/// takes 36e-15/(1/16) of E0 from a texel, and a texel has no more than four corners for such. A height is
+/// rounded some 64 times by u of the pane's 6 m, of the 2 m sin α that the floor is high, seen from the sun:
+/// 64 · 3 u E0. All other error is relative.
 #[test]
 fn a_floor_almost_edge_on_to_the_light_gets_its_sine_by_beams() {
     let absolute = 1000.0 * (4.0 * 36e-15 * 16.0 + 64.0 * 3.0 * f64::EPSILON / 2.0);
@@ -456,8 +465,9 @@ fn a_floor_almost_edge_on_to_the_light_gets_its_sine_by_beams() {
     }
 }
 
-/// By photons, as many as land: E0 T sin α to 5 standard errors where some dozens do; the floor is 4 sin α of the 36 m² that light is sent
-/// to. With 31 degrees of freedom, one run in 50,000 is farther off. Where none lands, the count says that 0 ± 0 is no darkness.
+/// By photons, as many as land: E0 T sin α to 5 standard errors where some dozens do; the floor is 4 sin α of
+/// the 36 m² that light is sent to. With 31 degrees of freedom, one run in 50,000 is farther off. Where none
+/// lands, the count says that 0 ± 0 is no darkness.
 #[test]
 fn a_floor_almost_edge_on_to_the_light_gets_its_sine_by_photons_or_says_that_none_came() {
     let (mut measured, mut none) = (0, 0);
@@ -501,8 +511,8 @@ fn sun(elevation: f64) -> Scene {
     over_floor(folder.path(), &emitter, 4)
 }
 
-/// Direct light is no sample's matter: each point of a texel has E0 sin α, at any elevation down to none. The sine is that of
-/// a normalised direction (four roundings), averaged over points of a texel.
+/// Direct light is no sample's matter: each point of a texel has E0 sin α, at any elevation down to none. The
+/// sine is that of a normalised direction (four roundings), averaged over points of a texel.
 #[test]
 fn direct_light_on_a_floor_edge_on_is_its_sine_to_rounding() {
     for elevation in [1.0, 1e-3, 1e-6, 1e-9, 1e-12, 1e-15, 0.0] {

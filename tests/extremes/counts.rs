@@ -29,8 +29,9 @@ fn weight(index: u64) -> (f64, i128) {
     (value, i128::from(mantissa) << shift)
 }
 
-/// Weights from 2⁻⁴⁰ to 2⁴⁰, 1e-12 to 1e12, are summed by integers beside: 2³⁴ of them below 2⁴⁰⁺⁵¹ stay below 2¹²⁵.
-/// An `i128` converts to `f64` with one rounding to nearest, and 2⁻⁵¹ of it is exact: no tolerance.
+/// Weights from 2⁻⁴⁰ to 2⁴⁰, 1e-12 to 1e12, are summed by integers beside: 2³⁴ of them below 2⁴⁰⁺⁵¹ stay
+/// below 2¹²⁵. An `i128` converts to `f64` with one rounding to nearest, and 2⁻⁵¹ of it is exact: no
+/// tolerance.
 fn assert_sum_is_exact(count: u64) {
     const TASK: u64 = 1 << 20;
     let (sum, exact) = (0..count.div_ceil(TASK))
@@ -69,8 +70,9 @@ fn ten_thousand_million_weights_of_24_decades_are_summed_to_the_last_bit() {
     assert_sum_is_exact(10_000_000_000);
 }
 
-/// A film's quantum is 2⁻⁶⁰ of the flux that it is made for, rounded up to a power of two: each deposit is off by half a
-/// quantum at most, and their sum by n halves, whatever the weights are. That, and one rounding of the mean, is all.
+/// A film's quantum is 2⁻⁶⁰ of the flux that it is made for, rounded up to a power of two: each deposit is
+/// off by half a quantum at most, and their sum by n halves, whatever the weights are. That, and one rounding
+/// of the mean, is all.
 #[test]
 fn a_film_is_off_by_half_a_quantum_a_deposit_and_nothing_else() {
     const COUNT: u64 = 1 << 20;
@@ -129,8 +131,8 @@ fn one_photon_is_a_result_without_an_error_bar() {
             layer.name
         );
     }
-    // Its flux is all there is, and it is somewhere: 1 photon of at most 32 branches, rounded 2⁻⁶⁰ each; and u for each of eight rows
-    // that are added up.
+    // Its flux is all there is, and it is somewhere: 1 photon of at most 32 branches, rounded 2⁻⁶⁰ each; and
+    // u for each of eight rows that are added up.
     let closure = estimate.ledger.closure_error().unwrap();
     assert!(
         closure <= 32.0 * 2f64.powi(-60) + 4.0 * f64::EPSILON,
@@ -138,8 +140,8 @@ fn one_photon_is_a_result_without_an_error_bar() {
     );
 }
 
-/// Texels share the receiver exactly: beams of one tolerance deal the same light to one texel or to 64 x 64. Both know it to
-/// their bounds.
+/// Texels share the receiver exactly: beams of one tolerance deal the same light to one texel or to 64 x 64.
+/// Both know it to their bounds.
 #[test]
 fn one_texel_gets_what_four_thousand_get() {
     let [one, many] = [1, 64].map(|side| {
@@ -168,8 +170,9 @@ fn one_texel_gets_what_four_thousand_get() {
     );
 }
 
-/// The film of 2²⁶ texels: what its texels sum to is what the ledger says it received. Each photon is in one texel, rounded to a
-/// quantum by both; the mean of a texel is rounded once: n 2⁻⁶⁰ + 2⁻⁵³, and the sum here is exact.
+/// The film of 2²⁶ texels: what its texels sum to is what the ledger says it received. Each photon is in one
+/// texel, rounded to a quantum by both; the mean of a texel is rounded once: n 2⁻⁶⁰ + 2⁻⁵³, and the sum here
+/// is exact.
 #[test]
 #[ignore = "a minute, and 16 GB of memory"]
 fn a_film_of_8192_x_8192_texels_sums_to_what_it_received() {
@@ -211,12 +214,14 @@ fn diamond(max_depth: u32, max_layers: usize) -> Estimate {
     .estimate(&scene)
 }
 
-/// At each facet some light leaves; what is cut off falls from depth to depth, and never below what is cut off later. Each ledger
-/// closes to the rounding of its photons: 2¹⁶ with some three ends each, half a quantum of 2⁻⁶⁰ each.
+/// At each facet some light leaves; what is cut off falls from depth to depth, and never below what is cut
+/// off later. Each ledger closes to the rounding of its photons: 2¹⁶ with some three ends each, half a
+/// quantum of 2⁻⁶⁰ each.
 ///
-/// How much is cut off has no closed form here (a slab has, below). But all of it has had as many events as are allowed: where some
-/// is cut off at 127, paths of 127 events were followed. And they are the same paths at each depth, as their choices are keyed by
-/// what happened before: so light is only ever added, in each texel, to the last bit.
+/// How much is cut off has no closed form here (a slab has, below). But all of it has had as many events as
+/// are allowed: where some is cut off at 127, paths of 127 events were followed. And they are the same paths
+/// at each depth, as their choices are keyed by what happened before: so light is only ever added, in each
+/// texel, to the last bit.
 #[test]
 fn light_is_followed_through_a_diamond_for_more_than_64_bounces() {
     let mut before = f64::INFINITY;
@@ -250,8 +255,9 @@ fn light_is_followed_through_a_diamond_for_more_than_64_bounces() {
     }
 }
 
-/// A slab of this index in the sun, which stands straight above: an interface 1.2 above the floor and one 1 above it, each of
-/// half width 1/2. Light goes up and down in it along one line, and what leaves it below meets the floor.
+/// A slab of this index in the sun, which stands straight above: an interface 1.2 above the floor and one 1
+/// above it, each of half width 1/2. Light goes up and down in it along one line, and what leaves it below
+/// meets the floor.
 fn slab(index: f64, side: usize) -> Scene {
     let folder = tempfile::tempdir().unwrap();
     let face = |name: &str, [inside, outside]: [f64; 2], height: f64| {
@@ -276,13 +282,15 @@ fn slab(index: f64, side: usize) -> Scene {
 /// The sun's irradiance \[W/m²\].
 const SUN: f64 = 2.0;
 
-/// Of a slab at normal incidence: F = ((n − 1) / (n + 1))², and how well the program knows F and 1 − F, relatively.
+/// Of a slab at normal incidence: F = ((n − 1) / (n + 1))², and how well the program knows F and 1 − F,
+/// relatively.
 ///
-/// Within the slab η = 1/n, cos θᵢ = 1 and (see `dielectric_reflectance`) a = (η − 1)(η + 1), off by 3 u; a + 1 = η² is off by as much, and
-/// its root w = η by (1.5 n + 2) u. r_s = a / (1 + w)² is off by (3 n + 11) u of it. In r_p, w + η² stands below, twice: 1.5 n² + 5 each;
-/// (η² + 1) − 1 above: n² + 1; a, two quotients and a product: 6, that is (4 n² + 17) u. F is the mean of their squares, which are equal:
-/// off by the sum of the two, a square's rounding, the sum's, and up to 7 u for that of η from n = 1.33 on: (4 n² + 3 n + 37) u. From
-/// outside, η = n, nothing cancels: less.
+/// Within the slab η = 1/n, cos θᵢ = 1 and (see `dielectric_reflectance`) a = (η − 1)(η + 1), off by 3 u; a +
+/// 1 = η² is off by as much, and its root w = η by (1.5 n + 2) u. r_s = a / (1 + w)² is off by (3 n + 11) u
+/// of it. In r_p, w + η² stands below, twice: 1.5 n² + 5 each; (η² + 1) − 1 above: n² + 1; a, two quotients
+/// and a product: 6, that is (4 n² + 17) u. F is the mean of their squares, which are equal: off by the sum
+/// of the two, a square's rounding, the sum's, and up to 7 u for that of η from n = 1.33 on: (4 n² + 3 n +
+/// 37) u. From outside, η = n, nothing cancels: less.
 struct Normal {
     reflectance: f64,
     transmittance: f64,
@@ -306,9 +314,10 @@ impl Normal {
         }
     }
 
-    /// The share of light that enters, is reflected so often, and leaves; and how far off that may be, relatively: each factor's error and the
-    /// rounding of each product, and for the closed form 8 u a reflection (7 for the square of a quotient of sums, 1 for its product) and
-    /// 4 u each for coming in and going out.
+    /// The share of light that enters, is reflected so often, and leaves; and how far off that may be,
+    /// relatively: each factor's error and the rounding of each product, and for the closed form 8 u a
+    /// reflection (7 for the square of a quotient of sums, 1 for its product) and 4 u each for coming in and
+    /// going out.
     fn passes(&self, reflections: u32) -> (f64, f64) {
         let count = f64::from(reflections);
         let share = self.transmittance.powi(2) * self.reflectance.powi(reflections as i32);
@@ -351,8 +360,9 @@ impl ChainSink<1> for Ends {
     }
 }
 
-/// One ray and all its branches. (1 − F)² F^2m comes out below after 2m reflections; where it is followed to d events, (1 − F) F^(d − 1)
-/// is cut off, all in one place. Nothing is drawn by lot, and nothing is rounded but to `f64`.
+/// One ray and all its branches. (1 − F)² F^2m comes out below after 2m reflections; where it is followed to
+/// d events, (1 − F) F^(d − 1) is cut off, all in one place. Nothing is drawn by lot, and nothing is rounded
+/// but to `f64`.
 #[test]
 fn light_in_a_slab_is_followed_for_126_events_and_falls_by_f_at_each() {
     for index in [1.33, 2.42, 10.0, 100.0, 1000.0] {
@@ -404,12 +414,13 @@ fn light_in_a_slab_is_followed_for_126_events_and_falls_by_f_at_each() {
     }
 }
 
-/// The same by a run of photons, from sun to film and ledger: each signature's layer, all its texels together, has (1 − F)² F^2m of what
-/// the slab meets, and nothing is drawn by lot, as all branches are followed. What the slab meets is what sets out but for what passes it
-/// by, as the ledger has them.
+/// The same by a run of photons, from sun to film and ledger: each signature's layer, all its texels
+/// together, has (1 − F)² F^2m of what the slab meets, and nothing is drawn by lot, as all branches are
+/// followed. What the slab meets is what sets out but for what passes it by, as the ledger has them.
 ///
-/// Each of n photons is rounded by half a quantum, below 2⁻⁶⁰ of all light, where it sets out, where it passes the slab by, and where it ends:
-/// 3 n 2⁻⁶⁰ of the light. 66 rows and some conversions are rounded once each: 128 u.
+/// Each of n photons is rounded by half a quantum, below 2⁻⁶⁰ of all light, where it sets out, where it
+/// passes the slab by, and where it ends: 3 n 2⁻⁶⁰ of the light. 66 rows and some conversions are rounded
+/// once each: 128 u.
 #[test]
 fn photons_in_a_slab_fill_a_layer_for_each_of_63_exits() {
     const PHOTONS: u64 = 64;
@@ -468,8 +479,8 @@ fn photons_in_a_slab_fill_a_layer_for_each_of_63_exits() {
     assert_eq!(longest, 126);
 }
 
-/// By beams the sun itself is the measure: (1 − F)² F^2m E0 in every texel below the slab, none beside it, within bounds; and to the error
-/// asked for.
+/// By beams the sun itself is the measure: (1 − F)² F^2m E0 in every texel below the slab, none beside it,
+/// within bounds; and to the error asked for.
 #[test]
 fn beams_in_a_slab_know_each_of_63_exits_within_bounds() {
     const SIDE: usize = 8;
@@ -531,10 +542,11 @@ fn a_depth_that_no_signature_holds_is_refused_with_what_is_allowed() {
     );
 }
 
-/// The same photons, however many of their signatures have a layer of their own: what has none is in `other`, to the last quantum.
-/// Each of up to 66 rows of the ledger, and each texel of as many layers, is rounded once: 66 u. Film and ledger have the same quanta of each
-/// photon that lands, so that they differ by such roundings only: the ledger's rows and the mean of its channels (70 u), of texels a
-/// conversion, a quotient by the area and its product, the area itself, a mean, and their sum (11 u).
+/// The same photons, however many of their signatures have a layer of their own: what has none is in `other`,
+/// to the last quantum. Each of up to 66 rows of the ledger, and each texel of as many layers, is rounded
+/// once: 66 u. Film and ledger have the same quanta of each photon that lands, so that they differ by such
+/// roundings only: the ledger's rows and the mean of its channels (70 u), of texels a conversion, a quotient
+/// by the area and its product, the area itself, a mean, and their sum (11 u).
 #[test]
 fn signatures_past_the_limit_are_in_the_ledger_and_in_the_last_layer() {
     let (few, many) = (diamond(32, 2), diamond(32, 64));

@@ -1,4 +1,5 @@
-//! Far and near: surfaces and lights from a ten-thousandth to a hundred million radii away, and receivers in a focus.
+//! Far and near: surfaces and lights from a ten-thousandth to a hundred million radii away, and receivers in
+//! a focus.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -23,8 +24,8 @@ const DISTANCES: [f64; 9] = [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8];
 /// Rays for each distance.
 const RAYS: usize = 20_000;
 
-/// The distance at which a ray meets a sphere from outside, and the tangent of its angle of incidence, for the `f64` numbers of
-/// ray and sphere taken as exact.
+/// The distance at which a ray meets a sphere from outside, and the tangent of its angle of incidence, for
+/// the `f64` numbers of ray and sphere taken as exact.
 fn exact_sphere_hit(ray: &Ray, center: DVec3, radius: f64) -> (Exact, f64) {
     let (direction, radius) = (Exact3::from(ray.direction), Exact::from(radius));
     let from_center = Exact3::from(ray.origin) - Exact3::from(center);
@@ -38,16 +39,17 @@ fn exact_sphere_hit(ray: &Ray, center: DVec3, radius: f64) -> (Exact, f64) {
     (approach - half_chord, tangent.value())
 }
 
-/// Units in the last place of a hit's distance that are promised within 37° of the normal (tan i < 3/4). Newton's step leaves
-/// the roundings of f, of t d and of their sum, 1 u of D each along the ray and as much across it, times tan i, and those of
-/// the step and the difference, 1 u of t: 3 (1 + 3/4) u D + 2 u t if all add up, which they hardly do. An ulp is u t at least and
-/// 2 u t at most; D is 2 t one radius away, and t far off.
+/// Units in the last place of a hit's distance that are promised within 37° of the normal (tan i < 3/4).
+/// Newton's step leaves the roundings of f, of t d and of their sum, 1 u of D each along the ray and as much
+/// across it, times tan i, and those of the step and the difference, 1 u of t: 3 (1 + 3/4) u D + 2 u t if all
+/// add up, which they hardly do. An ulp is u t at least and 2 u t at most; D is 2 t one radius away, and t
+/// far off.
 const ULPS: f64 = 4.0;
 
-/// Where the ray's line passes the centre is known to the roundings of f (1 u of D, the distance of the centre), of f·d (3 u),
-/// of its product with d and the sum (2 u): 6 u D, which moves the hit by tan i as much, i the angle of incidence. The
-/// quotient c/(approach + h): |f|² 3 (and r² as much), difference, sum and quotient 1 each, f·d 3 and f 1: 10 u; their
-/// difference, farther off, takes 5 u. |d| is 1 to 2 u.
+/// Where the ray's line passes the centre is known to the roundings of f (1 u of D, the distance of the
+/// centre), of f·d (3 u), of its product with d and the sum (2 u): 6 u D, which moves the hit by tan i as
+/// much, i the angle of incidence. The quotient c/(approach + h): |f|² 3 (and r² as much), difference, sum
+/// and quotient 1 each, f·d 3 and f 1: 10 u; their difference, farther off, takes 5 u. |d| is 1 to 2 u.
 fn sphere_bound(center_distance: f64, tangent: f64) -> f64 {
     U * center_distance * (12.0 + 6.0 * tangent)
 }
@@ -93,8 +95,8 @@ fn spheres_are_hit_to_a_few_ulps_from_any_distance() {
     }
 }
 
-/// The distance at which a ray meets a triangle's plane, the tangent of its angle of incidence, and whether it meets the inside,
-/// at least a part of 1e-6 of the triangle's height away from each edge.
+/// The distance at which a ray meets a triangle's plane, the tangent of its angle of incidence, and whether
+/// it meets the inside, at least a part of 1e-6 of the triangle's height away from each edge.
 fn exact_triangle_hit(ray: &Ray, corners: &[DVec3; 3]) -> (Exact, f64, bool) {
     let [a, b, c] = corners.map(Exact3::from);
     let (origin, direction) = (Exact3::from(ray.origin), Exact3::from(ray.direction));
@@ -192,15 +194,18 @@ fn ball(light: &str, height: f64, half: f64, side: usize) -> Scene {
     )
 }
 
-/// The probability that a right program fails the test of photons below, and the fluxes that they are asked for.
+/// The probability that a right program fails the test of photons below, and the fluxes that they are asked
+/// for.
 const RISK: f64 = 1e-4;
 const FLUXES: usize = 10;
 
-/// What a texel that a shadow's edge runs through may be off by, of the brightest. A convex edge meets each of the 2 · 7 lines between its 8 x 8
-/// cells twice at most, so it enters no more than 4 · 8 of them, and each may leave 1e-4 of the texel uncertain (`transport/direct/edge.rs`).
+/// What a texel that a shadow's edge runs through may be off by, of the brightest. A convex edge meets each
+/// of the 2 · 7 lines between its 8 x 8 cells twice at most, so it enters no more than 4 · 8 of them, and
+/// each may leave 1e-4 of the texel uncertain (`transport/direct/edge.rs`).
 const EDGE: f64 = 4.0 * 8.0 * 1e-4;
 
-/// On a receiver of one texel, the standard error of photons is that of the flux: their 32 replicates are independent estimates of it.
+/// On a receiver of one texel, the standard error of photons is that of the flux: their 32 replicates are
+/// independent estimates of it.
 #[test]
 fn a_lamp_may_be_a_ten_thousandth_of_a_radius_or_a_million_radii_from_the_ball() {
     println!(
@@ -257,9 +262,9 @@ fn a_lamp_may_be_a_ten_thousandth_of_a_radius_or_a_million_radii_from_the_ball()
             }
             let name = format!("{gap:e}");
             let [off, of_all] = assert_as_asked(&name, &by_beams, signature, &truth, 1e-2);
-            // Of n photons that carry Φ/n each, a part p of Φ arrives: at random that has a variance of p (1 − p) Φ²/n at most, as none
-            // carries more than it set out with. Standard errors of 32 replicates are 1.6 times the true one with a
-            // probability of 4e-6.
+            // Of n photons that carry Φ/n each, a part p of Φ arrives: at random that has a variance of p (1
+            // − p) Φ²/n at most, as none carries more than it set out with. Standard errors of 32 replicates
+            // are 1.6 times the true one with a probability of 4e-6.
             let share = flux * (2.0 * HALF).powi(2) / by_photons.ledger.emitted.0[0];
             let random = ((1.0 - share) / (share * by_photons.paths as f64)).sqrt();
             println!(
@@ -278,12 +283,12 @@ fn a_lamp_may_be_a_ten_thousandth_of_a_radius_or_a_million_radii_from_the_ball()
     assert_eq!(fluxes, FLUXES);
 }
 
-/// A point's light goes through a pane of thickness t a height g below it, and falls on a disc d below the pane: at the angle θ to
-/// the pane's normal it comes in at the radius (g + d) tan θ + t tan θ', and its flux within that angle is
-/// 2π I ∫ (1 − F)² sin θ dθ.
+/// A point's light goes through a pane of thickness t a height g below it, and falls on a disc d below the
+/// pane: at the angle θ to the pane's normal it comes in at the radius (g + d) tan θ + t tan θ', and its flux
+/// within that angle is 2π I ∫ (1 − F)² sin θ dθ.
 ///
-/// The pane lies askew, so that the brightest place of it is nowhere near a corner or the middle: a lamp just above it lights a
-/// spot that none of its corners sees.
+/// The pane lies askew, so that the brightest place of it is nowhere near a corner or the middle: a lamp just
+/// above it lights a spot that none of its corners sees.
 #[test]
 fn a_lamp_may_be_a_hundred_millionth_of_a_panes_width_from_it() {
     const RADIUS: f64 = 0.5;
@@ -343,9 +348,10 @@ fn a_lamp_may_be_a_hundred_millionth_of_a_panes_width_from_it() {
     }
 }
 
-/// A mirror makes of a lamp a height g over it one as deep below: at the height 1 over the mirror its irradiance is
-/// I (1 + g) / ((1 + g)² + ρ²)^(3/2), ρ the distance from the lamp's foot. Cells, not polygons, are divided here: a disc is no facet. Over
-/// its center coordinates are stretched without bound, and in its plane there is no light at all.
+/// A mirror makes of a lamp a height g over it one as deep below: at the height 1 over the mirror its
+/// irradiance is I (1 + g) / ((1 + g)² + ρ²)^(3/2), ρ the distance from the lamp's foot. Cells, not polygons,
+/// are divided here: a disc is no facet. Over its center coordinates are stretched without bound, and in its
+/// plane there is no light at all.
 #[test]
 fn a_lamp_may_be_a_millionth_of_a_radius_from_a_mirror() {
     const HALF: f64 = 0.5;
@@ -399,7 +405,8 @@ fn a_lamp_may_be_a_millionth_of_a_radius_from_a_mirror() {
     }
 }
 
-/// A ball has spherical aberration: in the paraxial focus r = O(i³), and E is infinite at a point. Texels are not.
+/// A ball has spherical aberration: in the paraxial focus r = O(i³), and E is infinite at a point. Texels are
+/// not.
 #[test]
 fn a_receiver_in_the_focus_is_as_good_as_one_beside_it() {
     println!(

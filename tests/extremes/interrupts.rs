@@ -1,6 +1,5 @@
 //! A run that somebody ends says so, whatever limits it had, and delivers what it has until then.
 
-use std::sync::atomic::Ordering;
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -19,8 +18,8 @@ use nephroid::internals::scene::Scene;
 use crate::support::scenes::bundled_file;
 use crate::support::seen::{sensor, with_films};
 
-/// Ends a run as soon as it has come so far. A run that ends by itself before, does so in vain: all of these would go on for
-/// a minute and more.
+/// Ends a run as soon as it has come so far. A run that ends by itself before, does so in vain: all of these
+/// would go on for a minute and more.
 fn stopped(
     run: impl FnOnce(&Progress) -> Estimate,
     has_come: impl Fn(&Progress) -> bool + Sync,

@@ -81,12 +81,12 @@ fn landing(scene: &Scene, ray: Ray, signature: Signature) -> Option<Met> {
         .find(|met| met.shape == receiver(scene) && met.signature == signature)
 }
 
-/// A ray through the ball lands where the same ray landed at home, to the rounding of coordinates times what the optics
-/// make of it.
+/// A ray through the ball lands where the same ray landed at home, to the rounding of coordinates times what
+/// the optics make of it.
 ///
-/// The lamp, the sphere's centre, the two hits and their starts, the receiver and the landing are rounded to u 2^k on each axis
-/// at most. Where one is moved by δ, the landing moves by up to (1 + |dr/db|) δ, with r(b) the landing by the ray's distance
-/// from the axis: taken from neighbouring rays at home.
+/// The lamp, the sphere's centre, the two hits and their starts, the receiver and the landing are rounded to
+/// u 2^k on each axis at most. Where one is moved by δ, the landing moves by up to (1 + |dr/db|) δ, with r(b)
+/// the landing by the ray's distance from the axis: taken from neighbouring rays at home.
 #[test]
 fn landings_of_rays_move_as_conditioning_says() {
     println!(
@@ -135,7 +135,8 @@ fn landings_of_rays_move_as_conditioning_says() {
     }
 }
 
-/// The nearest triangle that a ray meets for sure: Möller and Trumbore's test, in `f64` and with edges left out.
+/// The nearest triangle that a ray meets for sure: Möller and Trumbore's test, in `f64` and with edges left
+/// out.
 fn surely_met(parts: &MeshParts, ray: &Ray) -> Option<f64> {
     /// Barycentric distance from edges, far more than rounding: u 2^24 / (edge · cos) ~ 1e-6 at worst.
     const INSIDE: f64 = 1e-5;
@@ -214,19 +215,24 @@ fn a_closed_mesh_has_no_leaks_however_far_away() {
 /// Texels a side.
 const SIDE: usize = 32;
 
-/// How much a map may change where every coordinate is rounded by δ, to first order: of a texel, relative to δ and to the brightest.
+/// How much a map may change where every coordinate is rounded by δ, to first order: of a texel, relative to
+/// δ and to the brightest.
 ///
-/// All paths of some rays from the light to the receiver are looked at, at home. By how much a landing moves, and the flux that is left
-/// changes, where light is shifted or turned before a surface, is seen from neighbours that set out just before it.
+/// All paths of some rays from the light to the receiver are looked at, at home. By how much a landing moves,
+/// and the flux that is left changes, where light is shifted or turned before a surface, is seen from
+/// neighbours that set out just before it.
 ///
-/// - Rounded are a surface's coordinates, the place where a path meets it, and the start from there, which is moved off the surface by a
-///   bound on that, and one step farther. So light is shifted by δ four times before each surface.
-/// - A mesh without normals of its own has facets through corners that are rounded: they lean by 2 δ / h, h the triangle's least height.
-///   Light that leaves is turned as if facet and light were turned together, and the light back: once before the surface, and once after.
+/// - A surface's coordinates are rounded, and the place where a path meets it. So is the start from there,
+///   which is moved off the surface by a bound on that, and one step farther. So light is shifted by δ four
+///   times before each surface.
+/// - A mesh without normals of its own has facets through corners that are rounded: they lean by 2 δ / h, h
+///   the triangle's least height. Light that leaves is turned as if facet and light were turned together,
+///   and the light back: once before the surface, and once after.
 ///
-/// A path whose landing moves by K δ leaves its texel of width w with a probability of 4 K δ / w (four sides), and texels
-/// get as much from their neighbours as those lose; a path whose flux changes by L δ, relative, brings so much more or less. So
-/// a texel changes by the sum of (4 K / w + L) δ over its paths, by flux.
+/// A path whose landing moves by K δ leaves its texel of width w with a probability of 4 K δ / w (four
+/// sides), and texels get as much from their neighbours as those lose; a path whose flux changes by L δ,
+/// relative, brings so much more or less. So a texel changes by the sum of (4 K / w + L) δ over its paths, by
+/// flux.
 #[derive(Clone, Copy, Debug)]
 struct Conditioning {
     /// Of the texel that may change most.
@@ -236,7 +242,8 @@ struct Conditioning {
 }
 
 impl Conditioning {
-    /// What a map may change by, this far from the origin: on each axis, places are rounded by u of their coordinate at most.
+    /// What a map may change by, this far from the origin: on each axis, places are rounded by u of their
+    /// coordinate at most.
     fn allowed(&self, away: f64) -> f64 {
         self.map * Self::rounding(away)
     }
@@ -464,11 +471,11 @@ fn the_glass_balls_map_is_as_good_anywhere_as_at_home() {
         );
         // A photon in another texel would be a thousandth of it, and more than is allowed.
         assert!(by_photons <= allowed, "{place}: {by_photons:e}");
-        // Where beams are divided is decided by comparisons, of which a symmetric scene leaves some to rounding: their maps
-        // may differ by their error, which stays what was asked for.
+        // Where beams are divided is decided by comparisons, of which a symmetric scene leaves some to
+        // rounding: their maps may differ by their error, which stays what was asked for.
         assert!(by_beams <= 1e-3 + allowed, "{place}: {by_beams:e}");
-        // Were every cell divided once less, the error would be four times as large: it is of second order in their size. Ties are few
-        // cells: half of that is more than they can do.
+        // Were every cell divided once less, the error would be four times as large: it is of second order in
+        // their size. Ties are few cells: half of that is more than they can do.
         assert!(
             error <= 2.0 * error_at_home + allowed * of_mean,
             "{place}: {error:e}"

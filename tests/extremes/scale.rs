@@ -179,8 +179,8 @@ fn lamps_cubes_skies_and_cameras_have_the_same_bits_too() {
     }
 }
 
-/// A scene in millimetres or kilometres has other roundings. They count as often as a path amplifies them: by hundreds at most
-/// here, of some 1e-16 each. What decides where beams are divided does not flip.
+/// A scene in millimetres or kilometres has other roundings. They count as often as a path amplifies them: by
+/// hundreds at most here, of some 1e-16 each. What decides where beams are divided does not flip.
 #[test]
 fn in_other_units_maps_are_the_same_to_a_billionth() {
     println!("scaled by s: largest change of a texel, relative to the brightest");
@@ -317,8 +317,8 @@ fn obj(template: &Template, unit: f64) -> String {
     text
 }
 
-/// How a file says where things are is no matter either: by numbers in some unit, by `to_world`, or by both. As above, each way
-/// has roundings of its own, of some 1e-16 each.
+/// How a file says where things are is no matter either: by numbers in some unit, by `to_world`, or by both.
+/// As above, each way has roundings of its own, of some 1e-16 each.
 #[test]
 fn in_numbers_in_transforms_or_in_both_maps_are_the_same_to_a_billionth() {
     const MILLIMETRES: f64 = 1e3;

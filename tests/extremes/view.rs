@@ -16,11 +16,12 @@ use crate::support::seen::{by_beams, sensor};
 /// Texels or pixels a side.
 const SIDE: usize = 8;
 
-/// Where on the floor of the glass ball the sensors look \[m\]: in the light of one smooth sheet, beside any fold.
+/// Where on the floor of the glass ball the sensors look \[m\]: in the light of one smooth sheet, beside any
+/// fold.
 const PLACE: DVec2 = DVec2::new(0.2, 0.1);
 
-/// Landings are sums and products of coordinates of up to some 4 m, over fewer than 32 operations that each round to half an
-/// epsilon: they are off by no more than this \[m\], and so are edges of texels and pixels.
+/// Landings are sums and products of coordinates of up to some 4 m, over fewer than 32 operations that each
+/// round to half an epsilon: they are off by no more than this \[m\], and so are edges of texels and pixels.
 const ROUNDING: f64 = 32.0 * 4.0 * 0.5 * f64::EPSILON;
 
 fn film(width: usize, offset: usize) -> String {
@@ -51,9 +52,9 @@ fn beams(scene: &Scene, id: &str, relative_error: f64) -> Estimate {
     estimate
 }
 
-/// Every texel of every layer is within its bounds, by the closed forms of the ball's sheets over what `texel` says, times
-/// `scale`; `LTTD` is among them. Returns the largest error of `LTTD` and the
-/// largest half width of its bounds, relative.
+/// Every texel of every layer is within its bounds, by the closed forms of the ball's sheets over what
+/// `texel` says, times `scale`; `LTTD` is among them. Returns the largest error of `LTTD` and the largest
+/// half width of its bounds, relative.
 fn assert_known(
     name: &str,
     estimate: &Estimate,
@@ -97,8 +98,8 @@ fn assert_known(
     through.expect("LTTD is found")
 }
 
-/// A camera so far above the floor, looking down: L = ρ/π E, averaged over what a pixel sees. From 1e-7 m it sees a part of
-/// some 1e-15 of the light.
+/// A camera so far above the floor, looking down: L = ρ/π E, averaged over what a pixel sees. From 1e-7 m it
+/// sees a part of some 1e-15 of the light.
 #[test]
 fn a_camera_ever_nearer_to_a_floor_sees_what_falls_there() {
     for exponent in 1..=7 {
@@ -157,8 +158,8 @@ fn a_crop_of_an_ever_finer_film_has_the_light_of_its_place() {
     }
 }
 
-/// A diffuse bead in the light of the ball: what it gets is the light that a point there would get, by its radius squared, as soon
-/// as it is small.
+/// A diffuse bead in the light of the ball: what it gets is the light that a point there would get, by its
+/// radius squared, as soon as it is small.
 #[test]
 fn a_bead_ever_smaller_gets_the_light_of_its_place() {
     let mut smallest: Option<[f64; 2]> = None;
@@ -191,8 +192,8 @@ fn a_bead_ever_smaller_gets_the_light_of_its_place() {
         );
         assert!(low > 0.5 * high, "bounds are no bounds");
         let [from, to] = *smallest.get_or_insert([low, high]);
-        // Over a disc of radius r the mean of a smooth function differs from that of its centre by r²/8 of its second derivatives:
-        // the sheet's light falls off over some 0.1 m, so that (r/0.1)² is to spare.
+        // Over a disc of radius r the mean of a smooth function differs from that of its centre by r²/8 of
+        // its second derivatives: the sheet's light falls off over some 0.1 m, so that (r/0.1)² is to spare.
         let bent = (radius / 0.1).powi(2) * high;
         assert!(
             low <= to + bent && from <= high + bent,
@@ -201,7 +202,8 @@ fn a_bead_ever_smaller_gets_the_light_of_its_place() {
     }
 }
 
-/// The same behind flat glass, in the sun: every texel is known. E = (1 − F)² E₀ max(0, n · l), averaged over a texel.
+/// The same behind flat glass, in the sun: every texel is known. E = (1 − F)² E₀ max(0, n · l), averaged over
+/// a texel.
 #[test]
 fn a_bead_ever_smaller_below_a_pane_gets_what_the_pane_lets_through() {
     for exponent in 2..=6 {

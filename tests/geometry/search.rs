@@ -291,8 +291,8 @@ fn a_flat_shapes_plane_goes_on_beyond_its_border_and_so_do_its_parameters() {
             ),
         ] {
             let [center, normal] = shape.plane().expect("it is flat");
-            // Places are within some 10 units and off by some u on each of a dozen operations, by 1 / facing more along the ray and
-            // by 1 / (least · sine) more in parameters: 10 · 12 · 2^-53 · 1e3.
+            // Places are within some 10 units and off by some u on each of a dozen operations, by 1 / facing
+            // more along the ray and by 1 / (least · sine) more in parameters: 10 · 12 · 2^-53 · 1e3.
             let tolerance = 2e-11;
             assert!(normal.dot(place - center).abs() <= tolerance);
             let (distance, found) = shape.meet_beyond(&ray).expect("aimed at the plane");

@@ -1,5 +1,5 @@
-//! Scanned and modelled meshes are found closed or open as they are, and keep their rays in; skipped where there are none
-//! beside the crate.
+//! Scanned and modelled meshes are found closed or open as they are, and keep their rays in; skipped where
+//! there are none beside the crate.
 
 use nephroid::internals::geometry::Ray;
 

@@ -97,8 +97,8 @@ fn spawned_rays_never_meet_the_surface_they_leave_on_the_wrong_side() {
     }
 }
 
-/// Whole and half errors leave it off the surface alike on nearly every ray: that the start is moved by all of the bound is seen from
-/// the bound alone.
+/// Whole and half errors leave it off the surface alike on nearly every ray: that the start is moved by all
+/// of the bound is seen from the bound alone.
 #[test]
 fn a_spawned_ray_starts_off_the_surface_by_the_bound_on_the_places_error() {
     let mut random = Random(47);
@@ -120,7 +120,8 @@ fn a_spawned_ray_starts_off_the_surface_by_the_bound_on_the_places_error() {
                     let off = (start - point.position).abs();
                     let bound = normal.abs().dot(point.position_error);
                     for axis in 0..3 {
-                        // The product is rounded, by u of itself; the sum is too, but then a float farther out is taken.
+                        // The product is rounded, by u of itself; the sum is too, but then a float farther
+                        // out is taken.
                         let wanted = bound * normal[axis].abs() * (1.0 - f64::EPSILON);
                         assert!(off[axis] >= wanted, "{name}, axis {axis}: {off}, {bound:e}");
                         // And no farther than the sum's own rounding makes it, twice.
@@ -133,8 +134,8 @@ fn a_spawned_ray_starts_off_the_surface_by_the_bound_on_the_places_error() {
     }
 }
 
-/// A face whose third vertex is `height` from the edge between the others, at the part `along` of it: obtuse where that is well inside,
-/// in any order and place.
+/// A face whose third vertex is `height` from the edge between the others, at the part `along` of it: obtuse
+/// where that is well inside, in any order and place.
 fn sliver(height: f64, along: f64, scale: f64, random: &mut Random) -> MeshParts {
     let x = random.direction();
     let across = random.direction();
@@ -153,8 +154,8 @@ fn sliver(height: f64, along: f64, scale: f64, random: &mut Random) -> MeshParts
     }
 }
 
-/// Ten thousand rays on each of some slivers, up to a million times longer than wide; directions nearer to the face than its
-/// normal is known (a few u by length / width) may go either way.
+/// Ten thousand rays on each of some slivers, up to a million times longer than wide; directions nearer to
+/// the face than its normal is known (a few u by length / width) may go either way.
 #[test]
 fn what_leaves_a_sliver_does_not_meet_it_again() {
     let mut random = Random(41);
@@ -166,7 +167,8 @@ fn what_leaves_a_sliver_does_not_meet_it_again() {
                 let parts = sliver(height, along, scale, &mut random);
                 let [a, b, c] = std::array::from_fn(|vertex| parts.positions[vertex]);
                 let world = world_of(parts);
-                // A vertex that was placed is off by 4u of its place on each axis, and the products of edges by as much.
+                // A vertex that was placed is off by 4u of its place on each axis, and the products of edges
+                // by as much.
                 let least = 32.0 * f64::EPSILON / height;
                 for _ in 0..500 {
                     let (u, v) = (random.unit().sqrt(), random.unit());

@@ -10,8 +10,9 @@ use crate::support::geometry::{
     Leaks, Random, bumpy_torus, closest, icosphere, leaks, placed, within_torus, world_of,
 };
 
-/// Rays from within a solid and from without towards its vertices and edges: none may get out, none in. `inside`: the places
-/// within, from those of the cube [-1, 1]³; `seen`: how many of the points a ray from without must meet first.
+/// Rays from within a solid and from without towards its vertices and edges: none may get out, none in.
+/// `inside`: the places within, from those of the cube [-1, 1]³; `seen`: how many of the points a ray from
+/// without must meet first.
 fn assert_that_nothing_leaks(
     solid: &MeshParts,
     rays: usize,
@@ -61,15 +62,16 @@ fn a_bumpy_solid_keeps_its_rays_and_lets_none_in_unseen() {
     assert_that_nothing_leaks(&bumpy_torus(120, 60), 50_000, 10_000, within_torus);
 }
 
-/// Whole numbers below 2^53 have exact images and products of 106 bits: the sign of an edge function is known from integers, where
-/// its two products often round to the same double.
+/// Whole numbers below 2^53 have exact images and products of 106 bits: the sign of an edge function is known
+/// from integers, where its two products often round to the same double.
 #[test]
 fn an_edge_beside_the_ray_is_told_from_one_through_it_to_the_last_bit() {
     let mut random = Random(43);
     let reach = 2f64.powi(52);
     let (mut ties, mut hits, mut misses) = (0, 0, 0);
     while ties < 2000 {
-        // p and q in about opposite directions from the ray, which is the z axis; r to the left of the line from p to q.
+        // p and q in about opposite directions from the ray, which is the z axis; r to the left of the line
+        // from p to q.
         let [x, y] = [(); 2].map(|()| (reach * random.signed()).round());
         let stretch = 0.5 + 0.4 * random.unit();
         let p = DVec3::new(x, y, 0.0);

@@ -56,7 +56,8 @@ const CASES: u32 = 128;
 #[test]
 fn a_changed_mesh_or_image_takes_at_most_four_times_what_an_honest_one_takes() {
     let _alone = alone();
-    // Every kind; what a serialized file holds, changed before it is packed: else its checksum tells; films packed in every way.
+    // Every kind; what a serialized file holds, changed before it is packed: else its checksum tells; films
+    // packed in every way.
     type Changed = Box<dyn Fn(&[Mutation]) -> Vec<u8>>;
     let mut files: Vec<(String, Kind, Changed)> = KINDS
         .map(|kind| -> (String, Kind, Changed) {
@@ -103,7 +104,8 @@ fn a_changed_mesh_or_image_takes_at_most_four_times_what_an_honest_one_takes() {
         println!(
             "{name}: {read} of {CASES} are read; at most {most:.2} times the heap of an honest one"
         );
-        // Neither are all refused at sight nor all too little changed to matter. But zlib's checksum tells nearly every change.
+        // Neither are all refused at sight nor all too little changed to matter. But zlib's checksum tells
+        // nearly every change.
         let has_checksum = ["Serialized", "Film by ZIP", "Film by PXR24"]
             .iter()
             .any(|start| name.starts_with(start));

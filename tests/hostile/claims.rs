@@ -49,7 +49,8 @@ fn counts_that_a_file_cannot_hold_reserve_nothing() {
         ));
     }
     for size in [1 << 12, 1 << 14, 1 << 16, 1 << 31] {
-        // None, RLE, ZIPS, ZIP, PIZ, PXR24, B44, B44A: none of them shrinks so much. The crate itself refuses 2³¹.
+        // None, RLE, ZIPS, ZIP, PIZ, PXR24, B44, B44A: none of them shrinks so much. The crate itself refuses
+        // 2³¹.
         let expected = if size == 1 << 31 { "" } else { "claims" };
         for compression in 0..8 {
             for kind in [Kind::Exr, Kind::Film] {

@@ -7,8 +7,8 @@ use tempfile::TempDir;
 use super::changed::load_text;
 use super::watch::{TIMES_HONEST, alone, load, load_elements, scene_of};
 
-/// The heap \[bytes\] that an honest scene file of this length may take: the smallest scene's, and for each byte what a thousand
-/// balls take for each of theirs.
+/// The heap \[bytes\] that an honest scene file of this length may take: the smallest scene's, and for each
+/// byte what a thousand balls take for each of theirs.
 fn honest_scene_peak(length: usize) -> f64 {
     static MEASURED: OnceLock<(f64, f64)> = OnceLock::new();
     let (least, a_byte) = *MEASURED.get_or_init(|| {
@@ -155,8 +155,9 @@ fn includes_end_however_they_are_nested() {
         let (peak, seconds) = (outcome.peak, outcome.seconds);
         let error = outcome.refusal(name);
         assert!(error.contains(expected), "{name}: {error}");
-        // Of 2¹⁴ files their names and versions are kept, no contents: 40 bytes each in a list that is three times as long while it
-        // grows, from one half of its room to twice that; and the name, which may have twice its room.
+        // Of 2¹⁴ files their names and versions are kept, no contents: 40 bytes each in a list that is three
+        // times as long while it grows, from one half of its room to twice that; and the name, which may have
+        // twice its room.
         let path = folder.path().join(name);
         let kept = 3 * 40 + 2 * path.as_os_str().len();
         let length = std::fs::metadata(&path).unwrap().len() as usize;

@@ -142,8 +142,9 @@ impl Kind {
     }
 }
 
-/// The heap \[bytes\] that reading something honest takes at most, of three times: what other threads (the pool's) give back late
-/// is taken off what one of them seems to take. A first one, which pays for what is made once, does not count.
+/// The heap \[bytes\] that reading something honest takes at most, of three times: what other threads (the
+/// pool's) give back late is taken off what one of them seems to take. A first one, which pays for what is
+/// made once, does not count.
 pub fn honest_peak(read: impl Fn() -> usize) -> f64 {
     read();
     (0..3).map(|_| read()).max().unwrap_or(0) as f64
@@ -172,7 +173,8 @@ impl Need {
     }
 }
 
-/// How an image is packed, by its place in [`PACKINGS`], which is its number in the file. 0 where it cannot be read.
+/// How an image is packed, by its place in [`PACKINGS`], which is its number in the file. 0 where it cannot
+/// be read.
 fn packing_of(bytes: &[u8]) -> usize {
     let at = after(bytes, b"compression\0compression\0").map(|at| at + 4);
     let number = at.and_then(|at| bytes.get(at)).copied();

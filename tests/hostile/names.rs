@@ -207,7 +207,8 @@ fn namings() -> Vec<Naming> {
     ]
 }
 
-/// All that is in a folder, without following links: names, what they are and hold, and when they were written.
+/// All that is in a folder, without following links: names, what they are and hold, and when they were
+/// written.
 fn snapshot(folder: &Path) -> BTreeMap<PathBuf, (SystemTime, String, Vec<u8>)> {
     let mut found = BTreeMap::new();
     let mut folders = vec![folder.to_owned()];

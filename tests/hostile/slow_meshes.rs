@@ -89,7 +89,8 @@ fn meshes_made_to_be_slow_are_read_in_time() {
             panic!("{case}: {error}");
         }
     }
-    // Glass, so that they are looked at for surfaces at the same place; and each round the last, so that none are.
+    // Glass, so that they are looked at for surfaces at the same place; and each round the last, so that none
+    // are.
     let ball = |radius: f64| {
         format!(
             "<shape type=\"sphere\"><float name=\"radius\" value=\"{radius}\"/><bsdf type=\"dielectric\"/></shape>\n"

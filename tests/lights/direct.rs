@@ -82,7 +82,8 @@ fn circle(center: DVec2, radius: f64) -> Vec<DVec2> {
         .collect()
 }
 
-/// The largest error of a texel beyond its bar, the mean error, and the mean bar, all over texels on the edge.
+/// The largest error of a texel beyond its bar, the mean error, and the mean bar, all over texels on the
+/// edge.
 struct Verdict {
     beyond: f64,
     error: f64,
@@ -127,8 +128,9 @@ fn a_balls_shadow_is_a_disc_in_every_texel() {
     );
     // The truth's own error: the polygon's.
     assert!(verdict.beyond <= 1e-6, "{:e}", verdict.beyond);
-    // The disc's radius is 20 texels: in a cell of 1/8 of a texel its edge bends by (1/8)²/(8 · 20) = 1e-4 of a texel at most. Chord
-    // times that, over the 8 to 12 cells of an edge, is 1e-4 of the texel; a chord's ends are known to 2⁻¹⁴ of a cell.
+    // The disc's radius is 20 texels: in a cell of 1/8 of a texel its edge bends by (1/8)²/(8 · 20) = 1e-4 of
+    // a texel at most. Chord times that, over the 8 to 12 cells of an edge, is 1e-4 of the texel; a chord's
+    // ends are known to 2⁻¹⁴ of a cell.
     assert!(verdict.bar < 2e-4, "{:e}", verdict.bar);
     // A parabola's own error is of fourth order.
     assert!(verdict.error < 1e-5, "{:e}", verdict.error);
@@ -161,20 +163,20 @@ fn a_plates_shadow_is_right_in_every_texel_but_for_what_hides_at_its_corners() {
             verdict.beyond, verdict.error, verdict.bar
         );
         corners = corners.max(verdict.beyond);
-        // Straight edges are known to the precision of bisection, 2⁻¹⁴ of a cell of 1/8; the bar to its sum over the cells, and
-        // a few corners.
+        // Straight edges are known to the precision of bisection, 2⁻¹⁴ of a cell of 1/8; the bar to its sum
+        // over the cells, and a few corners.
         assert!(verdict.error < 3e-5, "{degrees}: {:e}", verdict.error);
         assert!(verdict.bar < 3e-4, "{degrees}: {:e}", verdict.bar);
     }
-    // A corner can poke out between two points of which it is seen by none. Beside an edge these are 1/16 of a texel apart: a right
-    // angle that hides there has an area of (1/16)²/4 at most.
+    // A corner can poke out between two points of which it is seen by none. Beside an edge these are 1/16 of
+    // a texel apart: a right angle that hides there has an area of (1/16)²/4 at most.
     assert!(corners <= 1.0 / 1024.0, "{corners:e}");
 }
 
 #[test]
 fn a_lamp_near_the_floor_casts_the_shadow_that_projection_says() {
-    // Texels of 1/32 m, 0.5 m and less from the lamp: quartered before they are cut. A plate of half sides (a, b) at half the
-    // lamp's height has a shadow of twice its size.
+    // Texels of 1/32 m, 0.5 m and less from the lamp: quartered before they are cut. A plate of half sides
+    // (a, b) at half the lamp's height has a shadow of twice its size.
     let lamp = r#"<emitter type="point"><point name="position" x="0" y="0" z="0.5"/>
         <rgb name="intensity" value="1"/></emitter>"#;
     let plate = r#"<shape type="rectangle"><transform name="to_world">
@@ -183,8 +185,8 @@ fn a_lamp_near_the_floor_casts_the_shadow_that_projection_says() {
     let (texels, _) = measured(&scene);
     let (half, size) = (DVec2::new(0.4, 0.26), 2.0 / SIDE as f64);
     let lit = |x: f64, y: f64| x.abs() > half.x || y.abs() > half.y;
-    // h / r³, by midpoints of 1/64 of a texel: off by a second difference, (size / 64)² / (24 · 0.5²) of it, 1e-8, and along
-    // shadow lines, which fall between midpoints, by half a part each way.
+    // h / r³, by midpoints of 1/64 of a texel: off by a second difference, (size / 64)² / (24 · 0.5²) of it,
+    // 1e-8, and along shadow lines, which fall between midpoints, by half a part each way.
     const PARTS: usize = 64;
     let mut worst = 0.0_f64;
     for (index, texel) in texels.iter().enumerate() {
@@ -215,9 +217,9 @@ fn a_lamp_near_the_floor_casts_the_shadow_that_projection_says() {
     assert!(worst <= 1.0 / 1024.0, "{worst:e}");
 }
 
-/// Scrambled Sobol' points are never much worse than random ones, whose error goes as N^(−1/2): 64 times the samples make an error
-/// eight times less, and less still, where they are taken. Elsewhere it is below a thousandth, which is what half of the eight is left
-/// for.
+/// Scrambled Sobol' points are never much worse than random ones, whose error goes as N^(−1/2): 64 times the
+/// samples make an error eight times less, and less still, where they are taken. Elsewhere it is below a
+/// thousandth, which is what half of the eight is left for.
 #[test]
 fn more_samples_of_an_area_light_sharpen_its_shadow_and_agree() {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cornell-glass.xml");

@@ -95,8 +95,8 @@ fn samples<'a>(
     })
 }
 
-/// What a ray from a point meets of a scene of one light, walls that do not shine this way being passed: the radiance
-/// and density there, the distance, and the cosine at the light.
+/// What a ray from a point meets of a scene of one light, walls that do not shine this way being passed: the
+/// radiance and density there, the distance, and the cosine at the light.
 fn emitted_along(
     scene: &Scene,
     lights: &Lights,

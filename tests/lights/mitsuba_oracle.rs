@@ -10,9 +10,9 @@ use nephroid::internals::transport::lights::Lights;
 
 use crate::support::bsdf::{folder, scene};
 
-/// Relative. Mitsuba computes in f32 (2⁻²⁴ = 6e-8). A hit is off by some 1e-7 of the distance, 3, which its cosine
-/// of at least 0.2 turns into 2e-6 of the density. Angles to a map's poles are off by 6e-8 / sin θ, hardly more than
-/// 1e-6 in the directions chosen: as much of sin θ, and of the way between two rows.
+/// Relative. Mitsuba computes in f32 (2⁻²⁴ = 6e-8). A hit is off by some 1e-7 of the distance, 3, which its
+/// cosine of at least 0.2 turns into 2e-6 of the density. Angles to a map's poles are off by 6e-8 / sin θ,
+/// hardly more than 1e-6 in the directions chosen: as much of sin θ, and of the way between two rows.
 const TOLERANCE: f64 = 1e-4;
 
 /// Of radiances up to 8 that change by their whole range over a texel: an eighth of the turn, known to 4e-7.

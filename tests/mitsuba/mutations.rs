@@ -1,4 +1,5 @@
-//! No bytes make a reader panic: files of scenes, meshes, films and images, cut, spliced and overwritten at random.
+//! No bytes make a reader panic: files of scenes, meshes, films and images, cut, spliced and overwritten at
+//! random.
 
 use std::cell::RefCell;
 

@@ -1,8 +1,9 @@
 //! Images by `reference::path` are Mitsuba's, plugin by plugin.
 //!
-//! `tests/mitsuba/parity` has a small scene for every bsdf, emitter, sensor and filter that both programs know, written by
-//! `scenes.py`, and Mitsuba 3.9.1's image of each with its standard error, written by `render.py`. Here each is rendered anew and
-//! compared. No Python is needed. `docs/mitsuba.md` has the figures, and what differs and why.
+//! `tests/mitsuba/parity` has a small scene for every bsdf, emitter, sensor and filter that both programs
+//! know, written by `scenes.py`, and Mitsuba 3.9.1's image of each with its standard error, written by
+//! `render.py`. Here each is rendered anew and compared. No Python is needed. `docs/mitsuba.md` has the
+//! figures, and what differs and why.
 
 use nephroid::internals::metric::Verdict;
 use nephroid::internals::mitsuba::load;
@@ -13,18 +14,19 @@ use crate::support::parity::{
     Outcome, folder, mitsuba_image, names, outcome, render, samples_of, scene,
 };
 
-/// Our samples a pixel and replicate for one of Mitsuba's samples and seeds: Sobol' points make at most as much noise as four
-/// times the independent ones, and both images then have noise σ of some 1 % of a pixel.
+/// Our samples a pixel and replicate for one of Mitsuba's samples and seeds: Sobol' points make at most as
+/// much noise as four times the independent ones, and both images then have noise σ of some 1 % of a pixel.
 ///
-/// Of N pixels of three channels, the bound on what noise does not explain is some (1.64 √(18 N) / 3 N)^½ σ = 0.3 σ for N = 1024
-/// (`metric::equivalence`): a margin of 1 % can be shown.
+/// Of N pixels of three channels, the bound on what noise does not explain is some (1.64 √(18 N) / 3 N)^½ σ =
+/// 0.3 σ for N = 1024 (`metric::equivalence`): a margin of 1 % can be shown.
 const SHARE: u64 = 4;
 
 /// The significance level of the suite: how often it may fail where all is right.
 const LEVEL: f64 = 0.01;
 
-/// The one scene that is not shown to be the same within 1 %: steps of Mitsuba's table for this filter are 3/31 of a pixel wide, and
-/// what that changes is near the margin (docs/mitsuba.md). It must not be shown to be further apart.
+/// The one scene that is not shown to be the same within 1 %: steps of Mitsuba's table for this filter are
+/// 3/31 of a pixel wide, and what that changes is near the margin (docs/mitsuba.md). It must not be shown to
+/// be further apart.
 const COARSE_TABLE: &str = "filter-lanczos";
 
 /// Our image of a scene, and the suite's of the same name.
@@ -56,8 +58,9 @@ fn every_plugin_makes_mitsubas_image() {
         "not shown to be equivalent: {different:#?}"
     );
 
-    // Mitsuba's scalar variants look filters up in a table of 31 steps, all but the box: their images are shown to be the same
-    // within 1 % above, but are others, as p-values would say with enough samples (docs/mitsuba.md has the proof).
+    // Mitsuba's scalar variants look filters up in a table of 31 steps, all but the box: their images are
+    // shown to be the same within 1 % above, but are others, as p-values would say with enough samples
+    // (docs/mitsuba.md has the proof).
     let outcomes: Vec<Outcome> = outcomes
         .into_iter()
         .filter(|it| !it.name.starts_with("filter-") || it.name == "filter-box")

@@ -1,5 +1,5 @@
-//! Third-party scenes make the same image in both programs. On demand: neither the scenes nor their images are part of
-//! this repository, and `tests/mitsuba/parity/third_party.py` says how to make the images.
+//! Third-party scenes make the same image in both programs. On demand: neither the scenes nor their images
+//! are part of this repository, and `tests/mitsuba/parity/third_party.py` says how to make the images.
 
 use std::path::Path;
 

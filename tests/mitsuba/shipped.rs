@@ -1,7 +1,8 @@
-//! The shipped scenes in both programs, and light that starts at emitters: Mitsuba's `path` and `ptracer` against ours.
+//! The shipped scenes in both programs, and light that starts at emitters: Mitsuba's `path` and `ptracer`
+//! against ours.
 //!
-//! `tests/mitsuba/parity/shipped` has Mitsuba's images with their standard errors; `shipped.py` there says how they were
-//! made. `docs/mitsuba.md` has the figures.
+//! `tests/mitsuba/parity/shipped` has Mitsuba's images with their standard errors; `shipped.py` there says
+//! how they were made. `docs/mitsuba.md` has the figures.
 
 use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
@@ -32,11 +33,12 @@ const DEPTH: u32 = 16;
 /// Photons of each of our images: their own error is then the smaller one.
 const PHOTONS: u64 = 1 << 21;
 
-/// Where Mitsuba's `path` sees nothing: the floor is under water that a lamp without size shines on, or turned away.
+/// Where Mitsuba's `path` sees nothing: the floor is under water that a lamp without size shines on, or
+/// turned away.
 const BLACK: [&str; 2] = ["parabolic-mirror", "water"];
 
-/// Scenes of some centimetres: Mitsuba's rays start 1e-4 m off a surface (docs/mitsuba.md), which is a part of a pixel there that
-/// these images can tell. They are the same within 1 %, but other images.
+/// Scenes of some centimetres: Mitsuba's rays start 1e-4 m off a surface (docs/mitsuba.md), which is a part
+/// of a pixel there that these images can tell. They are the same within 1 %, but other images.
 const TINY: [&str; 2] = ["lens", "parabolic-mirror"];
 
 /// How often a test of p-values may fail where all is right.
@@ -99,8 +101,8 @@ fn sum(a: &Layer, b: &Layer) -> Layer {
     }
 }
 
-/// All light L S* D on a sensor. On a meter photons know all of it; a camera sees what comes straight from the emitters by paths
-/// of two legs.
+/// All light L S* D on a sensor. On a meter photons know all of it; a camera sees what comes straight from
+/// the emitters by paths of two legs.
 fn one_scattering(scene: &Scene, sensor: &Sensor, shading_normals: ShadingNormals) -> Image {
     let settings = PhotonSettings {
         replicates: REPLICATES,
@@ -159,8 +161,8 @@ fn assert_no_structure(outcomes: &[Outcome]) {
     assert!(least >= threshold, "p {least} is below {threshold}");
 }
 
-/// p-values are not judged: a pixel that one or two of 2048 samples decide, at the edge of a shadow or where light by way of
-/// glass is found by chance, has no normal error. `parity.rs` has scenes where all pixels do.
+/// p-values are not judged: a pixel that one or two of 2048 samples decide, at the edge of a shadow or where
+/// light by way of glass is found by chance, has no normal error. `parity.rs` has scenes where all pixels do.
 #[test]
 fn every_shipped_scene_makes_mitsubas_image_by_paths() {
     let mut outcomes = Vec::new();
@@ -205,8 +207,8 @@ fn light_from_emitters_makes_the_image_of_mitsubas_ptracer() {
     assert_no_structure(&outcomes);
 }
 
-/// Mitsuba's meter is blind to lamps without size, and its `ptracer` to meters. A camera that looks at a matt floor sees its
-/// irradiance: E = π L / ρ.
+/// Mitsuba's meter is blind to lamps without size, and its `ptracer` to meters. A camera that looks at a matt
+/// floor sees its irradiance: E = π L / ρ.
 ///
 /// p-values are not judged: in the ball's shadow a texel has a few of Mitsuba's photons, and no normal error.
 #[test]

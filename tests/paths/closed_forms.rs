@@ -64,7 +64,8 @@ fn a_furnace_is_as_bright_as_its_series_however_light_is_found() {
         camera(60.0, &film(16, 12, BOX)),
         furnace()
     ));
-    // Sampling emitters alone has no variance to speak of: where two walls meet, cos cos'/r² is not square integrable.
+    // Sampling emitters alone has no variance to speak of: where two walls meet, cos cos'/r² is not square
+    // integrable.
     let ways = WAYS
         .into_iter()
         .filter(|way| *way != LightSampling::Emitters);
@@ -121,8 +122,8 @@ fn error_bars_are_as_wide_as_errors() {
     );
 }
 
-/// A floor of albedo 0.8 at z = 0, seen from straight above, over so small a field that its light is that of the
-/// origin: to (5e-4)² of itself.
+/// A floor of albedo 0.8 at z = 0, seen from straight above, over so small a field that its light is that of
+/// the origin: to (5e-4)² of itself.
 const FLOOR_SEEN: &str = "<shape type=\"rectangle\"><bsdf type=\"diffuse\">\
     <rgb name=\"reflectance\" value=\"0.8\"/></bsdf></shape>";
 
@@ -234,8 +235,8 @@ fn light_through_a_mask_and_a_null_surface_keeps_what_they_let_pass() {
 
 #[test]
 fn radiance_behind_glass_scales_by_the_square_of_its_index_and_back() {
-    // A wall of radiance 1 through a slab of glass, straight on: both interfaces pass 1 − F, F = 1/25, and what they
-    // throw to and fro adds up to (1 − F) / (1 + F).
+    // A wall of radiance 1 through a slab of glass, straight on: both interfaces pass 1 − F, F = 1/25, and
+    // what they throw to and fro adds up to (1 − F) / (1 + F).
     let wall = "<shape type=\"rectangle\"><transform name=\"to_world\"><scale value=\"50\"/>\
         <rotate x=\"1\" angle=\"90\"/><translate y=\"5\"/></transform><bsdf type=\"diffuse\">\
         <rgb name=\"reflectance\" value=\"0\"/></bsdf><emitter type=\"area\">\

@@ -86,7 +86,8 @@ fn three_ways_to_find_light_agree_in_every_pixel() {
             image(&scene, settings, 1024)
         })
         .collect();
-    // Differences of independent means of 32 replicates: Welch's t of 31 to 62 degrees of freedom; the wider is bounded.
+    // Differences of independent means of 32 replicates: Welch's t of 31 to 62 degrees of freedom; the wider
+    // is bounded.
     let expected = support::student::moments(31);
     let pixels = images[0].total.values.len() as f64;
     let tolerance = 5.0 * expected.deviation_of_square / pixels.sqrt();
@@ -195,7 +196,8 @@ fn a_filter_spreads_constant_light_evenly_and_crops_change_no_mean() {
 
 #[test]
 fn a_filter_is_a_convolution_of_the_image() {
-    // A lamp's straight edge at the middle of the film, far from the border: pixel i holds ∫ f over the lit side.
+    // A lamp's straight edge at the middle of the film, far from the border: pixel i holds ∫ f over the lit
+    // side.
     let lamp = "<shape type=\"rectangle\"><transform name=\"to_world\"><translate x=\"-1\"/>\
         <scale value=\"20\"/><rotate x=\"1\" angle=\"90\"/></transform><emitter type=\"area\">\
         <rgb name=\"radiance\" value=\"1\"/></emitter></shape>";
@@ -220,7 +222,8 @@ fn a_filter_is_a_convolution_of_the_image() {
         let whole = integral(-radius, radius);
         for column in 4..12 {
             let pixel = 4 * 16 + column;
-            // The lit side's end (x = 0, the camera's x is the image's left), as seen from the pixel's centre.
+            // The lit side's end (x = 0, the camera's x is the image's left), as seen from the pixel's
+            // centre.
             let edge = (column as f64 + 0.5 - 8.0).clamp(-radius, radius);
             let left_is_lit = found.total.values[4 * 16].0[0] > 0.5;
             let lit = if left_is_lit {
@@ -232,8 +235,8 @@ fn a_filter_is_a_convolution_of_the_image() {
                 found.total.values[pixel].0[0],
                 found.total.standard_error[pixel].0[0],
             );
-            // Five standard errors of 31 degrees of freedom; 40 pixels are looked at. Quotients of means are biased by
-            // 1/n: 4096 samples a pixel.
+            // Five standard errors of 31 degrees of freedom; 40 pixels are looked at. Quotients of means are
+            // biased by 1/n: 4096 samples a pixel.
             assert!(
                 (value - lit / whole).abs() <= 5.0 * error + 2.0 / 4096.0,
                 "{name}, column {column}: {value} ± {error} is not {}",
@@ -370,7 +373,8 @@ fn a_run_stops_at_its_error_and_at_its_time() {
 
 #[test]
 fn rounds_of_random_points_are_one_run_in_parts() {
-    // The mean of rounds of 1, 2 and 4 samples a replicate is as good as 7: errors fall with the root of samples.
+    // The mean of rounds of 1, 2 and 4 samples a replicate is as good as 7: errors fall with the root of
+    // samples.
     let scene = room(&film(16, 12, BOX));
     let settings = PathSettings {
         stream: StreamKind::Random,
@@ -392,7 +396,8 @@ fn rounds_of_random_points_are_one_run_in_parts() {
     .unwrap();
     let once = image(&scene, settings, 7 * 32);
     let ratio = rounds.relative_error.unwrap() / once.relative_error.unwrap();
-    // A variance from 32 replicates is known to √(2/31) = 25 %; over 192 pixels to 2 %, twice; but bright pixels count most.
+    // A variance from 32 replicates is known to √(2/31) = 25 %; over 192 pixels to 2 %, twice; but bright
+    // pixels count most.
     assert!((ratio - 1.0).abs() < 0.2, "{ratio}");
     let ((x, of_x), (y, of_y)) = (mean(&rounds.total, 0), mean(&once.total, 0));
     assert!(((x - y) / of_x.hypot(of_y)).abs() < 4.0);

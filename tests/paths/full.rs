@@ -44,25 +44,34 @@ fn room(film: &str, floor: &str, more: &[&str]) -> Scene {
     ))
 }
 
-/// Samples a pixel, and photons.
-#[derive(Clone, Copy)]
-struct Work {
-    samples: u64,
-    photons: u64,
+/// Limits of a run: samples a pixel in the budget, and photons.
+#[derive(Clone, Copy, Default)]
+struct Limits {
+    budget: Budget,
+    photons: Option<u64>,
 }
 
-fn budget(samples: u64, photons: u64) -> Work {
-    Work { samples, photons }
+fn budget(samples: u64, photons: u64) -> Limits {
+    Limits {
+        budget: Budget::work(samples),
+        photons: Some(photons),
+    }
 }
 
-fn full(scene: &Scene, settings: FullSettings, work: &Work) -> (Estimate, FullReport) {
+fn full(scene: &Scene, settings: FullSettings, limits: &Limits) -> (Estimate, FullReport) {
     let sensor = &scene.sensors()[0];
     let settings = FullSettings {
-        most_photons: Some(work.photons),
+        most_photons: limits.photons,
         ..settings
     };
-    let budget = Budget::work(work.samples);
-    run(scene, sensor, settings, &budget, &Progress::default()).unwrap()
+    run(
+        scene,
+        sensor,
+        settings,
+        &limits.budget,
+        &Progress::default(),
+    )
+    .unwrap()
 }
 
 /// Lookups much narrower than these coarse images' pixels, and so many maps.
@@ -137,7 +146,8 @@ fn assert_same(what: &str, layer: &Layer, by_paths: &Layer) {
     );
 }
 
-/// Asserts that a layer of photon maps is that of paths: in the mean but for the bias stated, and pixel by pixel within its bounds.
+/// Asserts that a layer of photon maps is that of paths: in the mean but for the bias stated, and pixel by
+/// pixel within its bounds.
 fn assert_mapped(layer: &Layer, report: &FullReport, by_paths: &Layer) {
     let what = layer.name;
     let bounds = layer.interval.as_ref().unwrap();
@@ -174,10 +184,11 @@ fn assert_mapped(layer: &Layer, report: &FullReport, by_paths: &Layer) {
     println!(
         "{what}: {missed} of {pixels} missed; {value} for {truth}, bias {bias}, error {error}"
     );
-    // Each bar holds for 999 of 1000, and their sum more often: of 192 pixels 0.4 are missed at most, four with a probability
-    // of 1e-3 were they independent; pixels that share photons miss together.
+    // Each bar holds for 999 of 1000, and their sum more often: of 192 pixels 0.4 are missed at most, four
+    // with a probability of 1e-3 were they independent; pixels that share photons miss together.
     assert!(missed <= 4, "{what}: {missed} of {pixels}");
-    // What the difference of two radii says of the bias may be too little by √2 + 1 (see `photon_map::finish`).
+    // What the difference of two radii says of the bias may be too little by √2 + 1 (see
+    // `photon_map::finish`).
     let allowed = 4.0 * error + std::f64::consts::SQRT_2 * bias.abs();
     assert!(
         (value - truth - bias).abs() <= allowed,
@@ -433,9 +444,13 @@ fn the_same_bits_come_from_any_number_of_threads() {
     // Beams in the one, to what they reach in a second; connected photons in the other; maps in both.
     for (light, relative_error) in [(POINT, Some(1.0)), (LAMP, None)] {
         let scene = room(&film(19, 7, BOX), FLOOR, &[BALL, light]);
-        let budget = Budget {
-            relative_error,
-            ..budget(8, 1 << 14)
+        let limits = budget(8, 1 << 14);
+        let budget = Limits {
+            budget: Budget {
+                relative_error,
+                ..limits.budget
+            },
+            ..limits
         };
         let settings = FullSettings {
             photons: PhotonSettings {
@@ -465,9 +480,9 @@ fn each_method_has_its_own_limit_and_its_part_of_the_time() {
     assert_eq!(paths, [1 << 20, 1 << 20, 96 * 16 * 12]);
     assert!(!found.incomplete);
     // No time at all: nothing is known, and said so.
-    let timed = |time| Budget {
-        time: Some(time),
-        ..Budget::default()
+    let timed = |time| Limits {
+        budget: Budget::time(time),
+        photons: None,
     };
     let none = timed(Duration::ZERO);
     let (found, report) = full(&scene, FullSettings::default(), &none);

@@ -1,5 +1,5 @@
-//! Every method that finds a kind of light finds the same: beams, connected photons, photon maps and paths, two by two, on the
-//! cameras of five shipped scenes, signature by signature.
+//! Every method that finds a kind of light finds the same: beams, connected photons, photon maps and paths,
+//! two by two, on the cameras of five shipped scenes, signature by signature.
 
 use nephroid::internals::radiometry::Rgb;
 use nephroid::internals::reference::beams;
@@ -88,7 +88,8 @@ const ROWS: [Row; 5] = [
     },
 ];
 
-/// What a method says of one layer: values with bounds of [`CONFIDENCE`], and what else may be wrong with their sum.
+/// What a method says of one layer: values with bounds of [`CONFIDENCE`], and what else may be wrong with
+/// their sum.
 struct Said {
     method: &'static str,
     layer: Layer,
@@ -226,8 +227,8 @@ fn assert_agree(what: &str, a: &Said, b: &Said) {
     );
     // The focus of cornell-glass is two of these coarse pixels.
     assert!(judged >= 2, "{what}: {judged} pixels");
-    // Two bounds of 1e-3 that do not meet are rarer than 1e-5 where errors are normal. Pixels of few photons are not, and
-    // maps have pixels at a focus or a border whose bias they do not know: some in a hundred.
+    // Two bounds of 1e-3 that do not meet are rarer than 1e-5 where errors are normal. Pixels of few photons
+    // are not, and maps have pixels at a focus or a border whose bias they do not know: some in a hundred.
     assert!(apart * 50 <= judged, "{what}: {apart} of {judged}");
     assert!(
         a.sum[0] <= b.sum[1] && b.sum[0] <= a.sum[1],

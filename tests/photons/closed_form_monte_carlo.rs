@@ -1,8 +1,8 @@
 //! The closed forms agree with plain Monte Carlo in three dimensions.
 //!
-//! The tracers here know nothing of the symmetries that the closed forms use: they follow random rays through a sphere, a
-//! cylinder and half spaces. Every texel's estimate must lie within `BOUND` of its own standard errors; the
-//! rays are the same on every run.
+//! The tracers here know nothing of the symmetries that the closed forms use: they follow random rays through
+//! a sphere, a cylinder and half spaces. Every texel's estimate must lie within `BOUND` of its own standard
+//! errors; the rays are the same on every run.
 
 use std::f64::consts::{PI, TAU};
 
@@ -74,7 +74,8 @@ impl Tally {
         self.count[i] += 1;
     }
 
-    /// Asserts that the means over `rays` are the irradiances `exact`; returns how many texels had enough deposits.
+    /// Asserts that the means over `rays` are the irradiances `exact`; returns how many texels had enough
+    /// deposits.
     ///
     /// `ray_flux` is what one ray carries at most.
     fn assert_agrees(&self, what: &str, rays: u32, ray_flux: f64, exact: &[f64]) -> usize {
@@ -199,7 +200,8 @@ fn a_glass_balls_layers_agree_with_random_rays() {
 
 /// A random ray through a cup's opening: where it crosses it, its direction and its flux.
 ///
-/// Uniform over the opening, or over the directions of a lamp so near that it would light the opening unevenly.
+/// Uniform over the opening, or over the directions of a lamp so near that it would light the opening
+/// unevenly.
 fn into_the_cup(cup: &MirrorCup, random: &mut Random) -> Option<(DVec3, DVec3, f64)> {
     let crossing = random.in_disc(cup.radius).extend(cup.height);
     let area = PI * cup.radius * cup.radius;

@@ -31,11 +31,12 @@ fn mean_and_error(values: &[f64]) -> (f64, f64) {
     (moments.mean().unwrap(), moments.standard_error().unwrap())
 }
 
-/// The truth lies within 1 and 2 error bars as often as Student's t with 15 degrees of freedom does (66.7 % and
-/// 93.6 %), on LTTD and LRD, with both kinds of points.
+/// The truth lies within 1 and 2 error bars as often as Student's t with 15 degrees of freedom does (66.7 %
+/// and 93.6 %), on LTTD and LRD, with both kinds of points.
 ///
-/// Texels of one run share its photons, so only runs count as independent: the share of covered texels of each
-/// of 16 seeds is one number, and their mean must lie within Student's quantile of its own standard error.
+/// Texels of one run share its photons, so only runs count as independent: the share of covered texels of
+/// each of 16 seeds is one number, and their mean must lie within Student's quantile of its own standard
+/// error.
 #[test]
 fn error_bars_cover_the_truth_as_often_as_they_should() {
     const SEEDS: u64 = 16;
@@ -110,13 +111,13 @@ fn different_seeds_err_independently() {
     }
 }
 
-/// Sixteen times as many photons make the error of random points four times smaller, and that of Sobol' points
-/// at least as much; with many photons Sobol' points are far ahead.
+/// Sixteen times as many photons make the error of random points four times smaller, and that of Sobol'
+/// points at least as much; with many photons Sobol' points are far ahead.
 ///
-/// Measured on 24 texels of the caustic: Sobol' points gain 6.6, and are then 2.65 times ahead. A root mean square over n
-/// texels is known to 1/√(2 n) of itself and a quotient of two to 1/√n, 20 % here; texels that share photons may
-/// be worth half as many. So random points' factor is tested to five of these, and Sobol' points' lead to one half
-/// of what was measured, which still is more than none.
+/// Measured on 24 texels of the caustic: Sobol' points gain 6.6, and are then 2.65 times ahead. A root mean
+/// square over n texels is known to 1/√(2 n) of itself and a quotient of two to 1/√n, 20 % here; texels that
+/// share photons may be worth half as many. So random points' factor is tested to five of these, and Sobol'
+/// points' lead to one half of what was measured, which still is more than none.
 #[test]
 fn sobol_points_beat_random_ones_and_gain_more_from_more() {
     const SIDE: usize = 32;
@@ -166,8 +167,8 @@ fn split_depth_and_replicates_do_not_move_the_estimate() {
     let check = |photons: Photons| {
         let estimate = photons.estimate(&scene);
         for (path, truth) in paths.iter().zip(&truths) {
-            // By chance alone a photon keeps all of its flux, and few take a rare path: LTRRRTD's flux is that of
-            // 0.16 % of the photons, 400 in each quarter of the floor: enough for a normal sum.
+            // By chance alone a photon keeps all of its flux, and few take a rare path: LTRRRTD's flux is
+            // that of 0.16 % of the photons, 400 in each quarter of the floor: enough for a normal sum.
             let mut it = Compared::new(&scene, &photons, &estimate, &path.signature(), truth);
             it.photons = vec![f64::INFINITY; truth.len()];
             it.assert_every_texel_agrees(4, ALPHA, COMPARISONS);
@@ -191,8 +192,8 @@ fn rows_up_to(estimate: &Estimate, events: usize) -> Vec<(Signature, FluxByFate)
         .collect()
 }
 
-/// With a depth of 2, paths of up to two events are what they are with a depth of 16, bit for bit, and the flux of all longer
-/// ones is cut off: none is lost, none arrives.
+/// With a depth of 2, paths of up to two events are what they are with a depth of 16, bit for bit, and the
+/// flux of all longer ones is cut off: none is lost, none arrives.
 ///
 /// Whole flux: sums of 2^18 exact quanta agree but for the final conversion, 1e-12 is generous.
 #[test]

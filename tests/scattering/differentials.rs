@@ -1,4 +1,5 @@
-//! Derivatives of rays are exact: they agree with differences of rays, and with the textbook's lenses and mirrors.
+//! Derivatives of rays are exact: they agree with differences of rays, and with the textbook's lenses and
+//! mirrors.
 
 use glam::{DMat2, DVec2, DVec3};
 use nephroid::internals::geometry::{Ray, TraversalCounters};
@@ -11,8 +12,9 @@ use nephroid::internals::transport::scatter::ShadingNormals;
 
 use crate::support::bundled;
 
-/// A ball of radius r about the origin, of index n, in parallel light along +z that is moved by x: the paraxial ray at
-/// the height 0 turns by −x (n − 1)/(n r) at the first surface (the lens maker's power of one surface).
+/// A ball of radius r about the origin, of index n, in parallel light along +z that is moved by x: the
+/// paraxial ray at the height 0 turns by −x (n − 1)/(n r) at the first surface (the lens maker's power of one
+/// surface).
 #[test]
 fn a_spherical_surface_has_the_lens_makers_power() {
     let (radius, eta) = (2.5, 1.5);
@@ -41,7 +43,8 @@ fn derivatives_of_the_formulas_agree_with_differences() {
         |s: f64| DVec3::new(0.3 + 0.7 * s, 0.1 - 0.4 * s, -1.0 + 0.2 * s * s).normalize();
     let normal = |s: f64| DVec3::new(0.2 - 0.9 * s, -0.1 + 0.5 * s, 1.0).normalize();
     let difference = |f: &dyn Fn(f64) -> DVec3| {
-        // Central, with Richardson's extrapolation: the error is h⁴ f⁽⁵⁾ / 30 ~ 1e-11 and rounding 1e-16 / h ~ 1e-13.
+        // Central, with Richardson's extrapolation: the error is h⁴ f⁽⁵⁾ / 30 ~ 1e-11 and rounding 1e-16 / h
+        // ~ 1e-13.
         let h = 1e-3;
         let at = |h: f64| (f(h) - f(-h)) / (2.0 * h);
         (at(0.5 * h) * 4.0 - at(h)) / 3.0
@@ -81,8 +84,8 @@ fn a_transferred_point_stays_on_the_surface() {
     assert_eq!(arrived.direction, start.direction);
 }
 
-/// A scene with every kind of specular surface that the shipped ones lack: a tilted disk and a tilted rectangle of glass, a glass tube,
-/// lit by a spot.
+/// A scene with every kind of specular surface that the shipped ones lack: a tilted disk and a tilted
+/// rectangle of glass, a glass tube, lit by a spot.
 const OTHERS: &str = r#"<scene version="3.0.0">
     <emitter type="spot">
         <transform name="to_world"><lookat origin="0.3, 0.1, 6" target="0, 0, 0" up="0, 1, 0"/></transform>
@@ -169,8 +172,9 @@ fn the_derivatives_of_a_landing_agree_with_differences_of_landings() {
                     else {
                         continue;
                     };
-                    // Central differences err by a third of what they change from twice the step on (f''' h² / 6), and by the
-                    // rounding of landings (1e-15 of coordinates below 100, and more where light is spread) over the step.
+                    // Central differences err by a third of what they change from twice the step on (f''' h²
+                    // / 6), and by the rounding of landings (1e-15 of coordinates below 100, and more where
+                    // light is spread) over the step.
                     let spread = landing.derivatives[0].length() + landing.derivatives[1].length();
                     let bound = 2.0 * fine.distance(coarse)
                         + 1e-15 * (100.0 + landing.point.position.length() + spread) * 10.0 / step;
@@ -227,7 +231,8 @@ fn a_forced_chain_agrees_with_the_scene_where_nothing_is_in_the_way() {
                 };
                 let (real, forced_jacobian) = (jacobian(&landing), jacobian(&forced));
                 let spread = real.x_axis.length() + real.y_axis.length();
-                // The two meet planes at distances that differ by rounding: 1e-15 of lengths below 30, spread by each surface.
+                // The two meet planes at distances that differ by rounding: 1e-15 of lengths below 30, spread
+                // by each surface.
                 let bound = 1e-13 * (30.0 + spread + landing.point.position.length());
                 assert!(
                     forced.point.position.distance(landing.point.position) < bound,

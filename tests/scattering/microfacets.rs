@@ -46,8 +46,8 @@ fn facets_cover_the_surface_and_what_is_seen_of_them_covers_the_view() {
             for theta in [0.0f64, 0.6, 1.2, 1.5] {
                 let v = DVec3::new(0.8 * theta.sin(), 0.6 * theta.sin(), theta.cos());
                 let seen = over_normals(alpha, |m| facets.visible_density(v, m).max(0.0));
-                // The density has a kink where facets are seen edge on, which a rule of n nodes a side resolves
-                // to its spacing squared: (π/128)² of the slopes' share there.
+                // The density has a kink where facets are seen edge on, which a rule of n nodes a side
+                // resolves to its spacing squared: (π/128)² of the slopes' share there.
                 assert!(
                     (seen - 1.0).abs() < 1e-3,
                     "{distribution:?} {alpha:?} {theta}: {seen}"
@@ -105,8 +105,8 @@ fn a_smooth_coat_lets_through_what_fresnel_says() {
                 table.entering(cos)
             );
         }
-        // The table's rule for the light kept inside, (2/64) Σ F(μ) μ, applied to Fresnel's own F: facets blur
-        // only the edge at the critical angle, by less than one step, which is worth 2 μ/64.
+        // The table's rule for the light kept inside, (2/64) Σ F(μ) μ, applied to Fresnel's own F: facets
+        // blur only the edge at the critical angle, by less than one step, which is worth 2 μ/64.
         let mean: f64 = (0..64)
             .map(|i| (i as f64 / 63.0).max(1e-6))
             .map(|cos| 2.0 * cos * dielectric_reflectance(cos, 1.0 / eta) / 64.0)

@@ -1,7 +1,7 @@
 //! Laws that hold for every angle and every index.
 //!
-//! Tolerances count roundings: one is u = ε/2 = 1.1e-16 of the rounded number. Where an input's rounding is magnified, the
-//! derivative is in the tolerance.
+//! Tolerances count roundings: one is u = ε/2 = 1.1e-16 of the rounded number. Where an input's rounding is
+//! magnified, the derivative is in the tolerance.
 
 use glam::{DVec2, DVec3};
 use nephroid::internals::geometry::SurfacePoint;
@@ -60,7 +60,8 @@ fn eta_cos_squared(cos: f64, eta: f64) -> f64 {
 }
 
 proptest! {
-    // A fixed seed: a test that fails once fails always. The bounds also held for 300,000 cases of other seeds.
+    // A fixed seed: a test that fails once fails always. The bounds also held for 300,000 cases of other
+    // seeds.
     #![proptest_config(ProptestConfig {
         cases: 4096,
         max_global_rejects: 1 << 16,
@@ -79,11 +80,11 @@ proptest! {
 
     /// Stokes: light sent back along the refracted ray is reflected alike.
     ///
-    /// With c' = cos θt = w/η, w = √(η²c'²), both formulas are functions of the same two products, c and w, up to their
-    /// rounding. F moves with r_s and r_p, each (a − b)/(a + b), which turns a relative error δ of a or b
-    /// into at most δ/2 of r. c' carries 6 roundings (2 products, sum, root, division; magnified by the
-    /// cancellation in c'² η'² + ..., which gives c back with the absolute error 8 u max(1, η²) in η'²c² and so the relative error
-    /// 4 u max(1, 1/η²) max(1, η²) / c² in c).
+    /// With c' = cos θt = w/η, w = √(η²c'²), both formulas are functions of the same two products, c and w,
+    /// up to their rounding. F moves with r_s and r_p, each (a − b)/(a + b), which turns a relative error δ
+    /// of a or b into at most δ/2 of r. c' carries 6 roundings (2 products, sum, root, division; magnified by
+    /// the cancellation in c'² η'² + ..., which gives c back with the absolute error 8 u max(1, η²) in η'²c²
+    /// and so the relative error 4 u max(1, 1/η²) max(1, η²) / c² in c).
     #[test]
     fn a_dielectric_reflects_alike_from_both_sides(cos in cosine(), eta in eta()) {
         let squared = eta_cos_squared(cos, eta);
@@ -107,8 +108,8 @@ proptest! {
         let r_p = (angle - t).tan() / (angle + t).tan();
         let expected = 0.5 * (r_s * r_s + r_p * r_p);
         prop_assume!(angle > 1e-3 && (eta - 1.0).abs() > 1e-3);
-        // asin magnifies a rounding of sin t by tan t < 22.4; sines of differences by 1/(angle − t),
-        // above 1e-6 here: 1e6 · 22.4 · u = 2.5e-9, in r, which is itself of the size (angle − t)/(angle + t).
+        // asin magnifies a rounding of sin t by tan t < 22.4; sines of differences by 1/(angle − t), above
+        // 1e-6 here: 1e6 · 22.4 · u = 2.5e-9, in r, which is itself of the size (angle − t)/(angle + t).
         prop_assert!((dielectric_reflectance(angle.cos(), eta) - expected).abs() < 1e-11);
     }
 
@@ -150,8 +151,8 @@ proptest! {
         }
     }
 
-    /// A chain of 64 events leaves a unit vector unit: each adds a few roundings, and a refraction by η < 1 magnifies what
-    /// was there by the ratio of the cosines, as it spreads directions.
+    /// A chain of 64 events leaves a unit vector unit: each adds a few roundings, and a refraction by η < 1
+    /// magnifies what was there by the ratio of the cosines, as it spreads directions.
     #[test]
     fn a_chain_of_64_events_keeps_directions_unit(
         start in direction(), normals in prop::collection::vec(direction(), 64), eta in 1.0..2.5_f64,
@@ -185,8 +186,8 @@ proptest! {
 
     /// Without absorption a conductor is a dielectric, total reflection included.
     ///
-    /// There a² = (|D| + D)/2 with D = η² − sin² θ, of the size of the dielectric's w²: the two differ by how they round
-    /// it, 4 u max(1, η²) absolutely; F moves by at most 2/w per unit of w, dw = dw²/(2 w).
+    /// There a² = (|D| + D)/2 with D = η² − sin² θ, of the size of the dielectric's w²: the two differ by how
+    /// they round it, 4 u max(1, η²) absolutely; F moves by at most 2/w per unit of w, dw = dw²/(2 w).
     #[test]
     fn a_conductor_that_absorbs_nothing_is_a_dielectric(cos in cosine(), eta in eta()) {
         let squared = eta_cos_squared(cos, eta);
@@ -196,7 +197,8 @@ proptest! {
         prop_assert!((metal - glass).abs() <= allowed, "{metal} {glass}");
     }
 
-    /// ((n − 1)² + k²) / ((n + 1)² + k²), a dozen roundings of numbers that do not cancel but for n near 1, k near 0.
+    /// ((n − 1)² + k²) / ((n + 1)² + k²), a dozen roundings of numbers that do not cancel but for n near 1, k
+    /// near 0.
     #[test]
     fn a_conductor_reflects_the_known_share_at_normal_incidence(eta in 0.01..10.0_f64, k in 0.0..20.0_f64) {
         let expected = ((eta - 1.0).powi(2) + k * k) / ((eta + 1.0).powi(2) + k * k);
@@ -269,8 +271,8 @@ proptest! {
 
 /// How far from 1 the length of a refracted unit vector may be.
 ///
-/// (d + (c − w) n)/η: the sum has length η, from parts of length up to 1 + |c − w|, rounded six times; w is known to
-/// u max(1, η²)/w.
+/// (d + (c − w) n)/η: the sum has length η, from parts of length up to 1 + |c − w|, rounded six times; w is
+/// known to u max(1, η²)/w.
 fn unit_error(d: DVec3, n: DVec3, eta: f64) -> f64 {
     let cos = -d.dot(n);
     let w = eta_cos_squared(cos, eta).max(0.0).sqrt();

@@ -91,8 +91,8 @@ const BINS: Bins = Bins {
     columns: 16,
 };
 
-/// Quadrature may be off by this share of all samples in a bin: a tenth of one sample's, where bins expect 5 or more and scatter
-/// by 2.2 or more.
+/// Quadrature may be off by this share of all samples in a bin: a tenth of one sample's, where bins expect 5
+/// or more and scatter by 2.2 or more.
 const QUADRATURE: f64 = 1e-1 / SAMPLES as f64;
 
 #[test]
@@ -192,8 +192,8 @@ fn weights_add_up_to_the_value_and_no_surface_makes_light() {
                         .integrals(|wo| bsdf.eval(wi, wo, mode).0[c], 1e-6)
                         .iter()
                         .sum();
-                    // Five standard errors: one in 10⁶ by chance. Quadrature is off by the sum of 192 bins' tolerances
-                    // and, where a turned normal cuts the value off, by the smallest squares cut.
+                    // Five standard errors: one in 10⁶ by chance. Quadrature is off by the sum of 192 bins'
+                    // tolerances and, where a turned normal cuts the value off, by the smallest squares cut.
                     let error = 5.0 * found.spread[1].0[c] + 2e-4 + 1e-4 * integral;
                     assert!(
                         (found.spread[0].0[c] - integral).abs() <= error,

@@ -1,4 +1,5 @@
-//! What the tests of approximations share: scenes of one object over a floor, their truth by beams, and errors.
+//! Shared parts of the tests of approximations: scenes of one object over a floor, their truth by beams, and
+//! errors.
 
 use std::fmt::Write as _;
 use std::fs;

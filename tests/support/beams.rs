@@ -10,6 +10,20 @@ use super::comparison::Compared;
 use super::oracles::{DEPTH, Known, Oracle};
 use super::scenes::{Photons, meter};
 
+/// A pane of glass of half width 1.5 from z = 1.95 to 2.05: a mesh of flat faces.
+pub const PANE: &str = r#"<shape type="cube" id="pane">
+    <transform name="to_world"><scale x="1.5" y="1.5" z="0.05"/><translate z="2"/></transform><ref id="glass"/>
+  </shape>"#;
+
+/// The same as two rectangles.
+pub const RECTANGLES: &str = r#"<shape type="rectangle">
+    <transform name="to_world"><scale x="1.5" y="1.5"/><translate z="2.05"/></transform><ref id="glass"/>
+  </shape>
+  <shape type="rectangle">
+    <transform name="to_world"><rotate x="1" angle="180"/><scale x="1.5" y="1.5"/><translate z="1.95"/></transform>
+    <ref id="glass"/>
+  </shape>"#;
+
 /// A beam run to a relative error, a layer for each signature.
 pub fn beams(scene: &Scene, error: f64) -> (Estimate, BeamReport) {
     beams_to(DEPTH, scene, error)
@@ -34,7 +48,7 @@ pub fn beams_within(depth: u32, scene: &Scene, budget: &Budget) -> (Estimate, Be
     run(scene, meter(scene), settings, budget, &Progress::default()).unwrap()
 }
 
-/// How a layer's bounds hold.
+/// Check of a layer's bounds against the truth.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Held {
     /// Texels that are sure to have light.
@@ -43,7 +57,7 @@ pub struct Held {
     pub missed: usize,
     /// The largest distance of the truth from its bounds, relative to the mean of the lit texels.
     pub worst: f64,
-    /// Where: the texel.
+    /// The texel of that distance.
     pub at: usize,
     /// The median over lit texels whose error shows of bar / |true error|: how much too wide bars are.
     pub tightness: f64,
@@ -102,8 +116,8 @@ fn sum<'a>(known: impl Iterator<Item = &'a Known>, texels: usize) -> (Vec<f64>, 
     sums
 }
 
-/// What holds of a whole run: each layer by name, then `E`, the sum of all layers, and the
-/// caustic, the sum of the specular ones.
+/// Checks of a whole run: each layer by name, then `E`, the sum of all layers, and the caustic, the sum of
+/// the specular ones.
 pub struct Verdict {
     /// By layer.
     pub layers: Vec<(String, Held)>,
@@ -113,7 +127,7 @@ pub struct Verdict {
     pub caustic: Held,
 }
 
-/// What a run's bounds say, as what is known.
+/// A run's bounds, in place of a closed form.
 pub fn known_by(estimate: &Estimate) -> Vec<Known> {
     let known = |layer: &Layer| {
         let LayerName::Path(signature) = layer.name else {
@@ -164,9 +178,9 @@ pub fn verdict(oracle: &Oracle, estimate: &Estimate) -> Verdict {
     }
 }
 
-/// Whether photons lie within the bounds of a beam run that followed `depth` events, on each texel that they can
-/// judge, and whether beams follow all that a thousandth of the photons' light does. Returns how many texels of how many
-/// layers were judged.
+/// Asserts that photons lie within the bounds of a beam run of `depth` events, on each texel that they can
+/// judge. Also, beams must follow all that a thousandth of the photons' light does. Returns the numbers of
+/// texels and layers that were judged.
 ///
 /// `alpha` is the probability that a right program fails one of `comparisons` texels.
 pub fn assert_photons_are_within_bounds(

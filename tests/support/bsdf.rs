@@ -10,7 +10,7 @@ use nephroid::internals::scene::Scene;
 use nephroid::internals::transport::bsdf::Bsdf;
 use tempfile::TempDir;
 
-/// Where the oracles' script, answers and images are.
+/// The folder of the oracles' scripts, answers and images.
 pub fn folder() -> std::path::PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/mitsuba")
 }
@@ -32,7 +32,7 @@ impl Surface {
         )
     }
 
-    /// What a ray meets of a shape.
+    /// The point of a shape that a ray meets.
     pub fn of(shape: &str, ray: Ray) -> Self {
         let scene = scene(shape);
         let hit = scene

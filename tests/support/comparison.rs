@@ -13,9 +13,9 @@ use nephroid::internals::scene::Scene;
 /// number: √30 = 5.5 is where a Poisson count's skewness falls below 0.2.
 pub const LEAST_PHOTONS: f64 = 30.0;
 
-/// One layer of an estimate, and what a closed form says of it.
+/// One layer of an estimate, and its closed form.
 pub struct Compared {
-    /// What is compared, for messages.
+    /// Name of the layer, for messages.
     pub name: String,
     /// Estimated irradiance [W/m²].
     pub estimate: Vec<f64>,
@@ -33,10 +33,10 @@ pub struct Compared {
     pub replicates: f64,
 }
 
-/// How an estimate agrees with a closed form over the texels that can be judged.
+/// Agreement of an estimate with a closed form over the texels that can be judged.
 #[derive(Clone, Copy, Debug)]
 pub struct Agreement {
-    /// How many texels were judged.
+    /// Number of texels that were judged.
     pub texels: usize,
     /// Mean z-score.
     pub mean: f64,

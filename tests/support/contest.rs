@@ -18,7 +18,7 @@ use super::scenes::{Photons, bundled, bundled_file, loaded};
 
 /// A scene, and its caustic: the sum of all specular layers.
 pub struct Contest {
-    /// What it is called.
+    /// Its name.
     pub name: &'static str,
     /// The scene.
     pub scene: Scene,
@@ -26,7 +26,7 @@ pub struct Contest {
     pub depth: u32,
     /// True irradiance [W/m²] by texel, first channel.
     pub truth: Vec<f64>,
-    /// Where the truth is a finer beam run and no closed form: that run's likely error.
+    /// Likely error of a finer beam run, if that is the truth and no closed form is.
     pub finer_run: Option<f64>,
 }
 

@@ -147,8 +147,8 @@ pub fn closest(world: &World, ray: &Ray) -> Option<Hit> {
     world.closest_hit(ray, f64::INFINITY, &mut TraversalCounters::default())
 }
 
-/// A place well inside [`bumpy_torus`], from one of the cube [-1, 1]³: within 0.22 of the circle that is its core, where its
-/// tube is at least 0.27 thick.
+/// A place well inside [`bumpy_torus`], from one of the cube [-1, 1]³: within 0.22 of the circle that is its
+/// core, where its tube is at least 0.27 thick.
 pub fn within_torus(place: DVec3) -> DVec3 {
     place.with_z(0.0).normalize_or(DVec3::X) + 0.125 * place
 }
@@ -168,14 +168,15 @@ pub fn unshared(parts: &MeshParts) -> MeshParts {
     }
 }
 
-/// Whether a search does not find what a ray meets before `reach`: the one for the nearest hit, or the one for any.
+/// True if a search misses what a ray meets before `reach`: the search for the nearest hit, or the one for
+/// any.
 pub fn is_lost(world: &World, ray: &Ray, reach: f64) -> bool {
     let nearest = world.closest_hit(ray, reach, &mut TraversalCounters::default());
     let any = world.any_hit(ray, reach, |_| true, &mut TraversalCounters::default());
     nearest.is_none() || !any
 }
 
-/// A point on a vertex or an edge of a random face: where a test that is not watertight leaks.
+/// A point on a vertex or an edge of a random face, at which a test that is not watertight leaks.
 pub fn delicate_point(parts: &MeshParts, random: &mut Random) -> DVec3 {
     let triangle = parts.triangles[random.below(parts.triangles.len())];
     let first = random.below(3);
@@ -187,7 +188,7 @@ pub fn delicate_point(parts: &MeshParts, random: &mut Random) -> DVec3 {
     }
 }
 
-/// What became of rays through delicate points of a closed mesh.
+/// Numbers of rays through delicate points of a closed mesh, by their fate.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Leaks {
     /// Rays each way.
@@ -200,12 +201,13 @@ pub struct Leaks {
     pub seen: usize,
 }
 
-/// Sends rays from places that `inside` gives (of the mesh as it was before it was placed) through delicate points, and as many
-/// the other way.
+/// Sends rays from places that `inside` gives (of the mesh as it was before it was placed) through delicate
+/// points, and as many the other way.
 ///
-/// A place outside and one inside have the surface between them, however concave it is and wherever its silhouette: so a ray from
-/// without must meet it before it is within. It starts 3 to 3000 times `scale` away, where solids of less than 1.5 have
-/// their outside, and passes its point and its place inside by some u of that.
+/// A place outside and one inside have the surface between them, however concave it is and wherever its
+/// silhouette: so a ray from without must meet it before it is within. It starts 3 to 3000 times `scale`
+/// away, where solids of less than 1.5 have their outside, and passes its point and its place inside by some
+/// u of that.
 pub fn leaks(
     parts: &MeshParts,
     world: &World,
@@ -231,7 +233,8 @@ pub fn leaks(
         };
         let ray = Ray::new(from, back);
         found.into += usize::from(is_lost(world, &ray, away));
-        // Some u of the way, of coordinates, and of what an edge seen at a low angle makes of both: far from the next face.
+        // Some u of the way, of coordinates, and of what an edge seen at a low angle makes of both: far from
+        // the next face.
         let to_it = away - through.length();
         found.seen += usize::from(
             closest(world, &ray).is_some_and(|hit| (hit.distance - to_it).abs() < 1e-6 * scale),

@@ -1,5 +1,5 @@
-//! What tests, benches and the example share: scenes and runs of them, closed forms, files to be broken, and the
-//! statistics that say whether an estimate and a truth agree.
+//! Shared parts of tests, benches and examples: scenes and runs of them, closed forms, files to be broken,
+//! and the statistics that tell if an estimate and a truth agree.
 #![allow(dead_code, reason = "every program uses its own part of this")]
 
 pub mod approximation;

@@ -135,7 +135,8 @@ pub fn obj(mesh: &MeshParts) -> Vec<u8> {
     text.into_bytes()
 }
 
-/// A Stanford file of a mesh: `ascii`, `binary_little_endian` or `binary_big_endian`; binary ones in double precision.
+/// A Stanford file of a mesh: `ascii`, `binary_little_endian` or `binary_big_endian`; binary ones in double
+/// precision.
 pub fn ply(mesh: &MeshParts, format: &str) -> Vec<u8> {
     let (vertices, faces) = (mesh.positions.len(), mesh.triangles.len());
     let mut header = format!("ply\nformat {format} 1.0\nelement vertex {vertices}\n");
@@ -188,7 +189,7 @@ pub fn ply(mesh: &MeshParts, format: &str) -> Vec<u8> {
     bytes
 }
 
-/// What a serialized file of version 4 holds of a mesh in double precision, not yet compressed.
+/// Contents of a serialized file of version 4, a mesh in double precision, not yet compressed.
 pub fn serialized_contents(mesh: &MeshParts) -> Vec<u8> {
     let flags = 0x2000 + u32::from(mesh.normals.is_some()) + 2 * u32::from(mesh.uvs.is_some());
     let mut bytes = flags.to_le_bytes().to_vec();
@@ -230,7 +231,8 @@ pub const PACKINGS: [Packing; 8] = [
     Packing::B44A,
 ];
 
-/// An EXR file, black or half of it noise (all noise would not be packed but stored as it is), in the channels R, G and B: of single precision, of half (which alone B44 packs) and of whole numbers.
+/// An EXR file, black or half of it noise (all noise would not be packed but stored as it is), in the
+/// channels R, G and B: of single precision, of half (which alone B44 packs) and of whole numbers.
 pub fn film(width: usize, height: usize, compression: Packing, is_black: bool) -> Vec<u8> {
     let noise = |seed: u32| {
         // Knuth's multiplicative hashing: no byte of it repeats soon.

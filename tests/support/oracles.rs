@@ -64,7 +64,7 @@ impl Known {
     }
 
     /// Allows for what the quadrature of direct light may not see (its bar is no matter of beams): a corner
-    /// of a shadow between two points 1/16 of a texel apart; see `tests/photons/closed_forms.rs`.
+    /// of a shadow between two points 1/16 of a texel apart; see `tests/photons/closed_forms/`.
     fn with_hidden_corners(self) -> Self {
         self.widened_by(1.0 / 1024.0 + 1e-8)
     }
@@ -79,9 +79,9 @@ impl Known {
         self
     }
 
-    /// The lamp of `mirror-ring` is right above the ring's edge, at (−1, 0). There the sliver between the circle
-    /// and its tangent, y²/2R wide, is shaded, and all points that the quadrature of direct light looks
-    /// at in the two texels at the tangent's foot are lit: a part w/(6R) of a texel of width w.
+    /// The lamp of `mirror-ring` is right above the ring's edge, at (−1, 0). There the sliver between the
+    /// circle and its tangent, y²/2R wide, is shaded, and all points that the quadrature of direct light
+    /// looks at in the two texels at the tangent's foot are lit: a part w/(6R) of a texel of width w.
     fn with_hidden_sliver(mut self, side: usize, width: f64) -> Self {
         let brightest = self.high.iter().copied().fold(0.0, f64::max);
         for row in [side / 2 - 1, side / 2] {
@@ -126,11 +126,11 @@ pub fn oracle_to(depth: u32, name: &'static str, side: usize) -> Oracle {
 
 /// The ball and the cups: shapes of the scene language, without any mesh.
 ///
-/// A sheet of the ball is known to 1e-12 of the flux of the circles that meet a texel (`RadialSheet`); a circle
-/// of radius r has 2πr/width texels, and where it is bright it is no longer than that of the fold, some
-/// hundred texels: 1e-10 of a texel's value, 1e-9 of the mean with the brightest texel ten times the mean and more. A texel
-/// of a cup is integrated to 1e-8 of the unshaded irradiance on each of its windows, of which
-/// at most a handful hold a kink that keeps the estimate from being far better than asked.
+/// A sheet of the ball is known to 1e-12 of the flux of the circles that meet a texel (`RadialSheet`); a
+/// circle of radius r has 2πr/width texels, and where it is bright it is no longer than that of the fold,
+/// some hundred texels: 1e-10 of a texel's value, 1e-9 of the mean with the brightest texel ten times the
+/// mean and more. A texel of a cup is integrated to 1e-8 of the unshaded irradiance on each of its windows,
+/// of which at most a handful hold a kink that keeps the estimate from being far better than asked.
 fn round(depth: u32, name: &'static str, side: usize) -> (Scene, Vec<Known>) {
     let known = Bundled::all(0)
         .into_iter()
@@ -311,7 +311,8 @@ fn pane(depth: u32, side: usize) -> (Scene, Vec<Known>) {
 
 /// The wave that stands in for those of the scene `water`.
 ///
-/// Its crests focus n/((n − 1) A k²) = 1.04 m below it: the floor is before that, and the sheet does not fold on it.
+/// Its crests focus n/((n − 1) A k²) = 1.04 m below it: the floor is before that, and the sheet does not fold
+/// on it.
 pub const WAVE: SineWave = SineWave {
     depth: 0.8,
     amplitude: 0.012,
@@ -322,8 +323,8 @@ pub const WAVE: SineWave = SineWave {
     half_width: 1.05,
 };
 
-/// Cells of the wave's mesh along x: each sends its light over some two texels of 128, and nine of 512, so that beams
-/// have to divide it.
+/// Cells of the wave's mesh along x: each sends its light over some two texels of 128, and nine of 512, so
+/// that beams have to divide it.
 const CELLS: u32 = 64;
 
 /// The wave as a strip of `cells` cells along x, normals exact at the vertices.
@@ -364,8 +365,8 @@ pub fn one_wave(cells: u32, side: usize) -> Scene {
 fn sine_water(side: usize) -> (Scene, Vec<Known>) {
     let scene = one_wave(CELLS, side);
     let row = below_a_strip(&scene, &TexelGrid::square(0.9, side));
-    // An end of a branch is known to 1e-8 of a cell, √ε, and a cell is half a texel of 512 at least: with two ends in each
-    // texel, 1e-8 · 10 · 2 of the light of sun on it. The rest is rounding.
+    // An end of a branch is known to 1e-8 of a cell, √ε, and a cell is half a texel of 512 at least: with two
+    // ends in each texel, 1e-8 · 10 · 2 of the light of sun on it. The rest is rounding.
     let accuracy = 2e-7 * WAVE.irradiance;
     let layer = Known {
         signature: "LTD".parse().unwrap(),
@@ -383,12 +384,13 @@ fn sine_water(side: usize) -> (Scene, Vec<Known>) {
     (scene, vec![layer])
 }
 
-/// The irradiance [W/m²] of a row of texels under the sun, below a strip of cells along x whose normals are interpolated.
+/// The irradiance [W/m²] of a row of texels under the sun, below a strip of cells along x whose normals are
+/// interpolated.
 ///
-/// Where the sun's ray at x lands, X(x), is Snell's law in the plane at the strip's own height and normal; a texel gets
-/// ∫ E (1 − F) dx over all x with X(x) in it. In a cell X has one extremum at most, a fold, and is inverted by
-/// bisection on either side of it; what is between two texel lines is taken by Gauss's rule, exact to rounding as F
-/// hardly changes in a cell.
+/// The sun's ray at x lands at X(x), by Snell's law in the plane at the strip's own height and normal. A
+/// texel gets ∫ E (1 − F) dx over all x with X(x) in it. In a cell X has one extremum at most, a fold, and is
+/// inverted by bisection on either side of it. Gauss's rule sums the light between two texel lines, exact to
+/// rounding as F hardly changes in a cell.
 fn below_a_strip(scene: &Scene, grid: &TexelGrid) -> Vec<f64> {
     let Some(Shape::Mesh(mesh)) = scene
         .world()
@@ -439,7 +441,7 @@ fn below_a_strip(scene: &Scene, grid: &TexelGrid) -> Vec<f64> {
         .collect()
 }
 
-/// Where in [0, 1] a function with one extremum at most has it, by golden sections; else an end.
+/// Place in [0, 1] of the only extremum of a function, by golden sections; an end if there is none.
 fn extremum(f: &impl Fn(f64) -> f64) -> f64 {
     /// As near to an end as an extremum is known.
     const END: f64 = 1e-8;
@@ -464,7 +466,7 @@ fn extremum(f: &impl Fn(f64) -> f64) -> f64 {
     0.5 * (a + b)
 }
 
-/// Where in [from, to] a monotone function is `value`, or the end nearest to that.
+/// Place in [from, to] at which a monotone function is `value`, or the end nearest to that.
 fn inverse(f: &impl Fn(f64) -> f64, from: f64, to: f64, value: f64) -> f64 {
     let rises = f(to) > f(from);
     let (mut a, mut b) = (from, to);
@@ -485,8 +487,8 @@ fn inverse(f: &impl Fn(f64) -> f64, from: f64, to: f64, value: f64) -> f64 {
     0.5 * (a + b)
 }
 
-/// What the shipped dish gathers of each channel \[W\]: the paraboloid's flux without the slivers between its rim's polygon and
-/// the circle.
+/// Flux \[W\] that the shipped dish gathers, by channel: the paraboloid's flux without the slivers between
+/// its rim's polygon and the circle.
 pub fn dish_fluxes() -> [f64; 3] {
     [(1.66, 9.22), (0.88, 6.27), (0.52, 4.84)].map(|(eta, k)| {
         let dish = ParabolicMirror {

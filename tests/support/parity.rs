@@ -15,7 +15,7 @@ use nephroid::internals::scene::{Crop, Scene, Sensor};
 /// Replicates of our images. Mitsuba's have as many seeds: see `tests/mitsuba/parity/render.py`.
 pub const REPLICATES: u32 = 32;
 
-/// What tests say of two images of a scene.
+/// Result of the tests of two images of a scene.
 #[derive(Debug)]
 pub struct Outcome {
     /// The scene's name.
@@ -26,9 +26,9 @@ pub struct Outcome {
     pub bias: [f64; 2],
     /// Length of the difference that noise does not explain, relative: estimate and upper bound.
     pub unexplained: [f64; 2],
-    /// Whether mean and pixels are the same within 1 %, by two one-sided tests of 95 % confidence.
+    /// Verdict on mean and pixels being the same within 1 %, by two one-sided tests of 95 % confidence.
     pub verdict: Verdict,
-    /// How many pixels and channels both programs have an error bar for.
+    /// Number of pixels and channels for which both programs have an error bar.
     pub tests: u64,
     /// Mean z²; some 1.03 for 62 degrees of freedom, where images agree.
     pub mean_square_z: f64,
@@ -68,9 +68,9 @@ pub fn image_of(layer: &Layer, width: usize, height: usize) -> Image {
 
 /// Mitsuba's image, with standard errors that may be rounding set to zero, which says "not known".
 ///
-/// Its film sums n samples in single precision, which may move the sum by n u of itself, u = 2⁻²⁴ (Higham 2002, section
-/// 4.2), the same way in every seed where samples are much alike: a background, a lamp. Standard errors below ten times
-/// that could be explained by it, to a tenth.
+/// Its film sums n samples in single precision, which may move the sum by n u of itself, u = 2⁻²⁴ (Higham
+/// 2002, section 4.2), the same way in every seed where samples are much alike: a background, a lamp.
+/// Standard errors below ten times that could be explained by it, to a tenth.
 pub fn mitsuba_image(path: &Path) -> Image {
     let mut image = exr::read(path).unwrap_or_else(|error| panic!("{error}"));
     let rounding = 10.0 * samples_of(&image) as f64 * 2.0_f64.powi(-24);
@@ -96,8 +96,8 @@ pub fn samples_of(image: &Image) -> u64 {
 
 /// Every `stride`-th pixel of every `stride`-th row.
 ///
-/// A sample reaches pixels whose centres are nearer than the filter's radius r: pixels 2r apart share none, and have
-/// independent errors, which all tests take for granted.
+/// A sample reaches pixels whose centres are nearer than the filter's radius r: pixels 2r apart share none,
+/// and have independent errors, which all tests take for granted.
 fn thinned(image: &Image, stride: usize) -> Image {
     let channels = image.channels.iter().map(|channel| Channel {
         name: channel.name.clone(),
@@ -115,7 +115,7 @@ fn thinned(image: &Image, stride: usize) -> Image {
     }
 }
 
-/// What tests say of our image and Mitsuba's.
+/// Tests of our image against Mitsuba's.
 pub fn outcome(name: &str, ours: &Image, mitsuba: &Image, filter_radius: f64) -> Outcome {
     let stride = (2.0 * filter_radius).ceil() as usize;
     let [mitsuba, ours] = [("Mitsuba", mitsuba), ("ours", ours)]

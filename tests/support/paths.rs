@@ -65,8 +65,8 @@ pub fn class(estimate: &Estimate, class: PathClass) -> Option<&Layer> {
         .find(|layer| layer.name == LayerName::Class(class))
 }
 
-/// The mean of one channel over all pixels, and its standard error, pixels taken as independent: with a box filter
-/// they are.
+/// The mean of one channel over all pixels, and its standard error, pixels taken as independent: with a box
+/// filter they are.
 pub fn mean(layer: &Layer, channel: usize) -> (f64, f64) {
     let pixels = layer.values.len() as f64;
     let value = layer.values.iter().map(|value| value.0[channel]);
@@ -80,7 +80,8 @@ pub fn mean(layer: &Layer, channel: usize) -> (f64, f64) {
     )
 }
 
-/// Asserts that a mean is the truth to four of its standard errors, and that those are small enough to mean something.
+/// Asserts that a mean is the truth to four of its standard errors, and that those are small enough to mean
+/// something.
 pub fn assert_mean(claim: &str, layer: &Layer, truth: f64, largest_error: f64) {
     let (value, error) = mean(layer, 0);
     assert!(

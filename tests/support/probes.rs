@@ -1,4 +1,4 @@
-//! What the tests of probes share: points of a bundled scene's receiver, and roots on a line.
+//! Shared parts of the tests of probes: points of a bundled scene's receiver, and roots on a line.
 
 use glam::DVec2;
 use nephroid::internals::reference::probe::{ProbeSettings, Probed, SpecularPath, probe};
@@ -29,8 +29,8 @@ pub fn sum(paths: &[&SpecularPath]) -> f64 {
     paths.iter().map(|path| path.irradiance.0[0]).sum()
 }
 
-/// Where a function changes its sign on [from, to]: every sign change between `steps` points, by bisection to
-/// the last bit; jumps (where |f| is not small on both sides) are left out by `small`.
+/// Places on [from, to] at which a function changes its sign between `steps` points, by bisection to the last
+/// bit. `small` leaves out jumps, at which |f| is not small on both sides.
 pub fn sign_changes(
     from: f64,
     to: f64,

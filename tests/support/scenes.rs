@@ -23,8 +23,9 @@ pub fn bundled(name: &str, side: usize) -> Scene {
     loaded(&bundled_file(name), side)
 }
 
-/// Things over a receiver of `side` x `side` texels, the square of half width 1 in the plane z = 0; `<ref id="glass"/>` is glass of
-/// index 1.5. Meshes are looked for in the folder, where the scene's file is written.
+/// Things over a receiver of `side` x `side` texels, the square of half width 1 in the plane z = 0; `<ref
+/// id="glass"/>` is glass of index 1.5. Meshes are looked for in the folder, where the scene's file is
+/// written.
 pub fn over_floor(folder: &Path, things: &str, side: usize) -> Scene {
     let xml = format!(
         r#"<scene version="3.0.0">
@@ -82,9 +83,9 @@ pub fn meter(scene: &Scene) -> &nephroid::internals::scene::Sensor {
 /// A photon run to be made.
 #[derive(Clone, Copy, Debug)]
 pub struct Photons {
-    /// How.
+    /// Settings of the run.
     pub settings: PhotonSettings,
-    /// How many, all replicates together.
+    /// Number of photons, all replicates together.
     pub count: u64,
 }
 

@@ -57,12 +57,12 @@ pub struct Map {
 }
 
 impl Map {
-    /// Of all specular signatures of a method with bounds.
+    /// The map of all specular signatures of a method with bounds.
     pub fn of(estimate: &Estimate) -> Self {
         Self::of_layers(estimate, |name| name != "LD")
     }
 
-    /// Of some signatures.
+    /// The map of some signatures.
     pub fn of_layers(estimate: &Estimate, wanted: impl Fn(&str) -> bool) -> Self {
         let texels = estimate.width * estimate.height;
         let mut map = Self {
@@ -93,8 +93,9 @@ impl Map {
     /// Irradiance at a point in texels, bilinear between texels' centres, and how far that may be
     /// from the truth; `None` at the border.
     ///
-    /// With E'' constant over some texels of side h, the interpolation is off by at most h²/8 (|E_uu| + |E_vv|),
-    /// a texel's average from its centre's value by h²/24 (E_uu + E_vv); h² E'' is a second difference.
+    /// With E'' constant over some texels of side h, the interpolation is off by at most h²/8 (|E_uu| +
+    /// |E_vv|), a texel's average from its centre's value by h²/24 (E_uu + E_vv); h² E'' is a second
+    /// difference.
     pub fn interpolated(&self, at: DVec2) -> Option<(f64, f64)> {
         let from = (at - 0.5).floor();
         let part = at - 0.5 - from;
@@ -149,8 +150,8 @@ impl FloorView<'_> {
         is_floor.then_some(place * self.map.width as f64)
     }
 
-    /// The average over a pixel of the floor's irradiance, and how far that may be from the truth; `None` where
-    /// the pixel sees anything else, or a map too rough for its error to be known.
+    /// The average over a pixel of the floor's irradiance, and how far that may be from the truth; `None`
+    /// where the pixel sees anything else, or a map too rough for its error to be known.
     pub fn average(&self, corner: DVec2) -> Option<(f64, f64)> {
         self.average_of(corner, |_| 1.0)
     }

@@ -6,8 +6,8 @@ use std::path::PathBuf;
 use glam::DVec3;
 use nephroid::internals::geometry::MeshParts;
 
-/// A mesh of the folder beside the crate, or `None` (said aloud) where there is none: `float x y z`, then faces as
-/// `uchar` and three `int`s.
+/// A mesh of the folder beside the crate, or `None` (said aloud) where there is none: `float x y z`, then
+/// faces as `uchar` and three `int`s.
 pub fn shared_mesh(name: &str) -> Option<MeshParts> {
     let path = PathBuf::from(env!("CARGO_MANIFEST_DIR"))
         .join("../shared/meshes")

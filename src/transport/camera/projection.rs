@@ -12,7 +12,7 @@ use crate::transport::scatter::ShadingNormals;
 /// A camera: a film on which points of the scene are seen.
 ///
 /// The film's coordinates are in pixels of its crop: x to the right, y down, the top left corner of the crop
-/// at (0, 0). The conventions are Mitsuba's (checked against 3.9.1, see `tests/paths/camera.rs`). Camera
+/// at (0, 0). The conventions are Mitsuba's (checked against 3.9.1, see `tests/paths/camera/`). Camera
 /// space has +x to the *left* of the image, +y up, and looks along +z. A principal point's offset moves the
 /// image left and up.
 #[derive(Clone, Debug)]

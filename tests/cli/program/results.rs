@@ -194,8 +194,8 @@ fn a_caustic_behind_a_pane_is_written_with_its_bias() {
     }
 }
 
-/// Texels of which nothing is known are NaN in the file, null in JSON, "unknown" in the table and magenta in the
-/// picture, whichever method was to measure them; and nothing is called known.
+/// Texels of which nothing is known are NaN in the file, null in JSON, "unknown" in the table and magenta in
+/// the picture, whichever method was to measure them; and nothing is called known.
 #[test]
 fn what_is_not_known_is_not_shown_as_zero() {
     let folder = Folder::new();

@@ -8,7 +8,8 @@ use nephroid::internals::film::{Image, exr};
 
 use super::folder::{Folder, SIZE, scene, text};
 
-/// Some runs kept and some not is what an interruption leaves, wherever it comes: a run is kept whole or not at all.
+/// Some runs kept and some not is what an interruption leaves, wherever it comes: a run is kept whole or not
+/// at all.
 #[test]
 fn a_resumed_study_has_the_same_report_to_the_byte() {
     let folder = Folder::with_films();

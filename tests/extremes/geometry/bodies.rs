@@ -49,8 +49,8 @@ fn a_closed_block_an_open_one_and_two_in_one_another_share_light_by_their_faces(
     assert_share(received(&both, "LTTD"), 0.0, "two in one another");
 }
 
-/// A prism along y whose outline is a bow-tie under a roof: a closed mesh with two sides that cross one another along the line
-/// x = 0, z = 1.25. Below it all faces have their outside within.
+/// A prism along y whose outline is a bow-tie under a roof: a closed mesh with two sides that cross one
+/// another along the line x = 0, z = 1.25. Below it all faces have their outside within.
 fn bow_tie() -> MeshParts {
     const OUTLINE: [[f64; 2]; 6] = [
         [-1.0, 1.75],
@@ -77,9 +77,9 @@ fn bow_tie() -> MeshParts {
 
 #[test]
 fn a_closed_mesh_that_crosses_itself_bends_light_by_the_side_of_each_face_that_it_meets() {
-    // Light from straight above meets the roof, one of the two sides that cross (from within), the other one below it, and the
-    // bottom: all of it, for it is bent towards the middle. It stays in planes of constant y; angles are from the vertical there, on the
-    // half of positive x towards the middle.
+    // Light from straight above meets the roof, one of the two sides that cross (from within), the other one
+    // below it, and the bottom: all of it, for it is bent towards the middle. It stays in planes of constant
+    // y; angles are from the vertical there, on the half of positive x towards the middle.
     let slope = 0.25_f64;
     let tilt = slope.atan();
     // The roof, level: from its outside.
@@ -87,7 +87,8 @@ fn a_closed_mesh_that_crosses_itself_bends_light_by_the_side_of_each_face_that_i
     // The upper side, from its inside.
     passes *= 1.0 - dielectric_reflectance(tilt.cos(), 1.0 / IOR);
     let between = (IOR * tilt.sin()).asin() - tilt;
-    // The lower side is inside out: light comes from its inside, above it, and leaves the glass for what is below.
+    // The lower side is inside out: light comes from its inside, above it, and leaves the glass for what is
+    // below.
     let to_lower = tilt - between;
     let before_lower = passes;
     passes *= 1.0 - dielectric_reflectance(to_lower.cos(), 1.0 / IOR);
@@ -100,8 +101,8 @@ fn a_closed_mesh_that_crosses_itself_bends_light_by_the_side_of_each_face_that_i
     let otherwise = before_lower
         * (1.0 - dielectric_reflectance(to_lower.cos(), IOR))
         * (1.0 - dielectric_reflectance((tilt - bent).cos(), 1.0 / IOR));
-    // Where x from 0 to 1 on the roof comes down to, linear in x: from the upper side, at 1.25 + slope x, to the lower one, at 1.25 - slope x,
-    // to the bottom at 1, to the floor.
+    // Where x from 0 to 1 on the roof comes down to, linear in x: from the upper side, at 1.25 + slope x, to
+    // the lower one, at 1.25 - slope x, to the bottom at 1, to the floor.
     let on_floor = |x: f64| {
         let down = 2.0 * slope * x / (1.0 + slope * between.tan());
         let lower = x - down * between.tan();

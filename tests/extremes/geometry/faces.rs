@@ -12,9 +12,10 @@ use crate::support::mutation::obj;
 
 #[test]
 fn slivers_reflect_their_share_as_exactly_as_their_normals_are_known() {
-    /// How far a sliver's normal is off, in u · length / width: a vertex that is turned is rounded by 4u of its length on each of
-    /// three axes, and two of them tilt a face by twice that over its width (14); the products of long
-    /// edges in the normal itself are rounded to 3u of their length, over the width again (6).
+    /// How far a sliver's normal is off, in u · length / width: a vertex that is turned is rounded by 4u of
+    /// its length on each of three axes, and two of them tilt a face by twice that over its width (14); the
+    /// products of long edges in the normal itself are rounded to 3u of their length, over the width again
+    /// (6).
     const TILT: f64 = 20.0;
     // The light comes from straight above, so that the floor sees some of what the sheet lets through.
     let turn =
@@ -147,7 +148,8 @@ fn faces_that_share_no_vertices_are_met_as_those_that_do_to_the_bit() {
         assert_eq!(found, none, "{place:?}");
         let mut random = Random(11);
         for turn in 0..20_000 {
-            // Half of them at places on edges and vertices, where faces tie; half anywhere, some of them past the ball.
+            // Half of them at places on edges and vertices, where faces tie; half anywhere, some of them past
+            // the ball.
             let start = place.1 + 2.0 * place.0 * random.in_cube();
             let target = if turn % 2 == 0 {
                 delicate_point(&shared, &mut random)

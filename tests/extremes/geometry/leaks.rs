@@ -8,8 +8,8 @@ use rayon::prelude::*;
 
 use crate::support::geometry::{Random, icosphere, is_lost, placed, world_of};
 
-/// A closed ball of slivers: meridians from pole to pole in bundles of `bundle`, 1e-8 rad apart, with one vertex each on the
-/// equator. Length by width of a face: √2 / 1e-8 = 1.4e8.
+/// A closed ball of slivers: meridians from pole to pole in bundles of `bundle`, 1e-8 rad apart, with one
+/// vertex each on the equator. Length by width of a face: √2 / 1e-8 = 1.4e8.
 fn sliver_ball(bundles: u32, bundle: u32) -> MeshParts {
     let mut positions = vec![DVec3::Z, -DVec3::Z];
     for i in 0..bundles {
@@ -40,9 +40,9 @@ struct Line {
     is_deep: bool,
 }
 
-/// A line out of a convex solid, symmetric in x about the plane `x = middle`, through a place where a test that is not watertight leaks: a vertex, the
-/// middle of an edge or any place on it; or parallel to x through a vertex, so that two coordinates agree to the bit and every edge function
-/// of the vertex is exactly 0.
+/// A line out of a convex solid, symmetric in x about the plane `x = middle`, through a place where a test
+/// that is not watertight leaks: a vertex, the middle of an edge or any place on it; or parallel to x through
+/// a vertex, so that two coordinates agree to the bit and every edge function of the vertex is exactly 0.
 fn delicate_line(parts: &MeshParts, (scale, middle): (f64, DVec3), random: &mut Random) -> Line {
     let triangle = parts.triangles[random.below(parts.triangles.len())];
     let first = random.below(3);
@@ -52,8 +52,9 @@ fn delicate_line(parts: &MeshParts, (scale, middle): (f64, DVec3), random: &mut 
         0 => (start, a, true),
         1 => (start, a + (b - a) * 0.5, true),
         2 => (start, a + (b - a) * random.unit(), true),
-        // The vertex opposite is at the other end of the way from start. Where no edge is as long (0.32 at most, but for those to
-        // the poles, which are in the plane of symmetry), the way is not along the surface.
+        // The vertex opposite is at the other end of the way from start. Where no edge is as long (0.32 at
+        // most, but for those to the poles, which are in the plane of symmetry), the way is not along the
+        // surface.
         _ => (
             DVec3::new(
                 middle.x + 0.9 * random.signed() * (a.x - middle.x),
@@ -124,8 +125,8 @@ impl Rays {
     }
 }
 
-/// Aims rays along `lines` lines at the vertices and edges of closed solids, slivers among them, over twelve decades of size, from within and from
-/// without: none may get out, and none in without meeting the surface.
+/// Aims rays along `lines` lines at the vertices and edges of closed solids, slivers among them, over twelve
+/// decades of size, from within and from without: none may get out, and none in without meeting the surface.
 fn assert_that_nothing_leaks(lines: u64) {
     let places = [
         (1.0, DVec3::ZERO),

@@ -16,7 +16,8 @@ use tempfile::TempDir;
 /// The index of the glass.
 pub const IOR: f64 = 1.5;
 
-/// Flux is rounded to 2⁻⁶⁰ of the light's at every step of a photon: 10⁵ of them sum to 1e-13 at worst (see `tests/photons/ledger.rs`).
+/// Flux is rounded to 2⁻⁶⁰ of the light's at every step of a photon: 10⁵ of them sum to 1e-13 at worst (see
+/// `tests/photons/ledger.rs`).
 pub const ROUNDING: f64 = 1e-12;
 
 /// Loads a glass mesh over a floor of 4 x 4; see [`load_over`].
@@ -24,8 +25,8 @@ pub fn load(name: &str, mesh: &[u8], more: &str, sun: DVec3) -> Result<Scene, St
     load_over(2.0, name, mesh, more, sun)
 }
 
-/// Loads a glass mesh over a floor of half width `half` in the light of a sun that shines along `sun`. `name`: of the mesh
-/// file, whose ending is its plugin; `more`: of the shape's element.
+/// Loads a glass mesh over a floor of half width `half` in the light of a sun that shines along `sun`.
+/// `name`: of the mesh file, whose ending is its plugin; `more`: of the shape's element.
 pub fn load_over(
     half: f64,
     name: &str,
@@ -53,8 +54,8 @@ pub fn load_over(
 
 pub const FLAT: &str = r#"<boolean name="face_normals" value="true"/>"#;
 
-/// A photon run whose photons split at each of the first six events, so that the flux of each signature is its share by
-/// Fresnel to rounding, however few photons there are.
+/// A photon run whose photons split at each of the first six events, so that the flux of each signature is
+/// its share by Fresnel to rounding, however few photons there are.
 pub fn photons(scene: &Scene) -> Estimate {
     let settings = PhotonSettings {
         chains: ChainSettings {

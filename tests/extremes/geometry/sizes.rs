@@ -37,7 +37,8 @@ fn a_mesh_of_one_triangle_is_an_interface() {
 fn a_generated_mesh_of_more_faces_than_the_dragon_is_built_closes_and_keeps_its_rays() {
     let parts = bumpy_torus(934, 467);
     assert!(parts.triangles.len() > 871_414);
-    // What closes has area vectors whose sum is 0, for the very positions that it has: the edges' parts cancel.
+    // What closes has area vectors whose sum is 0, for the very positions that it has: the edges' parts
+    // cancel.
     let mut sums = [(); 3].map(|()| ExactSum::new());
     let mut sizes = ExactSum::new();
     for face in &parts.triangles {
@@ -49,9 +50,9 @@ fn a_generated_mesh_of_more_faces_than_the_dragon_is_built_closes_and_keeps_its_
             sum.add(part);
         }
     }
-    // A part is half the difference of two products of differences. Each product is rounded three times (4u with room for what is of
-    // second order), the difference once: 5u of the products' magnitudes, which by Cauchy and Schwarz are at most the
-    // edges' lengths multiplied. The sum itself is exact.
+    // A part is half the difference of two products of differences. Each product is rounded three times (4u
+    // with room for what is of second order), the difference once: 5u of the products' magnitudes, which by
+    // Cauchy and Schwarz are at most the edges' lengths multiplied. The sum itself is exact.
     let allowed = 0.5 * 5.0 * 0.5 * f64::EPSILON * sizes.value();
     let off = sums.map(|sum| sum.value().abs()).into_iter();
     let off = off.fold(0.0, f64::max);

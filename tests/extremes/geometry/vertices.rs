@@ -37,7 +37,8 @@ fn normals_of_no_length_are_those_of_the_faces_and_opposed_ones_absorb() {
     );
 }
 
-/// The file formats of meshes: the name of a file, how it is written, and whether errors name the vertex or the line.
+/// The file formats of meshes: the name of a file, how it is written, and whether errors name the vertex or
+/// the line.
 type Format = (&'static str, fn(&MeshParts) -> Vec<u8>, bool);
 
 const FORMATS: [Format; 5] = [

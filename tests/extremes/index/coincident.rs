@@ -25,7 +25,8 @@ fn surface(height: f64, below: f64, above: f64) -> String {
     )
 }
 
-/// Texels are 0.25 wide, and corners of light up to 10 off with some 16 roundings each: 4 · 16 u · 10 / 0.25, for each map.
+/// Texels are 0.25 wide, and corners of light up to 10 off with some 16 roundings each: 4 · 16 u · 10 / 0.25,
+/// for each map.
 #[test]
 fn blocks_of_the_same_glass_with_one_surface_between_them_are_one_block() {
     let one = sun(&[surface(2.0, 1.5, 1.0), surface(1.0, 1.0, 1.5)].concat());

@@ -13,16 +13,18 @@ use crate::support::extremes::{
 /// The probability that a right program fails the test of photons below.
 const RISK: f64 = 1e-4;
 
-/// E of a ball of index 1 + x is that of no ball, by a smooth function of x: both are closed forms of the light through it, and all
-/// other light is next to nothing (LRD) or does not change (LD).
+/// E of a ball of index 1 + x is that of no ball, by a smooth function of x: both are closed forms of the
+/// light through it, and all other light is next to nothing (LRD) or does not change (LD).
 ///
-/// What the ball reflects: near grazing incidence, c² = 2x sinh² t, F is e^(−4t), and ∫ F 2c dc = 2x ∫ e^(−4t) sinh 2t dt = x/3 of light
-/// that falls evenly on its cross-section. Of a ball less dense than its surroundings, light is reflected totally up to
-/// c² = 2|x|, which is 2|x| more. The lamp is near, so that the ball's rim has 1/cos θ = 1.083 times as much as that.
+/// What the ball reflects: near grazing incidence, c² = 2x sinh² t, F is e^(−4t), and ∫ F 2c dc = 2x ∫
+/// e^(−4t) sinh 2t dt = x/3 of light that falls evenly on its cross-section. Of a ball less dense than its
+/// surroundings, light is reflected totally up to c² = 2|x|, which is 2|x| more. The lamp is near, so that
+/// the ball's rim has 1/cos θ = 1.083 times as much as that.
 ///
-/// Light is reflected where it enters and where it leaves; the rest lands on the receiver, all of it: it is turned by 2√(2|x|) at most,
-/// which is 1.6° here. So all light differs from that without a ball by twice that part of what falls on the ball, less what of the
-/// reflected lands there, too. That is a ring about the shadow, of radius 5/3, of which a texel has no more than its diagonal.
+/// Light is reflected where it enters and where it leaves; the rest lands on the receiver, all of it: it is
+/// turned by 2√(2|x|) at most, which is 1.6° here. So all light differs from that without a ball by twice
+/// that part of what falls on the ball, less what of the reflected lands there, too. That is a ring about the
+/// shadow, of radius 5/3, of which a texel has no more than its diagonal.
 #[test]
 fn glass_that_is_next_to_nothing_changes_next_to_nothing() {
     println!(
@@ -56,7 +58,8 @@ fn glass_that_is_next_to_nothing_changes_next_to_nothing() {
             "{x:e}: {all_missed:e}"
         );
 
-        // On one texel, photons' standard error is that of the flux. Direct light is by quadrature, on small texels, with a bound.
+        // On one texel, photons' standard error is that of the flux. Direct light is by quadrature, on small
+        // texels, with a bound.
         let by_photons = photons(&shells.scene(1), 1 << 17, 2);
         let [caught] = specular(&by_photons)[..] else {
             panic!("one texel");
@@ -73,9 +76,10 @@ fn glass_that_is_next_to_nothing_changes_next_to_nothing() {
             change.abs() <= errors * standard_error + bars + reflected,
             "{x:e}: {change:e} ± {standard_error:e}, {bars:e}, {reflected:e}"
         );
-        // Neither is so wide that anything would do: direct light's bounds hide nothing of what photons tell, and those are no worse than
-        // points drawn at random, of which a share of p has a variance of (1 − p)/(p n). 32 replicates make 1.6 times as much of the true
-        // standard error with a probability of 4e-6.
+        // Neither is so wide that anything would do: direct light's bounds hide nothing of what photons tell,
+        // and those are no worse than points drawn at random, of which a share of p has a variance of (1 −
+        // p)/(p n). 32 replicates make 1.6 times as much of the true standard error with a probability of
+        // 4e-6.
         assert!(bars <= standard_error, "{x:e}: {bars:e}");
         let share = caught * (2.0 * HALF).powi(2) / by_photons.ledger.emitted.0[0];
         let random = caught * ((1.0 - share) / (share * by_photons.paths as f64)).sqrt();

@@ -23,8 +23,9 @@ fn balls_in_balls_bend_rays_as_bouguer_says() {
     }
 }
 
-/// Four deep, every second index far from its neighbours' and each surface reflecting; eight deep, `LTTTTTTTTTTTTTTTTD`. All light that enters gets
-/// through: n r is nowhere less than 1. What is reflected on the way in or out has other signatures.
+/// Four deep, every second index far from its neighbours' and each surface reflecting; eight deep,
+/// `LTTTTTTTTTTTTTTTTD`. All light that enters gets through: n r is nowhere less than 1. What is reflected on
+/// the way in or out has other signatures.
 #[test]
 fn beams_through_balls_in_balls_are_as_bouguer_says() {
     println!(
@@ -60,7 +61,8 @@ pub fn film(gap: f64) -> Shells {
     }
 }
 
-/// A ray starts up to 32 u off a surface of radius 1 (16 u, and the step outward), and meets what is farther off than that.
+/// A ray starts up to 32 u off a surface of radius 1 (16 u, and the step outward), and meets what is farther
+/// off than that.
 #[test]
 fn a_film_however_thin_is_not_stepped_over() {
     println!(
@@ -75,7 +77,8 @@ fn a_film_however_thin_is_not_stepped_over() {
     }
 }
 
-/// Beams look for the surface that light meets first: however near the inner ball is behind the outer, it is not that.
+/// Beams look for the surface that light meets first: however near the inner ball is behind the outer, it is
+/// not that.
 #[test]
 fn light_meets_the_film_first_and_then_the_ball() {
     println!(
@@ -87,7 +90,8 @@ fn light_meets_the_film_first_and_then_the_ball() {
         let name = format!("{gap:e}");
         let [off, error] = assert_as_asked(&name, &found, "LTTTTD", &truth(&shells), 1e-2);
         println!("  {gap:.0e}: {off:.1e}, {error:.1e}");
-        // In water no ray passes farther than 1/1.33 from the centre: each meets the glass. And none meets the glass first.
+        // In water no ray passes farther than 1/1.33 from the centre: each meets the glass. And none meets
+        // the glass first.
         for wrong in ["LTTD", "LTTTD"] {
             assert!(
                 layer(&found, wrong).is_none_or(|layer| red(layer).iter().all(|e| *e == 0.0)),

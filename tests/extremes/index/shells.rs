@@ -47,8 +47,8 @@ impl Shells {
         format!("L{}D", "T".repeat(2 * self.radii.len()))
     }
 
-    /// sin of the angle of incidence on the outermost surface up to which light gets through all of them: n r sin θ must not
-    /// exceed n r on either side of any surface.
+    /// sin of the angle of incidence on the outermost surface up to which light gets through all of them: n r
+    /// sin θ must not exceed n r on either side of any surface.
     pub fn widest_sin(&self) -> f64 {
         let outermost = self.indices[0] * self.radii[0];
         (0..self.radii.len())
@@ -56,10 +56,11 @@ impl Shells {
             .fold(1.0, f64::min)
     }
 
-    /// Where a ray lands whose angle of incidence on the outermost ball has this sine, and the factor on its flux.
+    /// Where a ray lands whose angle of incidence on the outermost ball has this sine, and the factor on its
+    /// flux.
     ///
-    /// It meets surface j at asin(b/(n r)) with the index of the layer it comes from, and leaves it likewise: each is turned by
-    /// their difference twice, and about the centre the ray goes on by what is between.
+    /// It meets surface j at asin(b/(n r)) with the index of the layer it comes from, and leaves it likewise:
+    /// each is turned by their difference twice, and about the centre the ray goes on by what is between.
     pub fn landing(&self, sin: f64) -> Option<(f64, f64)> {
         let b = self.indices[0] * self.radii[0] * sin;
         let angle = |medium: usize, surface: usize| {
@@ -94,8 +95,8 @@ impl Shells {
         RadialSheet::new(Through(self.clone()))
     }
 
-    /// Light that the outermost surface reflects, on the receiver: at the angles at which light may pass it, and at those where it is
-    /// reflected totally.
+    /// Light that the outermost surface reflects, on the receiver: at the angles at which light may pass it,
+    /// and at those where it is reflected totally.
     pub fn reflected(&self) -> [RadialSheet; 2] {
         let eta = self.indices[1] / self.indices[0];
         let critical = eta.min(1.0).asin();
@@ -230,8 +231,8 @@ pub fn followed(shells: &Shells, scene: &Scene, sin: f64) -> Option<(DVec3, f64)
     sink.found
 }
 
-/// How rays come out of a scene beside the closed form: worst error of where they land and of the flux left, and the worst share of
-/// what is allowed.
+/// How rays come out of a scene beside the closed form: worst error of where they land and of the flux left,
+/// and the worst share of what is allowed.
 #[derive(Debug, Default)]
 pub struct Rays {
     pub place: f64,
@@ -243,12 +244,15 @@ pub struct Rays {
 /// Rays that are tried.
 pub const TRIED: usize = 59;
 
-/// Follows rays up to `most` of the widest that gets through, of which at least so many must land on the receiver.
+/// Follows rays up to `most` of the widest that gets through, of which at least so many must land on the
+/// receiver.
 ///
-/// Each of 2 N events and the landing takes the roundings of a place (16 u, see `Sphere`) and of a direction (16 u), whose lever
-/// is up to 4 long: 64 u, amplified by what a neighbouring ray lands farther off, and by η on the way out of a denser medium. The closed form's angles round alike. Flux takes 2 N
-/// factors 1 − F, each of 16 roundings of 1 and so by up to 1/√(what is left) more, and follows the angles as much as a neighbouring ray's does; on the way out
-/// of a dense medium the same 64 u in the cosine count (cos θᵢ / η cos θₜ)² times, about n².
+/// Each of 2 N events and the landing takes the roundings of a place (16 u, see `Sphere`) and of a direction
+/// (16 u), whose lever is up to 4 long: 64 u, amplified by what a neighbouring ray lands farther off, and by
+/// η on the way out of a denser medium. The closed form's angles round alike. Flux takes 2 N factors 1 − F,
+/// each of 16 roundings of 1 and so by up to 1/√(what is left) more, and follows the angles as much as a
+/// neighbouring ray's does; on the way out of a dense medium the same 64 u in the cosine count (cos θᵢ / η
+/// cos θₜ)² times, about n².
 pub fn rays(shells: &Shells, most: f64, least: usize) -> Rays {
     let scene = shells.scene(1);
     let events = 2.0 * shells.radii.len() as f64 + 1.0;

@@ -20,8 +20,8 @@ fn said(scene: &Path, size: usize, sensor: &str, method: &str) -> u64 {
     sensor["film_bytes"][method].as_u64().unwrap()
 }
 
-/// Each method, the sensor that it fills, and a run of it that takes little time and much memory: photon maps keep light that is
-/// seen directly and by way of glass apart.
+/// Each method, the sensor that it fills, and a run of it that takes little time and much memory: photon maps
+/// keep light that is seen directly and by way of glass apart.
 const RUNS: [(&str, &str, &[&str]); 6] = [
     ("photons", "floor", &["--photons", "65536"]),
     ("beams", "floor", &["--error", "10%"]),
@@ -57,10 +57,12 @@ const RUNS: [(&str, &str, &[&str]); 6] = [
     ),
 ];
 
-/// What the system and the allocator add \[bytes\]: pages are counted, sizes rounded up, freed memory kept for later.
+/// What the system and the allocator add \[bytes\]: pages are counted, sizes rounded up, freed memory kept
+/// for later.
 const SLACK: u64 = 8_000_000;
 
-/// Program, threads' stacks and buffers take the same for any film: the film is what a larger one takes more than one of 16 x 16.
+/// Program, threads' stacks and buffers take the same for any film: the film is what a larger one takes more
+/// than one of 16 x 16.
 fn assert_films_take_no_more_than_said(sizes_and_methods: &[(usize, &[&str])]) {
     let folder = TempDir::new().unwrap();
     let output = folder.path().join("a.exr");
@@ -147,7 +149,8 @@ fn memory_does_not_grow_with_the_photons_of_one_replicate() {
     assert_photons_take_no_memory(&[12, 16, 22], &["--replicates", "1"]);
 }
 
-/// A scene of one mesh; what it takes as `inspect` says \[bytes\], and the most that the program had while it read it.
+/// A scene of one mesh; what it takes as `inspect` says \[bytes\], and the most that the program had while it
+/// read it.
 fn memory_of(folder: &Path, mesh: &MeshParts) -> (u64, u64) {
     let mut bytes = Vec::new();
     write_ply(mesh, "", &mut bytes).unwrap();
@@ -160,8 +163,8 @@ fn memory_of(folder: &Path, mesh: &MeshParts) -> (u64, u64) {
     (json["memory_bytes"].as_u64().unwrap(), peak)
 }
 
-/// Rippled water, whose faces share each vertex with five others: 200 bytes a face. The same faces without a vertex in common: a corner of its
-/// own takes a position and a normal of three `f64` each, 48 bytes more.
+/// Rippled water, whose faces share each vertex with five others: 200 bytes a face. The same faces without a
+/// vertex in common: a corner of its own takes a position and a normal of three `f64` each, 48 bytes more.
 #[test]
 fn a_triangle_takes_no_more_memory_than_is_promised() {
     let folder = TempDir::new().unwrap();

@@ -34,7 +34,8 @@ pub fn message(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
-/// The most memory \[bytes\] that a program had at once, as the system counts it, and what it printed where it did not fail.
+/// The most memory \[bytes\] that a program had at once, as the system counts it, and what it printed where
+/// it did not fail.
 #[cfg(target_os = "linux")]
 pub fn peak_memory(mut child: Child) -> (u64, Vec<u8>) {
     let file = format!("/proc/{}/status", child.id());

@@ -153,7 +153,8 @@ impl Replacement {
         }
     }
 
-    /// Checks that both files are whole, and puts back what was there. Returns what the EXR was, and the size of a temporary that was left.
+    /// Checks that both files are whole, and puts back what was there. Returns what the EXR was, and the size
+    /// of a temporary that was left.
     fn checked(&self, case: &str) -> (Left, Option<u64>) {
         let [exr, png] = self.paths();
         let left = if fs::read(&exr).unwrap() == self.old[0] {
@@ -272,7 +273,8 @@ fn a_kill_while_a_result_is_replaced_leaves_the_old_or_the_new_one() {
     assert!(torn.iter().any(|size| *size > 0), "{torn:?}");
 }
 
-/// The second Ctrl-C ends the program at once, with exit code 130: here while it writes what it has since the first.
+/// The second Ctrl-C ends the program at once, with exit code 130: here while it writes what it has since the
+/// first.
 #[test]
 fn two_interrupts_while_a_result_is_replaced_leave_the_old_or_a_whole_one() {
     let replacement = Replacement::new(512);
@@ -286,7 +288,8 @@ fn two_interrupts_while_a_result_is_replaced_leave_the_old_or_a_whole_one() {
     };
     let mut ends = Vec::new();
     let mut torn = 0;
-    // Until one was in the middle of writing, which is a matter of milliseconds: eight will do, on a busy machine not always.
+    // Until one was in the middle of writing, which is a matter of milliseconds: eight will do, on a busy
+    // machine not always.
     for attempt in 0..64 {
         if ends.len() >= 8 && torn >= 1 {
             break;

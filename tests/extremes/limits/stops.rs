@@ -52,7 +52,8 @@ fn signal(child: &Child, name: &str) {
     assert!(kill.unwrap().success());
 }
 
-/// Interrupts a program until it ends: one that was started in the background of a shell ignores what comes before it listens.
+/// Interrupts a program until it ends: one that was started in the background of a shell ignores what comes
+/// before it listens.
 pub fn interrupt(child: &mut Child) {
     for _ in 0..4 {
         signal(child, "-INT");
@@ -66,8 +67,8 @@ pub fn interrupt(child: &mut Child) {
     }
 }
 
-/// Runs that last some seconds, interrupted after each of these times \[ms\]: while the program starts, reads, surveys, traces, goes
-/// from pass to pass.
+/// Runs that last some seconds, interrupted after each of these times \[ms\]: while the program starts,
+/// reads, surveys, traces, goes from pass to pass.
 pub const MOMENTS: [u64; 8] = [0, 3, 10, 30, 100, 300, 700, 1500];
 
 const ENDLESS: [&[&str]; 4] = [
@@ -94,8 +95,8 @@ pub fn is_whole_picture(path: &Path) -> bool {
     }
 }
 
-/// What a run of a scene leaves that is interrupted after so long \[ms\]: nothing at all, or an image that is whole and marked incomplete, with a
-/// picture that is whole.
+/// What a run of a scene leaves that is interrupted after so long \[ms\]: nothing at all, or an image that is
+/// whole and marked incomplete, with a picture that is whole.
 fn interrupted(folder: &Path, scene: &Path, arguments: &[&str], moment: u64) -> Option<Image> {
     let case = format!("{arguments:?} after {moment} ms");
     let path = folder.join("a.exr");
@@ -146,7 +147,8 @@ fn an_interrupt_at_any_moment_leaves_no_file_or_one_that_is_marked() {
     }
 }
 
-/// Methods run one after the other; whichever is under way, the image has what there is, and says which part it lacks.
+/// Methods run one after the other; whichever is under way, the image has what there is, and says which part
+/// it lacks.
 #[test]
 fn all_methods_are_interrupted_in_each_of_their_parts() {
     let folder = TempDir::new().unwrap();
@@ -208,8 +210,8 @@ const SHADOW: &str = r#"<scene version="3.0.0">
   </shape>
 </scene>"#;
 
-/// A tile of an image with 4e9 samples a pixel takes hours, a texel of direct light with 2^24 some ten seconds, and a row of them minutes:
-/// nobody waits for the end of either.
+/// A tile of an image with 4e9 samples a pixel takes hours, a texel of direct light with 2^24 some ten
+/// seconds, and a row of them minutes: nobody waits for the end of either.
 #[test]
 fn an_interrupt_is_heard_amid_the_samples_of_one_pixel_or_texel() {
     let folder = TempDir::new().unwrap();

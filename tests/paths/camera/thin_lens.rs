@@ -20,8 +20,8 @@ fn lens_camera() -> Camera {
 /// Film coordinates of the crop, a point of the lens, a ray and its length.
 type LensRay = ((f64, f64), (f64, f64), MitsubaRay, f64);
 
-/// Film coordinates of the crop, points of the lens, and what `sensor.sample_ray` of Mitsuba 3.9.1 (`scalar_rgb`)
-/// makes of them: origin, direction and `maxt`.
+/// Film coordinates of the crop, points of the lens, and what `sensor.sample_ray` of Mitsuba 3.9.1
+/// (`scalar_rgb`) makes of them: origin, direction and `maxt`.
 const LENS_RAYS: [LensRay; 3] = [
     (
         (0.0, 0.0),
@@ -115,7 +115,8 @@ fn a_thin_lens_is_sharp_where_it_is_in_focus_and_a_pinhole_in_its_middle() {
 
 #[test]
 fn a_pixels_importance_through_a_lens_is_one_wherever_the_surface_is() {
-    // Radiance 1 everywhere is radiance 1 in the pixel: ∫ W cos dA = 1 over its footprint, for any point of the lens.
+    // Radiance 1 everywhere is radiance 1 in the pixel: ∫ W cos dA = 1 over its footprint, for any point of
+    // the lens.
     let camera = lens_camera();
     let rule = GaussLegendre::new(8).unwrap();
     let normal = DVec3::new(0.3, -0.8, 0.4).normalize();

@@ -32,8 +32,8 @@ pub const STREAMS: [StreamKind; 2] = [StreamKind::Sobol, StreamKind::Random];
 
 /// Direct light is no random estimate: its error is a bound, and the closed form must lie within.
 ///
-/// 2 x 2 Gauss points on leaves below 1/64 of the distance err by less than 1e-8 of the irradiance. A corner of
-/// a shadow may hide between two points that are 1/16 of a texel apart: at most a right-angled triangle of
+/// 2 x 2 Gauss points on leaves below 1/64 of the distance err by less than 1e-8 of the irradiance. A corner
+/// of a shadow may hide between two points that are 1/16 of a texel apart: at most a right-angled triangle of
 /// (1/16)²/4 of the texel.
 pub fn assert_direct_light_is_within_its_bound(estimate: &Estimate, truth: &[f64]) {
     let (values, bounds) = layer(estimate, "LD", 0);
@@ -53,8 +53,8 @@ pub fn assert_direct_light_is_within_its_bound(estimate: &Estimate, truth: &[f64
             truth[texel]
         );
     }
-    // Bounds that allow anything would prove nothing. A texel on an edge is uncertain by about 1e-4 of its light
-    // (`tests/lights/direct.rs`), where edges of several things run by 1/64 of it.
+    // Bounds that allow anything would prove nothing. A texel on an edge is uncertain by about 1e-4 of its
+    // light (`tests/lights/direct.rs`), where edges of several things run by 1/64 of it.
     let lit: f64 = truth.iter().sum();
     println!("LD: the bounds are {:.1e} of all light", error / lit);
     assert!(error < 2e-3 * lit, "{error} of {lit}");

@@ -89,8 +89,8 @@ fn the_glass_balls_shadow_is_a_disc() {
     assert_direct_light_is_within_its_bound(&estimate, &truth);
 }
 
-/// The bar of the project: at 512 x 512 texels, 2^24 photons and default settings, the caustic is right to 1.2 %
-/// (root mean square over its texels), and the error bars say so.
+/// The bar of the project: at 512 x 512 texels, 2^24 photons and default settings, the caustic is right to
+/// 1.2 % (root mean square over its texels), and the error bars say so.
 ///
 /// The caustic: where LTTD alone is brighter than the bare floor would be, that is, where light is
 /// concentrated. There z-scores are Student's with 31 degrees of freedom: variance 31/29 = 1.069.

@@ -74,7 +74,8 @@ fn the_mirror_rings_cardioid_is_right_in_every_texel() {
 }
 
 /// The flux on the receiver is that of the whole dish's paraboloid, without the square that the receiver
-/// shades, and without the slivers between the mesh's rim, a polygon of 6 · 28 corners, and the circle. Each channel has its own metal.
+/// shades, and without the slivers between the mesh's rim, a polygon of 6 · 28 corners, and the circle. Each
+/// channel has its own metal.
 ///
 /// The mesh's interpolated normals err by less than 1e-4 rad, over which the reflectance
 /// changes by less than 1e-6; all light still lands well within the receiver (at most 0.067 of 0.08 m).

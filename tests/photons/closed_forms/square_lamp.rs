@@ -66,16 +66,16 @@ fn the_square_lamps_direct_light_is_lamberts() {
     it.assert_regions(2000);
 }
 
-/// In the ball's shadow the lamp's light is a sum over the part of the lamp that a point sees: of those rays that
-/// pass the ball's centre at more than its radius.
+/// In the ball's shadow the lamp's light is a sum over the part of the lamp that a point sees: of those rays
+/// that pass the ball's centre at more than its radius.
 ///
-/// 100 x 100 points of the lamp at 2 x 2 Gauss points of the texel. The border of the visible part crosses at most
-/// 2 · 100 of 100² cells, so each sum is known to a fiftieth of the whole lamp's light.
+/// 100 x 100 points of the lamp at 2 x 2 Gauss points of the texel. The border of the visible part crosses at
+/// most 2 · 100 of 100² cells, so each sum is known to a fiftieth of the whole lamp's light.
 ///
-/// A texel has 128 samples: where a few hundredths of the lamp are hidden, or visible, often none of them tells, and
-/// its error bar is of no use. So texels are judged together, by the share h of the lamp that is hidden from them: the
-/// variance of their sum is at most that of independent samples, whole² h (1 − h)/128 each (and 2 % of it
-/// where nothing is hidden, for the lamp's own shading).
+/// A texel has 128 samples: where a few hundredths of the lamp are hidden, or visible, often none of them
+/// tells, and its error bar is of no use. So texels are judged together, by the share h of the lamp that is
+/// hidden from them: the variance of their sum is at most that of independent samples, whole² h (1 − h)/128
+/// each (and 2 % of it where nothing is hidden, for the lamp's own shading).
 #[test]
 fn the_square_lamps_light_fades_into_the_balls_shadow() {
     const SIDE: usize = 64;

@@ -48,12 +48,11 @@ fn a_pane_shifts_light_and_dims_it_by_fresnels_series() {
 
 /// Longest distance [m] from the smooth wave's light at which the strip's light can land.
 ///
-/// In a cell of width h the height errs by h²/8 · A k², and light turned by u lands that times tan u off. The normal's
-/// angle φ = atan(A k cos) errs by h²/8 · max |φ''|, φ'' ≤ A k³ + 2 (A k)(A k²)², plus what
+/// In a cell of width h the height errs by h²/8 · A k², and light turned by u lands that times tan u off. The
+/// normal's angle φ = atan(A k cos) errs by h²/8 · max |φ''|, φ'' ≤ A k³ + 2 (A k)(A k²)², plus what
 /// interpolating unit vectors instead of angles adds, below (h φ')³/24; the file's `f32` normals and
-/// positions add 2⁻²⁴ each (times 2 for roundings of both components).
-/// The turn θ − t changes by at most 1 − cos θ/n per unit of φ, and its tangent by
-/// 1 + tan² u times that, over the height z.
+/// positions add 2⁻²⁴ each (times 2 for roundings of both components). The turn θ − t changes by at most 1 −
+/// cos θ/n per unit of φ, and its tangent by 1 + tan² u times that, over the height z.
 fn displacement(cells: u32) -> f64 {
     let SineWave {
         depth,
@@ -76,9 +75,10 @@ fn displacement(cells: u32) -> f64 {
     height_error * turn.tan() + (depth + amplitude) * tangent_error
 }
 
-/// The strip's light lands within δ of the smooth wave's, so what falls into a texel is at most what the smooth wave
-/// sends into the texel widened by δ on both sides, and at least what it sends into the narrowed one. The rest
-/// of the flux, 1 − F, changes by less than 1e-5 with the angle errors above (|dF/dθ| < 0.01 below 13°).
+/// The strip's light lands within δ of the smooth wave's, so what falls into a texel is at most what the
+/// smooth wave sends into the texel widened by δ on both sides, and at least what it sends into the narrowed
+/// one. The rest of the flux, 1 − F, changes by less than 1e-5 with the angle errors above (|dF/dθ| < 0.01
+/// below 13°).
 #[test]
 fn one_wave_on_water_makes_its_caustic_lines() {
     const CELLS: u32 = 2048;

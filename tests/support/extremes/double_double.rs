@@ -6,8 +6,8 @@ use glam::DVec3;
 
 /// An unevaluated sum of two `f64`, the second at most half a unit in the last place of the first.
 ///
-/// Every operation is off by a few times 2⁻¹⁰⁴ of its result: Dekker, *A floating-point technique for extending the
-/// available precision*, Numerische Mathematik 18 (1971), with products by fused multiply-add.
+/// Every operation is off by a few times 2⁻¹⁰⁴ of its result: Dekker, *A floating-point technique for
+/// extending the available precision*, Numerische Mathematik 18 (1971), with products by fused multiply-add.
 #[derive(Clone, Copy, Debug)]
 pub struct Exact {
     high: f64,
@@ -52,12 +52,12 @@ impl Exact {
         self.high < 0.0
     }
 
-    /// How far an `f64` is off, as a fraction of this.
+    /// Error of an `f64`, as a fraction of this.
     pub fn relative_error_of(self, rounded: f64) -> f64 {
         ((Self::from(rounded) - self) / self).value().abs()
     }
 
-    /// How far an `f64` is off.
+    /// Error of an `f64`.
     pub fn error_of(self, rounded: f64) -> f64 {
         (Self::from(rounded) - self).value().abs()
     }

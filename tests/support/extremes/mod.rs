@@ -1,4 +1,5 @@
-//! What the tests of extremes share: scenes put anywhere at any size, runs of them, and how far two maps are apart.
+//! Shared parts of the tests of extremes: scenes put anywhere at any size, runs of them, and the distance of
+//! two maps.
 
 pub mod double_double;
 
@@ -24,7 +25,8 @@ pub const U: f64 = f64::EPSILON / 2.0;
 ///
 /// - `{placed}`: the end of every `to_world`, which scales the scene, then moves it.
 /// - `{length 2}`: a length or coordinate, multiplied by the scale.
-/// - `{area 100}`: a radiant intensity [W/sr], multiplied by the square of the scale, which keeps irradiance as it is.
+/// - `{area 100}`: a radiant intensity [W/sr], multiplied by the square of the scale, which keeps irradiance
+///   as it is.
 /// - `{side}`: texels along each side of the receiver.
 #[derive(Clone, Copy, Debug)]
 pub struct Template {
@@ -53,7 +55,8 @@ pub const BALL: Template = Template {
 </shape>"#,
 };
 
-/// `scenes/mirror-ring.xml` turned a little and lit by a spot: a tube of metal, so that cylinder, disc and spot are in it.
+/// `scenes/mirror-ring.xml` turned a little and lit by a spot: a tube of metal, so that cylinder, disc and
+/// spot are in it.
 pub const RING: Template = Template {
     name: "metal ring",
     mesh: None,
@@ -117,7 +120,7 @@ pub const WATER: Template = Template {
 </shape>"#,
 };
 
-/// Where a scene is: p ↦ `scale` · p + `offset`.
+/// Place and size of a scene: p ↦ `scale` · p + `offset`.
 #[derive(Clone, Copy, Debug)]
 pub struct Placement {
     pub scale: f64,
@@ -181,8 +184,8 @@ impl Template {
     }
 }
 
-/// A scene of shapes and emitters, read from a file; `{meter}` stands for a meter of `side` x `side` texels, `{film}` for a
-/// camera's film of as many pixels.
+/// A scene of shapes and emitters, read from a file; `{meter}` stands for a meter of `side` x `side` texels,
+/// `{film}` for a camera's film of as many pixels.
 pub fn scene(things: &str, mesh: Option<&str>, side: usize) -> Scene {
     let parts = load(things, mesh, side).expect("a scene that can be read");
     Scene::new(parts).expect("a valid scene")
@@ -234,13 +237,13 @@ pub fn camera(scene: &Scene) -> &Sensor {
 
 /// The map by beams, to a relative error, after at most `depth` events.
 ///
-/// The run is finished, and says that it has reached what it was asked for. Only where no specular light falls on the meter is
-/// there no error to say.
+/// The run is finished, and says that it has reached what it was asked for. Only where no specular light
+/// falls on the meter is there no error to say.
 pub fn beams(scene: &Scene, relative_error: f64, depth: u32) -> Estimate {
     beams_to(scene, meter(scene), relative_error, depth)
 }
 
-/// What any sensor gets by beams, see [`beams`].
+/// Estimate of any sensor by beams, see [`beams`].
 pub fn beams_to(scene: &Scene, sensor: &Sensor, relative_error: f64, depth: u32) -> Estimate {
     let settings = BeamSettings {
         max_depth: depth,
@@ -268,7 +271,7 @@ pub fn photons(scene: &Scene, count: u64, depth: u32) -> Estimate {
     photons_to(scene, meter(scene), count, depth)
 }
 
-/// What any sensor gets by photons.
+/// Estimate of any sensor by photons.
 pub fn photons_to(scene: &Scene, sensor: &Sensor, count: u64, depth: u32) -> Estimate {
     let mut settings = PhotonSettings {
         max_layers: 64,
@@ -307,7 +310,8 @@ pub fn specular(estimate: &Estimate) -> Vec<f64> {
     sum
 }
 
-/// By how much a layer's bounds miss the truth at worst, and how far its values are off: relative to the brightest texel.
+/// By how much a layer's bounds miss the truth at worst, and how far its values are off: relative to the
+/// brightest texel.
 ///
 /// NaN where a texel is not known.
 pub fn judged(layer: &Layer, truth: &[f64]) -> (f64, f64) {
@@ -329,7 +333,8 @@ fn worst(numbers: impl Iterator<Item = f64>) -> f64 {
     )
 }
 
-/// How far two maps are apart: the largest difference of a texel, relative to the first map's brightest texel.
+/// Distance of two maps: the largest difference of a texel, relative to the first map's brightest
+/// texel.
 ///
 /// NaN where anything is, so that no comparison with it holds.
 pub fn distance(first: &[f64], second: &[f64]) -> f64 {
@@ -338,8 +343,8 @@ pub fn distance(first: &[f64], second: &[f64]) -> f64 {
     if apart == 0.0 { 0.0 } else { apart / brightest }
 }
 
-/// √(mean squared error) over the texels that have light, relative to their mean truth: of all specular light, this is what beams are
-/// asked for.
+/// √(mean squared error) over the texels that have light, relative to their mean truth: of all specular
+/// light, this is what beams are asked for.
 ///
 /// NaN where anything is.
 pub fn rmse(truth: &[f64], map: &[f64]) -> f64 {
@@ -349,10 +354,10 @@ pub fn rmse(truth: &[f64], map: &[f64]) -> f64 {
     (squares / lit).sqrt() / mean
 }
 
-/// The error of a map, which is some or all of the specular light of a run by beams: √(mean squared error) over the texels that have
-/// specular light, relative to its mean there.
+/// The error of a map, which is some or all of the specular light of a run by beams: √(mean squared error)
+/// over the texels that have specular light, relative to its mean there.
 ///
-/// Of all specular light, this is what such runs are asked for. Of one layer, it is that layer's part of it.
+/// For all specular light, such runs are asked for this error. For one layer, it is that layer's part of it.
 pub fn error_as_asked(estimate: &Estimate, truth: &[f64], map: &[f64]) -> f64 {
     let all = specular(estimate);
     let lit = all.iter().filter(|light| **light > 0.0).count() as f64;
@@ -360,16 +365,16 @@ pub fn error_as_asked(estimate: &Estimate, truth: &[f64], map: &[f64]) -> f64 {
     (squares * lit).sqrt() / all.iter().sum::<f64>()
 }
 
-/// How much wider than the error asked for the bars of a map may be, root mean square.
+/// Most that the bars of a map may be wider than the error asked for: a ratio of root mean squares.
 ///
-/// A bar is to hold in its texel for sure. It has the largest |q| of nine texels, where the likely error is a quarter of |q|: root mean
-/// square, that is 4 · √9 times as much at most (`reference/beams/bars.rs`). On top comes what may cancel in q, which no formula ties to
-/// the likely error: as much again is allowed for it.
+/// A bar is to hold in its texel for sure. It has the largest |q| of nine texels, where the likely error is a
+/// quarter of |q|: root mean square, that is 4 · √9 times as much at most (`reference/beams/bars.rs`). On top
+/// comes what may cancel in q, which no formula ties to the likely error: as much again is allowed for it.
 const WIDEST_BARS: f64 = 2.0 * 4.0 * 3.0;
 
-/// Asserts that a layer of specular light is what a run by beams was asked for: every texel's truth is in its bounds, the error is no
-/// larger than asked, and the bounds are no wider than what that is worth. Returns its largest error, relative to its brightest
-/// texel, and [`error_as_asked`].
+/// Asserts that a layer of specular light is what a run by beams was asked for: every texel's truth is in its
+/// bounds, the error is no larger than asked, and the bounds are no wider than what that is worth. Returns
+/// its largest error, relative to its brightest texel, and [`error_as_asked`].
 pub fn assert_as_asked(
     name: &str,
     estimate: &Estimate,
@@ -396,6 +401,6 @@ pub fn assert_as_asked(
     [off, error]
 }
 
-/// The closed forms of round scenes know a texel to 1e-12 of the flux of the circles that meet it; a circle is no longer than some
-/// hundred texels, and a texel is 1e-1 of the brightest: 1e-9 of the brightest texel.
+/// The closed forms of round scenes know a texel to 1e-12 of the flux of the circles that meet it; a circle
+/// is no longer than some hundred texels, and a texel is 1e-1 of the brightest: 1e-9 of the brightest texel.
 pub const ORACLE: f64 = 1e-9;
