@@ -55,208 +55,7 @@ const PRIVATE_CRATES: &[(&str, &str)] = &[
 /// Circles of files that are one thing, and why each is; paths below `src`, sorted.
 ///
 /// An entry that is no circle any more fails the test, so that the list only holds what is there.
-const ONE_THING: &[(&[&str], &str)] = &[
-    (
-        &["cli/args/method.rs", "cli/args/render.rs"],
-        "to be parted",
-    ),
-    (
-        &[
-            "cli/attribute.rs",
-            "cli/compare/mod.rs",
-            "cli/generate.rs",
-            "cli/inspect.rs",
-            "cli/merge.rs",
-            "cli/mod.rs",
-            "cli/probe.rs",
-            "cli/render.rs",
-            "cli/validate/mod.rs",
-        ],
-        "to be parted",
-    ),
-    (
-        &["cli/ledger.rs", "cli/output.rs", "cli/summary.rs"],
-        "to be parted",
-    ),
-    (
-        &[
-            "film/picture/layout.rs",
-            "film/picture/mod.rs",
-            "film/picture/range.rs",
-            "film/picture/ticks.rs",
-        ],
-        "to be parted",
-    ),
-    (
-        &[
-            "geometry/accel/balanced.rs",
-            "geometry/accel/build.rs",
-            "geometry/accel/ray.rs",
-            "geometry/accel/simd.rs",
-            "geometry/accel/tree.rs",
-        ],
-        "to be parted",
-    ),
-    (
-        &["geometry/mesh/diagnostics.rs", "geometry/mesh/mod.rs"],
-        "to be parted",
-    ),
-    (
-        &["geometry/mesh_tree.rs", "geometry/world.rs"],
-        "to be parted",
-    ),
-    (
-        &[
-            "metric/comparison.rs",
-            "metric/difference.rs",
-            "metric/equivalence.rs",
-            "metric/measured.rs",
-            "metric/pair.rs",
-            "metric/score.rs",
-            "metric/significance.rs",
-            "metric/similarity.rs",
-        ],
-        "to be parted",
-    ),
-    (
-        &["metric/flip/mod.rs", "metric/flip/tile.rs"],
-        "to be parted",
-    ),
-    (
-        &[
-            "mitsuba/mesh_files/mod.rs",
-            "mitsuba/mesh_files/obj.rs",
-            "mitsuba/mesh_files/ply.rs",
-            "mitsuba/mesh_files/ply_header.rs",
-            "mitsuba/mesh_files/serialized.rs",
-        ],
-        "to be parted",
-    ),
-    (
-        &[
-            "reference/beams/facets/refine/mod.rs",
-            "reference/beams/facets/refine/stop.rs",
-        ],
-        "to be parted",
-    ),
-    (
-        &["reference/beams/finish.rs", "reference/beams/run.rs"],
-        "to be parted",
-    ),
-    (
-        &[
-            "reference/beams/survey/aim.rs",
-            "reference/beams/survey/mod.rs",
-            "reference/beams/survey/rare.rs",
-        ],
-        "to be parted",
-    ),
-    (
-        &[
-            "reference/photon_map/finish.rs",
-            "reference/photon_map/gather.rs",
-            "reference/photon_map/run.rs",
-            "reference/photon_map/sums.rs",
-        ],
-        "to be parted",
-    ),
-    (
-        &[
-            "reference/probe/direct.rs",
-            "reference/probe/map.rs",
-            "reference/probe/mod.rs",
-            "reference/probe/newton.rs",
-            "reference/probe/path.rs",
-            "reference/probe/search.rs",
-        ],
-        "to be parted",
-    ),
-    (
-        &[
-            "scene/coincidence.rs",
-            "scene/emitter.rs",
-            "scene/material.rs",
-            "scene/material_check.rs",
-            "scene/mod.rs",
-            "scene/sensor.rs",
-            "scene/texture.rs",
-            "scene/validate.rs",
-        ],
-        "to be parted",
-    ),
-    (
-        &[
-            "study/file/mod.rs",
-            "study/file/sweep.rs",
-            "study/file/table.rs",
-        ],
-        "to be parted",
-    ),
-    (
-        &[
-            "study/plan/default.rs",
-            "study/plan/mod.rs",
-            "study/plan/sensors.rs",
-        ],
-        "to be parted",
-    ),
-    (
-        &[
-            "transport/bsdf/lobe.rs",
-            "transport/bsdf/mod.rs",
-            "transport/bsdf/plastic.rs",
-            "transport/bsdf/resolve.rs",
-            "transport/bsdf/rough.rs",
-            "transport/bsdf/smooth.rs",
-            "transport/bsdf/view.rs",
-        ],
-        "to be parted",
-    ),
-    (
-        &[
-            "transport/direct/area.rs",
-            "transport/direct/delta.rs",
-            "transport/direct/look.rs",
-            "transport/direct/mod.rs",
-        ],
-        "to be parted",
-    ),
-    (
-        &[
-            "transport/first_surface/chart.rs",
-            "transport/first_surface/source.rs",
-        ],
-        "to be parted",
-    ),
-    (
-        &[
-            "transport/first_surface/cone.rs",
-            "transport/first_surface/fan.rs",
-            "transport/first_surface/roots.rs",
-        ],
-        "to be parted",
-    ),
-    (
-        &[
-            "transport/guard/caught.rs",
-            "transport/guard/same_surface.rs",
-        ],
-        "to be parted",
-    ),
-    (
-        &[
-            "transport/lights/area.rs",
-            "transport/lights/delta.rs",
-            "transport/lights/environment.rs",
-            "transport/lights/mod.rs",
-        ],
-        "to be parted",
-    ),
-    (
-        &["transport/prescribed.rs", "transport/screen.rs"],
-        "to be parted",
-    ),
-];
+const ONE_THING: &[(&[&str], &str)] = &[];
 
 /// The most columns of a comment's line.
 const COLUMNS: usize = 110;
@@ -349,7 +148,7 @@ fn no_floor_imports_upward() {
         let inside = path.strip_prefix(&source).unwrap().to_owned();
         let first = inside.iter().next().unwrap().to_string_lossy().into_owned();
         let room = first.trim_end_matches(".rs").to_owned();
-        if room == "lib" || room == "main" {
+        if matches!(&*room, "lib" | "main" | "internals") {
             continue;
         }
         assert!(floor(&room).is_some(), "{} has no floor", inside.display());
@@ -432,7 +231,6 @@ fn no_file_imports_from_one_that_imports_from_it() {
 
 // Not yet held by all files.
 #[test]
-#[ignore = "files are still being reflowed"]
 fn comments_stay_within_their_columns() {
     let mut wrong = Vec::new();
     for (path, text) in sources() {
@@ -518,4 +316,83 @@ fn the_checker_finds_no_circle_where_there_is_none() {
         ),
     ];
     assert_eq!(circles_of(&files), [[""; 0]; 0]);
+}
+
+/// Lines of code outside of a method's folder that name it: a new one touches no more.
+const MOST_MENTIONS: usize = 3;
+
+/// Lines of `src`, outside of `home`, that name one of `words`.
+fn mentions(home: &str, words: &[&str]) -> Vec<String> {
+    let source = source();
+    let mut files = Vec::new();
+    rust_files(&source, &mut files);
+    let mut found = Vec::new();
+    for path in files {
+        let inside = path.strip_prefix(&source).unwrap().to_owned();
+        if inside.starts_with(home) {
+            continue;
+        }
+        let text = code(&path);
+        let lines = text.lines().filter(|line| {
+            let names = line.split(|c: char| !c.is_alphanumeric() && !"_-".contains(c));
+            words
+                .iter()
+                .any(|word| names.clone().any(|name| name == *word))
+        });
+        found.extend(lines.map(|line| format!("{}: {}", inside.display(), line.trim())));
+    }
+    found
+}
+
+#[test]
+fn a_technique_is_its_folder_and_a_line_that_registers_it() {
+    let folder = source().join("approximation");
+    let mut techniques = 0;
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if !path.is_dir() {
+            continue;
+        }
+        techniques += 1;
+        let name = path.file_name().unwrap().to_string_lossy().into_owned();
+        let words: Vec<String> = name
+            .split('_')
+            .map(|word| word[..1].to_uppercase() + &word[1..])
+            .collect();
+        let words = [name.clone(), name.replace('_', "-"), words.concat()];
+        let words = words.each_ref().map(String::as_str);
+        let found = mentions(&format!("approximation/{name}"), &words);
+        assert!(!found.is_empty(), "{name} is registered nowhere");
+        assert!(found.len() <= MOST_MENTIONS, "{}", found.join("\n"));
+    }
+    assert!(techniques > 0, "no technique was found");
+}
+
+#[test]
+fn above_their_floor_references_are_named_in_the_room_of_methods_only() {
+    let source = source();
+    let mut files = Vec::new();
+    rust_files(&source, &mut files);
+    let upper = ["study", "cli"];
+    let mut found = Vec::new();
+    for path in files {
+        let inside = path.strip_prefix(&source).unwrap().to_owned();
+        if !upper.iter().any(|room| inside.starts_with(room)) {
+            continue;
+        }
+        let text = code(&path);
+        let names = ["beams", "path", "photon_map", "full", "closed_form"];
+        let named = names.map(|name| format!("reference::{name}"));
+        let lines = text
+            .lines()
+            .filter(|line| named.iter().any(|name| line.contains(name)));
+        found.extend(lines.map(|line| format!("{}: {}", inside.display(), line.trim())));
+    }
+    assert!(found.is_empty(), "{}", found.join("\n"));
+}
+
+#[test]
+fn the_counter_of_mentions_finds_them() {
+    assert!(!mentions("approximation", &["TECHNIQUES"]).is_empty());
+    assert!(mentions("", &["no-method-has-this-name"]).is_empty());
 }
