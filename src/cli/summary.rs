@@ -195,15 +195,17 @@ impl fmt::Display for Summary {
         }
         writeln!(out)?;
         if let Some(timing) = &self.timing {
-            let (started, unit) = self.started;
-            writeln!(
-                out,
-                "{started} {unit}, {} rays in {:.2} s on {} threads: {:.2} M rays/s",
-                self.counters.rays,
-                timing.seconds,
-                timing.threads,
-                timing.rays_per_second / 1e6
-            )?;
+            let (seconds, threads) = (timing.seconds, timing.threads);
+            match (self.started, self.counters.rays) {
+                ((0, _), 0) => {
+                    writeln!(out, "nothing traced, {seconds:.2} s on {threads} threads")?
+                }
+                ((started, unit), rays) => writeln!(
+                    out,
+                    "{started} {unit}, {rays} rays in {seconds:.2} s on {threads} threads: {:.2} M rays/s",
+                    timing.rays_per_second / 1e6
+                )?,
+            }
         }
         for line in &self.lines {
             writeln!(out, "{line}")?;

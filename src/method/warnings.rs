@@ -14,6 +14,10 @@ pub(super) fn ended_before(first: &str, what: &str) -> String {
 /// The warning of a run that used its budget without reaching the error asked for.
 pub(super) const NOT_REACHED: &str = "the error asked for was not reached";
 
+/// The warning of closed forms that were stopped.
+pub(super) const NOT_ALL_LAYERS: &str =
+    "the run ended before its last layer did: layers are exact, and nothing is known of their sum";
+
 /// Warnings of methods that follow light along specular chains: no caustic, and light that they leave out.
 pub(super) fn of_chains(scene: &Scene, is_dark: bool) -> Vec<String> {
     let no_caustic = "no light was found that meets a surface which mirrors or refracts, and gets to the sensor: no \

@@ -1,6 +1,9 @@
 //! How far a run is.
 
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
+
+/// The units of work of methods without passes.
+const UNITS: [&str; 3] = ["photons", "paths", "texels"];
 
 /// How far a run is, and the wish that it stop: shared between the run and whoever watches it.
 ///
@@ -19,8 +22,8 @@ pub struct Progress {
     expected: AtomicU64,
     /// The pass of beams under way, from 1; 0 for other methods, and before the first.
     passes: AtomicU64,
-    /// True if `done` counts paths from a camera.
-    from_camera: AtomicBool,
+    /// The place of the unit of work in [`UNITS`], for methods without passes.
+    unit: AtomicUsize,
     /// Bits of the relative error so far; zero while unknown.
     relative_error: AtomicU64,
     stopped: AtomicBool,
@@ -48,12 +51,11 @@ impl Progress {
         (expected > 0).then_some(expected)
     }
 
-    /// The unit of work, in the plural: `photons`, `paths`, or `patches` of beams.
+    /// The unit of work, in the plural: `photons`, `paths`, `texels`, or `patches` of beams.
     pub fn unit(&self) -> &'static str {
-        match (self.pass(), self.from_camera.load(Ordering::Relaxed)) {
-            (Some(_), _) => "patches",
-            (None, true) => "paths",
-            (None, false) => "photons",
+        match self.pass() {
+            Some(_) => "patches",
+            None => UNITS[self.unit.load(Ordering::Relaxed)],
         }
     }
 
@@ -74,7 +76,7 @@ impl Progress {
         for counter in [&self.done, &self.expected, &self.passes] {
             counter.store(0, Ordering::Relaxed);
         }
-        self.from_camera.store(false, Ordering::Relaxed);
+        self.unit.store(0, Ordering::Relaxed);
         self.set_relative_error(None);
     }
 
@@ -87,7 +89,12 @@ impl Progress {
 
     /// Counts paths from a camera from now on.
     pub(crate) fn count_camera_paths(&self) {
-        self.from_camera.store(true, Ordering::Relaxed);
+        self.unit.store(1, Ordering::Relaxed);
+    }
+
+    /// Counts texels of layers from now on.
+    pub(crate) fn count_texels(&self) {
+        self.unit.store(2, Ordering::Relaxed);
     }
 
     /// Sets the number that work is expected to come to.

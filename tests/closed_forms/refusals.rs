@@ -1,6 +1,7 @@
 //! Scenes that no closed form takes: each is refused by the name of what is in the way.
 
 use nephroid::internals::reference::closed_form::{ClosedFormSettings, solve, supports};
+use nephroid::internals::run::Progress;
 use nephroid::internals::scene::Scene;
 
 use crate::support::oracles::PANE;
@@ -14,7 +15,10 @@ fn assert_refused(scene: &Scene, words: &str) {
     let refused = supports(scene, meter(scene)).unwrap_err();
     assert!(refused.to_string().contains(words), "{refused}");
     let settings = ClosedFormSettings::default();
-    assert_eq!(solve(scene, meter(scene), settings).unwrap_err(), refused);
+    assert_eq!(
+        solve(scene, meter(scene), settings, &Progress::default()).unwrap_err(),
+        refused
+    );
 }
 
 fn assert_edit_refused(name: &str, text: &str, replacement: &str, words: &str) {
@@ -93,7 +97,7 @@ fn a_receiver_that_is_rough_metal() {
 fn too_many_events() {
     let scene = bundled("glass-ball", 4);
     let settings = ClosedFormSettings { max_depth: 33 };
-    let refused = solve(&scene, meter(&scene), settings)
+    let refused = solve(&scene, meter(&scene), settings, &Progress::default())
         .unwrap_err()
         .to_string();
     assert!(refused.contains("max_depth is 33; 0 to 32"), "{refused}");

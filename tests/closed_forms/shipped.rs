@@ -2,7 +2,7 @@
 
 use nephroid::internals::radiometry::Rgb;
 use nephroid::internals::reference::closed_form::{ClosedFormSettings, solve, supports};
-use nephroid::internals::run::{Estimate, LayerName, Quantity};
+use nephroid::internals::run::{Estimate, LayerName, Progress, Quantity};
 
 use crate::support::recognised::{assert_agrees, assert_agrees_but_for, both, changed, compared};
 use crate::support::scenes::{bundled, meter};
@@ -80,7 +80,13 @@ fn exchanged_axes_and_half_the_light_are_caught() {
 #[test]
 fn an_estimate_holds_what_every_estimate_holds() {
     let scene = bundled("glass-ball", SIDE);
-    let estimate = solve(&scene, meter(&scene), ClosedFormSettings::default()).unwrap();
+    let estimate = solve(
+        &scene,
+        meter(&scene),
+        ClosedFormSettings::default(),
+        &Progress::default(),
+    )
+    .unwrap();
     assert_eq!(estimate.quantity, Quantity::Irradiance);
     assert_eq!([estimate.width, estimate.height], [SIDE, SIDE]);
     assert_eq!(estimate.layers[0].name.to_string(), "LD");
@@ -128,7 +134,10 @@ fn the_claimed_errors_are_small() {
     ] {
         let scene = bundled(name, SIDE);
         let settings = ClosedFormSettings { max_depth: 6 };
-        assert_accuracy(&solve(&scene, meter(&scene), settings).unwrap(), most);
+        assert_accuracy(
+            &solve(&scene, meter(&scene), settings, &Progress::default()).unwrap(),
+            most,
+        );
     }
 }
 

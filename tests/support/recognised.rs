@@ -5,7 +5,7 @@ use std::fs;
 use nephroid::internals::radiometry::Rgb;
 use nephroid::internals::reference::beams::BeamSettings;
 use nephroid::internals::reference::closed_form::{ClosedFormSettings, solve};
-use nephroid::internals::run::{Estimate, Interval, Layer, LayerName};
+use nephroid::internals::run::{Estimate, Interval, Layer, LayerName, Progress};
 use nephroid::internals::scene::{Crop, Scene};
 use nephroid::internals::transport::signature::Signature;
 
@@ -69,7 +69,13 @@ const STANDARD_ERRORS: f64 = 8.0;
 
 /// The closed form of a scene's meter.
 pub fn known(scene: &Scene, max_depth: u32) -> Estimate {
-    solve(scene, meter(scene), ClosedFormSettings { max_depth }).unwrap()
+    solve(
+        scene,
+        meter(scene),
+        ClosedFormSettings { max_depth },
+        &Progress::default(),
+    )
+    .unwrap()
 }
 
 /// The layer of a path, if the estimate has one.

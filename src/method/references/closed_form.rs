@@ -3,8 +3,9 @@
 use crate::method::memory;
 use crate::method::reference::{Job, Reference};
 use crate::method::rows::row;
+use crate::method::warnings;
 use crate::reference::closed_form::{self, ClosedFormSettings};
-use crate::run::{Cost, Error, Refusal, Rendering};
+use crate::run::{Cost, Counter, Error, Refusal, Rendering};
 use crate::scene::{Scene, Sensor};
 use crate::setting::{Kind, Preset, Setting, Values};
 
@@ -54,18 +55,28 @@ impl Reference for ClosedForm {
         let layers = u64::from(settings(values).max_depth) + 2;
         Cost {
             bytes: memory::film(sensor, memory::bounded_layers(layers)),
-            work: Vec::new(),
+            work: vec![Counter::new("integrals", layers * memory::texels(sensor))],
         }
     }
 
     fn run(&self, job: &Job) -> Result<Rendering, Error> {
-        let estimate = closed_form::solve(job.scene, job.sensor, settings(job.values))?;
+        let estimate = closed_form::solve(
+            job.scene,
+            job.sensor,
+            settings(job.values),
+            &job.context.progress,
+        )?;
         let accuracy = estimate.relative_error.unwrap_or(0.0);
         Ok(Rendering {
             summary: vec![format!(
                 "by formula: the bars are its quadrature and rounding, {accuracy:.1e} of the light by mirrors and glass"
             )],
-            unit: "paths",
+            unit: "integrals",
+            warnings: if estimate.incomplete {
+                vec![warnings::NOT_ALL_LAYERS.to_owned()]
+            } else {
+                Vec::new()
+            },
             ..Rendering::new(estimate)
         })
     }

@@ -112,19 +112,23 @@ impl BallOnAxis {
 }
 
 impl KnownLight for BallOnAxis {
-    fn layers(&self, plane: &ReceiverPlane, max_depth: u32) -> Result<Vec<KnownLayer>, Refusal> {
+    fn layers(
+        &self,
+        plane: &ReceiverPlane,
+        max_depth: u32,
+        take: &mut dyn FnMut(KnownLayer) -> bool,
+    ) -> Result<(), Refusal> {
         let film = plane.grid();
-        Ok(body_paths(max_depth)
-            .map(|path| {
-                let (values, accuracy) = radial_maps(&[self.ball.sheet(path)], &film);
-                KnownLayer {
-                    path,
-                    values,
-                    accuracy,
-                    factor: self.strength * self.glass.factor(path),
-                }
+        body_paths(max_depth).all(|path| {
+            let (values, accuracy) = radial_maps(&[self.ball.sheet(path)], &film);
+            take(KnownLayer {
+                path,
+                values,
+                accuracy,
+                factor: self.strength * self.glass.factor(path),
             })
-            .collect())
+        });
+        Ok(())
     }
 }
 

@@ -106,7 +106,12 @@ impl MirroringCup {
 }
 
 impl KnownLight for MirroringCup {
-    fn layers(&self, plane: &ReceiverPlane, max_depth: u32) -> Result<Vec<KnownLayer>, Refusal> {
+    fn layers(
+        &self,
+        plane: &ReceiverPlane,
+        max_depth: u32,
+        take: &mut dyn FnMut(KnownLayer) -> bool,
+    ) -> Result<(), Refusal> {
         let film = plane.grid_about(self.foot, self.quarter_turns);
         let accuracy = OF_UNSHADED * self.unshaded_irradiance();
         let paths =
@@ -115,21 +120,20 @@ impl KnownLight for MirroringCup {
             KnownPath::Reflected(count) => count,
             _ => 0,
         };
-        Ok(paths
-            // Light that is down before its next reflection leaves nothing to look for in any texel.
-            .filter(|path| {
-                *path == KnownPath::Direct || self.cup.bottom_flux(reflections(*path)) > 0.0
+        // Light that is down before its next reflection leaves nothing to look for in any texel.
+        let is_known = |path: &KnownPath| {
+            *path == KnownPath::Direct || self.cup.bottom_flux(reflections(*path)) > 0.0
+        };
+        paths.filter(is_known).all(|path| {
+            let values = film.in_film_order(&self.cup.map(path, &film.grid));
+            take(KnownLayer {
+                path,
+                accuracy: vec![accuracy; values.len()],
+                values,
+                factor: self.strength * power(self.reflectance, reflections(path)),
             })
-            .map(|path| {
-                let values = film.in_film_order(&self.cup.map(path, &film.grid));
-                KnownLayer {
-                    path,
-                    accuracy: vec![accuracy; values.len()],
-                    values,
-                    factor: self.strength * power(self.reflectance, reflections(path)),
-                }
-            })
-            .collect())
+        });
+        Ok(())
     }
 }
 

@@ -21,12 +21,18 @@ pub(super) struct KnownLayer {
 
 /// A configuration that a closed form solves.
 pub(super) trait KnownLight {
-    /// The light of all paths of up to `max_depth` specular events, direct light first.
+    /// Hands over the light of all paths of up to `max_depth` specular events, direct light first, until `take`
+    /// returns false.
     ///
     /// # Errors
     ///
     /// If the configuration is too large for so many events.
-    fn layers(&self, plane: &ReceiverPlane, max_depth: u32) -> Result<Vec<KnownLayer>, Refusal>;
+    fn layers(
+        &self,
+        plane: &ReceiverPlane,
+        max_depth: u32,
+        take: &mut dyn FnMut(KnownLayer) -> bool,
+    ) -> Result<(), Refusal>;
 }
 
 impl KnownLayer {

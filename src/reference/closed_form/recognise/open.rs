@@ -153,14 +153,20 @@ impl OpenLight {
 }
 
 impl KnownLight for OpenLight {
-    fn layers(&self, plane: &ReceiverPlane, _: u32) -> Result<Vec<KnownLayer>, Refusal> {
+    fn layers(
+        &self,
+        plane: &ReceiverPlane,
+        _: u32,
+        take: &mut dyn FnMut(KnownLayer) -> bool,
+    ) -> Result<(), Refusal> {
         let (values, accuracy) = self.maps(&plane.grid());
-        Ok(vec![KnownLayer {
+        take(KnownLayer {
             path: KnownPath::Direct,
             values,
             accuracy,
             factor: self.strength,
-        }])
+        });
+        Ok(())
     }
 }
 

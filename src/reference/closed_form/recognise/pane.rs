@@ -121,7 +121,12 @@ impl Pane {
 }
 
 impl KnownLight for Pane {
-    fn layers(&self, plane: &ReceiverPlane, max_depth: u32) -> Result<Vec<KnownLayer>, Refusal> {
+    fn layers(
+        &self,
+        plane: &ReceiverPlane,
+        max_depth: u32,
+        take: &mut dyn FnMut(KnownLayer) -> bool,
+    ) -> Result<(), Refusal> {
         let film = plane.grid();
         let texels = film.grid.columns * film.grid.rows;
         let layer = |path: KnownPath, (values, accuracy): (Vec<f64>, Vec<f64>)| KnownLayer {
@@ -142,7 +147,8 @@ impl KnownLight for Pane {
             };
             layer(path, maps)
         });
-        Ok(std::iter::once(shade).chain(through).collect())
+        std::iter::once(shade).chain(through).all(take);
+        Ok(())
     }
 }
 

@@ -64,7 +64,12 @@ impl SolidInParallelLight {
 }
 
 impl KnownLight for SolidInParallelLight {
-    fn layers(&self, plane: &ReceiverPlane, max_depth: u32) -> Result<Vec<KnownLayer>, Refusal> {
+    fn layers(
+        &self,
+        plane: &ReceiverPlane,
+        max_depth: u32,
+        take: &mut dyn FnMut(KnownLayer) -> bool,
+    ) -> Result<(), Refusal> {
         let light = ParallelLight {
             direction: self.direction,
             irradiance: 1.0,
@@ -73,17 +78,16 @@ impl KnownLight for SolidInParallelLight {
         let solid = FlatFacets::new(&self.mesh, self.glass.ior, light, reflections)
             .map_err(|error| Refusal::new(format!("{}: {error}", self.name)))?;
         let film = plane.grid();
-        Ok(body_paths(max_depth)
-            .map(|path| {
-                let errors = film.in_film_order(&solid.errors(path, &film.grid));
-                KnownLayer {
-                    path,
-                    values: film.in_film_order(&solid.map(path, &film.grid)),
-                    accuracy: errors.iter().map(|error| OF_LIGHT + error).collect(),
-                    factor: self.strength * self.glass.factor(path),
-                }
+        body_paths(max_depth).all(|path| {
+            let errors = film.in_film_order(&solid.errors(path, &film.grid));
+            take(KnownLayer {
+                path,
+                values: film.in_film_order(&solid.map(path, &film.grid)),
+                accuracy: errors.iter().map(|error| OF_LIGHT + error).collect(),
+                factor: self.strength * self.glass.factor(path),
             })
-            .collect())
+        });
+        Ok(())
     }
 }
 

@@ -10,7 +10,7 @@ use super::plane::ReceiverPlane;
 use super::solid::SolidInParallelLight;
 use crate::geometry::{Shape, TraversalCounters};
 use crate::run::Refusal;
-use crate::run::{Estimate, Layer, LayerName, Quantity};
+use crate::run::{Estimate, Layer, LayerName, Progress, Quantity};
 use crate::scene::{Scene, Sensor};
 use crate::transport::ledger::Ledger;
 
@@ -49,6 +49,7 @@ pub fn solve(
     scene: &Scene,
     sensor: &Sensor,
     settings: ClosedFormSettings,
+    progress: &Progress,
 ) -> Result<Estimate, Refusal> {
     if settings.max_depth > ClosedFormSettings::MOST_EVENTS {
         return Err(Refusal::new(format!(
@@ -63,21 +64,26 @@ pub fn solve(
     let mut total = Layer::bounded(LayerName::Total, width * height);
     let mut specular = total.clone();
     let mut layers = Vec::new();
-    for (index, known) in light
-        .layers(&plane, settings.max_depth)?
-        .into_iter()
-        .enumerate()
-    {
+    let mut is_first = true;
+    progress.count_texels();
+    progress.expect((width * height) as u64 * u64::from(settings.max_depth + 1));
+    light.layers(&plane, settings.max_depth, &mut |known| {
         // Direct light, the first, is a layer even if there is none.
-        if index > 0 && known.is_dark() {
-            continue;
+        if is_first || !known.is_dark() {
+            let layer = known.into_layer();
+            total.add(&layer);
+            if !is_first {
+                specular.add(&layer);
+            }
+            layers.push(layer);
         }
-        let layer = known.into_layer();
-        total.add(&layer);
-        if index > 0 {
-            specular.add(&layer);
-        }
-        layers.push(layer);
+        is_first = false;
+        progress.add((width * height) as u64);
+        !progress.is_stopped()
+    })?;
+    let incomplete = progress.is_stopped();
+    if incomplete {
+        total.make_unknown();
     }
     Ok(Estimate {
         quantity: Quantity::Irradiance,
@@ -90,7 +96,7 @@ pub fn solve(
         paths: 0,
         counters: TraversalCounters::default(),
         relative_error: specular.relative_error(),
-        incomplete: false,
+        incomplete,
     })
 }
 
