@@ -74,8 +74,8 @@ pub fn render(args: &RenderArgs) -> anyhow::Result<Outcome> {
     })
 }
 
-/// The method asked for, or the one that suits the scene and the settings, with a notice if it, or the effect of a setting, is
-/// not what one would expect.
+/// The method asked for, or the one that suits the scene and the settings, with a notice if it, or the effect of
+/// a setting, is not what one would expect.
 fn choose(
     args: &RenderArgs,
     scene: &Scene,
@@ -92,7 +92,8 @@ fn choose(
     }
     let choice = Method::choose_with(scene, sensor, &given)?;
     // Whoever gives an amount of work knows the method whose work that is.
-    let is_work = choice.by_setting.as_deref() == choice.method.work_key();
+    let work_key = choice.method.work_key();
+    let is_work = work_key.is_some_and(|key| given.contains_key(key));
     let notice = choice
         .by_setting
         .filter(|_| !is_work)

@@ -54,14 +54,11 @@ impl Method {
         settings: &BTreeMap<String, String>,
     ) -> Result<Choice, SettingError> {
         let (best, reason) = best(scene, sensor);
+        let has = |entry: Entry, key: &str| entry.table().iter().any(|row| row.key == key);
+        let ignores = |entry: Entry, key: &str| matches!(entry, Entry::Reference(one) if one.ignores(scene, key));
         let lacks = |entry: Entry| {
-            let table = entry.table();
             let mut keys = settings.keys();
-            keys.find(|key| {
-                let is_known = table.iter().any(|row| row.key == **key);
-                let is_ignored = matches!(entry, Entry::Reference(one) if one.ignores(scene, key));
-                !is_known || is_ignored
-            })
+            keys.find(|key| !has(entry, key) || ignores(entry, key))
         };
         let Some(key) = lacks(best) else {
             return Ok(Choice {
@@ -74,16 +71,17 @@ impl Method {
         let fits = |entry: &Entry| lacks(*entry).is_none();
         let found = others().find(fits).or_else(|| {
             // Settings of several methods: the one of the first that has this key says what is wrong.
-            others().find(|entry| entry.table().iter().any(|row| row.key == key.as_str()))
+            others().find(|entry| has(*entry, key))
         });
-        let entry = found.unwrap_or(best);
+        let (name, best_name) = (found.unwrap_or(best).name(), best.name());
+        let why = if ignores(best, key) {
+            format!("{key} has no effect on {best_name} here")
+        } else {
+            format!("{key} is a setting of {name}, not of {best_name}")
+        };
         Ok(Choice {
-            method: Self::new(entry.name(), settings)?,
-            reason: format!(
-                "{key} is a setting of {}, not of {}",
-                entry.name(),
-                best.name()
-            ),
+            method: Self::new(name, settings)?,
+            reason: format!("{why}; without it, {best_name} would suit: {reason}"),
             by_setting: Some(key.clone()),
         })
     }
@@ -120,5 +118,46 @@ fn best(scene: &Scene, sensor: &Sensor) -> (Entry, String) {
             beams,
             format!("no light has a size: beams know {measured} without noise, with bounds"),
         ),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn choice(scene: &str, settings: &[(&str, &str)]) -> Result<Choice, SettingError> {
+        let scene = crate::mitsuba::load(scene.as_ref(), &[]).unwrap();
+        let owned = |(key, value): &(&str, &str)| ((*key).to_owned(), (*value).to_owned());
+        let given = settings.iter().map(owned).collect();
+        Method::choose_with(&scene, &scene.sensors()[0], &given)
+    }
+
+    #[test]
+    fn a_setting_without_effect_is_told_from_one_that_the_method_does_not_have() {
+        let of_seed = choice("scenes/glass-ball.xml", &[("seed", "5")]).unwrap();
+        assert_eq!(of_seed.method.name(), "photons");
+        let is_told = of_seed.reason.starts_with("seed has no effect on beams");
+        assert!(is_told, "{}", of_seed.reason);
+        let of_samples = choice("scenes/glass-ball.xml", &[("samples", "random")]).unwrap();
+        let reason = "samples is a setting of photons, not of beams; without it, beams would suit";
+        assert!(
+            of_samples.reason.starts_with(reason),
+            "{}",
+            of_samples.reason
+        );
+    }
+
+    #[test]
+    fn settings_of_one_method_alone_choose_it() {
+        let name = |settings: &[(&str, &str)]| {
+            let choice = choice("scenes/glass-ball.xml", settings).unwrap();
+            choice.method.name()
+        };
+        assert_eq!(name(&[("max-depth", "3"), ("error", "1%")]), "beams");
+        assert_eq!(name(&[("photons", "64"), ("seed", "1")]), "photons");
+        assert_eq!(name(&[("spp", "4"), ("seed", "1")]), "path");
+        assert_eq!(name(&[("seen", "directly")]), "photon-map");
+        assert_eq!(name(&[("spp", "4"), ("photons", "64")]), "full");
+        assert!(choice("scenes/glass-ball.xml", &[("rays", "4"), ("spp", "4")]).is_err());
     }
 }

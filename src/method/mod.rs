@@ -111,13 +111,19 @@ impl Method {
         let entry = Entry::of(name)?;
         let values = Values::new(entry.name(), entry.table(), settings)?;
         let method = Self { entry, values };
-        let is_alone = method.values.whole::<u32>("replicates") == Some(1);
-        if is_alone && method.budget().relative_error.is_some() {
+        method.check_bar(&method.budget())?;
+        Ok(method)
+    }
+
+    /// Refuses a limit on the error of a single replicate, which would never know it.
+    fn check_bar(&self, budget: &Budget) -> Result<(), SettingError> {
+        let is_alone = self.values.whole::<u32>("replicates") == Some(1);
+        if is_alone && budget.relative_error.is_some() {
             let allowed =
                 "2 and more with a limit on the error: its bar takes at least 2 replicates";
             return Err(SettingError::value("replicates", "1", allowed));
         }
-        Ok(method)
+        Ok(())
     }
 
     /// The names of all methods.
@@ -160,10 +166,9 @@ impl Method {
     ///
     /// As [`Method::new`].
     pub fn with(&self, key: &str, value: &str) -> Result<Self, SettingError> {
-        Ok(Self {
-            entry: self.entry,
-            values: self.values.with(self.name(), key, value)?,
-        })
+        let mut given = self.given().clone();
+        given.insert(key.to_owned(), value.to_owned());
+        Self::new(self.name(), &given)
     }
 
     /// The stages of a technique, in the order in which they run; empty for references.
@@ -289,6 +294,7 @@ impl Method {
         }
         self.check_memory(scene, sensor, context)?;
         let budget = budget.or(self.budget());
+        self.check_bar(&budget)?;
         let job = Job {
             scene,
             sensor,
@@ -338,6 +344,9 @@ mod tests {
         };
         let alone = given(&[("replicates", "1"), ("error", "1%")]);
         assert!(Method::new("photons", &alone).is_err());
-        assert!(Method::new("photons", &given(&[("replicates", "1")])).is_ok());
+        let single = Method::new("photons", &given(&[("replicates", "1")])).unwrap();
+        assert!(single.with("error", "1%").is_err());
+        assert!(single.check_bar(&Budget::error(0.01)).is_err());
+        assert!(single.check_bar(&Budget::work(1)).is_ok());
     }
 }

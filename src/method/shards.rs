@@ -4,7 +4,7 @@ use super::Method;
 use super::references::photons;
 use super::warnings;
 use crate::reference::photons::run::Setup;
-use crate::reference::photons::shard::{Part, ShardError};
+use crate::reference::photons::shard::{Part, ShardError, check_budget};
 use crate::reference::photons::{PhotonSettings, Shard};
 use crate::run::{Context, Error, Refusal, Rendering};
 use crate::scene::{Scene, Sensor};
@@ -45,21 +45,27 @@ impl Method {
         self.check_memory(scene, sensor, context)
             .map_err(Error::from)?;
         let settings = self.sharded().map_err(Error::from)?;
-        let setup = Setup::new(scene, sensor, settings, &context.progress)?;
-        let estimate = setup.merge(&sensor.id, parts)?;
-        let warnings = warnings::of_chains(scene, setup.light().is_empty());
-        Ok(photons::rendering(scene, &settings, estimate, warnings))
+        // Direct light is measured here, on the threads asked for.
+        context
+            .install(|| {
+                let setup = Setup::new(scene, sensor, settings, &context.progress)?;
+                let warnings = warnings::of_chains(scene, setup.light().is_empty());
+                Ok(setup
+                    .merge(&sensor.id, parts)
+                    .map(|estimate| photons::rendering(scene, &settings, estimate, warnings)))
+            })?
+            .map_err(MergeError::from)
     }
 
     fn sharded(&self) -> Result<PhotonSettings, Refusal> {
-        if self.name() == "photons" {
-            Ok(photons::settings(&self.values, PhotonSettings::default()))
-        } else {
-            Err(Refusal::new(format!(
-                "shards are for --method photons: {} are made in one piece",
+        if self.name() != "photons" {
+            return Err(Refusal::new(format!(
+                "shards are for --method photons: a run of {} is made in one piece",
                 self.name()
-            )))
+            )));
         }
+        check_budget(&self.budget())?;
+        Ok(photons::settings(&self.values, PhotonSettings::default()))
     }
 }
 

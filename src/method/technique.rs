@@ -49,12 +49,6 @@ pub(super) fn run(technique: &dyn Technique, job: &Job) -> Result<Rendering, Err
     Ok(Rendering {
         light,
         warnings: frame.warnings,
-        summary: vec![format!(
-            "{} is an approximation: of all light it models {} alone, and its error is not known here (see nephroid \
-             attribute)",
-            technique.name(),
-            name(light)
-        )],
         unit: "photons",
         counters: frame.counters.list(),
         preparation: prepared.work().to_vec(),

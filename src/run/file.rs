@@ -2,16 +2,28 @@
 
 use std::path::Path;
 
-use super::{Estimate, LayerName, Quantity, Rendering};
+use super::{Estimate, LayerName, Light, Quantity, Rendering};
 use crate::film::Image;
 use crate::film::exr::{self, ExrWriteError};
 use crate::scene::Scene;
+use crate::transport::chain_limits::left_out_of_image;
 
 impl Rendering {
-    /// Warnings of the scene and of the run.
+    /// Warnings of the scene and of the run, and of light that the method does not model.
     pub fn all_warnings(&self, scene: &Scene) -> Vec<String> {
         let of_scene = scene.warnings().iter().map(ToString::to_string);
-        of_scene.chain(self.warnings.iter().cloned()).collect()
+        let mut all: Vec<String> = of_scene.chain(self.warnings.iter().cloned()).collect();
+        if let (false, [layer]) = (self.light == Light::All, &self.estimate.layers[..]) {
+            all.push(format!(
+                "this is an approximation: of all light it models {} alone, and its error is not known here (see \
+                 nephroid attribute)",
+                layer.name
+            ));
+            if self.estimate.quantity == Quantity::Radiance {
+                all.extend(left_out_of_image(scene));
+            }
+        }
+        all
     }
 
     /// All layers as channels, with their description as attributes: `E` (of a camera `L`), `LD`, `LRD`, ..., each

@@ -55,17 +55,6 @@ impl Values {
         })
     }
 
-    /// The same settings with another value of one key.
-    ///
-    /// # Errors
-    ///
-    /// As [`Values::new`].
-    pub fn with(&self, owner: &str, key: &str, value: &str) -> Result<Self, SettingError> {
-        let mut given = self.given.clone();
-        given.insert(key.to_owned(), value.to_owned());
-        Self::new(owner, self.table.clone(), &given)
-    }
-
     /// The settings that were typed.
     pub fn given(&self) -> &Given {
         &self.given

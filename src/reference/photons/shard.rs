@@ -118,10 +118,7 @@ impl Setup<'_> {
         budget: &Budget,
         shard: Shard,
     ) -> Result<Option<Part>, Error> {
-        if !budget.is_work_only() {
-            let reason = "a shard needs a fixed number of photons: give --photons, and neither --time nor --error";
-            return Err(Refusal::new(reason).into());
-        }
+        check_budget(budget)?;
         let photons = budget.work.unwrap_or(DEFAULT_PHOTONS);
         let (replicates, each) = self.division(photons);
         let mine = (0..replicates)
@@ -169,6 +166,16 @@ impl Setup<'_> {
         }
         Ok(rounds.estimate(&self.target, &self.map, self.direct(None).as_ref(), false))
     }
+}
+
+/// Refuses budgets whose number of photons is not known beforehand.
+pub fn check_budget(budget: &Budget) -> Result<(), Refusal> {
+    if budget.is_work_only() {
+        return Ok(());
+    }
+    let reason =
+        "a shard needs a fixed number of photons: give --photons, and neither --time nor --error";
+    Err(Refusal::new(reason))
 }
 
 /// Names the field in which two runs differ.
