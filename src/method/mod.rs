@@ -109,7 +109,8 @@ impl Method {
     /// ```
     pub fn new(name: &str, settings: &BTreeMap<String, String>) -> Result<Self, SettingError> {
         let entry = Entry::of(name)?;
-        let values = Values::new(entry.name(), entry.table(), settings)?;
+        let values = Values::new(entry.name(), entry.table(), settings)
+            .map_err(|error| error.of_others(table::owners))?;
         let method = Self { entry, values };
         let is_alone = method.values.whole::<u32>("replicates") == Some(1);
         if is_alone && method.budget().relative_error.is_some() {
@@ -162,7 +163,10 @@ impl Method {
     pub fn with(&self, key: &str, value: &str) -> Result<Self, SettingError> {
         Ok(Self {
             entry: self.entry,
-            values: self.values.with(self.name(), key, value)?,
+            values: self
+                .values
+                .with(self.name(), key, value)
+                .map_err(|error| error.of_others(table::owners))?,
         })
     }
 

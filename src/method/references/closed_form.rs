@@ -2,7 +2,7 @@
 
 use crate::method::memory;
 use crate::method::reference::{Job, Reference};
-use crate::method::rows::row;
+use crate::method::rows::{MOST_EVENTS, row};
 use crate::reference::closed_form::{self, ClosedFormSettings};
 use crate::run::{Cost, Error, Refusal, Rendering};
 use crate::scene::{Scene, Sensor};
@@ -15,7 +15,7 @@ const SETTINGS: &[Setting] = &[row(
     Kind::Whole(0, ClosedFormSettings::MOST_EVENTS as u64),
     Preset::Value("16"),
     "specular events",
-    "Most mirrors and interfaces of a path that is summed",
+    MOST_EVENTS,
 )];
 
 fn settings(values: &Values) -> ClosedFormSettings {
