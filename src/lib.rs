@@ -80,6 +80,11 @@ mod transport;
 #[doc(hidden)]
 pub mod internals;
 
+/// The README, whose Rust is compiled and run with the other examples.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
+
 use std::path::Path;
 
 pub use film::exr::{ExrReadError, ExrWriteError, read as read_exr};

@@ -19,18 +19,6 @@ pub fn methods(args: &MethodsArgs) -> anyhow::Result<Outcome> {
     };
     let method = Method::new(name, &Given::new())?;
     say!("{name}: {}\n", method.meaning());
-    for row in table::rows(name) {
-        let unit = if row.unit.is_empty() {
-            String::new()
-        } else {
-            format!(" [{}]", row.unit)
-        };
-        say!("  {}{unit}: {}", row.key, row.meaning);
-        say!(
-            "      {}; default: {}",
-            row.kind.allowed(),
-            row.default.text()
-        );
-    }
+    say!("{}", table::listing(name).trim_end());
     Ok(Outcome::Complete)
 }

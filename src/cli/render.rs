@@ -84,21 +84,38 @@ fn choose(
     let given = args.given();
     let name = args.method.as_deref().or(args.shard.map(|_| "photons"));
     if let Some(name) = name {
-        let method = Method::new(name, &given)?;
+        let method = Method::new(name, &given).map_err(|error| as_typed(args, error))?;
         let notice = method.ignored(scene).map(|key| {
+            let key = typed(args, key);
             format!("{key} has no effect: nothing is drawn at random where no light shines from a surface")
         });
         return Ok((method, notice));
     }
-    let choice = Method::choose_with(scene, sensor, &given)?;
+    let choice = Method::choose_with(scene, sensor, &given);
+    let choice = choice.map_err(|error| as_typed(args, error))?;
     // Whoever gives an amount of work knows the method whose work that is.
     let work_key = choice.method.work_key();
     let is_work = work_key.is_some_and(|key| given.contains_key(key));
-    let notice = choice
-        .by_setting
-        .filter(|_| !is_work)
-        .map(|_| choice.reason);
+    let key = choice.by_setting.as_deref().filter(|_| !is_work);
+    let notice = key.map(|key| choice.reason.replacen(key, &typed(args, key), 1));
     Ok((choice.method, notice))
+}
+
+/// A setting as it was typed: as a flag, or by `--set`.
+fn typed(args: &RenderArgs, key: &str) -> String {
+    if args.settings.given.contains_key(key) {
+        format!("--{key}")
+    } else {
+        key.to_owned()
+    }
+}
+
+/// The same error with its setting as it was typed.
+fn as_typed(args: &RenderArgs, mut error: SettingError) -> SettingError {
+    if let SettingError::Value { key, .. } = &mut error {
+        *key = typed(args, key);
+    }
+    error
 }
 
 fn trace_shard(

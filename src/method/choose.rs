@@ -1,10 +1,11 @@
 //! The method that suits a scene and a sensor.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::Method;
 use super::entry::Entry;
 use super::memory::is_camera;
+use super::table;
 use crate::scene::{Scene, Sensor};
 use crate::setting::{Given, SettingError};
 
@@ -69,6 +70,12 @@ impl Method {
         };
         let others = || Entry::all().filter(|entry| matches!(entry, Entry::Reference(_)));
         let fits = |entry: &Entry| lacks(*entry).is_none();
+        let unknown = settings.keys().find(|key| table::owners(key).is_empty());
+        if let Some(unknown) = unknown {
+            let all = || Entry::all().flat_map(Entry::table).map(|row| row.key);
+            let names: BTreeSet<&str> = all().collect();
+            return Err(SettingError::unknown("setting", unknown, names));
+        }
         let found = others().find(fits).or_else(|| {
             // Settings of several methods: the one of the first that has this key says what is wrong.
             others().find(|entry| has(*entry, key))

@@ -18,8 +18,13 @@ pub(super) enum Entry {
 impl Entry {
     /// All entries, references first.
     pub fn all() -> impl Iterator<Item = Self> {
-        let references = REFERENCES.iter().map(|one| Self::Reference(*one));
+        let references = Self::references().map(Self::Reference);
         references.chain(TECHNIQUES.iter().map(|one| Self::Technique(*one)))
+    }
+
+    /// All references.
+    pub fn references() -> impl Iterator<Item = &'static dyn Reference> {
+        REFERENCES.iter().copied()
     }
 
     /// The entry of a name.

@@ -109,7 +109,8 @@ impl Method {
     /// ```
     pub fn new(name: &str, settings: &BTreeMap<String, String>) -> Result<Self, SettingError> {
         let entry = Entry::of(name)?;
-        let values = Values::new(entry.name(), entry.table(), settings)?;
+        let values = Values::new(entry.name(), entry.table(), settings)
+            .map_err(|error| error.of_others(table::owners))?;
         let method = Self { entry, values };
         method.check_bar(&method.budget())?;
         Ok(method)

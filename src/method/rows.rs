@@ -43,8 +43,12 @@ pub(super) const ERROR: Setting = row(
     Kind::Fraction,
     Preset::Rule("no limit"),
     "",
-    "Stop at this relative standard error: root mean square over mean, of lit texels",
+    ERROR_MEANING,
 );
+
+/// The standard error of methods that draw at random, and the likely error of beams.
+pub(super) const ERROR_MEANING: &str =
+    "Stop at this relative error: root mean square over mean, of lit texels";
 
 /// The limit on time.
 pub(super) const TIME: Setting = row(
@@ -90,12 +94,14 @@ pub(super) const fn replicates(least: u64, default: &'static str) -> Setting {
     )
 }
 
+pub(super) const MOST_EVENTS: &str = "Most mirrors and interfaces of a path";
+
 pub(super) const MAX_DEPTH: Setting = row(
     "max-depth",
     Kind::Whole(0, MAX_EVENTS as u64),
     Preset::Value("16"),
     "specular events",
-    "Mirrors and interfaces after which flux is cut off",
+    MOST_EVENTS,
 );
 
 pub(super) const SHADING_NORMALS: Setting = row(

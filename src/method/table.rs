@@ -1,7 +1,9 @@
 //! The table of all methods with their settings, for flags, help and documents.
 
+use std::fmt::Write as _;
+
 use super::entry::Entry;
-use crate::setting::{Kind, Setting};
+use crate::setting::{Kind, Preset, Setting};
 
 /// One setting as a flag: the rows of all references that have its key.
 pub struct Flag {
@@ -9,19 +11,24 @@ pub struct Flag {
     pub key: &'static str,
     /// Each method that has it, with its row.
     pub rows: Vec<(&'static str, &'static Setting)>,
+    /// True if it limits a run.
+    pub is_limit: bool,
 }
 
 /// The settings of all references, each key once: limits first. Techniques have theirs by `--set` alone.
 pub fn flags() -> Vec<Flag> {
     let mut flags: Vec<Flag> = Vec::new();
-    for entry in Entry::all() {
-        let Entry::Reference(_) = entry else { continue };
-        for row in entry.table() {
+    let references: Vec<_> = Entry::references().collect();
+    let limits = references.iter().map(|one| (one, one.limits(), true));
+    let settings = references.iter().map(|one| (one, one.settings(), false));
+    for (method, rows, is_limit) in limits.chain(settings) {
+        for row in rows {
             match flags.iter_mut().find(|flag| flag.key == row.key) {
-                Some(flag) => flag.rows.push((entry.name(), row)),
+                Some(flag) => flag.rows.push((method.name(), row)),
                 None => flags.push(Flag {
                     key: row.key,
-                    rows: vec![(entry.name(), row)],
+                    rows: vec![(method.name(), row)],
+                    is_limit,
                 }),
             }
         }
@@ -30,70 +37,110 @@ pub fn flags() -> Vec<Flag> {
 }
 
 impl Flag {
-    /// The help of a flag: its meanings, methods, words and defaults.
+    /// The help of a flag: its meanings, the methods that have it, its words and its defaults.
     pub fn help(&self) -> String {
-        let mut groups: Vec<(&Setting, Vec<&str>)> = Vec::new();
+        let mut parts = Vec::new();
+        for (meaning, methods) in self.grouped(|row| row.meaning) {
+            parts.push(format!("{meaning} ({})", methods.join(", ")));
+        }
+        let mut words = Vec::new();
+        for word in self.rows.iter().flat_map(|(_, row)| row.kind.words()) {
+            if !words.contains(&word.0) {
+                words.push(word.0);
+            }
+        }
+        let mut text = parts.join("; ");
+        if !words.is_empty() {
+            let _ = write!(text, " [{}]", words.join(", "));
+        }
+        let defaults = self.grouped(|row| row.default.text());
+        let last = defaults.len() - 1;
+        let defaults = defaults
+            .iter()
+            .enumerate()
+            .map(|(i, (default, methods))| match i {
+                _ if i == last && last == 0 => (*default).to_owned(),
+                _ => format!("{}: {default}", methods.join(", ")),
+            });
+        let defaults: Vec<String> = defaults.collect();
+        let _ = write!(text, " [default: {}]", defaults.join("; "));
+        text
+    }
+
+    /// The methods with the same text of their rows, in the order of the table.
+    fn grouped(&self, text: impl Fn(&Setting) -> &'static str) -> Vec<(&'static str, Vec<&str>)> {
+        let mut groups: Vec<(&'static str, Vec<&str>)> = Vec::new();
         for (method, row) in &self.rows {
-            let same = |one: &&mut (&Setting, Vec<&str>)| {
-                one.0.meaning == row.meaning && one.0.default == row.default
-            };
-            match groups.iter_mut().find(same) {
+            match groups.iter_mut().find(|group| group.0 == text(row)) {
                 Some((_, methods)) => methods.push(method),
-                None => groups.push((row, vec![method])),
+                None => groups.push((text(row), vec![method])),
             }
         }
-        let lines = groups.iter().map(|(row, methods)| {
-            let methods = methods.join(", ");
-            format!(
-                "{} ({methods}) [default: {}]",
-                row.meaning,
-                row.default.text()
-            )
-        });
-        let lines: Vec<String> = lines.collect();
-        let Some((_, row)) = self.rows.first() else {
-            return String::new();
-        };
-        match row.kind {
-            Kind::Choice(words) => {
-                let words = words().into_iter();
-                let words: Vec<String> = words
-                    .map(|(word, meaning)| format!("{word}: {meaning}"))
-                    .collect();
-                format!("{}; {}", lines.join("; "), words.join("; "))
-            }
-            _ => lines.join("; "),
-        }
+        groups
     }
 }
 
-/// The settings of a method as rows of Markdown: key, values, default, unit, meaning.
+/// The settings of a method as Markdown: a table with a row a setting, then a list of the words of choices.
 pub fn markdown(name: &str) -> String {
+    let rows = rows(name);
     let mut text = "| setting | values | default | meaning |\n|---|---|---|---|\n".to_owned();
-    for row in rows(name) {
-        let values = match row.kind {
-            Kind::Choice(words) => {
-                let words: Vec<String> = words()
-                    .iter()
-                    .map(|(word, _)| format!("`{word}`"))
-                    .collect();
-                words.join(", ")
-            }
-            kind => kind.allowed(),
+    for row in &rows {
+        let unit = match row.unit {
+            "" => String::new(),
+            unit => format!(" \\[{unit}\\]"),
         };
-        let unit = if row.unit.is_empty() {
-            String::new()
-        } else {
-            format!(" [{}]", row.unit)
+        let default = match row.default {
+            Preset::Value(value) => format!("`{value}`"),
+            Preset::Rule(rule) => rule.to_owned(),
         };
-        text.push_str(&format!(
-            "| `{}` | {values}{unit} | {} | {} |\n",
+        let _ = writeln!(
+            text,
+            "| `{}` | {} | {default} | {}{unit} |",
             row.key,
-            row.default.text(),
+            row.kind.column(),
             row.meaning
-        ));
+        );
+    }
+    for row in rows
+        .iter()
+        .filter(|row| matches!(row.kind, Kind::Choice(_)))
+    {
+        let _ = writeln!(text, "\nWords of `{}`:\n", row.key);
+        for (word, meaning) in row.kind.words() {
+            let _ = writeln!(text, "- `{word}`: {meaning}");
+        }
     }
     text
+}
+
+/// The settings of a method as plain text: its meaning, values and default, and the words of choices.
+pub fn listing(name: &str) -> String {
+    let rows = rows(name);
+    let width = rows.iter().map(|row| row.key.len()).max().unwrap_or(0);
+    let mut text = String::new();
+    for row in &rows {
+        let _ = writeln!(text, "  {:width$}  {}", row.key, row.meaning);
+        let words = row.kind.words();
+        let values = match (words.is_empty(), row.unit) {
+            (false, _) => String::new(),
+            (true, "") => format!("{}; ", row.kind.column()),
+            (true, unit) => format!("{} [{unit}]; ", row.kind.column()),
+        };
+        let default = row.default.text();
+        let _ = writeln!(text, "  {:width$}    {values}default: {default}", "");
+        let longest = words.iter().map(|(word, _)| word.len()).max().unwrap_or(0);
+        for (word, meaning) in words {
+            let _ = writeln!(text, "  {:width$}    {word:longest$}  {meaning}", "");
+        }
+    }
+    text
+}
+
+/// The methods that have a setting.
+pub(super) fn owners(key: &str) -> Vec<&'static str> {
+    let has = |entry: &Entry| entry.table().iter().any(|row| row.key == key);
+    let entries = Entry::all().filter(has);
+    entries.map(Entry::name).collect()
 }
 
 /// The settings of a method: limits first; empty for a name that is no method's.

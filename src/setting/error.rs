@@ -10,7 +10,7 @@ pub enum SettingError {
         what: String,
         /// The name.
         name: String,
-        /// The nearest name there is, as a question.
+        /// The nearest name there is, as a question, or those who have this one.
         suggestion: String,
         /// All names.
         there: String,
@@ -41,6 +41,21 @@ impl SettingError {
             suggestion: did_you_mean(name, there.iter().copied()),
             there: there.join(", "),
         }
+    }
+
+    /// The same error with those who have the name, instead of a suggestion, if anyone has.
+    #[must_use]
+    pub fn of_others(mut self, owners: impl Fn(&str) -> Vec<&'static str>) -> Self {
+        if let Self::Unknown {
+            name, suggestion, ..
+        } = &mut self
+        {
+            let owners = owners(name);
+            if !owners.is_empty() {
+                *suggestion = format!("; it is one of {}", owners.join(", "));
+            }
+        }
+        self
     }
 
     /// A value that `key` cannot have.

@@ -94,6 +94,31 @@ impl Kind {
         }
     }
 
+    /// The same, as short as a column of a table.
+    pub fn column(self) -> String {
+        match self {
+            // Counts of work end at a power of two that is too long to read, or at the type's end.
+            Self::Whole(low, high) if high > 1 << 32 && high.is_power_of_two() => {
+                format!("{low}..=2^{}", high.ilog2())
+            }
+            Self::Whole(low, high) if high >= u64::from(u32::MAX) => format!("from {low} on"),
+            Self::Whole(low, high) => format!("{low}..={high}"),
+            Self::Number(low, high) => format!("{low} to {high}"),
+            Self::Fraction => "> 0, or in %".to_owned(),
+            Self::Time => "ms, s, m, h".to_owned(),
+            Self::Choice(_) => "word".to_owned(),
+            Self::Flag => "true, false".to_owned(),
+        }
+    }
+
+    /// The words that it may be, with their meanings; none for numbers.
+    pub fn words(self) -> Vec<(&'static str, &'static str)> {
+        match self {
+            Self::Choice(words) => words(),
+            _ => Vec::new(),
+        }
+    }
+
     /// The placeholder for a value in help texts.
     pub fn placeholder(self) -> &'static str {
         match self {

@@ -336,6 +336,11 @@ fn what_cannot_be_planned_is_refused_with_what_can() {
     assert!(twice.contains("another name"), "{twice}");
     let limit = message("[[method]]\nmethod = \"photons\"\n[max-error]\nfotons = 0.1\n");
     assert!(limit.contains("did you mean \"photons\"?"), "{limit}");
+    for method in ["[[method]]\n", "[truth]\n"] {
+        let timed = message(&format!("{method}method = \"beams\"\ntime = \"30s\"\n"));
+        assert!(timed.contains("time is \"30s\""), "{timed}");
+        assert!(timed.contains("depend on the machine"), "{timed}");
+    }
 }
 
 #[test]

@@ -22,7 +22,11 @@ impl clap::Args for SettingArgs {
                 .long(flag.key)
                 .value_name(kind.placeholder())
                 .help(flag.help())
-                .help_heading("Settings of methods");
+                .help_heading(if flag.is_limit {
+                    "End of a run, at the first limit that it reaches"
+                } else {
+                    "Settings of methods (`nephroid methods NAME` tells the meanings of words)"
+                });
             command.arg(match kind {
                 // With an equals sign, so that what follows is never taken for the value.
                 Kind::Flag => argument

@@ -19,7 +19,7 @@ const LIMITS: &[Setting] = &[
         Kind::Fraction,
         Preset::Rule("0.1% if nothing else is limited"),
         "",
-        "Stop at this likely relative error: root mean square over mean, of lit texels",
+        rows::ERROR_MEANING,
     ),
     rows::TIME,
     count(

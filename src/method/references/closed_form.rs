@@ -2,7 +2,7 @@
 
 use crate::method::memory;
 use crate::method::reference::{Job, Reference};
-use crate::method::rows::row;
+use crate::method::rows::{MOST_EVENTS, row};
 use crate::method::warnings;
 use crate::reference::closed_form::{self, ClosedFormSettings};
 use crate::run::{Cost, Counter, Error, Refusal, Rendering};
@@ -16,7 +16,7 @@ const SETTINGS: &[Setting] = &[row(
     Kind::Whole(0, ClosedFormSettings::MOST_EVENTS as u64),
     Preset::Value("16"),
     "specular events",
-    "Most mirrors and interfaces of a path that is summed",
+    MOST_EVENTS,
 )];
 
 fn settings(values: &Values) -> ClosedFormSettings {

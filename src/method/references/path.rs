@@ -77,7 +77,7 @@ impl Reference for Path {
     }
 
     fn meaning(&self) -> &'static str {
-        "Paths from a camera: all that it sees, but caustics of small lamps slowly, of point lights never"
+        "Paths from a camera: all that it sees, but caustics of small area lights slowly, of point lights never"
     }
 
     fn limits(&self) -> &'static [Setting] {

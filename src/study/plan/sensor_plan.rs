@@ -123,6 +123,14 @@ fn runs(method: &StudyMethod, sensor: &Sensor) -> Result<Vec<StudyRun>, PlanErro
             sensor: sensor.id.clone(),
         });
     }
+    let timed = made.iter().zip(&method.settings);
+    let timed = timed.filter(|(one, _)| one.budget().time.is_some());
+    if let Some((_, given)) = timed.into_iter().next() {
+        let value = given.get("time").map_or("", String::as_str);
+        let allowed = "error or work as a method's limit: its film would depend on the machine (`time` of the whole \
+                       study is a limit on when the last run begins)";
+        return Err(SettingError::value("time", value, allowed).into());
+    }
     let pairs = made.into_iter().zip(&method.settings);
     Ok(pairs
         .map(|(made, given)| StudyRun {

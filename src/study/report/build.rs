@@ -15,10 +15,12 @@ use super::figures::{
     Curve, ReportRow, RunTiming, SensorFigures, SensorTimings, StageErrors, StudyFigures,
     StudyReport, Timings, TruthFigures,
 };
+use super::specular::add_specular;
 use super::stages::{StageFilms, stage_errors};
 use super::trade::{curves, front, gates, mark_pareto, orders_in_seconds};
 use crate::film::{Image, exr};
 use crate::metric::{self, CompareImage, LayerComparison};
+use crate::run::LayerName;
 use crate::scene::requirements;
 
 /// The film that a row judges.
@@ -103,7 +105,10 @@ fn sensor_figures(
 ) -> Result<(SensorFigures, SensorTimings), StudyError> {
     let plan = films.plan;
     let sensor = session.sensor(plan)?;
-    let truth = film(session, &films.truth.exr)?;
+    let mut truth = film(session, &films.truth.exr)?;
+    if films.is_specular_judged() {
+        add_specular(&mut truth.image);
+    }
     let mut rows = Vec::new();
     for one in &films.judged {
         next(&one.label());
@@ -165,6 +170,19 @@ fn quantity(image: &Image) -> crate::run::Quantity {
         Radiance
     } else {
         Irradiance
+    }
+}
+
+impl SensorFilms<'_> {
+    /// True if a film is judged by all light by way of mirrors and glass, which the truth may not have as a layer.
+    fn is_specular_judged(&self) -> bool {
+        let rows = self.judged.iter().filter_map(|one| match one {
+            JudgedFilm::Run(_, stored) => Some(&stored.facts),
+            JudgedFilm::Candidate(..) => None,
+        });
+        let stages = self.stages.iter().map(|one| &one.all.facts);
+        let specular = LayerName::Specular.to_string();
+        rows.chain(stages).any(|facts| facts.judged == specular)
     }
 }
 

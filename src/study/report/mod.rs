@@ -9,6 +9,8 @@
 //!
 //! Figures are those of [`metric::compare`](crate::metric::compare) on the stored films: `nephroid compare`
 //! prints the same digits.
+//! Methods of all light by mirrors and glass are the exception: that layer of the truth is made here
+//! (`specular.rs`).
 
 mod answers;
 mod build;
@@ -16,6 +18,7 @@ mod figures;
 mod files;
 mod page;
 mod planes;
+mod specular;
 mod stages;
 mod text;
 mod trade;

@@ -8,8 +8,10 @@ use serde::Serialize;
 use super::super::StudyError;
 use super::figures::{SensorFigures, StudyReport, Timings};
 use super::planes::{Digits, EncodedPlane, reduced};
+use super::specular::add_specular;
 use crate::film::{Image, exr};
 use crate::metric::{CompareImage, ImageSide, Maps, Pairing};
+use crate::run::LayerName;
 
 /// Largest size of the page's images \[bytes\]; larger films are averaged over squares of texels.
 const LARGEST: usize = 14_000_000;
@@ -100,7 +102,11 @@ pub fn page(folder: &Path, report: &StudyReport, timings: &Timings) -> Result<St
 /// The films of a sensor: the truth, each row, and the truth's layers that rows are judged by.
 fn films(folder: &Path, sensor: &SensorFigures) -> Result<Vec<PageFilm>, StudyError> {
     let read = |file: &str| exr::read(&folder.join(file));
-    let truth = CompareImage::new(sensor.truth.file.clone(), read(&sensor.truth.file)?);
+    let mut truth = CompareImage::new(sensor.truth.file.clone(), read(&sensor.truth.file)?);
+    let specular = LayerName::Specular.to_string();
+    if sensor.rows.iter().any(|row| row.layer == specular) {
+        add_specular(&mut truth.image);
+    }
     let total = sensor.quantity.symbol();
     let mut films = vec![PageFilm::of(&truth.image, &sensor.truth.file, total)];
     for row in &sensor.rows {

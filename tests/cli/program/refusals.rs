@@ -86,6 +86,36 @@ fn what_is_wrong_is_said_with_its_place_and_exits_with_2() {
             vec!["render", &glass_ball, "-D", "colour=red"],
             vec!["colour"],
         ),
+        (
+            vec!["render", &glass_ball, "--spp", "4", "--method", "beams"],
+            vec![
+                "beams",
+                "\"spp\"; it is one of path, full; there are error, time, rays",
+            ],
+        ),
+        (
+            vec![
+                "render",
+                &glass_ball,
+                "--method",
+                "photons",
+                "--set",
+                "splat=fixed",
+            ],
+            vec!["\"splat\"; it is one of caustic-map"],
+        ),
+        (
+            vec!["render", &glass_ball, "--photons", "0"],
+            vec!["--photons is \"0\"", "whole numbers 1..="],
+        ),
+        (
+            vec!["render", &glass_ball, "--set", "foo=1"],
+            vec!["no setting is called \"foo\"", "photons", "splat"],
+        ),
+        (
+            vec!["render", &glass_ball, "--method", "beam"],
+            vec!["did you mean \"beams\"?", "closed-form"],
+        ),
         (vec!["render"], vec!["SCENE"]),
         (vec!["generate", "teapot"], vec!["teapot", "glass-ball"]),
     ];

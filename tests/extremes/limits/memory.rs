@@ -17,7 +17,7 @@ fn said(scene: &Path, size: usize, sensor: &str, method: &str) -> u64 {
     let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     let sensors = json["sensors"].as_array().unwrap();
     let sensor = sensors.iter().find(|one| one["id"] == sensor).unwrap();
-    sensor["film_bytes"][method].as_u64().unwrap()
+    sensor["costs"][method]["bytes"].as_u64().unwrap()
 }
 
 /// Each method, the sensor that it fills, and a run of it that takes little time and much memory: photon maps
