@@ -89,10 +89,15 @@ use std::path::Path;
 
 pub use film::exr::{ExrReadError, ExrWriteError, read as read_exr};
 pub use film::{Channel, Image};
+pub use geometry::TraversalCounters;
 pub use method::{Choice, Method, StageSetting};
+pub use metric::difference::{Difference, Percentile, WorstTexel};
+pub use metric::equivalence::{Equivalence, MeanEquivalence, TexelEquivalence};
+pub use metric::significance::{JointTest, Significance};
+pub use metric::similarity::Similarity;
 pub use metric::{
-    CompareError, CompareImage, CompareSettings, Comparison, ImageSide, LayerComparison, Verdict,
-    compare,
+    CompareError, CompareImage, CompareSettings, Comparison, Flip, ImageSide, LayerComparison,
+    Verdict, compare,
 };
 pub use mitsuba::LoadError;
 pub use radiometry::Rgb;
@@ -100,11 +105,11 @@ pub use run::{
     Budget, Context, Cost, Counter, Counters, Error, Estimate, Interval, Layer, LayerName, Light,
     Progress, Quantity, Range, Refusal, Rendering, StageWork,
 };
-pub use scene::{Scene, Sensor};
+pub use scene::{Scene, Sensor, SourcePosition, Warning};
 pub use setting::SettingError;
 pub use transport::ledger::{FluxByFate, Ledger};
 pub use transport::path_class::PathClass;
-pub use transport::signature::{Event, Signature};
+pub use transport::signature::{Event, Signature, SignatureError};
 
 /// Reads a Mitsuba 3 scene file and all files that it names.
 ///

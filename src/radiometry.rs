@@ -15,6 +15,7 @@ impl Rgb {
     /// No light.
     pub const BLACK: Self = Self([0.0; 3]);
     /// One in every channel.
+    #[doc(hidden)]
     pub const WHITE: Self = Self([1.0; 3]);
 
     /// The same value in every channel.
@@ -31,18 +32,20 @@ impl Rgb {
 
     /// True if the three channels hold the same value, so that one channel can stand for all.
     #[inline]
-    pub fn is_grey(self) -> bool {
+    pub(crate) fn is_grey(self) -> bool {
         self.0[0] == self.0[1] && self.0[1] == self.0[2]
     }
 
     /// True if every channel is exactly zero.
     #[inline]
+    #[doc(hidden)]
     pub fn is_black(self) -> bool {
         self.0 == [0.0; 3]
     }
 
     /// True if every channel is neither infinite nor NaN.
     #[inline]
+    #[doc(hidden)]
     pub fn is_finite(self) -> bool {
         self.0.iter().all(|channel| channel.is_finite())
     }
@@ -55,6 +58,7 @@ impl Rgb {
 
     /// The smallest channel.
     #[inline]
+    #[doc(hidden)]
     pub fn min_channel(self) -> f64 {
         self.0[0].min(self.0[1]).min(self.0[2])
     }
@@ -68,6 +72,7 @@ impl Rgb {
     /// The triple of `f` applied to every channel.
     #[inline]
     #[must_use]
+    #[doc(hidden)]
     pub fn map(self, f: impl FnMut(f64) -> f64) -> Self {
         Self(self.0.map(f))
     }

@@ -46,6 +46,7 @@ pub enum ExrWriteError {
         /// The file that was to be written.
         path: PathBuf,
         /// The defect of the image.
+        #[doc(hidden)]
         cause: ImageError,
     },
     /// The encoder refused.
@@ -58,7 +59,11 @@ pub enum ExrWriteError {
     },
     /// The system refused.
     #[error(transparent)]
-    Write(#[from] WriteError),
+    Write(
+        #[doc(hidden)]
+        #[from]
+        WriteError,
+    ),
 }
 
 /// Reason why an image was not read.

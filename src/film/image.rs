@@ -85,9 +85,9 @@ pub enum ImageError {
 
 impl Image {
     /// The largest width and height.
-    pub const MAX_SIZE: usize = 1 << 20;
+    pub(crate) const MAX_SIZE: usize = 1 << 20;
     /// The longest name of a channel or key in bytes: EXR's 255 less a prefix.
-    pub const MAX_NAME_LENGTH: usize = 240;
+    pub(crate) const MAX_NAME_LENGTH: usize = 240;
 
     /// An image without channels and metadata.
     pub const fn new(width: usize, height: usize) -> Self {
@@ -111,7 +111,7 @@ impl Image {
     }
 
     /// Adds the channels of [`Image::add_rgb`], rounded as given.
-    pub fn add_rgb_rounded(&mut self, layer: &str, values: &[[f64; 3]], rounding: Rounding) {
+    pub(crate) fn add_rgb_rounded(&mut self, layer: &str, values: &[[f64; 3]], rounding: Rounding) {
         let dot = if layer.is_empty() { "" } else { "." };
         for (c, component) in ["R", "G", "B"].into_iter().enumerate() {
             let name = format!("{layer}{dot}{component}");
@@ -138,6 +138,7 @@ impl Image {
     }
 
     /// The channel of a name as a grid.
+    #[doc(hidden)]
     pub fn grid(&self, name: &str) -> Option<Grid<f32>> {
         let channel = self.channel(name)?;
         Grid::from_vec(self.width, self.height, channel.samples.clone())
@@ -157,6 +158,7 @@ impl Image {
     ///
     /// For a size of zero or beyond [`Image::MAX_SIZE`], no channel, a channel with too many or too few
     /// samples, and names that are empty, too long, given twice or hold a NUL.
+    #[doc(hidden)]
     pub fn check(&self) -> Result<(), ImageError> {
         let sizes = 1..=Self::MAX_SIZE;
         if !sizes.contains(&self.width) || !sizes.contains(&self.height) {

@@ -202,6 +202,7 @@ impl Method {
     }
 
     /// The settings of a default study: a key, and its values from coarse to fine; `None` for references.
+    #[doc(hidden)]
     pub fn sweep(&self) -> Option<(&'static str, &'static [&'static str])> {
         match self.entry {
             Entry::Reference(_) => None,
@@ -210,16 +211,18 @@ impl Method {
     }
 
     /// The key of the limit on work, in the method's own unit.
-    pub fn work_key(&self) -> Option<&'static str> {
+    pub(crate) fn work_key(&self) -> Option<&'static str> {
         self.entry.work_key()
     }
 
     /// True if it fills cameras only.
+    #[doc(hidden)]
     pub fn is_of_cameras(&self) -> bool {
         matches!(self.entry, Entry::Reference(one) if one.is_of_cameras())
     }
 
     /// The first setting given that has no effect in a scene.
+    #[doc(hidden)]
     pub fn ignored(&self, scene: &Scene) -> Option<&str> {
         let keys = self.values.given().keys().map(String::as_str);
         match self.entry {
@@ -247,7 +250,7 @@ impl Method {
     /// # Errors
     ///
     /// With the size, the memory that it takes, and the memory that there is.
-    pub fn check_memory(
+    pub(crate) fn check_memory(
         &self,
         scene: &Scene,
         sensor: &Sensor,

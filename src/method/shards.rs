@@ -15,6 +15,7 @@ impl Method {
     /// # Errors
     ///
     /// If the method is not photons, its settings limit time or error, or as [`Method::run`].
+    #[doc(hidden)]
     pub fn run_shard(
         &self,
         scene: &Scene,
@@ -35,6 +36,7 @@ impl Method {
     /// # Errors
     ///
     /// If a part is of another run, missing or doubled, or as [`Method::run_shard`].
+    #[doc(hidden)]
     pub fn merge(
         &self,
         scene: &Scene,

@@ -28,6 +28,7 @@ pub struct CompareImage {
     /// known, standard errors count as exact.
     pub samples: Option<u64>,
     /// The place of the image's upper left texel in its file. Messages and places refer to the file.
+    #[doc(hidden)]
     pub corner: [usize; 2],
 }
 
@@ -61,6 +62,7 @@ impl CompareImage {
     /// # Errors
     ///
     /// If the window is empty or leaves the image.
+    #[doc(hidden)]
     pub fn cropped(&self, window: Window) -> Result<Self, CompareError> {
         let errors = match &self.errors {
             Some((name, image)) => Some((name.clone(), cropped(image, window)?)),

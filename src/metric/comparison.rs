@@ -41,8 +41,10 @@ pub struct Flip {
     /// The largest of a texel.
     pub max: f64,
     /// Pixels a degree of vision.
+    #[doc(hidden)]
     pub pixels_per_degree: f32,
     /// The exposures.
+    #[doc(hidden)]
     pub exposures: Exposures,
 }
 
@@ -79,6 +81,7 @@ pub fn compare(
 
 impl Comparison {
     /// The figures of layers that are side by side already.
+    #[doc(hidden)]
     pub fn of(
         pairing: &Pairing,
         a: &CompareImage,
@@ -145,6 +148,7 @@ fn notes_on_bars(
 
 impl LayerComparison {
     /// The figures of one layer.
+    #[doc(hidden)]
     pub fn of(pair: &LayerPair, settings: &CompareSettings) -> Self {
         let difference = Difference::of(pair);
         let equivalence = Equivalence::of(pair, &difference, settings.margin, settings.level);
@@ -165,7 +169,7 @@ impl LayerComparison {
 
 impl Flip {
     /// HDR-FLIP of a layer; `None` if the reference has no light to set exposures by.
-    pub fn of(pair: &LayerPair, pixels_per_degree: f32) -> Option<Self> {
+    pub(crate) fn of(pair: &LayerPair, pixels_per_degree: f32) -> Option<Self> {
         let channel = |c: usize| &pair.channels[c.min(pair.channels.len() - 1)];
         let images = Images {
             reference: [0, 1, 2].map(|c| channel(c).reference),

@@ -29,6 +29,7 @@ pub struct Difference {
     /// Mean of the other image.
     pub mean_other: f64,
     /// Mean of the reference over lit texels.
+    #[doc(hidden)]
     pub mean_lit: f64,
     /// √(mean d²).
     pub rmse: f64,
@@ -37,10 +38,12 @@ pub struct Difference {
     /// mean d² / (r² + ε).
     pub rel_mse: Option<f64>,
     /// ε of `rel_mse`: [`EPSILON`] (mean r)².
+    #[doc(hidden)]
     pub rel_mse_epsilon: f64,
     /// mean |d| / (|r| + |r + d| + ε): between 0 and 1.
     pub smape: Option<f64>,
     /// ε of `smape`: [`EPSILON`] mean r.
+    #[doc(hidden)]
     pub smape_epsilon: f64,
     /// mean |d|.
     pub mae: f64,
@@ -50,11 +53,12 @@ pub struct Difference {
     /// reference is dark.
     pub psnr: Option<f64>,
     /// The peak of `psnr`: the largest value of the reference.
+    #[doc(hidden)]
     pub psnr_peak: f64,
     /// Percentiles over texels of |d|, channels averaged.
     pub percentiles: Vec<Percentile>,
     /// The texel with the largest |d|, channels averaged.
-    pub worst: Worst,
+    pub worst: WorstTexel,
 }
 
 /// The value that a part of the texels does not exceed.
@@ -68,7 +72,7 @@ pub struct Percentile {
 
 /// The texel that differs most.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Worst {
+pub struct WorstTexel {
     /// Column in the file.
     pub x: usize,
     /// Row in the file.
@@ -76,14 +80,16 @@ pub struct Worst {
     /// |d|, channels averaged.
     pub difference: f64,
     /// The reference there, channel by channel.
+    #[doc(hidden)]
     pub reference: Vec<f64>,
     /// The other image there, channel by channel.
+    #[doc(hidden)]
     pub other: Vec<f64>,
 }
 
 impl Difference {
     /// The figures of a layer.
-    pub fn of(pair: &LayerPair) -> Self {
+    pub(crate) fn of(pair: &LayerPair) -> Self {
         let texels = pair.texels();
         let samples = (texels * pair.channels.len()) as f64;
         let [reference, other, lit, lit_reference] = sums(texels, |i| {
@@ -160,7 +166,7 @@ impl Difference {
 }
 
 /// Percentiles and the largest of |d|.
-fn spread(pair: &LayerPair) -> (Vec<Percentile>, Worst) {
+fn spread(pair: &LayerPair) -> (Vec<Percentile>, WorstTexel) {
     let texels = pair.texels();
     let weight = 1.0 / pair.channels.len() as f64;
     let difference = |i: usize| {
@@ -181,7 +187,7 @@ fn spread(pair: &LayerPair) -> (Vec<Percentile>, Worst) {
         values.collect()
     };
     let [x, y] = pair.place(texel);
-    let worst = Worst {
+    let worst = WorstTexel {
         x,
         y,
         difference: largest,

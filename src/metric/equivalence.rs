@@ -38,29 +38,34 @@ impl Verdict {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Equivalence {
     /// The margin, as a fraction of the reference's mean.
+    #[doc(hidden)]
     pub margin: f64,
     /// The significance level of each one-sided test.
+    #[doc(hidden)]
     pub level: f64,
     /// The verdict on the mean.
-    pub bias: Bias,
+    pub bias: MeanEquivalence,
     /// The verdict on the texels.
-    pub texels: Texels,
+    pub texels: TexelEquivalence,
     /// The worse of both.
     pub verdict: Verdict,
 }
 
 /// The difference of the means. Relative figures are `None` if the reference is dark.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Bias {
+pub struct MeanEquivalence {
     /// Mean of the other image less that of the reference, in the image's unit.
     pub bias: f64,
     /// `bias` over the reference's mean.
     pub relative: Option<f64>,
     /// Standard error of `relative`; `None` with fewer than two squares.
+    #[doc(hidden)]
     pub standard_error: Option<f64>,
     /// Its degrees of freedom: squares less one.
+    #[doc(hidden)]
     pub freedom: usize,
     /// Texels a side of the squares that its scatter is taken over.
+    #[doc(hidden)]
     pub square: usize,
     /// The interval that covers the true `relative` with probability 1 − α.
     pub interval: Option<[f64; 2]>,
@@ -72,7 +77,7 @@ pub struct Bias {
 
 /// The difference of texels, beyond what the bars explain.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Texels {
+pub struct TexelEquivalence {
     /// √(Σ (e² − σ²) / Σ r²), zero if the sum is negative: the length of the difference, noise taken off,
     /// over the length of the reference. σ² is the variance of e; without error bars it is 0. `None` if the
     /// reference is dark and the other image is not.
@@ -80,6 +85,7 @@ pub struct Texels {
     /// One-sided lower and upper bounds of `unexplained`, each with confidence 1 − α; `None` without bars.
     pub interval: Option<[f64; 2]>,
     /// True if there were bars to take off.
+    #[doc(hidden)]
     pub has_bars: bool,
     /// The verdict by the interval; without bars, by `unexplained` itself.
     pub verdict: Verdict,
@@ -105,9 +111,9 @@ fn side(pair: &LayerPair) -> usize {
 
 impl Equivalence {
     /// The verdicts of a layer at `margin`, each test at significance level `level`.
-    pub fn of(pair: &LayerPair, difference: &Difference, margin: f64, level: f64) -> Self {
-        let bias = Bias::of(pair, difference, margin, level);
-        let texels = Texels::of(pair, difference, margin, level);
+    pub(crate) fn of(pair: &LayerPair, difference: &Difference, margin: f64, level: f64) -> Self {
+        let bias = MeanEquivalence::of(pair, difference, margin, level);
+        let texels = TexelEquivalence::of(pair, difference, margin, level);
         Self {
             margin,
             level,
@@ -118,7 +124,7 @@ impl Equivalence {
     }
 }
 
-impl Bias {
+impl MeanEquivalence {
     /// The ratio estimator of Σ d / Σ r over squares. A factor common to all texels has no scatter, and
     /// errors that both images share cancel.
     fn of(pair: &LayerPair, difference: &Difference, margin: f64, level: f64) -> Self {
@@ -174,7 +180,7 @@ impl Bias {
     }
 }
 
-impl Texels {
+impl TexelEquivalence {
     /// The verdict on a layer's texels.
     ///
     /// The interval is that of a normal number whose variance is the sum of the texels' variances

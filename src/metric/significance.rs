@@ -24,6 +24,7 @@ pub struct Significance {
     pub tests: u64,
     /// Number of texels times channels that differ, but have a standard error of 0 in an image, as if no
     /// sample arrived. They are not tested.
+    #[doc(hidden)]
     pub untested: u64,
     /// Mean of z: 0 if the images agree.
     pub mean_z: f64,
@@ -31,11 +32,14 @@ pub struct Significance {
     /// images different. A smaller one: bars too large, or errors of the two images that are not independent.
     pub mean_square_z: f64,
     /// The test with the smallest p-value.
+    #[doc(hidden)]
     pub extreme: Option<Extreme>,
     /// Number of p-values in each of [`BINS`] equal parts of 0..1.
+    #[doc(hidden)]
     pub histogram: [u64; BINS],
     /// The test for uniform p-values. `None` with too few tests, and with bounds: these are no distribution,
     /// and p-values are then too large by design.
+    #[doc(hidden)]
     pub uniformity: Option<Uniformity>,
     /// The test that no texel differs, all tests taken together.
     pub family: JointTest,
@@ -77,8 +81,10 @@ pub struct Uniformity {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct JointTest {
     /// The significance level α: the probability that equal images are called different.
+    #[doc(hidden)]
     pub level: f64,
     /// 1 − (1 − α)^(1/n): a p-value below it decides.
+    #[doc(hidden)]
     pub threshold: f64,
     /// 1 − (1 − p)^n of the smallest p-value.
     pub p: f64,
@@ -114,7 +120,7 @@ impl ExtremeCandidate {
 
 impl Significance {
     /// The tests of a layer at significance level `level`; `None` if no image has error bars.
-    pub fn of(pair: &LayerPair, level: f64) -> Option<Self> {
+    pub(crate) fn of(pair: &LayerPair, level: f64) -> Option<Self> {
         if pair.tests.is_empty() {
             return None;
         }

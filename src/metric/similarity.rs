@@ -11,10 +11,13 @@ pub struct Similarity {
     /// The mean over windows and channels: 1 for equal images.
     pub ssim: f64,
     /// Texels a side of the window.
+    #[doc(hidden)]
     pub window: usize,
     /// Standard deviation of the window's Gaussian weights \[texels\].
+    #[doc(hidden)]
     pub deviation: f64,
     /// The dynamic range L: the 99th percentile of the reference's lit samples.
+    #[doc(hidden)]
     pub dynamic_range: f64,
 }
 
@@ -42,7 +45,7 @@ impl Similarity {
     /// positive samples.
     ///
     /// `None` if the image is smaller than the window or the reference is dark.
-    pub fn of(pair: &LayerPair) -> Option<Self> {
+    pub(crate) fn of(pair: &LayerPair) -> Option<Self> {
         if pair.width < WINDOW || pair.height < WINDOW {
             return None;
         }

@@ -48,6 +48,7 @@ impl Estimate {
     /// # Errors
     ///
     /// Where the two are of different quantity or size, have a layer in common, or one alone has bounds.
+    #[doc(hidden)]
     pub fn and(mut self, other: Self) -> Result<Self, CombineError> {
         let kind = |it: &Self| (it.quantity, it.width, it.height);
         if kind(&self) != kind(&other) {
@@ -94,6 +95,7 @@ impl Estimate {
     /// The same with bounds of a random method's layers: `replicates` - 1 degrees of freedom, each holding with the
     /// probability `confidence`. Layers that have bounds keep them.
     #[must_use]
+    #[doc(hidden)]
     pub fn with_bounds(mut self, confidence: f64, replicates: u32) -> Self {
         let widths = critical_value(confidence, f64::from(replicates) - 1.0);
         for layer in self.layers.iter_mut().chain([&mut self.total]) {

@@ -16,6 +16,7 @@ pub struct Counter {
 
 impl Counter {
     /// So much work of a kind.
+    #[doc(hidden)]
     pub fn new(name: &str, count: u64) -> Self {
         Self {
             name: name.to_owned(),
@@ -30,6 +31,7 @@ pub struct Counters(Vec<(&'static str, u64)>);
 
 impl Counters {
     /// Counts of some kinds.
+    #[doc(hidden)]
     pub fn of<const N: usize>(counts: [(&'static str, u64); N]) -> Self {
         let mut counters = Self::default();
         for (name, count) in counts {
@@ -39,6 +41,7 @@ impl Counters {
     }
 
     /// Counts so much more of a kind.
+    #[doc(hidden)]
     pub fn add(&mut self, name: &'static str, count: u64) {
         match self.0.iter_mut().find(|(known, _)| *known == name) {
             Some((_, sum)) => *sum += count,
@@ -53,6 +56,7 @@ impl Counters {
     }
 
     /// The counts as a list.
+    #[doc(hidden)]
     pub fn list(&self) -> Vec<Counter> {
         self.iter()
             .map(|(name, count)| Counter::new(name, count))
@@ -99,6 +103,7 @@ pub struct StageWork {
 
 impl StageWork {
     /// A stage that has done nothing yet.
+    #[doc(hidden)]
     pub fn new(name: &'static str) -> Self {
         Self {
             name,

@@ -32,7 +32,11 @@ pub enum Error {
     NotRepresentable(String),
     /// Parts of an image that cannot be added.
     #[error(transparent)]
-    Combine(#[from] CombineError),
+    Combine(
+        #[doc(hidden)]
+        #[from]
+        CombineError,
+    ),
     /// The threads asked for cannot be started.
     #[error("cannot start the threads: {0}")]
     Threads(String),
@@ -59,6 +63,7 @@ pub struct Refusal {
 
 impl Refusal {
     /// A refusal for a reason: one sentence that names what cannot be, and what can.
+    #[doc(hidden)]
     pub fn new(reason: impl Into<String>) -> Self {
         Self {
             reason: reason.into(),

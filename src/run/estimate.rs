@@ -101,6 +101,7 @@ pub struct Interval {
 
 impl Interval {
     /// Widens bounds to take in values.
+    #[doc(hidden)]
     pub fn include(&mut self, values: &[Rgb]) {
         for ((low, high), value) in self.low.iter_mut().zip(&mut self.high).zip(values) {
             *low = Rgb(std::array::from_fn(|c| low.0[c].min(value.0[c])));
@@ -160,7 +161,7 @@ impl fmt::Display for LayerName {
 
 impl Layer {
     /// A layer of `texels` texels without light and without error.
-    pub fn dark(name: LayerName, texels: usize) -> Self {
+    pub(crate) fn dark(name: LayerName, texels: usize) -> Self {
         Self {
             name,
             values: vec![Rgb::BLACK; texels],
@@ -170,6 +171,7 @@ impl Layer {
     }
 
     /// A dark layer with bounds.
+    #[doc(hidden)]
     pub fn bounded(name: LayerName, texels: usize) -> Self {
         Self {
             interval: Some(Interval {
@@ -181,6 +183,7 @@ impl Layer {
     }
 
     /// Adds another layer: bounds add up; standard errors by squares, as those of independent runs.
+    #[doc(hidden)]
     pub fn add(&mut self, other: &Self) {
         for (sum, value) in self.values.iter_mut().zip(&other.values) {
             *sum += *value;
@@ -200,7 +203,7 @@ impl Layer {
 
     /// Says that nothing is known of it. Where there are bounds, it is they that say so, and standard errors,
     /// which deterministic methods have none of, stay.
-    pub fn make_unknown(&mut self) {
+    pub(crate) fn make_unknown(&mut self) {
         let nothing = Rgb::grey(f64::NAN);
         self.values.fill(nothing);
         if let Some(interval) = &mut self.interval {

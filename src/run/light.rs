@@ -18,7 +18,7 @@ pub enum Light {
 
 impl Light {
     /// The most specular events of a path; `None` for all light, which has no bound of its own.
-    pub fn max_depth(self) -> Option<u32> {
+    pub(crate) fn max_depth(self) -> Option<u32> {
         match self {
             Self::All => None,
             Self::Path(signature) => Some(signature.len() as u32),

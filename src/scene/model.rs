@@ -33,6 +33,7 @@ impl Scene {
     /// # Errors
     ///
     /// If a number is outside its physical range or an index refers to nothing.
+    #[doc(hidden)]
     pub fn new(parts: SceneParts) -> Result<Self, SceneError> {
         validate::check(&parts)?;
         let mut warnings = parts.warnings;
@@ -72,44 +73,52 @@ impl Scene {
     }
 
     /// The surfaces.
+    #[doc(hidden)]
     pub fn world(&self) -> &World {
         &self.world
     }
 
     /// The entry of each shape, beside its form.
+    #[doc(hidden)]
     pub fn objects(&self) -> &[Object] {
         &self.objects
     }
 
     /// All materials.
+    #[doc(hidden)]
     pub fn materials(&self) -> &[Material] {
         &self.materials
     }
 
     /// The material of a shape.
     #[inline]
+    #[doc(hidden)]
     pub fn material_of(&self, shape: u32) -> &Material {
         self.material(self.objects[shape as usize].material)
     }
 
     /// The material with this id.
     #[inline]
+    #[doc(hidden)]
     pub fn material(&self, id: MaterialId) -> &Material {
         &self.materials[id.0 as usize]
     }
 
     /// All textures.
+    #[doc(hidden)]
     pub fn textures(&self) -> &[Texture] {
         &self.textures
     }
 
     /// The texture with this id.
     #[inline]
+    #[doc(hidden)]
     pub fn texture(&self, id: TextureId) -> &Texture {
         &self.textures[id.0 as usize]
     }
 
     /// All emitters, in the file's order.
+    #[doc(hidden)]
     pub fn emitters(&self) -> &[Emitter] {
         &self.emitters
     }
@@ -120,6 +129,7 @@ impl Scene {
     }
 
     /// The limits that the file's integrator sets on paths, if it is one that follows paths.
+    #[doc(hidden)]
     pub fn integrator(&self) -> Option<&Integrator> {
         self.integrator.as_ref()
     }
@@ -130,6 +140,7 @@ impl Scene {
     }
 
     /// Contents of the file that make no difference here.
+    #[doc(hidden)]
     pub fn ignored(&self) -> &[Ignored] {
         &self.ignored
     }

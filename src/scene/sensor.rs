@@ -12,8 +12,10 @@ pub struct Sensor {
     /// The file's `id`, or one made from the kind and a number.
     pub id: String,
     /// The quantity that it measures, and the place that it measures from.
+    #[doc(hidden)]
     pub kind: SensorKind,
     /// The grid.
+    #[doc(hidden)]
     pub film: Film,
 }
 

@@ -31,6 +31,7 @@ impl<'a> TexturePoint<'a> {
 impl Scene {
     /// The value of a colour at a point; black if it is unknown.
     #[inline]
+    #[doc(hidden)]
     pub fn color(&self, color: Color, at: &TexturePoint) -> Rgb {
         match color {
             Color::Constant(rgb) => rgb,
@@ -41,6 +42,7 @@ impl Scene {
 
     /// The value of a number at a point.
     #[inline]
+    #[doc(hidden)]
     pub fn scalar(&self, scalar: Scalar, at: &TexturePoint) -> f64 {
         match scalar {
             Scalar::Constant(number) => number,
@@ -49,6 +51,7 @@ impl Scene {
     }
 
     /// The value of a texture at a point.
+    #[doc(hidden)]
     pub fn texture_value(&self, id: TextureId, at: &TexturePoint) -> Rgb {
         match self.texture(id) {
             Texture::Bitmap(bitmap) => bitmap.value(at.uv),
@@ -74,6 +77,7 @@ impl Scene {
     }
 
     /// The change of a texture's luminance with u and v; zero if it is not known.
+    #[doc(hidden)]
     pub fn texture_gradient(&self, id: TextureId, at: &TexturePoint) -> DVec2 {
         match self.texture(id) {
             Texture::Bitmap(bitmap) => bitmap.gradient(at.uv),

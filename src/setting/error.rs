@@ -29,7 +29,7 @@ pub enum SettingError {
 
 impl SettingError {
     /// A name that is none of `there`, and perhaps the one that was meant.
-    pub fn unknown<'a>(
+    pub(crate) fn unknown<'a>(
         what: impl Into<String>,
         name: &str,
         there: impl IntoIterator<Item = &'a str>,
@@ -59,7 +59,7 @@ impl SettingError {
     }
 
     /// A value that `key` cannot have.
-    pub fn value(key: &str, value: &str, allowed: impl Into<String>) -> Self {
+    pub(crate) fn value(key: &str, value: &str, allowed: impl Into<String>) -> Self {
         Self::Value {
             key: key.to_owned(),
             value: value.to_owned(),

@@ -55,7 +55,7 @@ pub struct FluxByFate {
 
 impl FluxByFate {
     /// The row with these sums, in the order of [`Fate::ALL`].
-    pub fn from_fates(fates: [Rgb; 5]) -> Self {
+    pub(crate) fn from_fates(fates: [Rgb; 5]) -> Self {
         let [received, direct, escaped, absorbed, cut_off] = fates;
         Self {
             received,

@@ -57,6 +57,7 @@ impl PathClass {
 
     /// Its place in [`PathClass::ALL`].
     #[inline]
+    #[doc(hidden)]
     pub fn index(self) -> usize {
         self as usize
     }

@@ -38,6 +38,7 @@ impl Signature {
     /// Past [`MAX_EVENTS`] events. Settings are checked so that this cannot happen.
     #[inline]
     #[must_use]
+    #[doc(hidden)]
     pub fn then(self, event: Event) -> Self {
         assert!(
             self.len() < MAX_EVENTS,
@@ -56,6 +57,7 @@ impl Signature {
 
     /// True if there was no specular event.
     #[inline]
+    #[doc(hidden)]
     pub fn is_empty(self) -> bool {
         self == Self::DIRECT
     }
@@ -76,6 +78,7 @@ impl Signature {
     /// A short code is its own key. The bits of a long one beyond 32 are mixed into the key by
     /// multiplications and shifts.
     #[inline]
+    #[doc(hidden)]
     pub fn key(self) -> u32 {
         let [low, high] = [32, 96].map(|shift| (self.code >> shift) as u64);
         let mut mixed =
