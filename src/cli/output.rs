@@ -115,6 +115,8 @@ fn image(run: &Run, summary: &Summary) -> anyhow::Result<Image> {
     image.add_metadata("timing", serde_json::to_string(&Timing::of(run))?);
     image.add_metadata("sensor", run.sensor.id.as_str());
     image.add_metadata("method", run.method.name());
-    image.add_metadata("settings", run.method.settings().to_string());
+    if !run.rendering.report.contains_key("settings") {
+        image.add_metadata("settings", run.method.settings().to_string());
+    }
     Ok(image)
 }

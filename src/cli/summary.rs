@@ -100,7 +100,11 @@ impl Summary {
     pub fn of(run: &Run) -> Self {
         let rendering = run.rendering;
         let estimate = &rendering.estimate;
-        let report = rendering.report.iter();
+        // Settings are an attribute of files, as they are.
+        let report = rendering
+            .report
+            .iter()
+            .filter(|(name, _)| *name != "settings");
         Self {
             scene: run.scene.path().display().to_string(),
             sensor: run.sensor.id.clone(),

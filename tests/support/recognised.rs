@@ -62,11 +62,6 @@ pub fn of_text(xml: &str, size: [u32; 2]) -> Scene {
 /// Rounding of beams, as a part of a layer's brightest texel; derived in `tests/beams/flat_facets.rs`.
 const BEAM_ROUNDING: f64 = 1e-9;
 
-/// Standard errors that beams of an area light may be off: of 16 replicates, 1e-6 of all texels are more
-/// (Student's t of 15 degrees of freedom beyond 8), so a right program fails in a thousandth of all tests of
-/// 1000 texels.
-const STANDARD_ERRORS: f64 = 8.0;
-
 /// The closed form of a scene's meter.
 pub fn known(scene: &Scene, max_depth: u32) -> Estimate {
     solve(
@@ -122,8 +117,7 @@ pub fn compared(known: &Estimate, beams: &Estimate, slivers: &[(usize, f64)]) ->
                 .map_or(0.0, |(_, part)| *part);
             let hidden = if direct { HIDDEN_CORNERS + sliver } else { 0.0 };
             let meets = (0..3).all(|c| {
-                let allowed = (hidden + BEAM_ROUNDING) * brightest
-                    + STANDARD_ERRORS * beam.standard_error[texel].0[c];
+                let allowed = (hidden + BEAM_ROUNDING) * brightest;
                 let apart = (theirs.low[texel].0[c] - mine.high[texel].0[c])
                     .max(mine.low[texel].0[c] - theirs.high[texel].0[c]);
                 worst = worst.max((apart - allowed) / brightest);

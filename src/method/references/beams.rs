@@ -89,7 +89,8 @@ impl Reference for Beams {
 
     fn run(&self, job: &Job) -> Result<Rendering, Error> {
         let (scene, values) = (job.scene, job.values);
-        let mut setup = Setup::new(scene, job.sensor, settings(values), &job.context.progress)?;
+        let settings = settings(values);
+        let mut setup = Setup::new(scene, job.sensor, settings, &job.context.progress)?;
         let mut warnings = warnings::of_chains(scene, setup.is_dark());
         let unseen = setup.unseen().filter(|unseen| !unseen.is_black());
         if let Some(unseen) = unseen {
@@ -114,7 +115,9 @@ impl Reference for Beams {
             summary,
             warnings,
             unit: "patches",
-            ..Rendering::new(estimate).reporting("beams", report)
+            ..Rendering::new(estimate)
+                .reporting("beams", report)
+                .reporting("settings", settings)
         })
     }
 }

@@ -115,6 +115,7 @@ impl Reference for Full {
             ..Rendering::new(estimate)
                 .reporting("full", report)
                 .reporting("seed", settings.path.seed)
+                .reporting("settings", settings)
         })
     }
 }

@@ -138,6 +138,7 @@ impl Reference for Path {
             ..Rendering::new(estimate)
                 .reporting("path", report)
                 .reporting("seed", settings.seed)
+                .reporting("settings", settings)
         })
     }
 }

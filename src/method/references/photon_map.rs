@@ -135,6 +135,7 @@ impl Reference for PhotonMap {
                 .reporting("photon-map", report)
                 .reporting("photons", paths)
                 .reporting("seed", settings.photons.seed)
+                .reporting("settings", settings)
         })
     }
 }

@@ -136,5 +136,6 @@ pub(crate) fn rendering(
         ..Rendering::new(estimate)
             .reporting("photons", paths)
             .reporting("seed", settings.seed)
+            .reporting("settings", settings)
     }
 }

@@ -23,6 +23,7 @@ pub struct FullSettings {
     /// Of beams.
     pub beams: BeamSettings,
     /// The most photons of those that are connected and of maps, each. The budget's work is samples of paths.
+    #[serde(skip)]
     pub most_photons: Option<u64>,
 }
 

@@ -3,7 +3,7 @@
 use super::glass::Glass;
 use super::known_layer::{KnownLayer, KnownLight};
 use super::parts::{Body, LightOrigin, OneLight};
-use super::plane::ReceiverPlane;
+use super::plane::{ReceiverPlane, is_along_normal};
 use super::ring_flux::radial_maps;
 use crate::geometry::Sphere;
 use crate::radiometry::Rgb;
@@ -73,7 +73,7 @@ impl BallOnAxis {
                 }
             }
             LightOrigin::Parallel(direction) => {
-                if direction.z >= 0.0 || !plane.is_across(direction) {
+                if direction.z >= 0.0 || !is_along_normal(direction) {
                     return Err(Refusal::new(format!(
                         "{} has the direction ({}, {}, {}) in the receiver's coordinates: with a ball it must be \
                          (0, 0, -1)",

@@ -5,7 +5,7 @@ use glam::DVec2;
 use super::glass::{even, power};
 use super::known_layer::{KnownLayer, KnownLight};
 use super::parts::{Body, LightOrigin, OneLight};
-use super::plane::ReceiverPlane;
+use super::plane::{ReceiverPlane, is_along_normal};
 use crate::geometry::Cylinder;
 use crate::radiometry::Rgb;
 use crate::reference::closed_form::{CupLight, KnownPath, MirrorCup};
@@ -54,7 +54,7 @@ impl MirroringCup {
                 body.name
             )));
         }
-        if !plane.is_across(plane.vector(cylinder.axis())) {
+        if !is_along_normal(plane.vector(cylinder.axis())) {
             return Err(Refusal::new(format!(
                 "{} leans: its axis must be along the receiver's normal",
                 body.name
@@ -178,7 +178,7 @@ fn light_over(
                 )));
             }
             let across = direction.truncate();
-            let is_upright = plane.is_across(direction);
+            let is_upright = is_along_normal(direction);
             let tan_angle = if is_upright {
                 0.0
             } else {

@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 
 use super::known_layer::{KnownLayer, KnownLight};
 use super::parts::{LightOrigin, OneLight};
-use super::plane::{FilmGrid, ReceiverPlane};
+use super::plane::{FilmGrid, ReceiverPlane, is_along_normal};
 use super::ring_flux::radial_maps;
 use crate::radiometry::Rgb;
 use crate::reference::closed_form::{
@@ -83,7 +83,7 @@ impl OpenLight {
                 beam_width,
             } => {
                 above(position.z)?;
-                if !plane.is_on_axis(*position) || !plane.is_across(*axis) || axis.z > 0.0 {
+                if !plane.is_on_axis(*position) || !is_along_normal(*axis) || axis.z > 0.0 {
                     return Err(Refusal::new(format!(
                         "{} looks along ({}, {}, {}) from ({}, {}, {}) in the receiver's coordinates: closed forms know \
                          spots that look straight down at the receiver's middle",

@@ -5,7 +5,7 @@ use glam::DVec2;
 use super::glass::Glass;
 use super::known_layer::{KnownLayer, KnownLight};
 use super::parts::{Body, LightOrigin, OneLight};
-use super::plane::ReceiverPlane;
+use super::plane::{ReceiverPlane, is_along_normal};
 use super::ring_flux::radial_maps;
 use crate::geometry::Rectangle;
 use crate::radiometry::Rgb;
@@ -47,7 +47,7 @@ impl Pane {
             (top, bottom) = (bottom, top);
         }
         for (body, face) in [top, bottom] {
-            if !plane.is_across(plane.vector(face.normal())) {
+            if !is_along_normal(plane.vector(face.normal())) {
                 return Err(Refusal::new(format!(
                     "{} is not parallel to the receiver: the faces of a pane must be",
                     body.name
@@ -91,7 +91,7 @@ impl Pane {
         }
         let light_height = match light.origin {
             LightOrigin::Point(position) if plane.is_on_axis(position) => Some(position.z),
-            LightOrigin::Parallel(direction) if plane.is_across(direction) && direction.z < 0.0 => {
+            LightOrigin::Parallel(direction) if is_along_normal(direction) && direction.z < 0.0 => {
                 None
             }
             _ => {

@@ -112,11 +112,6 @@ impl ReceiverPlane {
         offset.abs() <= COINCIDENCE * scale.max(self.reach()) + rounding
     }
 
-    /// True if a unit vector is along the normal, either way.
-    pub(super) fn is_across(&self, direction: DVec3) -> bool {
-        direction.truncate().length() <= COINCIDENCE
-    }
-
     /// True if a point is on the normal through the receiver's middle.
     pub(super) fn is_on_axis(&self, point: DVec3) -> bool {
         self.coincide(point.truncate().length(), point.z.abs())
@@ -195,6 +190,11 @@ impl ReceiverPlane {
             falls: [film_falls[0] != against[0], film_falls[1] != against[1]],
         }
     }
+}
+
+/// True if a unit vector of the receiver's coordinates is along its normal, either way.
+pub(super) fn is_along_normal(direction: DVec3) -> bool {
+    direction.truncate().length() <= COINCIDENCE
 }
 
 impl FilmGrid {
