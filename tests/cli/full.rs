@@ -84,15 +84,15 @@ fn one_report_and_one_file_hold_all_classes_and_who_measured_them() {
 fn options_that_contradict_all_light_and_receivers_are_refused() {
     for (arguments, words) in [
         (&["--sensor", "floor"][..], "paths start at cameras"),
-        (&["--rays", "9"], "--rays is not for --method full"),
+        (&["--rays", "9"], "no setting of full is called \"rays\"; it is one of beams"),
         (
             &["--shard", "1/2", "--photons", "9", "-o", "a.shard"],
-            "--shard is not for --method full",
+            "shards are for --method photons",
         ),
-        (&["--seen", "anyhow"], "--seen is not for --method full"),
+        (&["--seen", "anyhow"], "\"seen\"; it is one of photon-map"),
         (
             &["--without-caustics"],
-            "--without-caustics is not for --method full",
+            "\"without-caustics\"; it is one of path",
         ),
         (
             &["--error", "1%", "--replicates", "1"],

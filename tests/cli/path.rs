@@ -139,19 +139,19 @@ fn options_of_other_methods_and_sensors_that_are_no_cameras_are_refused() {
         ),
         (
             &["--method", "path", "--photons", "9"],
-            "--photons is not for --method path",
+            "no setting of path is called \"photons\"; it is one of photons",
         ),
         (
             &["--method", "path", "--rays", "9"],
-            "--rays is not for --method path",
+            "\"rays\"; it is one of beams",
         ),
         (
             &["--method", "photons", "--spp", "9"],
-            "--spp is for --method path",
+            "\"spp\"; it is one of path",
         ),
         (
             &["--method", "beams", "--rr-depth", "9"],
-            "--rr-depth is for --method path",
+            "\"rr-depth\"; it is one of path",
         ),
         (
             &["--method", "path", "--error", "1%", "--replicates", "1"],
