@@ -37,14 +37,14 @@ impl Entry {
 
     pub fn name(self) -> &'static str {
         match self {
-            Self::Reference(one) => one.name(),
+            Self::Reference(one) => one.about().name,
             Self::Technique(one) => one.name(),
         }
     }
 
     pub fn meaning(self) -> &'static str {
         match self {
-            Self::Reference(one) => one.meaning(),
+            Self::Reference(one) => one.about().meaning,
             Self::Technique(one) => one.meaning(),
         }
     }
@@ -52,14 +52,17 @@ impl Entry {
     /// Limits and settings.
     pub fn table(self) -> Vec<&'static Setting> {
         match self {
-            Self::Reference(one) => one.limits().iter().chain(one.settings()).collect(),
+            Self::Reference(one) => {
+                let about = one.about();
+                about.limits.iter().chain(about.settings).collect()
+            }
             Self::Technique(one) => one.settings().iter().collect(),
         }
     }
 
     pub fn work_key(self) -> Option<&'static str> {
         match self {
-            Self::Reference(one) => one.work_key(),
+            Self::Reference(one) => one.about().work_key,
             Self::Technique(_) => None,
         }
     }

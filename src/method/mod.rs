@@ -218,7 +218,7 @@ impl Method {
     /// True if it fills cameras only.
     #[doc(hidden)]
     pub fn is_of_cameras(&self) -> bool {
-        matches!(self.entry, Entry::Reference(one) if one.is_of_cameras())
+        matches!(self.entry, Entry::Reference(one) if one.about().is_of_cameras)
     }
 
     /// The first setting given that has no effect in a scene.

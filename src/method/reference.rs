@@ -4,30 +4,29 @@ use crate::run::{Budget, Context, Cost, Error, Refusal, Rendering};
 use crate::scene::{Scene, Sensor};
 use crate::setting::{Setting, Values};
 
+/// Facts of a reference that no scene changes.
+pub(super) struct About {
+    /// The name, as on the command line.
+    pub name: &'static str,
+    /// One line: the light that it measures, and how.
+    pub meaning: &'static str,
+    /// The limits of a run, the error and the time first if it has them.
+    pub limits: &'static [Setting],
+    /// The key of the limit on work; `None` for methods whose work is fixed.
+    pub work_key: Option<&'static str>,
+    /// All other settings.
+    pub settings: &'static [Setting],
+    /// True if it fills cameras only.
+    pub is_of_cameras: bool,
+}
+
 /// A reference: one of the methods that compute the truth.
 pub(super) trait Reference: Sync {
-    /// The name, as on the command line.
-    fn name(&self) -> &'static str;
-
-    /// One line: the light that it measures, and how.
-    fn meaning(&self) -> &'static str;
-
-    /// The limits of a run, the error and the time first if it has them.
-    fn limits(&self) -> &'static [Setting];
-
-    /// The key of the limit on work; `None` for methods whose work is fixed.
-    fn work_key(&self) -> Option<&'static str>;
-
-    /// All other settings.
-    fn settings(&self) -> &'static [Setting];
+    /// Facts that no scene changes.
+    fn about(&self) -> &'static About;
 
     /// True if a setting has no effect in a scene.
     fn ignores(&self, _scene: &Scene, _key: &str) -> bool {
-        false
-    }
-
-    /// True if it fills cameras only.
-    fn is_of_cameras(&self) -> bool {
         false
     }
 

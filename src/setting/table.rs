@@ -44,6 +44,21 @@ pub enum Preset {
     Rule(&'static str),
 }
 
+/// A [`Setting`] in a line or two: `row!("key": kind, Value "default", "unit", "meaning")`.
+macro_rules! row {
+    ($key:literal: $kind:expr, $preset:ident $default:tt, $unit:literal, $meaning:expr) => {
+        $crate::setting::Setting {
+            key: $key,
+            kind: $kind,
+            default: $crate::setting::Preset::$preset($default),
+            unit: $unit,
+            meaning: $meaning,
+        }
+    };
+}
+
+pub(crate) use row;
+
 impl Setting {
     /// Refuses a value that the setting cannot have.
     ///

@@ -54,7 +54,10 @@ fn a_wrong_setting_is_refused_with_the_one_that_was_meant() {
     let said = refused("photons=0", "caustic-map");
     assert!(said.contains("allowed are whole numbers 1"), "{said}");
     let said = refused("photons=8", "beams");
-    assert!(said.contains("it is one of") && said.contains("caustic-map"), "{said}");
+    assert!(
+        said.contains("it is one of") && said.contains("caustic-map"),
+        "{said}"
+    );
 }
 
 #[test]

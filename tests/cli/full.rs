@@ -84,7 +84,10 @@ fn one_report_and_one_file_hold_all_classes_and_who_measured_them() {
 fn options_that_contradict_all_light_and_receivers_are_refused() {
     for (arguments, words) in [
         (&["--sensor", "floor"][..], "paths start at cameras"),
-        (&["--rays", "9"], "no setting of full is called \"rays\"; it is one of beams"),
+        (
+            &["--rays", "9"],
+            "no setting of full is called \"rays\"; it is one of beams",
+        ),
         (
             &["--shard", "1/2", "--photons", "9", "-o", "a.shard"],
             "shards are for --method photons",

@@ -2,8 +2,9 @@
 
 use crate::approximation::interface::Fresnel;
 use crate::approximation::{Precision, Stage};
+use crate::setting::table::row;
 use crate::setting::words::words;
-use crate::setting::{Kind, Preset, Setting, Values, words_of};
+use crate::setting::{Kind, Setting, Values, words_of};
 
 words! {
     /// The light that is modelled.
@@ -91,173 +92,46 @@ words! {
 
 /// The table of settings.
 pub(super) const TABLE: &[Setting] = &[
-    setting(
-        "mode",
-        Kind::Choice(modes),
-        Preset::Rule("refraction if anything refracts"),
-        "",
-        "Light that is modelled",
-    ),
-    setting(
-        "photons",
-        SIDE,
-        Preset::Value("512"),
-        "pixels",
-        "Photons a row of the photon buffer, and rows: N",
-    ),
-    setting(
-        "map",
-        SIDE,
-        Preset::Value("512"),
-        "texels",
-        "Texels a row of the caustic map, and rows: M",
-    ),
-    setting(
-        "frustum",
-        Kind::Choice(words_of::<Frustum>),
-        Preset::Value("scene"),
-        "",
-        "Contents of the photon buffer's image",
-    ),
-    setting(
-        "view",
-        Kind::Choice(words_of::<Precision>),
-        Preset::Value("f32"),
-        "",
-        "Stage: format of the light view's pictures",
-    ),
-    setting(
-        "refraction",
-        Kind::Choice(words_of::<Refraction>),
-        Preset::Value("image-space"),
-        "",
-        "Stage: way in which light leaves the specular object",
-    ),
-    setting(
-        "hit",
-        Kind::Choice(words_of::<Hit>),
-        Preset::Value("depth-map"),
-        "",
-        "Stage: way in which a photon meets the receiver",
-    ),
-    setting(
-        "steps",
-        Kind::Whole(1, 65536),
-        Preset::Value("64"),
-        "",
-        "Steps of the depth-map march",
-    ),
-    setting(
-        "bisections",
-        Kind::Whole(0, 64),
-        Preset::Value("8"),
-        "",
-        "Bisections after the march",
-    ),
-    setting(
-        "flux",
-        Kind::Choice(words_of::<Flux>),
-        Preset::Value("uniform"),
-        "",
-        "Stage: light that a photon stands for",
-    ),
-    setting(
-        "fresnel",
-        Kind::Choice(words_of::<Fresnel>),
-        Preset::Value("none"),
-        "",
-        "Stage: share of light that interfaces let through",
-    ),
-    setting(
-        "splat",
-        Kind::Choice(words_of::<Splat>),
-        Preset::Value("thin-lens"),
-        "",
-        "Stage: spread of a photon's light",
-    ),
-    setting(
-        "splat-size",
-        Kind::Number(1.0, 1024.0),
-        Preset::Value("7"),
-        "texels of the map",
-        "Diameter of a fixed splat",
-    ),
-    setting(
-        "base-size",
-        Kind::Number(0.125, 64.0),
-        Preset::Value("3"),
-        "pixels of the photon buffer",
-        "Diameter of a splat of light that nothing refracts: D0 of eq. 7 by N and M",
-    ),
-    setting(
-        "largest-splat",
-        Kind::Number(1.0, 1024.0),
-        Preset::Value("63"),
-        "texels of the map",
-        "Largest diameter of a splat",
-    ),
-    setting(
-        "dense",
-        Kind::Whole(1, 1 << 20),
-        Preset::Value("16"),
-        "photons a texel",
-        "Density from which on there is no noise",
-    ),
-    setting(
-        "border-levels",
-        Kind::Whole(0, 8),
-        Preset::Value("3"),
-        "",
-        "Divisions of a pixel at the border of a beam (exact splats)",
-    ),
-    setting(
-        "lookup",
-        Kind::Choice(words_of::<Lookup>),
-        Preset::Value("bilinear"),
-        "",
-        "Stage: way in which irradiance is read",
-    ),
-    setting(
-        "samples",
-        Kind::Whole(1, 64),
-        Preset::Value("4"),
-        "",
-        "Look-ups along each side of a sensor's texel",
-    ),
-    setting(
-        "bias",
-        Kind::Number(0.0, 1.0),
-        Preset::Value("0.01"),
-        "range of depths",
-        "Depth below the depth map at which a point is still lit",
-    ),
-    setting(
-        "frames",
-        Kind::Whole(1, 4096),
-        Preset::Value("1"),
-        "",
-        "Frames averaged, each with the photons shifted by a part of a pixel",
-    ),
+    row!("mode": Kind::Choice(modes), Rule "refraction if anything refracts", "", "Light that is modelled"),
+    row!("photons": SIDE, Value "512", "pixels", "Photons a row of the photon buffer, and rows: N"),
+    row!("map": SIDE, Value "512", "texels", "Texels a row of the caustic map, and rows: M"),
+    row!("frustum": Kind::Choice(words_of::<Frustum>), Value "scene", "",
+        "Contents of the photon buffer's image"),
+    row!("view": Kind::Choice(words_of::<Precision>), Value "f32", "",
+        "Stage: format of the light view's pictures"),
+    row!("refraction": Kind::Choice(words_of::<Refraction>), Value "image-space", "",
+        "Stage: way in which light leaves the specular object"),
+    row!("hit": Kind::Choice(words_of::<Hit>), Value "depth-map", "",
+        "Stage: way in which a photon meets the receiver"),
+    row!("steps": Kind::Whole(1, 65536), Value "64", "", "Steps of the depth-map march"),
+    row!("bisections": Kind::Whole(0, 64), Value "8", "", "Bisections after the march"),
+    row!("flux": Kind::Choice(words_of::<Flux>), Value "uniform", "",
+        "Stage: light that a photon stands for"),
+    row!("fresnel": Kind::Choice(words_of::<Fresnel>), Value "none", "",
+        "Stage: share of light that interfaces let through"),
+    row!("splat": Kind::Choice(words_of::<Splat>), Value "thin-lens", "",
+        "Stage: spread of a photon's light"),
+    row!("splat-size": Kind::Number(1.0, 1024.0), Value "7", "texels of the map",
+        "Diameter of a fixed splat"),
+    row!("base-size": Kind::Number(0.125, 64.0), Value "3", "pixels of the photon buffer",
+        "Diameter of a splat of light that nothing refracts: D0 of eq. 7 by N and M"),
+    row!("largest-splat": Kind::Number(1.0, 1024.0), Value "63", "texels of the map",
+        "Largest diameter of a splat"),
+    row!("dense": Kind::Whole(1, 1 << 20), Value "16", "photons a texel",
+        "Density from which on there is no noise"),
+    row!("border-levels": Kind::Whole(0, 8), Value "3", "",
+        "Divisions of a pixel at the border of a beam (exact splats)"),
+    row!("lookup": Kind::Choice(words_of::<Lookup>), Value "bilinear", "",
+        "Stage: way in which irradiance is read"),
+    row!("samples": Kind::Whole(1, 64), Value "4", "", "Look-ups along each side of a sensor's texel"),
+    row!("bias": Kind::Number(0.0, 1.0), Value "0.01", "range of depths",
+        "Depth below the depth map at which a point is still lit"),
+    row!("frames": Kind::Whole(1, 4096), Value "1", "",
+        "Frames averaged, each with the photons shifted by a part of a pixel"),
 ];
 
 /// The largest side of a photon buffer or a map: 16384² texels of three `f64` are 6.4 GB.
 const SIDE: Kind = Kind::Whole(1, 16384);
-
-const fn setting(
-    key: &'static str,
-    kind: Kind,
-    default: Preset,
-    unit: &'static str,
-    meaning: &'static str,
-) -> Setting {
-    Setting {
-        key,
-        kind,
-        default,
-        unit,
-        meaning,
-    }
-}
 
 /// The words of [`Mode`], and the one that leaves it to the scene.
 fn modes() -> Vec<(&'static str, &'static str)> {
@@ -377,6 +251,7 @@ impl Settings {
 mod tests {
     use super::*;
     use crate::setting::Given;
+    use crate::setting::Preset;
 
     fn values(pairs: &[(&str, &str)]) -> Result<Values, crate::setting::SettingError> {
         let owned = |(key, value): &(&str, &str)| ((*key).to_owned(), (*value).to_owned());

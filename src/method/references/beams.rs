@@ -1,33 +1,23 @@
 //! Beams as a method.
 
 use crate::method::memory::{self, channels};
-use crate::method::reference::{Job, Reference};
-use crate::method::rows::{self, count, row};
+use crate::method::reference::{About, Job, Reference};
+use crate::method::rows::{self, COUNT};
 use crate::method::warnings;
 use crate::reference::beams::run::Setup;
 use crate::reference::beams::{self, BeamReport, BeamSettings, SignatureReport, is_deterministic};
 use crate::run::format::{number, percent, relative};
 use crate::run::{Cost, Error, Estimate, Refusal, Rendering};
 use crate::scene::{Scene, Sensor};
-use crate::setting::{Kind, Preset, Setting, Values};
+use crate::setting::table::row;
+use crate::setting::{Kind, Setting, Values};
 
 pub struct Beams;
 
 const LIMITS: &[Setting] = &[
-    row(
-        "error",
-        Kind::Fraction,
-        Preset::Rule("0.1% if nothing else is limited"),
-        "",
-        rows::ERROR_MEANING,
-    ),
+    row!("error": Kind::Fraction, Rule "0.1% if nothing else is limited", "", rows::ERROR_MEANING),
     rows::TIME,
-    count(
-        "rays",
-        Preset::Rule("no limit"),
-        "rays",
-        "Stop after so many rays",
-    ),
+    row!("rays": COUNT, Rule "no limit", "rays", "Stop after so many rays"),
 ];
 
 const SETTINGS: &[Setting] = &[
@@ -50,25 +40,18 @@ pub(super) fn settings(values: &Values) -> BeamSettings {
     }
 }
 
+const ABOUT: About = About {
+    name: "beams",
+    meaning: "Adaptive beams with lower and upper bounds: deterministic, but for places on area lights",
+    limits: LIMITS,
+    work_key: Some("rays"),
+    settings: SETTINGS,
+    is_of_cameras: false,
+};
+
 impl Reference for Beams {
-    fn name(&self) -> &'static str {
-        "beams"
-    }
-
-    fn meaning(&self) -> &'static str {
-        "Adaptive beams with lower and upper bounds: deterministic, but for places on area lights"
-    }
-
-    fn limits(&self) -> &'static [Setting] {
-        LIMITS
-    }
-
-    fn work_key(&self) -> Option<&'static str> {
-        Some("rays")
-    }
-
-    fn settings(&self) -> &'static [Setting] {
-        SETTINGS
+    fn about(&self) -> &'static About {
+        &ABOUT
     }
 
     fn ignores(&self, scene: &Scene, key: &str) -> bool {

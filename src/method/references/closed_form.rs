@@ -1,23 +1,20 @@
 //! Closed forms as a method.
 
 use crate::method::memory;
-use crate::method::reference::{Job, Reference};
-use crate::method::rows::{MOST_EVENTS, row};
+use crate::method::reference::{About, Job, Reference};
+use crate::method::rows::MOST_EVENTS;
 use crate::method::warnings;
 use crate::reference::closed_form::{self, ClosedFormSettings};
 use crate::run::{Cost, Counter, Error, Refusal, Rendering};
 use crate::scene::{Scene, Sensor};
-use crate::setting::{Kind, Preset, Setting, Values};
+use crate::setting::table::row;
+use crate::setting::{Kind, Setting, Values};
 
 pub struct ClosedForm;
 
-const SETTINGS: &[Setting] = &[row(
-    "max-depth",
-    Kind::Whole(0, ClosedFormSettings::MOST_EVENTS as u64),
-    Preset::Value("16"),
-    "specular events",
-    MOST_EVENTS,
-)];
+const SETTINGS: &[Setting] = &[
+    row!("max-depth": Kind::Whole(0, ClosedFormSettings::MOST_EVENTS as u64), Value "16", "specular events", MOST_EVENTS),
+];
 
 fn settings(values: &Values) -> ClosedFormSettings {
     let default = ClosedFormSettings::default();
@@ -26,25 +23,18 @@ fn settings(values: &Values) -> ClosedFormSettings {
     }
 }
 
+const ABOUT: About = About {
+    name: "closed-form",
+    meaning: "Formulas, for scenes that they solve: a ball on the axis, a mirror cup, a pane, a convex solid, light alone",
+    limits: &[],
+    work_key: None,
+    settings: SETTINGS,
+    is_of_cameras: false,
+};
+
 impl Reference for ClosedForm {
-    fn name(&self) -> &'static str {
-        "closed-form"
-    }
-
-    fn meaning(&self) -> &'static str {
-        "Formulas, for scenes that they solve: a ball on the axis, a mirror cup, a pane, a convex solid, light alone"
-    }
-
-    fn limits(&self) -> &'static [Setting] {
-        &[]
-    }
-
-    fn work_key(&self) -> Option<&'static str> {
-        None
-    }
-
-    fn settings(&self) -> &'static [Setting] {
-        SETTINGS
+    fn about(&self) -> &'static About {
+        &ABOUT
     }
 
     fn supports(&self, scene: &Scene, sensor: &Sensor, _values: &Values) -> Result<(), Refusal> {

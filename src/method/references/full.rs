@@ -2,7 +2,7 @@
 
 use super::{beams, path, photon_map, photons};
 use crate::method::memory;
-use crate::method::reference::{Job, Reference};
+use crate::method::reference::{About, Job, Reference};
 use crate::method::rows;
 use crate::method::warnings;
 use crate::reference::full::run::refuse_camera;
@@ -49,29 +49,18 @@ fn settings(values: &Values, integrator: Option<&Integrator>) -> FullSettings {
     .agreeing()
 }
 
+const ABOUT: About = About {
+    name: "full",
+    meaning: "All that a camera sees: caustics by beams, photons and photon maps, the rest by paths",
+    limits: LIMITS,
+    work_key: Some("spp"),
+    settings: SETTINGS,
+    is_of_cameras: true,
+};
+
 impl Reference for Full {
-    fn name(&self) -> &'static str {
-        "full"
-    }
-
-    fn meaning(&self) -> &'static str {
-        "All that a camera sees: caustics by beams, photons and photon maps, the rest by paths"
-    }
-
-    fn limits(&self) -> &'static [Setting] {
-        LIMITS
-    }
-
-    fn work_key(&self) -> Option<&'static str> {
-        Some("spp")
-    }
-
-    fn settings(&self) -> &'static [Setting] {
-        SETTINGS
-    }
-
-    fn is_of_cameras(&self) -> bool {
-        true
+    fn about(&self) -> &'static About {
+        &ABOUT
     }
 
     fn supports(&self, scene: &Scene, sensor: &Sensor, values: &Values) -> Result<(), Refusal> {

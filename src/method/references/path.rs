@@ -1,14 +1,15 @@
 //! Paths from a camera as a method.
 
 use crate::method::memory;
-use crate::method::reference::{Job, Reference};
-use crate::method::rows::{self, row};
+use crate::method::reference::{About, Job, Reference};
+use crate::method::rows;
 use crate::method::warnings;
 use crate::reference::path::{self, DEFAULT_SAMPLES, PathSettings};
 use crate::run::format::relative;
 use crate::run::{Cost, Counter, Error, Refusal, Rendering};
 use crate::scene::{Integrator, Scene, Sensor};
-use crate::setting::{Kind, Preset, Setting, Values};
+use crate::setting::table::row;
+use crate::setting::{Kind, Setting, Values};
 use crate::transport::bsdf::check_colors;
 use crate::transport::camera::Camera;
 use crate::transport::path_class::{PathClass, PathClasses};
@@ -23,13 +24,8 @@ const SETTINGS: &[Setting] = &[
     rows::RR_DEPTH,
     rows::HIDE_EMITTERS,
     rows::LIGHT_SAMPLING,
-    row(
-        "without-caustics",
-        Kind::Flag,
-        Preset::Value("false"),
-        "",
-        "Leave out light that meets mirrors or glass first: what photons and beams measure",
-    ),
+    row!("without-caustics": Kind::Flag, Value "false", "",
+        "Leave out light that meets mirrors or glass first: what photons and beams measure"),
     rows::replicates(1, "32"),
     rows::SEED,
     rows::SAMPLES,
@@ -71,29 +67,18 @@ pub(super) fn counted(sensor: &Sensor, values: &Values) -> Vec<Counter> {
     }
 }
 
+const ABOUT: About = About {
+    name: "path",
+    meaning: "Paths from a camera: all that it sees, but caustics of small area lights slowly, of point lights never",
+    limits: LIMITS,
+    work_key: Some("spp"),
+    settings: SETTINGS,
+    is_of_cameras: true,
+};
+
 impl Reference for Path {
-    fn name(&self) -> &'static str {
-        "path"
-    }
-
-    fn meaning(&self) -> &'static str {
-        "Paths from a camera: all that it sees, but caustics of small area lights slowly, of point lights never"
-    }
-
-    fn limits(&self) -> &'static [Setting] {
-        LIMITS
-    }
-
-    fn work_key(&self) -> Option<&'static str> {
-        Some("spp")
-    }
-
-    fn settings(&self) -> &'static [Setting] {
-        SETTINGS
-    }
-
-    fn is_of_cameras(&self) -> bool {
-        true
+    fn about(&self) -> &'static About {
+        &ABOUT
     }
 
     fn supports(&self, scene: &Scene, sensor: &Sensor, _values: &Values) -> Result<(), Refusal> {

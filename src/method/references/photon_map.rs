@@ -2,15 +2,16 @@
 
 use super::photons::{self, counted, error_line};
 use crate::method::memory::{self, is_camera};
-use crate::method::reference::{Job, Reference};
-use crate::method::rows::{self, row};
+use crate::method::reference::{About, Job, Reference};
+use crate::method::rows;
 use crate::method::warnings;
 use crate::reference::photon_map::setup::Setup;
 use crate::reference::photon_map::{PhotonMapSettings, Seen};
 use crate::run::format::relative;
 use crate::run::{Cost, Error, Refusal, Rendering};
 use crate::scene::{Scene, Sensor};
-use crate::setting::{Kind, Preset, Setting, Values, words_of};
+use crate::setting::table::row;
+use crate::setting::{Kind, Setting, Values, words_of};
 use crate::transport::domain::LightSpace;
 
 pub struct PhotonMap;
@@ -20,13 +21,8 @@ const LIMITS: &[Setting] = &[rows::ERROR, rows::TIME, rows::PHOTONS];
 const SETTINGS: &[Setting] = &[
     rows::MAP_PHOTONS,
     rows::RADIUS,
-    row(
-        "seen",
-        Kind::Choice(words_of::<Seen>),
-        Preset::Value("by-specular"),
-        "",
-        "Caustics that are measured, by the way in which the camera sees them",
-    ),
+    row!("seen": Kind::Choice(words_of::<Seen>), Value "by-specular", "",
+        "Caustics that are measured, by the way in which the camera sees them"),
     rows::MAX_DEPTH,
     rows::SHADING_NORMALS,
     rows::LAYERS,
@@ -49,29 +45,18 @@ pub(super) fn settings(values: &Values) -> PhotonMapSettings {
     }
 }
 
+const ABOUT: About = About {
+    name: "photon-map",
+    meaning: "Photon maps: caustics that a camera sees by way of mirrors or glass, with their bias",
+    limits: LIMITS,
+    work_key: Some("photons"),
+    settings: SETTINGS,
+    is_of_cameras: true,
+};
+
 impl Reference for PhotonMap {
-    fn name(&self) -> &'static str {
-        "photon-map"
-    }
-
-    fn meaning(&self) -> &'static str {
-        "Photon maps: caustics that a camera sees by way of mirrors or glass, with their bias"
-    }
-
-    fn limits(&self) -> &'static [Setting] {
-        LIMITS
-    }
-
-    fn work_key(&self) -> Option<&'static str> {
-        Some("photons")
-    }
-
-    fn settings(&self) -> &'static [Setting] {
-        SETTINGS
-    }
-
-    fn is_of_cameras(&self) -> bool {
-        true
+    fn about(&self) -> &'static About {
+        &ABOUT
     }
 
     fn supports(&self, scene: &Scene, sensor: &Sensor, _values: &Values) -> Result<(), Refusal> {

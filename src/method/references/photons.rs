@@ -1,7 +1,7 @@
 //! Photons as a method.
 
 use crate::method::memory::{self, channels};
-use crate::method::reference::{Job, Reference};
+use crate::method::reference::{About, Job, Reference};
 use crate::method::rows;
 use crate::method::warnings;
 use crate::reference::photons::run::Setup;
@@ -68,25 +68,18 @@ pub(super) fn error_line(estimate: &Estimate) -> String {
     )
 }
 
+const ABOUT: About = About {
+    name: "photons",
+    meaning: "Photons binned into texels, or connected to a camera: unbiased, on any scene",
+    limits: LIMITS,
+    work_key: Some("photons"),
+    settings: SETTINGS,
+    is_of_cameras: false,
+};
+
 impl Reference for Photons {
-    fn name(&self) -> &'static str {
-        "photons"
-    }
-
-    fn meaning(&self) -> &'static str {
-        "Photons binned into texels, or connected to a camera: unbiased, on any scene"
-    }
-
-    fn limits(&self) -> &'static [Setting] {
-        LIMITS
-    }
-
-    fn work_key(&self) -> Option<&'static str> {
-        Some("photons")
-    }
-
-    fn settings(&self) -> &'static [Setting] {
-        SETTINGS
+    fn about(&self) -> &'static About {
+        &ABOUT
     }
 
     fn supports(&self, scene: &Scene, _sensor: &Sensor, _values: &Values) -> Result<(), Refusal> {
