@@ -19,15 +19,15 @@ pub struct Flag {
 pub fn flags() -> Vec<Flag> {
     let mut flags: Vec<Flag> = Vec::new();
     let references: Vec<_> = Entry::references().collect();
-    let limits = references.iter().map(|one| (one, one.limits(), true));
-    let settings = references.iter().map(|one| (one, one.settings(), false));
+    let limits = references.iter().map(|one| (one, one.about().limits, true));
+    let settings = references.iter().map(|one| (one, one.about().settings, false));
     for (method, rows, is_limit) in limits.chain(settings) {
         for row in rows {
             match flags.iter_mut().find(|flag| flag.key == row.key) {
-                Some(flag) => flag.rows.push((method.name(), row)),
+                Some(flag) => flag.rows.push((method.about().name, row)),
                 None => flags.push(Flag {
                     key: row.key,
-                    rows: vec![(method.name(), row)],
+                    rows: vec![(method.about().name, row)],
                     is_limit,
                 }),
             }
