@@ -45,7 +45,8 @@ pub fn render(args: &RenderArgs) -> anyhow::Result<Outcome> {
     } else {
         choose_sensor(&scene, args.sensor.as_deref())?
     };
-    let (method, notice) = choose(args, &scene, sensor)?;
+    let (method, notice) =
+        choose(args, &scene, sensor).map_err(|error| args.settings.retold(error))?;
     method.check_memory(&scene, sensor, &context)?;
     let extension = if args.shard.is_some() { "shard" } else { "exr" };
     let path = output::output_path(args.output.as_deref(), scene.path(), extension)?;
@@ -86,7 +87,8 @@ fn choose(
     if let Some(name) = name {
         let method = Method::new(name, &given)?;
         let notice = method.ignored(scene).map(|key| {
-            format!("{key} has no effect: nothing is drawn at random where no light shines from a surface")
+            let typed = args.settings.typed(key);
+            format!("{typed} has no effect: nothing is drawn at random if no light shines from a surface")
         });
         return Ok((method, notice));
     }
@@ -94,10 +96,11 @@ fn choose(
     // Whoever gives an amount of work knows the method whose work that is.
     let work_key = choice.method.work_key();
     let is_work = work_key.is_some_and(|key| given.contains_key(key));
+    // The reason begins with the setting.
     let notice = choice
         .by_setting
         .filter(|_| !is_work)
-        .map(|_| choice.reason);
+        .map(|key| choice.reason.replacen(&key, &args.settings.typed(&key), 1));
     Ok((choice.method, notice))
 }
 
