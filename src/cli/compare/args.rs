@@ -1,4 +1,4 @@
-//! What can be typed after `nephroid compare`.
+//! Arguments of `nephroid compare`.
 
 use std::path::PathBuf;
 

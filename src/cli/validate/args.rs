@@ -1,4 +1,4 @@
-//! What can be typed after `nephroid validate`.
+//! Arguments of `nephroid validate`.
 
 use std::path::PathBuf;
 
