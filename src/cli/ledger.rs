@@ -12,7 +12,8 @@ use crate::transport::ledger::FluxByFate;
 /// The ledger in numbers \[W\].
 #[derive(Clone, Debug, Serialize)]
 pub struct LedgerSummary {
-    /// Flux that photons started with; for beams the flux that met a specular surface first, mean of channels.
+    /// Flux that photons started with; for beams the flux that met a specular surface first, mean of
+    /// channels.
     pub emitted: Rgb,
     /// Flux that adjoint shading normals added; unknown for beams.
     #[serde(skip_serializing_if = "Option::is_none")]

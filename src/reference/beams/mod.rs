@@ -12,8 +12,8 @@
 //!
 //! One [`pass`] does so for one path signature and one tolerance. [`mod@run`] finds the signatures
 //! ([`discovery`]), and repeats passes with smaller tolerances until the error asked for is reached. Area
-//! lights ([`area_lights`]) are many such sources, drawn at random: [`average`] combines them. Nothing but sums on
-//! the film is kept of a pass: memory does not grow with the number of cells.
+//! lights ([`area_lights`]) are many such sources, drawn at random: [`average`] combines them. Nothing but
+//! sums on the film is kept of a pass: memory does not grow with the number of cells.
 
 pub mod area_lights;
 pub mod average;

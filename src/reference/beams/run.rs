@@ -29,8 +29,8 @@ use crate::transport::signature::{MAX_EVENTS, Signature};
 /// Signatures are not followed if their share of all flux is below this part of the error asked for.
 const LEAST_SHARE: f64 = 1e-3;
 
-/// The largest part of a signature's light that a cell may misplace, however faint the signature is. Larger cells
-/// hold nothing smooth from which bounds could be made.
+/// The largest part of a signature's light that a cell may misplace, however faint the signature is. Larger
+/// cells hold nothing smooth from which bounds could be made.
 const MOST_OF_SIGNATURE: f64 = 1.0 / 64.0;
 
 /// Number of passes that may light nothing, each finer than the one before, until nothing is known.

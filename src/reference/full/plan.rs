@@ -46,13 +46,14 @@ pub struct Plan {
 impl Plan {
     /// The plan for a scene and a camera.
     ///
-    /// If nothing mirrors or refracts there are no caustics, and paths measure all. They also do so if light cannot be
-    /// followed from its emitters, or the surfaces that it falls on cannot be connected to the camera.
+    /// If nothing mirrors or refracts there are no caustics, and paths measure all. They also do so if light
+    /// cannot be followed from its emitters, or the surfaces that it falls on cannot be connected to the
+    /// camera.
     ///
     /// # Errors
     ///
-    /// If the sensor is no camera, or if there may be caustics whose light cannot be connected to the camera, because
-    /// that has a lens of some size or a film with another filter than the box.
+    /// If the sensor is no camera, or if there may be caustics whose light cannot be connected to the camera,
+    /// because that has a lens of some size or a film with another filter than the box.
     pub fn new(scene: &Scene, sensor: &Sensor, path: &PathSettings) -> Result<Self, CameraError> {
         Camera::of_sensor(sensor)?;
         let mut plan = Self {
@@ -63,7 +64,8 @@ impl Plan {
             let material = scene.material(object.material);
             material.is_specular(scene.materials()) || is_unfollowed(scene, object.material)
         };
-        // Light that shines on a surface and is scattered to the camera has two legs: a mirror before makes three.
+        // Light that shines on a surface and is scattered to the camera has two legs: a mirror before makes
+        // three.
         let is_too_short = path.max_depth.is_some_and(|legs| legs < 3);
         if is_too_short || !scene.objects().iter().any(mirrors) {
             return Ok(plan);

@@ -70,8 +70,8 @@ struct Run<'a> {
 
 /// Measures all that a camera sees.
 ///
-/// The settings are made to [agree](FullSettings::agreeing) first. Methods run one after the other, paths last.
-/// The estimate's layers are [classes](PathClass), all with bounds, and its total is their sum.
+/// The settings are made to [agree](FullSettings::agreeing) first. Methods run one after the other, paths
+/// last. The estimate's layers are [classes](PathClass), all with bounds, and its total is their sum.
 ///
 /// # Errors
 ///

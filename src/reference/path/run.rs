@@ -31,7 +31,8 @@ pub struct Setup<'a> {
 pub struct PathReport {
     /// Samples a pixel.
     pub samples: u64,
-    /// Number of paths that ended because they met 65536 surfaces; light that they had yet to find is missing.
+    /// Number of paths that ended because they met 65536 surfaces; light that they had yet to find is
+    /// missing.
     pub cut_off: u64,
 }
 

@@ -1,8 +1,8 @@
 //! From sums to an estimate, its standard error and its bias.
 //!
-//! A lookup of radius r measures irradiance blurred by a disc of that radius. Where irradiance is smooth, the blur
-//! adds b(r) = r²/8 ΔE: the difference D of the lookups with √2 r and with r is b(r) itself. Where it jumps, b
-//! grows as r, and D is (√2 − 1) b(r). So
+//! A lookup of radius r measures irradiance blurred by a disc of that radius. Where irradiance is smooth, the
+//! blur adds b(r) = r²/8 ΔE: the difference D of the lookups with √2 r and with r is b(r) itself. Where it
+//! jumps, b grows as r, and D is (√2 − 1) b(r). So
 //!
 //! ```text
 //! |bias| ≤ |D| / (√2 − 1)        for biases that grow as r^a, 1 ≤ a ≤ 2
@@ -40,8 +40,8 @@ pub struct PhotonMapReport {
     /// Its standard error.
     #[serde(skip)]
     pub bias_standard_error: Vec<Rgb>,
-    /// Root mean square of D over lit pixels, its noise subtracted, relative to the mean radiance; `None` if nothing
-    /// is lit or no error is known.
+    /// Root mean square of D over lit pixels, its noise subtracted, relative to the mean radiance; `None` if
+    /// nothing is lit or no error is known.
     pub relative_bias: Option<f64>,
 }
 
@@ -154,8 +154,9 @@ impl<'a> Rounds<'a> {
     }
 }
 
-/// value ± √((t σ)² + (C t s)²) + C |D|, nothing below zero, with s the standard error of D: σ and s are made of the
-/// same photons, and are added as if they were not, since the annulus between the radii has photons of its own.
+/// value ± √((t σ)² + (C t s)²) + C |D|, nothing below zero, with s the standard error of D: σ and s are made
+/// of the same photons, and are added as if they were not, since the annulus between the radii has photons of
+/// its own.
 fn bounds(value: &Layer, difference: &Layer, widths: f64) -> Interval {
     let mut interval = Interval::default();
     for texel in 0..value.values.len() {

@@ -45,7 +45,8 @@ impl Seen {
 }
 
 impl Default for PhotonMapSettings {
-    /// 16 replicates, maps of 2¹⁶ photons, a first radius of one pixel, α = 2/3, and the caustics that no other method finds.
+    /// 16 replicates, maps of 2¹⁶ photons, a first radius of one pixel, α = 2/3, and the caustics that no
+    /// other method finds.
     fn default() -> Self {
         Self {
             photons: PhotonSettings {
@@ -66,9 +67,9 @@ pub(super) const MAX_MAP_PHOTONS: u64 = 1 << 24;
 /// r²ₚ / r²₀ of pass `p`, counted from 0: r²ₚ₊₁ = r²ₚ (p + 1 + α) / (p + 2), dimensionless.
 ///
 /// Knaus and Zwicker, *Progressive Photon Mapping: A Probabilistic Approach* (ACM TOG 30(3), 2011): of
-/// independent maps so looked up, the mean's variance falls as n^-α and its bias as n^(α-1). With α = 2/3 both parts
-/// of the squared error fall alike, as n^(-2/3), which no other schedule betters (Kaplanyan and Dachsbacher, *Adaptive
-/// Progressive Photon Mapping*, ACM TOG 32(2), 2013).
+/// independent maps so looked up, the mean's variance falls as n^-α and its bias as n^(α-1). With α = 2/3
+/// both parts of the squared error fall alike, as n^(-2/3), which no other schedule betters (Kaplanyan and
+/// Dachsbacher, *Adaptive Progressive Photon Mapping*, ACM TOG 32(2), 2013).
 pub fn radius_squared_factor(pass: u64, alpha: f64) -> f64 {
     (1..=pass)
         .map(|k| (k as f64 + alpha) / (k as f64 + 1.0))

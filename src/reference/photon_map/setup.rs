@@ -34,8 +34,9 @@ pub(super) const PHOTONS: u64 = 2;
 const PIXELS: u64 = 3;
 
 impl<'a> Setup<'a> {
-    /// Checks the settings, finds where light can meet specular geometry, and which path signatures are bright
-    /// enough for a layer of their own: of all light that they bring to scattering surfaces, seen or not.
+    /// Checks the settings, finds where light can meet specular geometry, and which path signatures are
+    /// bright enough for a layer of their own: of all light that they bring to scattering surfaces, seen or
+    /// not.
     ///
     /// # Errors
     ///

@@ -77,8 +77,8 @@ impl<'a> Setup<'a> {
         &self.light
     }
 
-    /// The direct light of a receiver; unknown as far as it is not measured when the run is stopped. `None` for a
-    /// camera.
+    /// The direct light of a receiver; unknown as far as it is not measured when the run is stopped. `None`
+    /// for a camera.
     pub fn direct(&self, deadline: Option<Instant>) -> Option<Direct> {
         let Target::Receiver(receiver) = &self.target else {
             return None;

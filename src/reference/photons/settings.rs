@@ -20,8 +20,8 @@ pub struct PhotonSettings {
     pub chains: ChainSettings,
     /// Path signatures with a layer of their own; the brightest of a pilot run get one.
     pub max_layers: usize,
-    /// Samples of a texel and an area light for their direct light on a receiver, if a shadow's edge is near or the
-    /// samples scatter much; otherwise [`AREA_SAMPLES`], which is also the least.
+    /// Samples of a texel and an area light for their direct light on a receiver, if a shadow's edge is near
+    /// or the samples scatter much; otherwise [`AREA_SAMPLES`], which is also the least.
     pub direct_samples: u32,
 }
 
