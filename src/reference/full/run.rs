@@ -85,7 +85,7 @@ pub fn run(
 ) -> Result<(Estimate, FullReport), Error> {
     let start = Instant::now();
     let settings = settings.agreeing();
-    let plan = Plan::new(scene, sensor, &settings.path).map_err(refuse_camera)?;
+    let plan = Plan::new(scene, sensor, &settings.path).map_err(|error| refuse_camera(&error))?;
     let run = Run {
         scene,
         sensor,
@@ -132,7 +132,7 @@ pub fn run(
 }
 
 /// The refusal of a camera that light cannot be connected to.
-pub(crate) fn refuse_camera(error: CameraError) -> Refusal {
+pub(crate) fn refuse_camera(error: &CameraError) -> Refusal {
     Refusal::new(format!(
         "{error}; --method path needs none of this, and finds caustics by chance"
     ))
