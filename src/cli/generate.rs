@@ -8,7 +8,7 @@ use crate::generate::{self, GenerateOptions};
 ///
 /// # Errors
 ///
-/// Where a name is unknown or a file cannot be written.
+/// If a name is unknown or a file cannot be written.
 pub fn generate(args: &GenerateArgs) -> anyhow::Result<Outcome> {
     let options = GenerateOptions {
         detail: args.detail,

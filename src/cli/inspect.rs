@@ -1,4 +1,4 @@
-//! `nephroid inspect`: what a scene holds and requires.
+//! `nephroid inspect`: contents and requirements of a scene.
 
 use std::collections::BTreeMap;
 
@@ -13,7 +13,7 @@ use crate::run::Cost;
 use crate::scene::{Ignored, Requirement, Scene, Sensor, SensorKind, Warning, requirements};
 use crate::setting::Given;
 
-/// What `--json` prints.
+/// The output of `--json`.
 #[derive(Serialize)]
 struct Inspection<'a> {
     scene: String,
@@ -86,7 +86,7 @@ struct SensorLine<'a> {
 ///
 /// # Errors
 ///
-/// Where the scene cannot be read.
+/// If the scene cannot be read.
 pub fn inspect(args: &InspectArgs) -> anyhow::Result<Outcome> {
     let scene = load(&args.scene)?;
     let inspection = Inspection::of(&scene);

@@ -1,4 +1,4 @@
-//! Where the flux went, for people and for programs.
+//! The ledger of flux, for people and for programs.
 
 use std::fmt;
 
@@ -12,14 +12,15 @@ use crate::transport::ledger::FluxByFate;
 /// The ledger in numbers \[W\].
 #[derive(Clone, Debug, Serialize)]
 pub struct LedgerSummary {
-    /// What photons started with; of beams what met a specular surface first, mean of channels.
+    /// Flux that photons started with; for beams the flux that met a specular surface first, mean of
+    /// channels.
     pub emitted: Rgb,
-    /// What adjoint shading normals added; not known of beams.
+    /// Flux that adjoint shading normals added; unknown for beams.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shading_gain: Option<Rgb>,
     /// By signature of the events before the end.
     pub rows: Vec<(String, RowSummary)>,
-    /// Of beams: what is not received, by difference, mean of channels.
+    /// Flux that is not received, for beams: by difference, mean of channels.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub elsewhere: Option<f64>,
     /// |emitted + gain − Σ rows| / emitted; of beams there is none.
@@ -27,7 +28,7 @@ pub struct LedgerSummary {
     pub closure_error: Option<f64>,
 }
 
-/// How flux ended \[W\].
+/// Flux \[W\] by its end.
 #[derive(Clone, Copy, Debug, Serialize)]
 #[serde(untagged)]
 pub enum RowSummary {

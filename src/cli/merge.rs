@@ -20,7 +20,8 @@ pub fn merge(args: &MergeArgs) -> anyhow::Result<Outcome> {
     let start = Instant::now();
     let scene = load(&args.scene)?;
     let sensor = choose_sensor(&scene, args.sensor.as_deref())?;
-    let method = Method::new("photons", &args.settings.given)?;
+    let method = Method::new("photons", &args.settings.given)
+        .map_err(|error| args.settings.retold(error))?;
     let context = Context::default();
     method.check_memory(&scene, sensor, &context)?;
     let path = output::output_path(args.output.as_deref(), scene.path(), "exr")?;

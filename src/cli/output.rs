@@ -12,11 +12,11 @@ use crate::film::{Grid, Image, atomic, exr};
 /// The extension of pictures.
 const PICTURE: &str = "png";
 
-/// Where the result goes: as the user says, or `out/SCENE.exr`, making that folder.
+/// The path of the result: as the user says, or `out/SCENE.exr`, making that folder.
 ///
 /// # Errors
 ///
-/// Where the folder is missing, cannot be made or takes no file, or the name has another extension:
+/// If the folder is missing, cannot be made or takes no file, or the name has another extension:
 /// better known now than after the run.
 pub fn output_path(asked: Option<&Path>, scene: &Path, extension: &str) -> anyhow::Result<PathBuf> {
     if let Some(path) = asked {
@@ -46,18 +46,18 @@ pub fn output_path(asked: Option<&Path>, scene: &Path, extension: &str) -> anyho
     Ok(path)
 }
 
-/// Whether the result, and the picture beside it, could be written.
+/// Refuses a result that could not be written, or whose picture could not.
 fn check_writable(path: &Path) -> anyhow::Result<()> {
     atomic::check(path)?;
     Ok(atomic::check(&path.with_extension(PICTURE))?)
 }
 
-/// Writes the EXR at `path` and the picture beside it, each whole or not at all. Returns the
-/// paths of what was written: no picture of a film that is too large for one. Texels of which nothing is known are NaN in the one and magenta in the other.
+/// Writes the EXR at `path` and the picture beside it, each whole or not at all. Returns the paths written: a film
+/// that is too large for a picture has none. Unknown texels are NaN in the EXR and magenta in the picture.
 ///
 /// # Errors
 ///
-/// Where a file cannot be written.
+/// If a file cannot be written.
 pub fn write(run: &Run, summary: &Summary, path: &Path) -> anyhow::Result<Vec<PathBuf>> {
     exr::write(path, &image(run, summary)?)?;
     let picture = path.with_extension(PICTURE);

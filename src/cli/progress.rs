@@ -1,4 +1,4 @@
-//! Showing how far a run has come.
+//! A line on the terminal that shows how far a run has come.
 
 use std::io::IsTerminal;
 use std::sync::Arc;
@@ -9,7 +9,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::run::Progress;
 
-/// How often the line is drawn.
+/// Time between two drawings of the line.
 const PERIOD: Duration = Duration::from_millis(100);
 
 /// Runs `work` while a line on the terminal follows `progress`; without a terminal, silently.
@@ -50,7 +50,7 @@ fn draw(bar: &ProgressBar, progress: &Progress, elapsed: Duration) {
     bar.tick();
 }
 
-/// What the line says.
+/// The text of the line.
 fn message(progress: &Progress, elapsed: Duration) -> String {
     let done = progress.done();
     let Some(expected) = progress.expected() else {
@@ -80,7 +80,7 @@ fn message(progress: &Progress, elapsed: Duration) -> String {
 ///
 /// # Errors
 ///
-/// Where the system does not let the program listen.
+/// If the system does not let the program listen.
 pub fn stop_on_interrupt(progress: &Arc<Progress>) -> anyhow::Result<()> {
     let progress = Arc::clone(progress);
     ctrlc::set_handler(move || {

@@ -45,7 +45,8 @@ pub fn render(args: &RenderArgs) -> anyhow::Result<Outcome> {
     } else {
         choose_sensor(&scene, args.sensor.as_deref())?
     };
-    let (method, notice) = choose(args, &scene, sensor)?;
+    let (method, notice) =
+        choose(args, &scene, sensor).map_err(|error| args.settings.retold(error))?;
     method.check_memory(&scene, sensor, &context)?;
     let extension = if args.shard.is_some() { "shard" } else { "exr" };
     let path = output::output_path(args.output.as_deref(), scene.path(), extension)?;
@@ -84,38 +85,23 @@ fn choose(
     let given = args.given();
     let name = args.method.as_deref().or(args.shard.map(|_| "photons"));
     if let Some(name) = name {
-        let method = Method::new(name, &given).map_err(|error| as_typed(args, error))?;
+        let method = Method::new(name, &given)?;
         let notice = method.ignored(scene).map(|key| {
-            let key = typed(args, key);
-            format!("{key} has no effect: nothing is drawn at random where no light shines from a surface")
+            let typed = args.settings.typed(key);
+            format!("{typed} has no effect: nothing is drawn at random if no light shines from a surface")
         });
         return Ok((method, notice));
     }
-    let choice = Method::choose_with(scene, sensor, &given);
-    let choice = choice.map_err(|error| as_typed(args, error))?;
+    let choice = Method::choose_with(scene, sensor, &given)?;
     // Whoever gives an amount of work knows the method whose work that is.
     let work_key = choice.method.work_key();
     let is_work = work_key.is_some_and(|key| given.contains_key(key));
-    let key = choice.by_setting.as_deref().filter(|_| !is_work);
-    let notice = key.map(|key| choice.reason.replacen(key, &typed(args, key), 1));
+    // The reason begins with the setting.
+    let notice = choice
+        .by_setting
+        .filter(|_| !is_work)
+        .map(|key| choice.reason.replacen(&key, &args.settings.typed(&key), 1));
     Ok((choice.method, notice))
-}
-
-/// A setting as it was typed: as a flag, or by `--set`.
-fn typed(args: &RenderArgs, key: &str) -> String {
-    if args.settings.given.contains_key(key) {
-        format!("--{key}")
-    } else {
-        key.to_owned()
-    }
-}
-
-/// The same error with its setting as it was typed.
-fn as_typed(args: &RenderArgs, mut error: SettingError) -> SettingError {
-    if let SettingError::Value { key, .. } = &mut error {
-        *key = typed(args, key);
-    }
-    error
 }
 
 fn trace_shard(
@@ -151,7 +137,7 @@ pub(super) fn load(args: &SceneArgs) -> anyhow::Result<Scene> {
 ///
 /// # Errors
 ///
-/// Where a file cannot be written.
+/// If a file cannot be written.
 pub(super) fn finish(run: &Run, path: &Path, json: bool) -> anyhow::Result<()> {
     let mut summary = Summary::of(run);
     let files = output::write(run, &summary, path)?;
@@ -176,7 +162,7 @@ fn write_shard(part: &Part, path: &Path) -> anyhow::Result<()> {
 ///
 /// # Errors
 ///
-/// Where the file is missing or no shard.
+/// If the file is missing or no shard.
 pub(super) fn read_shard(path: &Path) -> anyhow::Result<Part> {
     let place = || path.display().to_string();
     let file = File::open(path).with_context(place)?;
@@ -187,7 +173,7 @@ pub(super) fn read_shard(path: &Path) -> anyhow::Result<Part> {
 ///
 /// # Errors
 ///
-/// Where they cannot be started.
+/// If they cannot be started.
 pub(super) fn set_threads(threads: Option<u16>) -> anyhow::Result<()> {
     if let Some(threads) = threads {
         rayon::ThreadPoolBuilder::new()

@@ -1,8 +1,8 @@
-//! Which sensor of a scene a command is about.
+//! The sensor of a scene that a command is about.
 
 use crate::scene::{Scene, Sensor, SensorKind};
 
-/// Whether a sensor sees surfaces from afar, rather than measuring on one.
+/// True if a sensor sees surfaces from afar, rather than measuring on one.
 pub fn is_camera(sensor: &Sensor) -> bool {
     !matches!(sensor.kind, SensorKind::IrradianceMeter { .. })
 }
@@ -11,7 +11,7 @@ pub fn is_camera(sensor: &Sensor) -> bool {
 ///
 /// # Errors
 ///
-/// Where there is none; the message lists those there are.
+/// If there is none; the message lists those there are.
 pub fn choose_sensor<'a>(scene: &'a Scene, id: Option<&str>) -> anyhow::Result<&'a Sensor> {
     choose(scene, id, false)
 }

@@ -1,4 +1,4 @@
-//! What a finished run has to say, for people and for programs.
+//! The summary of a finished run, for people and for programs.
 
 use std::fmt;
 
@@ -18,13 +18,13 @@ pub struct Summary {
     pub scene: String,
     /// The sensor's id.
     pub sensor: String,
-    /// What is measured.
+    /// The quantity that is measured.
     pub quantity: Quantity,
     /// Texels a row and rows.
     pub size: [usize; 2],
-    /// How it was computed.
+    /// The method.
     pub method: &'static str,
-    /// Whether the run used its whole budget.
+    /// True if the run used its whole budget.
     pub complete: bool,
     /// The method's own report, by name.
     #[serde(flatten)]
@@ -33,14 +33,14 @@ pub struct Summary {
     pub relative_error: Option<f64>,
     /// One entry a layer, the total first.
     pub layers: Vec<LayerSummary>,
-    /// Where the traced flux went \[W\]; of a receiver, where any was traced.
+    /// If the traced flux went \[W\]; of a receiver, where any was traced.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ledger: Option<LedgerSummary>,
     /// Rays, and the work of finding what they hit.
     pub counters: TraversalCounters,
-    /// What is odd about the scene or the run.
+    /// Oddities of the scene or the run.
     pub warnings: Vec<String>,
-    /// What the run took; absent in files, which hold it apart.
+    /// Time of the run; absent in files, which hold it apart.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub timing: Option<Timing>,
     /// The files written.
@@ -72,7 +72,7 @@ pub struct LayerSummary {
     pub relative_error: Option<f64>,
 }
 
-/// What a run took.
+/// Time and threads of a run.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Timing {
     /// From the start of the command, reading and set-up included.

@@ -1,6 +1,7 @@
 //! Memory of films, texel by texel, before anything is traced.
 //!
-//! Each function says the bytes that a texel takes when a run takes most, files and all; scene and program come on top.
+//! Each function says the bytes that a texel takes when a run takes most, files and all; scene and program
+//! come on top.
 
 use crate::scene::{Scene, Sensor, SensorKind, is_achromatic};
 use crate::transport::path_class::PathClass;
@@ -63,8 +64,8 @@ pub(super) fn beams(channels: u64, max_layers: u64) -> u64 {
     const LAYER: u64 = 4 * TRIPLE;
     // The layers with a signature, the one for the others, and their total.
     let layers = max_layers + 2;
-    // One signature's exact sums (three kinds by channel) and uncertain flux (channels and spread), see `BeamFilm`;
-    // read as `Texel`s, from which `BoundedFlux` comes and then its `Sums`.
+    // One signature's exact sums (three kinds by channel) and uncertain flux (channels and spread), see
+    // `BeamFilm`; read as `Texel`s, from which `BoundedFlux` comes and then its `Sums`.
     let film = 8 * (3 * channels) + 8 * (channels + 1);
     let bounded = 8 * (2 * channels + 1);
     let reading = bounded + SUMS.max(8 * (4 * channels + 1));

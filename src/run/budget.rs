@@ -68,8 +68,8 @@ impl Budget {
         self.time.is_none() && self.relative_error.is_none()
     }
 
-    /// The instant at which the time is over, for a run that began at `start`. A time beyond what the clock can
-    /// tell is no limit.
+    /// The instant at which the time is over, for a run that began at `start`. A time beyond what the clock
+    /// can tell is no limit.
     pub(crate) fn deadline(&self, start: Instant) -> Option<Instant> {
         self.time.and_then(|time| start.checked_add(time))
     }

@@ -5,9 +5,9 @@ use crate::film::{Image, Rounding};
 use crate::radiometry::Rgb;
 
 impl Estimate {
-    /// Its layers as channels, in its unit, without metadata: `E` (of a camera `L`), `LD`, `LRD`, ..., each with `.R .G .B`
-    /// and `.stderr.R .stderr.G .stderr.B`; of methods with bounds `.lo.R` ... and `.hi.R` ... instead, or both where they draw
-    /// lots, too.
+    /// Its layers as channels, in its unit, without metadata: `E` (of a camera `L`), `LD`, `LRD`, ..., each
+    /// with `.R .G .B` and `.stderr.R .stderr.G .stderr.B`; of methods with bounds `.lo.R` ... and `.hi.R`
+    /// ... instead, or both where they draw lots, too.
     pub fn channels(&self) -> Image {
         let mut image = Image::new(self.width, self.height);
         for layer in std::iter::once(&self.total).chain(&self.layers) {

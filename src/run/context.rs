@@ -5,7 +5,8 @@ use std::sync::Arc;
 
 use super::{Error, Progress};
 
-/// The surroundings of a run: progress and stop, threads, cache folder, memory limit. None of them changes a result.
+/// The surroundings of a run: progress and stop, threads, cache folder, memory limit. None of them changes a
+/// result.
 ///
 /// # Example: two threads, and at most a gigabyte
 ///

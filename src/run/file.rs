@@ -26,8 +26,9 @@ impl Rendering {
         all
     }
 
-    /// All layers as channels, with their description as attributes: `E` (of a camera `L`), `LD`, `LRD`, ..., each
-    /// with `.R .G .B` and `.stderr.R .stderr.G .stderr.B`, or with bounds `.lo.R` ... and `.hi.R` ...; further maps.
+    /// All layers as channels, with their description as attributes: `E` (of a camera `L`), `LD`, `LRD`, ...,
+    /// each with `.R .G .B` and `.stderr.R .stderr.G .stderr.B`, or with bounds `.lo.R` ... and `.hi.R` ...;
+    /// further maps.
     pub fn image(&self, scene: &Scene) -> Image {
         let estimate = &self.estimate;
         let mut image = estimate.channels();

@@ -32,7 +32,7 @@ fn by_beams(scene: &Scene, relative_error: f64) -> (Estimate, BeamReport) {
 fn beams_from_an_area_light_agree_with_photons_within_their_bounds() {
     let scene = scene();
     let (beams, report) = by_beams(&scene, 0.3);
-    let lamps = report.lamps.unwrap();
+    let lamps = report.area_lights.unwrap();
     assert_eq!(lamps.replicates, 16);
     // 99.9 % of Student's t with 15 degrees of freedom: 4.073, in any table.
     assert!((lamps.standard_errors - 4.073).abs() < 1e-3);
@@ -132,7 +132,7 @@ fn the_same_bits_come_from_any_number_of_threads() {
 fn texels_that_no_place_on_the_lamp_lit_have_an_upper_bound() {
     let scene = scene();
     let (estimate, report) = by_beams(&scene, 1.0);
-    let lamps = report.lamps.unwrap();
+    let lamps = report.area_lights.unwrap();
     let places = f64::from(lamps.replicates) * lamps.points as f64;
     let missed = 1.0 - 0.0005_f64.powf(1.0 / places);
     let mut unlit = 0;

@@ -86,16 +86,16 @@ fn options_that_contradict_all_light_and_receivers_are_refused() {
         (&["--sensor", "floor"][..], "paths start at cameras"),
         (
             &["--rays", "9"],
-            "no setting of full is called \"rays\"; it is one of beams",
+            "no setting of full is called \"--rays\"; it is one of beams",
         ),
         (
             &["--shard", "1/2", "--photons", "9", "-o", "a.shard"],
             "shards are for --method photons",
         ),
-        (&["--seen", "anyhow"], "\"seen\"; it is one of photon-map"),
+        (&["--seen", "anyhow"], "\"--seen\"; it is one of photon-map"),
         (
             &["--without-caustics"],
-            "\"without-caustics\"; it is one of path",
+            "\"--without-caustics\"; it is one of path",
         ),
         (
             &["--error", "1%", "--replicates", "1"],

@@ -139,19 +139,19 @@ fn options_of_other_methods_and_sensors_that_are_no_cameras_are_refused() {
         ),
         (
             &["--method", "path", "--photons", "9"],
-            "no setting of path is called \"photons\"; it is one of photons",
+            "no setting of path is called \"--photons\"; it is one of photons",
         ),
         (
             &["--method", "path", "--rays", "9"],
-            "\"rays\"; it is one of beams",
+            "\"--rays\"; it is one of beams",
         ),
         (
             &["--method", "photons", "--spp", "9"],
-            "\"spp\"; it is one of path",
+            "\"--spp\"; it is one of path",
         ),
         (
             &["--method", "beams", "--rr-depth", "9"],
-            "\"rr-depth\"; it is one of path",
+            "\"--rr-depth\"; it is one of path",
         ),
         (
             &["--method", "path", "--error", "1%", "--replicates", "1"],

@@ -1,4 +1,4 @@
-//! What can be typed: one file a subject.
+//! Arguments of the commands: one file a subject.
 
 mod parse;
 mod probe;

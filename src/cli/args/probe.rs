@@ -29,7 +29,7 @@ pub struct ProbeArgs {
     #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u32).range(0..=MAX_EVENTS as i64))]
     pub max_depth: u32,
 
-    /// What interpolated normals do to flux
+    /// Effect of interpolated normals on flux
     #[arg(long, value_name = "WORD", value_parser = parse_shading_normals, default_value = "flux")]
     pub shading_normals: ShadingNormals,
 

@@ -5,13 +5,35 @@ use std::collections::BTreeMap;
 use clap::{Arg, ArgMatches, Command, Error, FromArgMatches};
 
 use crate::method::table::flags;
-use crate::setting::Kind;
+use crate::setting::{Kind, SettingError};
 
 /// Settings of references, a flag each. Which of them a method has is for the method to say.
 #[derive(Clone, Debug, Default)]
 pub struct SettingArgs {
     /// Values by key, as typed.
     pub given: BTreeMap<String, String>,
+}
+
+impl SettingArgs {
+    /// A key as it was typed: a flag has dashes.
+    pub fn typed(&self, key: &str) -> String {
+        let dashes = if self.given.contains_key(key) {
+            "--"
+        } else {
+            ""
+        };
+        format!("{dashes}{key}")
+    }
+
+    /// The same error with the setting as it was typed.
+    pub fn retold(&self, mut error: SettingError) -> SettingError {
+        match &mut error {
+            SettingError::Value { key, .. } | SettingError::Unknown { name: key, .. } => {
+                *key = self.typed(key);
+            }
+        }
+        error
+    }
 }
 
 impl clap::Args for SettingArgs {

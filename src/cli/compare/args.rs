@@ -1,4 +1,4 @@
-//! What can be typed after `nephroid compare`.
+//! Arguments of `nephroid compare`.
 
 use std::path::PathBuf;
 
@@ -31,8 +31,8 @@ pub struct CompareArgs {
     #[arg(long, value_name = "FILE")]
     pub error_b: Option<PathBuf>,
 
-    /// Independent samples or replicates behind A's standard errors [default: as A says, else their errors count
-    /// as exact]
+    /// Independent samples or replicates behind A's standard errors [default: as A says, else their errors
+    /// count as exact]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(2..))]
     pub samples_a: Option<u64>,
 

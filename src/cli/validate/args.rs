@@ -1,4 +1,4 @@
-//! What can be typed after `nephroid validate`.
+//! Arguments of `nephroid validate`.
 
 use std::path::PathBuf;
 
@@ -19,16 +19,18 @@ pub struct ValidateArgs {
     #[arg(short, long, value_name = "DIR")]
     pub output: Option<PathBuf>,
 
-    /// A sensor to fill, by id; may be given again [default: the study's, else the first irradiancemeter, else the first camera]
+    /// A sensor to fill, by id; may be given again [default: the study's, else the first irradiancemeter,
+    /// else the first camera]
     #[arg(long, value_name = "ID")]
     pub sensor: Vec<String>,
 
-    /// Judge an EXR rendered elsewhere, too, on the only sensor or on the one that is named; may be given again
+    /// Judge an EXR rendered elsewhere, too, on the only sensor or on the one that is named; may be given
+    /// again
     #[arg(long, value_name = "NAME[@SENSOR]=FILE.exr", value_parser = parse_candidate)]
     pub candidate: Vec<(String, Option<String>, PathBuf)>,
 
-    /// Exit code 1 where a method's or candidate's error is above this (or the truth cannot tell), on every sensor that has it or on
-    /// the one that is named; may be given again
+    /// Exit code 1 where a method's or candidate's error is above this (or the truth cannot tell), on every
+    /// sensor that has it or on the one that is named; may be given again
     #[arg(long, value_name = "NAME[@SENSOR]=ERROR", value_parser = parse_limit)]
     pub max_error: Vec<(String, f64)>,
 

@@ -12,7 +12,7 @@ use crate::study::{SensorPlan, Session, StudyError};
 ///
 /// # Errors
 ///
-/// Where one cannot be read, is not of the sensor's size, or cannot be compared with anything.
+/// If one cannot be read, is not of the sensor's size, or cannot be compared with anything.
 pub fn copy<'a>(session: &Session, plan: &'a SensorPlan) -> anyhow::Result<Vec<JudgedFilm<'a>>> {
     let film = &session.sensor(plan)?.film;
     let expected = [film.crop.width as usize, film.crop.height as usize];

@@ -27,7 +27,7 @@ pub use args::ValidateArgs;
 ///
 /// # Errors
 ///
-/// Where the study cannot be read, a run not be made, or the report not be written.
+/// If the study cannot be read, a run not be made, or the report not be written.
 pub fn validate(args: &ValidateArgs) -> anyhow::Result<Outcome> {
     let start = Instant::now();
     set_threads(args.threads)?;

@@ -91,7 +91,7 @@ impl Reference for Beams {
         }
         warnings.extend(warnings::unknown_direct(&estimate));
         warnings.extend(warnings::of_camera(scene, &estimate, "beams", false));
-        let replicates = report.lamps.map(|lamps| lamps.replicates);
+        let replicates = report.area_lights.map(|lights| lights.replicates);
         let summary = summary(&estimate, &report);
         Ok(Rendering {
             replicates,
@@ -131,14 +131,14 @@ fn summary(estimate: &Estimate, report: &BeamReport) -> Vec<String> {
         "likely error of the specular layers' sum over lit texels: {}",
         relative(estimate.relative_error, estimate.is_without_caustics())
     ));
-    if let Some(lamps) = &report.lamps {
+    if let Some(lights) = &report.area_lights {
         lines.push(format!(
             "  by cells {}, by {} places on each area light in {} replicates {}; bars hold with {} % confidence",
-            percent(lamps.deterministic_error),
-            number(lamps.points as f64),
-            lamps.replicates,
-            percent(lamps.random_error),
-            100.0 * lamps.confidence
+            percent(lights.deterministic_error),
+            number(lights.points as f64),
+            lights.replicates,
+            percent(lights.random_error),
+            100.0 * lights.confidence
         ));
     }
     lines

@@ -68,7 +68,7 @@ impl Reference for Full {
             return Err(Refusal::new(reason));
         }
         let settings = settings(values, scene.integrator());
-        Plan::new(scene, sensor, &settings.path).map_err(refuse_camera)?;
+        Plan::new(scene, sensor, &settings.path).map_err(|error| refuse_camera(&error))?;
         Ok(())
     }
 

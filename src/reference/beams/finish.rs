@@ -9,7 +9,7 @@
 
 use super::average::Average;
 use super::finished_pass::FinishedPass;
-use super::report::LampReport;
+use super::report::AreaLightReport;
 use crate::geometry::TraversalCounters;
 use crate::numeric::distributions::critical_value;
 use crate::radiometry::Rgb;
@@ -40,7 +40,7 @@ pub(super) struct RunOutcome<'a> {
     pub direct: Option<&'a Direct>,
     pub relative_error: Option<f64>,
     /// The sampling of area lights, for a scene with any.
-    pub lamps: Option<LampReport>,
+    pub area_lights: Option<AreaLightReport>,
     pub counters: TraversalCounters,
     pub incomplete: bool,
 }
@@ -59,7 +59,7 @@ impl RunOutcome<'_> {
             for layer in &layers {
                 total.add(layer);
             }
-            if self.lamps.is_some() {
+            if self.area_lights.is_some() {
                 // Signatures share the places on the area lights: their errors are not independent.
                 let joint = self.layer(LayerName::Total, &pass.total);
                 total.standard_error = joint.standard_error;
@@ -117,7 +117,9 @@ impl RunOutcome<'_> {
     /// Values, standard errors and bounds of one kind of light.
     fn layer(&self, name: LayerName, average: &Average) -> Layer {
         let mut result = Layer::bounded(name, average.texels());
-        let widths = self.lamps.map_or(0.0, |lamps| lamps.standard_errors);
+        let widths = self
+            .area_lights
+            .map_or(0.0, |lights| lights.standard_errors);
         let interval = result.interval.get_or_insert_default();
         for texel in 0..average.texels() {
             // A texel without any surface gets no light.
@@ -128,8 +130,8 @@ impl RunOutcome<'_> {
             let value = average.mean(texel) * scale;
             let error = average.standard_error(texel) * scale;
             let bar = average.bar(texel) * scale + error * widths;
-            let unseen = self.lamps.map_or(Rgb::BLACK, |lamps| {
-                average.unseen(texel, lamps.points, lamps.confidence) * scale
+            let unseen = self.area_lights.map_or(Rgb::BLACK, |lights| {
+                average.unseen(texel, lights.points, lights.confidence) * scale
             });
             result.values[texel] = at_least_none(value);
             result.standard_error[texel] = error;
@@ -143,7 +145,7 @@ impl RunOutcome<'_> {
     fn direct_layer(&self, direct: &Direct) -> Layer {
         let name = LayerName::Path(Signature::DIRECT);
         let mut layer = Layer::bounded(name, direct.texels.len());
-        let is_random = self.lamps.is_some();
+        let is_random = self.area_lights.is_some();
         let widths = if is_random {
             standard_errors(AREA_REPLICATES)
         } else {

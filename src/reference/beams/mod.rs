@@ -12,9 +12,10 @@
 //!
 //! One [`pass`] does so for one path signature and one tolerance. [`mod@run`] finds the signatures
 //! ([`discovery`]), and repeats passes with smaller tolerances until the error asked for is reached. Area
-//! lights ([`lamps`]) are many such sources, drawn at random: [`average`] combines them. Nothing but sums on
-//! the film is kept of a pass: memory does not grow with the number of cells.
+//! lights ([`area_lights`]) are many such sources, drawn at random: [`average`] combines them. Nothing but
+//! sums on the film is kept of a pass: memory does not grow with the number of cells.
 
+pub mod area_lights;
 pub mod average;
 pub mod bars;
 pub mod cell;
@@ -25,7 +26,6 @@ pub mod facets;
 pub mod film;
 mod finish;
 mod finished_pass;
-pub mod lamps;
 pub mod limit;
 pub mod pass;
 pub mod refine;
@@ -37,7 +37,7 @@ pub mod store;
 pub mod support;
 
 pub use pass::SignatureReport;
-pub use report::{BeamReport, LampReport};
+pub use report::{AreaLightReport, BeamReport};
 pub use run::run;
 pub use settings::{BeamSettings, DEFAULT_ERROR};
 pub use support::{is_deterministic, supports};

@@ -14,13 +14,13 @@ pub struct BeamReport {
     /// Flux \[W\] of signatures too dim to be followed, as found by the discovery; in no layer and no bar.
     pub not_followed: f64,
     /// The sampling of area lights, if the scene has any.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub lamps: Option<LampReport>,
+    #[serde(rename = "lamps", skip_serializing_if = "Option::is_none")]
+    pub area_lights: Option<AreaLightReport>,
 }
 
 /// The sampling of area lights in the last pass.
 #[derive(Clone, Copy, Debug, Default, serde::Serialize)]
-pub struct LampReport {
+pub struct AreaLightReport {
     /// Places on each light, in each replicate.
     pub points: u64,
     /// Independent randomisations.

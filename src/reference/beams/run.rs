@@ -2,15 +2,15 @@
 
 use std::time::Instant;
 
+use super::area_lights::AreaLights;
 use super::average::{Average, Sums};
 use super::discovery::{SignatureLight, discover};
 use super::finish;
 use super::finished_pass::FinishedPass;
-use super::lamps::Lamps;
 use super::limit::Limit;
 use super::pass::{BeamLight, PassLayer, Passes, SignatureReport};
 use super::refine::Limits;
-use super::report::{BeamReport, LampReport};
+use super::report::{AreaLightReport, BeamReport};
 use super::schedule::{DIVIDED_AGAIN, Errors, Fineness};
 use super::settings::{BeamSettings, target_error};
 use super::support::supports;
@@ -26,34 +26,34 @@ use crate::transport::facets::table::Facets;
 use crate::transport::first_surface::{SharedPlaces, Source, patches};
 use crate::transport::signature::{MAX_EVENTS, Signature};
 
-/// Signatures below this part of the error asked for, of all flux, are not followed.
+/// Signatures are not followed if their share of all flux is below this part of the error asked for.
 const LEAST_SHARE: f64 = 1e-3;
 
-/// However faint a signature is, no cell may misplace more than this part of its light: with larger ones there is nothing
-/// smooth for its own bounds to be made from.
+/// The largest part of a signature's light that a cell may misplace, however faint the signature is. Larger
+/// cells hold nothing smooth from which bounds could be made.
 const MOST_OF_SIGNATURE: f64 = 1.0 / 64.0;
 
-/// So many passes may light nothing, each finer than the one before, until nothing is known.
+/// Number of passes that may light nothing, each finer than the one before, until nothing is known.
 const MOST_UNLIT: u32 = 3;
 
-/// Films have room for this part of what lands beside them, too: a discovery's word on how little is on them is no better.
+/// The part of the light landing beside a film that the film has room for, too: the discovery's estimate of a
+/// small flux on it is no better.
 const LEAST_OF_LANDED: f64 = 1e-3;
 
-/// At most this many signatures are followed.
+/// The largest number of signatures that are followed.
 const MOST_SIGNATURES: usize = 256;
 
-/// How much of what its own differences say the error of a pass may turn out to be, seen from the
-/// next pass: errors have been seen from a quarter of it to twice as much, and may be more where a pass
-/// overlooked what the next one found.
+/// The ratio of a pass' error, as the next pass shows it, to its estimated error. Measured ratios are from a
+/// quarter to two, and may be larger if a pass overlooked light that the next one found.
 const CALIBRATION: std::ops::RangeInclusive<f64> = 0.2..=16.0;
 
-/// ... and how much of it is taken for true as long as that is not known: nothing but a first pass would have been judged by itself.
+/// The ratio that is assumed while none is known: a first pass can be judged by itself alone.
 const UNCALIBRATED: f64 = 2.0;
 
-/// How much of *that* the next pass is planned by.
+/// The part of an uncalibrated error by which the next pass is planned.
 const LIKELY: f64 = 0.3;
 
-/// The next pass, too, is a little off.
+/// Margin of the measured ratio: the next pass, too, is a little off.
 const CALIBRATION_MARGIN: f64 = 1.2;
 
 /// A run, set up.
@@ -63,15 +63,15 @@ pub struct Setup<'a> {
     target: Target,
     /// Delta emitters, which are followed once.
     fixed: Vec<BeamLight>,
-    lamps: Lamps,
+    area_lights: AreaLights,
     clearance: Clearance<'a>,
     shared: SharedPlaces<'a>,
     facets: Facets,
     /// The brightest first.
     signatures: Vec<(Signature, SignatureLight)>,
-    /// About the flux on the film, and but for where next to none is on it, beside it \[W\].
+    /// Estimated flux \[W\] of all signatures on the film, or beside it if next to none is on it.
     flux: f64,
-    /// ... and beside it where there is next to none on it \[W\].
+    /// Estimated flux \[W\] on the film and beside it.
     landed: f64,
     /// Flux that the discovery may have missed \[W\].
     unseen: Rgb,
@@ -83,7 +83,7 @@ impl<'a> Setup<'a> {
     ///
     /// # Errors
     ///
-    /// Where the sensor cannot receive, or emitters or materials are none that beams can follow.
+    /// If the sensor cannot receive, or beams cannot follow an emitter or a material.
     pub fn new(
         scene: &'a Scene,
         sensor: &Sensor,
@@ -96,8 +96,8 @@ impl<'a> Setup<'a> {
             let allowed = format!("0 to {MAX_EVENTS} specular events");
             return Err(SettingError::value("max-depth", &depth, allowed).into());
         }
-        let lamps = Lamps::new(scene, settings.seed)?;
-        if !lamps.is_empty() && !(2..=1 << 16).contains(&settings.replicates) {
+        let area_lights = AreaLights::new(scene, settings.seed)?;
+        if !area_lights.is_empty() && !(2..=1 << 16).contains(&settings.replicates) {
             let replicates = settings.replicates.to_string();
             let allowed = "2 to 65536, whose scatter is an area light's error";
             return Err(SettingError::value("replicates", &replicates, allowed).into());
@@ -110,10 +110,10 @@ impl<'a> Setup<'a> {
                 BeamLight { source, patches }
             })
             .collect();
-        // A place of each replicate stands for the lamps.
+        // One place of each replicate stands for the area lights.
         let mut lights = fixed.clone();
         for replicate in 0..settings.replicates {
-            let more = lamps.lights(replicate, 1).into_iter();
+            let more = area_lights.lights(replicate, 1).into_iter();
             lights.extend(more.map(|light| light.dimmed(f64::from(settings.replicates))));
         }
         let found = discover(
@@ -134,7 +134,7 @@ impl<'a> Setup<'a> {
             settings,
             target,
             fixed,
-            lamps,
+            area_lights,
             clearance: Clearance::new(scene),
             shared: SharedPlaces::new(scene, settings.shading_normals),
             facets: Facets::new(scene),
@@ -146,17 +146,18 @@ impl<'a> Setup<'a> {
         })
     }
 
-    /// Whether no light was found that meets a specular surface and gets to the sensor.
+    /// True if no light was found that meets a specular surface and gets to the sensor.
     pub fn is_dark(&self) -> bool {
         self.signatures.is_empty()
     }
 
-    /// Where the discovery found no light, the flux \[W\] that it may have missed, with the risk that bounds take a shape.
+    /// Flux \[W\] that the discovery may have missed, with the risk of bounds for each shape; `None` if it
+    /// found light.
     pub fn unseen(&self) -> Option<Rgb> {
         self.is_dark().then_some(self.unseen)
     }
 
-    /// What light comes to the sensor, as far as the discovery saw, the brightest first.
+    /// The signatures of light on the sensor that the discovery found, the brightest first.
     pub fn signatures(&self) -> impl Iterator<Item = Signature> + '_ {
         self.signatures.iter().map(|(signature, _)| *signature)
     }
@@ -173,7 +174,7 @@ impl<'a> Setup<'a> {
     ///
     /// # Errors
     ///
-    /// Where a texel's flux is not representable.
+    /// If a texel's flux is not representable.
     pub fn run(&mut self, budget: &Budget) -> Result<(Estimate, BeamReport), Error> {
         let limit = Limit::new(budget, self.progress);
         let direct = match &self.target {
@@ -222,18 +223,17 @@ impl<'a> Setup<'a> {
             report.passes += 1;
             let said = pass.errors.map_or(0.0, |errors| errors.deterministic);
             if let Some(before) = &best
-                && self.lamps.is_empty()
+                && self.area_lights.is_empty()
                 && before.fineness.tolerance >= DIVIDED_AGAIN * fineness.tolerance
                 && said_before > 0.0
             {
-                // What the pass before was really off by, against what it said, tells what this
-                // one's word is worth.
+                // The true error of the pass before, by its estimated error, calibrates this pass' estimate.
                 let found = CALIBRATION_MARGIN * self.distance(before, &pass) / said_before;
                 calibration = Some(found.clamp(*CALIBRATION.start(), *CALIBRATION.end()));
             }
             said_before = said;
             if let Some(errors) = &mut pass.errors
-                && self.lamps.is_empty()
+                && self.area_lights.is_empty()
             {
                 errors.deterministic *= calibration.unwrap_or(UNCALIBRATED);
             }
@@ -244,11 +244,11 @@ impl<'a> Setup<'a> {
             let next = match errors {
                 Some(errors) => {
                     let hope = calibration.map_or(LIKELY, |_| 1.0);
-                    fineness.next(errors, hope, target, !self.lamps.is_empty())
+                    fineness.next(errors, hope, target, !self.area_lights.is_empty())
                 }
                 None if is_lit && unlit < MOST_UNLIT => {
                     unlit += 1;
-                    fineness.finer(!self.lamps.is_empty())
+                    fineness.finer(!self.area_lights.is_empty())
                 }
                 None => None,
             };
@@ -256,7 +256,7 @@ impl<'a> Setup<'a> {
             let Some(next) = next else { break };
             fineness = next;
         }
-        // Where the discovery saw light fall, a pass without any tells nothing.
+        // If the discovery found light on the film, a pass without any tells nothing.
         let best = best.filter(|pass| pass.errors.is_some() || !is_lit);
         let stopped = self.progress.is_stopped();
         let reached = best.as_ref().and_then(|pass| pass.errors);
@@ -273,14 +273,14 @@ impl<'a> Setup<'a> {
             unseen: self.unseen(),
             direct: direct.as_ref(),
             relative_error: reached.map(Errors::both),
-            lamps: report.lamps,
+            area_lights: report.area_lights,
             counters,
             incomplete,
         };
         Ok((outcome.estimate(), report))
     }
 
-    /// All signatures at one fineness; `None` where it was stopped.
+    /// All signatures at one fineness; `None` if it was stopped.
     fn pass(
         &self,
         signatures: &[(Signature, SignatureLight)],
@@ -299,7 +299,7 @@ impl<'a> Setup<'a> {
             limit,
             progress: self.progress,
         };
-        let replicates = if self.lamps.is_empty() {
+        let replicates = if self.area_lights.is_empty() {
             0
         } else {
             self.settings.replicates
@@ -308,7 +308,9 @@ impl<'a> Setup<'a> {
             lights.iter().map(|l| l.patches(self.scene).len()).sum()
         };
         let tasks = patches_of(&self.fixed)
-            + patches_of(&self.lamps.lights(0, 1)) * fineness.points as usize * replicates as usize;
+            + patches_of(&self.area_lights.lights(0, 1))
+                * fineness.points as usize
+                * replicates as usize;
         self.progress.begin_pass((tasks * signatures.len()) as u64);
 
         let texels = self.target.texels();
@@ -322,10 +324,10 @@ impl<'a> Setup<'a> {
         }
         let mut total = Average::new(texels);
         let mut reports: Vec<Option<SignatureReport>> = vec![None; signatures.len()];
-        // Each replicate's lamps, then what is not drawn by lot.
+        // The area lights of each replicate, then the lights that are not drawn at random.
         for replicate in (0..replicates).map(Some).chain([None]) {
             let lights = match replicate {
-                Some(replicate) => &self.lamps.lights(replicate, fineness.points),
+                Some(replicate) => &self.area_lights.lights(replicate, fineness.points),
                 None => &self.fixed,
             };
             if lights.is_empty() {
@@ -383,7 +385,7 @@ impl<'a> Setup<'a> {
         Ok(Some((pass, counters)))
     }
 
-    /// Root mean square over lit texels, relative to their mean.
+    /// Root mean square errors over lit texels, relative to their mean.
     fn errors(&self, total: &Average) -> Option<Errors> {
         let (mut lit, mut sum, mut likely, mut random) = (0_u64, 0.0, 0.0, 0.0);
         for texel in 0..total.texels() {
@@ -419,13 +421,13 @@ impl<'a> Setup<'a> {
         (squares / lit).sqrt() / (sum / lit)
     }
 
-    /// What the last pass was like.
+    /// Describes the last pass in the report.
     fn describe(&self, pass: Option<&FinishedPass>, report: &mut BeamReport) {
         let Some(pass) = pass else { return };
         report.relative_tolerance = pass.fineness.tolerance;
         report.signatures = pass.reports.iter().map(|(_, one)| one.clone()).collect();
-        if let (false, Some(errors)) = (self.lamps.is_empty(), pass.errors) {
-            report.lamps = Some(LampReport {
+        if let (false, Some(errors)) = (self.area_lights.is_empty(), pass.errors) {
+            report.area_lights = Some(AreaLightReport {
                 points: pass.fineness.points,
                 replicates: self.settings.replicates,
                 confidence: finish::CONFIDENCE,

@@ -5,7 +5,8 @@ use crate::scene::{Emitter, Scene};
 use crate::transport::chain_limits;
 use crate::transport::domain::surface::{LightSurface, MAX_TRIANGLES};
 
-/// The refusal of an area light, number `index` in the file's order from 0, whose surface light cannot start from.
+/// The refusal of an area light, number `index` in the file's order from 0, whose surface light cannot start
+/// from.
 pub(super) fn refuse_area_light(scene: &Scene, index: usize, shape: usize) -> Refusal {
     let id = &scene.objects()[shape].id;
     Refusal::new(format!(
@@ -43,8 +44,8 @@ pub fn supports(scene: &Scene) -> Result<(), Refusal> {
     Ok(())
 }
 
-/// True if beams draw nothing at random: no light of the scene shines from a surface. Otherwise photons may be
-/// sooner at the same error.
+/// True if beams draw nothing at random: no light of the scene shines from a surface. Otherwise photons may
+/// be sooner at the same error.
 pub fn is_deterministic(scene: &Scene) -> bool {
     scene
         .emitters()

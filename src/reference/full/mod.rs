@@ -7,15 +7,15 @@
 //! | `caustic-sds` | L S+ D S+ E | [photon maps](super::photon_map) |
 //! | `caustic-indirect` | L S+ D … D S\* E | paths, where lights have some size |
 //!
-//! Classes are those of [`path_class`](crate::transport::path_class), a partition of all paths: each is measured
-//! once, as one layer, and the image is their sum ([`Estimate::and`](crate::run::Estimate::and)). [`plan`] says which
-//! method measures which class of a scene, and why; [`mod@run`] spends a budget on them.
+//! Classes are those of [`path_class`](crate::transport::path_class), a partition of all paths: each is
+//! measured once, as one layer, and the image is their sum ([`Estimate::and`](crate::run::Estimate::and)).
+//! [`plan`] says which method measures which class of a scene, and why; [`mod@run`] spends a budget on them.
 //!
-//! **What is missing is said.** Paths from the camera find `caustic-indirect` by running into an emitter: of lights
-//! that are a point or a direction never, and no other method here looks for it.
+//! **What is missing is said.** Paths from the camera find `caustic-indirect` by running into an emitter: of
+//! lights that are a point or a direction never, and no other method here looks for it.
 //!
-//! **Bounds.** Beams and photon maps have bounds, so that all layers get some: of random ones their standard error
-//! times Student's t for [`CONFIDENCE`]. The total's are the sums of the methods', which is cautious.
+//! **Bounds.** Beams and photon maps have bounds, so that all layers get some: of random ones their standard
+//! error times Student's t for [`CONFIDENCE`]. The total's are the sums of the methods', which is cautious.
 //!
 //! **Depth.** A path of `max_depth` legs has `max_depth` − 2 surfaces beside the one that scatters: that many
 //! specular events chains may have. Photon maps bound them on either side of that surface, not their sum.

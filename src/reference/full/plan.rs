@@ -1,4 +1,4 @@
-//! Which method measures which class of a scene's light paths.
+//! The plan of all methods: one for each class of a scene's light paths.
 
 use crate::reference::beams;
 use crate::reference::path::PathSettings;
@@ -34,25 +34,26 @@ impl Finder {
     }
 }
 
-/// Who measures what, and what there is to say of it.
+/// The method for each class, with notices.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Plan {
-    /// By class, in the order of [`PathClass::ALL`].
+    /// The method of each class, in the order of [`PathClass::ALL`].
     finders: [Finder; PathClass::ALL.len()],
-    /// What is left out, or found slowly, and why.
+    /// Notices of light that is left out, or found slowly, and why.
     pub notices: Vec<String>,
 }
 
 impl Plan {
     /// The plan for a scene and a camera.
     ///
-    /// Where nothing mirrors or refracts there are no caustics, and paths do all. They do so, too, where light cannot be
-    /// followed from its emitters, or surfaces that it falls on cannot be connected to the camera.
+    /// If nothing mirrors or refracts there are no caustics, and paths measure all. They also do so if light
+    /// cannot be followed from its emitters, or the surfaces that it falls on cannot be connected to the
+    /// camera.
     ///
     /// # Errors
     ///
-    /// Where there may be caustics and their light cannot be connected to the camera since that has a lens of some size or a
-    /// film whose filter is not the box, or is no camera.
+    /// If the sensor is no camera, or if there may be caustics whose light cannot be connected to the camera,
+    /// because that has a lens of some size or a film with another filter than the box.
     pub fn new(scene: &Scene, sensor: &Sensor, path: &PathSettings) -> Result<Self, CameraError> {
         Camera::of_sensor(sensor)?;
         let mut plan = Self {
@@ -63,7 +64,8 @@ impl Plan {
             let material = scene.material(object.material);
             material.is_specular(scene.materials()) || is_unfollowed(scene, object.material)
         };
-        // Light that shines on a surface and is scattered to the camera has two legs: a mirror before makes three.
+        // Light that shines on a surface and is scattered to the camera has two legs: a mirror before makes
+        // three.
         let is_too_short = path.max_depth.is_some_and(|legs| legs < 3);
         if is_too_short || !scene.objects().iter().any(mirrors) {
             return Ok(plan);
@@ -114,7 +116,7 @@ impl Plan {
         Ok(plan)
     }
 
-    /// Why caustics are best left to paths from the camera; `None` where they are not.
+    /// The reason to leave caustics to paths from the camera; `None` if there is none.
     fn why_paths(
         scene: &Scene,
         sensor: &Sensor,
@@ -135,7 +137,7 @@ impl Plan {
         }
     }
 
-    /// Who measures a class.
+    /// The method that measures a class.
     pub fn finder(&self, class: PathClass) -> Finder {
         self.finders[class.index()]
     }

@@ -14,44 +14,44 @@ use crate::scene::{Scene, Sensor};
 use crate::transport::camera::CameraError;
 use crate::transport::path_class::{PathClass, PathClasses};
 
-/// What there is to know of a run beside its image.
+/// The report of a run beside its image.
 #[derive(Clone, Debug, serde::Serialize)]
 pub struct FullReport {
-    /// One entry a method and its classes, in the order of their runs.
+    /// One entry for each method and its classes, in the order of their runs.
     pub parts: Vec<PartReport>,
-    /// What is left out, or found slowly, and why.
+    /// Notices of light that is left out, or found slowly, and why.
     pub notices: Vec<String>,
 }
 
-/// One method's part.
+/// The part of one method.
 #[derive(Clone, Debug, serde::Serialize)]
 pub struct PartReport {
     /// The method.
     pub method: Finder,
     /// The classes of paths that it measured.
     pub classes: PathClasses,
-    /// Standard error over lit pixels of its own light (of beams the likely error), relative to their mean.
+    /// Standard error over lit pixels of its own light (for beams the likely error), relative to their mean.
     pub relative_error: Option<f64>,
-    /// Paths, photons or beams' pieces of light space that it started.
+    /// Number of paths, of photons, or of pieces of light space (beams) that it started.
     pub paths: u64,
-    /// Whether it was stopped before its budget was used, or reached nothing.
+    /// True if it was stopped before its budget was used, or reached nothing.
     pub incomplete: bool,
-    /// What else the method says.
+    /// The method's own report.
     #[serde(flatten)]
     pub detail: PartDetail,
 }
 
-/// What a method says of its part.
+/// The report of a method on its part.
 #[derive(Clone, Debug, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum PartDetail {
-    /// Of paths.
+    /// Paths.
     Path(PathReport),
-    /// Of beams.
+    /// Beams.
     Beams(BeamReport),
-    /// Of photon maps.
+    /// Photon maps.
     PhotonMap(PhotonMapReport),
-    /// Photons say no more.
+    /// Photons, which report nothing more.
     #[serde(untagged)]
     Photons {},
 }
@@ -70,8 +70,8 @@ struct Run<'a> {
 
 /// Measures all that a camera sees.
 ///
-/// The settings are made to [agree](FullSettings::agreeing) first. Methods run one after the other, paths last; the estimate's
-/// layers are [classes](PathClass), all with bounds, and its total is their sum.
+/// The settings are made to [agree](FullSettings::agreeing) first. Methods run one after the other, paths
+/// last. The estimate's layers are [classes](PathClass), all with bounds, and its total is their sum.
 ///
 /// # Errors
 ///
@@ -85,7 +85,7 @@ pub fn run(
 ) -> Result<(Estimate, FullReport), Error> {
     let start = Instant::now();
     let settings = settings.agreeing();
-    let plan = Plan::new(scene, sensor, &settings.path).map_err(refuse_camera)?;
+    let plan = Plan::new(scene, sensor, &settings.path).map_err(|error| refuse_camera(&error))?;
     let run = Run {
         scene,
         sensor,
@@ -102,7 +102,7 @@ pub fn run(
         parts: Vec::new(),
         notices: plan.notices.clone(),
     };
-    // What is left of the time, by the number of methods that wait for it.
+    // The time left, divided by the number of methods that wait for it.
     let share = |waiting: usize| {
         let time = budget.time?;
         Some(time.saturating_sub(start.elapsed()) / waiting as u32)
@@ -132,7 +132,7 @@ pub fn run(
 }
 
 /// The refusal of a camera that light cannot be connected to.
-pub(crate) fn refuse_camera(error: CameraError) -> Refusal {
+pub(crate) fn refuse_camera(error: &CameraError) -> Refusal {
     Refusal::new(format!(
         "{error}; --method path needs none of this, and finds caustics by chance"
     ))
@@ -194,7 +194,7 @@ impl Run<'_> {
     }
 }
 
-/// All light of an estimate as one layer: what a method that follows light measures is of one class.
+/// All light of an estimate as one layer: a method that follows light measures one class.
 fn as_class(mut estimate: Estimate, class: PathClass) -> Estimate {
     estimate.layers = vec![Layer {
         name: LayerName::Class(class),

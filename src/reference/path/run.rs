@@ -26,23 +26,24 @@ pub struct Setup<'a> {
     progress: &'a Progress,
 }
 
-/// What there is to know of a run beside its image.
+/// The report of a run beside its image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct PathReport {
     /// Samples a pixel.
     pub samples: u64,
-    /// Paths ended because they met 65536 surfaces: what light they had yet to find is missing.
+    /// Number of paths that ended because they met 65536 surfaces; light that they had yet to find is
+    /// missing.
     pub cut_off: u64,
 }
 
-/// How often a round works out its error so far, for whoever watches: it takes a while.
+/// Time between two computations of the error so far, which is shown and takes a while.
 const SHOW_EVERY: Duration = Duration::from_millis(500);
 
-/// Replicates at most, as of photons.
+/// The largest number of replicates, as for photons.
 const MAX_REPLICATES: u32 = 255;
 
 impl<'a> Setup<'a> {
-    /// Checks the settings, and whether the sensor is a camera and all that it may see is known.
+    /// Checks the settings, the camera, and the colours of all that it may see.
     ///
     /// # Errors
     ///
@@ -106,13 +107,13 @@ impl<'a> Setup<'a> {
         Ok((estimate, report))
     }
 
-    /// How many replicates of how many samples a pixel make a run of `samples`.
+    /// Number of replicates, and of samples a pixel of each, for a run of `samples`.
     pub fn division(&self, samples: u64) -> (u32, u64) {
         let replicates = u64::from(self.settings.replicates).min(samples.max(1));
         (replicates as u32, samples.max(1) / replicates)
     }
 
-    /// Traces one round; fewer replicates where it is stopped.
+    /// Traces one round; fewer replicates if it is stopped.
     fn round(
         &self,
         rounds: &Rounds,

@@ -1,15 +1,15 @@
-//! What a run of paths is asked to do.
+//! Settings of a run of paths.
 
 use crate::numeric::StreamKind;
 use crate::scene::Integrator;
 use crate::transport::path_class::PathClasses;
 
-/// How paths are followed and counted.
+/// Settings of how paths are followed and counted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct PathSettings {
-    /// How sample points are laid out.
+    /// Layout of sample points.
     pub stream: StreamKind,
-    /// Every seed gives its own, equally good answer.
+    /// Seed of all random choices; every seed gives its own, equally good answer.
     pub seed: u64,
     /// Independent randomisations; their scatter is the error bar, with `replicates - 1` degrees of freedom.
     pub replicates: u32,
@@ -17,9 +17,9 @@ pub struct PathSettings {
     pub max_depth: Option<u32>,
     /// The leg from which on Russian roulette may end a path.
     pub rr_depth: u32,
-    /// Whether the camera sees through shining shapes, and black where there is only an environment.
+    /// True if the camera looks through shining shapes, and sees black instead of an environment.
     pub hide_emitters: bool,
-    /// How light is found.
+    /// The way in which light is found.
     pub light_sampling: LightSampling,
     /// The classes of paths that are counted.
     pub classes: PathClasses,
@@ -57,7 +57,7 @@ impl PathSettings {
     }
 }
 
-/// How the light is found that shines on a surface with a scattering density.
+/// The way of finding the light that shines on a surface with a scattering density.
 ///
 /// All have the same mean, each a different variance; the last two are there to test the first two.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize)]
@@ -74,7 +74,7 @@ pub enum LightSampling {
 }
 
 impl LightSampling {
-    /// Whether emitters are sampled.
+    /// True if emitters are sampled.
     #[inline]
     pub fn samples_emitters(self) -> bool {
         self != Self::Surfaces
@@ -91,7 +91,7 @@ impl LightSampling {
         }
     }
 
-    /// The weight of light found by sampling the surface. All of it where emitter sampling never finds it.
+    /// The weight of light found by sampling the surface. It is 1 if emitter sampling never finds that light.
     #[inline]
     pub(super) fn weight_of_surface(self, of_surface: f64, of_emitter: f64) -> f64 {
         if of_emitter == 0.0 {

@@ -1,8 +1,8 @@
 //! From sums to an estimate, its standard error and its bias.
 //!
-//! A lookup of radius r measures irradiance blurred by a disc of that radius. Where irradiance is smooth, the blur
-//! adds b(r) = r²/8 ΔE: the difference D of the lookups with √2 r and with r is b(r) itself. Where it jumps, b
-//! grows as r, and D is (√2 − 1) b(r). So
+//! A lookup of radius r measures irradiance blurred by a disc of that radius. Where irradiance is smooth, the
+//! blur adds b(r) = r²/8 ΔE: the difference D of the lookups with √2 r and with r is b(r) itself. Where it
+//! jumps, b grows as r, and D is (√2 − 1) b(r). So
 //!
 //! ```text
 //! |bias| ≤ |D| / (√2 − 1)        for biases that grow as r^a, 1 ≤ a ≤ 2
@@ -27,10 +27,10 @@ pub const CONFIDENCE: f64 = 0.999;
 /// The bias by the difference of two radii, at most: 1 / (√2 − 1).
 const BIAS_BY_DIFFERENCE: f64 = std::f64::consts::SQRT_2 + 1.0;
 
-/// What there is to know of a run of photon maps, beside its estimate.
+/// The report of a run of photon maps, beside its estimate.
 #[derive(Clone, Debug, serde::Serialize)]
 pub struct PhotonMapReport {
-    /// Maps of each replicate.
+    /// Number of maps of each replicate.
     pub passes: u64,
     /// The radius of the first and of the last map's lookups, in pixels.
     pub radius: [f64; 2],
@@ -40,8 +40,8 @@ pub struct PhotonMapReport {
     /// Its standard error.
     #[serde(skip)]
     pub bias_standard_error: Vec<Rgb>,
-    /// The root of the mean square over lit pixels of what the bias is by D beyond its noise, relative to the mean radiance;
-    /// `None` where nothing is lit or no error is known.
+    /// Root mean square of D over lit pixels, its noise subtracted, relative to the mean radiance; `None` if
+    /// nothing is lit or no error is known.
     pub relative_bias: Option<f64>,
 }
 
@@ -101,7 +101,7 @@ impl<'a> Rounds<'a> {
         self.passes += sums.passes;
     }
 
-    /// Relative standard error over lit pixels; of the bias it knows nothing.
+    /// Relative standard error over lit pixels, without the bias.
     pub fn relative_error(&self) -> Option<f64> {
         self.total.value.relative_error()
     }
@@ -123,7 +123,7 @@ impl<'a> Rounds<'a> {
         let mut layers = Vec::new();
         for (name, pair) in names.into_iter().zip(&self.layers) {
             let is_empty = pair.value.flux.iter().all(|flux| flux.is_black());
-            // Most scenes' paths all have layers: then nothing is left over.
+            // In most scenes all paths have layers, and nothing is left over.
             if !(is_empty && name == LayerName::Other) {
                 layers.push(layer(name, pair).0);
             }
@@ -154,8 +154,9 @@ impl<'a> Rounds<'a> {
     }
 }
 
-/// value ± √((t σ)² + (C t s)²) + C |D|, nothing below zero, with s the standard error of D: σ and s are made of the
-/// same photons, and are added as if they were not, since the annulus between the radii has photons of its own.
+/// value ± √((t σ)² + (C t s)²) + C |D|, nothing below zero, with s the standard error of D: σ and s are made
+/// of the same photons, and are added as if they were not, since the annulus between the radii has photons of
+/// its own.
 fn bounds(value: &Layer, difference: &Layer, widths: f64) -> Interval {
     let mut interval = Interval::default();
     for texel in 0..value.values.len() {
@@ -166,7 +167,7 @@ fn bounds(value: &Layer, difference: &Layer, widths: f64) -> Interval {
             random.hypot(BIAS_BY_DIFFERENCE * of_bias) + BIAS_BY_DIFFERENCE * bias
         }));
         let low = value.values[texel] - half_width;
-        // `max` would make a bound of what is unknown.
+        // `max` would turn an unknown bound (NaN) into 0.
         interval
             .low
             .push(low.map(|low| if low < 0.0 { 0.0 } else { low }));

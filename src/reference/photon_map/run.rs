@@ -47,7 +47,7 @@ impl Setup<'_> {
         Ok(run.rounds.estimate(self.progress.is_stopped() || is_empty))
     }
 
-    /// All replicates of `passes` passes after the first `before`; `None` where it was stopped.
+    /// All replicates of `passes` passes after the first `before`; `None` if it was stopped.
     fn round(
         &self,
         before: u64,

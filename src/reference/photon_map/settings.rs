@@ -1,23 +1,23 @@
-//! What a run of photon maps is asked to do.
+//! Settings of a run of photon maps.
 
 use crate::reference::photons::PhotonSettings;
 
-/// How photon maps are made and looked up.
+/// Settings of how photon maps are made and looked up.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct PhotonMapSettings {
-    /// How photons are started, followed and named; the replicates' scatter is the standard error.
+    /// Settings of photons, whose replicates' scatter is the standard error.
     pub photons: PhotonSettings,
     /// Photons started for each map: memory grows with it, and nothing else does.
     pub map_photons: u64,
-    /// The radius of the first map's lookups, in pixels as wide as where they fall.
+    /// Radius of the first map's look-ups, in pixels of the width at the looked-up point.
     pub radius: f64,
     /// α of [`radius_squared_factor`]: the share of new photons that smaller radii keep, in (0, 1).
     pub alpha: f64,
-    /// Which caustics are measured.
+    /// Caustics that are measured.
     pub seen: Seen,
 }
 
-/// How the camera sees the diffuse surface that a caustic falls on.
+/// The way in which the camera sees the diffuse surface that a caustic falls on.
 ///
 /// The first two are disjoint, and the third is both: light that is connected to the camera finds paths
 /// L S+ D E, the photon map alone L S+ D S+ E.
@@ -33,7 +33,7 @@ pub enum Seen {
 }
 
 impl Seen {
-    /// Whether paths with or without a specular event between camera and diffuse surface count.
+    /// True if paths count, with or without a specular event between camera and diffuse surface.
     #[inline]
     pub fn includes(self, by_specular: bool) -> bool {
         match self {
@@ -45,7 +45,8 @@ impl Seen {
 }
 
 impl Default for PhotonMapSettings {
-    /// 16 replicates, maps of 2¹⁶ photons, a pixel's radius at first, α = 2/3, what no other method finds.
+    /// 16 replicates, maps of 2¹⁶ photons, a first radius of one pixel, α = 2/3, and the caustics that no
+    /// other method finds.
     fn default() -> Self {
         Self {
             photons: PhotonSettings {
@@ -66,9 +67,9 @@ pub(super) const MAX_MAP_PHOTONS: u64 = 1 << 24;
 /// r²ₚ / r²₀ of pass `p`, counted from 0: r²ₚ₊₁ = r²ₚ (p + 1 + α) / (p + 2), dimensionless.
 ///
 /// Knaus and Zwicker, *Progressive Photon Mapping: A Probabilistic Approach* (ACM TOG 30(3), 2011): of
-/// independent maps so looked up, the mean's variance falls as n^-α and its bias as n^(α-1). With α = 2/3 both parts
-/// of the squared error fall alike, as n^(-2/3), which no other schedule betters (Kaplanyan and Dachsbacher, *Adaptive
-/// Progressive Photon Mapping*, ACM TOG 32(2), 2013).
+/// independent maps so looked up, the mean's variance falls as n^-α and its bias as n^(α-1). With α = 2/3
+/// both parts of the squared error fall alike, as n^(-2/3), which no other schedule betters (Kaplanyan and
+/// Dachsbacher, *Adaptive Progressive Photon Mapping*, ACM TOG 32(2), 2013).
 pub fn radius_squared_factor(pass: u64, alpha: f64) -> f64 {
     (1..=pass)
         .map(|k| (k as f64 + alpha) / (k as f64 + 1.0))

@@ -23,23 +23,24 @@ pub struct Setup<'a> {
     pub(super) target: Target,
     pub(super) light: LightSpace,
     pub(super) map: LayerMap,
-    /// By shape.
+    /// True for shapes that scatter, by shape.
     pub(super) scatters: Vec<bool>,
     pub(super) progress: &'a Progress,
 }
 
-/// Streams of different use are kept apart by these.
+/// Numbers that keep streams of different use apart.
 const PILOT: u64 = 1;
 pub(super) const PHOTONS: u64 = 2;
 const PIXELS: u64 = 3;
 
 impl<'a> Setup<'a> {
-    /// Checks the settings, finds where light can meet specular geometry, and which path signatures are bright
-    /// enough for a layer of their own: of all light that they bring to scattering surfaces, seen or not.
+    /// Checks the settings, finds where light can meet specular geometry, and which path signatures are
+    /// bright enough for a layer of their own: of all light that they bring to scattering surfaces, seen or
+    /// not.
     ///
     /// # Errors
     ///
-    /// Where a setting is out of range, the sensor is no camera or an emitter is not modelled.
+    /// If a setting is out of range, the sensor is no camera or an emitter is not modelled.
     pub fn new(
         scene: &'a Scene,
         sensor: &Sensor,
@@ -86,7 +87,7 @@ impl<'a> Setup<'a> {
         Ok(setup)
     }
 
-    /// Where photons start.
+    /// The light space in which photons start.
     pub fn light(&self) -> &LightSpace {
         &self.light
     }
@@ -99,7 +100,7 @@ impl<'a> Setup<'a> {
         }
     }
 
-    /// How many layers are measured.
+    /// Number of layers that are measured.
     pub(super) fn layers(&self) -> usize {
         let kinds = if self.settings.seen == Seen::Anyhow {
             2
@@ -109,7 +110,7 @@ impl<'a> Setup<'a> {
         kinds * self.map.len()
     }
 
-    /// The first layer of what is seen directly, or not.
+    /// The first layer of caustics that are seen directly, or by way of mirrors and glass.
     #[inline]
     pub(super) fn first_layer(&self, by_specular: bool) -> usize {
         if by_specular && self.settings.seen == Seen::Anyhow {

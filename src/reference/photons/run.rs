@@ -30,7 +30,7 @@ pub struct Setup<'a> {
 /// Photons of each replicate in the first round of a run that has no fixed number of them.
 const FIRST_ROUND_PHOTONS: u64 = 1 << 12;
 
-/// How often a round works out its error so far, for whoever watches: it takes a while.
+/// Time between two computations of the error so far, which is shown and takes a while.
 const SHOW_EVERY: Duration = Duration::from_millis(500);
 
 impl<'a> Setup<'a> {
@@ -39,7 +39,7 @@ impl<'a> Setup<'a> {
     ///
     /// # Errors
     ///
-    /// Where a setting is out of range, the sensor cannot receive or an emitter is not modelled.
+    /// If a setting is out of range, the sensor cannot receive or an emitter is not modelled.
     pub fn new(
         scene: &'a Scene,
         sensor: &Sensor,
@@ -67,18 +67,18 @@ impl<'a> Setup<'a> {
         Ok(setup)
     }
 
-    /// What the photons fill.
+    /// The target that the photons fill.
     pub fn target(&self) -> &Target {
         &self.target
     }
 
-    /// Where photons start.
+    /// The light space in which photons start.
     pub fn light(&self) -> &LightSpace {
         &self.light
     }
 
-    /// Measures the direct light of a receiver; what is not measured when the run is stopped is unknown.
-    /// `None` of a camera.
+    /// The direct light of a receiver; unknown as far as it is not measured when the run is stopped. `None`
+    /// for a camera.
     pub fn direct(&self, deadline: Option<Instant>) -> Option<Direct> {
         let Target::Receiver(receiver) = &self.target else {
             return None;
@@ -134,8 +134,7 @@ impl<'a> Setup<'a> {
         ))
     }
 
-    /// How many replicates of how many photons make a run of `photons`: a multiple of the
-    /// replicates, at least one photon each.
+    /// Number of replicates, and of photons of each, for a run of `photons`: at least one photon each.
     pub fn division(&self, photons: u64) -> (u32, u64) {
         let replicates = u64::from(self.settings.replicates).min(photons.max(1));
         (replicates as u32, photons.max(1) / replicates)
@@ -174,7 +173,7 @@ impl<'a> Setup<'a> {
         Ok(sums.unwrap_or_else(|| RoundSums::new(&job, &self.target, &self.map, photons)))
     }
 
-    /// Says how many photons there will be.
+    /// Tells the progress how many photons there will be.
     pub(super) fn expect(&self, photons: u64) {
         self.progress.expect(photons);
     }
@@ -268,7 +267,7 @@ pub(in crate::reference) fn check_flux(light: &LightSpace) -> Result<(), Setting
     }
 }
 
-/// Streams of the pilot run and of the replicates are kept apart by these.
+/// Numbers that keep the streams of the pilot run and of the replicates apart.
 const PILOT: u64 = 1;
 const REPLICATES: u64 = 2;
 
@@ -276,8 +275,7 @@ const REPLICATES: u64 = 2;
 ///
 /// # Errors
 ///
-/// Where the settings or the scene do not allow it, or photon contributions are not
-/// representable.
+/// If the settings or the scene do not allow it, or photon contributions are not representable.
 pub fn run(
     scene: &Scene,
     sensor: &Sensor,

@@ -1,27 +1,27 @@
-//! What a photon run is asked to do.
+//! Settings of a photon run.
 
 use crate::numeric::StreamKind;
 use crate::transport::chain::ChainSettings;
 use crate::transport::direct::AREA_SAMPLES;
 
-/// How photons are started, followed and counted.
+/// Settings of how photons are started, followed and counted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct PhotonSettings {
-    /// How sample points are laid out.
+    /// Layout of sample points.
     pub stream: StreamKind,
-    /// Every seed gives its own, equally good answer.
+    /// Seed of all random choices; every seed gives its own, equally good answer.
     pub seed: u64,
     /// Independent randomisations; at least 2 for an error bar, 16 for one worth its name.
     ///
     /// The error bar has `replicates - 1` degrees of freedom: z-scores against it have a
     /// variance of (R - 1) / (R - 3), 1.07 at 32.
     pub replicates: u32,
-    /// How chains are followed.
+    /// Settings of chains.
     pub chains: ChainSettings,
     /// Path signatures with a layer of their own; the brightest of a pilot run get one.
     pub max_layers: usize,
-    /// On a receiver: samples of a texel and an area light for their direct light, where a shadow's edge is near or they scatter
-    /// much; [`AREA_SAMPLES`] elsewhere, and where fewer are asked for.
+    /// Samples of a texel and an area light for their direct light on a receiver, if a shadow's edge is near
+    /// or the samples scatter much; otherwise [`AREA_SAMPLES`], which is also the least.
     pub direct_samples: u32,
 }
 
@@ -45,9 +45,9 @@ pub const DEFAULT_PHOTONS: u64 = 1 << 24;
 /// A part of a run: every `count`-th replicate, starting with replicate `index`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Shard {
-    /// Counted from 0.
+    /// Index of the part, counted from 0.
     pub index: u32,
-    /// How many parts there are.
+    /// Number of parts.
     pub count: u32,
 }
 
@@ -55,7 +55,7 @@ impl Shard {
     /// The whole run.
     pub const WHOLE: Self = Self { index: 0, count: 1 };
 
-    /// Whether the shard traces this replicate.
+    /// True if the shard traces this replicate.
     pub fn holds(&self, replicate: u32) -> bool {
         replicate % self.count == self.index
     }

@@ -16,18 +16,18 @@ use crate::transport::first_surface::Source;
 
 /// The area lights of a scene that shine at all.
 #[derive(Clone, Debug, Default)]
-pub struct Lamps {
-    lamps: Vec<Lamp>,
+pub struct AreaLights {
+    lights: Vec<AreaLight>,
 }
 
 #[derive(Clone, Debug)]
-struct Lamp {
+struct AreaLight {
     surface: LightSurface,
     radiance: Rgb,
     stream: Stream,
 }
 
-impl Lamps {
+impl AreaLights {
     /// The area lights of a scene, with streams of `seed`.
     ///
     /// # Errors
@@ -36,7 +36,7 @@ impl Lamps {
     pub fn new(scene: &Scene, seed: u64) -> Result<Self, Refusal> {
         // "BEAM": apart from the streams of other uses of the same seed.
         let stream = Stream::new(StreamKind::Sobol, seed).split(0x4245_414d);
-        let mut lamps = Vec::new();
+        let mut lights = Vec::new();
         for (index, emitter) in scene.emitters().iter().enumerate() {
             let Emitter::Area {
                 shape, radiance, ..
@@ -49,18 +49,18 @@ impl Lamps {
             }
             let surface = LightSurface::new(&scene.world().shapes()[shape.0 as usize])
                 .ok_or_else(|| refuse_area_light(scene, index, shape.0 as usize))?;
-            lamps.push(Lamp {
+            lights.push(AreaLight {
                 surface,
                 radiance: *radiance,
                 stream: stream.split(index as u64),
             });
         }
-        Ok(Self { lamps })
+        Ok(Self { lights })
     }
 
     /// True if there are none.
     pub fn is_empty(&self) -> bool {
-        self.lamps.is_empty()
+        self.lights.is_empty()
     }
 
     /// The sources of a replicate: `points` for each area light, each with its part of the light.
@@ -68,11 +68,11 @@ impl Lamps {
     /// The sources for twice as many points begin with the same places.
     pub fn lights(&self, replicate: u32, points: u64) -> Vec<BeamLight> {
         let mut lights = Vec::new();
-        for lamp in &self.lamps {
-            let stream = lamp.stream.split(u64::from(replicate));
-            let intensity = lamp.radiance * (lamp.surface.area() / points as f64);
+        for area_light in &self.lights {
+            let stream = area_light.stream.split(u64::from(replicate));
+            let intensity = area_light.radiance * (area_light.surface.area() / points as f64);
             lights.extend((0..points).filter_map(|point| {
-                let place = lamp.surface.sample(stream.point2(point).into())?;
+                let place = area_light.surface.sample(stream.point2(point).into())?;
                 let source = Source::Surface { place, intensity };
                 Some(BeamLight {
                     source,
