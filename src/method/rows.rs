@@ -164,7 +164,7 @@ pub(super) const MAX_LEGS: Setting = row(
     Kind::Whole(0, u32::MAX as u64),
     Preset::Rule("the scene file's, else no limit"),
     "legs",
-    "Most legs of a path from light to camera, as Mitsuba's max_depth",
+    "Most legs from light to camera, as Mitsuba's max_depth",
 );
 
 pub(super) const RR_DEPTH: Setting = row(
