@@ -49,7 +49,7 @@ fn convergence(folder: &Path, text: &mut String) -> Result<(), Box<dyn std::erro
     writeln!(
         text,
         "\n## Convergence\n\n{SIDE} x {SIDE} texels, specular paths to depth {CONTEST_DEPTH} (bumpy balls: 2). Relative RMS \
-         error over lit texels; order: of the error in rays, between the last two runs (rays of surveys and pilots included).\n\n\
+         error over lit texels; order: of the error in rays, between the last two runs (rays of signature discovery left out).\n\n\
          | scene | truth | method | rays | s | true error | order |\n|---|---|---|--:|--:|--:|--:|"
     )?;
     let contests: [fn() -> Contest; 9] = [
@@ -159,8 +159,8 @@ fn bounds(text: &mut String) -> Result<(), Box<dyn std::error::Error>> {
         text,
         "\n## Bounds\n\n{SIDE} x {SIDE} texels, all signatures to depth {DEPTH}, the sum of the specular layers and the layer with the \
          most texels out of bounds. Out: texels whose truth is out of bounds, and by how much of the mean. Bar / error: median over lit texels of bar / |true error|. \
-         Slack: flux of cut and of unresolved cells that may be elsewhere. Balance: the largest |film − cells| of a signature, of the light that set out.\n\n\
-         | scene | asked | true error | bar / error | lit | out | by | worst layer | its out | slack / flux | cells | cut | unresolved | balance | s |\n\
+         Uncertain: flux of cut and of unresolved cells that may be elsewhere. Balance: the largest |film − cells| of a signature, of the light that set out.\n\n\
+         | scene | asked | true error | bar / error | lit | out | by | worst layer | its out | uncertain / flux | cells | cut | unresolved | balance | s |\n\
          |---|--:|--:|--:|--:|--:|--:|---|--:|--:|--:|--:|--:|--:|--:|"
     )?;
     for name in NAMES {

@@ -29,7 +29,7 @@ impl Entry {
 
     /// The entry of a name.
     pub fn of(name: &str) -> Result<Self, SettingError> {
-        let names = || Self::all().map(|entry| entry.name());
+        let names = || Self::all().map(Self::name);
         Self::all()
             .find(|entry| entry.name() == name)
             .ok_or_else(|| SettingError::unknown("method", name, names()))

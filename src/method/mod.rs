@@ -129,7 +129,7 @@ impl Method {
 
     /// The names of all methods.
     pub fn names() -> Vec<&'static str> {
-        Entry::all().map(|entry| entry.name()).collect()
+        Entry::all().map(Entry::name).collect()
     }
 
     /// The name.

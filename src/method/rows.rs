@@ -70,7 +70,7 @@ pub(super) const DIRECT_SAMPLES: Setting = row!("direct-samples": Kind::Whole(12
 
 /// The most legs of a camera's path.
 pub(super) const MAX_LEGS: Setting = row!("max-depth": Kind::Whole(0, u32::MAX as u64), Rule "the scene file's, else no limit", "legs",
-    "Most legs of a path from light to camera, as Mitsuba's max_depth");
+    "Most legs from light to camera, as Mitsuba's max_depth");
 
 pub(super) const RR_DEPTH: Setting = row!("rr-depth": Kind::Whole(1, u32::MAX as u64), Rule "the scene file's, else 5", "legs",
     "Leg from which on Russian roulette may end paths");

@@ -53,15 +53,14 @@ impl Flag {
         if !words.is_empty() {
             let _ = write!(text, " [{}]", words.join(", "));
         }
-        let defaults = self.grouped(|row| row.default.text());
-        let last = defaults.len() - 1;
-        let defaults = defaults
-            .iter()
-            .enumerate()
-            .map(|(i, (default, methods))| match i {
-                _ if i == last && last == 0 => (*default).to_owned(),
-                _ => format!("{}: {default}", methods.join(", ")),
-            });
+        // The default of most methods first, without their names.
+        let mut defaults = self.grouped(|row| row.default.text());
+        defaults.sort_by_key(|(_, methods)| std::cmp::Reverse(methods.len()));
+        let defaults = defaults.iter().enumerate();
+        let defaults = defaults.map(|(i, (default, methods))| match i {
+            0 => (*default).to_owned(),
+            _ => format!("{}: {default}", methods.join(", ")),
+        });
         let defaults: Vec<String> = defaults.collect();
         let _ = write!(text, " [default: {}]", defaults.join("; "));
         text
@@ -153,4 +152,41 @@ pub fn summary() -> Vec<(&'static str, &'static str)> {
     Entry::all()
         .map(|entry| (entry.name(), entry.meaning()))
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_help_of_a_flag_is_short_and_names_its_methods() {
+        let flags = flags();
+        for flag in &flags {
+            let help = flag.help();
+            // Four lines of a terminal with 100 columns.
+            assert!(help.len() <= 4 * 65, "{}: {help}", flag.key);
+            for (method, _) in &flag.rows {
+                assert!(help.contains(method), "{}: {help}", flag.key);
+            }
+        }
+        assert!(flags.is_sorted_by_key(|flag| !flag.is_limit));
+    }
+
+    #[test]
+    fn defaults_that_differ_are_told_by_method() {
+        let flags = flags();
+        let help = |key: &str| flags.iter().find(|flag| flag.key == key).unwrap().help();
+        assert!(help("replicates").contains("[default: 16; photons, path: 32; full: "));
+        assert!(
+            help("error").ends_with("[default: no limit; beams: 0.1% if nothing else is limited]")
+        );
+    }
+
+    #[test]
+    fn words_are_listed_with_their_meanings() {
+        for text in [markdown("photons"), listing("photons")] {
+            assert!(text.contains("Owen-scrambled"), "{text}");
+        }
+        assert_eq!(owners("spp"), ["path", "full"]);
+    }
 }

@@ -1,8 +1,8 @@
 //! Comparison of two images: differences, significance, equivalence.
 //!
 //! ```no_run
-//! use nephroid::film::exr;
-//! use nephroid::metric::{CompareImage, CompareSettings, compare};
+//! use nephroid::internals::film::exr;
+//! use nephroid::internals::metric::{CompareImage, CompareSettings, compare};
 //!
 //! let a = CompareImage::new("truth.exr", exr::read("truth.exr".as_ref())?);
 //! let b = CompareImage::new("mine.exr", exr::read("mine.exr".as_ref())?);
