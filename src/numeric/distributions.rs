@@ -55,7 +55,7 @@ pub fn student_t_quantile(probability: f64, degrees_of_freedom: f64) -> f64 {
 /// `confidence`. An infinite ν stands for a known standard deviation.
 ///
 /// ```
-/// # use nephroid::numeric::distributions::critical_value;
+/// # use nephroid::internals::numeric::distributions::critical_value;
 /// assert!((critical_value(0.95, f64::INFINITY) - 1.959964).abs() < 1e-6);
 /// assert!((critical_value(0.95, 7.0) - 2.364624).abs() < 1e-6);
 /// ```

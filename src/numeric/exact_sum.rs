@@ -24,7 +24,7 @@ const ADDITIONS_PER_CARRY: u32 = 1 << 30;
 /// an IEEE 754 sum.
 ///
 /// ```
-/// # use nephroid::numeric::ExactSum;
+/// # use nephroid::internals::numeric::ExactSum;
 /// let sum: ExactSum = [1e300, 1.0, -1e300].into_iter().collect();
 /// assert_eq!(sum.value(), 1.0); // in floating point: 0
 /// ```

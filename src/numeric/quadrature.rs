@@ -219,7 +219,7 @@ impl Ord for Subinterval {
 /// a the integral changes its sign.
 ///
 /// ```
-/// # use nephroid::numeric::quadrature::{Tolerance, integrate};
+/// # use nephroid::internals::numeric::quadrature::{Tolerance, integrate};
 /// let tolerance = Tolerance { absolute: 0.0, relative: 1e-10, max_subdivisions: 100 };
 /// let integral = integrate(0.0, 1.0, tolerance, f64::exp);
 /// assert!(integral.converged);

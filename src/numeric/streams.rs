@@ -21,7 +21,7 @@ pub enum StreamKind {
 /// A function from (index, dimension) to uniform numbers in [0, 1).
 ///
 /// ```
-/// # use nephroid::numeric::{Stream, StreamKind};
+/// # use nephroid::internals::numeric::{Stream, StreamKind};
 /// let stream = Stream::new(StreamKind::Sobol, 7);
 /// let replicate = stream.split(3); // the fourth replicate's own stream
 /// assert_eq!(replicate.point2(1000), replicate.point2(1000));

@@ -36,7 +36,7 @@ use crate::numeric::fused::with_fused;
 /// Photon flux splits by F alone; transmitted *radiance* also scales by η², not here.
 ///
 /// ```
-/// # use nephroid::optics::dielectric_reflectance;
+/// # use nephroid::internals::optics::dielectric_reflectance;
 /// assert_eq!(dielectric_reflectance(1.0, 1.5), 0.04); // ((1.5 - 1) / (1.5 + 1))²
 /// assert_eq!(dielectric_reflectance(0.5, 1.0 / 1.5), 1.0); // beyond 41.8 degrees in glass
 /// ```

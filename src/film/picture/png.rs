@@ -52,7 +52,7 @@ pub enum PictureError {
 /// Writes a picture as PNG, whole or not at all.
 ///
 /// ```no_run
-/// # use nephroid::film::{Grid, picture::{self, Content, PictureSpec, Scale}};
+/// # use nephroid::internals::film::{Grid, picture::{self, Content, PictureSpec, Scale}};
 /// let irradiance = Grid::filled(64, 64, 1.0f32);
 /// let content = Content::FalseColour { values: &irradiance, scale: Scale::Logarithmic };
 /// let spec = PictureSpec { title: "Irradiance", unit: "W/m²", content, range: None };
