@@ -1,10 +1,9 @@
 //! Ground truth for caustics: how much light do reflection and refraction put on a surface, and how far off may the
 //! answer be?
 //!
-//! A [`Scene`] is read from a Mitsuba 3 scene file. A [`Method`] fills one of its sensors: beams, photons, paths and
-//! photon maps compute the truth with an error bar; real-time techniques compute what they would show. The result
-//! is a [`Rendering`]: an [`Estimate`] of irradiance [W/m²], or of radiance towards a camera [W/m²/sr], texel by
-//! texel and layer by layer, with counted work and warnings.
+//! Use this crate to judge a caustic technique of your own, to measure a scene, or to test a renderer. A [`Scene`]
+//! is read from a Mitsuba 3 scene file. A [`Method`] fills one of its sensors and returns a [`Rendering`]: irradiance
+//! [W/m²], or radiance towards a camera [W/m²/sr], texel by texel and layer by layer, with error bars.
 //!
 //! # Example: the light below a glass ball
 //!
@@ -24,8 +23,25 @@
 //! # }
 //! ```
 //!
-//! [`Rendering::write_exr`] writes the result, [`read_exr`] reads such a file or another renderer's, and [`compare`]
-//! says how far two images are apart, and whether their error bars explain it.
+//! # Tasks
+//!
+//! | I want to | use |
+//! |---|---|
+//! | read a scene file | [`load`], then [`Scene::sensors`] |
+//! | let the scene choose a method | [`Method::choose`] |
+//! | name a method and its settings | [`Method::new`], [`Method::with`]; [`Method::names`] lists all |
+//! | know the cost beforehand | [`Method::supports`], [`Method::cost`] |
+//! | measure | [`Method::run`] |
+//! | stop at an error, a time or an amount of work | [`Budget`] |
+//! | show progress, stop early, limit threads or memory | [`Context`], [`Progress`] |
+//! | read values | [`Estimate::total`] and [`Estimate::layers`], each a [`Layer`] |
+//! | read error bars | [`Layer::standard_error`], [`Layer::interval`], [`Layer::relative_error`] |
+//! | know the end of all flux | [`Estimate::ledger`], a [`Ledger`] |
+//! | write and read files | [`Rendering::write_exr`], [`read_exr`] |
+//! | compare two images | [`compare`] with [`CompareImage`] and [`CompareSettings`], for a [`Comparison`] |
+//!
+//! Beams, photons, paths and photon maps compute the truth. Techniques compute what a real-time renderer would show;
+//! each of their stages can be made exact ([`Method::with_exact`]).
 //!
 //! # Conventions
 //!

@@ -7,6 +7,14 @@ use std::iter::Sum;
 use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub};
 
 /// A linear RGB triple; its unit is that of the field that holds it.
+///
+/// # Example: the mean of the channels
+///
+/// ```
+/// let light = nephroid::Rgb::new(1.0, 2.0, 6.0);
+/// assert_eq!(light.mean(), 3.0);
+/// assert_eq!((light * 2.0).0, [2.0, 4.0, 12.0]);
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(transparent)]
 pub struct Rgb(pub [f64; 3]);

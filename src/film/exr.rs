@@ -38,6 +38,19 @@ fn max_expansion(compression: Compression) -> u64 {
 const LEAST_BLOCK: usize = 17;
 
 /// Reason why an image was not written.
+///
+/// # Example: a folder that cannot be
+///
+/// ```
+/// # let scene = nephroid::load("scenes/glass-ball.xml".as_ref(), &[("size", "8")])?;
+/// # let sensor = &scene.sensors()[0];
+/// # let method = nephroid::Method::new("closed-form", &Default::default())?.with("max-depth", "3")?;
+/// # let rendering = method.run(&scene, sensor, &Default::default(), &Default::default())?;
+/// // A file cannot hold another file.
+/// let error = rendering.write_exr(&scene, "Cargo.toml/light.exr".as_ref()).unwrap_err();
+/// assert!(error.to_string().contains("Cargo.toml"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, thiserror::Error)]
 pub enum ExrWriteError {
     /// Channels that do not make an image.
@@ -67,6 +80,14 @@ pub enum ExrWriteError {
 }
 
 /// Reason why an image was not read.
+///
+/// # Example: a file that is no image
+///
+/// ```
+/// let error = nephroid::read_exr("Cargo.toml".as_ref()).unwrap_err();
+/// assert_eq!(error.path.as_os_str(), "Cargo.toml");
+/// println!("{error}");
+/// ```
 #[derive(Debug, thiserror::Error)]
 #[error("cannot read {}: {message}", path.display())]
 pub struct ExrReadError {
@@ -103,6 +124,22 @@ pub fn write(path: &Path, image: &Image) -> Result<(), ExrWriteError> {
 ///
 /// If the file is missing, damaged, of several parts, deep, subsampled, or claims more samples than its
 /// length can hold.
+///
+/// # Example: the values of one channel
+///
+/// ```
+/// # let scene = nephroid::load("scenes/glass-ball.xml".as_ref(), &[("size", "8")])?;
+/// # let sensor = &scene.sensors()[0];
+/// # let method = nephroid::Method::new("closed-form", &Default::default())?.with("max-depth", "3")?;
+/// # let rendering = method.run(&scene, sensor, &Default::default(), &Default::default())?;
+/// let path = std::env::temp_dir().join("nephroid-read-exr.exr");
+/// rendering.write_exr(&scene, &path)?;
+/// let image = nephroid::read_exr(&path)?;
+/// let red = image.channel("LTTD.R").ok_or("no light through the ball")?;
+/// assert_eq!(red.samples.len(), 8 * 8);
+/// # std::fs::remove_file(&path)?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn read(path: &Path) -> Result<Image, ExrReadError> {
     std::fs::read(path)
         .map_err(|error| error.to_string())

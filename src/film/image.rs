@@ -3,6 +3,16 @@
 use super::Grid;
 
 /// Named `f32` channels of one size, and their metadata.
+///
+/// # Example: an image of one's own, to compare with
+///
+/// ```
+/// let mut image = nephroid::Image::new(2, 1);
+/// image.add_rgb("E", &[[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]);
+/// image.add_metadata("unit", "W/m²");
+/// assert_eq!(image.channel("E.G").unwrap().samples, [2.0, 5.0]);
+/// assert_eq!(image.metadata("unit"), Some("W/m²"));
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Image {
     /// Number of samples a row.
@@ -16,6 +26,20 @@ pub struct Image {
 }
 
 /// One named channel.
+///
+/// # Example: the brightest texel
+///
+/// ```
+/// # let scene = nephroid::load("scenes/glass-ball.xml".as_ref(), &[("size", "8")])?;
+/// # let sensor = &scene.sensors()[0];
+/// # let method = nephroid::Method::new("closed-form", &Default::default())?.with("max-depth", "3")?;
+/// # let rendering = method.run(&scene, sensor, &Default::default(), &Default::default())?;
+/// let image = rendering.image(&scene);
+/// let green = image.channel("E.G").ok_or("no green")?;
+/// let brightest = green.samples.iter().copied().fold(0.0, f32::max);
+/// assert!(brightest > 1.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channel {
     /// Layer and component joined by dots: `E.R`, `LTTD.stderr.G`.
@@ -90,6 +114,13 @@ impl Image {
     pub(crate) const MAX_NAME_LENGTH: usize = 240;
 
     /// An image without channels and metadata.
+    ///
+    /// # Example: a film of 4 x 3 texels
+    ///
+    /// ```
+    /// let image = nephroid::Image::new(4, 3);
+    /// assert!(image.channels.is_empty());
+    /// ```
     pub const fn new(width: usize, height: usize) -> Self {
         Self {
             width,
@@ -100,12 +131,29 @@ impl Image {
     }
 
     /// Adds a channel; rounds to the nearest `f32`.
+    ///
+    /// # Example: a map of distances
+    ///
+    /// ```
+    /// let mut image = nephroid::Image::new(2, 1);
+    /// image.add_scalar("distance.Y", [0.5, 1.5]);
+    /// assert_eq!(image.channels[0].samples, [0.5, 1.5]);
+    /// ```
     pub fn add_scalar(&mut self, name: impl Into<String>, values: impl IntoIterator<Item = f64>) {
         self.add(name.into(), values, Rounding::Nearest);
     }
 
     /// Adds the channels `layer.R`, `layer.G`, `layer.B`; for an empty `layer` just `R`, `G`, `B`.
     /// Rounds to the nearest `f32`.
+    ///
+    /// # Example: light with its error bar
+    ///
+    /// ```
+    /// let mut image = nephroid::Image::new(1, 1);
+    /// image.add_rgb("E", &[[1.0; 3]]);
+    /// image.add_rgb("E.stderr", &[[0.01; 3]]);
+    /// assert_eq!(image.channels[3].name, "E.stderr.R");
+    /// ```
     pub fn add_rgb(&mut self, layer: &str, values: &[[f64; 3]]) {
         self.add_rgb_rounded(layer, values, Rounding::Nearest);
     }
@@ -128,11 +176,26 @@ impl Image {
     }
 
     /// Adds a key and its value.
+    ///
+    /// # Example: the name of the program
+    ///
+    /// ```
+    /// let mut image = nephroid::Image::new(1, 1);
+    /// image.add_metadata("program", "mine");
+    /// assert_eq!(image.metadata[0].0, "program");
+    /// ```
     pub fn add_metadata(&mut self, key: impl Into<String>, value: impl Into<String>) {
         self.metadata.push((key.into(), value.into()));
     }
 
     /// The channel of a name.
+    ///
+    /// # Example: a layer that may be missing
+    ///
+    /// ```
+    /// let image = nephroid::Image::new(1, 1);
+    /// assert!(image.channel("LTTD.R").is_none());
+    /// ```
     pub fn channel(&self, name: &str) -> Option<&Channel> {
         self.channels.iter().find(|channel| channel.name == name)
     }
@@ -145,6 +208,19 @@ impl Image {
     }
 
     /// The value of a key.
+    ///
+    /// # Example: the settings behind a rendering
+    ///
+    /// ```
+    /// # let scene = nephroid::load("scenes/glass-ball.xml".as_ref(), &[("size", "8")])?;
+    /// # let sensor = &scene.sensors()[0];
+    /// # let method = nephroid::Method::new("closed-form", &Default::default())?.with("max-depth", "3")?;
+    /// # let rendering = method.run(&scene, sensor, &Default::default(), &Default::default())?;
+    /// let image = rendering.image(&scene);
+    /// assert_eq!(image.metadata("complete"), Some("yes"));
+    /// assert_eq!(image.metadata("quantity"), Some("irradiance"));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn metadata(&self, key: &str) -> Option<&str> {
         self.metadata
             .iter()

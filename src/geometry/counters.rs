@@ -1,6 +1,19 @@
 //! Counts of the work of searches.
 
 /// Counts of the work done by searches.
+///
+/// # Example: rays of a run
+///
+/// ```
+/// # use nephroid::{Budget, Context, Method};
+/// # let scene = nephroid::load("scenes/glass-ball.xml".as_ref(), &[("size", "8")])?;
+/// # let sensor = &scene.sensors()[0];
+/// # let method = Method::new("photons", &Default::default())?;
+/// # let rendering = method.run(&scene, sensor, &Budget::work(4096), &Context::default())?;
+/// let counters = rendering.estimate.counters;
+/// assert!(counters.rays > 4096, "at least one a photon");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct TraversalCounters {
     /// Number of rays searched for.

@@ -10,6 +10,17 @@ use crate::scene::{Scene, Sensor};
 use crate::setting::{Given, SettingError};
 
 /// A method, and the reason for which it was chosen.
+///
+/// # Example: the reason in a log
+///
+/// ```
+/// # let scene = nephroid::load("scenes/glass-ball.xml".as_ref(), &[("size", "8")])?;
+/// # let sensor = &scene.sensors()[0];
+/// let choice = nephroid::Method::choose(&scene, sensor)?;
+/// println!("{}: {}", choice.method.name(), choice.reason);
+/// assert_eq!(choice.by_setting, None, "the scene alone decided");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Choice {
     /// The method.
@@ -49,6 +60,18 @@ impl Method {
     /// # Errors
     ///
     /// If no method has all settings, or a value cannot be.
+    ///
+    /// # Example: a seed asks for a method that draws at random
+    ///
+    /// ```
+    /// # let scene = nephroid::load("scenes/glass-ball.xml".as_ref(), &[("size", "8")])?;
+    /// # let sensor = &scene.sensors()[0];
+    /// let settings = [("seed".to_owned(), "7".to_owned())].into();
+    /// let choice = nephroid::Method::choose_with(&scene, sensor, &settings)?;
+    /// assert_eq!(choice.method.name(), "photons");
+    /// assert_eq!(choice.by_setting.as_deref(), Some("seed"));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn choose_with(
         scene: &Scene,
         sensor: &Sensor,

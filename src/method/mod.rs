@@ -75,6 +75,17 @@ impl fmt::Debug for Method {
 }
 
 /// A stage of a technique, as a method's settings have it.
+///
+/// # Example: the stages that approximate
+///
+/// ```
+/// let map = nephroid::Method::new("caustic-map", &Default::default())?;
+/// for stage in map.stages().iter().filter(|stage| !stage.is_exact()) {
+///     println!("{}: {} instead of {}", stage.name, stage.variant, stage.exact);
+/// }
+/// assert_eq!(map.stages()[0].name, "view");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct StageSetting {
     /// The name, which is the key of the setting that chooses its variant.
@@ -87,6 +98,15 @@ pub struct StageSetting {
 
 impl StageSetting {
     /// True if the variant that runs has no error of its own.
+    ///
+    /// # Example: a stage without error
+    ///
+    /// ```
+    /// let map = nephroid::Method::new("caustic-map", &Default::default())?.with_exact("splat")?;
+    /// let splat = map.stages().into_iter().find(|stage| stage.name == "splat");
+    /// assert!(splat.is_some_and(|stage| stage.is_exact()));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn is_exact(&self) -> bool {
         self.variant == self.exact
     }
@@ -128,31 +148,82 @@ impl Method {
     }
 
     /// The names of all methods.
+    ///
+    /// # Example: a list for a menu
+    ///
+    /// ```
+    /// let names = nephroid::Method::names();
+    /// assert!(names.contains(&"beams") && names.contains(&"photons"));
+    /// ```
     pub fn names() -> Vec<&'static str> {
         Entry::all().map(Entry::name).collect()
     }
 
     /// The name.
+    ///
+    /// # Example: the name beside a result
+    ///
+    /// ```
+    /// let method = nephroid::Method::new("beams", &Default::default())?;
+    /// assert_eq!(method.name(), "beams");
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn name(&self) -> &'static str {
         self.entry.name()
     }
 
     /// One line: the light that the method measures, and how.
+    ///
+    /// # Example: help for all methods
+    ///
+    /// ```
+    /// for name in nephroid::Method::names() {
+    ///     let method = nephroid::Method::new(name, &Default::default())?;
+    ///     println!("{name:>12}  {}", method.meaning());
+    ///     assert!(!method.meaning().is_empty());
+    /// }
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn meaning(&self) -> &'static str {
         self.entry.meaning()
     }
 
     /// The settings that were given, as text.
+    ///
+    /// # Example: only the settings that differ from the defaults
+    ///
+    /// ```
+    /// let method = nephroid::Method::new("photons", &Default::default())?.with("seed", "7")?;
+    /// assert_eq!(method.given()["seed"], "7");
+    /// assert_eq!(method.given().len(), 1);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn given(&self) -> &BTreeMap<String, String> {
         self.values.given()
     }
 
     /// All settings with a value, those not given included, as JSON: runs with the same settings have the same bits.
+    ///
+    /// # Example: a default value
+    ///
+    /// ```
+    /// let method = nephroid::Method::new("photons", &Default::default())?;
+    /// assert_eq!(method.settings()["replicates"], 32);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn settings(&self) -> serde_json::Value {
         self.values.json()
     }
 
     /// The limits among the settings.
+    ///
+    /// # Example: a limit on the error as a setting
+    ///
+    /// ```
+    /// let method = nephroid::Method::new("photons", &Default::default())?.with("error", "1%")?;
+    /// assert_eq!(method.budget(), nephroid::Budget::error(0.01));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn budget(&self) -> Budget {
         Budget {
             relative_error: self.values.fraction("error"),
@@ -166,6 +237,16 @@ impl Method {
     /// # Errors
     ///
     /// As [`Method::new`].
+    ///
+    /// # Example: the same photons from another seed
+    ///
+    /// ```
+    /// let method = nephroid::Method::new("photons", &Default::default())?;
+    /// let other = method.with("seed", "7")?;
+    /// assert_ne!(method, other);
+    /// assert!(method.with("seed", "seven").is_err());
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn with(&self, key: &str, value: &str) -> Result<Self, SettingError> {
         let mut given = self.given().clone();
         given.insert(key.to_owned(), value.to_owned());
@@ -173,6 +254,16 @@ impl Method {
     }
 
     /// The stages of a technique, in the order in which they run; empty for references.
+    ///
+    /// # Example: the order of the stages
+    ///
+    /// ```
+    /// let map = nephroid::Method::new("caustic-map", &Default::default())?;
+    /// let names: Vec<_> = map.stages().iter().map(|stage| stage.name).collect();
+    /// assert_eq!(names.first(), Some(&"view"));
+    /// assert_eq!(names.last(), Some(&"lookup"));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn stages(&self) -> Vec<StageSetting> {
         let stages = self.entry.stages().iter().map(|stage| StageSetting {
             name: stage.name,
@@ -187,6 +278,15 @@ impl Method {
     /// # Errors
     ///
     /// For a name that is none of its stages.
+    ///
+    /// # Example: the technique without the error of its refraction
+    ///
+    /// ```
+    /// let map = nephroid::Method::new("caustic-map", &Default::default())?;
+    /// let better = map.with_exact("refraction")?;
+    /// assert_eq!(better.given()["refraction"], "exact");
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn with_exact(&self, stage: &str) -> Result<Self, SettingError> {
         let stages = self.entry.stages();
         let found = stages.iter().find(|one| one.name == stage);
@@ -197,6 +297,16 @@ impl Method {
     }
 
     /// True for approximations: real-time techniques, whose stages have errors.
+    ///
+    /// # Example: truth or approximation
+    ///
+    /// ```
+    /// let is_technique = |name| Ok::<_, nephroid::SettingError>(
+    ///     nephroid::Method::new(name, &Default::default())?.is_technique(),
+    /// );
+    /// assert!(is_technique("caustic-map")? && !is_technique("beams")?);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn is_technique(&self) -> bool {
         matches!(self.entry, Entry::Technique(_))
     }
@@ -236,11 +346,38 @@ impl Method {
     /// # Errors
     ///
     /// Names what the scene or the sensor has that the method cannot take, and what is allowed.
+    ///
+    /// # Example: the methods that a scene allows
+    ///
+    /// ```
+    /// # let scene = nephroid::load("scenes/glass-ball.xml".as_ref(), &[("size", "8")])?;
+    /// # let sensor = &scene.sensors()[0];
+    /// for name in nephroid::Method::names() {
+    ///     let method = nephroid::Method::new(name, &Default::default())?;
+    ///     match method.supports(&scene, sensor) {
+    ///         Ok(()) => println!("{name}"),
+    ///         Err(refusal) => println!("not {name}: {refusal}"),
+    ///     }
+    ///     assert!(name != "photons" || method.supports(&scene, sensor).is_ok());
+    /// }
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn supports(&self, scene: &Scene, sensor: &Sensor) -> Result<(), Refusal> {
         self.entry.supports(scene, sensor, &self.values)
     }
 
     /// The cost of a run before anything is traced: a bound on its memory, and the work that its settings fix.
+    ///
+    /// # Example: memory before a run
+    ///
+    /// ```
+    /// # let scene = nephroid::load("scenes/glass-ball.xml".as_ref(), &[("size", "8")])?;
+    /// # let sensor = &scene.sensors()[0];
+    /// let cost = nephroid::Method::new("photons", &Default::default())?.cost(&scene, sensor);
+    /// assert!(cost.bytes < 100_000_000);
+    /// assert_eq!((cost.work[0].name.as_str(), cost.work[0].count), ("photons", 1 << 24));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn cost(&self, scene: &Scene, sensor: &Sensor) -> Cost {
         self.entry.cost(scene, sensor, &self.values)
     }
@@ -286,6 +423,19 @@ impl Method {
     ///
     /// If the method cannot work on the scene or the sensor, the film does not fit into memory, or numbers cannot be
     /// summed.
+    ///
+    /// # Example: four thousand photons
+    ///
+    /// ```
+    /// # let scene = nephroid::load("scenes/glass-ball.xml".as_ref(), &[("size", "8")])?;
+    /// # let sensor = &scene.sensors()[0];
+    /// use nephroid::{Budget, Context, Method};
+    ///
+    /// let method = Method::new("photons", &Default::default())?;
+    /// let rendering = method.run(&scene, sensor, &Budget::work(4096), &Context::default())?;
+    /// assert_eq!(rendering.estimate.paths, 4096);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn run(
         &self,
         scene: &Scene,

@@ -20,7 +20,9 @@ pub fn flags() -> Vec<Flag> {
     let mut flags: Vec<Flag> = Vec::new();
     let references: Vec<_> = Entry::references().collect();
     let limits = references.iter().map(|one| (one, one.about().limits, true));
-    let settings = references.iter().map(|one| (one, one.about().settings, false));
+    let settings = references
+        .iter()
+        .map(|one| (one, one.about().settings, false));
     for (method, rows, is_limit) in limits.chain(settings) {
         for row in rows {
             match flags.iter_mut().find(|flag| flag.key == row.key) {

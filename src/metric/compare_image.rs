@@ -15,6 +15,19 @@ use super::CompareError;
 use crate::film::{Channel, Image};
 
 /// An image to compare, and what is known of its errors beside its own channels.
+///
+/// # Example: another renderer's image of 256 samples a pixel
+///
+/// ```
+/// use nephroid::{CompareImage, Image};
+///
+/// let image = Image::new(8, 8); // or nephroid::read_exr(path)
+/// let other = CompareImage {
+///     samples: Some(256),
+///     ..CompareImage::new("other.exr", image)
+/// };
+/// assert!(other.errors.is_none());
+/// ```
 #[derive(Clone, Debug)]
 pub struct CompareImage {
     /// The name for messages: the file's.
@@ -43,6 +56,22 @@ pub struct Window {
 
 impl CompareImage {
     /// An image as it is in its file. `samples` are the replicates that the file's settings name.
+    ///
+    /// # Example: a rendering that was not written, with its replicates
+    ///
+    /// ```
+    /// # use nephroid::{Budget, Context, Method};
+    /// # let scene = nephroid::load("scenes/glass-ball.xml".as_ref(), &[("size", "8")])?;
+    /// # let sensor = &scene.sensors()[0];
+    /// # let method = Method::new("photons", &Default::default())?;
+    /// # let rendering = method.run(&scene, sensor, &Budget::work(4096), &Context::default())?;
+    /// let mine = nephroid::CompareImage {
+    ///     samples: rendering.replicates.map(u64::from),
+    ///     ..nephroid::CompareImage::new("mine", rendering.image(&scene))
+    /// };
+    /// assert_eq!(mine.samples, Some(32));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn new(name: impl Into<String>, image: Image) -> Self {
         let settings = image.metadata("settings");
         let samples = settings

@@ -13,6 +13,24 @@ use super::similarity::Similarity;
 use super::{CompareError, CompareImage};
 
 /// The figures of one layer.
+///
+/// # Example: the length of the difference
+///
+/// ```
+/// # use nephroid::{CompareImage, CompareSettings, Image, compare};
+/// # let grey = |value: f64| {
+/// #     let mut image = Image::new(16, 16);
+/// #     image.add_rgb("E", &[[value; 3]; 256]);
+/// #     image.add_rgb("E.stderr", &[[0.001; 3]; 256]);
+/// #     CompareImage::new(format!("{value}.exr"), image)
+/// # };
+/// # let (truth, mine) = (grey(1.0), grey(1.02));
+/// # let comparison = compare(&truth, &mine, &CompareSettings::default())?;
+/// let all = &comparison.layers[0];
+/// assert!(all.is_total && all.layer == "E");
+/// assert!((all.difference.relative_rmse.unwrap() - 0.02).abs() < 1e-6);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LayerComparison {
     /// The layer's name.
@@ -34,6 +52,23 @@ pub struct LayerComparison {
 }
 
 /// HDR-FLIP of a layer, and the settings that it depends on.
+///
+/// # Example: the difference that an eye sees
+///
+/// ```
+/// # use nephroid::{CompareImage, CompareSettings, Image, compare};
+/// # let grey = |value: f64| {
+/// #     let mut image = Image::new(16, 16);
+/// #     image.add_rgb("E", &[[value; 3]; 256]);
+/// #     image.add_rgb("E.stderr", &[[0.001; 3]; 256]);
+/// #     CompareImage::new(format!("{value}.exr"), image)
+/// # };
+/// # let (truth, mine) = (grey(1.0), grey(1.02));
+/// # let comparison = compare(&truth, &mine, &CompareSettings::default())?;
+/// let flip = comparison.layers[0].flip.unwrap();
+/// assert!(flip.mean < 0.1 && flip.mean <= flip.max);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Flip {
     /// The mean over texels: from 0 (no difference) to 1.
@@ -49,6 +84,25 @@ pub struct Flip {
 }
 
 /// The figures of two images.
+///
+/// # Example: all verdicts
+///
+/// ```
+/// # use nephroid::{CompareImage, CompareSettings, Image, compare};
+/// # let grey = |value: f64| {
+/// #     let mut image = Image::new(16, 16);
+/// #     image.add_rgb("E", &[[value; 3]; 256]);
+/// #     image.add_rgb("E.stderr", &[[0.001; 3]; 256]);
+/// #     CompareImage::new(format!("{value}.exr"), image)
+/// # };
+/// # let (truth, mine) = (grey(1.0), grey(1.02));
+/// # let comparison = compare(&truth, &mine, &CompareSettings::default())?;
+/// for layer in &comparison.layers {
+///     println!("{}: {}", layer.layer, layer.equivalence.verdict.name());
+/// }
+/// assert_eq!(comparison.verdict, nephroid::Verdict::Different);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Comparison {
     /// The first image.
@@ -70,6 +124,27 @@ pub struct Comparison {
 /// # Errors
 ///
 /// As [`Pairing::new`].
+///
+/// # Example: a render against the truth
+///
+/// ```
+/// # let scene = nephroid::load("scenes/glass-ball.xml".as_ref(), &[("size", "8")])?;
+/// # let sensor = &scene.sensors()[0];
+/// # let method = nephroid::Method::new("closed-form", &Default::default())?.with("max-depth", "3")?;
+/// # let rendering = method.run(&scene, sensor, &Default::default(), &Default::default())?;
+/// # let other = nephroid::Method::new("photons", &Default::default())?;
+/// # let render = other.run(&scene, sensor, &nephroid::Budget::work(4096), &Default::default())?;
+/// # let (truth, mine) = (rendering.image(&scene), render.image(&scene));
+/// use nephroid::{CompareImage, CompareSettings, compare};
+///
+/// let truth = CompareImage::new("truth.exr", truth);
+/// let mine = CompareImage::new("mine.exr", mine);
+/// let comparison = compare(&truth, &mine, &CompareSettings::default())?;
+/// let all = &comparison.layers[0];
+/// println!("relative RMSE {:?}", all.difference.relative_rmse);
+/// assert!(all.significance.is_some(), "there are error bars");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn compare(
     a: &CompareImage,
     b: &CompareImage,

@@ -20,6 +20,24 @@ pub const EPSILON: f64 = 0.01;
 pub const PER_MILLE: [u16; 5] = [500, 900, 950, 990, 999];
 
 /// Figures of a layer. Relative figures are `None` if the reference has no light to be relative to.
+///
+/// # Example: two percent too much light
+///
+/// ```
+/// # use nephroid::{CompareImage, CompareSettings, Image, compare};
+/// # let grey = |value: f64| {
+/// #     let mut image = Image::new(16, 16);
+/// #     image.add_rgb("E", &[[value; 3]; 256]);
+/// #     image.add_rgb("E.stderr", &[[0.001; 3]; 256]);
+/// #     CompareImage::new(format!("{value}.exr"), image)
+/// # };
+/// # let (truth, mine) = (grey(1.0), grey(1.02));
+/// # let comparison = compare(&truth, &mine, &CompareSettings::default())?;
+/// let difference = &comparison.layers[0].difference;
+/// assert!((difference.energy_ratio.unwrap() - 1.02).abs() < 1e-6);
+/// assert_eq!(difference.lit, 256);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Difference {
     /// Lit texels.
@@ -62,6 +80,24 @@ pub struct Difference {
 }
 
 /// The value that a part of the texels does not exceed.
+///
+/// # Example: the median
+///
+/// ```
+/// # use nephroid::{CompareImage, CompareSettings, Image, compare};
+/// # let grey = |value: f64| {
+/// #     let mut image = Image::new(16, 16);
+/// #     image.add_rgb("E", &[[value; 3]; 256]);
+/// #     image.add_rgb("E.stderr", &[[0.001; 3]; 256]);
+/// #     CompareImage::new(format!("{value}.exr"), image)
+/// # };
+/// # let (truth, mine) = (grey(1.0), grey(1.02));
+/// # let comparison = compare(&truth, &mine, &CompareSettings::default())?;
+/// let median = comparison.layers[0].difference.percentiles[0];
+/// assert_eq!(median.percent, 50.0);
+/// assert!((median.value - 0.02).abs() < 1e-6);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Percentile {
     /// The part \[%\].
@@ -71,6 +107,24 @@ pub struct Percentile {
 }
 
 /// The texel that differs most.
+///
+/// # Example: the place to look at first
+///
+/// ```
+/// # use nephroid::{CompareImage, CompareSettings, Image, compare};
+/// # let grey = |value: f64| {
+/// #     let mut image = Image::new(16, 16);
+/// #     image.add_rgb("E", &[[value; 3]; 256]);
+/// #     image.add_rgb("E.stderr", &[[0.001; 3]; 256]);
+/// #     CompareImage::new(format!("{value}.exr"), image)
+/// # };
+/// # let (truth, mine) = (grey(1.0), grey(1.02));
+/// # let comparison = compare(&truth, &mine, &CompareSettings::default())?;
+/// let worst = &comparison.layers[0].difference.worst;
+/// println!("texel ({}, {})", worst.x, worst.y);
+/// assert!((worst.difference - 0.02).abs() < 1e-6);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct WorstTexel {
     /// Column in the file.

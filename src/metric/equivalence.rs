@@ -12,6 +12,26 @@ use super::sums::{square_sums, sums};
 use crate::numeric::distributions::{critical_value, student_t_cdf};
 
 /// The verdict on a difference and a margin.
+///
+/// # Example: a condition of a test
+///
+/// ```
+/// # use nephroid::{CompareImage, CompareSettings, Image, compare};
+/// # let grey = |value: f64| {
+/// #     let mut image = Image::new(16, 16);
+/// #     image.add_rgb("E", &[[value; 3]; 256]);
+/// #     image.add_rgb("E.stderr", &[[0.001; 3]; 256]);
+/// #     CompareImage::new(format!("{value}.exr"), image)
+/// # };
+/// # let (truth, mine) = (grey(1.0), grey(1.02));
+/// # let comparison = compare(&truth, &mine, &CompareSettings::default())?;
+/// use nephroid::Verdict;
+///
+/// let verdict = comparison.verdict;
+/// assert!(verdict != Verdict::Equivalent, "2 % apart at a margin of 1 %");
+/// assert!(Verdict::Equivalent < Verdict::Different, "the worse is the larger");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Verdict {
@@ -25,6 +45,12 @@ pub enum Verdict {
 
 impl Verdict {
     /// Its name.
+    ///
+    /// # Example: a line of a report
+    ///
+    /// ```
+    /// assert_eq!(nephroid::Verdict::Equivalent.name(), "equivalent");
+    /// ```
     pub const fn name(self) -> &'static str {
         match self {
             Self::Equivalent => "equivalent",
@@ -35,6 +61,24 @@ impl Verdict {
 }
 
 /// A layer's verdicts at a margin.
+///
+/// # Example: means and texels
+///
+/// ```
+/// # use nephroid::{CompareImage, CompareSettings, Image, compare};
+/// # let grey = |value: f64| {
+/// #     let mut image = Image::new(16, 16);
+/// #     image.add_rgb("E", &[[value; 3]; 256]);
+/// #     image.add_rgb("E.stderr", &[[0.001; 3]; 256]);
+/// #     CompareImage::new(format!("{value}.exr"), image)
+/// # };
+/// # let (truth, mine) = (grey(1.0), grey(1.02));
+/// # let comparison = compare(&truth, &mine, &CompareSettings::default())?;
+/// let equivalence = &comparison.layers[0].equivalence;
+/// let worse = equivalence.bias.verdict.max(equivalence.texels.verdict);
+/// assert_eq!(equivalence.verdict, worse);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Equivalence {
     /// The margin, as a fraction of the reference's mean.
@@ -52,6 +96,24 @@ pub struct Equivalence {
 }
 
 /// The difference of the means. Relative figures are `None` if the reference is dark.
+///
+/// # Example: a bias with its interval
+///
+/// ```
+/// # use nephroid::{CompareImage, CompareSettings, Image, compare};
+/// # let grey = |value: f64| {
+/// #     let mut image = Image::new(16, 16);
+/// #     image.add_rgb("E", &[[value; 3]; 256]);
+/// #     image.add_rgb("E.stderr", &[[0.001; 3]; 256]);
+/// #     CompareImage::new(format!("{value}.exr"), image)
+/// # };
+/// # let (truth, mine) = (grey(1.0), grey(1.02));
+/// # let comparison = compare(&truth, &mine, &CompareSettings::default())?;
+/// let bias = &comparison.layers[0].equivalence.bias;
+/// let [low, high] = bias.interval.unwrap();
+/// assert!(0.0199 < low && high < 0.0201, "2 %, and the same everywhere");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MeanEquivalence {
     /// Mean of the other image less that of the reference, in the image's unit.
@@ -76,6 +138,23 @@ pub struct MeanEquivalence {
 }
 
 /// The difference of texels, beyond what the bars explain.
+///
+/// # Example: the difference that noise does not explain
+///
+/// ```
+/// # use nephroid::{CompareImage, CompareSettings, Image, compare};
+/// # let grey = |value: f64| {
+/// #     let mut image = Image::new(16, 16);
+/// #     image.add_rgb("E", &[[value; 3]; 256]);
+/// #     image.add_rgb("E.stderr", &[[0.001; 3]; 256]);
+/// #     CompareImage::new(format!("{value}.exr"), image)
+/// # };
+/// # let (truth, mine) = (grey(1.0), grey(1.02));
+/// # let comparison = compare(&truth, &mine, &CompareSettings::default())?;
+/// let texels = &comparison.layers[0].equivalence.texels;
+/// assert!((texels.unexplained.unwrap() - 0.02).abs() < 1e-3);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct TexelEquivalence {
     /// √(Σ (e² − σ²) / Σ r²), zero if the sum is negative: the length of the difference, noise taken off,

@@ -1,6 +1,20 @@
 //! Reasons why two images cannot be compared.
 
 /// Reason why two images cannot be compared. Files are named as the caller names them.
+///
+/// # Example: images of different size
+///
+/// ```
+/// use nephroid::{CompareError, CompareImage, CompareSettings, Image, compare};
+///
+/// let image = |side: usize| {
+///     let mut image = Image::new(side, side);
+///     image.add_rgb("E", &vec![[1.0; 3]; side * side]);
+///     CompareImage::new("image", image)
+/// };
+/// let error = compare(&image(2), &image(3), &CompareSettings::default()).unwrap_err();
+/// assert!(matches!(error, CompareError::Size { .. }));
+/// ```
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum CompareError {
     /// Images of different size.

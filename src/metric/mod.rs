@@ -1,11 +1,10 @@
 //! Comparison of two images: differences, significance, equivalence.
 //!
 //! ```no_run
-//! use nephroid::internals::film::exr;
-//! use nephroid::internals::metric::{CompareImage, CompareSettings, compare};
+//! use nephroid::{CompareImage, CompareSettings, compare, read_exr};
 //!
-//! let a = CompareImage::new("truth.exr", exr::read("truth.exr".as_ref())?);
-//! let b = CompareImage::new("mine.exr", exr::read("mine.exr".as_ref())?);
+//! let a = CompareImage::new("truth.exr", read_exr("truth.exr".as_ref())?);
+//! let b = CompareImage::new("mine.exr", read_exr("mine.exr".as_ref())?);
 //! let comparison = compare(&a, &b, &CompareSettings::default())?;
 //! println!("{:?}", comparison.layers[0].difference.relative_rmse);
 //! # Ok::<(), Box<dyn std::error::Error>>(())

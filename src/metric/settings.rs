@@ -5,6 +5,15 @@ use serde::Serialize;
 use super::flip;
 
 /// One of two images.
+///
+/// # Example: the second image is the truth
+///
+/// ```
+/// use nephroid::{CompareSettings, ImageSide};
+///
+/// let settings = CompareSettings { reference: ImageSide::B, ..CompareSettings::default() };
+/// assert_ne!(settings.reference, ImageSide::default());
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub enum ImageSide {
     /// The first.
@@ -15,6 +24,17 @@ pub enum ImageSide {
 }
 
 /// Settings of a comparison.
+///
+/// # Example: one layer, within half a percent
+///
+/// ```
+/// let settings = nephroid::CompareSettings {
+///     layers: vec!["LTTD".to_owned()],
+///     margin: 0.005,
+///     ..Default::default()
+/// };
+/// assert_eq!(settings.level, 0.05);
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CompareSettings {
     /// The image that is the truth.

@@ -18,6 +18,24 @@ pub const BINS: usize = 20;
 const LEAST_PER_BIN: f64 = 5.0;
 
 /// The tests of a layer's differences against the error bars.
+///
+/// # Example: differences in standard errors
+///
+/// ```
+/// # use nephroid::{CompareImage, CompareSettings, Image, compare};
+/// # let grey = |value: f64| {
+/// #     let mut image = Image::new(16, 16);
+/// #     image.add_rgb("E", &[[value; 3]; 256]);
+/// #     image.add_rgb("E.stderr", &[[0.001; 3]; 256]);
+/// #     CompareImage::new(format!("{value}.exr"), image)
+/// # };
+/// # let (truth, mine) = (grey(1.0), grey(1.02));
+/// # let comparison = compare(&truth, &mine, &CompareSettings::default())?;
+/// let significance = comparison.layers[0].significance.as_ref().unwrap();
+/// assert_eq!(significance.tests, 256, "equal channels count once");
+/// assert!(significance.mean_z.abs() > 10.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Significance {
     /// Number of tests: texels times channels with an error bar.
@@ -78,6 +96,24 @@ pub struct Uniformity {
 }
 
 /// All tests of a layer as one.
+///
+/// # Example: noise or not
+///
+/// ```
+/// # use nephroid::{CompareImage, CompareSettings, Image, compare};
+/// # let grey = |value: f64| {
+/// #     let mut image = Image::new(16, 16);
+/// #     image.add_rgb("E", &[[value; 3]; 256]);
+/// #     image.add_rgb("E.stderr", &[[0.001; 3]; 256]);
+/// #     CompareImage::new(format!("{value}.exr"), image)
+/// # };
+/// # let (truth, mine) = (grey(1.0), grey(1.02));
+/// # let comparison = compare(&truth, &mine, &CompareSettings::default())?;
+/// let significance = comparison.layers[0].significance.as_ref().unwrap();
+/// assert!(significance.family.different, "a texel differs by more than noise");
+/// assert!(significance.family.p < 0.05);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct JointTest {
     /// The significance level α: the probability that equal images are called different.

@@ -6,6 +6,23 @@ use serde::Serialize;
 use super::pair::LayerPair;
 
 /// SSIM of a layer, and the settings that it depends on.
+///
+/// # Example: images that vary together
+///
+/// ```
+/// # use nephroid::{CompareImage, CompareSettings, Image, compare};
+/// # let grey = |value: f64| {
+/// #     let mut image = Image::new(16, 16);
+/// #     image.add_rgb("E", &[[value; 3]; 256]);
+/// #     image.add_rgb("E.stderr", &[[0.001; 3]; 256]);
+/// #     CompareImage::new(format!("{value}.exr"), image)
+/// # };
+/// # let (truth, mine) = (grey(1.0), grey(1.02));
+/// # let comparison = compare(&truth, &mine, &CompareSettings::default())?;
+/// let similarity = comparison.layers[0].similarity.unwrap();
+/// assert!(similarity.ssim > 0.99);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Similarity {
     /// The mean over windows and channels: 1 for equal images.

@@ -8,6 +8,13 @@ use crate::scene::{SceneError, SourcePosition};
 ///
 /// It displays as `scene.xml:12:5: bsdf "roughplastic" is not modelled; ...`. A problem inside a mesh file is
 /// reported at the XML element that asked for the file, and names the place inside it.
+///
+/// # Example: a size that is no number
+///
+/// ```
+/// let error = nephroid::load("scenes/glass-ball.xml".as_ref(), &[("size", "x")]).unwrap_err();
+/// assert!(error.message.contains("not a whole number"));
+/// ```
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{at}: {message}")]
 pub struct LoadError {

@@ -30,6 +30,12 @@ pub struct Budget {
 
 impl Budget {
     /// A budget that ends at a relative error.
+    ///
+    /// # Example: one percent
+    ///
+    /// ```
+    /// assert_eq!(nephroid::Budget::error(0.01).relative_error, Some(0.01));
+    /// ```
     pub fn error(relative_error: f64) -> Self {
         Self {
             relative_error: Some(relative_error),
@@ -38,6 +44,12 @@ impl Budget {
     }
 
     /// A budget that ends after so much work, in the method's own unit.
+    ///
+    /// # Example: a million photons
+    ///
+    /// ```
+    /// assert_eq!(nephroid::Budget::work(1 << 20).work, Some(1_048_576));
+    /// ```
     pub fn work(work: u64) -> Self {
         Self {
             work: Some(work),
@@ -46,6 +58,13 @@ impl Budget {
     }
 
     /// A budget that ends after so much time.
+    ///
+    /// # Example: a minute
+    ///
+    /// ```
+    /// let minute = std::time::Duration::from_secs(60);
+    /// assert_eq!(nephroid::Budget::time(minute).time, Some(minute));
+    /// ```
     pub fn time(time: Duration) -> Self {
         Self {
             time: Some(time),
@@ -54,6 +73,15 @@ impl Budget {
     }
 
     /// These limits, and those of `other` for what has none here.
+    ///
+    /// # Example: a limit on work beside one on the error
+    ///
+    /// ```
+    /// use nephroid::Budget;
+    ///
+    /// let both = Budget::error(0.01).or(Budget::work(1 << 20));
+    /// assert_eq!((both.relative_error, both.work), (Some(0.01), Some(1 << 20)));
+    /// ```
     #[must_use]
     pub fn or(self, other: Self) -> Self {
         Self {

@@ -7,7 +7,19 @@ use crate::radiometry::Rgb;
 impl Estimate {
     /// Its layers as channels, in its unit, without metadata: `E` (of a camera `L`), `LD`, `LRD`, ..., each
     /// with `.R .G .B` and `.stderr.R .stderr.G .stderr.B`; of methods with bounds `.lo.R` ... and `.hi.R`
-    /// ... instead, or both where they draw lots, too.
+    /// ... instead, or both if they also draw at random.
+    ///
+    /// # Example: names of the channels
+    ///
+    /// ```
+    /// # let scene = nephroid::load("scenes/glass-ball.xml".as_ref(), &[("size", "8")])?;
+    /// # let sensor = &scene.sensors()[0];
+    /// # let method = nephroid::Method::new("closed-form", &Default::default())?.with("max-depth", "3")?;
+    /// # let rendering = method.run(&scene, sensor, &Default::default(), &Default::default())?;
+    /// let image = rendering.estimate.channels();
+    /// assert!(image.channel("LTTD.R").is_some() && image.channel("LTTD.hi.R").is_some());
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn channels(&self) -> Image {
         let mut image = Image::new(self.width, self.height);
         for layer in std::iter::once(&self.total).chain(&self.layers) {

@@ -6,6 +6,20 @@ use serde::ser::SerializeMap;
 use serde::{Deserialize, Serialize, Serializer};
 
 /// Work of one kind, counted.
+///
+/// # Example: photons of a run
+///
+/// ```
+/// # use nephroid::{Budget, Context, Method};
+/// # let scene = nephroid::load("scenes/glass-ball.xml".as_ref(), &[("size", "8")])?;
+/// # let sensor = &scene.sensors()[0];
+/// # let method = Method::new("photons", &Default::default())?;
+/// # let rendering = method.run(&scene, sensor, &Budget::work(4096), &Context::default())?;
+/// let is_photons = |counter: &&nephroid::Counter| counter.name == "photons";
+/// let photons = rendering.counters.iter().find(is_photons).unwrap();
+/// assert_eq!(photons.count, 4096);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Counter {
     /// The kind, in the plural: `rays`, `photons`, `fragments`, ...
@@ -26,6 +40,22 @@ impl Counter {
 }
 
 /// Counted work by name, in the order in which the kinds were first counted.
+///
+/// # Example: the work of a whole frame
+///
+/// ```
+/// # let scene = nephroid::load("scenes/glass-ball.xml".as_ref(), &[("size", "8")])?;
+/// # let sensor = &scene.sensors()[0];
+/// # let map = nephroid::Method::new("caustic-map", &Default::default())?;
+/// # let map = map.with("photons", "16")?.with("map", "16")?;
+/// # let rendering = map.run(&scene, sensor, &Default::default(), &Default::default())?;
+/// let mut frame = std::collections::BTreeMap::new();
+/// for (kind, count) in rendering.stages.iter().flat_map(|stage| stage.work.iter()) {
+///     *frame.entry(kind).or_insert(0) += count;
+/// }
+/// assert!(!frame.is_empty());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Counters(Vec<(&'static str, u64)>);
 
@@ -50,6 +80,13 @@ impl Counters {
     }
 
     /// The count of a kind; 0 if it was never done.
+    ///
+    /// # Example: work that was never done
+    ///
+    /// ```
+    /// let counters = nephroid::Counters::default();
+    /// assert_eq!(counters.get("rays"), 0);
+    /// ```
     pub fn get(&self, name: &str) -> u64 {
         let found = self.0.iter().find(|(known, _)| *known == name);
         found.map_or(0, |(_, count)| *count)
@@ -88,6 +125,20 @@ impl Serialize for Counters {
 }
 
 /// Work of one stage of a technique.
+///
+/// # Example: the slowest stage of a technique
+///
+/// ```
+/// # let scene = nephroid::load("scenes/glass-ball.xml".as_ref(), &[("size", "8")])?;
+/// # let sensor = &scene.sensors()[0];
+/// # let map = nephroid::Method::new("caustic-map", &Default::default())?;
+/// # let map = map.with("photons", "16")?.with("map", "16")?;
+/// # let rendering = map.run(&scene, sensor, &Default::default(), &Default::default())?;
+/// let by_time = |a: &&nephroid::StageWork, b: &&nephroid::StageWork| a.seconds.total_cmp(&b.seconds);
+/// let slowest = rendering.stages.iter().max_by(by_time).unwrap();
+/// assert!(slowest.seconds >= rendering.stages[0].seconds);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct StageWork {
     /// The stage.

@@ -9,6 +9,19 @@ use crate::transport::path_class::PathClass;
 use crate::transport::signature::Signature;
 
 /// What a sensor measures.
+///
+/// # Example: numbers with their unit
+///
+/// ```
+/// # let scene = nephroid::load("scenes/glass-ball.xml".as_ref(), &[("size", "8")])?;
+/// # let sensor = &scene.sensors()[0];
+/// # let method = nephroid::Method::new("closed-form", &Default::default())?.with("max-depth", "3")?;
+/// # let rendering = method.run(&scene, sensor, &Default::default(), &Default::default())?;
+/// let quantity = rendering.estimate.quantity;
+/// println!("{} {:.3} {}", quantity.name(), rendering.estimate.total.range().mean, quantity.unit());
+/// assert_eq!(quantity.unit(), "W/m²");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Quantity {
@@ -37,6 +50,13 @@ impl Quantity {
     }
 
     /// Its letter, which is the name of a file's layer of all light.
+    ///
+    /// # Example: the channel of all light in a file
+    ///
+    /// ```
+    /// let name = format!("{}.R", nephroid::Quantity::Radiance.symbol());
+    /// assert_eq!(name, "L.R");
+    /// ```
     pub fn symbol(self) -> &'static str {
         match self {
             Self::Irradiance => "E",
@@ -46,6 +66,20 @@ impl Quantity {
 }
 
 /// A map of irradiance or radiance with its error bar, layer by layer.
+///
+/// # Example: the texel in column 3 of row 5
+///
+/// ```
+/// # let scene = nephroid::load("scenes/glass-ball.xml".as_ref(), &[("size", "8")])?;
+/// # let sensor = &scene.sensors()[0];
+/// # let method = nephroid::Method::new("closed-form", &Default::default())?.with("max-depth", "3")?;
+/// # let rendering = method.run(&scene, sensor, &Default::default(), &Default::default())?;
+/// let estimate = &rendering.estimate;
+/// let texel = 5 * estimate.width + 3;
+/// println!("{:.3} {}", estimate.total.values[texel].mean(), estimate.quantity.unit());
+/// assert_eq!(estimate.total.values.len(), estimate.width * estimate.height);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Estimate {
     /// What is measured.
@@ -76,6 +110,23 @@ pub struct Estimate {
 }
 
 /// A map of one kind of light, in its estimate's quantity: irradiance, or radiance towards a camera.
+///
+/// # Example: a caustic with its error bars
+///
+/// ```
+/// # use nephroid::{Budget, Context, Method};
+/// # let scene = nephroid::load("scenes/glass-ball.xml".as_ref(), &[("size", "8")])?;
+/// # let sensor = &scene.sensors()[0];
+/// # let method = Method::new("photons", &Default::default())?;
+/// # let rendering = method.run(&scene, sensor, &Budget::work(4096), &Context::default())?;
+/// let layers = &rendering.estimate.layers;
+/// let caustic = layers.iter().find(|layer| layer.name.to_string() == "LTTD").unwrap();
+/// for (value, error) in caustic.values.iter().zip(&caustic.standard_error) {
+///     println!("{:.3} ± {:.3} W/m²", value.mean(), error.mean());
+/// }
+/// assert!(caustic.interval.is_none(), "photons have no bounds");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Layer {
     /// Which kind.
@@ -91,6 +142,20 @@ pub struct Layer {
 
 /// Bounds of a layer, texel by texel: `low` ≤ truth ≤ `high`, as far as the method can know. The
 /// layer's own value lies between them, too.
+///
+/// # Example: bounds of every texel
+///
+/// ```
+/// # let scene = nephroid::load("scenes/glass-ball.xml".as_ref(), &[("size", "8")])?;
+/// # let sensor = &scene.sensors()[0];
+/// # let method = nephroid::Method::new("closed-form", &Default::default())?.with("max-depth", "3")?;
+/// # let rendering = method.run(&scene, sensor, &Default::default(), &Default::default())?;
+/// let total = &rendering.estimate.total;
+/// let bounds = total.interval.as_ref().unwrap();
+/// assert!(bounds.low[0].mean() <= total.values[0].mean());
+/// assert!(total.values[0].mean() <= bounds.high[0].mean());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, Default)]
 pub struct Interval {
     /// Lower bounds, at least 0.
@@ -111,6 +176,19 @@ impl Interval {
 }
 
 /// A kind of light.
+///
+/// # Example: the light that crosses the ball
+///
+/// ```
+/// # let scene = nephroid::load("scenes/glass-ball.xml".as_ref(), &[("size", "8")])?;
+/// # let sensor = &scene.sensors()[0];
+/// # let method = nephroid::Method::new("closed-form", &Default::default())?.with("max-depth", "3")?;
+/// # let rendering = method.run(&scene, sensor, &Default::default(), &Default::default())?;
+/// let name = nephroid::LayerName::Path("LTTD".parse()?);
+/// let layer = rendering.estimate.layers.iter().find(|layer| layer.name == name);
+/// assert!(layer.is_some());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LayerName {
     /// The sum of all layers: `E` (in files of a camera `L`).
@@ -138,6 +216,15 @@ impl Estimate {
 
 impl LayerName {
     /// The layer's name where `quantity` was measured.
+    ///
+    /// # Example: the channels of all light
+    ///
+    /// ```
+    /// use nephroid::{LayerName, Quantity};
+    ///
+    /// assert_eq!(LayerName::Total.of(Quantity::Irradiance), "E");
+    /// assert_eq!(LayerName::Total.of(Quantity::Radiance), "L");
+    /// ```
     pub fn of(self, quantity: Quantity) -> String {
         match self {
             Self::Total => quantity.symbol().to_owned(),
@@ -215,12 +302,35 @@ impl Layer {
     }
 
     /// Whether nothing is known of some texel.
+    ///
+    /// # Example: a layer that can be trusted everywhere
+    ///
+    /// ```
+    /// # let scene = nephroid::load("scenes/glass-ball.xml".as_ref(), &[("size", "8")])?;
+    /// # let sensor = &scene.sensors()[0];
+    /// # let method = nephroid::Method::new("closed-form", &Default::default())?.with("max-depth", "3")?;
+    /// # let rendering = method.run(&scene, sensor, &Default::default(), &Default::default())?;
+    /// assert!(!rendering.estimate.total.is_unknown());
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn is_unknown(&self) -> bool {
         self.values.iter().any(|value| value.mean().is_nan())
     }
 
     /// Smallest, mean and largest value over all texels, channels averaged; NaN where nothing is
     /// known of some texel.
+    ///
+    /// # Example: the contrast of a caustic
+    ///
+    /// ```
+    /// # let scene = nephroid::load("scenes/glass-ball.xml".as_ref(), &[("size", "8")])?;
+    /// # let sensor = &scene.sensors()[0];
+    /// # let method = nephroid::Method::new("closed-form", &Default::default())?.with("max-depth", "3")?;
+    /// # let rendering = method.run(&scene, sensor, &Default::default(), &Default::default())?;
+    /// let range = rendering.estimate.total.range();
+    /// assert!(range.max > 5.0 * range.mean);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn range(&self) -> Range {
         if self.is_unknown() {
             return Range {
@@ -246,6 +356,23 @@ impl Layer {
 
     /// √(mean σ²) / mean E over the texels with E > 0, channels averaged; `None` where there
     /// are none. Of a layer with bounds, σ is half their distance.
+    ///
+    /// # Example: the error bar of each layer
+    ///
+    /// ```
+    /// # use nephroid::{Budget, Context, Method};
+    /// # let scene = nephroid::load("scenes/glass-ball.xml".as_ref(), &[("size", "8")])?;
+    /// # let sensor = &scene.sensors()[0];
+    /// # let method = Method::new("photons", &Default::default())?;
+    /// # let rendering = method.run(&scene, sensor, &Budget::work(4096), &Context::default())?;
+    /// for layer in &rendering.estimate.layers {
+    ///     if let Some(error) = layer.relative_error() {
+    ///         println!("{}: ± {:.1} %", layer.name, 100.0 * error);
+    ///     }
+    /// }
+    /// assert!(rendering.estimate.total.relative_error().unwrap() < 0.1);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn relative_error(&self) -> Option<f64> {
         if let Some(Interval { low, high }) = &self.interval {
             let bars = low
@@ -264,6 +391,18 @@ impl Layer {
 }
 
 /// Smallest, mean and largest of a map.
+///
+/// # Example: smallest, mean and largest
+///
+/// ```
+/// # let scene = nephroid::load("scenes/glass-ball.xml".as_ref(), &[("size", "8")])?;
+/// # let sensor = &scene.sensors()[0];
+/// # let method = nephroid::Method::new("closed-form", &Default::default())?.with("max-depth", "3")?;
+/// # let rendering = method.run(&scene, sensor, &Default::default(), &Default::default())?;
+/// let nephroid::Range { min, mean, max } = rendering.estimate.total.range();
+/// assert!(min < mean && mean < max);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Range {
     /// Smallest.

@@ -10,6 +10,20 @@ use crate::transport::chain_limits::left_out_of_image;
 
 impl Rendering {
     /// Warnings of the scene and of the run, and of light that the method does not model.
+    ///
+    /// # Example: warnings in a log
+    ///
+    /// ```
+    /// # let scene = nephroid::load("scenes/glass-ball.xml".as_ref(), &[("size", "8")])?;
+    /// # let sensor = &scene.sensors()[0];
+    /// # let method = nephroid::Method::new("closed-form", &Default::default())?.with("max-depth", "3")?;
+    /// # let rendering = method.run(&scene, sensor, &Default::default(), &Default::default())?;
+    /// for warning in rendering.all_warnings(&scene) {
+    ///     eprintln!("warning: {warning}");
+    /// }
+    /// # assert!(rendering.all_warnings(&scene).is_empty());
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn all_warnings(&self, scene: &Scene) -> Vec<String> {
         let of_scene = scene.warnings().iter().map(ToString::to_string);
         let mut all: Vec<String> = of_scene.chain(self.warnings.iter().cloned()).collect();
@@ -29,6 +43,20 @@ impl Rendering {
     /// All layers as channels, with their description as attributes: `E` (of a camera `L`), `LD`, `LRD`, ...,
     /// each with `.R .G .B` and `.stderr.R .stderr.G .stderr.B`, or with bounds `.lo.R` ... and `.hi.R` ...;
     /// further maps.
+    ///
+    /// # Example: values as f32, by name
+    ///
+    /// ```
+    /// # let scene = nephroid::load("scenes/glass-ball.xml".as_ref(), &[("size", "8")])?;
+    /// # let sensor = &scene.sensors()[0];
+    /// # let method = nephroid::Method::new("closed-form", &Default::default())?.with("max-depth", "3")?;
+    /// # let rendering = method.run(&scene, sensor, &Default::default(), &Default::default())?;
+    /// let image = rendering.image(&scene);
+    /// assert_eq!((image.width, image.height), (8, 8));
+    /// assert_eq!(image.metadata("unit"), Some("W/m²"));
+    /// assert!(image.channel("E.R").is_some());
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn image(&self, scene: &Scene) -> Image {
         let estimate = &self.estimate;
         let mut image = estimate.channels();

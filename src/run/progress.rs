@@ -41,6 +41,24 @@ impl Progress {
     }
 
     /// Work done, in the [`unit`](Self::unit).
+    ///
+    /// # Example: a percentage
+    ///
+    /// ```
+    /// # use nephroid::{Budget, Context, Method};
+    /// # let scene = nephroid::load("scenes/glass-ball.xml".as_ref(), &[("size", "8")])?;
+    /// # let sensor = &scene.sensors()[0];
+    /// # let method = Method::new("photons", &Default::default())?;
+    /// # let context = Context::default();
+    /// # let rendering = method.run(&scene, sensor, &Budget::work(4096), &context)?;
+    /// // Another thread can ask while the run goes on.
+    /// let progress = &context.progress;
+    /// if let Some(expected) = progress.expected() {
+    ///     println!("{} of {expected} {}", progress.done(), progress.unit());
+    /// }
+    /// assert_eq!((progress.done(), progress.unit()), (4096, "photons"));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn done(&self) -> u64 {
         self.done.load(Ordering::Relaxed)
     }

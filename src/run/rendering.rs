@@ -8,6 +8,22 @@ use super::{Counter, Estimate, Light, StageWork};
 use crate::radiometry::Rgb;
 
 /// The result of a run: an estimate with everything that is known beside it.
+///
+/// # Example: everything beside the values
+///
+/// ```
+/// # use nephroid::{Budget, Context, Method};
+/// # let scene = nephroid::load("scenes/glass-ball.xml".as_ref(), &[("size", "8")])?;
+/// # let sensor = &scene.sensors()[0];
+/// # let method = Method::new("photons", &Default::default())?;
+/// # let rendering = method.run(&scene, sensor, &Budget::work(4096), &Context::default())?;
+/// for warning in &rendering.warnings {
+///     eprintln!("warning: {warning}");
+/// }
+/// println!("{} {}", rendering.estimate.paths, rendering.unit);
+/// assert_eq!(rendering.replicates, Some(32));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Rendering {
     /// Values with error bars, layer by layer.

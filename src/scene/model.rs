@@ -9,6 +9,17 @@ use super::{
 use crate::geometry::World;
 
 /// An immutable, validated scene.
+///
+/// # Example: the sensors of a file
+///
+/// ```
+/// let scene = nephroid::load("scenes/glass-ball.xml".as_ref(), &[("size", "8")])?;
+/// for sensor in scene.sensors() {
+///     println!("{}: {} of {:?}", sensor.id, sensor.plugin(), sensor.size());
+/// }
+/// assert_eq!(scene.sensors()[0].id, "floor");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug)]
 pub struct Scene {
     path: PathBuf,
@@ -68,6 +79,16 @@ impl Scene {
     }
 
     /// A hash over everything the scene was read from.
+    ///
+    /// # Example: a name for results that can be kept
+    ///
+    /// ```
+    /// # let scene = nephroid::load("scenes/glass-ball.xml".as_ref(), &[("size", "8")])?;
+    /// # let sensor = &scene.sensors()[0];
+    /// let other = nephroid::load("scenes/glass-ball.xml".as_ref(), &[("size", "16")])?;
+    /// assert_ne!(scene.content_hash(), other.content_hash());
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn content_hash(&self) -> &str {
         &self.content_hash
     }
@@ -124,6 +145,15 @@ impl Scene {
     }
 
     /// All sensors, in the file's order.
+    ///
+    /// # Example: the camera
+    ///
+    /// ```
+    /// let scene = nephroid::load("scenes/glass-ball.xml".as_ref(), &[])?;
+    /// let camera = scene.sensors().iter().find(|sensor| sensor.plugin() == "perspective");
+    /// assert_eq!(camera.map(|camera| camera.id.as_str()), Some("camera"));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn sensors(&self) -> &[Sensor] {
         &self.sensors
     }

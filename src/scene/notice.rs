@@ -4,6 +4,13 @@ use std::fmt;
 use std::path::PathBuf;
 
 /// A place in a file.
+///
+/// # Example: the line to correct
+///
+/// ```
+/// let error = nephroid::load("scenes/glass-ball.xml".as_ref(), &[("size", "x")]).unwrap_err();
+/// assert!(error.at.file.ends_with("glass-ball.xml") && error.at.line > 1);
+/// ```
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct SourcePosition {
     /// The file, as it was opened.
@@ -25,6 +32,18 @@ impl fmt::Display for SourcePosition {
 }
 
 /// An oddity that does not stop a run, but belongs in its report.
+///
+/// # Example: all warnings of a file
+///
+/// ```
+/// # let scene = nephroid::load("scenes/glass-ball.xml".as_ref(), &[("size", "8")])?;
+/// # let sensor = &scene.sensors()[0];
+/// for warning in scene.warnings() {
+///     println!("{warning}");
+/// }
+/// assert!(scene.warnings().is_empty());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct Warning {
     /// The place, if it is known.

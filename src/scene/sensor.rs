@@ -7,6 +7,15 @@ use crate::film::ReconstructionFilter;
 use crate::geometry::Transform;
 
 /// A place where light is measured, and the grid it is measured on.
+///
+/// # Example: the size of the maps
+///
+/// ```
+/// # let scene = nephroid::load("scenes/glass-ball.xml".as_ref(), &[("size", "8")])?;
+/// # let sensor = &scene.sensors()[0];
+/// assert_eq!((sensor.plugin(), sensor.size()), ("irradiancemeter", [8, 8]));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sensor {
     /// The file's `id`, or one made from the kind and a number.

@@ -1,6 +1,13 @@
 //! Errors about names that do not exist and values that are not allowed.
 
 /// A name that does not exist, or a value that a setting cannot have.
+///
+/// # Example: a slip in a name
+///
+/// ```
+/// let error = nephroid::Method::new("foton", &Default::default()).unwrap_err();
+/// assert!(error.to_string().starts_with("no method is called \"foton\""));
+/// ```
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SettingError {
     /// No such name.

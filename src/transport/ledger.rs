@@ -39,6 +39,20 @@ impl Fate {
 }
 
 /// The flux that ended after one sequence of events, by fate \[W\].
+///
+/// # Example: flux through the ball
+///
+/// ```
+/// # use nephroid::{Budget, Context, Method};
+/// # let scene = nephroid::load("scenes/glass-ball.xml".as_ref(), &[("size", "8")])?;
+/// # let sensor = &scene.sensors()[0];
+/// # let method = Method::new("photons", &Default::default())?;
+/// # let rendering = method.run(&scene, sensor, &Budget::work(4096), &Context::default())?;
+/// let row = rendering.estimate.ledger.rows[&"LTTD".parse()?];
+/// assert!(row.received.mean() > 30.0, "watts on the floor");
+/// assert!(row.total().mean() >= row.received.mean());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 pub struct FluxByFate {
     /// Flux received in a texel of the sensor.
@@ -76,6 +90,22 @@ impl FluxByFate {
 ///
 /// `emitted + shading_gain = Σ rows` to rounding, per channel. `shading_gain` is zero unless adjoint shading
 /// normals scale flux.
+///
+/// # Example: all light is accounted for
+///
+/// ```
+/// # use nephroid::{Budget, Context, Method};
+/// # let scene = nephroid::load("scenes/glass-ball.xml".as_ref(), &[("size", "8")])?;
+/// # let sensor = &scene.sensors()[0];
+/// # let method = Method::new("photons", &Default::default())?;
+/// # let rendering = method.run(&scene, sensor, &Budget::work(4096), &Context::default())?;
+/// let ledger = &rendering.estimate.ledger;
+/// for (signature, flux) in &ledger.rows {
+///     println!("{signature:>8} {:8.3} W received", flux.received.mean());
+/// }
+/// assert!(ledger.closure_error().unwrap() < 1e-12);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Ledger {
     /// Flux that photons left their emitters with.
@@ -95,6 +125,20 @@ pub struct Ledger {
 
 impl Ledger {
     /// Flux by fate over all signatures \[W\].
+    ///
+    /// # Example: flux that left the scene
+    ///
+    /// ```
+    /// # use nephroid::{Budget, Context, Method};
+    /// # let scene = nephroid::load("scenes/glass-ball.xml".as_ref(), &[("size", "8")])?;
+    /// # let sensor = &scene.sensors()[0];
+    /// # let method = Method::new("photons", &Default::default())?;
+    /// # let rendering = method.run(&scene, sensor, &Budget::work(4096), &Context::default())?;
+    /// let ledger = &rendering.estimate.ledger;
+    /// let escaped = ledger.sum().escaped.mean() / ledger.emitted.mean();
+    /// assert!(escaped > 0.05 && escaped < 0.5);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn sum(&self) -> FluxByFate {
         let mut sum = self.other;
         for row in self.rows.values() {
@@ -111,6 +155,18 @@ impl Ledger {
     /// was emitted.
     ///
     /// `None` if part of the flux is known by difference, since the balance then closes by definition.
+    ///
+    /// # Example: a test of a scene
+    ///
+    /// ```
+    /// # use nephroid::{Budget, Context, Method};
+    /// # let scene = nephroid::load("scenes/glass-ball.xml".as_ref(), &[("size", "8")])?;
+    /// # let sensor = &scene.sensors()[0];
+    /// # let method = Method::new("photons", &Default::default())?;
+    /// # let rendering = method.run(&scene, sensor, &Budget::work(4096), &Context::default())?;
+    /// assert!(rendering.estimate.ledger.closure_error().is_some_and(|error| error < 1e-12));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn closure_error(&self) -> Option<f64> {
         if self.elsewhere.is_some() {
             return None;

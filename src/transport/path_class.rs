@@ -25,6 +25,14 @@
 use std::fmt;
 
 /// The class of a light path; see the [table](self).
+///
+/// # Example: the names of the layers of `full`
+///
+/// ```
+/// let names = nephroid::PathClass::ALL.map(|class| class.name());
+/// assert_eq!(names[2], "caustic");
+/// assert_eq!(nephroid::PathClass::SeenCaustic.to_string(), "caustic-sds");
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum PathClass {

@@ -7,6 +7,16 @@ use std::str::FromStr;
 pub const MAX_EVENTS: usize = 127;
 
 /// One specular event.
+///
+/// # Example: mirror or glass
+///
+/// ```
+/// use nephroid::{Event, Signature};
+///
+/// let path: Signature = "LRTD".parse()?;
+/// assert_eq!(path.events().next(), Some(Event::Reflection));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Event {
     /// Mirror reflection, total internal reflection included: `R`.
@@ -20,6 +30,18 @@ pub enum Event {
 /// Passing a `null` surface or the open part of a mask is no event.
 ///
 /// Signatures are ordered by length, then letter by letter with R before T.
+///
+/// # Example: from text, and in order
+///
+/// ```
+/// use nephroid::Signature;
+///
+/// let mut paths: Vec<Signature> = vec!["LTTD".parse()?, "LD".parse()?, "LRD".parse()?];
+/// paths.sort();
+/// assert_eq!(paths[0], Signature::DIRECT);
+/// assert_eq!((paths[2].to_string(), paths[2].len()), ("LTTD".to_owned(), 2));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Signature {
     /// A leading one, then one bit an event, the first event first: 1 is a transmission. As a number it grows
@@ -63,6 +85,17 @@ impl Signature {
     }
 
     /// The events from the emitter on.
+    ///
+    /// # Example: the number of reflections
+    ///
+    /// ```
+    /// use nephroid::{Event, Signature};
+    ///
+    /// let path: Signature = "LTRTD".parse()?;
+    /// let reflections = path.events().filter(|event| *event == Event::Reflection);
+    /// assert_eq!(reflections.count(), 1);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn events(self) -> impl Iterator<Item = Event> {
         (0..self.len()).rev().map(move |place| {
             if self.code >> place & 1 == 1 {
@@ -109,6 +142,13 @@ impl fmt::Display for Signature {
 }
 
 /// Text that names no path.
+///
+/// # Example: a letter that is no event
+///
+/// ```
+/// let error = "LXD".parse::<nephroid::Signature>().unwrap_err();
+/// assert!(error.to_string().contains("letters R or T"));
+/// ```
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("\"{0}\" is no path signature: L, then up to {MAX_EVENTS} letters R or T, then D")]
 pub struct SignatureError(String);

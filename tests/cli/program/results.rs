@@ -183,7 +183,10 @@ fn a_caustic_behind_a_pane_is_written_with_its_bias() {
     assert!(image.channel("LTTD.G").is_none());
     // Photons cannot be connected through the pane; and what is for maps is for nothing else.
     for (more, expected) in [
-        (&["--method", "photons", "--radius", "2"][..], "\"--radius\""),
+        (
+            &["--method", "photons", "--radius", "2"][..],
+            "\"--radius\"",
+        ),
         (&["--method", "beams", "--seen", "anyhow"], "\"--seen\""),
         (&["--method", "photon-map", "--radius=-1"], "radius"),
     ] {
