@@ -137,7 +137,7 @@ pub(super) fn load(args: &SceneArgs) -> anyhow::Result<Scene> {
 ///
 /// # Errors
 ///
-/// If a file cannot be written.
+/// Where a file cannot be written.
 pub(super) fn finish(run: &Run, path: &Path, json: bool) -> anyhow::Result<()> {
     let mut summary = Summary::of(run);
     let files = output::write(run, &summary, path)?;
@@ -162,7 +162,7 @@ fn write_shard(part: &Part, path: &Path) -> anyhow::Result<()> {
 ///
 /// # Errors
 ///
-/// If the file is missing or no shard.
+/// Where the file is missing or no shard.
 pub(super) fn read_shard(path: &Path) -> anyhow::Result<Part> {
     let place = || path.display().to_string();
     let file = File::open(path).with_context(place)?;
@@ -173,7 +173,7 @@ pub(super) fn read_shard(path: &Path) -> anyhow::Result<Part> {
 ///
 /// # Errors
 ///
-/// If they cannot be started.
+/// Where they cannot be started.
 pub(super) fn set_threads(threads: Option<u16>) -> anyhow::Result<()> {
     if let Some(threads) = threads {
         rayon::ThreadPoolBuilder::new()

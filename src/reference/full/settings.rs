@@ -1,4 +1,4 @@
-//! Settings of a run of all methods.
+//! What a run of all methods is asked to do.
 
 use std::time::Duration;
 
@@ -11,16 +11,16 @@ use crate::transport::path_class::PathClass;
 use crate::transport::scatter::ShadingNormals;
 use crate::transport::signature::MAX_EVENTS;
 
-/// Settings of all methods, for one image.
+/// The settings of all methods, one scene's light in mind.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct FullSettings {
-    /// Settings of paths. Their classes are ignored: the [plan](super::Plan) chooses them.
+    /// Of paths. Its classes are not looked at: the [plan](super::Plan) says which they are.
     pub path: PathSettings,
-    /// Settings of photons that are connected to the camera.
+    /// Of photons that are connected to the camera.
     pub photons: PhotonSettings,
-    /// Settings of photon maps; the plan chooses the caustics that they measure.
+    /// Of photon maps; which caustics they measure is the plan's.
     pub photon_map: PhotonMapSettings,
-    /// Settings of beams.
+    /// Of beams.
     pub beams: BeamSettings,
     /// The most connected photons, and the most photons of maps. The budget's work is samples of paths.
     #[serde(skip)]
@@ -46,8 +46,8 @@ impl Default for FullSettings {
 const SEED_STEP: u64 = 1 << 62;
 
 impl FullSettings {
-    /// The same settings, made to agree on one image: depth and seed as those of its paths, and shading normals whose
-    /// effect on flux is that of paths from a camera on radiance. Layers are classes: no signature has one.
+    /// The same with what one image asks of all: the depth and the seed of its paths, and shading normals
+    /// that do to flux what paths from a camera do to radiance. Layers are classes, so that none is given to signatures.
     #[must_use]
     pub fn agreeing(mut self) -> Self {
         let seed = |step: u64| self.path.seed.wrapping_add(step.wrapping_mul(SEED_STEP));
@@ -73,7 +73,7 @@ impl FullSettings {
         self
     }
 
-    /// Settings of photon maps for a class.
+    /// Those of photon maps of a class.
     pub(super) fn map_of(&self, class: PathClass) -> PhotonMapSettings {
         let seen = if class == PathClass::Caustic {
             Seen::Directly
