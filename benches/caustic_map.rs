@@ -49,7 +49,7 @@ fn main() {
         let before = cpu_seconds();
         let mut frames: Vec<_> = (0..FRAMES).map(|_| rendered(&map, &scene)).collect();
         let cpu = (cpu_seconds() - before) / FRAMES as f64;
-        frames.sort_by(|a, b| a.frame_time.cmp(&b.frame_time));
+        frames.sort_by_key(|frame| frame.frame_time);
         let frame = &frames[FRAMES / 2];
         let stage = |name: &str| {
             let found = frame.stages.iter().find(|stage| stage.name == name);

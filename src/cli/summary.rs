@@ -202,13 +202,15 @@ impl fmt::Display for Summary {
             let (seconds, threads) = (timing.seconds, timing.threads);
             match (self.started, self.counters.rays) {
                 ((0, _), 0) => {
-                    writeln!(out, "nothing traced, {seconds:.2} s on {threads} threads")?
+                    writeln!(out, "nothing traced, {seconds:.2} s on {threads} threads")?;
                 }
-                ((started, unit), rays) => writeln!(
-                    out,
-                    "{started} {unit}, {rays} rays in {seconds:.2} s on {threads} threads: {:.2} M rays/s",
-                    timing.rays_per_second / 1e6
-                )?,
+                ((started, unit), rays) => {
+                    let rate = timing.rays_per_second / 1e6;
+                    writeln!(
+                        out,
+                        "{started} {unit}, {rays} rays in {seconds:.2} s on {threads} threads: {rate:.2} M rays/s"
+                    )?;
+                }
             }
         }
         for line in &self.lines {

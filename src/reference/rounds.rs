@@ -11,6 +11,10 @@ use crate::run::{Budget, Error, Progress};
 pub trait Rounds {
     /// Traces round `number`, with so much work `each`, and adds it to the rounds before. Returns false if it was
     /// ended before all replicates were through.
+    ///
+    /// # Errors
+    ///
+    /// If numbers cannot be summed.
     fn trace(&mut self, number: u64, each: u64, deadline: Option<Instant>) -> Result<bool, Error>;
 
     /// Work that each replicate has done.

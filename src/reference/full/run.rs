@@ -160,7 +160,7 @@ impl Run<'_> {
             classes,
             ..self.settings.path
         };
-        let budget = self.settings.budget_of_paths(self.budget, time);
+        let budget = FullSettings::budget_of_paths(self.budget, time);
         let (estimate, report) =
             path::run(self.scene, self.sensor, settings, &budget, self.progress)?;
         let replicates = u64::from(settings.replicates).min(report.samples) as u32;
@@ -169,7 +169,7 @@ impl Run<'_> {
     }
 
     fn by_beams(&self, class: PathClass, time: Option<Duration>) -> Result<Part, Error> {
-        let budget = self.settings.budget_of_beams(self.budget, time);
+        let budget = FullSettings::budget_of_beams(self.budget, time);
         let settings = self.settings.beams;
         let (estimate, report) =
             beams::run(self.scene, self.sensor, settings, &budget, self.progress)?;

@@ -98,7 +98,7 @@ pub const DEFAULT_BEAM_ERROR: f64 = 1e-2;
 
 impl FullSettings {
     /// The limits of the part by paths, for its share of the time.
-    pub(super) fn budget_of_paths(&self, budget: &Budget, time: Option<Duration>) -> Budget {
+    pub(super) fn budget_of_paths(budget: &Budget, time: Option<Duration>) -> Budget {
         Budget { time, ..*budget }
     }
 
@@ -112,7 +112,7 @@ impl FullSettings {
     }
 
     /// The limits of the part by beams.
-    pub(super) fn budget_of_beams(&self, budget: &Budget, time: Option<Duration>) -> Budget {
+    pub(super) fn budget_of_beams(budget: &Budget, time: Option<Duration>) -> Budget {
         let default = time.is_none().then_some(DEFAULT_BEAM_ERROR);
         Budget {
             relative_error: budget.relative_error.or(default),
@@ -156,12 +156,8 @@ mod tests {
 
     #[test]
     fn beams_have_an_aim_unless_time_or_error_is_limited() {
-        let settings = FullSettings::default();
-        let aim = |budget: Budget| {
-            settings
-                .budget_of_beams(&budget, budget.time)
-                .relative_error
-        };
+        let aim =
+            |budget: Budget| FullSettings::budget_of_beams(&budget, budget.time).relative_error;
         assert_eq!(aim(Budget::default()), Some(0.01));
         let timed = Budget::time(Duration::from_secs(1));
         assert_eq!(aim(timed), None);

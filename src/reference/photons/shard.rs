@@ -169,6 +169,10 @@ impl Setup<'_> {
 }
 
 /// Refuses budgets whose number of photons is not known beforehand.
+///
+/// # Errors
+///
+/// If time or error is limited.
 pub fn check_budget(budget: &Budget) -> Result<(), Refusal> {
     if budget.is_work_only() {
         return Ok(());
