@@ -321,6 +321,7 @@ impl Method {
     }
 
     /// The key of the limit on work, in the method's own unit.
+    #[cfg(feature = "cli")]
     pub(crate) fn work_key(&self) -> Option<&'static str> {
         self.entry.work_key()
     }

@@ -62,6 +62,7 @@ pub struct Significance {
     /// The test that no texel differs, all tests taken together.
     pub family: JointTest,
     /// True if bounds took part.
+    #[doc(hidden)]
     pub has_bounds: bool,
 }
 

@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 ///     time: Some(Duration::from_secs(10)),
 ///     ..nephroid::Budget::error(0.005)
 /// };
-/// assert!(!budget.is_work_only());
+/// assert_eq!(budget.relative_error, Some(0.005));
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Budget {
@@ -92,6 +92,7 @@ impl Budget {
     }
 
     /// True if the amount of work is known beforehand: neither time nor error ends the run.
+    #[doc(hidden)]
     pub fn is_work_only(&self) -> bool {
         self.time.is_none() && self.relative_error.is_none()
     }

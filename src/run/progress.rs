@@ -78,6 +78,7 @@ impl Progress {
     }
 
     /// The pass of beams under way, from 1; `None` for other methods.
+    #[doc(hidden)]
     pub fn pass(&self) -> Option<u64> {
         let pass = self.passes.load(Ordering::Relaxed);
         (pass > 0).then_some(pass)
