@@ -19,7 +19,7 @@ fn load(name: &str) -> Scene {
     mitsuba::load(&path, &[]).unwrap()
 }
 
-/// Whether a ray meets a specular surface, looking through nothing but null surfaces.
+/// True if a ray meets a specular surface, looking through nothing but null surfaces.
 fn meets_specular(scene: &Scene, ray: &nephroid::geometry::Ray) -> bool {
     let mut counters = TraversalCounters::default();
     let mut ray = *ray;
