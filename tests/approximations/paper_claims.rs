@@ -1,4 +1,4 @@
-//! What Wyman and Dachsbacher 2006 claim of their splats, as inequalities on errors measured against the
+//! Claims of Wyman and Dachsbacher 2006 about their splats, as inequalities on errors measured against the
 //! truth.
 //!
 //! Only the splat varies: refraction, hits, flux and Fresnel are exact, maps have 512² texels, and look-ups
@@ -137,7 +137,7 @@ impl Frames {
         (squares / lit).sqrt() / (self.mean.iter().sum::<f64>() / lit)
     }
 
-    /// How uneven the noise is: standard deviation over mean of the noise in squares of 16 texels, each
+    /// Unevenness of the noise: standard deviation over mean of the noise in squares of 16 texels, each
     /// relative to the light in it, over squares that have a tenth of the mean light.
     fn unevenness(&self) -> f64 {
         const SQUARE: usize = 16;

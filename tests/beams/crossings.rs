@@ -63,7 +63,7 @@ fn scene(things: &[&str], side: usize) -> Scene {
     loaded(&file, side)
 }
 
-/// What of the sun's irradiance on a level surface goes straight through the pane: (1 − F)² cos θ.
+/// Part of the sun's irradiance on a level surface that goes straight through the pane: (1 − F)² cos θ.
 fn straight_through() -> f64 {
     let cos = 1.0 / f64::sqrt(1.0 + 0.3 * 0.3 + 0.1 * 0.1);
     let passed = 1.0 - dielectric_reflectance(cos, 1.5);

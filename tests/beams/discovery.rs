@@ -36,7 +36,7 @@ const SUN: &str = r#"<emitter type="directional"><vector name="direction" x="0" 
 /// At normal incidence n = 1.5 reflects 4 % at each of two surfaces.
 const THROUGH: f64 = 0.96 * 0.96;
 
-/// What goes straight through, as its bounds say.
+/// Bounds of the light that goes straight through.
 fn through(estimate: &Estimate) -> [Vec<f64>; 2] {
     known_by(estimate)
         .into_iter()

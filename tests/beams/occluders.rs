@@ -106,7 +106,7 @@ fn the_shadow_of_a_bead_under_a_pane_is_within_bounds_on_every_texel() {
     }
 }
 
-/// Whether photons are within a beam run's bounds, on every texel.
+/// Asserts that photons are within a beam run's bounds, on every texel.
 fn agrees_with_photons(name: &str, scene: &Scene, error: f64) {
     let (estimate, _) = beams_to(2, scene, error);
     let (low, high) = bounds(&estimate);

@@ -57,7 +57,7 @@ fn solid(scene: &Scene) -> MeshParts {
     }
 }
 
-/// How far inside a convex polygon (in either orientation) a point lies, negative outside.
+/// Distance of a point from the border of a convex polygon in either orientation, negative outside.
 fn depth_in(corners: &[DVec2], at: DVec2) -> f64 {
     let count = corners.len();
     let sides = || (0..count).map(|i| (corners[i], corners[(i + 1) % count]));

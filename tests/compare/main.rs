@@ -1,4 +1,4 @@
-//! How far images differ, and whether noise explains it.
+//! Differences of images, and tests if noise explains them.
 
 mod figures;
 mod flip;

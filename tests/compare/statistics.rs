@@ -1,4 +1,4 @@
-//! What a comparison says of noise is true as often as it claims: hundreds of pairs of images with
+//! A comparison's verdicts on noise are true as often as it claims: hundreds of pairs of images with
 //! independent normal errors are compared, and the counts of wrong answers judged by the binomial
 //! distribution.
 
@@ -7,7 +7,7 @@ use nephroid::internals::metric::{CompareSettings, LayerComparison, Verdict, com
 
 use crate::support::images::{Normal, credible, grey, source};
 
-/// How often a right program may fail one of the assertions about counts: there are nine in this file.
+/// Probability that a right program fails one of the assertions about counts: there are nine in this file.
 const ALPHA: f64 = 1e-4;
 
 const SIZE: [usize; 2] = [64, 64];

@@ -95,7 +95,7 @@ fn exact_reflectance(cos: f64, eta: f64) -> Option<(Exact, Exact)> {
     Some((Exact::from(0.5) * (s * s + p * p), squared / (eta * eta)))
 }
 
-/// How far F may be off, as a fraction of itself, for η from 1e-3 on: what single roundings took is given
+/// Most error of F, as a fraction of itself, for η from 1e-3 on: what single roundings took is given
 /// back but for the last one, u, and for products of two. Those are some dozen u² of the terms, and a
 /// hundredth of u covers them: where the terms of w² = (η − 1)(η + 1) + c² cancel down to u of themselves, w
 /// is off by as many u, but F only by that times w/η², some 1e-8/η².
@@ -407,9 +407,9 @@ fn sun_cosine(scene: &Scene) -> f64 {
     }
 }
 
-/// What LTD should be [W/m²], and how far it may be off, as a fraction: F's error as a part of 1 − F, and
-/// what a texel's area may be off: it is found from four corners, by products of coordinates of up to 24
-/// texels (the water's) and of 1, with four roundings each.
+/// Irradiance [W/m²] that LTD should have, and the most that it may be off, as a fraction: F's error as a
+/// part of 1 − F, and what a texel's area may be off: it is found from four corners, by products of
+/// coordinates of up to 24 texels (the water's) and of 1, with four roundings each.
 fn bottom(scene: &Scene, eta: f64) -> Option<(f64, f64)> {
     let cos = sun_cosine(scene);
     let (reflectance, _) = exact_reflectance(cos, eta)?;

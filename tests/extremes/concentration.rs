@@ -59,8 +59,8 @@ fn gathered(side: usize, layer: &Layer, brightest: &[usize]) -> (f64, f64) {
     (flux(true), flux(false))
 }
 
-/// What a perfect dish sends to its focus. Ours is a mesh: its rim is a polygon of n = 168 sides, which has
-/// (2π/n)²/6 less area than its circle, and its faces reflect at slightly other angles (of an aluminium's
+/// Flux that a perfect dish sends to its focus. Ours is a mesh: its rim is a polygon of n = 168 sides, which
+/// has (2π/n)²/6 less area than its circle, and its faces reflect at slightly other angles (of an aluminium's
 /// reflectance that changes by 1e-3 over all angles here, so by less than a tenth of that).
 fn gathered_in_closed_form() -> (f64, f64) {
     let dish = ParabolicMirror {

@@ -218,10 +218,10 @@ fn diamond(max_depth: u32, max_layers: usize) -> Estimate {
 /// off later. Each ledger closes to the rounding of its photons: 2¹⁶ with some three ends each, half a
 /// quantum of 2⁻⁶⁰ each.
 ///
-/// How much is cut off has no closed form here (a slab has, below). But all of it has had as many events as
-/// are allowed: where some is cut off at 127, paths of 127 events were followed. And they are the same paths
-/// at each depth, as their choices are keyed by what happened before: so light is only ever added, in each
-/// texel, to the last bit.
+/// The flux that is cut off has no closed form here (a slab has, below). But all of it has had as many events
+/// as are allowed: where some is cut off at 127, paths of 127 events were followed. And they are the same
+/// paths at each depth, as their choices are keyed by what happened before: so light is only ever added, in
+/// each texel, to the last bit.
 #[test]
 fn light_is_followed_through_a_diamond_for_more_than_64_bounces() {
     let mut before = f64::INFINITY;
@@ -336,7 +336,7 @@ fn after(reflections: u32) -> Signature {
     name.parse().expect("a signature")
 }
 
-/// What becomes of a ray's light: what landed, by signature; what was cut off.
+/// Fate of a ray's light: what landed, by signature; what was cut off.
 #[derive(Default)]
 struct Ends {
     landed: Vec<(Signature, f64)>,

@@ -199,9 +199,9 @@ fn ball(light: &str, height: f64, half: f64, side: usize) -> Scene {
 const RISK: f64 = 1e-4;
 const FLUXES: usize = 10;
 
-/// What a texel that a shadow's edge runs through may be off by, of the brightest. A convex edge meets each
-/// of the 2 · 7 lines between its 8 x 8 cells twice at most, so it enters no more than 4 · 8 of them, and
-/// each may leave 1e-4 of the texel uncertain (`transport/direct/edge.rs`).
+/// Most error of a texel that a shadow's edge runs through, relative to the brightest texel. A convex edge
+/// meets each of the 2 · 7 lines between its 8 x 8 cells twice at most, so it enters no more than 4 · 8 of
+/// them, and each may leave 1e-4 of the texel uncertain (`transport/direct/edge.rs`).
 const EDGE: f64 = 4.0 * 8.0 * 1e-4;
 
 /// On a receiver of one texel, the standard error of photons is that of the flux: their 32 replicates are

@@ -25,7 +25,7 @@ fn offset(exponent: i32) -> DVec3 {
     (DVec3::new(0.6, -0.7, 0.4) * f64::powi(2.0, exponent)).round()
 }
 
-/// Where light met a surface, after the events of `signature`.
+/// Place where light met a surface, after the events of `signature`.
 #[derive(Clone, Copy, Debug)]
 struct Met {
     signature: Signature,
@@ -57,7 +57,7 @@ impl ChainSink<1> for Everything {
     }
 }
 
-/// What a ray of unit flux and all its branches meet, after at most so many events.
+/// Surfaces that a ray of unit flux and all its branches meet, after at most so many events.
 fn followed(scene: &Scene, ray: Ray, depth: u32) -> Vec<Met> {
     let settings = ChainSettings {
         max_depth: depth,
@@ -74,7 +74,7 @@ fn receiver(scene: &Scene) -> u32 {
     scene.objects().len() as u32 - 1
 }
 
-/// Where light of a signature lands on the receiver.
+/// Places where light of a signature lands on the receiver.
 fn landing(scene: &Scene, ray: Ray, signature: Signature) -> Option<Met> {
     let met = followed(scene, ray, signature.len() as u32);
     met.into_iter()
@@ -235,7 +235,7 @@ const SIDE: usize = 32;
 /// flux.
 #[derive(Clone, Copy, Debug)]
 struct Conditioning {
-    /// Of the texel that may change most.
+    /// Change of the texel that may change most.
     map: f64,
     /// The probability of a path to leave its texel, the mean by flux.
     leaving: f64,
@@ -346,7 +346,7 @@ fn changes(scene: &Scene, ray: Ray, signature: Signature) -> Option<[Change; 2]>
 fn changes_of(scene: &Scene, start: DVec3, met: &[Met]) -> Option<Change> {
     /// Shifts before each surface.
     const ROUNDINGS: f64 = 4.0;
-    /// How far before a surface neighbours set out, as a part of the way to it.
+    /// Distance before a surface at which neighbours set out, as a part of the way to it.
     const BEFORE: f64 = 1e-3;
     let events: Vec<_> = met[met.len() - 1].signature.events().collect();
     let mut sum = [0.0; 2];

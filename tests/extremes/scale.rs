@@ -317,7 +317,7 @@ fn obj(template: &Template, unit: f64) -> String {
     text
 }
 
-/// How a file says where things are is no matter either: by numbers in some unit, by `to_world`, or by both.
+/// A file may give places by numbers in some unit, by `to_world`, or by both: the map is the same.
 /// As above, each way has roundings of its own, of some 1e-16 each.
 #[test]
 fn in_numbers_in_transforms_or_in_both_maps_are_the_same_to_a_billionth() {
@@ -369,7 +369,7 @@ fn in_numbers_in_transforms_or_in_both_maps_are_the_same_to_a_billionth() {
     assert_eq!(compared, 30);
 }
 
-/// Where cubes of lengths (determinants) underflow, or their fourth powers overflow, the scene is refused.
+/// A scene is refused if cubes of its lengths (determinants) underflow, or their fourth powers overflow.
 #[test]
 fn scenes_too_small_or_large_for_f64_are_refused() {
     for (scale, why) in [

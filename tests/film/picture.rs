@@ -51,7 +51,7 @@ fn map_origin(font: u32, title_lines: u32) -> (u32, u32) {
     (12 * font, 12 * font + title_lines * 11 * font + 3 * font)
 }
 
-/// Whether the outermost pixels all have the background's colour: nothing is cut off.
+/// True if the outermost pixels all have the background's colour: nothing is cut off.
 fn has_clean_margin(picture: &RgbImage, margin: u32) -> bool {
     picture.enumerate_pixels().all(|(x, y, &colour)| {
         let inside = x >= margin

@@ -1,4 +1,4 @@
-//! What is said of a mesh that is not in order.
+//! Reports on meshes that are not in order.
 
 use glam::DVec3;
 use nephroid::internals::geometry::{Mesh, MeshDiagnostics, MeshError, MeshParts};

@@ -220,17 +220,17 @@ fn assert_normals(points: [SurfacePoint; 2], geometric: [[f64; 3]; 2], shading: 
     }
 }
 
-/// What Mitsuba says of the fold's faces, whatever their vertex normals.
+/// Mitsuba's normals of the fold's faces, whatever their vertex normals.
 const FACES: [[f64; 3]; 2] = [
     [0.0, -0.1961161, 0.9805807],
     [-0.4499213, -0.5848976, 0.6748819],
 ];
-/// What it interpolates where it has made the vertex normals itself.
+/// Its interpolated normals if it has made the vertex normals itself.
 const SMOOTH: [[f64; 3]; 2] = [
     [-0.1736526, -0.3572012, 0.9177429],
     [-0.3501806, -0.5076218, 0.7872062],
 ];
-/// What it interpolates from `UPWARD`.
+/// Its interpolated normals from `UPWARD`.
 const FROM_FILE: [[f64; 3]; 2] = [
     [0.0731376, 0.1097064, 0.9912695],
     [0.1900386, 0.2143852, 0.9580836],

@@ -1,4 +1,4 @@
-//! What a world's search promises.
+//! Promises of a world's search.
 
 use glam::{DMat4, DVec2, DVec3};
 use nephroid::internals::geometry::{

@@ -47,7 +47,7 @@ impl Kind {
         }
     }
 
-    /// Of a scene that names the file `it`.
+    /// Elements of a scene that names the file `it`.
     ///
     /// # Panics
     ///
@@ -89,7 +89,7 @@ impl Kind {
         }
     }
 
-    /// What an honest file of the length of this one, and packed as it is, may take.
+    /// Heap that an honest file of the length of this one, and packed as it is, may take.
     pub fn need(self, file: &[u8]) -> Need {
         /// By kind and packing.
         static MEASURED: Mutex<BTreeMap<(usize, usize), Need>> = Mutex::new(BTreeMap::new());
@@ -155,14 +155,14 @@ pub fn honest_peak(read: impl Fn() -> usize) -> f64 {
 pub struct Need {
     /// The smallest file.
     least: f64,
-    /// What each byte more does.
+    /// Heap for each byte more.
     a_byte: f64,
     /// The same of an image that is all black, which packs best; 0 for what is no image.
     a_black_byte: f64,
 }
 
 impl Need {
-    /// Of a file of this length.
+    /// Most heap of a file of this length.
     pub fn peak(self, length: usize) -> f64 {
         self.least + self.a_byte * length as f64
     }
@@ -173,7 +173,7 @@ impl Need {
     }
 }
 
-/// How an image is packed, by its place in [`PACKINGS`], which is its number in the file. 0 where it cannot
+/// Packing of an image, by its place in [`PACKINGS`], which is its number in the file. 0 where it cannot
 /// be read.
 fn packing_of(bytes: &[u8]) -> usize {
     let at = after(bytes, b"compression\0compression\0").map(|at| at + 4);
@@ -184,7 +184,7 @@ fn packing_of(bytes: &[u8]) -> usize {
         .unwrap_or(0)
 }
 
-/// Where some text of a file ends.
+/// Place where some text of a file ends.
 pub fn after(bytes: &[u8], text: &[u8]) -> Option<usize> {
     let start = bytes
         .windows(text.len())

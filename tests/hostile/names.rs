@@ -142,7 +142,7 @@ struct Naming {
     elements: &'static str,
     /// A file that is read.
     sound: Vec<u8>,
-    /// What is said of a file that is not there.
+    /// Message about a file that is not there.
     missing: &'static str,
 }
 

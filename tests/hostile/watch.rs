@@ -46,7 +46,7 @@ impl<T> Outcome<T> {
 ///
 /// # Panics
 ///
-/// Where it panics, or takes longer than [`LONGEST`].
+/// If it panics, or takes longer than [`LONGEST`].
 pub fn watched<T: Send + 'static>(
     case: &str,
     read: impl FnOnce() -> Result<T, String> + Send + 'static,

@@ -347,7 +347,7 @@ fn errors_of_environments_name_place_and_reason() {
     }
 }
 
-/// What photons, beams and probes say of a scene that they must refuse, on its first sensor.
+/// Messages of photons, beams and probes on a scene that they must refuse, for its first sensor.
 fn refusals(scene: &Scene) -> [String; 3] {
     let progress = Progress::default();
     let sensor = &scene.sensors()[0];

@@ -1,4 +1,4 @@
-//! Where light comes from.
+//! Origins of light: emitters, environments, direct light.
 
 mod direct;
 mod emitters;

@@ -36,7 +36,7 @@ fn free_point(position: DVec3) -> SurfacePoint {
     }
 }
 
-/// What a ray meets, and how likely its direction is.
+/// Checks the point that a ray meets, and the density of its direction.
 fn check_ray(scene: &Scene, lights: &Lights, case: &str, numbers: &[f64]) -> Result<(), String> {
     let from = DVec3::from_slice(numbers);
     let direction = DVec3::from_slice(&numbers[3..]).normalize();

@@ -1,4 +1,4 @@
-//! What emitters and sensors of Mitsuba's scene files mean. Numbers called Mitsuba's
+//! Meaning of emitters and sensors in Mitsuba's scene files. Numbers called Mitsuba's
 //! were read back from Mitsuba 3.9.1, `scalar_rgb`, with `mi.load_string` and `mi.traverse`.
 
 use glam::DVec3;

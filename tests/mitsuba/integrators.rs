@@ -1,4 +1,4 @@
-//! What a file's integrator says of paths.
+//! Settings of paths from a file's integrator.
 
 use nephroid::internals::scene::Integrator;
 

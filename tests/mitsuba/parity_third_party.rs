@@ -19,7 +19,7 @@ const DEPTH: u32 = 8;
 /// Our samples a pixel and replicate for one of Mitsuba's and seed: see `parity.rs`.
 const SHARE: u64 = 4;
 
-/// How many scenes must be shown to be the same within 1 %, mean and pixels.
+/// Number of scenes that must be shown to be the same within 1 %, mean and pixels.
 const MUST_AGREE: usize = 10;
 
 #[test]

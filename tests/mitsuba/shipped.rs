@@ -41,7 +41,7 @@ const BLACK: [&str; 2] = ["parabolic-mirror", "water"];
 /// of a pixel there that these images can tell. They are the same within 1 %, but other images.
 const TINY: [&str; 2] = ["lens", "parabolic-mirror"];
 
-/// How often a test of p-values may fail where all is right.
+/// Probability that a test of p-values fails though all is right.
 const LEVEL: f64 = 1e-3;
 
 fn folder() -> PathBuf {

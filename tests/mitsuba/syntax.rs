@@ -1,4 +1,4 @@
-//! What Mitsuba's scene files say: places, parameters, includes, old versions, and the hash.
+//! Syntax of Mitsuba's scene files: places, parameters, includes, old versions, and the hash.
 
 use nephroid::internals::radiometry::Rgb;
 use nephroid::internals::scene::{Material, SceneParts};

@@ -11,7 +11,7 @@ use nephroid::internals::mitsuba::{LoadError, load};
 /// Path below the folder, and what becomes of the file.
 const OUTCOMES: &str = include_str!("third_party.txt");
 
-/// How many of the files must load at least.
+/// Least number of the files that must load.
 const MUST_LOAD: usize = 59;
 
 #[test]

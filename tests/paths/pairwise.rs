@@ -88,7 +88,7 @@ const ROWS: [Row; 5] = [
     },
 ];
 
-/// What a method says of one layer: values with bounds of [`CONFIDENCE`], and what else may be wrong with
+/// One layer by a method: values with bounds of [`CONFIDENCE`], and what else may be wrong with
 /// their sum.
 struct Said {
     method: &'static str,

@@ -70,7 +70,7 @@ fn by_beams(scene: &Scene, id: &str) -> Estimate {
     seen::by_beams(scene, id, 5e-4).0
 }
 
-/// What a pixel sees of the floor through the pane [W/m²/sr], and how far that may be from the truth.
+/// Radiance of the floor [W/m²/sr] that a pixel sees through the pane, and the most that it may be off.
 struct Truth {
     pixel: usize,
     value: f64,
@@ -371,7 +371,7 @@ fn threads_do_not_change_a_bit() {
     assert!([2, 3].iter().all(|&threads| on(threads) == alone));
 }
 
-/// What a case changes of good settings.
+/// Settings that a case changes.
 type Change = fn(&mut PhotonMapSettings);
 
 #[test]

@@ -1,4 +1,4 @@
-//! Whether error bars mean what they say, and whether settings change what they should and no more.
+//! Tests that error bars mean what they say, and that settings change what they should and no more.
 //!
 //! All on the scene `glass-ball`, whose every texel is known in closed form. Seeds are fixed.
 

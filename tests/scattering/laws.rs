@@ -1,4 +1,4 @@
-//! What holds of every bsdf: reciprocity, adjoints, and good manners at the extremes.
+//! Laws of every bsdf: reciprocity, adjoints, and good manners at the extremes.
 
 use glam::{DVec2, DVec3};
 use nephroid::internals::geometry::{Ray, SurfacePoint};

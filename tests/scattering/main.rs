@@ -1,4 +1,4 @@
-//! What a surface does to a ray.
+//! Surfaces: their reflection and refraction of rays.
 
 mod differentials;
 mod laws;

@@ -269,7 +269,7 @@ proptest! {
     }
 }
 
-/// How far from 1 the length of a refracted unit vector may be.
+/// Most distance from 1 of the length of a refracted unit vector.
 ///
 /// (d + (c − w) n)/η: the sum has length η, from parts of length up to 1 + |c − w|, rounded six times; w is
 /// known to u max(1, η²)/w.

@@ -1,4 +1,4 @@
-//! How runs end: by budget, by failure, by interrupt, by a reader that leaves.
+//! Ends of runs: by budget, by failure, by interrupt, by a reader that leaves.
 
 use nephroid::internals::film::exr;
 

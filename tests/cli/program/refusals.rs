@@ -1,4 +1,4 @@
-//! What the program refuses, or does with a warning.
+//! Runs that the program refuses, or makes with a warning.
 
 use std::path::PathBuf;
 

@@ -1,4 +1,4 @@
-//! What a run prints and writes: summaries, films, bounds.
+//! Results that a run prints and writes: summaries, films, bounds.
 
 use nephroid::internals::film::exr;
 

@@ -12,7 +12,7 @@ use crate::support::mutation::obj;
 
 #[test]
 fn slivers_reflect_their_share_as_exactly_as_their_normals_are_known() {
-    /// How far a sliver's normal is off, in u · length / width: a vertex that is turned is rounded by 4u of
+    /// Error of a sliver's normal, in u · length / width: a vertex that is turned is rounded by 4u of
     /// its length on each of three axes, and two of them tilt a face by twice that over its width (14); the
     /// products of long edges in the normal itself are rounded to 3u of their length, over the width again
     /// (6).

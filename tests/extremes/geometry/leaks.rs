@@ -77,11 +77,11 @@ fn delicate_line(parts: &MeshParts, (scale, middle): (f64, DVec3), random: &mut 
 struct Rays {
     /// From within a solid.
     out: AtomicU64,
-    /// Of them those that meet nothing.
+    /// Rays of these that meet nothing.
     lost_out: AtomicU64,
     /// From without.
     into: AtomicU64,
-    /// Of them those that meet nothing before they are within.
+    /// Rays of these that meet nothing before they are within.
     lost_into: AtomicU64,
 }
 

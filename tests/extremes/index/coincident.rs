@@ -43,7 +43,7 @@ fn blocks_of_the_same_glass_with_one_surface_between_them_are_one_block() {
     assert!(apart <= 2.0 * 4.0 * 16.0 * U * 10.0 / 0.25, "{apart:e}");
 }
 
-/// What a scene says of surfaces at the same place.
+/// Number of a scene's warnings about surfaces at the same place.
 fn coincidences(scene: &Scene) -> usize {
     let warnings = scene.warnings().iter();
     warnings

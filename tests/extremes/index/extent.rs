@@ -16,7 +16,7 @@ const RISK: f64 = 1e-4;
 /// E of a ball of index 1 + x is that of no ball, by a smooth function of x: both are closed forms of the
 /// light through it, and all other light is next to nothing (LRD) or does not change (LD).
 ///
-/// What the ball reflects: near grazing incidence, c² = 2x sinh² t, F is e^(−4t), and ∫ F 2c dc = 2x ∫
+/// Flux that the ball reflects: near grazing incidence, c² = 2x sinh² t, F is e^(−4t), and ∫ F 2c dc = 2x ∫
 /// e^(−4t) sinh 2t dt = x/3 of light that falls evenly on its cross-section. Of a ball less dense than its
 /// surroundings, light is reflected totally up to c² = 2|x|, which is 2|x| more. The lamp is near, so that
 /// the ball's rim has 1/cos θ = 1.083 times as much as that.

@@ -20,7 +20,7 @@ use crate::support::extremes::{U, scene};
 pub struct Shells {
     /// Outermost first.
     pub radii: Vec<f64>,
-    /// Of the surroundings, then inside each ball; one more than radii.
+    /// Indices of the surroundings, then inside each ball; one more than radii.
     pub indices: Vec<f64>,
 }
 
@@ -56,8 +56,8 @@ impl Shells {
             .fold(1.0, f64::min)
     }
 
-    /// Where a ray lands whose angle of incidence on the outermost ball has this sine, and the factor on its
-    /// flux.
+    /// Place at which a ray lands whose angle of incidence on the outermost ball has this sine, and the
+    /// factor on its flux.
     ///
     /// It meets surface j at asin(b/(n r)) with the index of the layer it comes from, and leaves it likewise:
     /// each is turned by their difference twice, and about the centre the ray goes on by what is between.
@@ -192,7 +192,7 @@ impl RadialMap for Reflected {
     }
 }
 
-/// Where light that is transmitted by every surface lands, and what is left of its flux.
+/// Place at which light lands that every surface transmits, and the flux that is left of it.
 struct Landing {
     signature: Signature,
     receiver: u32,
@@ -231,7 +231,7 @@ pub fn followed(shells: &Shells, scene: &Scene, sin: f64) -> Option<(DVec3, f64)
     sink.found
 }
 
-/// How rays come out of a scene beside the closed form: worst error of where they land and of the flux left,
+/// Rays of a scene beside the closed form: worst error of the places where they land and of the flux left,
 /// and the worst share of what is allowed.
 #[derive(Debug, Default)]
 pub struct Rays {

@@ -10,7 +10,7 @@ use tempfile::TempDir;
 
 use super::program::{inspect, peak_memory, render, render_file, with_a_square_camera};
 
-/// What `inspect` says that a sensor's film takes at most \[bytes\].
+/// Most memory \[bytes\] that a sensor's film takes, by `inspect`.
 fn said(scene: &Path, size: usize, sensor: &str, method: &str) -> u64 {
     let definition = ["-D", &format!("size={size}")];
     let output = inspect(scene).args(definition).output().unwrap();
@@ -57,8 +57,8 @@ const RUNS: [(&str, &str, &[&str]); 6] = [
     ),
 ];
 
-/// What the system and the allocator add \[bytes\]: pages are counted, sizes rounded up, freed memory kept
-/// for later.
+/// Memory \[bytes\] that the system and the allocator add: pages are counted, sizes rounded up, freed memory
+/// kept for later.
 const SLACK: u64 = 8_000_000;
 
 /// Program, threads' stacks and buffers take the same for any film: the film is what a larger one takes more

@@ -69,7 +69,7 @@ struct Replacement {
     takes: Duration,
 }
 
-/// What a run left that was ended.
+/// State of a result after its run was ended.
 #[derive(Debug, PartialEq)]
 enum Left {
     /// The old EXR.
@@ -81,7 +81,7 @@ enum Left {
 }
 
 impl Replacement {
-    /// Of a film of so many pixels each way.
+    /// A replacement of a film of so many pixels each way.
     fn new(size: usize) -> Self {
         let folder = TempDir::new().unwrap();
         fs::write(folder.path().join("noise.xml"), NOISE).unwrap();
@@ -228,7 +228,7 @@ impl Running<'_> {
     }
 }
 
-/// Whether two images are the same, but for how long they took.
+/// True if two images are the same, but for the time that they took.
 fn is_same(a: &Image, b: &Image) -> bool {
     let untimed = |image: &Image| -> Vec<(String, String)> {
         let metadata = image.metadata.iter().filter(|(key, _)| key != "timing");

@@ -10,7 +10,7 @@ use tempfile::TempDir;
 
 use super::program::{message, render, render_file, scene, with_a_square_camera};
 
-/// What is in the file: all that a reader is told.
+/// Asserts that a file tells its reader that nothing is known.
 fn assert_marked_incomplete_and_unknown(path: &Path, total: &str) {
     let image = exr::read(path).unwrap();
     assert_eq!(image.metadata("complete"), Some("no"), "{}", path.display());
@@ -87,7 +87,7 @@ const ENDLESS: [&[&str]; 4] = [
 
 pub const PHOTONS: &[&str] = &["--method", "photons", "--photons", "40000000000"];
 
-/// Whether there is a picture, which is whole then.
+/// True if there is a picture; if so, it must be whole.
 pub fn is_whole_picture(path: &Path) -> bool {
     path.exists() && {
         image::open(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));

@@ -74,7 +74,7 @@ pub fn connect(
     )
 }
 
-/// Where a ray meets the first shape.
+/// The point at which a ray meets the first shape.
 pub fn met(scene: &Scene, ray: &Ray) -> SurfacePoint {
     let hit = scene
         .world()

@@ -37,12 +37,12 @@ fn facets(scene: &Scene, direction: DVec3, ior: f64, most_reflections: u32) -> F
 /// A bundled scene of one convex solid with flat facets in sunlight.
 struct Facets {
     name: &'static str,
-    /// Of the floor [m].
+    /// Half width of the floor [m].
     half_width: f64,
-    /// Of the sunlight; any length.
+    /// Direction of the sunlight; any length.
     direction: DVec3,
     ior: f64,
-    /// Inside, followed by the closed form.
+    /// Most reflections inside that the closed form follows.
     most_reflections: u32,
 }
 

@@ -12,8 +12,9 @@ fn ball_grid(side: usize) -> TexelGrid {
     TexelGrid::square(2.0, side)
 }
 
-/// Of the paths that begin with T and R, each photon takes the flux (1 − F) F ≤ 1/4 along:
-/// both events are split, later ones keep the flux whole.
+/// Most flux that a photon takes along paths that begin with T and R, as a part of its own: (1 − F) F ≤ 1/4.
+///
+/// Both events are split; later ones keep the flux whole.
 const AFTER_TR: f64 = 0.25;
 
 /// The whole flux of a path on the floor is that of the rays whose foot lies in the square: the

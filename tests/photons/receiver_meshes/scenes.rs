@@ -120,10 +120,10 @@ pub fn refusal(mesh: Mesh) -> String {
         .to_string()
 }
 
-/// Where the light of [`lit`] is, and its radiant intensity [W/sr].
+/// Position of the light of [`lit`], and its radiant intensity [W/sr].
 pub const LAMP: (DVec3, f64) = (DVec3::new(0.3, 0.2, 1.5), 2.0);
 
-/// What the texels of a mesh receive from a lamp above it.
+/// Direct light on the texels of a mesh below a lamp.
 pub fn lit(mesh: Mesh, columns: u32, rows: u32) -> (Scene, Receiver, Vec<DirectTexel>) {
     let lamp = Emitter::Point {
         position: LAMP.0,
