@@ -1,9 +1,10 @@
-//! Ground truth for caustics: how much light do reflection and refraction put on a surface, and how far off may the
-//! answer be?
+//! Ground truth for caustics: how much light do reflection and refraction put on a surface, and how far off
+//! may the answer be?
 //!
-//! Use this crate to judge a caustic technique of your own, to measure a scene, or to test a renderer. A [`Scene`]
-//! is read from a Mitsuba 3 scene file. A [`Method`] fills one of its sensors and returns a [`Rendering`]: irradiance
-//! [W/m²], or radiance towards a camera [W/m²/sr], texel by texel and layer by layer, with error bars.
+//! Use this crate to judge a caustic technique of your own, to measure a scene, or to test a renderer. A
+//! [`Scene`] is read from a Mitsuba 3 scene file. A [`Method`] fills one of its sensors and returns a
+//! [`Rendering`]: irradiance [W/m²], or radiance towards a camera [W/m²/sr], texel by texel and layer by
+//! layer, with error bars.
 //!
 //! # Example: the light below a glass ball
 //!
@@ -40,16 +41,16 @@
 //! | write and read files | [`Rendering::write_exr`], [`read_exr`] |
 //! | compare two images | [`compare`] with [`CompareImage`] and [`CompareSettings`], for a [`Comparison`] |
 //!
-//! Beams, photons, paths and photon maps compute the truth. Techniques compute what a real-time renderer would show;
-//! each of their stages can be made exact ([`Method::with_exact`]).
+//! Beams, photons, paths and photon maps compute the truth. Techniques compute what a real-time renderer
+//! would show; each of their stages can be made exact ([`Method::with_exact`]).
 //!
 //! # Conventions
 //!
-//! - Lengths are scene units; fluxes W; irradiance W/m² (one scene unit is one metre); radiant intensity W/sr;
-//!   radiance W/m²/sr. All of them are linear RGB triples.
+//! - Lengths are scene units; fluxes W; irradiance W/m² (one scene unit is one metre); radiant intensity
+//!   W/sr; radiance W/m²/sr. All of them are linear RGB triples.
 //! - Angles are radians; degrees only where a Mitsuba file has them.
-//! - World space is right-handed, as in Mitsuba. Directions are unit vectors. A ray's direction is the direction of
-//!   travel; `wi` and `wo` point away from the surface.
+//! - World space is right-handed, as in Mitsuba. Directions are unit vectors. A ray's direction is the
+//!   direction of travel; `wi` and `wo` point away from the surface.
 //! - `ior` is an absolute refractive index; `eta` is `n_transmitted / n_incident`.
 //! - All results are computed in `f64`. Images are stored as `f32`.
 //!
@@ -133,8 +134,8 @@ pub use transport::signature::{Event, Signature, SignatureError};
 ///
 /// # Errors
 ///
-/// If a file is missing or malformed, asks for a feature that is not modelled, or contradicts itself: with file, line,
-/// column, plugin and what is allowed.
+/// If a file is missing or malformed, asks for a feature that is not modelled, or contradicts itself: with
+/// file, line, column, plugin and what is allowed.
 ///
 /// # Example: a smaller film than the file's
 ///

@@ -229,7 +229,6 @@ fn no_file_imports_from_one_that_imports_from_it() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-// Not yet held by all files.
 #[test]
 fn comments_stay_within_their_columns() {
     let mut wrong = Vec::new();

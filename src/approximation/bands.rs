@@ -5,12 +5,12 @@ use rayon::prelude::*;
 
 /// A point's diameter in standard deviations of its Gaussian.
 ///
-/// The 7-tap filter of binomial weights, which a 7x7 Gaussian is on a device, has the variance 6/4: its diameter
-/// is 5.7 deviations.
+/// The 7-tap filter of binomial weights, which a 7x7 Gaussian is on a device, has the variance 6/4: its
+/// diameter is 5.7 deviations.
 pub const DEVIATIONS: f64 = 6.0;
 
-/// Rows of a map that are drawn as one task: photons of a band are drawn in their order, so that sums are the same
-/// bits on any number of threads.
+/// Rows of a map that are drawn as one task: photons of a band are drawn in their order, so that sums are the
+/// same bits on any number of threads.
 const BAND: usize = 16;
 
 /// A number of texels, among places that may lie outside of a map.
@@ -18,8 +18,8 @@ pub fn signed(count: usize) -> i64 {
     i64::try_from(count).unwrap_or(i64::MAX)
 }
 
-/// Where along one axis a point of `diameter` about `center` has its texels' centres: first and last texel, at
-/// least the one that holds its own centre.
+/// Where along one axis a point of `diameter` about `center` has its texels' centres: first and last texel,
+/// at least the one that holds its own centre.
 #[inline]
 pub fn reach(center: f64, diameter: f64) -> (i64, i64) {
     let home = center.floor() as i64;
@@ -104,8 +104,8 @@ impl<V> Band<'_, V> {
     }
 }
 
-/// Runs `draw(item, band)` for every item and every band of a map that it reaches: `rows(item)` are its first and last
-/// row. Returns the map with the number of texels drawn.
+/// Runs `draw(item, band)` for every item and every band of a map that it reaches: `rows(item)` are its first
+/// and last row. Returns the map with the number of texels drawn.
 pub fn in_bands<T: Sync, V: Clone + Default + Send + Sync>(
     [columns, height]: [usize; 2],
     items: &[T],

@@ -65,8 +65,8 @@ impl ExactFilm {
         }
     }
 
-    /// Deals the light of a triangle out by area, `flux` at its corners being a density that is linear between them, of
-    /// which the mean is its whole. Returns how many texels had a part.
+    /// Deals the light of a triangle out by area, `flux` at its corners being a density that is linear
+    /// between them, of which the mean is its whole. Returns how many texels had a part.
     pub fn deal(&self, image: [DVec2; 3], flux: [Rgb; 3]) -> u64 {
         let mut texels = 0;
         deal(image, self.size, |texel, part| {

@@ -1,4 +1,5 @@
-//! One interface, as photons of both variants of stage `refraction` cross it; with stage `fresnel`, how much of them does.
+//! One interface, as photons of both variants of stage `refraction` cross it; with stage `fresnel`, how much
+//! of them does.
 
 use glam::DVec3;
 
@@ -81,7 +82,8 @@ fn relative_index(material: &Material, point: &SurfacePoint, direction: DVec3) -
     Some(if front { eta } else { 1.0 / eta })
 }
 
-/// Reflectance by Schlick's approximation (1994), F₀ + (1 − F₀)(1 − cos)⁵, with the angle on the less dense side.
+/// Reflectance by Schlick's approximation (1994), F₀ + (1 − F₀)(1 − cos)⁵, with the angle on the less dense
+/// side.
 ///
 /// - `cos_incident`: on the side light arrives from.
 /// - `eta`: `n_transmitted / n_incident`. Below 1, beyond the critical angle, it is 1.

@@ -39,8 +39,8 @@ const WIDEST: f64 = 1.8;
 const MARGIN: f64 = 1.001;
 
 impl LightView {
-    /// The views that together see all of some boxes: one, or for a point with things all around it up to six,
-    /// the faces of a cube.
+    /// The views that together see all of some boxes: one, or for a point with things all around it up to
+    /// six, the faces of a cube.
     pub fn around(source: &Source, boxes: &[Bounds], side: u32) -> Vec<Self> {
         let target = boxes.iter().fold(Bounds::EMPTY, |all, one| all.union(*one));
         let corners: Vec<DVec3> = boxes.iter().flat_map(Bounds::corners).collect();
@@ -121,7 +121,8 @@ impl LightView {
             .collect()
     }
 
-    /// The part of the image in which a box is seen: two opposite corners; all of it where the box reaches behind the light.
+    /// The part of the image in which a box is seen: two opposite corners; all of it where the box reaches
+    /// behind the light.
     pub fn window(&self, bounds: &Bounds) -> [DVec2; 2] {
         let whole = [DVec2::ZERO, DVec2::splat(f64::from(self.side))];
         let mut window = [DVec2::INFINITY, DVec2::NEG_INFINITY];
@@ -235,7 +236,8 @@ impl LightView {
         self.measure_of(DVec2::ZERO, DVec2::splat(side))
     }
 
-    /// Light-space measure of a rectangle of the image between two corners: solid angle \[sr\], of parallel light area \[m²\].
+    /// Light-space measure of a rectangle of the image between two corners: solid angle \[sr\], of parallel
+    /// light area \[m²\].
     ///
     /// On the plane z = 1 the solid angle of [0, x] x [0, y] is atan(x y / √(1 + x² + y²)), and that of any
     /// rectangle follows from its four corners.
@@ -248,8 +250,8 @@ impl LightView {
         corner(b.x, b.y) - corner(a.x, b.y) - corner(b.x, a.y) + corner(a.x, a.y)
     }
 
-    /// Area \[m²\] of a surface with unit `normal` that one pixel sees about `point`, by the density of the image there;
-    /// infinite along the light.
+    /// Area \[m²\] of a surface with unit `normal` that one pixel sees about `point`, by the density of the
+    /// image there; infinite along the light.
     ///
     /// A pixel's solid angle is (2h/N)² cos³ of the angle to the axis; it sees dω d² / cos θ.
     #[inline]

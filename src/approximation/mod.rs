@@ -1,8 +1,8 @@
 //! Real-time techniques: pipelines of named stages, each of which has an exact twin.
 //!
-//! A [`Technique`] fills a sensor, as a reference does, but by a published technique with its errors. Each stage can be
-//! made exact: the error that goes with it is that stage's. Each run counts the work of every stage, which can be mapped
-//! to another device.
+//! A [`Technique`] fills a sensor, as a reference does, but by a published technique with its errors. Each
+//! stage can be made exact: the error that goes with it is that stage's. Each run counts the work of every
+//! stage, which can be mapped to another device.
 //!
 //! A new technique is a folder here, and a line in [`TECHNIQUES`]. It shares:
 //!

@@ -38,8 +38,9 @@ impl Precision {
         }
     }
 
-    /// A surface point as the buffer holds it. The error of its position grows, so that rays leave the surface from
-    /// where it is stored. `None` if it lies beyond the buffer's largest number: 65504 of half floats.
+    /// A surface point as the buffer holds it. The error of its position grows, so that rays leave the
+    /// surface from where it is stored. `None` if it lies beyond the buffer's largest number: 65504 of half
+    /// floats.
     pub fn of_point(self, mut point: SurfacePoint) -> Option<SurfacePoint> {
         let unit = match self {
             Self::Exact => return Some(point),

@@ -3,8 +3,8 @@
 use crate::geometry::{Hit, Ray, Shape, SurfacePoint, TraversalCounters, World};
 use crate::scene::Scene;
 
-/// The receivers of a scene, by themselves: every surface that is neither specular nor passed as if it were not
-/// there.
+/// The receivers of a scene, by themselves: every surface that is neither specular nor passed as if it were
+/// not there.
 #[derive(Debug)]
 pub struct Receivers {
     world: World,

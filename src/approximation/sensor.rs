@@ -1,4 +1,5 @@
-//! A sensor as techniques fill it: points of its texels or pixels in batches, and irradiance at them averaged.
+//! A sensor as techniques fill it: points of its texels or pixels in batches, and irradiance at them
+//! averaged.
 
 use std::f64::consts::FRAC_1_PI;
 use std::ops::{AddAssign, Range};
@@ -70,8 +71,8 @@ impl SensorFilm {
         }
     }
 
-    /// A bound on the factor of flux on the [`screen`](Self::screen), for the scale of sums: 1 for a receiver; for a
-    /// camera 4096 times the median over the surfaces that it sees.
+    /// A bound on the factor of flux on the [`screen`](Self::screen), for the scale of sums: 1 for a
+    /// receiver; for a camera 4096 times the median over the surfaces that it sees.
     pub fn largest_factor(&self, scene: &Scene) -> f64 {
         /// The camera is asked this many times along each side of its film.
         const PLACES: u32 = 16;
@@ -98,8 +99,8 @@ impl SensorFilm {
         HEADROOM * factors.get(factors.len() / 2).copied().unwrap_or(1.0)
     }
 
-    /// The points at which some texels are sampled: the midpoints of a sub-grid of `samples` x `samples` in each, in
-    /// their order. Of a camera the surface that each ray meets first, if it is diffuse.
+    /// The points at which some texels are sampled: the midpoints of a sub-grid of `samples` x `samples` in
+    /// each, in their order. Of a camera the surface that each ray meets first, if it is diffuse.
     ///
     /// Points on no surface, or on a black one, are left out; [`SensorPoints::weights`] counts them.
     pub fn points(
@@ -146,11 +147,11 @@ impl SensorFilm {
         found
     }
 
-    /// Averages irradiance over each texel: `irradiance(point, work)` at the [`points`](Self::points), weighted by the area
-    /// that they stand for. Of a camera E ρ/π.
+    /// Averages irradiance over each texel: `irradiance(point, work)` at the [`points`](Self::points),
+    /// weighted by the area that they stand for. Of a camera E ρ/π.
     ///
-    /// Texels without any surface are zero. Work is the sum of all calls', in the order of texels; view rays are counted
-    /// apart.
+    /// Texels without any surface are zero. Work is the sum of all calls', in the order of texels; view rays
+    /// are counted apart.
     pub fn evaluate<W: Default + AddAssign + Send>(
         &self,
         scene: &Scene,

@@ -5,7 +5,8 @@ use crate::run::Refusal;
 use crate::scene::{Emitter, Material, Scene};
 use crate::transport::first_surface::Source;
 
-/// The lights of a scene, which must all be points or directions; `technique` names the technique in the plural.
+/// The lights of a scene, which must all be points or directions; `technique` names the technique in the
+/// plural.
 ///
 /// # Errors
 ///

@@ -8,8 +8,8 @@ use crate::setting::{Setting, Values};
 
 /// A real-time technique: a pipeline of named stages, each with an exact twin.
 ///
-/// A technique is a folder that implements this, and one line in [`TECHNIQUES`](super::TECHNIQUES). Values are
-/// always checked against [`settings`](Self::settings).
+/// A technique is a folder that implements this, and one line in [`TECHNIQUES`](super::TECHNIQUES). Values
+/// are always checked against [`settings`](Self::settings).
 pub trait Technique: Sync {
     /// The name, as on the command line.
     fn name(&self) -> &'static str;
@@ -62,8 +62,8 @@ pub trait Prepared: Send {
     /// Work of the preparation, by stage: its cost is apart from a frame's.
     fn work(&self) -> &[StageWork];
 
-    /// Fills a sensor. The scene may be the next of an animation: the one of the preparation with other places,
-    /// lights or parameters.
+    /// Fills a sensor. The scene may be the next of an animation: the one of the preparation with other
+    /// places, lights or parameters.
     ///
     /// # Errors
     ///

@@ -1,6 +1,6 @@
 //! `nephroid attribute`: which stage of an approximation makes how much of its error.
 
-use super::args::AttributeArgs;
+use super::args::{AttributeArgs, SettingArgs};
 use super::outcome::Outcome;
 use super::progress;
 use super::render::load;
@@ -51,7 +51,7 @@ pub fn attribute(args: &AttributeArgs) -> anyhow::Result<Outcome> {
 
 /// The technique asked for, or the first that there is.
 fn technique(args: &AttributeArgs) -> anyhow::Result<Method> {
-    let settings: Given = args.set.iter().cloned().collect();
+    let settings = SettingArgs::default().and(&args.set)?;
     let mut techniques = Method::names()
         .into_iter()
         .filter(|name| Method::new(name, &Given::new()).is_ok_and(|method| method.is_technique()));

@@ -52,8 +52,9 @@ fn check_writable(path: &Path) -> anyhow::Result<()> {
     Ok(atomic::check(&path.with_extension(PICTURE))?)
 }
 
-/// Writes the EXR at `path` and the picture beside it, each whole or not at all. Returns the paths written: a film
-/// that is too large for a picture has none. Unknown texels are NaN in the EXR and magenta in the picture.
+/// Writes the EXR at `path` and the picture beside it, each whole or not at all. Returns the paths written: a
+/// film that is too large for a picture has none. Unknown texels are NaN in the EXR and magenta in the
+/// picture.
 ///
 /// # Errors
 ///

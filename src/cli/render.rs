@@ -45,8 +45,9 @@ pub fn render(args: &RenderArgs) -> anyhow::Result<Outcome> {
     } else {
         choose_sensor(&scene, args.sensor.as_deref())?
     };
+    let given = args.settings.and(&args.set)?;
     let (method, notice) =
-        choose(args, &scene, sensor).map_err(|error| args.settings.retold(error))?;
+        choose(args, &given, &scene, sensor).map_err(|error| args.settings.retold(error))?;
     method.check_memory(&scene, sensor, &context)?;
     let extension = if args.shard.is_some() { "shard" } else { "exr" };
     let path = output::output_path(args.output.as_deref(), scene.path(), extension)?;
@@ -75,24 +76,24 @@ pub fn render(args: &RenderArgs) -> anyhow::Result<Outcome> {
     })
 }
 
-/// The method asked for, or the one that suits the scene and the settings, with a notice if it, or the effect of
-/// a setting, is not what one would expect.
+/// The method asked for, or the one that suits the scene and the settings, with a notice if it, or the effect
+/// of a setting, is not what one would expect.
 fn choose(
     args: &RenderArgs,
+    given: &Given,
     scene: &Scene,
     sensor: &Sensor,
 ) -> Result<(Method, Option<String>), SettingError> {
-    let given = args.given();
     let name = args.method.as_deref().or(args.shard.map(|_| "photons"));
     if let Some(name) = name {
-        let method = Method::new(name, &given)?;
+        let method = Method::new(name, given)?;
         let notice = method.ignored(scene).map(|key| {
             let typed = args.settings.typed(key);
             format!("{typed} has no effect: nothing is drawn at random if no light shines from a surface")
         });
         return Ok((method, notice));
     }
-    let choice = Method::choose_with(scene, sensor, &given)?;
+    let choice = Method::choose_with(scene, sensor, given)?;
     // Whoever gives an amount of work knows the method whose work that is.
     let work_key = choice.method.work_key();
     let is_work = work_key.is_some_and(|key| given.contains_key(key));

@@ -1,11 +1,6 @@
 //! The sensor of a scene that a command is about.
 
-use crate::scene::{Scene, Sensor, SensorKind};
-
-/// True if a sensor sees surfaces from afar, rather than measuring on one.
-pub fn is_camera(sensor: &Sensor) -> bool {
-    !matches!(sensor.kind, SensorKind::IrradianceMeter { .. })
-}
+use crate::scene::{Scene, Sensor};
 
 /// The sensor with this id, or the first irradiance meter.
 ///
@@ -29,7 +24,7 @@ fn choose<'a>(scene: &'a Scene, id: Option<&str>, camera: bool) -> anyhow::Resul
     let mut sensors = scene.sensors().iter();
     let found = match id {
         Some(id) => sensors.find(|sensor| sensor.id == id),
-        None => sensors.find(|sensor| is_camera(sensor) == camera),
+        None => sensors.find(|sensor| sensor.is_camera() == camera),
     };
     found.ok_or_else(|| {
         let wanted = match id {

@@ -29,7 +29,8 @@ pub struct Summary {
     /// The method's own report, by name.
     #[serde(flatten)]
     pub report: Map<String, Value>,
-    /// √(mean σ²) / mean E over lit texels of the specular layers, of paths over all light; of beams the likely error.
+    /// √(mean σ²) / mean E over lit texels of the specular layers, of paths over all light; of beams the
+    /// likely error.
     pub relative_error: Option<f64>,
     /// One entry a layer, the total first.
     pub layers: Vec<LayerSummary>,

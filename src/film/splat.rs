@@ -6,7 +6,7 @@
 //! | | pixel i | used by |
 //! |---|---|---|
 //! | by pixel | Σ f(pᵢ − xₛ) Lₛ / Σ f(pᵢ − xₛ) over the samples s | paths from a camera, `path` |
-//! | by sample | Σ f(pᵢ − xₛ) Lₛ / Σⱼ f(pⱼ − xₛ), j over all pixels | light connected to a camera, `ptracer` |
+//! | by sample | Σ f(pᵢ − xₛ) Lₛ / Σⱼ f(pⱼ − xₛ), j over all pixels | light to a camera, `ptracer` |
 //!
 //! By pixel, samples are spread evenly over the film and the weights belong to the average. By sample, each
 //! sample's light lands on the film whole, however near to the border it is.

@@ -4,7 +4,6 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::Method;
 use super::entry::Entry;
-use super::memory::is_camera;
 use super::table;
 use crate::scene::{Scene, Sensor};
 use crate::setting::{Given, SettingError};
@@ -32,8 +31,8 @@ pub struct Choice {
 }
 
 impl Method {
-    /// The method that suits a scene and a sensor, and why: beams if they can follow all light without drawing at
-    /// random, else photons.
+    /// The method that suits a scene and a sensor, and why: beams if they can follow all light without
+    /// drawing at random, else photons.
     ///
     /// # Errors
     ///
@@ -54,8 +53,8 @@ impl Method {
         Self::choose_with(scene, sensor, &Given::new())
     }
 
-    /// The method that suits a scene, a sensor and settings: the one that the scene suggests if it has them all, else
-    /// the first that has.
+    /// The method that suits a scene, a sensor and settings: the one that the scene suggests if it has them
+    /// all, else the first that has.
     ///
     /// # Errors
     ///
@@ -121,7 +120,7 @@ impl Method {
 fn best(scene: &Scene, sensor: &Sensor) -> (Entry, String) {
     let find = |name: &str| Entry::all().find(|entry| entry.name() == name);
     let all = || Entry::all().next();
-    let measured = if is_camera(sensor) {
+    let measured = if sensor.is_camera() {
         "the light that mirrors and glass bring to what the camera sees"
     } else {
         "the light on the sensor"

@@ -3,7 +3,7 @@
 //! Each function says the bytes that a texel takes when a run takes most, files and all; scene and program
 //! come on top.
 
-use crate::scene::{Scene, Sensor, SensorKind, is_achromatic};
+use crate::scene::{Scene, Sensor, is_achromatic};
 use crate::transport::path_class::PathClass;
 
 /// Three `f64`.
@@ -21,14 +21,9 @@ pub(super) fn film(sensor: &Sensor, bytes_a_texel: u64) -> u64 {
     texels(sensor).saturating_mul(bytes_a_texel)
 }
 
-/// True if a sensor sees surfaces from afar, rather than measuring on one.
-pub(super) fn is_camera(sensor: &Sensor) -> bool {
-    !matches!(sensor.kind, SensorKind::IrradianceMeter { .. })
-}
-
 /// Channels that light has on a sensor: 1 if all is grey. A camera may see coloured surfaces.
 pub(super) fn channels(scene: &Scene, sensor: &Sensor) -> u64 {
-    if is_achromatic(scene) && !is_camera(sensor) {
+    if is_achromatic(scene) && !sensor.is_camera() {
         1
     } else {
         3

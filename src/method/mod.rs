@@ -1,8 +1,8 @@
 //! Methods: one door to every way of filling a sensor.
 //!
-//! A [`Method`] is a name with settings. Its settings are rows of one table, which serves flags, `--set`, `study.toml`,
-//! help, documents and errors. It says whether it [supports](Method::supports) a scene, what a run [costs](Method::cost),
-//! and [runs](Method::run) within a [`Budget`].
+//! A [`Method`] is a name with settings. Its settings are rows of one table, which serves flags, `--set`,
+//! `study.toml`, help, documents and errors. It says whether it [supports](Method::supports) a scene, what a
+//! run [costs](Method::cost), and [runs](Method::run) within a [`Budget`].
 //!
 //! | file | content |
 //! |---|---|
@@ -117,7 +117,8 @@ impl Method {
     ///
     /// # Errors
     ///
-    /// For a name that does not exist, a setting that the method does not have, and a value that it cannot have.
+    /// For a name that does not exist, a setting that the method does not have, and a value that it cannot
+    /// have.
     ///
     /// # Example: a million photons
     ///
@@ -202,7 +203,8 @@ impl Method {
         self.values.given()
     }
 
-    /// All settings with a value, those not given included, as JSON: runs with the same settings have the same bits.
+    /// All settings with a value, those not given included, as JSON: runs with the same settings have the
+    /// same bits.
     ///
     /// # Example: a default value
     ///
@@ -367,7 +369,8 @@ impl Method {
         self.entry.supports(scene, sensor, &self.values)
     }
 
-    /// The cost of a run before anything is traced: a bound on its memory, and the work that its settings fix.
+    /// The cost of a run before anything is traced: a bound on its memory, and the work that its settings
+    /// fix.
     ///
     /// # Example: memory before a run
     ///
@@ -422,8 +425,8 @@ impl Method {
     ///
     /// # Errors
     ///
-    /// If the method cannot work on the scene or the sensor, the film does not fit into memory, or numbers cannot be
-    /// summed.
+    /// If the method cannot work on the scene or the sensor, the film does not fit into memory, or numbers
+    /// cannot be summed.
     ///
     /// # Example: four thousand photons
     ///
@@ -444,7 +447,7 @@ impl Method {
         budget: &Budget,
         context: &Context,
     ) -> Result<Rendering, Error> {
-        if self.is_of_cameras() && !memory::is_camera(sensor) {
+        if self.is_of_cameras() && !sensor.is_camera() {
             self.supports(scene, sensor)?;
         }
         self.check_memory(scene, sensor, context)?;

@@ -8,8 +8,9 @@ use crate::setting::{Kind, Setting, Words, words_of};
 use crate::transport::scatter::ShadingNormals;
 use crate::transport::signature::MAX_EVENTS;
 
-/// The largest number of photons, rays or samples that can be asked for: a year's work at ten million a second.
-const MAX_COUNT: u64 = 1 << 48;
+/// The largest number of photons, rays or samples that can be asked for: a year's work at ten million a
+/// second.
+pub const MAX_COUNT: u64 = 1 << 48;
 
 /// A count of work, which limits a run.
 pub(super) const COUNT: Kind = Kind::Whole(1, MAX_COUNT);

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use super::entry::Entry;
+pub use super::rows::MAX_COUNT;
 use crate::setting::{Kind, Preset, Setting};
 
 /// One setting as a flag: the rows of all references that have its key.

@@ -2,7 +2,6 @@
 
 use std::time::Duration;
 
-use super::memory::is_camera;
 use super::reference::Job;
 use crate::approximation::Technique;
 use crate::geometry::TraversalCounters;
@@ -17,7 +16,7 @@ pub(super) fn run(technique: &dyn Technique, job: &Job) -> Result<Rendering, Err
     let mut prepared = technique.prepare(scene, sensor, job.values, job.context)?;
     let frame = prepared.frame(scene, sensor, job.context)?;
     let seconds: f64 = frame.work.iter().map(|stage| stage.seconds).sum();
-    let quantity = if is_camera(sensor) {
+    let quantity = if sensor.is_camera() {
         Quantity::Radiance
     } else {
         Quantity::Irradiance

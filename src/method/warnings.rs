@@ -1,12 +1,12 @@
 //! Warnings of runs: the one place where they are written.
 
-use super::memory::is_camera;
 use crate::run::{Estimate, LayerName, Quantity};
 use crate::scene::{Emitter, Scene, Sensor};
 use crate::transport::chain_limits::{left_out, left_out_of_image};
 use crate::transport::signature::Signature;
 
-/// The warning of a run that was stopped before anything was known; `what` is the light that it was to measure.
+/// The warning of a run that was stopped before anything was known; `what` is the light that it was to
+/// measure.
 pub(super) fn ended_before(first: &str, what: &str) -> String {
     format!("the run ended before the first {first} did: nothing is known of the {what}")
 }
@@ -38,8 +38,8 @@ pub(super) fn unknown_direct(estimate: &Estimate) -> Option<String> {
     })
 }
 
-/// Warnings of methods that measure only light by way of mirrors and glass, on a camera. `is_everywhere` if surfaces of
-/// any kind show it: photon maps are looked up wherever light scatters.
+/// Warnings of methods that measure only light by way of mirrors and glass, on a camera. `is_everywhere` if
+/// surfaces of any kind show it: photon maps are looked up wherever light scatters.
 pub(super) fn of_camera(
     scene: &Scene,
     estimate: &Estimate,
@@ -86,7 +86,7 @@ pub(super) fn cut_off(paths: u64) -> Option<String> {
 
 /// The refusal of a sensor that is no camera, in the words of methods that start there.
 pub(super) fn no_camera(sensor: &Sensor) -> Option<String> {
-    (!is_camera(sensor)).then(|| {
+    (!sensor.is_camera()).then(|| {
         format!(
             "sensor \"{}\" ({}): paths start at cameras; an irradiancemeter is filled by --method beams or photons",
             sensor.id,

@@ -1,7 +1,8 @@
 //! Rounds: a budget of work, time or error, spent by a method that repeats itself.
 //!
 //! A method with replicates works in rounds, each of all replicates. If only work is limited there is one
-//! round. Otherwise there are several, each with twice the work of the one before, until the next would not fit.
+//! round. Otherwise there are several, each with twice the work of the one before, until the next would not
+//! fit.
 
 use std::time::{Duration, Instant};
 
@@ -9,8 +10,8 @@ use crate::run::{Budget, Error, Progress};
 
 /// A method that works in rounds. Its unit of work is counted for each replicate.
 pub trait Rounds {
-    /// Traces round `number`, with so much work `each`, and adds it to the rounds before. Returns false if it was
-    /// ended before all replicates were through.
+    /// Traces round `number`, with so much work `each`, and adds it to the rounds before. Returns false if it
+    /// was ended before all replicates were through.
     ///
     /// # Errors
     ///

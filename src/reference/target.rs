@@ -77,7 +77,8 @@ impl Target {
         }
     }
 
-    /// Whether one channel can stand for red, green and blue: a camera shows the colours of what it sees, too.
+    /// Whether one channel can stand for red, green and blue: a camera shows the colours of what it sees,
+    /// too.
     pub fn is_achromatic(&self, scene: &Scene) -> bool {
         let is_grey = |material: &Material| match material {
             Material::Diffuse {
@@ -118,8 +119,9 @@ impl Target {
         }
     }
 
-    /// What a texel gains from flux that falls where its middle is: 1 / area \[1/m²\], or a pixel's radiance by flux
-    /// \[1/(m² sr)\]; that of a typical pixel where a camera sees nothing in the middle, and nothing for a texel without a surface.
+    /// What a texel gains from flux that falls where its middle is: 1 / area \[1/m²\], or a pixel's radiance
+    /// by flux \[1/(m² sr)\]; that of a typical pixel where a camera sees nothing in the middle, and nothing
+    /// for a texel without a surface.
     pub fn gain(&self, scene: &Scene, texel: usize) -> Rgb {
         let typical = match self.measure(texel) {
             0.0 => Rgb::BLACK,

@@ -38,12 +38,12 @@ pub enum CombineError {
 }
 
 impl Estimate {
-    /// This light and `other` light: layers side by side, and the sum of both as the total. Layers of what has no
-    /// name of its own (`other`) are added to one.
+    /// This light and `other` light: layers side by side, and the sum of both as the total. Layers of what
+    /// has no name of its own (`other`) are added to one.
     ///
-    /// Standard errors add by squares, as those of independent runs; bounds add up, and both must have them or
-    /// neither ([`Estimate::with_bounds`] makes some). The ledger is that of neither: both may have followed the
-    /// same light.
+    /// Standard errors add by squares, as those of independent runs; bounds add up, and both must have them
+    /// or neither ([`Estimate::with_bounds`] makes some). The ledger is that of neither: both may have
+    /// followed the same light.
     ///
     /// # Errors
     ///
@@ -92,8 +92,8 @@ impl Estimate {
         Ok(self)
     }
 
-    /// The same with bounds of a random method's layers: `replicates` - 1 degrees of freedom, each holding with the
-    /// probability `confidence`. Layers that have bounds keep them.
+    /// The same with bounds of a random method's layers: `replicates` - 1 degrees of freedom, each holding
+    /// with the probability `confidence`. Layers that have bounds keep them.
     #[must_use]
     #[doc(hidden)]
     pub fn with_bounds(mut self, confidence: f64, replicates: u32) -> Self {

@@ -94,8 +94,8 @@ pub struct Estimate {
     pub layers: Vec<Layer>,
     /// Contributions a texel, all specular layers together.
     pub counts: Vec<u64>,
-    /// Where all traced flux went, as the layers have it. A camera receives none, it sees what surfaces make of
-    /// what they absorb; of beams it is empty then.
+    /// Where all traced flux went, as the layers have it. A camera receives none, it sees what surfaces make
+    /// of what they absorb; of beams it is empty then.
     pub ledger: Ledger,
     /// How many paths were started.
     pub paths: u64,
@@ -195,7 +195,8 @@ pub enum LayerName {
     Total,
     /// One path signature: `LD`, `LRD`, `LTTD`, ...
     Path(Signature),
-    /// The paths of one signature whose diffuse surface the camera sees by way of mirrors or glass: `LTTDSE`, ...
+    /// The paths of one signature whose diffuse surface the camera sees by way of mirrors or glass: `LTTDSE`,
+    /// ...
     Seen(Signature),
     /// All light by way of mirrors and glass: `specular`.
     Specular,

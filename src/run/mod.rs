@@ -6,7 +6,7 @@
 //! | [`context`] | progress, stop, threads, cache folder, memory limit |
 //! | [`progress`] | how far a run is |
 //! | [`error`] | [`Error`], and the [`Refusal`] of a scene or a sensor |
-//! | [`estimate`] | maps with error bars, layer by layer; [`combine`] adds them, [`channels`] makes files of them |
+//! | [`estimate`] | maps with error bars by layer; [`combine`] adds them, [`channels`] makes files of them |
 //! | [`light`] | the set of light paths that a method measures |
 //! | [`rendering`] | an estimate with counters, warnings and the method's own report |
 //! | [`counters`] | work by name, and by stage |

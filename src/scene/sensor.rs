@@ -111,6 +111,12 @@ impl Sensor {
         ]
     }
 
+    /// True if it sees surfaces from afar, rather than measuring on one.
+    #[doc(hidden)]
+    pub fn is_camera(&self) -> bool {
+        !matches!(self.kind, SensorKind::IrradianceMeter { .. })
+    }
+
     /// The name of Mitsuba's plugin.
     pub fn plugin(&self) -> &'static str {
         match self.kind {

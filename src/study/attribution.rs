@@ -1,17 +1,18 @@
 //! Which stage of an approximation makes its error.
 //!
-//! The approximation is run with all its stages as they are set, with each stage exact alone, and with one more stage exact
-//! after the other, in the order of the pipeline. An error is the root mean square difference to the truth of the *modelled*
-//! light, relative to that light's mean,
+//! The approximation is run with all its stages as they are set, with each stage exact alone, and with one
+//! more stage exact after the other, in the order of the pipeline. An error is the root mean square
+//! difference to the truth of the *modelled* light, relative to that light's mean,
 //!
 //! ```text
 //! e = √(Σ (aᵢ − tᵢ)² / n) / (Σ tᵢ / n)
 //! ```
 //!
-//! with sums over all texels, n the number of texels that the truth lights, and channels averaged: the relative RMSE of
-//! `metric`, but for light that lands where there should be none, which counts here. The falls of the error along the pipeline and what is left
-//! at its end add up to the whole error, exactly. What the falls of single stages do not add up to is their interaction: errors that hide
-//! or cancel each other. Light that the technique does not model at all is told apart from both.
+//! with sums over all texels, n the number of texels that the truth lights, and channels averaged: the
+//! relative RMSE of `metric`, but for light that lands where there should be none, which counts here. The
+//! falls of the error along the pipeline and what is left at its end add up to the whole error, exactly. What
+//! the falls of single stages do not add up to is their interaction: errors that hide or cancel each other.
+//! Light that the technique does not model at all is told apart from both.
 
 use std::collections::BTreeMap;
 
@@ -105,7 +106,8 @@ pub struct Attribution {
     pub stages: Vec<StageError>,
     /// The light that it does not model, by all light from mirrors and glass; NaN where that is not known.
     pub not_modelled: f64,
-    /// Relative RMSE of leaving that light out, by the mean of the modelled light; NaN where that is not known.
+    /// Relative RMSE of leaving that light out, by the mean of the modelled light; NaN where that is not
+    /// known.
     pub not_modelled_error: f64,
     /// The truth's own likely error, relative.
     pub truth_error: Option<f64>,
@@ -146,8 +148,8 @@ pub fn fall_alone(error: f64, alone: impl Iterator<Item = f64>) -> f64 {
 
 /// The truth of a scene by beams, for an approximation of some of its light.
 ///
-/// Two runs: one of chains no longer than that light's, to the error that is asked for, and one of all chains, of which only the sum of the
-/// other light is wanted, to ten times that error.
+/// Two runs: one of chains no longer than that light's, to the error that is asked for, and one of all
+/// chains, of which only the sum of the other light is wanted, to ten times that error.
 ///
 /// # Errors
 ///
@@ -229,8 +231,8 @@ fn total(values: &[Rgb]) -> f64 {
     values.iter().map(|value| value.mean()).sum()
 }
 
-/// Runs a technique with its stages as they are, each exact alone, and cumulatively. `truth` is asked once, for the light that
-/// the technique models.
+/// Runs a technique with its stages as they are, each exact alone, and cumulatively. `truth` is asked once,
+/// for the light that the technique models.
 ///
 /// # Errors
 ///

@@ -14,8 +14,8 @@ pub struct Product {
     pub image: Image,
     /// The quantity that is measured.
     pub quantity: Quantity,
-    /// Time \[s\] of the film by the method's own clock, if it leaves out preparations that a frame does not repeat; otherwise
-    /// the whole run counts.
+    /// Time \[s\] of the film by the method's own clock, if it leaves out preparations that a frame does not
+    /// repeat; otherwise the whole run counts.
     pub seconds: Option<f64>,
     /// Everything else.
     pub facts: Facts,
@@ -45,7 +45,8 @@ pub struct Facts {
 /// Root mean square over all texels of one (likely) standard error, in the film's unit, by part of the light.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Spread {
-    /// Of light that came by way of mirrors or glass (to a camera: of all light); `None` where it is not known.
+    /// Of light that came by way of mirrors or glass (to a camera: of all light); `None` where it is not
+    /// known.
     pub specular: Option<f64>,
     /// Of direct light on a receiver: of a quadrature's bounds, half their distance.
     pub direct: f64,
@@ -82,7 +83,8 @@ pub struct LedgerRow {
 }
 
 impl Product {
-    /// The result of a run. A method that models only a part of the light is judged by that part, and all its light is that layer's.
+    /// The result of a run. A method that models only a part of the light is judged by that part, and all its
+    /// light is that layer's.
     pub fn of(rendering: &Rendering) -> Self {
         let estimate = &rendering.estimate;
         let is_all = rendering.light == Light::All;

@@ -53,8 +53,8 @@ impl Session {
             .ok_or_else(|| StudyError::NoSensor(plan.sensor.clone()))
     }
 
-    /// A run on a sensor, made where it is not in the store, and as often as its seconds are to be repeated. `None` where it was stopped:
-    /// part of a run is not kept.
+    /// A run on a sensor, made where it is not in the store, and as often as its seconds are to be repeated.
+    /// `None` where it was stopped: part of a run is not kept.
     ///
     /// # Errors
     ///

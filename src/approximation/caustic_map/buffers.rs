@@ -44,8 +44,8 @@ pub fn takes_part(scene: &Scene, material: &Material, mode: Mode) -> bool {
     }
 }
 
-/// The place where a ray of the light first meets a specular object; `None` where something hides it, and where light would
-/// enter a refractor by its back.
+/// The place where a ray of the light first meets a specular object; `None` where something hides it, and
+/// where light would enter a refractor by its back.
 #[inline]
 pub fn front(
     scene: &Scene,
@@ -67,7 +67,8 @@ pub fn front(
     Some(Front { ray, hit, point })
 }
 
-/// Whether a point is inside a closed surface: from there a ray that meets it does so from behind, whichever ray.
+/// Whether a point is inside a closed surface: from there a ray that meets it does so from behind, whichever
+/// ray.
 pub fn is_inside(scene: &Scene, shape: u32, point: DVec3) -> bool {
     let element = SurfaceElement { shape, face: None };
     let surface = &scene.world().shapes()[shape as usize];
@@ -119,7 +120,8 @@ pub fn back(
     found
 }
 
-/// Mean curvature [1/m] with the normal outward, positive where convex: half the trace of how the normal turns.
+/// Mean curvature [1/m] with the normal outward, positive where convex: half the trace of how the normal
+/// turns.
 pub fn mean_curvature(scene: &Scene, hit: &Hit, point: &SurfacePoint) -> f64 {
     let (s, t) = point.geometric_normal.any_orthonormal_pair();
     let turn = |along: DVec3| along.dot(scene.world().normal_derivative(hit, along));

@@ -1,8 +1,8 @@
 //! Stage `splat`, exact: beams between the corners of the light view's pixels, dealt out to texels by area.
 //!
-//! Where the corners of a pixel are light of one topology, their landings span two triangles (either way, and both are
-//! taken, by half), over which its flux is dealt out. Where they are not, the pixel is divided, `border-levels` times; of what is left
-//! then, each corner puts a quarter into its texel.
+//! Where the corners of a pixel are light of one topology, their landings span two triangles (either way, and
+//! both are taken, by half), over which its flux is dealt out. Where they are not, the pixel is divided,
+//! `border-levels` times; of what is left then, each corner puts a quarter into its texel.
 
 use glam::DVec2;
 use rayon::prelude::*;
@@ -54,7 +54,8 @@ struct Beams<'a> {
 /// Rows of pixels that share their lines of corners, as one task.
 const ROWS: usize = 8;
 
-/// Traces the corners of all pixels, their lattice shifted by `shift` pixels, and deals the beams out on a film.
+/// Traces the corners of all pixels, their lattice shifted by `shift` pixels, and deals the beams out on a
+/// film.
 pub fn deal_beams(tracer: &Tracer, canvas: &Canvas, shift: DVec2, film: &ExactFilm) -> BeamWork {
     let beams = Beams {
         tracer,

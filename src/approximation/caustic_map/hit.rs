@@ -43,8 +43,8 @@ pub struct Landing {
     pub surface: u64,
 }
 
-/// What a ray meets that is traced on: the next surface; from an approximate exit point, which may be inside the
-/// object still, the next receiver.
+/// What a ray meets that is traced on: the next surface; from an approximate exit point, which may be inside
+/// the object still, the next receiver.
 fn next(
     scene: &Scene,
     receivers: &Receivers,
@@ -135,12 +135,13 @@ fn seen_in(depths: &[DepthMap], point: DVec3) -> Option<(&DepthMap, Projection)>
     })
 }
 
-/// A march through the receivers' depths: `steps` equal steps along the ray until it is deeper than what the light sees there, then
-/// `bisections` of the last step. The way is as long as the range of depths. `depths` are all pictures of one light, as a cube's faces
-/// are; the march goes on from one to the next, and ends where none has it.
+/// A march through the receivers' depths: `steps` equal steps along the ray until it is deeper than what the
+/// light sees there, then `bisections` of the last step. The way is as long as the range of depths. `depths`
+/// are all pictures of one light, as a cube's faces are; the march goes on from one to the next, and ends
+/// where none has it.
 ///
-/// The point found is on the map's surface as far as that is sampled; the march may step over what is thinner than a
-/// step, and takes what is hidden from the light for solid (Szirmay-Kalos et al. 2005; section 6).
+/// The point found is on the map's surface as far as that is sampled; the march may step over what is thinner
+/// than a step, and takes what is hidden from the light for solid (Szirmay-Kalos et al. 2005; section 6).
 pub fn marched(
     exit: &Exit,
     depths: &[DepthMap],

@@ -26,9 +26,9 @@ impl Lens {
 
     /// `D_new` / D₀ of a thin lens `background` (`d_bg`, \[m\]) before the receiver: eq. 7.
     ///
-    /// With `1/d_image` = 1/f − `1/d_front` (eq. 1), the quotient (`d_bg` − `d_image`) / `d_image` is
-    /// `d_bg` (1/f − `1/d_front`) − 1: written so, neither an image at infinity nor parallel light is special. The sign, which says
-    /// whether the image is in between, is dropped.
+    /// With `1/d_image` = 1/f − `1/d_front` (eq. 1), the quotient (`d_bg` − `d_image`) / `d_image` is `d_bg`
+    /// (1/f − `1/d_front`) − 1: written so, neither an image at infinity nor parallel light is special. The
+    /// sign, which says whether the image is in between, is dropped.
     pub fn thin(&self, background: f64) -> f64 {
         let spread = background * (self.power() - self.vergence) - 1.0;
         spread.abs() / (1.0 + background * self.vergence)
@@ -37,8 +37,8 @@ impl Lens {
     /// `D_new` / D₀ of a thick lens: paraxial rays refracted at the two interfaces one after the other
     /// (Born and Wolf, *Principles of Optics*, 7th edition, 4.4).
     ///
-    /// A ray at height 1 with slope `1/d_front` has the slope u₁ = (`1/d_front` − (η−1) front) / η inside, height
-    /// y = 1 + thickness · u₁ at the back, and leaves with the slope η u₁ − (η−1) back · y.
+    /// A ray at height 1 with slope `1/d_front` has the slope u₁ = (`1/d_front` − (η−1) front) / η inside,
+    /// height y = 1 + thickness · u₁ at the back, and leaves with the slope η u₁ − (η−1) back · y.
     pub fn thick(&self, background: f64) -> f64 {
         let bend = self.eta - 1.0;
         let inside = (self.vergence - bend * self.front) / self.eta;

@@ -1,21 +1,22 @@
-//! Caustic mapping: photons traced in pictures from the light, drawn into a map that is projected back like a shadow map.
+//! Caustic mapping: photons traced in pictures from the light, drawn into a map that is projected back like a
+//! shadow map.
 //!
-//! Wyman and Davis, *Interactive image-space techniques for approximating caustics* (I3D 2006); with splats of variable
-//! size: Wyman and Dachsbacher, *Improving image-space caustics via variable-sized splatting* (Technical Report UICS-06-02,
-//! 2006), whose sections and equations are cited as such.
+//! Wyman and Davis, *Interactive image-space techniques for approximating caustics* (I3D 2006); with splats
+//! of variable size: Wyman and Dachsbacher, *Improving image-space caustics via variable-sized splatting*
+//! (Technical Report UICS-06-02, 2006), whose sections and equations are cited as such.
 //!
 //! | stage | file | variants | exact |
 //! |---|---|---|---|
-//! | `view` | [`buffers`], of [`LightView`](super::LightView) | positions and normals in `f16`, `f32`; 24-bit depths | `f64` |
+//! | `view` | [`buffers`], of [`LightView`](super::LightView) | `f16` or `f32`; 24-bit depths | `f64` |
 //! | `refraction` | [`refraction`], of [`interface`](super::interface) | `image-space` | the ray is traced |
 //! | `hit` | [`hit`] | `depth-map` | the ray is traced |
 //! | `flux` | [`trace`] | `uniform` | by solid angle |
 //! | `fresnel` | [`interface`](super::interface) | `none`, `schlick` | Fresnel's equations |
-//! | `splat` | [`splat`], [`resolve`]; widths by [`lens`] | Gaussians, fixed or variable | [`footprint`]: beams |
-//! | `lookup` | [`lookup`] | `nearest`, `bilinear` | [`project`]: none, light is dealt out to the sensor's own texels |
+//! | `splat` | [`splat`], [`resolve`], [`lens`] | Gaussians, fixed or variable | [`footprint`]: beams |
+//! | `lookup` | [`lookup`] | `nearest`, `bilinear` | [`project`]: on the sensor's own texels |
 //!
-//! The light that it models is `LTTD`, or `LRD`; total internal reflection, third interfaces and whatever a photon
-//! meets on its way after the specular object are not modelled.
+//! The light that it models is `LTTD`, or `LRD`; total internal reflection, third interfaces and whatever a
+//! photon meets on its way after the specular object are not modelled.
 
 pub mod buffers;
 mod demands;

@@ -1,7 +1,7 @@
 //! Photons through the stages `view`, `refraction`, `hit` and `flux`, tile after tile of the photon buffer.
 //!
-//! A tile's photons take one stage after the other while they are in a core's cache. Rays of a tile are neighbours, and so
-//! find the same parts of meshes.
+//! A tile's photons take one stage after the other while they are in a core's cache. Rays of a tile are
+//! neighbours, and so find the same parts of meshes.
 
 use std::time::Instant;
 
@@ -52,7 +52,8 @@ struct Arrived {
     place: Place,
 }
 
-/// Photons at the pixels' centres, shifted by `shift` pixels: those on each of some maps, by tiles and in each by rows.
+/// Photons at the pixels' centres, shifted by `shift` pixels: those on each of some maps, by tiles and in
+/// each by rows.
 pub fn photons(tracer: &Tracer, maps: &[LightView], shift: DVec2) -> (Vec<Vec<Photon>>, Stages) {
     let tiles = tracer.view.side().div_ceil(TILE);
     let done: Vec<(Vec<Vec<Photon>>, Stages)> = (0..tiles * tiles)

@@ -62,7 +62,8 @@ pub fn deal_texels(
                         work.fragments += film.deal(triangle.map(|(at, ..)| at), values);
                     }
                 } else {
-                    // At a surface's border a texel's light is where its corners are: what is between two surfaces has none.
+                    // At a surface's border a texel's light is where its corners are: what is between two
+                    // surfaces has none.
                     for (at, weight, _) in [a, b, c, d].into_iter().flatten() {
                         film.deposit_at(at, share(4.0, weight));
                         work.fragments += 1;

@@ -23,7 +23,8 @@ pub struct Exit {
     pub throughput: Rgb,
     /// The object, as lens equations see it.
     pub lens: Lens,
-    /// How the ray changes with the two image coordinates of the light view, by pixel; zero where that is not wanted.
+    /// How the ray changes with the two image coordinates of the light view, by pixel; zero where that is not
+    /// wanted.
     pub derivatives: [RayDerivative; 2],
     /// Whether it left exactly there: an approximate place may be inside the object still.
     pub is_exact: bool,
@@ -195,17 +196,18 @@ impl Arrival<'_> {
         })
     }
 
-    /// Wyman's two-interface refraction (*An approximate image-space approach for interactive refraction*, SIGGRAPH 2005):
-    /// the exit point is P₂ = P₁ + d̃ T₁ with
+    /// Wyman's two-interface refraction (*An approximate image-space approach for interactive refraction*,
+    /// SIGGRAPH 2005): the exit point is P₂ = P₁ + d̃ T₁ with
     ///
     /// ```text
     /// d̃ = (θt/θi) d_V + (1 − θt/θi) d_N
     /// ```
     ///
-    /// where `d_V` is the object's thickness along the light's ray, to its farthest back face, and `d_N` the one along the inverted
-    /// normal, which a device has precomputed for each vertex (here a ray that is counted). The normal there
-    /// is read from the picture of back faces, at the pixel that P₂ is seen in. `None` where that pixel has none, and
-    /// where that interface would reflect all: the technique knows no total internal reflection.
+    /// where `d_V` is the object's thickness along the light's ray, to its farthest back face, and `d_N` the
+    /// one along the inverted normal, which a device has precomputed for each vertex (here a ray that is
+    /// counted). The normal there is read from the picture of back faces, at the pixel that P₂ is seen in.
+    /// `None` where that pixel has none, and where that interface would reflect all: the technique knows no
+    /// total internal reflection.
     pub fn image_space(
         &self,
         backs: &[Option<Back>],
@@ -280,8 +282,8 @@ impl Arrival<'_> {
     }
 }
 
-/// Wyman's d̃ \[m\] of light that arrives along `arriving`, goes on along `refracted`, from the thickness along the view and
-/// the one along the normal.
+/// Wyman's d̃ \[m\] of light that arrives along `arriving`, goes on along `refracted`, from the thickness
+/// along the view and the one along the normal.
 fn interpolated(
     arriving: DVec3,
     refracted: DVec3,

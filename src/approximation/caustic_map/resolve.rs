@@ -1,4 +1,5 @@
-//! Stage `splat`, by photon density: maps of several finenesses, of which each texel takes what has enough photons.
+//! Stage `splat`, by photon density: maps of several finenesses, of which each texel takes what has enough
+//! photons.
 
 use glam::DVec2;
 
@@ -25,16 +26,16 @@ struct Cell {
 
 /// Multi-resolution splatting (section 4.1): flux \[W\] by texel.
 ///
-/// Each photon is drawn once, as one point of 15 texels with four Gaussians in it, and counted in the texels that each
-/// of the four circles holds. Then each texel is put together from its finest splat with
-/// more than 8 photons and the next two coarser: from coarse to fine, where the finer one is brighter,
+/// Each photon is drawn once, as one point of 15 texels with four Gaussians in it, and counted in the texels
+/// that each of the four circles holds. Then each texel is put together from its finest splat with more than
+/// 8 photons and the next two coarser: from coarse to fine, where the finer one is brighter,
 ///
 /// ```text
 /// E ← E + b(c) (Eᵢ − E),   b(c) = 3t² − 2t³,   t = (c − 8) / (16 − 8) in 0..=1
 /// ```
 ///
-/// b being the sum of the two upper cubic Bernstein polynomials. (The report says "a Bernstein interpolant" and
-/// "normalized based on the number of splats weighted", not which.)
+/// b being the sum of the two upper cubic Bernstein polynomials. (The report says "a Bernstein interpolant"
+/// and "normalized based on the number of splats weighted", not which.)
 pub fn multi_resolution(side: usize, photons: &[Photon]) -> (Vec<Rgb>, Work) {
     let largest = DIAMETERS[3];
     let (cells, fragments) = in_bands(
@@ -87,8 +88,8 @@ fn combined(cell: &Cell) -> Rgb {
     sum
 }
 
-/// One level of a chain of maps: flux \[W\] and photons by texel. Level k has texels of 2ᵏ x 2ᵏ of the finest map's, those at the
-/// far borders perhaps a part of them.
+/// One level of a chain of maps: flux \[W\] and photons by texel. Level k has texels of 2ᵏ x 2ᵏ of the finest
+/// map's, those at the far borders perhaps a part of them.
 struct Level {
     side: usize,
     flux: Vec<Rgb>,
@@ -140,8 +141,8 @@ impl Level {
     }
 }
 
-/// Mipmapping by density (section 4): flux \[W\] by texel, each from the finest level of a chain of box-filtered
-/// maps at which its texel has `dense` photons.
+/// Mipmapping by density (section 4): flux \[W\] by texel, each from the finest level of a chain of
+/// box-filtered maps at which its texel has `dense` photons.
 pub fn mip(side: usize, photons: &[Photon], dense: u32) -> (Vec<Rgb>, Work) {
     let (base, mut work) = Level::of_points(side, photons);
     let mut levels = vec![base];
@@ -154,8 +155,8 @@ pub fn mip(side: usize, photons: &[Photon], dense: u32) -> (Vec<Rgb>, Work) {
     (map, work)
 }
 
-/// Photons splatted into every level of a chain of maps, as Gaussians of 3 texels of that level (section 4, figure 4): flux
-/// \[W\] by texel, each from the finest level at which its texel has `dense` photons.
+/// Photons splatted into every level of a chain of maps, as Gaussians of 3 texels of that level (section 4,
+/// figure 4): flux \[W\] by texel, each from the finest level at which its texel has `dense` photons.
 pub fn mip_splat(side: usize, photons: &[Photon], dense: u32) -> (Vec<Rgb>, Work) {
     let mut work = Work::default();
     let mut levels = Vec::new();
@@ -183,8 +184,8 @@ pub fn mip_splat(side: usize, photons: &[Photon], dense: u32) -> (Vec<Rgb>, Work
     (map, work)
 }
 
-/// Each texel from the finest level that has `dense` photons there, or else the coarsest: a coarser texel's flux by the
-/// number of texels that it stands for.
+/// Each texel from the finest level that has `dense` photons there, or else the coarsest: a coarser texel's
+/// flux by the number of texels that it stands for.
 fn chosen(levels: &[Level], dense: u32, work: &mut Work) -> Vec<Rgb> {
     let side = levels.first().map_or(0, |finest| finest.side);
     let mut map = Vec::with_capacity(side * side);
@@ -230,7 +231,8 @@ mod tests {
             for dense in [1, u32::MAX] {
                 let (map, _) = mip(side, &photons, dense);
                 let found: f64 = map.iter().map(|texel| texel.mean()).sum();
-                // Where levels are mixed, light of a coarse texel is also in its finer neighbours: only one level keeps it.
+                // Where levels are mixed, light of a coarse texel is also in its finer neighbours: only one
+                // level keeps it.
                 if dense == u32::MAX {
                     // A few thousand additions of positive numbers.
                     assert!((found / sent - 1.0).abs() < 1e-12, "{side}: {found} {sent}");

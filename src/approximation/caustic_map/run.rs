@@ -94,8 +94,8 @@ impl Pipeline<'_> {
         result
     }
 
-    /// Where in its pixel a frame's photons are, as a shift from the middle: the additive sequence of the plastic
-    /// number (Roberts 2018), whose first points cover a square evenly.
+    /// Where in its pixel a frame's photons are, as a shift from the middle: the additive sequence of the
+    /// plastic number (Roberts 2018), whose first points cover a square evenly.
     fn shift(frame: u32) -> DVec2 {
         const PLASTIC: f64 = 1.324_717_957_244_746;
         let step = DVec2::new(1.0 / PLASTIC, 1.0 / (PLASTIC * PLASTIC));
@@ -211,7 +211,8 @@ impl Pipeline<'_> {
         })
     }
 
-    /// The receivers' depths in each view, where a stage reads them: marches do, and look-ups where receivers may hide one another.
+    /// The receivers' depths in each view, where a stage reads them: marches do, and look-ups where receivers
+    /// may hide one another.
     fn depth_maps(&mut self, views: &[LightView]) -> Vec<DepthMap> {
         let is_marched = self.settings.hit == Hit::DepthMap;
         let is_tested = self.settings.lookup != Lookup::Exact && self.receivers.may_hide();
@@ -316,8 +317,8 @@ impl Pipeline<'_> {
         })
     }
 
-    /// A light's photons on each of its maps. Their stages run side by side, in tiles: the time that they take together is
-    /// shared out by what threads spent in each.
+    /// A light's photons on each of its maps. Their stages run side by side, in tiles: the time that they
+    /// take together is shared out by what threads spent in each.
     fn photons(&mut self, light: &Light, maps: &[LightView], shift: DVec2) -> Vec<Vec<Photon>> {
         let backs = self.backs(light);
         let start = Instant::now();

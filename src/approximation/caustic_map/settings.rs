@@ -171,7 +171,8 @@ pub(super) const STAGES: &[Stage] = &[
     },
 ];
 
-/// The settings of a caustic map, with their types. By default, the thin-lens technique of the report at 512² photons.
+/// The settings of a caustic map, with their types. By default, the thin-lens technique of the report at 512²
+/// photons.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
     /// The light; `None` is refraction if anything refracts.
@@ -200,7 +201,8 @@ pub struct Settings {
     pub splat: Splat,
     /// Diameter of a fixed splat, in map texels.
     pub splat_size: f64,
-    /// Diameter of a splat of light that nothing refracts, in pixels of the photon buffer: D₀ of eq. 7 by N and M.
+    /// Diameter of a splat of light that nothing refracts, in pixels of the photon buffer: D₀ of eq. 7 by N
+    /// and M.
     pub base_size: f64,
     /// The largest diameter of a splat, in map texels.
     pub largest_splat: f64,

@@ -39,8 +39,8 @@ fn half_width(spread: &Spread) -> DVec2 {
 
 /// Draws photons with their own spread: flux \[W\] by texel.
 ///
-/// Each splat's weights are those of its Gaussian at the centres of its texels, divided by their sum: no flux is lost but
-/// beyond the map's border.
+/// Each splat's weights are those of its Gaussian at the centres of its texels, divided by their sum: no flux
+/// is lost but beyond the map's border.
 pub fn draw(side: usize, photons: &[Photon]) -> (Vec<Rgb>, Work) {
     let (map, fragments) = in_bands(
         [side; 2],
@@ -83,7 +83,8 @@ impl Ellipse {
         }
     }
 
-    /// First and last column in a row, where p x² + 2 q x y + r y² ≤ 3²; none where the last is before the first.
+    /// First and last column in a row, where p x² + 2 q x y + r y² ≤ 3²; none where the last is before the
+    /// first.
     fn columns(&self, row: i64) -> (i64, i64) {
         const EDGE: f64 = 0.25 * DEVIATIONS * DEVIATIONS;
         let [p, q, r] = self.precision;
@@ -96,10 +97,12 @@ impl Ellipse {
         )
     }
 
-    /// Adds the Gaussian's values at the centres of a row's texels `first` to `last` to a list, from left to right.
+    /// Adds the Gaussian's values at the centres of a row's texels `first` to `last` to a list, from left to
+    /// right.
     ///
-    /// The exponent is a square in the column: from texel to texel values change by a factor that itself changes by e^−p. Within
-    /// the ellipse none is less than e^−4.5, so that thousands of products keep twelve digits.
+    /// The exponent is a square in the column: from texel to texel values change by a factor that itself
+    /// changes by e^−p. Within the ellipse none is less than e^−4.5, so that thousands of products keep
+    /// twelve digits.
     fn values(&self, row: i64, (first, last): (i64, i64), into: &mut Vec<f64>) {
         let [p, q, r] = self.precision;
         let y = row as f64 + 0.5 - self.at.y;
@@ -124,7 +127,8 @@ fn draw_ellipse(photon: &Photon, covariance: &DMat2, band: &mut Band<Rgb>) {
         ellipse.values(row, ellipse.columns(row), &mut values);
     }
     let sum: f64 = values.iter().sum();
-    // An ellipse has the centre of its own texel: it is at least a third of a texel wide, one way and the other.
+    // An ellipse has the centre of its own texel: it is at least a third of a texel wide, one way and the
+    // other.
     if sum > 0.0 && sum.is_finite() {
         let mut next = values.iter();
         for row in rows {

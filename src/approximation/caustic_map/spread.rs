@@ -40,8 +40,8 @@ pub fn spread(
     }
 }
 
-/// The Gaussian of a photon's pixel, σ = `base_size` / 6 pixels, carried to the map by the beam's exact derivatives; never
-/// narrower than a third of a texel, nor larger than the largest splat.
+/// The Gaussian of a photon's pixel, σ = `base_size` / 6 pixels, carried to the map by the beam's exact
+/// derivatives; never narrower than a third of a texel, nor larger than the largest splat.
 fn ellipse(settings: &Settings, map: &LightView, exit: &Exit, place: &Place) -> Spread {
     const NARROWEST: f64 = 1.0 / 3.0;
     let distance = place.position.distance(exit.ray.origin);

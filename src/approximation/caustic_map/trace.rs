@@ -25,7 +25,8 @@ pub struct Tracer<'a> {
     pub source: &'a Source,
     /// The photon buffer's view.
     pub view: &'a LightView,
-    /// The mean over its pixels of what each measures of light space: solid angle \[sr\], of parallel light area \[m²\].
+    /// The mean over its pixels of what each measures of light space: solid angle \[sr\], of parallel light
+    /// area \[m²\].
     pub pixel_measure: f64,
     /// Which light.
     pub mode: Mode,

@@ -67,7 +67,8 @@ impl Work {
         ])
     }
 
-    /// The work of a whole frame by name, in the order of importance; `photons` are those that the frame began with.
+    /// The work of a whole frame by name, in the order of importance; `photons` are those that the frame
+    /// began with.
     pub fn of_frame(stages: &[Self]) -> Counters {
         let sum = stages.iter().fold(Self::default(), |sum, one| sum + *one);
         Counters::of([

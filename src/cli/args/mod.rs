@@ -50,9 +50,6 @@ pub enum Command {
     Generate(GenerateArgs),
 }
 
-/// The largest number of rays that can be asked for: a year's work at ten million a second.
-const MAX_COUNT: u64 = 1 << 48;
-
 /// The scene.
 #[derive(Debug, clap::Args)]
 pub struct SceneArgs {

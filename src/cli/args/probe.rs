@@ -4,8 +4,9 @@ use std::time::Duration;
 
 use glam::DVec2;
 
+use super::SceneArgs;
 use super::parse::{parse_duration, parse_shading_normals, parse_uv};
-use super::{MAX_COUNT, SceneArgs};
+use crate::method::table::MAX_COUNT;
 use crate::reference::probe::ProbeSettings;
 use crate::transport::scatter::ShadingNormals;
 use crate::transport::signature::MAX_EVENTS;

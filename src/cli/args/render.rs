@@ -5,7 +5,6 @@ use std::path::PathBuf;
 use super::parse::{parse_define, parse_shard};
 use super::{SceneArgs, SettingArgs};
 use crate::reference::photons::Shard;
-use crate::setting::Given;
 
 /// `nephroid render`.
 #[derive(Debug, clap::Args)]
@@ -46,13 +45,4 @@ pub struct RenderArgs {
     /// Print the summary as JSON
     #[arg(long)]
     pub json: bool,
-}
-
-impl RenderArgs {
-    /// All settings, by flag or by `--set`.
-    pub fn given(&self) -> Given {
-        let mut given = self.settings.given.clone();
-        given.extend(self.set.iter().cloned());
-        given
-    }
 }

@@ -1,20 +1,34 @@
 //! Settings of methods as flags: made from the table of methods.
 
-use std::collections::BTreeMap;
-
+use anyhow::bail;
 use clap::{Arg, ArgMatches, Command, Error, FromArgMatches};
 
 use crate::method::table::flags;
-use crate::setting::{Kind, SettingError};
+use crate::setting::{Given, Kind, SettingError};
 
 /// Settings of references, a flag each. Which of them a method has is for the method to say.
 #[derive(Clone, Debug, Default)]
 pub struct SettingArgs {
     /// Values by key, as typed.
-    pub given: BTreeMap<String, String>,
+    pub given: Given,
 }
 
 impl SettingArgs {
+    /// These settings and those of `--set`.
+    ///
+    /// # Errors
+    ///
+    /// If a setting is given twice, with both values.
+    pub fn and(&self, set: &[(String, String)]) -> anyhow::Result<Given> {
+        let mut given = self.given.clone();
+        for (key, value) in set {
+            if let Some(first) = given.insert(key.clone(), value.clone()) {
+                bail!("{key} is given twice, as \"{first}\" and as \"{value}\"; allowed is once");
+            }
+        }
+        Ok(given)
+    }
+
     /// A key as it was typed: a flag has dashes.
     pub fn typed(&self, key: &str) -> String {
         let dashes = if self.given.contains_key(key) {
@@ -67,7 +81,7 @@ impl clap::Args for SettingArgs {
 
 impl FromArgMatches for SettingArgs {
     fn from_arg_matches(matches: &ArgMatches) -> Result<Self, Error> {
-        let mut given = BTreeMap::new();
+        let mut given = Given::new();
         for flag in flags() {
             if let Some(value) = matches.get_one::<String>(flag.key) {
                 given.insert(flag.key.to_owned(), value.clone());

@@ -1,7 +1,7 @@
 //! Photon maps as a method.
 
 use super::photons::{self, counted, error_line};
-use crate::method::memory::{self, is_camera};
+use crate::method::memory;
 use crate::method::reference::{About, Job, Reference};
 use crate::method::rows;
 use crate::method::warnings;
@@ -60,7 +60,7 @@ impl Reference for PhotonMap {
     }
 
     fn supports(&self, scene: &Scene, sensor: &Sensor, _values: &Values) -> Result<(), Refusal> {
-        if !is_camera(sensor) {
+        if !sensor.is_camera() {
             return Err(Refusal::new(format!(
                 "sensor \"{}\" is an irradiancemeter: photon maps are for cameras; on a receiver photons are counted \
                  in texels, without bias",

@@ -62,8 +62,8 @@ const METALS: [MetalIndex; 38] = [
 
 /// The material with this name, spelled as Mitsuba does.
 ///
-/// `none`, the perfect mirror, is not in the table. If Mitsuba's data do not differ, the table has only the name
-/// without `_palik`, and both names mean the same.
+/// `none`, the perfect mirror, is not in the table. If Mitsuba's data do not differ, the table has only the
+/// name without `_palik`, and both names mean the same.
 pub fn named(name: &str) -> Option<&'static MetalIndex> {
     let of = |name: &str| METALS.iter().find(|metal| metal.name == name);
     of(name).or_else(|| of(name.strip_suffix("_palik")?))

@@ -9,7 +9,7 @@
 //! | [`GlassBall`] | a ball on the axis of a point or parallel light | radial map, texel-exact |
 //! | [`PlanoConvexLens`] | a lens on the axis of a point light | radial map |
 //! | [`ParabolicMirror`] | a dish in parallel light | radial map |
-//! | [`FlatSlab`] | a pane between a point light and a floor; parallel light through it | radial map; constant |
+//! | [`FlatSlab`] | a pane below a point light, or in parallel light | radial map; constant |
 //! | [`MirrorCup`] | a cup that mirrors inside, in parallel or point light | chords cut by texels |
 //! | [`SineWater`] | one wave on water, light straight down | map of one variable |
 //! | [`FlatFacets`] | any convex solid with flat facets in parallel light | polygons cut by polygons |

@@ -41,13 +41,14 @@ impl Default for FullSettings {
     }
 }
 
-/// Seeds of methods are this far apart. The same seed would start the same photons twice, connected and in maps, and
-/// errors of one image would not be independent.
+/// Seeds of methods are this far apart. The same seed would start the same photons twice, connected and in
+/// maps, and errors of one image would not be independent.
 const SEED_STEP: u64 = 1 << 62;
 
 impl FullSettings {
     /// The same with what one image asks of all: the depth and the seed of its paths, and shading normals
-    /// that do to flux what paths from a camera do to radiance. Layers are classes, so that none is given to signatures.
+    /// that do to flux what paths from a camera do to radiance. Layers are classes, so that none is given to
+    /// signatures.
     #[must_use]
     pub fn agreeing(mut self) -> Self {
         let seed = |step: u64| self.path.seed.wrapping_add(step.wrapping_mul(SEED_STEP));
@@ -92,8 +93,8 @@ impl FullSettings {
     }
 }
 
-/// The error that beams aim at if nothing limits time or error: 1 %, about what the default numbers of samples
-/// come to.
+/// The error that beams aim at if nothing limits time or error: 1 %, about what the default numbers of
+/// samples come to.
 pub const DEFAULT_BEAM_ERROR: f64 = 1e-2;
 
 impl FullSettings {

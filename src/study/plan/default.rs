@@ -1,6 +1,5 @@
 //! The default study of a sensor, for all that a study's file leaves open.
 
-use super::sensors::is_camera;
 use crate::method::Method;
 use crate::scene::{Emitter, Scene, Sensor};
 use crate::setting::Given;
@@ -15,7 +14,7 @@ pub(super) struct DefaultStudy {
 impl DefaultStudy {
     /// The study that the scene allows: see the list at [`StudyPlan::new`](super::StudyPlan::new).
     pub fn of(scene: &Scene, sensor: &Sensor) -> Self {
-        if is_camera(sensor) {
+        if sensor.is_camera() {
             return Self::of_camera(scene, sensor);
         }
         if suits_beams(scene, sensor) {

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::default::DefaultStudy;
 use super::error::PlanError;
 use super::run::{StageRun, StageRuns, StudyRun};
-use super::sensors::{self, is_camera};
+use super::sensors;
 use crate::method::Method;
 use crate::scene::{Scene, Sensor};
 use crate::setting::{Given, SettingError};
@@ -116,7 +116,7 @@ impl SensorPlan {
 fn runs(method: &StudyMethod, sensor: &Sensor) -> Result<Vec<StudyRun>, PlanError> {
     let made = method.methods()?;
     if let Some(one) = made.iter().find(|one| one.is_of_cameras())
-        && !is_camera(sensor)
+        && !sensor.is_camera()
     {
         return Err(PlanError::NotACamera {
             method: one.name().to_owned(),

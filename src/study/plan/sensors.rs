@@ -4,14 +4,9 @@ use std::collections::BTreeMap;
 
 use super::error::PlanError;
 use crate::method::Method;
-use crate::scene::{Scene, Sensor, SensorKind};
+use crate::scene::{Scene, Sensor};
 use crate::setting::SettingError;
 use crate::study::file::{StudyCandidate, StudyFile, StudyMethod};
-
-/// True if a sensor measures radiance.
-pub(super) fn is_camera(sensor: &Sensor) -> bool {
-    !matches!(sensor.kind, SensorKind::IrradianceMeter { .. })
-}
 
 /// The sensors asked for, in that order. Without any it is the first irradiancemeter, or else the first
 /// camera.
@@ -32,7 +27,7 @@ pub(super) fn choose<'a>(scene: &'a Scene, file: &StudyFile) -> Result<Vec<&'a S
         }
     };
     if file.sensors.is_empty() {
-        let mut meters = sensors.iter().filter(|sensor| !is_camera(sensor));
+        let mut meters = sensors.iter().filter(|sensor| !sensor.is_camera());
         let first = meters.next().or(sensors.first());
         return Ok(vec![first.ok_or_else(|| refused("no sensor".to_owned()))?]);
     }
@@ -81,7 +76,7 @@ pub(super) fn is_meant(
         return Ok(method.sensors.contains(&sensor.id));
     }
     let of_cameras = method.methods()?.iter().any(Method::is_of_cameras);
-    Ok(is_only || !of_cameras || is_camera(sensor))
+    Ok(is_only || !of_cameras || sensor.is_camera())
 }
 
 /// The images that are meant for a sensor.

@@ -174,7 +174,8 @@ fn quantity(image: &Image) -> crate::run::Quantity {
 }
 
 impl SensorFilms<'_> {
-    /// True if a film is judged by all light by way of mirrors and glass, which the truth may not have as a layer.
+    /// True if a film is judged by all light by way of mirrors and glass, which the truth may not have as a
+    /// layer.
     fn is_specular_judged(&self) -> bool {
         let rows = self.judged.iter().filter_map(|one| match one {
             JudgedFilm::Run(_, stored) => Some(&stored.facts),

@@ -6,7 +6,8 @@ use crate::transport::signature::Signature;
 
 /// Adds the layer `specular` to a film that lacks it: its total less its direct light (`LD`).
 ///
-/// The total of a film without `LD` is such light alone. A film of classes of light paths has it as `caustic`.
+/// The total of a film without `LD` is such light alone. A film of classes of light paths has it as
+/// `caustic`.
 ///
 /// The layer has no error bars of its own.
 pub(super) fn add_specular(image: &mut Image) {

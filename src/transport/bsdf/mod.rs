@@ -11,7 +11,7 @@
 //! |---|---|---|
 //! | [`passed`] | the share that goes straight on, as if nothing were there | [`sample`], or looking through |
 //! | delta lobes | mirror reflection and refraction | [`sample`] only |
-//! | the rest | all light with a density over solid angle | [`eval`], [`pdf_solid_angle`], [`sample`] |
+//! | the rest | light with a density | [`eval`], [`pdf_solid_angle`], [`sample`] |
 //!
 //! [`passed`]: Bsdf::passed
 //! [`sample`]: Bsdf::sample

@@ -113,6 +113,21 @@ fn what_is_wrong_is_said_with_its_place_and_exits_with_2() {
             vec!["no setting is called \"foo\"", "photons", "splat"],
         ),
         (
+            vec![
+                "render",
+                &glass_ball,
+                "--photons",
+                "9",
+                "--set",
+                "photons=8",
+            ],
+            vec!["photons is given twice, as \"9\" and as \"8\""],
+        ),
+        (
+            vec!["attribute", &glass_ball, "--set", "map=9", "--set", "map=8"],
+            vec!["map is given twice, as \"9\" and as \"8\""],
+        ),
+        (
             vec!["render", &glass_ball, "--method", "beam"],
             vec!["did you mean \"beams\"?", "closed-form"],
         ),

@@ -21,8 +21,8 @@ pub(super) struct KnownLayer {
 
 /// A configuration that a closed form solves.
 pub(super) trait KnownLight {
-    /// Hands over the light of all paths of up to `max_depth` specular events, direct light first, until `take`
-    /// returns false.
+    /// Hands over the light of all paths of up to `max_depth` specular events, direct light first, until
+    /// `take` returns false.
     ///
     /// # Errors
     ///
