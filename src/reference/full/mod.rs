@@ -2,7 +2,7 @@
 //!
 //! | class | paths | by |
 //! |---|---|---|
-//! | `emitted`, `direct`, `indirect` | L S\* E, L D S\* E, L D … D S\* E | [paths](super::path) from the camera |
+//! | `emitted`, `direct`, `indirect` | L S\* E, L D S\* E, L D … D S\* E | [paths](super::path) |
 //! | `caustic` | L S+ D E | [beams](super::beams), or [photons](super::photons) to the camera |
 //! | `caustic-sds` | L S+ D S+ E | [photon maps](super::photon_map) |
 //! | `caustic-indirect` | L S+ D … D S\* E | paths, where lights have some size |

@@ -9,7 +9,7 @@
 //!
 //! | part | content | found by |
 //! |---|---|---|
-//! | [`passed`] | the share that goes straight on, as if nothing were there | [`sample`], or looking through |
+//! | [`passed`] | the share that goes straight on | [`sample`], or looking through |
 //! | delta lobes | mirror reflection and refraction | [`sample`] only |
 //! | the rest | light with a density | [`eval`], [`pdf_solid_angle`], [`sample`] |
 //!
