@@ -99,7 +99,7 @@ fn options_that_contradict_all_light_and_receivers_are_refused() {
         ),
         (
             &["--error", "1%", "--replicates", "1"],
-            "at least 2 replicates",
+            "--replicates is \"1\"; allowed are whole numbers 2..=255",
         ),
     ] {
         let (output, folder) = render(arguments);

@@ -20,7 +20,7 @@ const LIMITS: &[Setting] = &[
     row!("rays": COUNT, Rule "no limit", "rays", "Stop after so many rays"),
 ];
 
-const SETTINGS: &[Setting] = &[
+pub(super) const SETTINGS: &[Setting] = &[
     rows::MAX_DEPTH,
     rows::SHADING_NORMALS,
     rows::LAYERS,

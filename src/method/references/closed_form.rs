@@ -12,11 +12,11 @@ use crate::setting::{Kind, Setting, Values};
 
 pub struct ClosedForm;
 
-const SETTINGS: &[Setting] = &[
+pub(super) const SETTINGS: &[Setting] = &[
     row!("max-depth": Kind::Whole(0, ClosedFormSettings::MOST_EVENTS as u64), Value "16", "specular events", MOST_EVENTS),
 ];
 
-fn settings(values: &Values) -> ClosedFormSettings {
+pub(super) fn settings(values: &Values) -> ClosedFormSettings {
     let default = ClosedFormSettings::default();
     ClosedFormSettings {
         max_depth: values.whole("max-depth").unwrap_or(default.max_depth),

@@ -18,7 +18,7 @@ pub struct Full;
 
 const LIMITS: &[Setting] = &[rows::ERROR, rows::TIME, rows::SPP, rows::PHOTONS];
 
-const SETTINGS: &[Setting] = &[
+pub(super) const SETTINGS: &[Setting] = &[
     rows::MAX_LEGS,
     rows::ADJOINT_NORMALS,
     rows::RR_DEPTH,
@@ -38,7 +38,7 @@ const REPLICATES: Setting = Setting {
     ..rows::replicates(2, "")
 };
 
-fn settings(values: &Values, integrator: Option<&Integrator>) -> FullSettings {
+pub(super) fn settings(values: &Values, integrator: Option<&Integrator>) -> FullSettings {
     FullSettings {
         path: path::settings(values, integrator),
         photons: photons::settings(values, PhotonSettings::default()),

@@ -18,7 +18,7 @@ pub struct Path;
 
 const LIMITS: &[Setting] = &[rows::ERROR, rows::TIME, rows::SPP];
 
-const SETTINGS: &[Setting] = &[
+pub(super) const SETTINGS: &[Setting] = &[
     rows::MAX_LEGS,
     rows::ADJOINT_NORMALS,
     rows::RR_DEPTH,

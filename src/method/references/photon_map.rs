@@ -18,7 +18,7 @@ pub struct PhotonMap;
 
 const LIMITS: &[Setting] = &[rows::ERROR, rows::TIME, rows::PHOTONS];
 
-const SETTINGS: &[Setting] = &[
+pub(super) const SETTINGS: &[Setting] = &[
     rows::MAP_PHOTONS,
     rows::RADIUS,
     row!("seen": Kind::Choice(words_of::<Seen>), Value "by-specular", "",

@@ -17,7 +17,7 @@ pub struct Photons;
 
 const LIMITS: &[Setting] = &[rows::ERROR, rows::TIME, rows::PHOTONS];
 
-const SETTINGS: &[Setting] = &[
+pub(super) const SETTINGS: &[Setting] = &[
     rows::MAX_DEPTH,
     rows::SHADING_NORMALS,
     rows::LAYERS,

@@ -90,7 +90,7 @@ fn what_is_wrong_is_said_with_its_place_and_exits_with_2() {
             vec!["render", &glass_ball, "--spp", "4", "--method", "beams"],
             vec![
                 "beams",
-                "\"spp\"; it is one of path, full; there are error, time, rays",
+                "\"--spp\"; it is one of path, full; there are error, time, rays",
             ],
         ),
         (
