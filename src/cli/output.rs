@@ -114,10 +114,5 @@ fn image(run: &Run, summary: &Summary) -> anyhow::Result<Image> {
     let mut image = run.rendering.image(run.scene);
     image.add_metadata("summary", serde_json::to_string(&summary.without_timing())?);
     image.add_metadata("timing", serde_json::to_string(&Timing::of(run))?);
-    image.add_metadata("sensor", run.sensor.id.as_str());
-    image.add_metadata("method", run.method.name());
-    if !run.rendering.report.contains_key("settings") {
-        image.add_metadata("settings", run.method.settings().to_string());
-    }
     Ok(image)
 }

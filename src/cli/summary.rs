@@ -101,11 +101,11 @@ impl Summary {
     pub fn of(run: &Run) -> Self {
         let rendering = run.rendering;
         let estimate = &rendering.estimate;
-        // Settings are an attribute of files, as they are.
+        // Attributes of files: a summary has the first two, and settings were typed.
         let report = rendering
             .report
             .iter()
-            .filter(|(name, _)| *name != "settings");
+            .filter(|(name, _)| !["method", "sensor", "settings"].contains(&name.as_str()));
         Self {
             scene: run.scene.path().display().to_string(),
             sensor: run.sensor.id.clone(),

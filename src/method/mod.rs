@@ -471,7 +471,18 @@ impl Method {
                 Counter::new(rendering.unit, estimate.paths),
             ];
         }
-        Ok(rendering)
+        Ok(self.described(rendering, sensor))
+    }
+
+    /// A rendering whose files say by what method, with which settings and on what sensor they were made.
+    fn described(&self, mut rendering: Rendering, sensor: &Sensor) -> Rendering {
+        let report = &mut rendering.report;
+        report.insert("method".to_owned(), self.name().into());
+        report.insert("sensor".to_owned(), sensor.id.as_str().into());
+        if !report.contains_key("settings") {
+            report.insert("settings".to_owned(), self.settings());
+        }
+        rendering
     }
 }
 

@@ -54,7 +54,8 @@ impl Method {
                 let warnings = warnings::of_chains(scene, setup.light().is_empty());
                 Ok(setup
                     .merge(&sensor.id, parts)
-                    .map(|estimate| photons::rendering(scene, &settings, estimate, warnings)))
+                    .map(|estimate| photons::rendering(scene, &settings, estimate, warnings))
+                    .map(|rendering| self.described(rendering, sensor)))
             })?
             .map_err(MergeError::from)
     }

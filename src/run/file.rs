@@ -70,7 +70,10 @@ impl Rendering {
         image.add_metadata("scene", scene.path().display().to_string());
         image.add_metadata("scene-hash", scene.content_hash());
         for (name, value) in &self.report {
-            image.add_metadata(name, value.to_string());
+            let text = value
+                .as_str()
+                .map_or_else(|| value.to_string(), str::to_owned);
+            image.add_metadata(name, text);
         }
         image.add_metadata("version", env!("CARGO_PKG_VERSION"));
         image.add_metadata("complete", if estimate.incomplete { "no" } else { "yes" });
@@ -100,7 +103,9 @@ impl Rendering {
     /// let rendering = method.run(&scene, sensor, &Budget::default(), &Context::default())?;
     /// let path = std::env::temp_dir().join("nephroid-write-exr.exr");
     /// rendering.write_exr(&scene, &path)?;
-    /// assert_eq!(nephroid::read_exr(&path)?.metadata("unit"), Some("W/m²"));
+    /// let image = nephroid::read_exr(&path)?;
+    /// assert_eq!(image.metadata("unit"), Some("W/m²"));
+    /// assert_eq!(image.metadata("method"), Some("closed-form"));
     /// # std::fs::remove_file(&path)?;
     /// # Ok(())
     /// # }

@@ -42,7 +42,7 @@ pub struct Rendering {
     pub preparation: Vec<StageWork>,
     /// Time of one frame by the method's own clock, if it prepares anything that a frame does not repeat.
     pub frame_time: Option<Duration>,
-    /// The method's own report, by name: what is written into files as attributes.
+    /// Method, sensor, settings and the method's own report, by name: written into files as attributes.
     pub report: Map<String, Value>,
     /// The method's own lines of a summary for people.
     pub summary: Vec<String>,
