@@ -177,6 +177,16 @@ mod tests {
     }
 
     #[test]
+    fn lights_without_size_are_left_to_beams_and_others_to_photons() {
+        let of_point = choice("scenes/glass-ball.xml", &[]).unwrap();
+        assert_eq!(of_point.method.name(), "beams");
+        let scene = crate::mitsuba::load("scenes/cornell-glass.xml".as_ref(), &[]).unwrap();
+        let mut meters = scene.sensors().iter().filter(|one| !one.is_camera());
+        let of_area = Method::choose(&scene, meters.next().unwrap()).unwrap();
+        assert_eq!(of_area.method.name(), "photons");
+    }
+
+    #[test]
     fn settings_of_one_method_alone_choose_it() {
         let name = |settings: &[(&str, &str)]| {
             let choice = choice("scenes/glass-ball.xml", settings).unwrap();

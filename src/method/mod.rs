@@ -506,6 +506,25 @@ mod tests {
     }
 
     #[test]
+    fn a_film_is_refused_one_byte_below_its_cost() {
+        let scene = crate::load("scenes/glass-ball.xml".as_ref(), &[("size", "8")]).unwrap();
+        let sensor = &scene.sensors()[0];
+        for name in ["beams", "photons", "closed-form", "caustic-map"] {
+            let method = Method::new(name, &BTreeMap::new()).unwrap();
+            let bytes = method.cost(&scene, sensor).bytes;
+            let check = |bytes| {
+                let context = Context {
+                    memory_limit: Some(bytes),
+                    ..Context::default()
+                };
+                method.check_memory(&scene, sensor, &context)
+            };
+            assert!(check(bytes).is_ok(), "{name}");
+            assert!(check(bytes - 1).is_err(), "{name}");
+        }
+    }
+
+    #[test]
     fn an_error_to_stop_at_needs_two_replicates() {
         let given = |pairs: &[(&str, &str)]| {
             let owned = |(key, value): &(&str, &str)| ((*key).to_owned(), (*value).to_owned());

@@ -158,6 +158,11 @@ mod tests {
             spent(Budget::error(0.13), u64::MAX),
             (vec![4, 8, 16, 32], false)
         );
+        // 1 / √60 is 0.1291.
+        assert_eq!(
+            spent(Budget::error(0.129), u64::MAX),
+            (vec![4, 8, 16, 32, 64], false)
+        );
     }
 
     #[test]

@@ -103,3 +103,31 @@ impl Budget {
         self.time.and_then(|time| start.checked_add(time))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn own_limits_go_before_those_of_another_budget() {
+        let own = Budget {
+            time: Some(Duration::from_secs(1)),
+            ..Budget::error(0.01)
+        };
+        let other = Budget {
+            time: Some(Duration::from_secs(2)),
+            work: Some(3),
+            ..Budget::error(0.02)
+        };
+        let both = own.or(other);
+        assert_eq!(
+            both,
+            Budget {
+                work: Some(3),
+                ..own
+            }
+        );
+        assert_eq!(Budget::default().or(other), other);
+        assert_eq!(other.or(own), other);
+    }
+}
