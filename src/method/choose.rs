@@ -6,7 +6,7 @@ use super::Method;
 use super::entry::Entry;
 use super::table;
 use crate::scene::{Scene, Sensor};
-use crate::setting::{Given, SettingError};
+use crate::setting::{Given, SettingError, Values};
 
 /// A method, and the reason for which it was chosen.
 ///
@@ -76,12 +76,11 @@ impl Method {
         sensor: &Sensor,
         settings: &BTreeMap<String, String>,
     ) -> Result<Choice, SettingError> {
-        let (best, reason) = best(scene, sensor);
+        let (best, reason) = best(scene, sensor)?;
         let has = |entry: Entry, key: &str| entry.table().iter().any(|row| row.key == key);
-        let ignores = |entry: Entry, key: &str| matches!(entry, Entry::Reference(one) if one.ignores(scene, key));
         let lacks = |entry: Entry| {
             let mut keys = settings.keys();
-            keys.find(|key| !has(entry, key) || ignores(entry, key))
+            keys.find(|key| !has(entry, key) || entry.ignores(scene, key))
         };
         let Some(key) = lacks(best) else {
             return Ok(Choice {
@@ -90,7 +89,7 @@ impl Method {
                 by_setting: None,
             });
         };
-        let others = || Entry::all().filter(|entry| matches!(entry, Entry::Reference(_)));
+        let others = || Entry::references().map(Entry::Reference);
         let fits = |entry: &Entry| lacks(*entry).is_none();
         let unknown = settings.keys().find(|key| table::owners(key).is_empty());
         if let Some(unknown) = unknown {
@@ -103,7 +102,7 @@ impl Method {
             others().find(|entry| has(*entry, key))
         });
         let (name, best_name) = (found.unwrap_or(best).name(), best.name());
-        let why = if ignores(best, key) {
+        let why = if best.ignores(scene, key) {
             format!("{key} has no effect on {best_name} here")
         } else {
             format!("{key} is a setting of {name}, not of {best_name}")
@@ -117,37 +116,27 @@ impl Method {
 }
 
 /// The method that a scene alone suggests, and why.
-fn best(scene: &Scene, sensor: &Sensor) -> (Entry, String) {
-    let find = |name: &str| Entry::all().find(|entry| entry.name() == name);
-    let all = || Entry::all().next();
+fn best(scene: &Scene, sensor: &Sensor) -> Result<(Entry, String), SettingError> {
     let measured = if sensor.is_camera() {
         "the light that mirrors and glass bring to what the camera sees"
     } else {
         "the light on the sensor"
     };
-    // The list of methods begins with beams, and photons are in it.
-    let (Some(beams), Some(photons)) = (find("beams").or_else(all), find("photons").or_else(all))
-    else {
-        unreachable!("there are methods");
-    };
-    let values = crate::setting::Values::new(beams.name(), beams.table(), &Given::new());
-    let refusal = match values {
-        Ok(values) => beams.supports(scene, sensor, &values).err(),
-        Err(_) => None,
-    };
-    let draws = !matches!(beams, Entry::Reference(one) if one.ignores(scene, "seed"));
-    match refusal {
-        Some(refusal) => (photons, format!("beams cannot follow all light: {refusal}")),
-        None if draws => (
+    let (beams, photons) = (Entry::of("beams")?, Entry::of("photons")?);
+    let values = Values::new(beams.name(), beams.table(), &Given::new())?;
+    let draws = !beams.ignores(scene, "seed");
+    Ok(match beams.supports(scene, sensor, &values) {
+        Err(refusal) => (photons, format!("beams cannot follow all light: {refusal}")),
+        Ok(()) if draws => (
             photons,
             "an area light shines: beams would draw places on it at random, and photons are sooner at the same error"
                 .to_owned(),
         ),
-        None => (
+        Ok(()) => (
             beams,
             format!("no light has a size: beams know {measured} without noise, with bounds"),
         ),
-    }
+    })
 }
 
 #[cfg(test)]

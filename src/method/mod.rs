@@ -337,11 +337,8 @@ impl Method {
     /// The first setting given that has no effect in a scene.
     #[doc(hidden)]
     pub fn ignored(&self, scene: &Scene) -> Option<&str> {
-        let keys = self.values.given().keys().map(String::as_str);
-        match self.entry {
-            Entry::Reference(one) => keys.into_iter().find(|key| one.ignores(scene, key)),
-            Entry::Technique(_) => None,
-        }
+        let mut keys = self.values.given().keys().map(String::as_str);
+        keys.find(|key| self.entry.ignores(scene, key))
     }
 
     /// Refuses scenes and sensors that the method cannot work on, without running it.

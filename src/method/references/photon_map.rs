@@ -5,7 +5,7 @@ use crate::method::memory;
 use crate::method::reference::{About, Job, Reference};
 use crate::method::rows;
 use crate::method::warnings;
-use crate::reference::photon_map::setup::Setup;
+use crate::reference::photon_map::setup::{Setup, check_camera};
 use crate::reference::photon_map::{PhotonMapSettings, Seen};
 use crate::run::format::relative;
 use crate::run::{Cost, Error, Refusal, Rendering};
@@ -60,13 +60,7 @@ impl Reference for PhotonMap {
     }
 
     fn supports(&self, scene: &Scene, sensor: &Sensor, _values: &Values) -> Result<(), Refusal> {
-        if !sensor.is_camera() {
-            return Err(Refusal::new(format!(
-                "sensor \"{}\" is an irradiancemeter: photon maps are for cameras; on a receiver photons are counted \
-                 in texels, without bias",
-                sensor.id
-            )));
-        }
+        check_camera(sensor)?;
         LightSpace::new(scene)?;
         Ok(())
     }

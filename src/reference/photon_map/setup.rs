@@ -33,6 +33,22 @@ const PILOT: u64 = 1;
 pub(super) const PHOTONS: u64 = 2;
 const PIXELS: u64 = 3;
 
+/// Refuses sensors that are no cameras.
+///
+/// # Errors
+///
+/// Of an irradiancemeter: with the method for it.
+pub fn check_camera(sensor: &Sensor) -> Result<(), Refusal> {
+    if sensor.is_camera() {
+        return Ok(());
+    }
+    Err(Refusal::new(format!(
+        "sensor \"{}\" is an irradiancemeter: photon maps are for cameras; on a receiver photons are counted in \
+         texels, without bias",
+        sensor.id
+    )))
+}
+
 impl<'a> Setup<'a> {
     /// Checks the settings, finds where light can meet specular geometry, and which path signatures are
     /// bright enough for a layer of their own: of all light that they bring to scattering surfaces, seen or
@@ -64,14 +80,7 @@ impl<'a> Setup<'a> {
             return Err(SettingError::value("map-photons", &photons, allowed).into());
         }
         let target = Target::new(scene, sensor, settings.photons.chains.shading_normals)?;
-        if matches!(target, Target::Receiver(_)) {
-            return Err(Refusal::new(format!(
-                "sensor \"{}\" is an irradiancemeter: photon maps are for cameras; on a receiver photons are \
-                 counted in texels, without bias",
-                sensor.id
-            ))
-            .into());
-        }
+        check_camera(sensor)?;
         let light = LightSpace::new(scene)?;
         check_flux(&light)?;
         let mut setup = Self {
