@@ -63,9 +63,6 @@ impl LightView {
                 }]
             }
             Source::Point { origin, .. } => Self::pyramids(origin, &target, &corners, side),
-            Source::Surface { ref place, .. } => {
-                Self::pyramids(place.position, &target, &corners, side)
-            }
         }
     }
 

@@ -76,8 +76,8 @@ pub fn render(args: &RenderArgs) -> anyhow::Result<Outcome> {
     })
 }
 
-/// The method asked for, or the one that suits the scene and the settings, with a notice if it, or the effect
-/// of a setting, is not what one would expect.
+/// The method asked for, or the one that suits the scene and the settings, with a notice if it is not
+/// what one would expect.
 fn choose(
     args: &RenderArgs,
     given: &Given,
@@ -86,12 +86,7 @@ fn choose(
 ) -> Result<(Method, Option<String>), SettingError> {
     let name = args.method.as_deref().or(args.shard.map(|_| "photons"));
     if let Some(name) = name {
-        let method = Method::new(name, given)?;
-        let notice = method.ignored(scene).map(|key| {
-            let typed = args.settings.typed(key);
-            format!("{typed} has no effect: nothing is drawn at random if no light shines from a surface")
-        });
-        return Ok((method, notice));
+        return Ok((Method::new(name, given)?, None));
     }
     let choice = Method::choose_with(scene, sensor, given)?;
     // Whoever gives an amount of work knows the method whose work that is.

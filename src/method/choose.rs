@@ -31,8 +31,8 @@ pub struct Choice {
 }
 
 impl Method {
-    /// The method that suits a scene and a sensor, and why: beams if they can follow all light without
-    /// drawing at random, else photons.
+    /// The method that suits a scene and a sensor, and why: beams if they can follow all light, else
+    /// photons.
     ///
     /// # Errors
     ///
@@ -78,10 +78,7 @@ impl Method {
     ) -> Result<Choice, SettingError> {
         let (best, reason) = best(scene, sensor)?;
         let has = |entry: Entry, key: &str| entry.table().iter().any(|row| row.key == key);
-        let lacks = |entry: Entry| {
-            let mut keys = settings.keys();
-            keys.find(|key| !has(entry, key) || entry.ignores(scene, key))
-        };
+        let lacks = |entry: Entry| settings.keys().find(|key| !has(entry, key));
         let Some(key) = lacks(best) else {
             return Ok(Choice {
                 method: Self::new(best.name(), settings)?,
@@ -102,14 +99,11 @@ impl Method {
             others().find(|entry| has(*entry, key))
         });
         let (name, best_name) = (found.unwrap_or(best).name(), best.name());
-        let why = if best.ignores(scene, key) {
-            format!("{key} has no effect on {best_name} here")
-        } else {
-            format!("{key} is a setting of {name}, not of {best_name}")
-        };
         Ok(Choice {
             method: Self::new(name, settings)?,
-            reason: format!("{why}; without it, {best_name} would suit: {reason}"),
+            reason: format!(
+                "{key} is a setting of {name}, not of {best_name}; without it, {best_name} would suit: {reason}"
+            ),
             by_setting: Some(key.clone()),
         })
     }
@@ -124,14 +118,8 @@ fn best(scene: &Scene, sensor: &Sensor) -> Result<(Entry, String), SettingError>
     };
     let (beams, photons) = (Entry::of("beams")?, Entry::of("photons")?);
     let values = Values::new(beams.name(), beams.table(), &Given::new())?;
-    let draws = !beams.ignores(scene, "seed");
     Ok(match beams.supports(scene, sensor, &values) {
         Err(refusal) => (photons, format!("beams cannot follow all light: {refusal}")),
-        Ok(()) if draws => (
-            photons,
-            "an area light shines: beams would draw places on it at random, and photons are sooner at the same error"
-                .to_owned(),
-        ),
         Ok(()) => (
             beams,
             format!("no light has a size: beams know {measured} without noise, with bounds"),
@@ -151,12 +139,9 @@ mod tests {
     }
 
     #[test]
-    fn a_setting_without_effect_is_told_from_one_that_the_method_does_not_have() {
-        let of_seed = choice("scenes/glass-ball.xml", &[("seed", "5")]).unwrap();
-        assert_eq!(of_seed.method.name(), "photons");
-        let is_told = of_seed.reason.starts_with("seed has no effect on beams");
-        assert!(is_told, "{}", of_seed.reason);
+    fn a_setting_that_the_method_does_not_have_is_named() {
         let of_samples = choice("scenes/glass-ball.xml", &[("samples", "random")]).unwrap();
+        assert_eq!(of_samples.method.name(), "photons");
         let reason = "samples is a setting of photons, not of beams; without it, beams would suit";
         assert!(
             of_samples.reason.starts_with(reason),
@@ -173,6 +158,8 @@ mod tests {
         let mut meters = scene.sensors().iter().filter(|one| !one.is_camera());
         let of_area = Method::choose(&scene, meters.next().unwrap()).unwrap();
         assert_eq!(of_area.method.name(), "photons");
+        let reason = "beams cannot follow all light: emitter 0 is an area light on shape";
+        assert!(of_area.reason.starts_with(reason), "{}", of_area.reason);
     }
 
     #[test]

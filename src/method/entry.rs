@@ -74,14 +74,6 @@ impl Entry {
         }
     }
 
-    /// True if a setting has no effect in a scene.
-    pub fn ignores(self, scene: &Scene, key: &str) -> bool {
-        match self {
-            Self::Reference(one) => one.ignores(scene, key),
-            Self::Technique(_) => false,
-        }
-    }
-
     pub fn supports(self, scene: &Scene, sensor: &Sensor, values: &Values) -> Result<(), Refusal> {
         match self {
             Self::Reference(one) => one.supports(scene, sensor, values),

@@ -51,8 +51,6 @@ pub(super) fn photon_maps(max_layers: u64) -> u64 {
 
 /// Beams, with at most `max_layers` layers of one path signature.
 pub(super) fn beams(channels: u64, max_layers: u64) -> u64 {
-    /// Mean, deviations and bar; two variances (see `Average`).
-    const AVERAGE: u64 = 3 * TRIPLE + 2 * 8;
     /// Flux and bar; a variance (see `Sums`).
     const SUMS: u64 = 2 * TRIPLE + 8;
     /// Value, standard error and bounds.
@@ -64,12 +62,11 @@ pub(super) fn beams(channels: u64, max_layers: u64) -> u64 {
     let film = 8 * (3 * channels) + 8 * (channels + 1);
     let bounded = 8 * (2 * channels + 1);
     let reading = bounded + SUMS.max(8 * (4 * channels + 1));
-    // The pass before stays until the one under way is done: averages twice. Sums of all signatures, and of
-    // those without a layer; direct light.
-    let tracing = 2 * layers * AVERAGE + 2 * SUMS + film + reading + PAIR;
+    // The pass before stays until the one under way is done: sums twice. Direct light.
+    let tracing = 2 * layers * SUMS + film + reading + PAIR;
     // Then all layers, `LD` too, beside the last pass, ...
-    let estimate = (layers + 2) * LAYER + 8;
-    let finishing = layers * AVERAGE + PAIR + estimate;
+    let estimate = (layers + 1) * LAYER + 8;
+    let finishing = layers * SUMS + PAIR + estimate;
     // ... and as `f32`: in the image, in the encoder, and in the file's bytes.
     let files = 3 * (layers + 1) * LAYER / 2;
     tracing.max(finishing).max(estimate + files)
@@ -116,11 +113,9 @@ mod tests {
     }
 
     #[test]
-    fn beams_take_two_passes_averages_and_a_film() {
-        // 88 bytes a texel in each of the ten averages, of two passes; 12 and 4 integers.
-        assert!(beams(3, 8) > 2 * 10 * 88 + 8 * (9 + 4));
-        assert!(beams(1, 8) > 2 * 10 * 88 + 8 * (3 + 2));
-        // The memory of photons is no measure of it.
-        assert!(beams(1, 8) > 3 * photons(1, 8) / 2);
+    fn beams_take_two_passes_sums_and_a_film() {
+        // 56 bytes a texel in each of the ten sums, of two passes; 12 and 4 integers.
+        assert!(beams(3, 8) > 2 * 10 * 56 + 8 * (9 + 4));
+        assert!(beams(1, 8) > 2 * 10 * 56 + 8 * (3 + 2));
     }
 }

@@ -334,13 +334,6 @@ impl Method {
         matches!(self.entry, Entry::Reference(one) if one.about().is_of_cameras)
     }
 
-    /// The first setting given that has no effect in a scene.
-    #[doc(hidden)]
-    pub fn ignored(&self, scene: &Scene) -> Option<&str> {
-        let mut keys = self.values.given().keys().map(String::as_str);
-        keys.find(|key| self.entry.ignores(scene, key))
-    }
-
     /// Refuses scenes and sensors that the method cannot work on, without running it.
     ///
     /// # Errors

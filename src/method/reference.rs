@@ -25,11 +25,6 @@ pub(super) trait Reference: Sync {
     /// Facts that no scene changes.
     fn about(&self) -> &'static About;
 
-    /// True if a setting has no effect in a scene.
-    fn ignores(&self, _scene: &Scene, _key: &str) -> bool {
-        false
-    }
-
     /// Refuses scenes and sensors that it cannot work on, without running it.
     fn supports(&self, scene: &Scene, sensor: &Sensor, values: &Values) -> Result<(), Refusal>;
 

@@ -41,7 +41,7 @@ fn add_layer(image: &mut Image, layer: &Layer, quantity: Quantity) {
         add("lo", &interval.low, Rounding::Down);
         add("hi", &interval.high, Rounding::Up);
     }
-    // Deterministic methods have bounds alone; of beams from area lights there are both.
+    // Deterministic methods have bounds alone; light drawn at random may have both.
     let is_random = layer.standard_error.iter().any(|error| !error.is_black());
     if layer.interval.is_none() || is_random {
         image.add_rgb(&format!("{name}.stderr"), &triples(&layer.standard_error));

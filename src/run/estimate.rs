@@ -164,17 +164,6 @@ pub struct Interval {
     pub high: Vec<Rgb>,
 }
 
-impl Interval {
-    /// Widens bounds to take in values.
-    #[doc(hidden)]
-    pub fn include(&mut self, values: &[Rgb]) {
-        for ((low, high), value) in self.low.iter_mut().zip(&mut self.high).zip(values) {
-            *low = Rgb(std::array::from_fn(|c| low.0[c].min(value.0[c])));
-            *high = Rgb(std::array::from_fn(|c| high.0[c].max(value.0[c])));
-        }
-    }
-}
-
 /// A kind of light.
 ///
 /// # Example: the light that crosses the ball

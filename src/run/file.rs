@@ -156,6 +156,6 @@ fn conventions(estimate: &Estimate) -> String {
         "{measured}; layers are path signatures: L emitter, R mirror or total internal reflection, T \
          refraction, D diffuse surface; stderr is one standard error over independent replicates (for LD the \
          quadrature's bound or standard error); lo and hi are lower and upper bounds, rounded \
-         outward (where there is stderr, too: with the confidence that the attribute beams says); NaN is not known"
+         outward (where there is stderr, too: with a confidence of 99.9 %); NaN is not known"
     )
 }

@@ -21,8 +21,8 @@ pub struct RenderArgs {
     #[arg(long, value_name = "ID")]
     pub sensor: Option<String>,
 
-    /// The method, one of those that `nephroid methods` lists [default: beams if they can follow all light
-    /// and none is from an area light; else photons]
+    /// The method, one of those that `nephroid methods` lists [default: beams if they can follow all light,
+    /// else photons]
     #[arg(long, value_name = "NAME")]
     pub method: Option<String>,
 

@@ -5,8 +5,8 @@ use crate::method::reference::{About, Job, Reference};
 use crate::method::rows::{self, COUNT};
 use crate::method::warnings;
 use crate::reference::beams::run::Setup;
-use crate::reference::beams::{self, BeamReport, BeamSettings, SignatureReport, is_deterministic};
-use crate::run::format::{number, percent, relative};
+use crate::reference::beams::{self, BeamReport, BeamSettings, SignatureReport};
+use crate::run::format::relative;
 use crate::run::{Cost, Error, Estimate, Refusal, Rendering};
 use crate::scene::{Scene, Sensor};
 use crate::setting::table::row;
@@ -20,13 +20,7 @@ const LIMITS: &[Setting] = &[
     row!("rays": COUNT, Rule "no limit", "rays", "Stop after so many rays"),
 ];
 
-pub(super) const SETTINGS: &[Setting] = &[
-    rows::MAX_DEPTH,
-    rows::SHADING_NORMALS,
-    rows::LAYERS,
-    rows::replicates(2, "16"),
-    rows::SEED,
-];
+pub(super) const SETTINGS: &[Setting] = &[rows::MAX_DEPTH, rows::SHADING_NORMALS, rows::LAYERS];
 
 /// The settings of beams from checked values.
 pub(super) fn settings(values: &Values) -> BeamSettings {
@@ -35,14 +29,12 @@ pub(super) fn settings(values: &Values) -> BeamSettings {
         max_depth: values.whole("max-depth").unwrap_or(default.max_depth),
         shading_normals: values.word("shading-normals").unwrap_or_default(),
         max_layers: values.whole("layers").unwrap_or(default.max_layers),
-        replicates: values.whole("replicates").unwrap_or(default.replicates),
-        seed: values.whole("seed").unwrap_or(default.seed),
     }
 }
 
 const ABOUT: About = About {
     name: "beams",
-    meaning: "Adaptive beams with lower and upper bounds: deterministic, but for places on area lights",
+    meaning: "Adaptive beams with lower and upper bounds, of lights without size: deterministic",
     limits: LIMITS,
     work_key: Some("rays"),
     settings: SETTINGS,
@@ -52,10 +44,6 @@ const ABOUT: About = About {
 impl Reference for Beams {
     fn about(&self) -> &'static About {
         &ABOUT
-    }
-
-    fn ignores(&self, scene: &Scene, key: &str) -> bool {
-        matches!(key, "seed" | "replicates") && is_deterministic(scene)
     }
 
     fn supports(&self, scene: &Scene, _sensor: &Sensor, _values: &Values) -> Result<(), Refusal> {
@@ -91,10 +79,8 @@ impl Reference for Beams {
         }
         warnings.extend(warnings::unknown_direct(&estimate));
         warnings.extend(warnings::of_camera(scene, &estimate, "beams", false));
-        let replicates = report.area_lights.map(|lights| lights.replicates);
         let summary = summary(&estimate, &report);
         Ok(Rendering {
-            replicates,
             summary,
             warnings,
             unit: "patches",
@@ -131,15 +117,5 @@ fn summary(estimate: &Estimate, report: &BeamReport) -> Vec<String> {
         "likely error of the specular layers' sum over lit texels: {}",
         relative(estimate.relative_error, estimate.is_without_caustics())
     ));
-    if let Some(lights) = &report.area_lights {
-        lines.push(format!(
-            "  by cells {}, by {} places on each area light in {} replicates {}; bars hold with {} % confidence",
-            percent(lights.deterministic_error),
-            number(lights.points as f64),
-            lights.replicates,
-            percent(lights.random_error),
-            100.0 * lights.confidence
-        ));
-    }
     lines
 }

@@ -7,26 +7,16 @@
 //!
 //! [`SignatureReport`]: super::pass::SignatureReport
 
-use super::average::Average;
 use super::finished_pass::FinishedPass;
-use super::report::AreaLightReport;
+use super::sums::Sums;
 use crate::geometry::TraversalCounters;
-use crate::numeric::distributions::critical_value;
 use crate::radiometry::Rgb;
 use crate::reference::Target;
 use crate::run::{Estimate, Layer, LayerName, Quantity};
 use crate::scene::Scene;
-use crate::transport::direct::{AREA_REPLICATES, Direct};
+use crate::transport::direct::Direct;
 use crate::transport::ledger::{FluxByFate, Ledger};
 use crate::transport::signature::Signature;
-
-/// The two-sided confidence of bounds, as far as they are random.
-pub(super) const CONFIDENCE: f64 = 0.999;
-
-/// Number of standard errors that bounds are away, for [`CONFIDENCE`].
-pub(super) fn standard_errors(replicates: u32) -> f64 {
-    critical_value(CONFIDENCE, f64::from(replicates) - 1.0)
-}
 
 /// The outcome of a run.
 pub(super) struct RunOutcome<'a> {
@@ -39,8 +29,6 @@ pub(super) struct RunOutcome<'a> {
     /// Direct light, for a receiver.
     pub direct: Option<&'a Direct>,
     pub relative_error: Option<f64>,
-    /// The sampling of area lights, for a scene with any.
-    pub area_lights: Option<AreaLightReport>,
     pub counters: TraversalCounters,
     pub incomplete: bool,
 }
@@ -50,7 +38,7 @@ impl RunOutcome<'_> {
         let texels = self.target.texels();
         let [width, height] = self.target.size();
         let unknown = self.pass.is_none() && self.unseen.is_none();
-        let direct = self.direct.map(|direct| self.direct_layer(direct));
+        let direct = self.direct.map(direct_layer);
         let mut total = Layer::bounded(LayerName::Total, texels);
         let mut layers = Vec::new();
         let (mut ledger, mut paths) = (Ledger::default(), 0);
@@ -59,16 +47,7 @@ impl RunOutcome<'_> {
             for layer in &layers {
                 total.add(layer);
             }
-            if self.area_lights.is_some() {
-                // Signatures share the places on the area lights: their errors are not independent.
-                let joint = self.layer(LayerName::Total, &pass.total);
-                total.standard_error = joint.standard_error;
-                total.interval = joint.interval.map(|mut interval| {
-                    interval.include(&total.values);
-                    interval
-                });
-            }
-            paths = pass.reports.iter().map(|(_, one)| one.cells).sum();
+            paths = pass.reports.iter().map(|one| one.cells).sum();
             if self.target.quantity() == Quantity::Irradiance {
                 ledger = self.ledger(pass, &layers);
             }
@@ -103,65 +82,34 @@ impl RunOutcome<'_> {
 
     /// The layers by signature, the others last.
     fn layers(&self, pass: &FinishedPass) -> Vec<Layer> {
-        let mut order: Vec<&(Option<Signature>, Average)> = pass.layers.iter().collect();
+        let mut order: Vec<&(Option<Signature>, Sums)> = pass.layers.iter().collect();
         order.sort_by_key(|(signature, _)| (signature.is_none(), *signature));
         order
             .into_iter()
-            .map(|(signature, average)| {
+            .map(|(signature, sums)| {
                 let name = signature.map_or(LayerName::Other, LayerName::Path);
-                self.layer(name, average)
+                self.layer(name, sums)
             })
             .collect()
     }
 
-    /// Values, standard errors and bounds of one kind of light.
-    fn layer(&self, name: LayerName, average: &Average) -> Layer {
-        let mut result = Layer::bounded(name, average.texels());
-        let widths = self
-            .area_lights
-            .map_or(0.0, |lights| lights.standard_errors);
+    /// Values and bounds of one kind of light.
+    fn layer(&self, name: LayerName, sums: &Sums) -> Layer {
+        let mut result = Layer::bounded(name, sums.texels());
         let interval = result.interval.get_or_insert_default();
-        for texel in 0..average.texels() {
+        for texel in 0..sums.texels() {
             // A texel without any surface gets no light.
             let scale = match self.target.measure(texel) {
                 0.0 => 0.0,
                 measure => 1.0 / measure,
             };
-            let value = average.mean(texel) * scale;
-            let error = average.standard_error(texel) * scale;
-            let bar = average.bar(texel) * scale + error * widths;
-            let unseen = self.area_lights.map_or(Rgb::BLACK, |lights| {
-                average.unseen(texel, lights.points, lights.confidence) * scale
-            });
+            let value = sums.flux[texel] * scale;
+            let bar = sums.bar[texel] * scale;
             result.values[texel] = at_least_none(value);
-            result.standard_error[texel] = error;
             interval.low[texel] = at_least_none(value - bar);
-            interval.high[texel] = at_least_none(value + bar + unseen);
+            interval.high[texel] = at_least_none(value + bar);
         }
         result
-    }
-
-    /// The layer `LD`. Its error is a bound for delta emitters, and a standard error for area lights.
-    fn direct_layer(&self, direct: &Direct) -> Layer {
-        let name = LayerName::Path(Signature::DIRECT);
-        let mut layer = Layer::bounded(name, direct.texels.len());
-        let is_random = self.area_lights.is_some();
-        let widths = if is_random {
-            standard_errors(AREA_REPLICATES)
-        } else {
-            1.0
-        };
-        let interval = layer.interval.get_or_insert_default();
-        for (texel, known) in direct.texels.iter().enumerate() {
-            let bar = known.error * widths;
-            layer.values[texel] = known.irradiance;
-            if is_random {
-                layer.standard_error[texel] = known.error;
-            }
-            interval.low[texel] = at_least_none(known.irradiance - bar);
-            interval.high[texel] = known.irradiance + bar;
-        }
-        layer
     }
 
     /// The ledger of the flux that met a specular surface first: the layers' texels, and the rest, which is
@@ -181,11 +129,24 @@ impl RunOutcome<'_> {
             };
         }
         // Each signature's cells sum up the same light, more or less finely.
-        let emitted = pass.reports.iter().map(|(_, report)| report.emitted);
+        let emitted = pass.reports.iter().map(|report| report.emitted);
         ledger.emitted = Rgb::grey(emitted.fold(0.0, f64::max));
         ledger.elsewhere = Some(ledger.emitted.mean() - ledger.sum().received.mean());
         ledger
     }
+}
+
+/// The layer `LD`: its error is a bound.
+fn direct_layer(direct: &Direct) -> Layer {
+    let name = LayerName::Path(Signature::DIRECT);
+    let mut layer = Layer::bounded(name, direct.texels.len());
+    let interval = layer.interval.get_or_insert_default();
+    for (texel, known) in direct.texels.iter().enumerate() {
+        layer.values[texel] = known.irradiance;
+        interval.low[texel] = at_least_none(known.irradiance - known.error);
+        interval.high[texel] = known.irradiance + known.error;
+    }
+    layer
 }
 
 /// The light, with negative channels set to zero; unknown light stays unknown.

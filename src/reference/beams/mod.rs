@@ -11,12 +11,9 @@
 //! Light by way of flat facets only has its own way of division ([`facets`]): there the borders are known.
 //!
 //! One [`pass`] does so for one path signature and one tolerance. [`mod@run`] finds the signatures
-//! ([`discovery`]), and repeats passes with smaller tolerances until the error asked for is reached. Area
-//! lights ([`area_lights`]) are many such sources, drawn at random: [`average`] combines them. Nothing but
-//! sums on the film is kept of a pass: memory does not grow with the number of cells.
+//! ([`discovery`]), and repeats passes with smaller tolerances until the error asked for is reached. Nothing
+//! but sums on the film ([`sums`]) is kept of a pass: memory does not grow with the number of cells.
 
-pub mod area_lights;
-pub mod average;
 pub mod bars;
 pub mod cell;
 pub mod cut;
@@ -34,10 +31,11 @@ pub mod run;
 pub mod schedule;
 pub mod settings;
 pub mod store;
+pub mod sums;
 pub mod support;
 
 pub use pass::SignatureReport;
-pub use report::{AreaLightReport, BeamReport};
+pub use report::BeamReport;
 pub use run::run;
 pub use settings::{BeamSettings, DEFAULT_ERROR};
-pub use support::{is_deterministic, supports};
+pub use support::supports;

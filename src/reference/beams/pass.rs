@@ -1,16 +1,15 @@
 //! One path signature's light of some sources, at one tolerance.
 
-use std::borrow::Cow;
 use std::sync::Mutex;
 
 use rayon::prelude::*;
 
-use super::average::Sums;
 use super::bars::bounded;
 use super::facets::{FacetRefiner, part_patches};
 use super::film::BeamFilm;
 use super::limit::Limit;
 use super::refine::{Balance, Limits, Refiner, Scratch};
+use super::sums::Sums;
 use crate::geometry::TraversalCounters;
 use crate::numeric::FixedPoint;
 use crate::radiometry::Rgb;
@@ -20,7 +19,7 @@ use crate::scene::Scene;
 use crate::transport::clearance::Clearance;
 use crate::transport::facets::path::FacetPaths;
 use crate::transport::facets::table::Facets;
-use crate::transport::first_surface::{Cone, SharedPlaces, Source, SurfacePatch, patches};
+use crate::transport::first_surface::{Cone, SharedPlaces, Source, SurfacePatch};
 use crate::transport::fixed_signature::PathFollower;
 use crate::transport::flux::Flux;
 use crate::transport::scatter::ShadingNormals;
@@ -32,34 +31,13 @@ const TASK_PATCHES: std::ops::RangeInclusive<usize> = 16..=512;
 /// Number of tasks: see [`TASK_PATCHES`].
 const TASKS: usize = 128;
 
-/// Number of sources that make tasks enough by themselves.
-const MANY_SOURCES: usize = 16;
-
 /// A source and the light space over its first surfaces.
 #[derive(Clone, Debug)]
 pub struct BeamLight {
     /// The origin of the light.
     pub source: Source,
-    /// The patches that its light may reach; `None` for one source of thousands, whose patches are found when
-    /// needed.
-    pub patches: Option<Vec<SurfacePatch>>,
-}
-
-impl BeamLight {
     /// The patches that its light may reach.
-    pub fn patches(&self, scene: &Scene) -> Cow<'_, [SurfacePatch]> {
-        self.patches.as_ref().map_or_else(
-            || Cow::Owned(patches(scene, &self.source)),
-            |patches| Cow::Borrowed(&**patches),
-        )
-    }
-
-    /// The same with its light divided by `divisor`.
-    #[must_use]
-    pub fn dimmed(mut self, divisor: f64) -> Self {
-        self.source = self.source.dimmed(divisor);
-        self
-    }
+    pub patches: Vec<SurfacePatch>,
 }
 
 /// The inputs that all passes of a run share.
@@ -115,28 +93,6 @@ pub struct SignatureReport {
     pub balance_error: f64,
 }
 
-impl SignatureReport {
-    /// The same with its light times `weight`.
-    #[must_use]
-    pub fn weighted(mut self, weight: f64) -> Self {
-        self.received *= weight;
-        self.uncertain *= weight;
-        self.emitted *= weight;
-        self
-    }
-
-    /// Adds the cells of other light of the same signature.
-    pub fn add(&mut self, other: &Self) {
-        self.cells += other.cells;
-        self.cut_cells += other.cut_cells;
-        self.unresolved_cells += other.unresolved_cells;
-        self.received += other.received;
-        self.uncertain += other.uncertain;
-        self.emitted += other.emitted;
-        self.balance_error = self.balance_error.max(other.balance_error);
-    }
-}
-
 /// The balance of some patches, and the work that they took.
 type TaskWork<const N: usize> = (Balance<N>, TraversalCounters);
 
@@ -173,14 +129,9 @@ impl Passes<'_> {
         // Uncertain flux may count the same flux in several texels, and the discovery is coarse.
         let scale = FixedPoint::for_total(64.0 * self.flux).map_err(|_| not_representable())?;
         let film = BeamFilm::<N>::new(self.target.size(), scale);
-        let tasks = if lights.len() < MANY_SOURCES {
-            TASKS
-        } else {
-            1
-        };
         let done: Vec<Vec<TaskResult<N>>> = lights
             .par_iter()
-            .map(|light| self.light(light, signature, limits, tasks, &film))
+            .map(|light| self.light(light, signature, limits, &film))
             .collect();
         let mut total = Balance::<N>::default();
         // In the order of the patches: floats are summed the same on any threads.
@@ -216,13 +167,12 @@ impl Passes<'_> {
         }))
     }
 
-    /// One source's light, in about `tasks` tasks of some patches.
+    /// One source's light, in tasks of some patches.
     fn light<const N: usize>(
         &self,
         light: &BeamLight,
         signature: Signature,
         limits: Limits,
-        tasks: usize,
         film: &BeamFilm<N>,
     ) -> Vec<TaskResult<N>> {
         // Memory to work in, handed from task to task.
@@ -270,14 +220,13 @@ impl Passes<'_> {
             }
             Some((balance, counters))
         };
-        let patches = light.patches(self.scene);
         let (flat, patches) = match Cone::of(&light.source) {
             // Its patches are parts of facets only, and the cone's border is none of the facets' edges.
-            Some(_) => (Vec::new(), patches.into_owned()),
-            None => part_patches(self.facets, &patches),
+            Some(_) => (Vec::new(), light.patches.clone()),
+            None => part_patches(self.facets, &light.patches),
         };
         let task =
-            |patches: usize| (patches / tasks).clamp(*TASK_PATCHES.start(), *TASK_PATCHES.end());
+            |patches: usize| (patches / TASKS).clamp(*TASK_PATCHES.start(), *TASK_PATCHES.end());
         let by_cells = patches.par_chunks(task(patches.len())).map(|patches| {
             refined(patches.len(), &|refiner| {
                 for patch in patches {

@@ -2,17 +2,16 @@
 
 use std::time::Instant;
 
-use super::area_lights::AreaLights;
-use super::average::{Average, Sums};
 use super::discovery::{SignatureLight, discover};
 use super::finish;
 use super::finished_pass::FinishedPass;
 use super::limit::Limit;
-use super::pass::{BeamLight, PassLayer, Passes, SignatureReport};
+use super::pass::{BeamLight, PassLayer, Passes};
 use super::refine::Limits;
-use super::report::{AreaLightReport, BeamReport};
-use super::schedule::{DIVIDED_AGAIN, Errors, Fineness};
+use super::report::BeamReport;
+use super::schedule::{DIVIDED_AGAIN, Tolerance};
 use super::settings::{BeamSettings, target_error};
+use super::sums::Sums;
 use super::support::supports;
 use crate::geometry::TraversalCounters;
 use crate::radiometry::Rgb;
@@ -56,14 +55,15 @@ const LIKELY: f64 = 0.3;
 /// Margin of the measured ratio: the next pass, too, is a little off.
 const CALIBRATION_MARGIN: f64 = 1.2;
 
+/// The two-sided confidence of the bound on light that the discovery may have missed.
+const CONFIDENCE: f64 = 0.999;
+
 /// A run, set up.
 pub struct Setup<'a> {
     scene: &'a Scene,
     settings: BeamSettings,
     target: Target,
-    /// Delta emitters, which are followed once.
-    fixed: Vec<BeamLight>,
-    area_lights: AreaLights,
+    lights: Vec<BeamLight>,
     clearance: Clearance<'a>,
     shared: SharedPlaces<'a>,
     facets: Facets,
@@ -96,26 +96,14 @@ impl<'a> Setup<'a> {
             let allowed = format!("0 to {MAX_EVENTS} specular events");
             return Err(SettingError::value("max-depth", &depth, allowed).into());
         }
-        let area_lights = AreaLights::new(scene, settings.seed)?;
-        if !area_lights.is_empty() && !(2..=1 << 16).contains(&settings.replicates) {
-            let replicates = settings.replicates.to_string();
-            let allowed = "2 to 65536, whose scatter is an area light's error";
-            return Err(SettingError::value("replicates", &replicates, allowed).into());
-        }
         let target = Target::new(scene, sensor, settings.shading_normals)?;
-        let fixed: Vec<BeamLight> = Source::all(scene)
+        let lights: Vec<BeamLight> = Source::all(scene)
             .into_iter()
-            .map(|source| {
-                let patches = Some(patches(scene, &source));
-                BeamLight { source, patches }
+            .map(|source| BeamLight {
+                patches: patches(scene, &source),
+                source,
             })
             .collect();
-        // One place of each replicate stands for the area lights.
-        let mut lights = fixed.clone();
-        for replicate in 0..settings.replicates {
-            let more = area_lights.lights(replicate, 1).into_iter();
-            lights.extend(more.map(|light| light.dimmed(f64::from(settings.replicates))));
-        }
         let found = discover(
             scene,
             &lights,
@@ -124,7 +112,7 @@ impl<'a> Setup<'a> {
             settings.shading_normals,
         );
         let landed = found.landed;
-        let unseen = found.unseen(0.5 * (1.0 - finish::CONFIDENCE));
+        let unseen = found.unseen(0.5 * (1.0 - CONFIDENCE));
         let flux: f64 = found.signatures.values().map(|one| one.flux).sum();
         let mut signatures: Vec<(Signature, SignatureLight)> =
             found.signatures.into_iter().collect();
@@ -133,8 +121,7 @@ impl<'a> Setup<'a> {
             scene,
             settings,
             target,
-            fixed,
-            area_lights,
+            lights,
             clearance: Clearance::new(scene),
             shared: SharedPlaces::new(scene, settings.shading_normals),
             facets: Facets::new(scene),
@@ -179,13 +166,10 @@ impl<'a> Setup<'a> {
         let limit = Limit::new(budget, self.progress);
         let direct = match &self.target {
             Target::Receiver(receiver) => Some(
-                direct(
-                    self.scene,
-                    receiver,
-                    self.settings.seed,
-                    AREA_SAMPLES,
-                    &|| limit.is_reached(),
-                )
+                // No area light shines: seed and samples have no effect.
+                direct(self.scene, receiver, 0, AREA_SAMPLES, &|| {
+                    limit.is_reached()
+                })
                 .unwrap_or_else(|| Direct::unknown(receiver.texels())),
             ),
             Target::Camera { .. } => None,
@@ -213,18 +197,17 @@ impl<'a> Setup<'a> {
         let mut best: Option<FinishedPass> = None;
         let (mut said_before, mut calibration) = (0.0, None);
         let mut unlit = 0;
-        let mut fineness = Fineness::first(target, limited);
+        let mut tolerance = Tolerance::first(target, limited);
         while !followed.is_empty() {
             let (began, rays_before) = (Instant::now(), limit.rays());
-            let Some((mut pass, work)) = self.pass(followed, fineness, &limit)? else {
+            let Some((mut pass, work)) = self.pass(followed, tolerance, &limit)? else {
                 break;
             };
             counters += work;
             report.passes += 1;
-            let said = pass.errors.map_or(0.0, |errors| errors.deterministic);
+            let said = pass.error.unwrap_or(0.0);
             if let Some(before) = &best
-                && self.area_lights.is_empty()
-                && before.fineness.tolerance >= DIVIDED_AGAIN * fineness.tolerance
+                && before.tolerance.0 >= DIVIDED_AGAIN * tolerance.0
                 && said_before > 0.0
             {
                 // The true error of the pass before, by its estimated error, calibrates this pass' estimate.
@@ -232,59 +215,59 @@ impl<'a> Setup<'a> {
                 calibration = Some(found.clamp(*CALIBRATION.start(), *CALIBRATION.end()));
             }
             said_before = said;
-            if let Some(errors) = &mut pass.errors
-                && self.area_lights.is_empty()
-            {
-                errors.deterministic *= calibration.unwrap_or(UNCALIBRATED);
+            if let Some(error) = &mut pass.error {
+                *error *= calibration.unwrap_or(UNCALIBRATED);
             }
-            let errors = pass.errors;
-            self.progress.set_relative_error(errors.map(Errors::both));
+            let error = pass.error;
+            self.progress.set_relative_error(error);
             best = Some(pass);
             let affordable = limit.affordable(began.elapsed(), limit.rays() - rays_before);
-            let next = match errors {
-                Some(errors) => {
+            let next = match error {
+                Some(error) => {
                     let hope = calibration.map_or(LIKELY, |_| 1.0);
-                    fineness.next(errors, hope, target, !self.area_lights.is_empty())
+                    tolerance.next(error, hope, target)
                 }
                 None if is_lit && unlit < MOST_UNLIT => {
                     unlit += 1;
-                    fineness.finer(!self.area_lights.is_empty())
+                    tolerance.finer()
                 }
                 None => None,
             };
-            let next = next.and_then(|next| fineness.towards(next, affordable));
+            let next = next.and_then(|next| tolerance.towards(next, affordable));
             let Some(next) = next else { break };
-            fineness = next;
+            tolerance = next;
         }
         // If the discovery found light on the film, a pass without any tells nothing.
-        let best = best.filter(|pass| pass.errors.is_some() || !is_lit);
+        let best = best.filter(|pass| pass.error.is_some() || !is_lit);
         let stopped = self.progress.is_stopped();
-        let reached = best.as_ref().and_then(|pass| pass.errors);
+        let reached = best.as_ref().and_then(|pass| pass.error);
         let unmet = match (target, reached) {
-            (Some(target), Some(errors)) => errors.both() > target,
+            (Some(target), Some(error)) => error > target,
             _ => false,
         };
         let incomplete = stopped || unmet && !limited || best.is_none() && !self.is_dark();
-        self.describe(best.as_ref(), &mut report);
+        if let Some(pass) = &best {
+            report.relative_tolerance = pass.tolerance.0;
+            report.signatures.clone_from(&pass.reports);
+        }
         let outcome = finish::RunOutcome {
             scene: self.scene,
             target: &self.target,
             pass: best,
             unseen: self.unseen(),
             direct: direct.as_ref(),
-            relative_error: reached.map(Errors::both),
-            area_lights: report.area_lights,
+            relative_error: reached,
             counters,
             incomplete,
         };
         Ok((outcome.estimate(), report))
     }
 
-    /// All signatures at one fineness; `None` if it was stopped.
+    /// All signatures at one tolerance; `None` if it was stopped.
     fn pass(
         &self,
         signatures: &[(Signature, SignatureLight)],
-        fineness: Fineness,
+        tolerance: Tolerance,
         limit: &Limit,
     ) -> Result<Option<(FinishedPass, TraversalCounters)>, Error> {
         let mut counters = TraversalCounters::default();
@@ -299,110 +282,58 @@ impl<'a> Setup<'a> {
             limit,
             progress: self.progress,
         };
-        let replicates = if self.area_lights.is_empty() {
-            0
-        } else {
-            self.settings.replicates
-        };
-        let patches_of = |lights: &[BeamLight]| -> usize {
-            lights.iter().map(|l| l.patches(self.scene).len()).sum()
-        };
-        let tasks = patches_of(&self.fixed)
-            + patches_of(&self.area_lights.lights(0, 1))
-                * fineness.points as usize
-                * replicates as usize;
-        self.progress.begin_pass((tasks * signatures.len()) as u64);
+        let patches: usize = self.lights.iter().map(|light| light.patches.len()).sum();
+        self.progress
+            .begin_pass((patches * signatures.len()) as u64);
 
         let texels = self.target.texels();
         let named = self.settings.max_layers.min(signatures.len());
-        let mut layers: Vec<(Option<Signature>, Average)> = signatures[..named]
-            .iter()
-            .map(|(signature, _)| (Some(*signature), Average::new(texels)))
+        let names = signatures[..named].iter().map(|(name, _)| Some(*name));
+        let others = (named < signatures.len()).then_some(None);
+        let mut layers: Vec<(Option<Signature>, Sums)> = names
+            .chain(others)
+            .map(|name| (name, Sums::dark(texels)))
             .collect();
-        if named < signatures.len() {
-            layers.push((None, Average::new(texels)));
-        }
-        let mut total = Average::new(texels);
-        let mut reports: Vec<Option<SignatureReport>> = vec![None; signatures.len()];
-        // The area lights of each replicate, then the lights that are not drawn at random.
-        for replicate in (0..replicates).map(Some).chain([None]) {
-            let lights = match replicate {
-                Some(replicate) => &self.area_lights.lights(replicate, fineness.points),
-                None => &self.fixed,
+        let mut total = Sums::dark(texels);
+        let mut reports = Vec::with_capacity(signatures.len());
+        for (rank, (signature, found)) in signatures.iter().enumerate() {
+            let limits = Limits {
+                tolerance: f64::min(tolerance.0 * self.flux, MOST_OF_SIGNATURE * found.flux),
+                flux: found.flux,
+                peak: found.peak,
             };
-            if lights.is_empty() {
-                continue;
-            }
-            let weight = replicate.map_or(1.0, |_| 1.0 / f64::from(replicates));
-            let add = |average: &mut Average, sums: &Sums| match replicate {
-                Some(_) => average.add(sums),
-                None => average.add_fixed(sums),
+            let layer = passes.signature(&self.lights, *signature, limits, &mut counters)?;
+            let Some(PassLayer { sums, report }) = layer else {
+                return Ok(None);
             };
-            let mut all = Sums::dark(texels);
-            let mut others = Sums::dark(if named < signatures.len() { texels } else { 0 });
-            for (rank, (signature, found)) in signatures.iter().enumerate() {
-                let limits = Limits {
-                    tolerance: f64::min(
-                        fineness.tolerance * self.flux,
-                        MOST_OF_SIGNATURE * found.flux,
-                    ),
-                    flux: found.flux,
-                    peak: found.peak,
-                };
-                let layer = passes.signature(lights, *signature, limits, &mut counters)?;
-                let Some(PassLayer { sums, report }) = layer else {
-                    return Ok(None);
-                };
-                all.add(&sums);
-                if rank < named {
-                    add(&mut layers[rank].1, &sums);
-                } else {
-                    others.add(&sums);
-                }
-                let report = report.weighted(weight);
-                match &mut reports[rank] {
-                    Some(sum) => sum.add(&report),
-                    none => *none = Some(report),
-                }
-            }
-            add(&mut total, &all);
-            if named < signatures.len() {
-                add(&mut layers[named].1, &others);
-            }
+            total.add(&sums);
+            layers[rank.min(named)].1.add(&sums);
+            reports.push(report);
         }
-        let errors = self.errors(&total);
-        let names = signatures.iter().map(|(signature, _)| *signature);
         let pass = FinishedPass {
+            error: self.error(&total),
             layers,
             total,
-            reports: names
-                .zip(reports)
-                .filter_map(|(name, report)| Some((name, report?)))
-                .collect(),
-            errors,
-            fineness,
+            reports,
+            tolerance,
         };
         Ok(Some((pass, counters)))
     }
 
-    /// Root mean square errors over lit texels, relative to their mean.
-    fn errors(&self, total: &Average) -> Option<Errors> {
-        let (mut lit, mut sum, mut likely, mut random) = (0_u64, 0.0, 0.0, 0.0);
+    /// Root mean square of the likely error over lit texels, relative to their mean.
+    fn error(&self, total: &Sums) -> Option<f64> {
+        let (mut lit, mut sum, mut squares) = (0_u64, 0.0, 0.0);
         for texel in 0..total.texels() {
-            let (flux, measure) = (total.mean(texel).mean(), self.target.measure(texel));
+            let (flux, measure) = (total.flux[texel].mean(), self.target.measure(texel));
             if flux > 0.0 && measure > 0.0 {
                 lit += 1;
                 sum += flux / measure;
-                likely += (total.likely(texel) / measure).powi(2);
-                random += (total.standard_error(texel).mean() / measure).powi(2);
+                squares += (total.variance[texel].sqrt() / measure).powi(2);
             }
         }
         let lit = (lit > 0).then_some(lit as f64)?;
         let mean = sum / lit;
-        Some(Errors {
-            deterministic: (likely / lit).sqrt() / mean,
-            random: (random / lit).sqrt() / mean,
-        })
+        Some((squares / lit).sqrt() / mean)
     }
 
     /// Root mean square difference of two passes over lit texels, relative to their mean.
@@ -410,7 +341,7 @@ impl<'a> Setup<'a> {
         let (mut lit, mut sum, mut squares) = (0_u64, 0.0, 0.0);
         for texel in 0..after.total.texels() {
             let measure = self.target.measure(texel);
-            let [a, b] = [before, after].map(|pass| pass.total.mean(texel).mean());
+            let [a, b] = [before, after].map(|pass| pass.total.flux[texel].mean());
             if (a > 0.0 || b > 0.0) && measure > 0.0 {
                 lit += 1;
                 sum += b / measure;
@@ -419,23 +350,6 @@ impl<'a> Setup<'a> {
         }
         let lit = lit.max(1) as f64;
         (squares / lit).sqrt() / (sum / lit)
-    }
-
-    /// Describes the last pass in the report.
-    fn describe(&self, pass: Option<&FinishedPass>, report: &mut BeamReport) {
-        let Some(pass) = pass else { return };
-        report.relative_tolerance = pass.fineness.tolerance;
-        report.signatures = pass.reports.iter().map(|(_, one)| one.clone()).collect();
-        if let (false, Some(errors)) = (self.area_lights.is_empty(), pass.errors) {
-            report.area_lights = Some(AreaLightReport {
-                points: pass.fineness.points,
-                replicates: self.settings.replicates,
-                confidence: finish::CONFIDENCE,
-                standard_errors: finish::standard_errors(self.settings.replicates),
-                deterministic_error: errors.deterministic,
-                random_error: errors.random,
-            });
-        }
     }
 }
 

@@ -12,22 +12,15 @@ pub struct BeamSettings {
     pub shading_normals: ShadingNormals,
     /// Path signatures with a layer of their own: the brightest.
     pub max_layers: usize,
-    /// Independent randomisations, for scenes with area lights; their scatter is the random part of the
-    /// error. At least 2.
-    pub replicates: u32,
-    /// Seed of all random choices, for scenes with area lights.
-    pub seed: u64,
 }
 
 impl Default for BeamSettings {
-    /// 16 events, eight layers; 16 replicates of seed 0.
+    /// 16 events, eight layers.
     fn default() -> Self {
         Self {
             max_depth: 16,
             shading_normals: ShadingNormals::Flux,
             max_layers: 8,
-            replicates: 16,
-            seed: 0,
         }
     }
 }

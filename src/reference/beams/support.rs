@@ -3,17 +3,6 @@
 use crate::run::Refusal;
 use crate::scene::{Emitter, Scene};
 use crate::transport::chain_limits;
-use crate::transport::domain::surface::{LightSurface, MAX_TRIANGLES};
-
-/// The refusal of an area light, number `index` in the file's order from 0, whose surface light cannot start
-/// from.
-pub(super) fn refuse_area_light(scene: &Scene, index: usize, shape: usize) -> Refusal {
-    let id = &scene.objects()[shape].id;
-    Refusal::new(format!(
-        "emitter {index} shines from shape \"{id}\": light can start from rectangles, discs, balls that shine \
-         outward, and meshes of up to {MAX_TRIANGLES} triangles"
-    ))
-}
 
 /// Refuses scenes with light that beams cannot follow.
 ///
@@ -21,12 +10,17 @@ pub(super) fn refuse_area_light(scene: &Scene, index: usize, shape: usize) -> Re
 ///
 /// Names the emitter or the surface.
 pub fn supports(scene: &Scene) -> Result<(), Refusal> {
+    // Photons do not follow these either.
+    chain_limits::check(scene)?;
     for (index, emitter) in scene.emitters().iter().enumerate() {
         if let Emitter::Area { shape, .. } = emitter
             && !emitter.strength().is_black()
-            && LightSurface::new(&scene.world().shapes()[shape.0 as usize]).is_none()
         {
-            return Err(refuse_area_light(scene, index, shape.0 as usize));
+            return Err(Refusal::new(format!(
+                "emitter {index} is an area light on shape \"{}\": beams follow light from points and directions \
+                 only; use photons",
+                scene.objects()[shape.0 as usize].id
+            )));
         }
     }
     for (index, object) in scene.objects().iter().enumerate() {
@@ -40,15 +34,5 @@ pub fn supports(scene: &Scene) -> Result<(), Refusal> {
             )));
         }
     }
-    chain_limits::check(scene)?;
     Ok(())
-}
-
-/// True if beams draw nothing at random: no light of the scene shines from a surface. Otherwise photons may
-/// be sooner at the same error.
-pub fn is_deterministic(scene: &Scene) -> bool {
-    scene
-        .emitters()
-        .iter()
-        .all(|emitter| !matches!(emitter, Emitter::Area { .. }) || emitter.strength().is_black())
 }

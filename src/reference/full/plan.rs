@@ -94,7 +94,7 @@ impl Plan {
         plan.finders[PathClass::Caustic.index()] = if !is_connectable {
             // Maps are looked up on any surface that scatters.
             Finder::PhotonMap
-        } else if beams::is_deterministic(scene) && beams::supports(scene).is_ok() {
+        } else if beams::supports(scene).is_ok() {
             Finder::Beams
         } else {
             Finder::Photons

@@ -69,7 +69,6 @@ impl FullSettings {
             max_depth: self.photons.chains.max_depth,
             shading_normals: ShadingNormals::Adjoint,
             max_layers: 0,
-            ..self.beams
         };
         self
     }

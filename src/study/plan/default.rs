@@ -92,7 +92,7 @@ fn supports(name: &str, scene: &Scene, sensor: &Sensor) -> bool {
     method.is_ok_and(|method| method.supports(scene, sensor).is_ok())
 }
 
-/// True if beams can follow all light of a scene and draw nothing at random.
+/// True if beams can follow all light of a scene.
 fn suits_beams(scene: &Scene, sensor: &Sensor) -> bool {
     Method::choose(scene, sensor).is_ok_and(|choice| choice.method.name() == "beams")
 }

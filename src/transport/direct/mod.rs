@@ -31,6 +31,5 @@ mod look;
 mod measure;
 mod texel;
 
-pub use area::REPLICATES as AREA_REPLICATES;
 pub use measure::{AREA_SAMPLES, Direct, direct};
 pub use texel::DirectTexel;

@@ -3,12 +3,12 @@
 use glam::DVec3;
 
 use super::place::ChartPlace;
-use crate::geometry::{Bounds, Ray, SurfacePoint};
+use crate::geometry::{Bounds, Ray};
 use crate::radiometry::Rgb;
 use crate::scene::{Emitter, Scene};
 use crate::transport::domain::chart::Falloff;
 
-/// A delta emitter, or one place of an area light: its light arrives at a point along one ray only.
+/// A delta emitter: its light arrives at a point along one ray only.
 #[derive(Clone, Copy, Debug)]
 pub enum Source {
     /// Light from one point.
@@ -32,14 +32,6 @@ pub enum Source {
         /// geometry.
         ahead: f64,
     },
-    /// Light from one place of a surface: an area light is many of these.
-    Surface {
-        /// The place, with its normal on the side that shines.
-        place: SurfacePoint,
-        /// Radiant intensity along the normal [W/sr]: the part of the surface that the place stands for
-        /// \[m²\] times its radiance. It falls off with the cosine to the normal.
-        intensity: Rgb,
-    },
 }
 
 /// The ray of a source to a point.
@@ -50,7 +42,7 @@ pub struct SourceRay {
     /// The distance of the point along it.
     pub distance: f64,
     /// Irradiance across the ray at the point, in units of the source's [strength](Source::strength). It is
-    /// falloff / distance² for a point, 1 for parallel light, and cos θ / distance² for a place on a surface.
+    /// falloff / distance² for a point, and 1 for parallel light.
     pub density: f64,
     /// The part of a spot's light that the ray is in; 0 for other sources. Between the parts density has a
     /// kink, or a jump.
@@ -112,28 +104,15 @@ impl Source {
             .collect()
     }
 
-    /// Radiant intensity [W/sr] of a point (of a surface, along its normal), or irradiance across the light
-    /// [W/m²] of parallel light.
+    /// Radiant intensity [W/sr] of a point, or irradiance across the light [W/m²] of parallel light.
     pub fn strength(&self) -> Rgb {
         match *self {
-            Self::Point { intensity, .. } | Self::Surface { intensity, .. } => intensity,
+            Self::Point { intensity, .. } => intensity,
             Self::Parallel { irradiance, .. } => irradiance,
         }
     }
 
-    /// The same source, its strength divided by `divisor`.
-    #[must_use]
-    pub fn dimmed(mut self, divisor: f64) -> Self {
-        match &mut self {
-            Self::Point { intensity, .. } | Self::Surface { intensity, .. } => {
-                *intensity = *intensity / divisor;
-            }
-            Self::Parallel { irradiance, .. } => *irradiance = *irradiance / divisor,
-        }
-        self
-    }
-
-    /// The ray that arrives at a point; `None` at the emitter itself and behind a surface that shines.
+    /// The ray that arrives at a point; `None` at the emitter itself.
     #[inline]
     pub fn arrive(&self, point: DVec3) -> Option<SourceRay> {
         match *self {
@@ -171,22 +150,6 @@ impl Source {
                     zone: 0,
                 })
             }
-            Self::Surface { ref place, .. } => {
-                let offset = point - place.position;
-                let facing = offset.dot(place.geometric_normal);
-                if facing.is_nan() || facing <= 0.0 {
-                    return None;
-                }
-                let distance = offset.length();
-                let direction = offset / distance;
-                Some(SourceRay {
-                    // Off the surface, which must not hide its own light.
-                    ray: place.spawn(direction),
-                    distance,
-                    density: facing / (distance * distance * distance),
-                    zone: 0,
-                })
-            }
         }
     }
 
@@ -194,7 +157,6 @@ impl Source {
     pub fn origin(&self) -> Option<DVec3> {
         match self {
             Self::Point { origin, .. } => Some(*origin),
-            Self::Surface { place, .. } => Some(place.position),
             Self::Parallel { .. } => None,
         }
     }
@@ -209,7 +171,6 @@ impl Source {
     pub fn towards(&self, point: DVec3) -> DVec3 {
         match *self {
             Self::Point { origin, .. } => origin - point,
-            Self::Surface { ref place, .. } => place.position - point,
             Self::Parallel { direction, .. } => -direction,
         }
     }

@@ -41,8 +41,9 @@ pub(super) fn places_of(
     count: usize,
     least: usize,
 ) -> Vec<StartPlace> {
-    let patches = light.patches(scene);
-    let shapes = patches.chunk_by(|a, b| a.chart.shape() == b.chart.shape());
+    let shapes = light
+        .patches
+        .chunk_by(|a, b| a.chart.shape() == b.chart.shape());
     let a_shape = count.div_ceil(shapes.clone().count().max(1));
     let a_shape = a_shape.max(least).max(1);
     shapes
