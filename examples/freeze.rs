@@ -63,19 +63,9 @@ const ON_CAMERA: [(&str, &str); 5] = [
 ];
 
 /// Bounds on work where a scene would take long.
-const BOUNDS: [(&str, &str, &str); 4] = [
+const BOUNDS: [(&str, &str, &str); 2] = [
     ("diamond", "beams", "--max-depth 4"),
     ("diamond", "full", "--max-depth 4"),
-    (
-        "cornell-glass",
-        "beams",
-        "--max-depth 2 --replicates 2 --error 20% -D size=12",
-    ),
-    (
-        "cornell-glass",
-        "camera-beams",
-        "--max-depth 2 --replicates 2 --error 50%",
-    ),
 ];
 
 /// Settings that no result above has: scene, name, arguments.
@@ -425,13 +415,7 @@ impl Session {
                     true => "--sensor camera",
                     false => "",
                 };
-                // Where bounds repeat a key, they replace it.
                 let bound = bound.map_or("", |(_, _, bound)| bound);
-                let arguments = if bound.contains("--error") {
-                    "--method beams"
-                } else {
-                    arguments
-                };
                 self.render(scene, name, &format!("{arguments} {sensor} {bound}"))?;
             }
         }

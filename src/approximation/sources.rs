@@ -36,7 +36,7 @@ pub fn flux_bound(source: &Source, bounds: &Bounds) -> f64 {
     let strength = source.strength().max_channel();
     match source {
         Source::Parallel { .. } => strength * 4.0 * bounds.radius().powi(2),
-        _ => strength * 4.0 * std::f64::consts::PI,
+        Source::Point { .. } => strength * 4.0 * std::f64::consts::PI,
     }
 }
 

@@ -6,7 +6,6 @@ mod clearance;
 mod crossings;
 mod discovery;
 mod flat_facets;
-mod lamps;
 mod method;
 mod occluders;
 mod probe;

@@ -24,7 +24,7 @@ use crate::support::beams::{beams, held, known_by};
 use crate::support::oracles::{DEPTH, dish_fluxes};
 use crate::support::probes::{of, probe_at, sum};
 use crate::support::scenes::meter;
-use crate::support::{Compared, Photons, bundled, bundled_file};
+use crate::support::{Compared, Photons, bundled, bundled_file, scene_files};
 
 /// The shipped scenes whose light all comes from points or from infinity.
 const SCENES: [&str; 10] = [
@@ -451,6 +451,26 @@ fn half_open_masks_are_refused_by_name() {
         message.contains("half open mask \"veil\"") && message.contains("use photons"),
         "{message}"
     );
+}
+
+/// A lamp, a glass ball and a floor; the lamp's radiance is given.
+fn lit_by_a_lamp(radiance: &str) -> Scene {
+    let parts = scene_files::scene(&format!(
+        r#"<emitter type="point"/>
+           <shape type="disk" id="lamp"><emitter type="area"><rgb name="radiance" value="{radiance}"/></emitter></shape>
+           <shape type="sphere"><bsdf type="dielectric"/></shape>
+           <shape type="rectangle"><sensor type="irradiancemeter"/></shape>"#
+    ));
+    Scene::new(parts.unwrap()).unwrap()
+}
+
+#[test]
+fn area_lights_are_refused_by_emitter_and_shape_if_they_shine() {
+    let message = supports(&lit_by_a_lamp("0, 1, 0")).unwrap_err().to_string();
+    for part in ["emitter 1", "area light", "shape \"lamp\"", "use photons"] {
+        assert!(message.contains(part), "{part} is not in {message}");
+    }
+    assert_eq!(supports(&lit_by_a_lamp("0")), Ok(()));
 }
 
 #[test]

@@ -137,7 +137,7 @@ impl Tracer<'_> {
         };
         let falloff = match self.source {
             Source::Point { falloff, .. } => falloff.factor(self.view.ray(at).direction),
-            _ => 1.0,
+            Source::Parallel { .. } => 1.0,
         };
         self.source.strength() * (falloff * measure)
     }
