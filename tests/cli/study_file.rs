@@ -254,7 +254,7 @@ fn a_scene_alone_is_judged_by_beams_where_they_can_follow_its_light() {
     assert_eq!(plan.truth.method.name(), "beams");
     let names: Vec<&str> = plan.runs.iter().map(|run| run.method.name()).collect();
     assert!(names.contains(&"beams") && names.contains(&"photons"));
-    // Beams draw nothing by lot here: a seed would be a setting without effect.
+    // Beams draw nothing by lot: they have no seed.
     assert!(!plan.truth.given.contains_key("seed"));
 }
 
