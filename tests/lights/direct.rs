@@ -1,11 +1,13 @@
 //! Direct light of lamps without size, texel by texel, against the areas of shadows.
 
 use glam::DVec2;
+use nephroid::internals::generate::{bumpy_ball, write_ply};
 use nephroid::internals::geometry::TraversalCounters;
 use nephroid::internals::mitsuba;
-use nephroid::internals::scene::Scene;
+use nephroid::internals::scene::{Emitter, Scene};
 use nephroid::internals::transport::direct::{AREA_SAMPLES, DirectTexel, direct};
 use nephroid::internals::transport::receiver::Receiver;
+use nephroid::internals::transport::visibility::transmittance;
 
 /// Texels a side, on a floor from -1 to 1.
 const SIDE: usize = 64;
@@ -215,6 +217,131 @@ fn a_lamp_near_the_floor_casts_the_shadow_that_projection_says() {
     }
     println!("beyond {worst:.1e}");
     assert!(worst <= 1.0 / 1024.0, "{worst:e}");
+}
+
+#[test]
+fn an_open_floor_takes_one_ray() {
+    let (texels, counters) = measured(&scene(SUN, ""));
+    assert_eq!(counters.rays, 1);
+    assert!(texels.iter().all(|texel| texel.irradiance.0[0] == 1.0));
+}
+
+/// What rays see from points a 24th of a texel apart, and what of it would be there without shadows.
+fn by_rays(scene: &Scene, receiver: &Receiver, texel: usize) -> [f64; 2] {
+    const PARTS: usize = 24;
+    let (mut seen, mut all) = (0.0, 0.0);
+    for part in 0..PARTS * PARTS {
+        let place = DVec2::new((part % PARTS) as f64, (part / PARTS) as f64);
+        let point = receiver
+            .point(scene, texel, (place + 0.5) / PARTS as f64)
+            .unwrap();
+        for emitter in scene.emitters() {
+            let (light, towards, distance) = match emitter {
+                Emitter::Directional {
+                    direction,
+                    irradiance,
+                } => (irradiance.0[0] * -direction.z, -*direction, f64::INFINITY),
+                Emitter::Point {
+                    position,
+                    intensity,
+                } => {
+                    let way = *position - point.position;
+                    let distance = way.length();
+                    let light = intensity.0[0] * way.z / distance.powi(3);
+                    (light, way / distance, distance)
+                }
+                other => panic!("{other:?}"),
+            };
+            let mut counters = TraversalCounters::default();
+            seen += light * transmittance(scene, &point, towards, distance, &mut counters);
+            all += light;
+        }
+    }
+    [seen, all].map(|sum| sum / (PARTS * PARTS) as f64)
+}
+
+/// Shadows whose outlines are silhouettes, borders, and lines where a body enters the floor, against rays.
+#[test]
+fn shadows_of_all_kinds_of_bodies_are_what_rays_see() {
+    const LAMP: &str = r#"<emitter type="point"><point name="position" x="0.9" y="-0.7" z="1.7"/>
+        <rgb name="intensity" value="1"/></emitter>"#;
+    const LEANING_SUN: &str = r#"<emitter type="directional">
+        <vector name="direction" x="0.4" y="0.3" z="-1"/><rgb name="irradiance" value="1"/></emitter>"#;
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("bumpy.ply");
+    let mut bytes = Vec::new();
+    write_ply(&bumpy_ball(0.4, 9), "a bumpy ball", &mut bytes).unwrap();
+    std::fs::write(&file, bytes).unwrap();
+    let open = folder.path().join("open.ply");
+    // Three faces about an edge, one of them alone: no surface of a solid.
+    std::fs::write(
+        &open,
+        "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\nproperty float z\n\
+         element face 3\nproperty list uchar int vertex_indices\nend_header\n\
+         -0.5 0 0.5\n0.5 0.1 0.6\n0 0.5 0.4\n0.1 -0.5 0.7\n0 0.1 1.1\n3 0 1 2\n3 1 0 3\n3 0 1 4\n",
+    )
+    .unwrap();
+    let mesh = |file: &std::path::Path, z: f64| {
+        format!(
+            r#"<shape type="ply"><string name="filename" value="{}"/>
+            <transform name="to_world"><translate x="0.1" z="{z}"/></transform></shape>"#,
+            file.display()
+        )
+    };
+    let bodies = [
+        ("a bumpy ball", mesh(&file, 0.7)),
+        ("a bumpy ball in the floor", mesh(&file, 0.1)),
+        ("an open mesh", mesh(&open, 0.0)),
+        (
+            "a ball in the floor",
+            r#"<shape type="sphere"><point name="center" x="0" y="0" z="0.2"/>
+            <float name="radius" value="0.4"/></shape>"#
+                .to_owned(),
+        ),
+        (
+            "a disc",
+            r#"<shape type="disk"><transform name="to_world"><scale value="0.4"/>
+            <rotate x="1" angle="50"/><translate z="0.6"/></transform></shape>"#
+                .to_owned(),
+        ),
+        (
+            "a plate through the floor",
+            r#"<shape type="rectangle"><transform name="to_world"><scale value="0.4"/>
+            <rotate x="1" angle="70"/><translate z="0.1"/></transform></shape>"#
+                .to_owned(),
+        ),
+        (
+            "a tube before a plate",
+            r#"<shape type="cylinder"><point name="p0" x="0" y="-0.4" z="0.5"/>
+            <point name="p1" x="0.2" y="0.5" z="0.6"/><float name="radius" value="0.2"/></shape>
+            <shape type="rectangle"><transform name="to_world"><scale value="0.2"/>
+            <translate x="0.3" z="0.3"/></transform></shape>"#
+                .to_owned(),
+        ),
+    ];
+    for (name, body) in bodies {
+        let scene = scene(&format!("{LAMP}{LEANING_SUN}"), &body);
+        let receiver = Receiver::new(&scene, &scene.sensors()[0]).unwrap();
+        let (texels, counters) = measured(&scene);
+        let (mut sum, mut light, mut worst) = (0.0, 0.0, 0.0_f64);
+        for (index, texel) in texels.iter().enumerate() {
+            let [seen, all] = by_rays(&scene, &receiver, index);
+            let difference = texel.irradiance.0[0] - seen;
+            sum += difference;
+            light += all;
+            worst = worst.max((difference.abs() - texel.error.0[0]) / all);
+        }
+        println!(
+            "{name}: worst {worst:.1e}, in all {:.1e}, {} rays",
+            sum / light,
+            counters.rays
+        );
+        // Points know a line's place in a texel to half their distance, 1/48, on a length of up to √2; two
+        // lines of two shadows.
+        assert!(worst < 4.0 * 1.5 / 48.0, "{name}: {worst}");
+        // Over hundreds of texels with an edge, whose errors differ: a twentieth of that, by their share of 4096.
+        assert!((sum / light).abs() < 1e-4, "{name}: {}", sum / light);
+    }
 }
 
 /// Scrambled Sobol' points are never much worse than random ones, whose error goes as N^(−1/2): 64 times the

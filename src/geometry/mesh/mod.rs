@@ -8,6 +8,7 @@ mod hash;
 mod local;
 mod normals;
 mod parts;
+mod silhouette;
 mod triangles;
 mod weld;
 

@@ -2,16 +2,21 @@
 
 use glam::DVec3;
 
+use super::arriving::unshadowed;
 use super::glance::Glance;
 use super::leaf::{Leaf, SHADOW_LEVELS};
 use super::light::DirectLight;
 use super::look::{LeafLight, NO_RANGE, POINTS, ShareRange, Sum, joined};
+use super::shafts::{Obstacle, Shafts};
 use super::texel::DirectTexel;
 use crate::radiometry::Rgb;
 use crate::scene::Emitter;
 
 /// Number of times that all of a texel is quartered, if it has several faces and lies near a shadow's edge.
 const EDGE_LEVELS: u32 = 3;
+
+/// Largest part of a texel's light that the kinks of a spot's falloff may misplace in a leaf.
+const KINK: f64 = 1e-5;
 
 /// Places of a leaf's outer points, relative to its middle and in units of its size, along each axis.
 ///
@@ -23,9 +28,10 @@ const EDGE_LEVELS: u32 = 3;
 const OUTER_POINTS: [f64; 3] = [-0.625, 0.0, 0.625];
 
 impl DirectLight<'_> {
-    /// Average of a delta emitter's light over a texel, as few points see it.
-    pub(super) fn glance(&mut self, texel: usize, emitter: &Emitter) -> Glance {
-        let mut passed = ShareRange::NOTHING_SEEN;
+    /// Average of a delta emitter's light over a texel, as few points see it, or with the `share` that they
+    /// are known to see.
+    pub(super) fn glance(&mut self, texel: usize, emitter: &Emitter, share: Option<f64>) -> Glance {
+        let mut passed = share.map_or(ShareRange::NOTHING_SEEN, ShareRange::of);
         if !self.receiver.has_surface(texel) {
             let value = DirectTexel::default();
             return Glance { value, passed };
@@ -36,18 +42,19 @@ impl DirectLight<'_> {
         let is_border = is_end(texel % width, width) || is_end(texel / width, height);
         let mut pending = vec![Leaf::TEXEL];
         while let Some(leaf) = pending.pop() {
-            if self.is_coarse(texel, &leaf, emitter) {
+            let Some(flaw) = self.flaw(texel, &leaf, emitter) else {
                 pending.extend(leaf.quarters());
                 continue;
-            }
-            let look = self.look(texel, &leaf, emitter);
+            };
+            let look = self.look(texel, &leaf, emitter, share);
             if look.is_rough(leaf.size) && leaf.level < EDGE_LEVELS {
                 pending.extend(leaf.quarters());
                 continue;
             }
             sum.add(&look);
+            sum.error += flaw;
             passed = passed.with(look.passed);
-            if is_border || look.is_ragged {
+            if share.is_none() && (is_border || look.is_ragged) {
                 // There may be no neighbours on one side, and so no other texel that looks there.
                 passed = self.with_outer_points(texel, &leaf, emitter, passed);
             }
@@ -67,21 +74,45 @@ impl DirectLight<'_> {
             .unwrap_or_else(|| self.by_quarters(texel, emitter))
     }
 
+    /// Average of a delta emitter's light over a texel of a rectangle that these obstacles may divide.
+    pub(super) fn divided(
+        &mut self,
+        texel: usize,
+        emitter: &Emitter,
+        shafts: &Shafts,
+        obstacles: &[Obstacle],
+    ) -> Glance {
+        let mut sum = Sum::NOTHING;
+        let mut pending = vec![Leaf::TEXEL];
+        while let Some(leaf) = pending.pop() {
+            if let Some(flaw) = self.flaw(texel, &leaf, emitter) {
+                // A rectangle has surface everywhere, all of it smooth.
+                let _ = self.cut_by(texel, &leaf, emitter, (shafts, obstacles), &mut sum);
+                sum.error += flaw;
+            } else {
+                pending.extend(leaf.quarters());
+            }
+        }
+        Glance {
+            value: sum.cut_average().unwrap_or(DirectTexel::UNKNOWN),
+            passed: ShareRange::of(0.0).with_share(1.0),
+        }
+    }
+
     /// The same as [`edge`](Self::edge), cut along the edge; `None` if the texel's surface is not one smooth
     /// one.
     fn by_cuts(&mut self, texel: usize, emitter: &Emitter) -> Option<DirectTexel> {
         let mut sum = Sum::NOTHING;
         let mut pending = vec![Leaf::TEXEL];
         while let Some(leaf) = pending.pop() {
-            if self.is_coarse(texel, &leaf, emitter) {
-                pending.extend(leaf.quarters());
-            } else {
+            if let Some(flaw) = self.flaw(texel, &leaf, emitter) {
                 self.cut(texel, &leaf, emitter, &mut sum)?;
+                sum.error += flaw;
+            } else {
+                pending.extend(leaf.quarters());
             }
         }
-        // The parts cut off may exceed the whole by rounding.
-        sum.flux = Rgb(sum.flux.0.map(|flux| flux.max(0.0)));
-        sum.average()
+        sum.cut_average()
     }
 
     /// The same as [`edge`](Self::edge), by ever smaller leaves, for any surface.
@@ -89,11 +120,12 @@ impl DirectLight<'_> {
         let mut sum = Sum::NOTHING;
         let mut pending = vec![Leaf::TEXEL];
         while let Some(leaf) = pending.pop() {
-            if leaf.level < EDGE_LEVELS || self.is_coarse(texel, &leaf, emitter) {
+            let flaw = self.flaw(texel, &leaf, emitter);
+            let Some(flaw) = flaw.filter(|_| leaf.level >= EDGE_LEVELS) else {
                 pending.extend(leaf.quarters());
                 continue;
-            }
-            let look = self.look(texel, &leaf, emitter);
+            };
+            let look = self.look(texel, &leaf, emitter, None);
             let passed = self.with_outer_points(texel, &leaf, emitter, look.passed);
             let mixed = passed.is_mixed() && !look.unshadowed.is_black();
             if mixed && leaf.level < SHADOW_LEVELS {
@@ -101,6 +133,7 @@ impl DirectLight<'_> {
                 continue;
             }
             sum.add(&look);
+            sum.error += flaw;
             if mixed {
                 // The share that passes is somewhere between the least and the most.
                 sum.error += look.unshadowed * (passed.most - passed.least);
@@ -126,7 +159,13 @@ impl DirectLight<'_> {
     }
 
     /// A leaf's part of its texel's irradiance, by 2 x 2 Gauss points.
-    fn look(&mut self, texel: usize, leaf: &Leaf, emitter: &Emitter) -> LeafLight {
+    fn look(
+        &mut self,
+        texel: usize,
+        leaf: &Leaf,
+        emitter: &Emitter,
+        share: Option<f64>,
+    ) -> LeafLight {
         let mut look = LeafLight {
             flux: Rgb::BLACK,
             unshadowed: Rgb::BLACK,
@@ -142,7 +181,10 @@ impl DirectLight<'_> {
             let Some(patch) = self.patch(texel, at) else {
                 continue;
             };
-            let (arriving, passed) = self.arriving(&patch.point, emitter);
+            let (arriving, passed) = match share {
+                Some(share) => (unshadowed(&patch.point, emitter).0, share),
+                None => self.arriving(&patch.point, emitter),
+            };
             let area = patch.density * weight;
             look.area += area;
             look.unshadowed += arriving * area;
@@ -180,41 +222,40 @@ impl DirectLight<'_> {
         passed
     }
 
-    /// True if a leaf is too large for 2 x 2 Gauss points, because of 1/r² and the cosine, or of a spot's
-    /// edges.
+    /// The flux \[W\] that 2 x 2 Gauss points may be wrong by in a leaf because of a spot's edges; `None` if
+    /// the leaf is too large for them, because of these, or of 1/r² and the cosine.
     ///
     /// The relative error for 1/r² and the cosine is about (size / distance)⁴ / 100: a ratio of 1/64 leaves
-    /// 1e-9. A spot's falloff has kinks at the angles where the beam starts to fall and where it ends. Leaves
-    /// across these kinks, and leaves that could hold the whole beam, are divided to the end.
-    fn is_coarse(&self, texel: usize, leaf: &Leaf, emitter: &Emitter) -> bool {
+    /// 1e-9. A spot's falloff has kinks at the angles where the beam starts to fall and where it ends. Let s
+    /// be the jump of its slope, and h the leaf's size: across a kink, the two points are off by 0.025 s h²
+    /// at most.
+    fn flaw(&self, texel: usize, leaf: &Leaf, emitter: &Emitter) -> Option<Rgb> {
         let from = match emitter {
             Emitter::Point { position, .. } => *position,
             Emitter::Spot { to_world, .. } => to_world.point(DVec3::ZERO),
-            _ => return false,
+            _ => return Some(Rgb::BLACK),
         };
-        if leaf.level >= SHADOW_LEVELS {
-            return false;
-        }
         let position = |x, y| Some(self.patch(texel, leaf.at(x, y))?.point.position);
         let corners = [(-0.5, -0.5), (0.5, -0.5), (-0.5, 0.5), (0.5, 0.5)]
             .into_iter()
             .filter_map(|(x, y)| position(x, y));
         let Some(middle) = position(0.0, 0.0).or_else(|| corners.clone().next()) else {
-            return false;
+            return Some(Rgb::BLACK);
         };
+        let is_last = leaf.level >= SHADOW_LEVELS;
         let distance = middle.distance(from);
         let size = self.receiver.texel_area(texel).sqrt() * leaf.size;
-        if size > distance / 64.0 {
-            return true;
+        if size > distance / 64.0 && !is_last {
+            return None;
         }
         let Emitter::Spot {
             to_world,
             cutoff_angle,
             beam_width,
-            ..
+            intensity,
         } = emitter
         else {
-            return false;
+            return Some(Rgb::BLACK);
         };
         let radius = corners
             .map(|corner| corner.distance(middle))
@@ -222,6 +263,15 @@ impl DirectLight<'_> {
         // The leaf is seen within about this angle of its middle.
         let reach = 1.1 * radius / distance;
         let angle = (middle - from).angle_between(to_world.vector(DVec3::Z));
-        (angle - cutoff_angle).abs() < reach || (angle - beam_width).abs() < reach || angle < reach
+        if [cutoff_angle, beam_width]
+            .iter()
+            .all(|kink| (angle - *kink).abs() >= reach)
+        {
+            return Some(Rgb::BLACK);
+        }
+        // Both kinks may be in the leaf. It is as wide as twice the reach at most.
+        let part = (2.0 * 0.025 * 2.0 * reach / (cutoff_angle - beam_width)).min(1.0);
+        let is_small = part * leaf.size * leaf.size <= KINK;
+        (is_small || is_last).then(|| *intensity * (part * size * size / (distance * distance)))
     }
 }

@@ -19,7 +19,7 @@ use crate::scene::Emitter;
 use crate::transport::receiver::ReceiverPatch;
 
 /// Cells along a side of a texel.
-const CELLS: usize = 8;
+pub(super) const CELLS: usize = 8;
 
 /// Number of times that a crossing's interval is halved.
 const BISECTIONS: i32 = 14;
@@ -30,14 +30,14 @@ const UNCERTAIN: f64 = 1e-4;
 /// A square part of a texel, and the share of the emitter that each corner sees, counter-clockwise from the
 /// lowest.
 #[derive(Clone, Copy)]
-struct EdgeCell {
-    from: DVec2,
-    size: f64,
-    shares: [f64; 4],
+pub(super) struct EdgeCell {
+    pub(super) from: DVec2,
+    pub(super) size: f64,
+    pub(super) shares: [f64; 4],
     /// Shares that the Gauss points see.
-    inner: [f64; 4],
+    pub(super) inner: [f64; 4],
     /// True if these points are not enough, even if they agree.
-    is_suspicious: bool,
+    pub(super) is_suspicious: bool,
 }
 
 /// Two parts of a cell that see different shares.
@@ -75,7 +75,7 @@ impl EdgeCut {
 
 /// Reasons why something is not cut.
 #[derive(Clone, Copy, Debug)]
-enum NoCut {
+pub(super) enum NoCut {
     /// There is no surface at a point.
     NoSurface,
     /// More than one edge, or more than two shares: smaller cells may be simpler.
@@ -95,18 +95,18 @@ impl EdgeCell {
     }
 
     /// True if all its points see the same share.
-    fn is_even(&self) -> bool {
+    pub(super) fn is_even(&self) -> bool {
         let all = self.shares.iter().chain(&self.inner);
         all.copied().all(|share| share == self.shares[0])
     }
 
     /// True if it and its quarters all see the same share.
-    fn is_like(&self, quarters: &[Self; 4]) -> bool {
+    pub(super) fn is_like(&self, quarters: &[Self; 4]) -> bool {
         let agrees = |one: &Self| one.is_even() && one.shares[0] == self.shares[0];
         self.is_even() && quarters.iter().all(agrees)
     }
 
-    fn is_last(&self) -> bool {
+    pub(super) fn is_last(&self) -> bool {
         self.size <= 1.0 / f64::from(1_u32 << SHADOW_LEVELS)
     }
 
@@ -119,7 +119,7 @@ impl EdgeCell {
         leaf.gauss_points()
     }
 
-    fn outline(&self) -> [DVec2; 4] {
+    pub(super) fn outline(&self) -> [DVec2; 4] {
         [0, 1, 2, 3].map(|index| self.corner(index))
     }
 }
@@ -130,12 +130,12 @@ fn is_inside(column: usize, row: usize, across: usize) -> bool {
 }
 
 /// One emitter's light in one texel.
-struct EdgeTexel<'a, 'b> {
-    light: &'a mut DirectLight<'b>,
-    texel: usize,
-    emitter: &'a Emitter,
+pub(super) struct EdgeTexel<'a, 'b> {
+    pub(super) light: &'a mut DirectLight<'b>,
+    pub(super) texel: usize,
+    pub(super) emitter: &'a Emitter,
     /// The share that most of a leaf is assumed to see, before cells tell otherwise.
-    base: f64,
+    pub(super) base: f64,
 }
 
 impl DirectLight<'_> {
@@ -203,7 +203,7 @@ impl DirectLight<'_> {
     }
 
     /// A leaf's flux without shadow \[W\] and its area \[m²\], by 2 x 2 Gauss points.
-    fn gauss(&self, texel: usize, leaf: &Leaf, emitter: &Emitter) -> Option<(Rgb, f64)> {
+    pub(super) fn gauss(&self, texel: usize, leaf: &Leaf, emitter: &Emitter) -> Option<(Rgb, f64)> {
         let weight = leaf.size * leaf.size / 4.0;
         let (mut flux, mut area) = (Rgb::BLACK, 0.0);
         for at in leaf.gauss_points() {
@@ -249,23 +249,8 @@ impl EdgeTexel<'_, '_> {
                 self.add(&cell.outline(), cell.shares[0], sum)?;
                 continue;
             }
-            if !cell.is_even() {
-                let cut = match self.along_edge(&cell) {
-                    Ok(cut) => Some(cut),
-                    Err(NoCut::NotSimple) => None,
-                    Err(NoCut::NoSurface) => return Err(NoCut::NoSurface),
-                };
-                if let Some(cut) = cut
-                    && cut.uncertain <= UNCERTAIN
-                    && cut.agrees_with(&cell)
-                {
-                    self.add_cut(&cut, sum)?;
-                    continue;
-                }
-                if cell.is_last() {
-                    self.add_mixed(&cell, sum)?;
-                    continue;
-                }
+            if !cell.is_even() && self.add_parts(&cell, sum)? {
+                continue;
             }
             let quarters = self.quarters(&cell)?;
             if cell.is_like(&quarters) {
@@ -277,8 +262,29 @@ impl EdgeTexel<'_, '_> {
         Ok(())
     }
 
+    /// Adds a cell whose points see different shares: cut, or mixed if it is the last. `false` if it must be
+    /// divided.
+    pub(super) fn add_parts(&mut self, cell: &EdgeCell, sum: &mut Sum) -> Result<bool, NoCut> {
+        let cut = match self.along_edge(cell) {
+            Ok(cut) => Some(cut),
+            Err(NoCut::NotSimple) => None,
+            Err(NoCut::NoSurface) => return Err(NoCut::NoSurface),
+        };
+        if let Some(cut) = cut
+            && cut.uncertain <= UNCERTAIN
+            && cut.agrees_with(cell)
+        {
+            self.add_cut(&cut, sum)?;
+            return Ok(true);
+        }
+        if cell.is_last() {
+            self.add_mixed(cell, sum)?;
+        }
+        Ok(cell.is_last())
+    }
+
     /// Shares that a cell's Gauss points see.
-    fn inner(&mut self, cell: &EdgeCell) -> Result<[f64; 4], NoCut> {
+    pub(super) fn inner(&mut self, cell: &EdgeCell) -> Result<[f64; 4], NoCut> {
         let mut inner = [0.0; 4];
         for (share, at) in inner.iter_mut().zip(cell.gauss_points()) {
             *share = self.share(at)?;
@@ -297,40 +303,46 @@ impl EdgeTexel<'_, '_> {
     }
 
     /// The share that a point of the texel sees.
-    fn share(&mut self, at: DVec2) -> Result<f64, NoCut> {
+    pub(super) fn share(&mut self, at: DVec2) -> Result<f64, NoCut> {
         let patch = self.patch(at)?;
         Ok(self.light.arriving(&patch.point, self.emitter).1)
     }
 
-    fn patch(&self, at: DVec2) -> Result<ReceiverPatch, NoCut> {
+    pub(super) fn patch(&self, at: DVec2) -> Result<ReceiverPatch, NoCut> {
         let at = self.light.receiver.clamped(self.texel, at);
         let patch = self.light.patch(self.texel, at);
         patch.ok_or(NoCut::NoSurface)
     }
 
+    /// A cell's quarters, with what their Gauss points see.
     fn quarters(&mut self, cell: &EdgeCell) -> Result<[EdgeCell; 4], NoCut> {
+        let mut quarters = self.corners_of_quarters(cell)?;
+        for quarter in &mut quarters {
+            quarter.inner = self.inner(quarter)?;
+        }
+        Ok(quarters)
+    }
+
+    /// A cell's quarters, with what their corners see.
+    pub(super) fn corners_of_quarters(&mut self, cell: &EdgeCell) -> Result<[EdgeCell; 4], NoCut> {
         let [a, b, c, d] = cell.shares;
         let mut at = |x: f64, y: f64| self.share(cell.from + DVec2::new(x, y) * cell.size);
         let (bottom, right, top, left) =
             (at(0.5, 0.0)?, at(1.0, 0.5)?, at(0.5, 1.0)?, at(0.0, 0.5)?);
         let middle = at(0.5, 0.5)?;
         let size = 0.5 * cell.size;
-        let mut quarter = |x: f64, y: f64, shares| {
-            let mut quarter = EdgeCell {
-                from: cell.from + DVec2::new(x, y) * size,
-                size,
-                shares,
-                inner: [0.0; 4],
-                is_suspicious: true,
-            };
-            quarter.inner = self.inner(&quarter)?;
-            Ok(quarter)
+        let quarter = |x: f64, y: f64, shares: [f64; 4]| EdgeCell {
+            from: cell.from + DVec2::new(x, y) * size,
+            size,
+            shares,
+            inner: [shares[0]; 4],
+            is_suspicious: true,
         };
         Ok([
-            quarter(0.0, 0.0, [a, bottom, middle, left])?,
-            quarter(1.0, 0.0, [bottom, b, right, middle])?,
-            quarter(1.0, 1.0, [middle, right, c, top])?,
-            quarter(0.0, 1.0, [left, middle, top, d])?,
+            quarter(0.0, 0.0, [a, bottom, middle, left]),
+            quarter(1.0, 0.0, [bottom, b, right, middle]),
+            quarter(1.0, 1.0, [middle, right, c, top]),
+            quarter(0.0, 1.0, [left, middle, top, d]),
         ])
     }
 
@@ -430,7 +442,7 @@ impl EdgeTexel<'_, '_> {
 
     /// Adds the difference between a polygon's light and that assumed for the leaf. Each triangle of a fan is
     /// integrated by the middles of its edges.
-    fn add(&self, outline: &[DVec2], share: f64, sum: &mut Sum) -> Result<(), NoCut> {
+    pub(super) fn add(&self, outline: &[DVec2], share: f64, sum: &mut Sum) -> Result<(), NoCut> {
         if share == self.base {
             return Ok(());
         }

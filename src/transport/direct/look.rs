@@ -16,6 +16,13 @@ impl ShareRange {
         most: f64::NEG_INFINITY,
     };
 
+    pub(super) fn of(share: f64) -> Self {
+        Self {
+            least: share,
+            most: share,
+        }
+    }
+
     pub(super) fn with(self, other: Self) -> Self {
         Self {
             least: self.least.min(other.least),
@@ -24,10 +31,7 @@ impl ShareRange {
     }
 
     pub(super) fn with_share(self, share: f64) -> Self {
-        self.with(Self {
-            least: share,
-            most: share,
-        })
+        self.with(Self::of(share))
     }
 
     pub(super) fn is_mixed(self) -> bool {
@@ -108,6 +112,13 @@ impl Sum {
             self.ragged += look.area;
         }
         self.range = joined(self.range, look.range);
+    }
+
+    /// The [`average`](Self::average) of light from which parts were cut off: they may exceed the whole by
+    /// rounding.
+    pub(super) fn cut_average(mut self) -> Option<DirectTexel> {
+        self.flux = Rgb(self.flux.0.map(|flux| flux.max(0.0)));
+        self.average()
     }
 
     /// The average over the surface found; `None` if none was.

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use super::area;
 use super::glance::is_near_edge;
 use super::light::DirectLight;
+use super::shafts::{Shafts, TexelView};
 use super::texel::DirectTexel;
 use crate::geometry::TraversalCounters;
 use crate::numeric::{Stream, StreamKind};
@@ -73,10 +74,22 @@ pub fn direct(
                 }
             })?
         } else {
-            let first =
-                result.by_row(scene, receiver, stop, |at, texel| at.glance(texel, emitter))?;
+            let shafts = Shafts::new(scene, receiver, emitter);
+            let known = shafts
+                .as_ref()
+                .map(|shafts| (shafts, shafts.views(&mut result.counters)));
+            let view = |texel: usize| {
+                let (shafts, views) = known.as_ref()?;
+                Some((*shafts, views.of(texel)))
+            };
+            let first = result.by_row(scene, receiver, stop, |at, texel| match view(texel) {
+                Some((_, TexelView::Same(share))) => at.glance(texel, emitter, Some(share)),
+                Some((shafts, TexelView::Divided(by))) => at.divided(texel, emitter, shafts, by),
+                Some((_, TexelView::Unknown)) | None => at.glance(texel, emitter, None),
+            })?;
             result.by_row(scene, receiver, stop, |at, texel| {
-                if is_near_edge(&first, texel, receiver) {
+                let is_unknown = matches!(view(texel), Some((_, TexelView::Unknown)) | None);
+                if is_unknown && is_near_edge(&first, texel, receiver) {
                     at.edge(texel, emitter)
                 } else {
                     first[texel].value

@@ -1,9 +1,11 @@
 //! `LD`, light that comes straight from an emitter to the receiver, by quadrature.
 //!
-//! A delta emitter's light is integrated over a texel with 2 x 2 Gauss points. Shadows have sharp edges,
-//! which may run through a texel and yet miss its four points. So a texel gets a closer look if its points
-//! *or its neighbours'* see different shares of the emitter: it is cut along the edge (`edge.rs`). The
-//! uncertainty left by the edge's bend is booked as error.
+//! A delta emitter's light is integrated over a texel with 2 x 2 Gauss points. On a flat receiver, most
+//! texels need no rays for that: a shaft tells that all of a square sees the same (`shafts.rs`). Elsewhere
+//! the points look. Shadows have sharp edges, which may run through a texel and yet miss its four points. So
+//! a texel that no shaft settles gets a closer look if its points *or its neighbours'* see different shares
+//! of the emitter: it is cut along the edge (`edge.rs`). The uncertainty left by the edge's bend is booked as
+//! error.
 //!
 //! Texels on several faces are cut into a quadtree instead, at least `EDGE_LEVELS` deep. A leaf's outer
 //! points lie a little outside of it. The tree goes down to `SHADOW_LEVELS` if these and the leaf do not all
@@ -17,18 +19,20 @@
 //! differently within it. The parts concerned are cut into smaller ones, too (`EDGE_LEVELS` deep). The rest
 //! of the uncertainty is booked as error.
 //!
-//! A shadow (or a gap in one) narrower than about half a texel can be missed. In a texel with an edge, that
-//! holds for a shadow narrower than 1/8 of it.
+//! In a texel that no shaft settles, a shadow (or a gap in one) narrower than about half a texel can be
+//! missed. If the texel has an edge, that holds for a shadow narrower than 1/8 of it.
 
 mod area;
 mod arriving;
 mod delta;
+mod divided;
 mod edge;
 mod glance;
 mod leaf;
 mod light;
 mod look;
 mod measure;
+mod shafts;
 mod texel;
 
 pub use measure::{AREA_SAMPLES, Direct, direct};

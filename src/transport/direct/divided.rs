@@ -1,0 +1,83 @@
+//! Texels that known obstacles divide: their parts are asked by shafts, and cut along the shadow's edge.
+
+use glam::DVec2;
+
+use super::edge::{CELLS, EdgeCell, EdgeTexel, NoCut};
+use super::leaf::Leaf;
+use super::light::DirectLight;
+use super::look::Sum;
+use super::shafts::{Obstacle, Shafts, are_simple};
+use crate::scene::Emitter;
+
+impl DirectLight<'_> {
+    /// Adds a leaf's part of its texel's light, cut along the edges of the shadows of some obstacles.
+    pub(super) fn cut_by(
+        &mut self,
+        texel: usize,
+        leaf: &Leaf,
+        emitter: &Emitter,
+        (shafts, obstacles): (&Shafts, &[Obstacle]),
+        sum: &mut Sum,
+    ) -> Result<(), NoCut> {
+        let (flux, area) = self.gauss(texel, leaf, emitter).ok_or(NoCut::NoSurface)?;
+        let mut edge = EdgeTexel {
+            light: self,
+            texel,
+            emitter,
+            base: 0.0,
+        };
+        let corners = [DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y];
+        let mut shares = [0.0; 4];
+        for (share, corner) in shares.iter_mut().zip(corners) {
+            *share = edge.share(leaf.from + corner * leaf.size)?;
+        }
+        edge.base = shares[0];
+        sum.area += area;
+        sum.flux += flux * edge.base;
+        let cell = EdgeCell {
+            from: leaf.from,
+            size: leaf.size,
+            shares,
+            inner: [shares[0]; 4],
+            is_suspicious: true,
+        };
+        edge.divide(cell, (shafts, obstacles), sum)
+    }
+}
+
+impl EdgeTexel<'_, '_> {
+    /// Adds a cell: whole if no obstacle divides it, else cut or in quarters.
+    fn divide(
+        &mut self,
+        mut cell: EdgeCell,
+        (shafts, obstacles): (&Shafts, &[Obstacle]),
+        sum: &mut Sum,
+    ) -> Result<(), NoCut> {
+        let [a, b, c, d] = cell.outline().map(|at| self.patch(at));
+        let corners = [a?, b?, c?, d?].map(|patch| patch.point.position);
+        let within = shafts.dividing(corners, obstacles);
+        if within.is_empty() {
+            return self.add(&cell.outline(), cell.shares[0], sum);
+        }
+        let is_small = cell.size <= 1.0 / CELLS as f64;
+        if is_small || are_simple(&within) {
+            cell.inner = self.inner(&cell)?;
+            if !cell.is_even() && self.add_parts(&cell, sum)? {
+                return Ok(());
+            }
+        }
+        let mut quarters = self.corners_of_quarters(&cell)?;
+        if is_small && cell.is_even() {
+            for quarter in &mut quarters {
+                quarter.inner = self.inner(quarter)?;
+            }
+            if cell.is_last() || cell.is_like(&quarters) {
+                return self.add(&cell.outline(), cell.shares[0], sum);
+            }
+        }
+        for quarter in quarters {
+            self.divide(quarter, (shafts, &within), sum)?;
+        }
+        Ok(())
+    }
+}
