@@ -1,12 +1,14 @@
 //! The figures and tables of `docs/beams.md`: `cargo run --release --example beam-figures`.
 //!
 //! Writes `docs/beams/*.svg`, error against rays and against seconds for beams and for photons, and
-//! `docs/beams/figures.md`, how bounds hold and what they are made of. Some minutes on two cores.
+//! `docs/beams/figures.md`, what errors cost, how bounds hold and what they are made of. A quarter of an hour on two
+//! cores.
 #![allow(missing_docs, reason = "an example is no library")]
 
 #[path = "../../tests/support/mod.rs"]
 mod support;
 
+mod cost;
 mod svg;
 
 use std::fmt::Write as _;
@@ -39,6 +41,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
          [`beams.md`](../beams.md) says what they mean.\n",
     );
     convergence(&folder, &mut text)?;
+    cost::costs(&mut text)?;
     bounds(&mut text)?;
     fs::write(folder.join("figures.md"), text)?;
     Ok(())

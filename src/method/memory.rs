@@ -57,16 +57,18 @@ pub(super) fn beams(channels: u64, max_layers: u64) -> u64 {
     const LAYER: u64 = 4 * TRIPLE;
     // The layers with a signature, the one for the others, and their total.
     let layers = max_layers + 2;
-    // One signature's exact sums (three kinds by channel) and uncertain flux (channels and spread), see
-    // `BeamFilm`; read as `Texel`s, from which `BoundedFlux` comes and then its `Sums`.
-    let film = 8 * (3 * channels) + 8 * (channels + 1);
+    // One signature's exact sums (three kinds by channel, and on coarser levels a third as many) and
+    // uncertain flux (channels and spread), see `BeamFilm`; read as `Texel`s, from which `BoundedFlux` comes
+    // and then its `Sums`.
+    let film = 8 * (4 * channels) + 8 * (channels + 1);
     let bounded = 8 * (2 * channels + 1);
     let reading = bounded + SUMS.max(8 * (4 * channels + 1));
-    // The pass before stays until the one under way is done: sums twice. Direct light.
-    let tracing = 2 * layers * SUMS + film + reading + PAIR;
+    // A layer stays until it is made anew: the sums of one twice. Direct light.
+    let tracing = (layers + 1) * SUMS + film + reading + PAIR;
     // Then all layers, `LD` too, beside the last pass, ...
     let estimate = (layers + 1) * LAYER + 8;
-    let finishing = layers * SUMS + PAIR + estimate;
+    // ... and a bound on light that is not followed, ...
+    let finishing = layers * SUMS + PAIR + 8 + estimate;
     // ... and as `f32`: in the image, in the encoder, and in the file's bytes.
     let files = 3 * (layers + 1) * LAYER / 2;
     tracing.max(finishing).max(estimate + files)
@@ -113,9 +115,9 @@ mod tests {
     }
 
     #[test]
-    fn beams_take_two_passes_sums_and_a_film() {
-        // 56 bytes a texel in each of the ten sums, of two passes; 12 and 4 integers.
-        assert!(beams(3, 8) > 2 * 10 * 56 + 8 * (9 + 4));
-        assert!(beams(1, 8) > 2 * 10 * 56 + 8 * (3 + 2));
+    fn beams_take_their_sums_and_a_film() {
+        // 56 bytes a texel in each of the ten sums, and of the one under way; 12 and 4 integers.
+        assert!(beams(3, 8) > 11 * 56 + 8 * (12 + 4));
+        assert!(beams(1, 8) > 11 * 56 + 8 * (4 + 2));
     }
 }

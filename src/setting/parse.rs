@@ -1,4 +1,4 @@
-//! Fractions and times from text.
+//! Fractions, times and lists from text.
 
 use std::time::Duration;
 
@@ -10,6 +10,17 @@ pub fn parse_fraction(text: &str) -> Option<f64> {
     };
     let value: f64 = number.trim().parse().ok()?;
     (value > 0.0 && value.is_finite()).then_some(value * factor)
+}
+
+/// Names with a fraction each, from `LRD=1%,LTTD=0.001`.
+pub fn parse_named_fractions(text: &str) -> Option<Vec<(&str, f64)>> {
+    text.split(',')
+        .map(|pair| {
+            let (name, fraction) = pair.split_once('=')?;
+            let name = name.trim();
+            (!name.is_empty()).then_some((name, parse_fraction(fraction.trim())?))
+        })
+        .collect()
 }
 
 /// A time from a number and a unit: `250ms`, `30s`, `2m` or `min`, `1h`; without a unit, seconds.
@@ -38,6 +49,17 @@ mod tests {
         assert_eq!(parse_duration("250ms"), Some(Duration::from_millis(250)));
         for text in ["", "s", "-1s", "1x", "nans", "1e300s"] {
             assert!(parse_duration(text).is_none(), "{text}");
+        }
+    }
+
+    #[test]
+    fn names_have_a_fraction_each() {
+        assert_eq!(
+            parse_named_fractions("LRD=1%, LTTD = 0.25"),
+            Some(vec![("LRD", 0.01), ("LTTD", 0.25)])
+        );
+        for text in ["", "LRD", "LRD=", "=1%", "LRD=1%,", "LRD=0"] {
+            assert!(parse_named_fractions(text).is_none(), "{text}");
         }
     }
 

@@ -1,7 +1,7 @@
 //! One row of a method's table of settings.
 
 use super::error::SettingError;
-use super::parse::{parse_duration, parse_fraction};
+use super::parse::{parse_duration, parse_fraction, parse_named_fractions};
 
 /// A setting: everything that flags, files, help, documents and errors say of it.
 #[derive(Clone, Copy, Debug)]
@@ -27,6 +27,8 @@ pub enum Kind {
     Number(f64, f64),
     /// A number above 0, as a fraction (0.01) or in percent (1%).
     Fraction,
+    /// Names with a fraction each: LRD=1%,LTTD=0.1%.
+    NamedFractions,
     /// A time with its unit: 250ms, 30s, 2m, 1h.
     Time,
     /// One of a few words.
@@ -87,6 +89,7 @@ impl Kind {
                 number.is_ok_and(|number| (low..=high).contains(&number))
             }
             Self::Fraction => parse_fraction(text).is_some(),
+            Self::NamedFractions => parse_named_fractions(text).is_some(),
             Self::Time => parse_duration(text).is_some(),
             Self::Choice(words) => words().iter().any(|(word, _)| *word == text),
             Self::Flag => matches!(text, "true" | "false"),
@@ -100,6 +103,9 @@ impl Kind {
             Self::Whole(low, high) => format!("whole numbers {low}..={high}"),
             Self::Number(low, high) => format!("numbers from {low} to {high}"),
             Self::Fraction => "numbers > 0, as a fraction (0.01) or in percent (1%)".to_owned(),
+            Self::NamedFractions => {
+                "names with a number > 0 each, as in LRD=1%,LTTD=0.001".to_owned()
+            }
             Self::Time => "times >= 0 with a unit (ms, s, m or h), as in 30s".to_owned(),
             Self::Choice(words) => {
                 let words: Vec<&str> = words().iter().map(|(word, _)| *word).collect();
@@ -120,6 +126,7 @@ impl Kind {
             Self::Whole(low, high) => format!("{low}..={high}"),
             Self::Number(low, high) => format!("{low} to {high}"),
             Self::Fraction => "> 0, or in %".to_owned(),
+            Self::NamedFractions => "NAME=> 0, ...".to_owned(),
             Self::Time => "ms, s, m, h".to_owned(),
             Self::Choice(_) => "word".to_owned(),
             Self::Flag => "true, false".to_owned(),
@@ -140,6 +147,7 @@ impl Kind {
             Self::Whole(..) => "N",
             Self::Number(..) => "NUMBER",
             Self::Fraction => "ERROR",
+            Self::NamedFractions => "NAME=ERROR,...",
             Self::Time => "TIME",
             Self::Choice(_) => "WORD",
             Self::Flag => "BOOL",

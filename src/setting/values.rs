@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use super::error::SettingError;
-use super::parse::{parse_duration, parse_fraction};
+use super::parse::{parse_duration, parse_fraction, parse_named_fractions};
 use super::table::{Kind, Preset, Setting};
 use super::words::Words;
 
@@ -87,6 +87,12 @@ impl Values {
         parse_fraction(self.text(key)?)
     }
 
+    /// Names with a fraction each; none without a value.
+    pub fn named_fractions(&self, key: &str) -> Vec<(&str, f64)> {
+        let parsed = self.text(key).and_then(parse_named_fractions);
+        parsed.unwrap_or_default()
+    }
+
     /// A time; `None` without a value.
     pub fn time(&self, key: &str) -> Option<Duration> {
         parse_duration(self.text(key)?)
@@ -111,7 +117,7 @@ impl Values {
                 Kind::Number(..) => self.number(setting.key)?.into(),
                 Kind::Fraction => self.fraction(setting.key)?.into(),
                 Kind::Flag => self.flag(setting.key)?.into(),
-                Kind::Time | Kind::Choice(_) => text.into(),
+                Kind::NamedFractions | Kind::Time | Kind::Choice(_) => text.into(),
             };
             Some((setting.key.to_owned(), value))
         });

@@ -28,6 +28,11 @@ pub struct PathEnd<const N: usize> {
     pub emitted: f64,
     /// Topology: the same number for two paths that ended the same way by way of the same smooth surfaces.
     pub topology: u64,
+    /// The direction in which light left the first surface; zero if none did.
+    pub departure: DVec3,
+    /// The faces of smooth meshes that light met after the first surface: the same number for two paths that
+    /// met the same. Interpolated normals have a kink along each edge, and so has the map of light.
+    pub faces: u64,
 }
 
 /// The last leg of a path, after its last event, whatever it meets there.
@@ -86,11 +91,23 @@ impl<'a, const N: usize> PathFollower<'a, N> {
         Some((place, self.source.arrive(place.point.position)?))
     }
 
-    /// The light that sets out towards a place of a chart, as [`PathEnd::emitted`].
+    /// The light that sets out towards a place of a chart, as [`PathEnd::emitted`], if `path`, which was
+    /// followed from the same place of another face, is the path of this face, too. `None` if it is not.
+    /// Faces that share a place share its normal, but not their planes: light that leaves one face may run
+    /// into the plane of the next, and is lost there.
     #[inline]
-    pub fn emitted(&self, chart: &SurfaceChart, at: DVec2) -> f64 {
-        self.start(chart, at)
-            .map_or(0.0, |(place, arrival)| arrival.emitted(&place))
+    pub fn emitted_alike(&self, chart: &SurfaceChart, at: DVec2, path: &PathEnd<N>) -> Option<f64> {
+        let Some((place, arrival)) = self.start(chart, at) else {
+            return Some(0.0);
+        };
+        let normal = place.point.geometric_normal;
+        let sides = arrival.ray.direction.dot(normal) * path.departure.dot(normal);
+        let leaves = match self.events.first() {
+            Some(Event::Reflection) => sides < 0.0,
+            Some(Event::Transmission) => sides > 0.0,
+            None => true,
+        };
+        (leaves || path.end == End::Hidden).then(|| arrival.emitted(&place))
     }
 
     /// The screen that the light falls on.
@@ -128,6 +145,8 @@ impl<'a, const N: usize> PathFollower<'a, N> {
             throughput: Flux::BLACK,
             emitted,
             topology: topology.with(end_mark(end)),
+            departure: DVec3::ZERO,
+            faces: 0,
         };
         let Some((place, arrival)) = self.start(chart, at) else {
             return dark(End::Hidden, 0.0, &topology);
@@ -153,6 +172,8 @@ impl<'a, const N: usize> PathFollower<'a, N> {
             return dark(End::Hidden, emitted, &topology);
         }
         let mut shape = chart.shape();
+        let mut departure = DVec3::ZERO;
+        let mut faces = Topology::default();
         for index in 0..self.events.len() {
             let left = leave(
                 self.scene,
@@ -169,23 +190,39 @@ impl<'a, const N: usize> PathFollower<'a, N> {
                 } else {
                     End::Stopped
                 };
-                return dark(end, emitted, &topology);
+                return PathEnd {
+                    departure,
+                    ..dark(end, emitted, &topology)
+                };
             };
             topology.event(share);
             throughput = throughput * branch.tint * share;
             direction = branch.direction;
+            if index == 0 {
+                departure = direction;
+            }
             let ray = point.spawn(direction);
             if index + 1 == self.events.len() {
-                return self.land(ray, throughput, emitted, topology, leg);
+                return PathEnd {
+                    departure,
+                    faces: faces.0,
+                    ..self.land(ray, throughput, emitted, topology, leg)
+                };
             }
             let Some((ray, hit)) = self.next_hit(ray) else {
                 leg(&ray, None);
-                return dark(End::Escaped, emitted, &topology);
+                return PathEnd {
+                    departure,
+                    ..dark(End::Escaped, emitted, &topology)
+                };
             };
             leg(&ray, Some(&hit));
             point = world.bounce_point(&ray, &hit);
             let front = direction.dot(point.geometric_normal) < 0.0;
             topology.pass(self.scene, hit.shape, hit.face, front);
+            if is_smooth_mesh(self.scene, hit.shape) {
+                faces.mix(u64::from(hit.face));
+            }
             shape = hit.shape;
         }
         dark(End::Stopped, emitted, &topology)
@@ -303,6 +340,8 @@ impl<'a, const N: usize> PathFollower<'a, N> {
             throughput,
             emitted,
             topology: topology.with(last_end_mark(end) ^ mark),
+            departure: DVec3::ZERO,
+            faces: 0,
         }
     }
 
@@ -366,6 +405,12 @@ pub(super) fn leave<const N: usize>(
 
 fn is_mesh(scene: &Scene, shape: u32) -> bool {
     matches!(scene.world().shapes()[shape as usize], Shape::Mesh(_))
+}
+
+/// True for a mesh whose normals are interpolated.
+#[inline]
+fn is_smooth_mesh(scene: &Scene, shape: u32) -> bool {
+    matches!(&scene.world().shapes()[shape as usize], Shape::Mesh(mesh) if mesh.has_vertex_normals())
 }
 
 fn end_mark(end: End) -> u64 {

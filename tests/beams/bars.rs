@@ -8,9 +8,14 @@
 //! `cargo test --release --test beams bars:: -- --nocapture` prints how tight bars are;
 //! `-- --ignored` does all of it at 512 x 512 texels, down to 0.01 %.
 
+use nephroid::internals::reference::beams::BeamSettings;
+use nephroid::internals::reference::beams::run::Setup;
+use nephroid::internals::run::{Budget, Progress};
+
 use crate::support::beams::{Held, beams_to, known_by, verdict};
 use crate::support::bundled;
 use crate::support::oracles::{DEPTH, Oracle, oracle};
+use crate::support::scenes::meter;
 
 /// Asked for at 64 x 64 and 128 x 128 texels.
 const ERRORS: [f64; 3] = [1e-1, 1e-2, 1e-3];
@@ -82,6 +87,53 @@ fn assert_bounds_hold_against(oracle: &Oracle, depth: u32, side: usize, errors: 
 #[test]
 fn bounds_hold_on_the_glass_ball() {
     assert_bounds_hold("glass-ball", 128, &ERRORS);
+}
+
+/// An error asked of one layer is reached there and asked of no other, and its bounds hold.
+#[test]
+fn an_error_asked_of_a_faint_layer_is_reached_in_it() {
+    const ASKED: f64 = 5e-4;
+    let oracle = oracle("glass-ball", 64);
+    let budget = Budget {
+        relative_error: Some(3e-2),
+        ..Budget::default()
+    };
+    let settings = BeamSettings {
+        max_layers: 256,
+        ..BeamSettings::default()
+    };
+    let run = |asked: &[(&str, f64)]| {
+        let progress = Progress::default();
+        let mut setup =
+            Setup::new(&oracle.scene, meter(&oracle.scene), settings, &progress).unwrap();
+        setup.ask(asked).unwrap();
+        let (estimate, _) = setup.run(&budget).unwrap();
+        assert!(!estimate.incomplete);
+        let held = verdict(&oracle, &estimate).layers.into_iter();
+        held.collect::<std::collections::BTreeMap<_, _>>()
+    };
+    // At 3 % of all light, little is asked of a layer with 1 % of it.
+    assert!(run(&[])["LRD"].rmse > 2.0 * ASKED);
+    let held = run(&[("LRD", ASKED)]);
+    let (bright, faint) = (held["LTTD"], held["LRD"]);
+    println!("LTTD {:.1e}, LRD {:.1e}", bright.rmse, faint.rmse);
+    assert_eq!((bright.missed, faint.missed), (0, 0));
+    // An error said is right within a factor of two (`docs/beams.md`).
+    assert!(faint.rmse <= 2.0 * ASKED, "{}", faint.rmse);
+    assert!(bright.rmse > ASKED, "{}", bright.rmse);
+}
+
+#[test]
+fn an_error_of_a_layer_that_is_not_there_is_refused_with_those_that_are() {
+    let scene = bundled("glass-ball", 16);
+    let progress = Progress::default();
+    let settings = BeamSettings::default();
+    let mut setup = Setup::new(&scene, meter(&scene), settings, &progress).unwrap();
+    let error = setup.ask(&[("LTRTD", 0.01)]).unwrap_err().to_string();
+    assert!(
+        error.contains("LTRTD") && error.contains("LTTD, "),
+        "{error}"
+    );
 }
 
 #[test]

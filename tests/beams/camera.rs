@@ -38,7 +38,7 @@ fn sensor(id: &str) -> &'static Sensor {
 
 /// The scene by beams.
 fn by_beams(id: &str) -> Estimate {
-    let (estimate, report) = seen::by_beams(scene(), id, 1e-3);
+    let (estimate, report) = seen::by_beams(scene(), id, 1e-4);
     for one in report.signatures.iter().filter(|_| id == "camera") {
         // Some hundred thousand roundings of numbers up to 1, of either sign.
         assert!(one.balance_error < 1e-12, "{one:?}");

@@ -322,7 +322,8 @@ fn photons_agree_with_beams_from_slivers_of_light_space() {
     let folder = tempfile::tempdir().unwrap();
     let things = format!("{SUN}{}{}", ball(-0.302, 0.5), ball(0.302, 0.5));
     let scene = scene(folder.path(), &things);
-    for error in [0.1, 0.01] {
+    // For larger errors, the faintest are left out.
+    for error in [3e-3, 1e-3] {
         let (estimate, report) = beams_to(5, &scene, error);
         let judged =
             assert_photons_are_within_bounds("balls", &scene, (5, &estimate), 1 << 21, ALPHA);

@@ -3,6 +3,7 @@
 mod bars;
 mod camera;
 mod clearance;
+mod contradictions;
 mod crossings;
 mod discovery;
 mod flat_facets;

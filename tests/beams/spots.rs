@@ -239,7 +239,7 @@ fn photons_agree_with_a_spot_on_the_surface_of_a_pane() {
     for things in [mesh, rectangles] {
         let lamp = spot([0.031, 0.043, 2.0625], [0.2, 0.1, 0.0], 20.0, 10.0, 1.0);
         let scene = scene(&lamp, &things);
-        let (estimate, _) = beams_to(4, &scene, 0.01);
+        let (estimate, _) = beams_to(4, &scene, 3e-3);
         let found = known_by(&estimate);
         println!(
             "{:?}",

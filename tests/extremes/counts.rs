@@ -484,7 +484,8 @@ fn photons_in_a_slab_fill_a_layer_for_each_of_63_exits() {
 #[test]
 fn beams_in_a_slab_know_each_of_63_exits_within_bounds() {
     const SIDE: usize = 8;
-    const ERROR: f64 = 1e-2;
+    // For a larger one, the faintest exits are left out: the last brings 5e-4 of all.
+    const ERROR: f64 = 1e-3;
     let index = 100.0;
     let (estimate, _) = beams_to(127, &slab(index, SIDE), ERROR);
     let normal = Normal::of(index);

@@ -119,8 +119,8 @@ fn photons_that_are_interrupted_say_so() {
 #[test]
 fn beams_that_are_interrupted_say_so() {
     let scene = glass_ball(128);
+    // Without any limit they end at an error of 0.1 %, mostly after one pass.
     for (name, budget) in [
-        ("beams, no limit", Budget::default()),
         (
             "beams, an error",
             Budget {

@@ -163,7 +163,8 @@ pub fn verdict(oracle: &Oracle, estimate: &Estimate) -> Verdict {
         let (low, high) = known.map_or((&dark, &dark), |one| (&one.low, &one.high));
         layers.push((signature.to_string(), held(layer, low, high)));
     }
-    let (low, high) = sum(followed.iter().copied(), texels);
+    // The upper bounds of the total hold light that is not followed, too.
+    let (low, high) = sum(oracle.layers.iter(), texels);
     let total = held(&estimate.total, &low, &high);
     // The error is that of all light, of paths not followed, too; the bounds are those of the followed.
     let specular = |one: &&Known| !one.signature.is_empty();

@@ -35,6 +35,8 @@ pub struct Contest {
 pub struct Trial {
     /// Wall clock.
     pub seconds: f64,
+    /// Time of all cores \[s\]; no number where the system does not tell.
+    pub cpu_seconds: f64,
     /// Rays searched for.
     pub rays: u64,
     /// √(mean squared error) / mean truth over lit texels.
@@ -65,10 +67,25 @@ impl Contest {
     /// A scene whose truth is a beam run to `error`, or of a minute.
     pub fn finer(depth: u32, name: &'static str, side: usize, error: f64) -> Self {
         let scene = match name {
-            "smooth mesh" => bumpy(side, true),
-            "flat mesh" => bumpy(side, false),
+            "smooth mesh" => bumpy(side, 64, true),
+            "flat mesh" => bumpy(side, 64, false),
             _ => bundled(name, side),
         };
+        Self::finer_of(depth, name, scene, error)
+    }
+
+    /// The same below a bumpy ball of 20 · `frequency`² triangles, with interpolated normals or flat.
+    pub fn below_bumps(
+        depth: u32,
+        name: &'static str,
+        side: usize,
+        (frequency, is_smooth): (u32, bool),
+        error: f64,
+    ) -> Self {
+        Self::finer_of(depth, name, bumpy(side, frequency, is_smooth), error)
+    }
+
+    fn finer_of(depth: u32, name: &'static str, scene: Scene, error: f64) -> Self {
         let budget = Budget {
             relative_error: Some(error),
             time: Some(Duration::from_secs(60)),
@@ -101,9 +118,9 @@ impl Contest {
 
     /// A beam run.
     pub fn beams(&self, error: f64) -> Trial {
-        let start = Instant::now();
+        let start = Start::now();
         let (estimate, _) = beams_to(self.depth, &self.scene, error);
-        self.trial(&estimate, start)
+        self.trial(&estimate, &start)
     }
 
     /// Direct light alone, which is part of every run.
@@ -119,19 +136,47 @@ impl Contest {
             max_depth: self.depth,
             ..ChainSettings::default()
         };
-        let start = Instant::now();
+        let start = Start::now();
         let estimate = photons.estimate(&self.scene);
-        self.trial(&estimate, start)
+        self.trial(&estimate, &start)
     }
 
-    fn trial(&self, estimate: &Estimate, start: Instant) -> Trial {
+    fn trial(&self, estimate: &Estimate, start: &Start) -> Trial {
         Trial {
-            seconds: start.elapsed().as_secs_f64(),
+            seconds: start.at.elapsed().as_secs_f64(),
+            cpu_seconds: cpu_seconds() - start.cpu_seconds,
             rays: estimate.counters.rays,
             rmse: self.rmse(estimate),
             said: estimate.relative_error,
         }
     }
+}
+
+/// The start of a run.
+struct Start {
+    at: Instant,
+    cpu_seconds: f64,
+}
+
+impl Start {
+    fn now() -> Self {
+        Self {
+            at: Instant::now(),
+            cpu_seconds: cpu_seconds(),
+        }
+    }
+}
+
+/// Time \[s\] that all threads of this process took so far, by Linux' `/proc`; no number elsewhere.
+fn cpu_seconds() -> f64 {
+    /// Fields 14 and 15 of `stat`, after the name in brackets, in hundredths of a second.
+    fn of(stat: &str) -> Option<f64> {
+        let fields: Vec<&str> = stat.rsplit(')').next()?.split_whitespace().collect();
+        let [user, system] = [fields.get(11)?, fields.get(12)?].map(|field| field.parse::<f64>());
+        Some((user.ok()? + system.ok()?) / 100.0)
+    }
+    let stat = fs::read_to_string("/proc/self/stat");
+    stat.ok().and_then(|stat| of(&stat)).unwrap_or(f64::NAN)
 }
 
 /// All specular layers' sum, first channel.
@@ -147,9 +192,9 @@ pub fn caustic(estimate: &Estimate) -> Vec<f64> {
     sums
 }
 
-/// The scene `glass-ball-mesh` with 81,920 triangles of a bumpy ball.
-fn bumpy(side: usize, smooth: bool) -> Scene {
-    let mut mesh = bumpy_ball(1.0, 64);
+/// The scene `glass-ball-mesh` with 20 · `frequency`² triangles of a bumpy ball.
+fn bumpy(side: usize, frequency: u32, smooth: bool) -> Scene {
+    let mut mesh = bumpy_ball(1.0, frequency);
     let xml = fs::read_to_string(bundled_file("glass-ball-mesh")).unwrap();
     let xml = if smooth {
         xml

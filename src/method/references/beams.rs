@@ -20,7 +20,12 @@ const LIMITS: &[Setting] = &[
     row!("rays": COUNT, Rule "no limit", "rays", "Stop after so many rays"),
 ];
 
-pub(super) const SETTINGS: &[Setting] = &[rows::MAX_DEPTH, rows::SHADING_NORMALS, rows::LAYERS];
+pub(super) const SETTINGS: &[Setting] = &[
+    rows::MAX_DEPTH,
+    rows::SHADING_NORMALS,
+    rows::LAYERS,
+    row!("layer-error": Kind::NamedFractions, Rule "none", "", "Errors to reach in single layers, relative to their own means"),
+];
 
 /// The settings of beams from checked values.
 pub(super) fn settings(values: &Values) -> BeamSettings {
@@ -62,6 +67,7 @@ impl Reference for Beams {
         let (scene, values) = (job.scene, job.values);
         let settings = settings(values);
         let mut setup = Setup::new(scene, job.sensor, settings, &job.context.progress)?;
+        setup.ask(&values.named_fractions("layer-error"))?;
         let mut warnings = warnings::of_chains(scene, setup.is_dark());
         let unseen = setup.unseen().filter(|unseen| !unseen.is_black());
         if let Some(unseen) = unseen {
@@ -105,6 +111,12 @@ fn summary(estimate: &Estimate, report: &BeamReport) -> Vec<String> {
             sum(|one| one.cut_cells),
             sum(|one| one.unresolved_cells),
             report.passes
+        ));
+    }
+    if report.not_followed > 0.0 {
+        lines.push(format!(
+            "too faint to be followed: light of {:.1e} W on the film; upper bounds hold it",
+            report.not_followed
         ));
     }
     let balance = report.signatures.iter().map(|one| one.balance_error);

@@ -2,16 +2,16 @@
 //!
 //! Three sums tell of a texel's error:
 //!
-//! - q = B − A is the change when all cells are halved once. The answer is (4B − A)/3 = B + q/3. If the light
-//!   is smooth, A is off by 4q/3 and the answer by much less. If a fold or a border runs through a cell, the
-//!   answer is off by a part of q. Here q may vanish by accident, when the errors of several cells cancel,
-//!   but not in the neighbours, too. So the largest |q| of 3 x 3 texels counts.
-//! - a is the flux of quarter cells within their bend of a texel line. It is a sum of positive terms, and
-//!   covers errors that cancel in q.
+//! - d is the change of the extrapolated flux when all cells were halved the last time: (4B − A)/3 less
+//!   (4A − C)/3. If the light is smooth, the answer is off by a small part of d. If a fold or a border runs
+//!   through a cell, it is off by a good part. Here d may vanish by accident, when the errors of several
+//!   cells cancel, but not in the neighbours, too. So the largest |d| of 3 x 3 texels counts.
+//! - m is what cells of many texels are likely to misplace. It is a sum of positive terms: over so many
+//!   texels, d changes its sign.
 //! - s is the flux of cells that no single line divides into topologies, and of borders' curvature.
 //!
 //! ```text
-//! bar = max|q| + max(a)/32 + max(s)          over 3 x 3 texels
+//! bar = max|d| + max(m) + max(s)          over 3 x 3 texels
 //! ```
 //!
 //! The factors cover every texel of the scenes with a closed form at tolerances from coarse to fine
@@ -21,16 +21,14 @@
 use super::film::{BeamFilm, FilmTexel, TexelSums};
 use crate::transport::flux::Flux;
 
-/// Factor of |q|.
-const OF_DIFFERENCE: f64 = 1.0;
-/// Factor of a.
-const OF_NEAR_LINES: f64 = 1.0 / 32.0;
+/// Factor of |d|.
+const OF_CHANGE: f64 = 1.0;
 
 /// Relative error of light that is known exactly but for rounding. A deposit is a dozen operations on a path
 /// of a dozen more, with condition numbers of a hundred.
 const ROUNDING: f64 = 1e-11;
 
-/// Part of |q| that is the likely error, root mean square over texels. The bar must hold for each texel.
+/// Part of |d| that is the likely error, root mean square over texels. The bar must hold for each texel.
 const LIKELY: f64 = 0.25;
 /// Part of s, spread over the texels that it may be on, that is added to the likely error.
 const LIKELY_UNCERTAIN: f64 = 0.125;
@@ -49,7 +47,11 @@ pub struct BoundedFlux<const N: usize> {
 pub fn bounded<const N: usize>(film: &BeamFilm<N>) -> BoundedFlux<N> {
     let [width, height] = film.size();
     let texels = film.texels();
-    let near = |at: usize, end: usize| at.saturating_sub(1)..(at + 2).min(end);
+    // Three in a row at the film's border, too.
+    let near = |at: usize, end: usize| {
+        let first = at.saturating_sub(1).min(end.saturating_sub(3));
+        first..(first + 3).min(end)
+    };
     let mut result = BoundedFlux {
         flux: Vec::with_capacity(texels.len()),
         bar: Vec::with_capacity(texels.len()),
@@ -66,14 +68,14 @@ pub fn bounded<const N: usize>(film: &BeamFilm<N>) -> BoundedFlux<N> {
             let own = &texels[row * width + column];
             result.flux.push(own.sums.flux);
             result.bar.push(
-                most.sums.difference * OF_DIFFERENCE
-                    + most.sums.near_lines * OF_NEAR_LINES
+                most.sums.change * OF_CHANGE
+                    + most.sums.misplaced
                     + most.uncertain
                     + most.sums.flux * ROUNDING,
             );
             result
                 .likely
-                .push(own.sums.difference.max_magnitude() * LIKELY + own.spread * LIKELY_UNCERTAIN);
+                .push(own.sums.change.max_magnitude() * LIKELY + own.spread * LIKELY_UNCERTAIN);
         }
     }
     result
@@ -86,8 +88,8 @@ fn larger<const N: usize>(a: &FilmTexel<N>, b: &FilmTexel<N>) -> FilmTexel<N> {
     FilmTexel {
         sums: TexelSums {
             flux: of(&a.sums.flux, &b.sums.flux),
-            difference: of(&a.sums.difference, &b.sums.difference),
-            near_lines: of(&a.sums.near_lines, &b.sums.near_lines),
+            change: of(&a.sums.change, &b.sums.change),
+            misplaced: of(&a.sums.misplaced, &b.sums.misplaced),
         },
         uncertain: of(&a.uncertain, &b.uncertain),
         spread: a.spread.max(b.spread),

@@ -21,6 +21,8 @@ pub struct BeamNode<const N: usize> {
     pub emitted: f64,
     /// The surfaces that took part: the same number for paths of one smooth topology.
     pub topology: u64,
+    /// The faces of smooth meshes after the first surface: the same number for paths that met the same.
+    pub faces: u64,
 }
 
 /// A triangle of light space.
@@ -35,6 +37,38 @@ pub struct BeamCell<const N: usize> {
     /// The [`CellSummary::weight_bend`] of the cell that it is a quarter of, if that was worth noting; else
     /// 0.
     pub noted_bend: f64,
+    /// The [`CellSummary::bend`] of the cell that it is a quarter of; 0 for a patch.
+    pub outer_bend: f64,
+    /// The light of its corners as the affine map of the cell that it is a quarter of has it. `None` if it is
+    /// no quarter, or if that cell has no such map.
+    pub coarser: Option<[AffineNode<N>; 3]>,
+}
+
+/// Light by an affine map.
+#[derive(Clone, Copy, Debug)]
+pub struct AffineNode<const N: usize> {
+    /// Film coordinates, in texels.
+    pub landing: DVec2,
+    /// Flux \[W\] for a unit of chart area.
+    pub weight: Flux<N>,
+}
+
+impl<const N: usize> AffineNode<N> {
+    /// The light of a node that lands.
+    fn of(node: &BeamNode<N>) -> Option<Self> {
+        let landing = node.landing?;
+        Some(Self {
+            landing,
+            weight: node.weight,
+        })
+    }
+
+    fn middle(a: &Self, b: &Self) -> Self {
+        Self {
+            landing: 0.5 * (a.landing + b.landing),
+            weight: (a.weight + b.weight) * 0.5,
+        }
+    }
 }
 
 impl<const N: usize> BeamCell<N> {
@@ -53,12 +87,33 @@ impl<const N: usize> BeamCell<N> {
     /// Its quarters, given its edges' middles; the one in the middle comes last.
     #[inline]
     pub fn quarters(&self, middles: &[BeamNode<N>; 3]) -> [Self; 4] {
+        let mut coarser = self.affine_quarters().into_iter();
         quarters(self.corners, *middles).map(|corners| Self {
             corners,
             level: self.level + 1,
             clearance: self.clearance,
             noted_bend: 0.0,
+            coarser: coarser.next().flatten(),
+            outer_bend: 0.0,
         })
+    }
+
+    /// The corners of its quarters by its own affine map.
+    fn affine_quarters(&self) -> [Option<[AffineNode<N>; 3]>; 4] {
+        let [a, b, c] = &self.corners;
+        let is_one = a.topology == b.topology && b.topology == c.topology;
+        let corners = is_one
+            .then(|| Some([AffineNode::of(a)?, AffineNode::of(b)?, AffineNode::of(c)?]))
+            .flatten();
+        let Some([a, b, c]) = corners else {
+            return [None; 4];
+        };
+        let between = AffineNode::middle;
+        quarters(
+            [a, b, c],
+            [between(&b, &c), between(&c, &a), between(&a, &b)],
+        )
+        .map(Some)
     }
 }
 
@@ -72,10 +127,10 @@ pub fn triangle_area<const N: usize>(corners: &[BeamNode<N>; 3]) -> f64 {
 /// A summary of the six nodes of a cell: its corners and its edges' middles.
 #[derive(Clone, Copy, Debug)]
 pub struct CellSummary<const N: usize> {
-    /// True if all are of one topology.
-    pub one_topology: bool,
     /// Number of topologies.
     pub topologies: u32,
+    /// True if they met different faces of smooth meshes: then the map has kinks between them.
+    pub is_kinked: bool,
     /// True if any landed.
     pub any_landed: bool,
     /// True if an interface turned any back.
@@ -89,6 +144,8 @@ pub struct CellSummary<const N: usize> {
     pub low: DVec2,
     /// Its greatest corner.
     pub high: DVec2,
+    /// Area \[texels\] of the triangle between the corners' landings; of the box if not all landed.
+    pub image_area: f64,
     /// The largest weight, channel by channel.
     pub weight: Flux<N>,
     /// The largest emission.
@@ -100,20 +157,23 @@ impl<const N: usize> CellSummary<N> {
     #[inline]
     pub fn at(corners: &[BeamNode<N>; 3], middles: &[BeamNode<N>; 3]) -> Self {
         let topology = corners[0].topology;
+        let mut is_one = true;
         let mut look = Self {
-            one_topology: true,
             topologies: 1,
+            is_kinked: false,
             any_landed: false,
             any_turned_back: false,
             bend: 0.0,
             weight_bend: 0.0,
             low: DVec2::INFINITY,
             high: DVec2::NEG_INFINITY,
+            image_area: 0.0,
             weight: Flux::BLACK,
             emitted: 0.0,
         };
         for node in corners.iter().chain(middles) {
-            look.one_topology &= node.topology == topology;
+            is_one &= node.topology == topology;
+            look.is_kinked |= node.faces != corners[0].faces;
             look.emitted = look.emitted.max(node.emitted);
             look.any_turned_back |= node.turned_back;
             if let Some(at) = node.landing {
@@ -125,7 +185,7 @@ impl<const N: usize> CellSummary<N> {
                 }
             }
         }
-        if !look.one_topology {
+        if !is_one {
             let nodes = [0, 1, 2, 3, 4, 5].map(|i| {
                 if i < 3 {
                     corners[i].topology
@@ -135,6 +195,11 @@ impl<const N: usize> CellSummary<N> {
             });
             look.topologies = (0..6).filter(|&i| !nodes[..i].contains(&nodes[i])).count() as u32;
         }
+        look.image_area = match corners.map(|node| node.landing) {
+            [Some(a), Some(b), Some(c)] => 0.5 * (b - a).perp_dot(c - a).abs(),
+            _ if look.any_landed => (look.high - look.low).element_product(),
+            _ => 0.0,
+        };
         for (index, middle) in middles.iter().enumerate() {
             let (a, b) = (&corners[(index + 1) % 3], &corners[(index + 2) % 3]);
             if let (Some(p), Some(q), Some(m)) = (a.landing, b.landing, middle.landing)
@@ -149,11 +214,33 @@ impl<const N: usize> CellSummary<N> {
         look
     }
 
+    /// True if all nodes are of one topology.
+    #[inline]
+    pub fn is_one_topology(&self) -> bool {
+        self.topologies == 1
+    }
+
+    /// Number of texels of a film, about, that the cell's image meets: those along its length, and those of
+    /// the part of its area that is on the film.
+    #[inline]
+    pub fn texels(&self, film: [usize; 2]) -> f64 {
+        let on_film = self.high.min(end_of(film)) - self.low.max(DVec2::ZERO);
+        let on_film = on_film.max(DVec2::ZERO);
+        let size = self.high - self.low;
+        let box_area = size.x * size.y;
+        let part = if box_area > 0.0 {
+            on_film.x * on_film.y / box_area
+        } else {
+            1.0
+        };
+        1.0 + on_film.max_element() + self.image_area * part
+    }
+
     /// True if all that lands, lands beside a film of this size. The cell may bend as much again between its
     /// nodes as they show.
     #[inline]
     pub fn is_off(&self, size: [usize; 2]) -> bool {
-        let margin = if self.one_topology {
+        let margin = if self.is_one_topology() {
             DVec2::splat(2.0 * self.bend)
         } else {
             // Light that the nodes did not see may reach as far as light that they saw.

@@ -2,52 +2,63 @@
 
 use glam::DVec2;
 
-use super::cell::BeamNode;
+use super::cell::{AffineNode, BeamNode};
 use super::cut::CutPiece;
-use super::film::{BeamFilm, TexelSums};
+use super::film::{BeamFilm, LevelTexel, TexelSums};
 use crate::film::coverage::{TrianglePart, deal};
 use crate::transport::flux::Flux;
 
-/// Sums of the few texels that a cell touches, gathered before they go to the film: a cell's five triangles
-/// share most of their texels.
+/// Sums of the texels that a cell touches, gathered before they go to the film: a cell's triangles share most
+/// of their texels.
+///
+/// An image of many texels is gathered on a coarser level, if its light is too faint to make a difference.
 pub struct TexelBlock<const N: usize> {
+    level: usize,
     origin: [usize; 2],
     size: [usize; 2],
     sums: Vec<TexelSums<N>>,
 }
 
-/// Most texels a side of a block; larger images go to the film directly.
-const BLOCK: usize = 24;
+/// Number of texels whose changes tell by themselves what a cell misplaces.
+const FEW_TEXELS: f64 = 16.0;
+
+/// Texels a side of a block beyond which a coarser level will do.
+const BLOCK: usize = 16;
 
 impl<const N: usize> Default for TexelBlock<N> {
     /// An empty block.
     fn default() -> Self {
         Self {
+            level: 0,
             origin: [0; 2],
             size: [0; 2],
-            sums: vec![TexelSums::default(); BLOCK * BLOCK],
+            sums: Vec::new(),
         }
     }
 }
 
 impl<const N: usize> TexelBlock<N> {
-    /// Covers the texels of a box; `false` if they are too many, or the box is empty.
-    fn cover(&mut self, low: DVec2, high: DVec2, film: [usize; 2]) -> bool {
+    /// Covers the texels of a box, on a level up to `coarsest`; `false` if the box is empty.
+    fn cover(&mut self, low: DVec2, high: DVec2, film: &BeamFilm<N>, coarsest: usize) -> bool {
         if !low.cmple(high).all() {
             return false;
         }
-        for axis in 0..2 {
-            let last = film[axis] as f64 - 1.0;
-            let from = low[axis].floor().clamp(0.0, last) as usize;
-            let to = high[axis].floor().clamp(0.0, last) as usize;
-            self.origin[axis] = from;
-            self.size[axis] = to - from + 1;
-        }
-        let fits = self.size[0].max(self.size[1]) <= BLOCK;
-        if fits {
-            self.sums[..self.size[0] * self.size[1]].fill(TexelSums::default());
-        }
-        fits
+        let size = film.size();
+        let end = [0, 1].map(|axis| size[axis] as f64 - 1.0);
+        let texel = |at: DVec2, axis: usize| at[axis].floor().clamp(0.0, end[axis]) as usize;
+        let from = [texel(low, 0), texel(low, 1)];
+        let to = [texel(high, 0), texel(high, 1)];
+        let sides =
+            |level: usize| [0, 1].map(|axis| (to[axis] >> level) - (from[axis] >> level) + 1);
+        self.level = (0..coarsest)
+            .find(|level| sides(*level).into_iter().all(|side| side <= BLOCK))
+            .unwrap_or(coarsest);
+        self.origin = from.map(|first| first >> self.level);
+        self.size = sides(self.level);
+        self.sums.clear();
+        self.sums
+            .resize(self.size[0] * self.size[1], TexelSums::default());
+        true
     }
 
     #[inline]
@@ -55,18 +66,16 @@ impl<const N: usize> TexelBlock<N> {
         let (x, y) = (column - self.origin[0], row - self.origin[1]);
         &mut self.sums[y * self.size[0] + x]
     }
-
-    fn covered(&self) -> &[TexelSums<N>] {
-        &self.sums[..self.size[0] * self.size[1]]
-    }
 }
 
-/// A finished cell's light at two finenesses.
+/// A cell's light at three finenesses.
 pub struct Levels<'a, const N: usize> {
     /// Pieces of its quarters: B.
     pub fine: &'a [CutPiece<N>],
     /// Pieces of the cell itself: A.
     pub coarse: &'a [CutPiece<N>],
+    /// The corners as the cell that it is a quarter of has them, if it has: C.
+    pub coarser: Option<&'a [AffineNode<N>; 3]>,
 }
 
 /// Flux of a part of a triangle, whose weight is linear between the corners.
@@ -89,41 +98,41 @@ impl<const N: usize> Levels<'_, N> {
     /// Deals out (4B − A)/3, with B the quarters as affine triangles, and A the cell itself as one.
     ///
     /// The error of affine cells is of second order in their size, so that halving them leaves a quarter of
-    /// it. Richardson's extrapolation removes it texel by texel.
-    ///
-    /// `bend` is the distance, in texels, of the cell's light from A.
+    /// it. Richardson's extrapolation removes it texel by texel. The cell's share C of the affine map of the
+    /// cell that it is a quarter of gives the extrapolation of one halving before, (4A − C)/3: its change is
+    /// (4B − 5A + C)/3.
     fn deal_out(
         &self,
         size: [usize; 2],
-        bend: f64,
+        level: usize,
         mut add: impl FnMut([usize; 2], &TexelSums<N>),
     ) {
-        // Halving an arc leaves a quarter of its distance from the chord.
-        let fine_bend = 0.25 * bend;
+        let scale = 1.0 / (1_u64 << level) as f64;
+        let mut all = |piece: &CutPiece<N>, flux: f64, change: f64| {
+            deal(image_of(piece).map(|at| at * scale), size, |texel, part| {
+                let own = flux_of(piece, &part);
+                let sums = TexelSums {
+                    flux: own * flux,
+                    change: own * change,
+                    misplaced: Flux::BLACK,
+                };
+                add(texel, &sums);
+            });
+        };
         for piece in self.fine {
-            let image = image_of(piece);
-            let near_lines =
-                flux_of(piece, &TrianglePart::WHOLE) * part_near_lines(&image, fine_bend);
-            deal(image, size, |texel, part| {
-                let flux = flux_of(piece, &part);
-                let sums = TexelSums {
-                    flux: flux * (4.0 / 3.0),
-                    difference: flux,
-                    near_lines,
-                };
-                add(texel, &sums);
-            });
+            all(piece, 4.0 / 3.0, 4.0 / 3.0);
         }
+        let of_coarse = if self.coarser.is_some() { -5.0 } else { -4.0 };
         for piece in self.coarse {
-            deal(image_of(piece), size, |texel, part| {
-                let flux = flux_of(piece, &part);
-                let sums = TexelSums {
-                    flux: flux * (-1.0 / 3.0),
-                    difference: flux * -1.0,
-                    ..TexelSums::default()
-                };
-                add(texel, &sums);
-            });
+            all(piece, -1.0 / 3.0, of_coarse / 3.0);
+            if let Some(corners) = self.coarser {
+                let mut coarser = *piece;
+                for (node, affine) in coarser.corners.iter_mut().zip(corners) {
+                    node.landing = Some(affine.landing);
+                    node.weight = affine.weight;
+                }
+                all(&coarser, 0.0, 1.0 / 3.0);
+            }
         }
     }
 
@@ -131,7 +140,9 @@ impl<const N: usize> Levels<'_, N> {
     fn bounds(&self) -> (DVec2, DVec2) {
         let mut low = DVec2::INFINITY;
         let mut high = DVec2::NEG_INFINITY;
-        for at in self.fine.iter().chain(self.coarse).flat_map(image_of) {
+        let pieces = self.fine.iter().chain(self.coarse).flat_map(image_of);
+        let coarser = self.coarser.into_iter().flatten().map(|node| node.landing);
+        for at in pieces.chain(coarser) {
             (low, high) = (low.min(at), high.max(at));
         }
         (low, high)
@@ -139,57 +150,75 @@ impl<const N: usize> Levels<'_, N> {
 }
 
 impl<const N: usize> TexelBlock<N> {
-    /// Gathers a cell. Returns the flux \[W\] that halving it moved from texel to texel, the worst channel;
-    /// `None` if the cell is too large to be gathered.
-    pub fn gather(&mut self, size: [usize; 2], levels: &Levels<N>, bend: f64) -> Option<f64> {
+    /// Gathers a cell, on a level up to `coarsest`. At least `hidden`, a part of its light, may be
+    /// misplaced. Returns the flux \[W\] that the last halving moved from texel to texel, the worst channel.
+    pub fn gather(
+        &mut self,
+        film: &BeamFilm<N>,
+        levels: &Levels<N>,
+        coarsest: usize,
+        hidden: f64,
+    ) -> f64 {
         let (low, high) = levels.bounds();
-        if !self.cover(low, high, size) {
-            return None;
+        self.sums.clear();
+        if !self.cover(low, high, film, coarsest) {
+            return 0.0;
         }
-        levels.deal_out(size, bend, |texel, sums| *self.at(texel) += *sums);
-        let mut moved = Flux::<N>::BLACK;
-        for sums in self.covered() {
-            moved += Flux(sums.difference.0.map(f64::abs));
+        let level = self.level;
+        levels.deal_out(film.level_size(level), level, |texel, sums| {
+            *self.at(texel) += *sums;
+        });
+        let (mut moved, mut flux) = (Flux::<N>::BLACK, Flux::<N>::BLACK);
+        for sums in &self.sums {
+            moved += magnitude(sums.change);
+            flux += magnitude(sums.flux);
         }
-        Some(0.5 * moved.max_magnitude())
+        let (moved, flux) = (moved.max_magnitude(), flux.max_magnitude());
+        // In a cell of few texels, the neighbours show how much was moved.
+        let texels = self.sums.len() as f64;
+        let unseen = texels / (texels + FEW_TEXELS);
+        let part = if level > 0 {
+            // Within a texel of a coarser level, light is spread evenly.
+            1.0
+        } else if moved > 0.0 {
+            (unseen * moved / flux).min(1.0)
+        } else {
+            0.0
+        };
+        for sums in &mut self.sums {
+            sums.misplaced = magnitude(sums.flux) * part.max(hidden);
+        }
+        0.5 * moved
     }
 
-    /// Puts a cell on the film. Returns the flux \[W\] that the film received.
-    pub fn deposit(&mut self, film: &BeamFilm<N>, levels: &Levels<N>, bend: f64) -> Flux<N> {
+    /// Puts the gathered cell on the film. Returns the flux \[W\] that the film received.
+    pub fn deposit(&self, film: &BeamFilm<N>) -> Flux<N> {
         let mut received = Flux::BLACK;
-        let (low, high) = levels.bounds();
-        if self.cover(low, high, film.size()) {
-            levels.deal_out(film.size(), bend, |texel, sums| *self.at(texel) += *sums);
-            for (index, sums) in self.covered().iter().enumerate() {
-                let (x, y) = (index % self.size[0], index / self.size[0]);
-                film.add([self.origin[0] + x, self.origin[1] + y], sums);
-                received += sums.flux;
+        let whole = 1_usize << (2 * self.level);
+        for (index, sums) in self.sums.iter().enumerate() {
+            let (x, y) = (index % self.size[0], index / self.size[0]);
+            let texel = LevelTexel {
+                level: self.level,
+                at: [self.origin[0] + x, self.origin[1] + y],
+            };
+            let within = film.texels_within(texel);
+            let mut sums = *sums;
+            if within < whole {
+                // A texel at the film's border: the rest of it is beside the film.
+                let part = within as f64 / whole as f64;
+                sums.flux = sums.flux * part;
+                sums.change = sums.change * part;
+                sums.misplaced = sums.misplaced * part;
             }
-        } else {
-            levels.deal_out(film.size(), bend, |texel, sums| {
-                film.add(texel, sums);
-                received += sums.flux;
-            });
+            film.add(texel, &sums);
+            received += sums.flux;
         }
         received
     }
 }
 
-/// The part of a triangle's light that is within `bend` of a texel line that its image crosses.
-#[inline]
-fn part_near_lines(image: &[DVec2; 3], bend: f64) -> f64 {
-    let low = image[0].min(image[1]).min(image[2]);
-    let high = image[0].max(image[1]).max(image[2]);
-    let crossed = high.floor().cmpgt(low.floor());
-    // In a triangle as wide as w, about 2 bend / w is within `bend` of a line.
-    let near = |axis: usize| {
-        if crossed.test(axis) {
-            (2.0 * bend / (high[axis] - low[axis])).min(1.0)
-        } else {
-            0.0
-        }
-    };
-    (near(0) + near(1)).min(1.0)
+fn magnitude<const N: usize>(flux: Flux<N>) -> Flux<N> {
+    Flux(flux.0.map(f64::abs))
 }
 
 /// Puts a triangle of more than one topology on the film: a third of its flux as a point at each landed
@@ -213,7 +242,8 @@ pub fn deposit_points<const N: usize>(
                 flux,
                 ..TexelSums::default()
             };
-            film.add([at.x as usize, at.y as usize], &sums);
+            let at = [at.x as usize, at.y as usize];
+            film.add(LevelTexel { level: 0, at }, &sums);
         }
     }
     received

@@ -10,18 +10,18 @@ use crate::transport::flux::Flux;
 pub struct TexelSums<const N: usize> {
     /// The extrapolated flux (4B − A)/3.
     pub flux: Flux<N>,
-    /// B − A: the change when the cells are halved once.
-    pub difference: Flux<N>,
-    /// Flux near a texel line: the bend of its cell may have put it on the wrong side.
-    pub near_lines: Flux<N>,
+    /// The change of the extrapolated flux when the cells were halved the last time.
+    pub change: Flux<N>,
+    /// Flux that cells of many texels are likely to misplace.
+    pub misplaced: Flux<N>,
 }
 
 impl<const N: usize> Default for TexelSums<N> {
     fn default() -> Self {
         Self {
             flux: Flux::BLACK,
-            difference: Flux::BLACK,
-            near_lines: Flux::BLACK,
+            change: Flux::BLACK,
+            misplaced: Flux::BLACK,
         }
     }
 }
@@ -30,8 +30,8 @@ impl<const N: usize> std::ops::AddAssign for TexelSums<N> {
     #[inline]
     fn add_assign(&mut self, other: Self) {
         self.flux += other.flux;
-        self.difference += other.difference;
-        self.near_lines += other.near_lines;
+        self.change += other.change;
+        self.misplaced += other.misplaced;
     }
 }
 
@@ -63,22 +63,55 @@ const KINDS: usize = 3;
 
 /// The sums of all texels.
 ///
+/// A faint cell may have an image of many texels. So that its work does not grow with them, there are levels:
+/// a texel of the next level holds four of this one. Light on a coarse texel counts as spread evenly over the
+/// film's texels within.
+///
 /// Each addition is rounded once, to a multiple of a fixed quantum, and is exact then. Integers commute, so
 /// the same cells give the same bits on any threads.
 pub struct BeamFilm<const N: usize> {
     size: [usize; 2],
-    sums: ExactSums,
+    /// Sums by level. The texels of a level are as wide and high as two of the level before.
+    levels: Vec<Level>,
     /// Uncertain flux and its spread, as differences to the texels before along both axes: a box of any size
     /// is four additions.
     uncertain_steps: ExactSums,
 }
 
+/// The sums of one level.
+struct Level {
+    size: [usize; 2],
+    sums: ExactSums,
+}
+
+/// Most texels a side of the coarsest level.
+const COARSEST: usize = 16;
+
+/// A texel of a level.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LevelTexel {
+    /// The level; texels of level 0 are the film's.
+    pub level: usize,
+    /// Column and row.
+    pub at: [usize; 2],
+}
+
 impl<const N: usize> BeamFilm<N> {
     /// A dark film of `size` columns and rows, for a flux of `scale` in all.
     pub fn new(size: [usize; 2], scale: FixedPoint) -> Self {
+        let mut levels = Vec::new();
+        let mut side = size;
+        loop {
+            let sums = ExactSums::new(side[0] * side[1] * KINDS * N, scale);
+            levels.push(Level { size: side, sums });
+            if side[0].max(side[1]) <= COARSEST {
+                break;
+            }
+            side = side.map(|texels| texels.div_ceil(2));
+        }
         Self {
             size,
-            sums: ExactSums::new(size[0] * size[1] * KINDS * N, scale),
+            levels,
             uncertain_steps: ExactSums::new((size[0] + 1) * (size[1] + 1) * (N + 1), scale),
         }
     }
@@ -88,13 +121,35 @@ impl<const N: usize> BeamFilm<N> {
         self.size
     }
 
+    /// Columns and rows of a level.
+    pub fn level_size(&self, level: usize) -> [usize; 2] {
+        self.levels[level].size
+    }
+
+    /// The coarsest level.
+    pub fn coarsest(&self) -> usize {
+        self.levels.len() - 1
+    }
+
+    /// Number of the film's texels within a texel of a level.
+    #[inline]
+    pub fn texels_within(&self, texel: LevelTexel) -> usize {
+        let along = |axis: usize| {
+            let first = texel.at[axis] << texel.level;
+            (1 << texel.level).min(self.size[axis] - first)
+        };
+        along(0) * along(1)
+    }
+
     /// Adds to a texel's sums.
     #[inline]
-    pub fn add(&self, [column, row]: [usize; 2], addend: &TexelSums<N>) {
-        let first = (row * self.size[0] + column) * KINDS * N;
-        let kinds = [addend.flux, addend.difference, addend.near_lines];
+    pub fn add(&self, texel: LevelTexel, addend: &TexelSums<N>) {
+        let [column, row] = texel.at;
+        let level = &self.levels[texel.level];
+        let first = (row * level.size[0] + column) * KINDS * N;
+        let kinds = [addend.flux, addend.change, addend.misplaced];
         for (kind, values) in kinds.iter().enumerate() {
-            self.sums.add(first + kind * N, &values.0);
+            level.sums.add(first + kind * N, &values.0);
         }
     }
 
@@ -116,7 +171,22 @@ impl<const N: usize> BeamFilm<N> {
 
     /// True if any deposit or sum was not representable: then nothing here is valid.
     pub fn overflowed(&self) -> bool {
-        self.sums.overflowed() || self.uncertain_steps.overflowed()
+        self.levels.iter().any(|level| level.sums.overflowed()) || self.uncertain_steps.overflowed()
+    }
+
+    /// One kind of sum of a texel: its part of the sums of all levels.
+    fn sum_at(&self, [column, row]: [usize; 2], kind: usize) -> f64 {
+        let mut sum = 0.0;
+        for (number, level) in self.levels.iter().enumerate() {
+            let at = [column >> number, row >> number];
+            let index = (at[1] * level.size[0] + at[0]) * KINDS * N + kind;
+            let quanta = level.sums.quanta(index);
+            if quanta != 0 {
+                let texel = LevelTexel { level: number, at };
+                sum += level.sums.value(quanta) / self.texels_within(texel) as f64;
+            }
+        }
+        sum
     }
 
     /// All texels, row by row.
@@ -136,19 +206,17 @@ impl<const N: usize> BeamFilm<N> {
                         before[kind].wrapping_add(self.uncertain_steps.quanta(at + kind));
                     above[kind] = above[kind].wrapping_add(before[kind]);
                 }
-                let first = (row * width + column) * KINDS * N;
                 let kind = |kind: usize| {
                     Flux(std::array::from_fn(|channel| {
-                        let index = first + kind * N + channel;
-                        self.sums.value(self.sums.quanta(index))
+                        self.sum_at([column, row], kind * N + channel)
                     }))
                 };
                 let uncertain = |kind: usize| self.uncertain_steps.value(above[kind]);
                 texels.push(FilmTexel {
                     sums: TexelSums {
                         flux: kind(0),
-                        difference: kind(1),
-                        near_lines: kind(2),
+                        change: kind(1),
+                        misplaced: kind(2),
                     },
                     uncertain: Flux(std::array::from_fn(uncertain)),
                     spread: uncertain(N),

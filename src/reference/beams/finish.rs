@@ -7,7 +7,8 @@
 //!
 //! [`SignatureReport`]: super::pass::SignatureReport
 
-use super::finished_pass::FinishedPass;
+use super::layers::{BeamLayer, MadeLayer};
+use super::selection::LeftOut;
 use super::sums::Sums;
 use crate::geometry::TraversalCounters;
 use crate::radiometry::Rgb;
@@ -22,8 +23,10 @@ use crate::transport::signature::Signature;
 pub(super) struct RunOutcome<'a> {
     pub scene: &'a Scene,
     pub target: &'a Target,
-    /// The last pass, if any was finished.
-    pub pass: Option<FinishedPass>,
+    /// The layers that were made, the brightest first.
+    pub layers: Vec<BeamLayer>,
+    /// Light of signatures that were not followed.
+    pub left_out: LeftOut,
     /// Flux \[W\] that may be on any texel although no light was found; `None` if light was found.
     pub unseen: Option<Rgb>,
     /// Direct light, for a receiver.
@@ -37,19 +40,25 @@ impl RunOutcome<'_> {
     pub fn estimate(self) -> Estimate {
         let texels = self.target.texels();
         let [width, height] = self.target.size();
-        let unknown = self.pass.is_none() && self.unseen.is_none();
+        let unknown = self.layers.is_empty() && self.unseen.is_none();
         let direct = self.direct.map(direct_layer);
         let mut total = Layer::bounded(LayerName::Total, texels);
         let mut layers = Vec::new();
         let (mut ledger, mut paths) = (Ledger::default(), 0);
-        if let Some(pass) = &self.pass {
-            layers = self.layers(pass);
+        if !self.layers.is_empty() {
+            layers = self.layers();
             for layer in &layers {
                 total.add(layer);
             }
-            paths = pass.reports.iter().map(|one| one.cells).sum();
+            let reports = || self.made().flat_map(|made| &made.reports);
+            paths = reports().map(|one| one.cells).sum();
             if self.target.quantity() == Quantity::Irradiance {
-                ledger = self.ledger(pass, &layers);
+                ledger = self.ledger(&layers);
+            }
+        }
+        if let Some(interval) = &mut total.interval {
+            for (texel, bound) in self.left_out.bound.iter().enumerate() {
+                interval.high[texel] += Rgb::grey(bound * self.scale(texel));
             }
         }
         if let Some(direct) = direct {
@@ -80,17 +89,27 @@ impl RunOutcome<'_> {
         }
     }
 
+    fn made(&self) -> impl Iterator<Item = &MadeLayer> + Clone {
+        self.layers.iter().filter_map(|layer| layer.made.as_ref())
+    }
+
     /// The layers by signature, the others last.
-    fn layers(&self, pass: &FinishedPass) -> Vec<Layer> {
-        let mut order: Vec<&(Option<Signature>, Sums)> = pass.layers.iter().collect();
-        order.sort_by_key(|(signature, _)| (signature.is_none(), *signature));
-        order
-            .into_iter()
-            .map(|(signature, sums)| {
-                let name = signature.map_or(LayerName::Other, LayerName::Path);
-                self.layer(name, sums)
-            })
-            .collect()
+    fn layers(&self) -> Vec<Layer> {
+        let made = |layer: &BeamLayer| {
+            let name = layer.name.map_or(LayerName::Other, LayerName::Path);
+            Some(self.layer(name, &layer.made.as_ref()?.sums))
+        };
+        let mut order: Vec<&BeamLayer> = self.layers.iter().collect();
+        order.sort_by_key(|layer| (layer.name.is_none(), layer.name));
+        order.into_iter().filter_map(made).collect()
+    }
+
+    /// Irradiance of a unit of a texel's flux \[1/m²\]; a texel without any surface gets no light.
+    fn scale(&self, texel: usize) -> f64 {
+        match self.target.measure(texel) {
+            0.0 => 0.0,
+            measure => 1.0 / measure,
+        }
     }
 
     /// Values and bounds of one kind of light.
@@ -98,11 +117,7 @@ impl RunOutcome<'_> {
         let mut result = Layer::bounded(name, sums.texels());
         let interval = result.interval.get_or_insert_default();
         for texel in 0..sums.texels() {
-            // A texel without any surface gets no light.
-            let scale = match self.target.measure(texel) {
-                0.0 => 0.0,
-                measure => 1.0 / measure,
-            };
+            let scale = self.scale(texel);
             let value = sums.flux[texel] * scale;
             let bar = sums.bar[texel] * scale;
             result.values[texel] = at_least_none(value);
@@ -114,7 +129,7 @@ impl RunOutcome<'_> {
 
     /// The ledger of the flux that met a specular surface first: the layers' texels, and the rest, which is
     /// not followed to its end.
-    fn ledger(&self, pass: &FinishedPass, layers: &[Layer]) -> Ledger {
+    fn ledger(&self, layers: &[Layer]) -> Ledger {
         let mut ledger = Ledger::default();
         for layer in layers {
             let flux = |(texel, value): (usize, &Rgb)| *value * self.target.measure(texel);
@@ -129,7 +144,8 @@ impl RunOutcome<'_> {
             };
         }
         // Each signature's cells sum up the same light, more or less finely.
-        let emitted = pass.reports.iter().map(|report| report.emitted);
+        let reports = self.made().flat_map(|made| &made.reports);
+        let emitted = reports.map(|report| report.emitted);
         ledger.emitted = Rgb::grey(emitted.fold(0.0, f64::max));
         ledger.elsewhere = Some(ledger.emitted.mean() - ledger.sum().received.mean());
         ledger

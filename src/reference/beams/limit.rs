@@ -19,15 +19,19 @@ pub struct Limit<'a> {
 }
 
 impl<'a> Limit<'a> {
-    /// Starts the clock.
-    pub fn new(budget: &Budget, progress: &'a Progress) -> Self {
-        let start = Instant::now();
+    /// The limits of a run that began at `start`.
+    pub fn new(budget: &Budget, progress: &'a Progress, start: Instant) -> Self {
         Self {
             progress,
             deadline: budget.deadline(start),
             most_rays: budget.work,
             rays: AtomicU64::new(0),
         }
+    }
+
+    /// True if time or rays are limited.
+    pub fn is_set(&self) -> bool {
+        self.deadline.is_some() || self.most_rays.is_some()
     }
 
     /// True if work must stop.
@@ -74,7 +78,7 @@ mod tests {
             time: Some(Duration::MAX),
             ..Budget::default()
         };
-        let limit = Limit::new(&budget, &progress);
+        let limit = Limit::new(&budget, &progress, Instant::now());
         assert!(!limit.is_reached());
         assert_eq!(limit.affordable(Duration::from_secs(1), 1), f64::INFINITY);
     }
@@ -86,7 +90,7 @@ mod tests {
             work: Some(100),
             ..Budget::default()
         };
-        let limit = Limit::new(&budget, &progress);
+        let limit = Limit::new(&budget, &progress, Instant::now());
         limit.spend(20);
         assert_eq!(limit.affordable(Duration::ZERO, 20), 4.0);
         limit.spend(80);

@@ -1,129 +1,200 @@
-//! Tolerance of the next pass.
+//! Tolerances of the next pass.
+//!
+//! Each layer s has an error e and took work W at its tolerance τ. A tolerance of x τ is likely to make them
+//! e xᵃ and W x⁻ᵇ. The least work ΣW x⁻ᵇ for a given error √(Σe² x²ᵃ) is where all quotients of the
+//! derivatives are the same: b W x⁻ᵇ = λ 2a e² x²ᵃ. So
+//!
+//! ```text
+//! x = min(1, (b W / (2a λ e²))^(1 / (2a + b)))
+//! ```
+//!
+//! with λ such that the error is the one asked for.
 
-/// Misplaced flux that a cell of a pass may have, relative to all flux.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Tolerance(pub f64);
-
-/// Power of the tolerance that errors follow, about. Misplaced flux falls like the fourth power of a cell's
+/// Power a of the tolerance that errors follow, about. Misplaced flux falls like the fourth power of a cell's
 /// size in smooth light, and cells at borders are fewer than their texels.
-const ERROR_ORDER: f64 = 2.0 / 3.0;
+const ERROR_ORDER: f64 = 0.7;
+
+/// Power b of the tolerance that work grows with: 1/2 in smooth light, faster at borders.
+const WORK_ORDER: f64 = 0.55;
 
 /// Tolerance at which errors are about 1 in the mean over the bundled scenes (`examples/beam-figures`):
 /// extrapolated with [`ERROR_ORDER`] from 0.1 % to 10 %.
-const TOLERANCE_AT_ONE: f64 = 0.38;
+const TOLERANCE_AT_ONE: f64 = 0.2;
 
-/// Largest error that the first pass is for: with larger cells there is nothing smooth to derive bounds from.
-const COARSEST: f64 = 3e-3;
+/// Errors that the first pass is for. With larger cells there is nothing smooth to derive bounds from. With
+/// smaller ones, one pass would take long if the scene is harder than most.
+const FIRST: std::ops::RangeInclusive<f64> = 1e-3..=COARSE_ERROR;
 
-/// Smallest error that the first pass is for. If the scene is harder than most, one pass must end before
-/// another can be planned by it.
-const FINEST_FIRST: f64 = 1e-3;
+/// The error that the first pass is for if time or rays are limited.
+pub const COARSE_ERROR: f64 = 3e-2;
 
-/// Power of the tolerance that work grows with: −1/2 in smooth light, faster at borders.
-const WORK_ORDER: f64 = 0.55;
+/// Largest tolerance of a signature, relative to its own flux: some hundreds of cells at least.
+const COARSEST: f64 = 1.0 / 128.0;
 
-/// Ratio of tolerances after which every cell has been divided once more: misplaced flux falls like the
-/// fourth power of a cell's size. Such passes can be compared.
-pub const DIVIDED_AGAIN: f64 = 16.0;
+/// The largest tolerance that makes sense for a signature with a `part` of all flux.
+pub fn coarsest(part: f64) -> f64 {
+    COARSEST * part
+}
 
-/// Factor of the tolerance after a pass whose cells were too large to light any texel.
-const UNLIT: f64 = 1.0 / 256.0;
+/// Part of the error asked for that a pass aims at, so that one step is enough.
+const AIM: f64 = 0.8;
 
-/// Ratio to the error asked for below which a small step is likely to do.
-const NEARLY_THERE: f64 = 1.6;
+/// Factors of the tolerance that one pass may take.
+const STEP: std::ops::RangeInclusive<f64> = 1e-3..=0.25;
 
 /// Smallest tolerance: below it, cells hold so little that sums are rounding.
 const LEAST_TOLERANCE: f64 = 1e-14;
 
-impl Tolerance {
-    /// The tolerance to begin with, on the way to an error of `target`; as coarse as makes sense if time or
-    /// rays are `limited`.
-    pub fn first(target: Option<f64>, limited: bool) -> Self {
-        let error = match target {
-            Some(target) if !limited => target.clamp(FINEST_FIRST, COARSEST),
-            _ => COARSEST,
-        };
-        Self(TOLERANCE_AT_ONE * error.powf(1.0 / ERROR_ORDER))
-    }
+/// A layer as the last pass left it.
+#[derive(Clone, Copy, Debug)]
+pub struct Known {
+    /// Tolerance: the root mean square over all texels of the flux that a cell may misplace, relative to
+    /// the mean flux of texels.
+    pub tolerance: f64,
+    /// Its error, relative to all light.
+    pub error: f64,
+    /// The work that it took, in any unit.
+    pub work: f64,
+    /// True if a smaller tolerance would not help.
+    pub is_stuck: bool,
+}
 
-    /// The next pass, to get the error of this one down to `target`, or further down if there is no target.
-    /// `None` if it is down, or nothing is to be gained. `hope` is the part of the estimated error that is
-    /// expected to be real.
-    pub fn next(self, error: f64, hope: f64, target: Option<f64>) -> Option<Self> {
-        if error == 0.0 || target.is_some_and(|target| error <= target) {
-            return None;
+/// The tolerance to begin with, on the way to an error of `target`; as coarse as makes sense if time or rays
+/// are `limited`.
+pub fn first(target: Option<f64>, limited: bool) -> f64 {
+    let error = match target {
+        Some(target) if !limited => target.clamp(*FIRST.start(), *FIRST.end()),
+        _ => COARSE_ERROR,
+    };
+    TOLERANCE_AT_ONE * error.powf(1.0 / ERROR_ORDER)
+}
+
+/// The error of all layers together: they are independent.
+pub fn error(layers: &[Known]) -> f64 {
+    let squares: f64 = layers.iter().map(|one| one.error * one.error).sum();
+    squares.sqrt()
+}
+
+/// The tolerances of the layers that are to be made anew for an error of `target`; `None` for those that
+/// stay. All stay if the error is reached, or if no tolerance may be smaller.
+pub fn next(layers: &[Known], target: f64) -> Vec<Option<f64>> {
+    if error(layers) <= target {
+        return vec![None; layers.len()];
+    }
+    let goal = AIM * target;
+    let power = 1.0 / (2.0 * ERROR_ORDER + WORK_ORDER);
+    let factor = |one: &Known, lambda: f64| {
+        let squared = one.error * one.error;
+        if squared == 0.0 || one.is_stuck {
+            return 1.0;
         }
-        let next = match target {
-            // A little more than needed, so that one step is enough. A step must be neither too large, nor
-            // too small to tell from it how good this pass was.
-            Some(target) => {
-                let wanted = (0.8 * target / (hope * error)).powf(1.0 / ERROR_ORDER);
-                let least = if error < NEARLY_THERE * target {
-                    0.25
-                } else {
-                    1.0 / DIVIDED_AGAIN
-                };
-                Self(self.0 * wanted.clamp(1e-3, least))
-            }
-            None => Self(self.0 / 8.0),
-        };
-        next.is_possible().then_some(next)
-    }
-
-    /// The next pass if this one was so coarse that it lit no texel; `None` if none can be finer.
-    pub fn finer(self) -> Option<Self> {
-        let next = Self(self.0 * UNLIT);
-        next.is_possible().then_some(next)
-    }
-
-    /// Likely work of the pass `next`, in units of the work of this pass.
-    pub fn growth_to(self, next: Self) -> f64 {
-        (self.0 / next.0).powf(WORK_ORDER)
-    }
-
-    /// The pass `next`, or a coarser one if `next` is likely to take more than `affordable` times the work of
-    /// this pass. `None` if the coarser one would hardly be finer than this.
-    pub fn towards(self, next: Self, affordable: f64) -> Option<Self> {
-        if self.growth_to(next) <= affordable {
-            return Some(next);
+        let quotient = WORK_ORDER * one.work / (2.0 * ERROR_ORDER * lambda * squared);
+        quotient.powf(power).min(1.0)
+    };
+    let reached = |lambda: f64| {
+        let after = |one: &Known| (one.error * factor(one, lambda).powf(ERROR_ORDER)).powi(2);
+        layers.iter().map(after).sum::<f64>().sqrt()
+    };
+    // The error falls as λ grows. Its logarithm is halved until it is known to a part of 2⁻⁴⁰.
+    let scale = layers.iter().map(|one| one.work).sum::<f64>() / error(layers).powi(2);
+    let (mut low, mut high) = ((scale * 1e-12).ln(), (scale * 1e24).ln());
+    for _ in 0..48 {
+        let middle = 0.5 * (low + high);
+        if reached(middle.exp()) > goal {
+            low = middle;
+        } else {
+            high = middle;
         }
-        let ratio = affordable.powf(1.0 / WORK_ORDER);
-        (ratio >= 4.0).then_some(Self(self.0 / ratio))
     }
+    let factors: Vec<f64> = layers.iter().map(|one| factor(one, high.exp())).collect();
+    // If no layer is to become much finer, all that are to become finer at all do.
+    let least = factors.iter().fold(1.0_f64, |least, one| least.min(*one));
+    let stays = f64::max(*STEP.end(), least);
+    let finer = |(one, factor): (&Known, &f64)| {
+        let tolerance = one.tolerance * factor.clamp(*STEP.start(), *STEP.end());
+        (*factor <= stays && !one.is_stuck && tolerance >= LEAST_TOLERANCE).then_some(tolerance)
+    };
+    layers.iter().zip(&factors).map(finer).collect()
+}
 
-    fn is_possible(self) -> bool {
-        self.0 >= LEAST_TOLERANCE
+/// The tolerance that is likely to lower an error to `asked`; `None` if it would be too small.
+pub fn finer(tolerance: f64, error: f64, asked: f64) -> Option<f64> {
+    let factor = (AIM * asked / error).powf(1.0 / ERROR_ORDER);
+    let tolerance = tolerance * factor.clamp(*STEP.start(), *STEP.end());
+    (tolerance >= LEAST_TOLERANCE).then_some(tolerance)
+}
+
+/// Likely work of a pass.
+pub fn work(layers: &[Known], next: &[Option<f64>]) -> f64 {
+    let of = |(one, next): (&Known, &Option<f64>)| {
+        let growth = (one.tolerance / (*next)?).powf(WORK_ORDER);
+        Some(one.work * growth)
+    };
+    layers.iter().zip(next).filter_map(of).sum()
+}
+
+/// The [`next`] tolerances, or larger ones whose likely work is `affordable`; none if these would hardly
+/// help.
+pub fn affordable(layers: &[Known], target: f64, affordable: f64) -> Vec<Option<f64>> {
+    let wanted = next(layers, target);
+    if work(layers, &wanted) <= affordable {
+        return wanted;
     }
+    // The smallest error that can be afforded, by halving its logarithm.
+    let (mut low, mut high) = (target.ln(), error(layers).ln());
+    for _ in 0..16 {
+        let middle = 0.5 * (low + high);
+        if work(layers, &next(layers, middle.exp())) <= affordable {
+            high = middle;
+        } else {
+            low = middle;
+        }
+    }
+    next(layers, high.exp())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    const ERROR: f64 = 0.01;
+    const BRIGHT: Known = Known {
+        tolerance: 1e-4,
+        error: 0.01,
+        work: 1.0,
+        is_stuck: false,
+    };
+
+    const DEAR: Known = Known {
+        error: 1e-4,
+        work: 100.0,
+        ..BRIGHT
+    };
 
     #[test]
-    fn a_pass_that_is_good_enough_is_the_last() {
-        let first = Tolerance::first(Some(0.05), false);
-        assert_eq!(first.next(ERROR, 1.0, Some(0.02)), None);
-        assert!(first.next(ERROR, 0.6, Some(0.009)).is_some());
+    fn layers_that_are_good_enough_stay() {
+        assert_eq!(next(&[BRIGHT, DEAR], 0.02), [None, None]);
     }
 
     #[test]
-    fn what_cannot_be_afforded_is_made_as_fine_as_can() {
-        let first = Tolerance::first(None, true);
-        let next = first.next(ERROR, 1.0, Some(1e-6)).unwrap();
-        let growth = first.growth_to(next);
-        assert_eq!(first.towards(next, growth * 1.01), Some(next));
-        let less = first.towards(next, 5.0).unwrap();
-        // Rounding of powers.
-        assert!((first.growth_to(less) - 5.0).abs() < 1e-9);
-        assert_eq!(first.towards(next, 1.5), None);
+    fn work_goes_where_it_lowers_the_error_most() {
+        let next = next(&[BRIGHT, DEAR], 1e-3);
+        assert!(next[0].unwrap() < BRIGHT.tolerance && next[1].is_none());
+        // (1e-3 / 0.01)^(3/2) = 0.032, and a little less to be sure.
+        let factor = next[0].unwrap() / BRIGHT.tolerance;
+        assert!((0.02..0.032).contains(&factor), "{factor}");
     }
 
     #[test]
-    fn a_limit_begins_coarse() {
-        let tiny = Some(1e-9);
-        assert!(Tolerance::first(tiny, true).0 > Tolerance::first(tiny, false).0);
+    fn layers_alike_share_the_work() {
+        let next = next(&[BRIGHT, BRIGHT], 1e-3);
+        assert_eq!(next[0], next[1]);
+        assert!(next[0].is_some());
+    }
+
+    #[test]
+    fn work_grows_with_the_fineness() {
+        let next = [Some(1e-6), None];
+        // 100^0.55 = 12.589.
+        assert!((work(&[BRIGHT, DEAR], &next) - 12.589).abs() < 0.01);
     }
 }

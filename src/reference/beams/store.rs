@@ -102,7 +102,7 @@ impl<const N: usize> PathStore<N> {
         path
     }
 
-    /// Writes the trail of a path.
+    /// Writes the trail of a path, and returns the path.
     pub fn trail(
         &mut self,
         follower: &mut PathFollower<'_, N>,
@@ -110,7 +110,7 @@ impl<const N: usize> PathStore<N> {
         at: DVec2,
         in_sight: bool,
         trail: &mut Trail,
-    ) {
+    ) -> PathEnd<N> {
         let path = self.path_with_legs(follower, chart, at, in_sight);
         let slot = slot(surface_of(chart), at);
         let count = self.entries[slot].map_or(0, |entry| entry.legs as usize);
@@ -118,6 +118,7 @@ impl<const N: usize> PathStore<N> {
         trail.legs.clear();
         trail.legs.extend(legs.iter().flatten());
         trail.path = Ending::from(&path);
+        path
     }
 
     #[inline]

@@ -10,8 +10,10 @@ use crate::transport::scatter::ShadingNormals;
 
 /// Owners of places that several faces share: edges and vertices of a mesh whose normals are interpolated.
 ///
-/// There the faces see one point with one normal. All that happens to light from there on is the same, so
-/// that it is followed once. Only the amount of light that falls on an area is each face's own.
+/// There the faces see one point with one normal. Light that leaves all of them goes the same way from there
+/// on, so that it is followed once. Two things are each face's own: the amount of light that falls on an
+/// area, and whether light that leaves runs into its plane
+/// ([`PathFollower::emitted_alike`](crate::transport::fixed_signature::PathFollower::emitted_alike)).
 pub struct SharedPlaces<'a> {
     scene: &'a Scene,
     /// Faces round each vertex, for smooth meshes, by shape.

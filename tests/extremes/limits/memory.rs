@@ -24,7 +24,7 @@ fn said(scene: &Path, size: usize, sensor: &str, method: &str) -> u64 {
 /// keep light that is seen directly and by way of glass apart.
 const RUNS: [(&str, &str, &[&str]); 6] = [
     ("photons", "floor", &["--photons", "65536"]),
-    ("beams", "floor", &["--error", "10%"]),
+    ("beams", "floor", &["--error", "0.1%"]),
     ("caustic-map", "floor", &["--set", "photons=64"]),
     ("path", "camera", &["--spp", "2", "--replicates", "2"]),
     (

@@ -16,7 +16,7 @@ use glam::{DMat2, DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::faces::{Faces, MIDDLE};
-use super::found::{Discovery, SignatureLight};
+use super::found::{Discovery, Landing, SignatureLight};
 use super::look::LEAST_THROUGHPUT;
 use super::places::{LEAST_PLACES, PLACES, StartPlace, places_of};
 use crate::geometry::{Ray, World};
@@ -90,8 +90,9 @@ struct Beginning {
 struct Tried {
     /// The direction of its last leg less that to the point: for small angles, its length is the angle.
     miss: DVec3,
-    /// Flux \[W\] by chart area, and the part of the light that set out, if it landed on the film.
-    landed: Option<[f64; 2]>,
+    /// Flux \[W\] by chart area, the part of the light that set out, and the place \[texels\], if it landed
+    /// on the film.
+    landed: Option<([f64; 2], DVec2)>,
 }
 
 /// Signatures by which light gets to the surfaces that the sensor sees, and about how much; those that are
@@ -130,9 +131,12 @@ pub(super) fn aim(
     for ((signature, _), found) in beginnings.iter().map(|(key, _)| key).zip(found) {
         if let Some(found) = found {
             // Searches for other points may have found the same light.
-            let known = discovery.signatures.entry(*signature).or_insert(found);
-            known.flux = known.flux.max(found.flux);
+            let known = discovery.signatures.entry(*signature).or_default();
             known.peak = known.peak.max(found.peak);
+            if found.flux > known.flux {
+                let peak = known.peak;
+                *known = SignatureLight { peak, ..found };
+            }
         }
     }
     discovery
@@ -391,14 +395,14 @@ fn follow(follower: &mut PathFollower<3>, place: &StartPlace, point: DVec3) -> O
     });
     let ray = last.filter(|_| legs == follower.events() + 1)?;
     let on_film = match path.end {
-        End::Landed(at) => follower.screen().is_on_film(at),
-        _ => false,
+        End::Landed(at) if follower.screen().is_on_film(at) => Some(at),
+        _ => None,
     };
     let throughput = path.throughput.rgb().mean();
     let strength = follower.source().strength().mean();
     Some(Tried {
         miss: miss(&ray, point),
-        landed: on_film.then_some([throughput * path.emitted, throughput / strength]),
+        landed: on_film.map(|at| ([throughput * path.emitted, throughput / strength], at)),
     })
 }
 
@@ -412,7 +416,7 @@ fn measure(
     let mut has_shrunk = false;
     for step in 0..STEPS {
         let stream = stream.split(step);
-        let landed: Vec<[f64; 2]> = (0..AREA_PLACES)
+        let landed: Vec<([f64; 2], DVec2)> = (0..AREA_PLACES)
             .filter_map(|number| about.place(stream.point4(number)))
             .filter_map(|place| follow(follower, &place, point)?.landed)
             .collect();
@@ -425,13 +429,15 @@ fn measure(
             // Most send some: there is more beyond.
             about.scale(1.0 / NEARER);
         } else {
-            let sum: f64 = landed.iter().map(|[flux, _]| flux).sum();
-            let peak = landed.iter().map(|[_, delivered]| *delivered);
+            let sum: f64 = landed.iter().map(|([flux, _], _)| flux).sum();
+            let peak = landed.iter().map(|([_, delivered], _)| *delivered);
+            let at = landed.first()?.1;
             let flux = sum * about.area() / AREA_PLACES as f64;
             return Some(SignatureLight {
                 flux,
                 peak: peak.fold(0.0, f64::max),
                 on_film: flux,
+                landings: vec![Landing { at, flux }],
             });
         }
     }

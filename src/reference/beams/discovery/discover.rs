@@ -56,7 +56,11 @@ pub fn discover(
         // less than they may bring.
         let on_film = |(signature, found): (&Signature, &SignatureLight)| {
             let flux = found.on_film;
-            (flux > 0.0).then_some((*signature, SignatureLight { flux, ..*found }))
+            let found = SignatureLight {
+                flux,
+                ..found.clone()
+            };
+            (flux > 0.0).then_some((*signature, found))
         };
         let seen = std::mem::take(&mut all.signatures);
         all.signatures = rare.signatures.iter().filter_map(on_film).collect();

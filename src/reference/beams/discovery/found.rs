@@ -1,6 +1,9 @@
 //! Results of a discovery.
 
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
+
+use glam::DVec2;
 
 use super::look::LandedPath;
 use crate::radiometry::Rgb;
@@ -11,7 +14,7 @@ use crate::transport::signature::Signature;
 const MOSTLY_BESIDE: f64 = 1.0 / 16.0;
 
 /// The light of one signature, as a discovery found it.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct SignatureLight {
     /// Flux \[W\] that it brings, about, mean of channels.
     pub flux: f64,
@@ -19,6 +22,17 @@ pub struct SignatureLight {
     pub peak: f64,
     /// Flux \[W\] of it that falls on the film, not beside it.
     pub on_film: f64,
+    /// Paths that landed on the film.
+    pub landings: Vec<Landing>,
+}
+
+/// The end of a path on the film.
+#[derive(Clone, Copy, Debug)]
+pub struct Landing {
+    /// Film coordinates, in texels.
+    pub at: DVec2,
+    /// Flux \[W\] that the path stands for.
+    pub flux: f64,
 }
 
 /// The result of a discovery.
@@ -64,9 +78,18 @@ impl Discovery {
     /// Takes over signatures that were not known yet.
     pub(super) fn learn(&mut self, signatures: BTreeMap<Signature, SignatureLight>) {
         for (signature, found) in signatures {
-            let known = self.signatures.entry(signature).or_insert(found);
-            known.peak = known.peak.max(found.peak);
-            known.on_film = known.on_film.max(found.on_film);
+            match self.signatures.entry(signature) {
+                Entry::Vacant(entry) => {
+                    entry.insert(found);
+                }
+                Entry::Occupied(mut entry) => {
+                    let known = entry.get_mut();
+                    known.peak = known.peak.max(found.peak);
+                    if found.on_film > known.on_film {
+                        (known.on_film, known.landings) = (found.on_film, found.landings);
+                    }
+                }
+            }
         }
     }
 
@@ -75,6 +98,10 @@ impl Discovery {
         let one = self.signatures.entry(sight.signature).or_default();
         one.flux += sight.flux;
         one.peak = one.peak.max(sight.delivered);
-        one.on_film += if sight.on_film { sight.flux } else { 0.0 };
+        if sight.on_film {
+            one.on_film += sight.flux;
+            let (at, flux) = (sight.at, sight.flux);
+            one.landings.push(Landing { at, flux });
+        }
     }
 }

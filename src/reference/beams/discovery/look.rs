@@ -1,5 +1,7 @@
 //! The paths of one place.
 
+use glam::DVec2;
+
 use super::places::StartPlace;
 use crate::transport::fixed_signature::PathFollower;
 use crate::transport::path_end::End;
@@ -15,6 +17,8 @@ pub(super) struct LandedPath {
     pub flux: f64,
     /// Part of the light that set out which it delivers.
     pub delivered: f64,
+    /// Film coordinates of its end, in texels.
+    pub at: DVec2,
     /// True if it is on the film, not beside it on the surface's extension.
     pub on_film: bool,
 }
@@ -44,6 +48,7 @@ pub(super) fn look_at(
                     signature,
                     flux: throughput * path.emitted * place.area / probability,
                     delivered: throughput / strength,
+                    at,
                     on_film: screen.is_on_film(at),
                 });
             }

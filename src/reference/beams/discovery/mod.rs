@@ -9,4 +9,4 @@ mod places;
 mod rare;
 
 pub use discover::discover;
-pub use found::{Discovery, Looked, SignatureLight};
+pub use found::{Discovery, Landing, Looked, SignatureLight};

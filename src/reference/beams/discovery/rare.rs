@@ -87,7 +87,7 @@ pub(super) fn look_for_rare(
             if let Some(before) = all.signatures.get(&signature) {
                 found.peak = found.peak.max(before.peak);
                 if found.on_film == 0.0 {
-                    found.on_film = before.on_film;
+                    (found.on_film, found.landings) = (before.on_film, before.landings.clone());
                 }
             }
             all.signatures.insert(signature, found);

@@ -9,7 +9,7 @@ use crate::geometry::TraversalCounters;
 use crate::reference::beams::cell::{BeamCell, BeamNode, CellSummary};
 use crate::reference::beams::cut::{CutPiece, whole};
 use crate::reference::beams::deposit::{Levels, TexelBlock, flux_of, image_of};
-use crate::reference::beams::film::{BeamFilm, TexelSums};
+use crate::reference::beams::film::{BeamFilm, LevelTexel, TexelSums};
 use crate::reference::beams::refine::misplaced;
 use crate::transport::clearance::CellClearance;
 use crate::transport::facets::path::{FacetLight, FacetPaths};
@@ -72,6 +72,8 @@ pub(super) fn land<const N: usize>(
         level: 0,
         clearance: CellClearance::default(),
         noted_bend: 0.0,
+        coarser: None,
+        outer_bend: 0.0,
     });
     if matches!(paths.source(), Source::Parallel { .. }) {
         let received = fan.fold(Flux::BLACK, |sum, cell| sum + land_flat(film, &cell));
@@ -94,13 +96,13 @@ pub(super) fn land<const N: usize>(
         };
         let middles = [bc, ca, ab];
         let look = CellSummary::at(&cell.corners, &middles);
-        if !look.one_topology || cell.area() * misplaced(&look) > tolerance {
+        if !look.is_one_topology() || cell.area() * misplaced(&look) > tolerance {
             return PolygonLanding::TooBent;
         }
         cells.push((cell, middles, look));
     }
     let mut received = Flux::BLACK;
-    for (cell, middles, look) in &cells {
+    for (cell, middles, _) in &cells {
         let fine: Vec<CutPiece<N>> = cell
             .quarters(middles)
             .into_iter()
@@ -110,8 +112,10 @@ pub(super) fn land<const N: usize>(
         let levels = Levels {
             fine: &fine,
             coarse: coarse.as_slice(),
+            coarser: None,
         };
-        received += block.deposit(film, &levels, look.bend);
+        block.gather(film, &levels, 0, 0.0);
+        received += block.deposit(film);
     }
     PolygonLanding::Done {
         received,
@@ -139,6 +143,7 @@ pub(super) fn node<const N: usize>(
         weight: light.throughput * Flux::of(strength * factor) * light.emitted,
         emitted: light.emitted * strength.mean(),
         topology: light.topology(),
+        faces: 0,
     })
 }
 
@@ -164,7 +169,10 @@ fn land_flat<const N: usize>(film: &BeamFilm<N>, cell: &BeamCell<N>) -> Flux<N> 
         let flux = flux_of(&piece, &part);
         received += flux;
         film.add(
-            texel,
+            LevelTexel {
+                level: 0,
+                at: texel,
+            },
             &TexelSums {
                 flux,
                 ..TexelSums::default()

@@ -38,9 +38,9 @@ impl<'a, const N: usize> NodeFinder<'a, N> {
         at: DVec2,
         in_sight: bool,
     ) -> BeamNode<N> {
-        let (owner, place) = self.owner(chart, at);
-        let path = store.path(&mut self.follower, &owner, place, in_sight);
-        self.seen_on(chart, at, &owner, path)
+        self.found(chart, at, |follower, chart, at| {
+            store.path(follower, chart, at, in_sight)
+        })
     }
 
     /// The same for a cell whose [trails](Self::trail) the clearance is likely to need.
@@ -52,9 +52,9 @@ impl<'a, const N: usize> NodeFinder<'a, N> {
         at: DVec2,
         in_sight: bool,
     ) -> BeamNode<N> {
-        let (owner, place) = self.owner(chart, at);
-        let path = store.path_with_legs(&mut self.follower, &owner, place, in_sight);
-        self.seen_on(chart, at, &owner, path)
+        self.found(chart, at, |follower, chart, at| {
+            store.path_with_legs(follower, chart, at, in_sight)
+        })
     }
 
     /// Writes the trail of the path at coordinates of a chart.
@@ -66,29 +66,29 @@ impl<'a, const N: usize> NodeFinder<'a, N> {
         in_sight: bool,
         trail: &mut Trail,
     ) {
-        let (owner, place) = self.owner(chart, at);
-        store.trail(&mut self.follower, &owner, place, in_sight, trail);
+        self.found(chart, at, |follower, chart, at| {
+            store.trail(follower, chart, at, in_sight, trail)
+        });
     }
 
+    /// The node at coordinates of a chart, by `follow`. That is asked for the path of the face that owns the
+    /// place. If the chart's own face parts from that, it is asked again, for the chart's own path.
     #[inline]
-    fn owner(&self, chart: &SurfaceChart, at: DVec2) -> (SurfaceChart, DVec2) {
-        self.shared.owner(self.follower.source(), chart, at)
-    }
-
-    /// A path as a node of a chart: the light that sets out is for a unit of the chart's own area.
-    #[inline]
-    fn seen_on(
-        &self,
+    fn found(
+        &mut self,
         chart: &SurfaceChart,
         at: DVec2,
-        owner: &SurfaceChart,
-        path: PathEnd<N>,
+        mut follow: impl FnMut(&mut PathFollower<'a, N>, &SurfaceChart, DVec2) -> PathEnd<N>,
     ) -> BeamNode<N> {
-        let emitted = if owner.face() == chart.face() {
-            path.emitted
-        } else {
-            self.follower.emitted(chart, at)
-        };
+        let (owner, place) = self.shared.owner(self.follower.source(), chart, at);
+        let mut path = follow(&mut self.follower, &owner, place);
+        if owner.face() != chart.face() {
+            // The light that sets out is for a unit of the chart's own area.
+            match self.follower.emitted_alike(chart, at, &path) {
+                Some(emitted) => path.emitted = emitted,
+                None => path = follow(&mut self.follower, chart, at),
+            }
+        }
         BeamNode {
             at,
             landing: match path.end {
@@ -96,9 +96,10 @@ impl<'a, const N: usize> NodeFinder<'a, N> {
                 _ => None,
             },
             turned_back: path.end == End::TurnedBack,
-            weight: path.throughput * emitted,
-            emitted: emitted * self.strength,
+            weight: path.throughput * path.emitted,
+            emitted: path.emitted * self.strength,
             topology: path.topology,
+            faces: path.faces,
         }
     }
 }

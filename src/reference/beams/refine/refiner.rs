@@ -58,8 +58,22 @@ const NOTED_BEND: f64 = 1.0 / 64.0;
 /// eight indices of twenty-five are out of their bounds.
 const BY_CHANCE: f64 = 1.0 / 5.0;
 
+/// Part of the bend of a line with a kink that halving it leaves.
+const LEFT_OF_KINK: f64 = 0.5;
+
+/// Part of the light within a bend of a texel line that may be on the wrong side of it although no change
+/// shows that.
+const HIDDEN: f64 = 1.0 / 32.0;
+
+/// The same if the map has kinks.
+const HIDDEN_BY_KINKS: f64 = 1.0 / 8.0;
+
 /// Flux of a bend, in tolerances, below which neither rule applies.
 const LEAST_BENT: f64 = 1.0 / 64.0;
+
+/// Flux, in tolerances, up to which a cell's light may be spread evenly over some texels that are side by
+/// side.
+const FAINT: f64 = 0.25;
 
 /// Number of cells between two questions to the limit: some milliseconds' work.
 const PATIENCE: u32 = 256;
@@ -112,6 +126,8 @@ pub struct Refiner<'a, 'f, const N: usize> {
     pub(super) uncleared: f64,
     /// Misplaced flux \[W\] that a cell may have.
     pub(super) tolerance: f64,
+    /// The largest part of the signature's light \[W\] that a cell may misplace.
+    pub(super) most: f64,
     /// The balance so far.
     pub balance: Balance<N>,
 }
@@ -149,7 +165,8 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
             spent: 0,
             stopped: false,
             scratch,
-            tolerance: limits.tolerance,
+            tolerance: limits.tolerance.min(limits.most()),
+            most: limits.most(),
             peak: limits.peak,
             uncleared: limits.uncleared(),
             balance: Balance::default(),
@@ -196,6 +213,8 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
             level: 0,
             clearance: CellClearance::default(),
             noted_bend: 0.0,
+            coarser: None,
+            outer_bend: 0.0,
         });
         while self.may_go_on()
             && let Some(mut cell) = self.scratch.pending.pop()
@@ -212,6 +231,7 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
                 let quarters = cell.quarters(&middles);
                 let noted = quarters.map(|quarter| BeamCell {
                     noted_bend,
+                    outer_bend: look.bend,
                     ..quarter
                 });
                 self.scratch.pending.extend(noted);
@@ -232,7 +252,7 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
         }
         let area = cell.area();
         let set_out = self.may_deliver(area, look);
-        let flux = if look.one_topology {
+        let flux = if look.is_one_topology() {
             f64::max(
                 area * look.weight.max_magnitude(),
                 if look.any_landed { 0.0 } else { set_out },
@@ -245,10 +265,10 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
         }
         // Light may get through at an angle that no node came at: the clearance knows of surfaces only.
         let may_get_through = look.any_turned_back && !look.any_landed;
-        if !look.one_topology
+        if !look.is_one_topology()
             || may_get_through
             || look.any_landed
-                && flux > self.tolerance * MOST_TOLERANCES
+                && flux > self.tolerance_of(look) * MOST_TOLERANCES
                 && !(cell.level >= LEAST_LEVEL_OFF && look.is_far_off(self.film.size()))
         {
             return false;
@@ -265,6 +285,12 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
                 .clear(follower, chart, trails, cell.clearance);
         }
         cell.clearance.all
+    }
+
+    /// Misplaced flux \[W\] that a cell may have: of n texels, light that is misplaced by chance has √n times
+    /// less effect on each.
+    fn tolerance_of(&self, look: &CellSummary<N>) -> f64 {
+        (self.tolerance * look.texels(self.film.size()).sqrt()).min(self.most)
     }
 
     /// Flux \[W\] that a cell of this area may deliver although no node of it landed. It is twice the part,
@@ -314,20 +340,23 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
         self.scratch.coarse.clear();
         if !look.any_landed {
             let is_dark = is_last
-                || look.one_topology
+                || look.is_one_topology()
                 || self.may_deliver(area, &look) <= self.uncleared * LEAST_SLIVER
                 || !self.may_hide_sliver(chart, cell, middles);
             return is_dark.then_some(finished);
         }
         if look.is_off(self.film.size())
-            && (look.one_topology || self.lands_beside(chart, cell, middles, &look))
+            && (look.is_one_topology() || self.lands_beside(chart, cell, middles, &look))
         {
             return Some(finished);
         }
         let flux = area * look.weight.max_magnitude();
-        if look.one_topology {
-            let is_misplaced = area * misplaced(&look) > self.tolerance;
-            if !is_last && (is_misplaced || self.may_hide_valley(cell, area, &look)) {
+        if look.is_one_topology() {
+            let tolerance = self.tolerance_of(&look);
+            let is_misplaced = area * misplaced(&look) > tolerance;
+            // No cell round a patch tells if kinks hide its bend.
+            let is_unseen = look.is_kinked && cell.level == 0 && flux > tolerance;
+            if !is_last && (is_misplaced || is_unseen || self.may_hide_valley(cell, area, &look)) {
                 return None;
             }
             for quarter in cell.quarters(middles) {
@@ -336,7 +365,7 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
             self.scratch.coarse.extend(cut::whole(cell.corners));
             return Some(finished);
         }
-        let in_question = flux > self.tolerance * CUT_TOLERANCES;
+        let in_question = flux > self.tolerance_of(&look) * CUT_TOLERANCES;
         // Three topologies meet at a point: cells round it are divided, not cut.
         let is_corner = look.topologies > 2 && flux > self.tolerance;
         if !is_last && (in_question || is_corner) {
@@ -347,15 +376,13 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
         let levels = Levels {
             fine: &self.scratch.fine,
             coarse: &self.scratch.coarse,
+            coarser: None,
         };
-        let moved = self
-            .scratch
-            .block
-            .gather(self.film.size(), &levels, look.bend);
+        let moved = self.scratch.block.gather(self.film, &levels, 0, 0.0);
         // Three parts. The first is flux that came and went across the border. The second is flux that
         // halving the cell moved from texel to texel: all of it, for a cell too large to tell. The third is
         // flux that a corner of the border may hide.
-        let moved = moved.map_or(1.0, |moved| if flux > 0.0 { moved / flux } else { 0.0 });
+        let moved = if flux > 0.0 { moved / flux } else { 0.0 };
         finished.uncertain = finished.uncertain * 2.0 + look.weight * (area * (moved + CORNER));
         // It may be on any texel of its boxes: bounds widen on all of them.
         let nodes = nodes(cell, middles);
@@ -368,7 +395,7 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
     /// Distance of a cell's weights from a plane, if its quarters must show that they are smooth; else 0.
     fn noted_bend(&self, cell: &BeamCell<N>, look: &CellSummary<N>) -> f64 {
         let is_noted = look.weight_bend > NOTED_BEND * look.weight.max_magnitude()
-            && 0.25 * cell.area() * look.weight_bend > LEAST_BENT * self.tolerance;
+            && 0.25 * cell.area() * look.weight_bend > LEAST_BENT * self.tolerance_of(look);
         if is_noted { look.weight_bend } else { 0.0 }
     }
 
@@ -376,7 +403,7 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
     /// bounds. Its weights are still far off a plane, or on one by chance.
     fn may_hide_valley(&self, cell: &BeamCell<N>, area: f64, look: &CellSummary<N>) -> bool {
         let is_still_bent = look.weight_bend > STILL_BENT * look.weight.max_magnitude()
-            && area * look.weight_bend > LEAST_BENT * self.tolerance;
+            && area * look.weight_bend > LEAST_BENT * self.tolerance_of(look);
         let is_by_chance = look.weight_bend < BY_CHANCE * cell.noted_bend;
         is_still_bent || is_by_chance
     }
@@ -393,8 +420,23 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
         let levels = Levels {
             fine: &self.scratch.fine,
             coarse: &self.scratch.coarse,
+            coarser: if finished.is_cut {
+                None
+            } else {
+                cell.coarser.as_ref()
+            },
         };
-        balance.received += self.scratch.block.deposit(self.film, &levels, look.bend);
+        let flux = area * look.weight.max_magnitude();
+        let coarsest = if flux <= FAINT * self.tolerance * look.texels(self.film.size()).sqrt() {
+            self.film.coarsest()
+        } else {
+            0
+        };
+        let hidden = hidden_part(cell, look);
+        self.scratch
+            .block
+            .gather(self.film, &levels, coarsest, hidden);
+        balance.received += self.scratch.block.deposit(self.film);
         if finished.is_cut {
             balance.cut_cells += 1;
             for (quarter, failed) in cell.quarters(middles).iter().zip(finished.failed) {
@@ -407,6 +449,19 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
             let nodes = nodes(cell, middles);
             deposit_uncertain(self.film, &nodes, &self.scratch.fine, finished.uncertain);
         }
+    }
+}
+
+/// Part of a cell's light that may be in wrong texels although no change shows it.
+///
+/// Halving an arc leaves a quarter of its bend. A kink far from the middle of an edge stays where it is, and
+/// the middle may hardly show it. So if there are kinks, quarters may be off by all that the cell's nodes
+/// show, and by half of what those of the cell round it showed.
+fn hidden_part<const N: usize>(cell: &BeamCell<N>, look: &CellSummary<N>) -> f64 {
+    if look.is_kinked {
+        HIDDEN_BY_KINKS * misplaced_by(look.bend.max(LEFT_OF_KINK * cell.outer_bend), look)
+    } else {
+        HIDDEN * misplaced_by(look.bend, look)
     }
 }
 
@@ -425,6 +480,11 @@ pub(super) fn look_flux<const N: usize>(look: &CellSummary<N>) -> f64 {
 /// A bend of δ texels moves light across the texel lines that its image meets: a part of about δ. It is less
 /// if the image is large, as most of its light is far from any line.
 pub(in crate::reference::beams) fn misplaced<const N: usize>(look: &CellSummary<N>) -> f64 {
+    look.weight.max_magnitude() * misplaced_by(look.bend, look) + look.weight_bend
+}
+
+/// Part of a cell's light that a bend \[texels\] moves across texel lines.
+fn misplaced_by<const N: usize>(bend: f64, look: &CellSummary<N>) -> f64 {
     let height = (look.high - look.low).min_element();
-    look.weight.max_magnitude() * (look.bend / (1.0 + 0.25 * height)).min(1.0) + look.weight_bend
+    (bend / (1.0 + 0.25 * height)).min(1.0)
 }

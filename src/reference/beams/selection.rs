@@ -1,0 +1,233 @@
+//! The signatures that are followed, and a bound on the light of the others.
+//!
+//! Each signature costs work before it tells anything: a ray for each of its first surfaces. Signatures that
+//! are too faint to matter are not followed. Let φ be the flux of such light by texel. Its error, if it is
+//! left out, is √(Σ φ²). The discovery's paths tell it: of two paths in one bin, each stands for flux w on
+//! the same b texels, so
+//!
+//! ```text
+//! Σ φ² ≥ Σ over bins (Σ w)² / b,  less the paths' own squares
+//! ```
+//!
+//! The faintest are left out while the sum of all Σ φ² is a small part of the error asked for, squared, and
+//! their flux a small part of all. What they may bring to a texel is in the upper bound of every texel.
+
+use super::discovery::{Landing, SignatureLight};
+use crate::transport::signature::Signature;
+
+/// Part of the error asked for that light may have which is not followed, in flux and by texel. What is
+/// followed must then be better by 3 % of that error ([`left`]). With a tenth, a glass ball at 0.1 % spends
+/// 85 % of its work on light that adds 1e-5 to the error.
+const PART: f64 = 0.25;
+
+/// The largest number of signatures that are followed.
+const MOST_SIGNATURES: usize = 256;
+
+/// Bins a side of the film, coarse to fine, in which paths are counted.
+const BINS: [usize; 3] = [4, 16, 64];
+
+/// Factor of the largest density of paths that bounds what a texel gets: light is not spread evenly within a
+/// bin, and the paths are few.
+const MARGIN: f64 = 4.0;
+
+/// Signatures with the discovery's estimates of their light.
+pub type Found = (Signature, SignatureLight);
+
+/// The error that light which is followed may have, if all of it may have `target`: the two are independent.
+pub fn left(target: f64) -> f64 {
+    target * (1.0 - PART * PART).sqrt()
+}
+
+/// The relative errors that signatures are needed for on a film: for larger ones they may be left out,
+/// together with all those of smaller errors. Zero for those beyond the largest number.
+pub fn needed_for(found: &[Found], film: [usize; 2]) -> Vec<f64> {
+    let on_film: f64 = found.iter().map(|(_, light)| light.on_film).sum();
+    let texels = (film[0] * film[1]) as f64;
+    let mut by_error: Vec<(f64, usize)> = found
+        .iter()
+        .enumerate()
+        .map(|(index, (_, light))| (squares(light, film), index))
+        .collect();
+    by_error.sort_by(|(a, i), (b, j)| a.total_cmp(b).then(i.cmp(j)));
+    let (mut needed, mut flux, mut sum) = (vec![0.0; found.len()], 0.0, 0.0);
+    let too_many = found.len().saturating_sub(MOST_SIGNATURES);
+    for (rank, (squares, index)) in by_error.into_iter().enumerate() {
+        (flux, sum) = (flux + found[index].1.on_film, sum + squares);
+        // A relative error e of evenly spread light is Σ φ² = (e Φ)² / n.
+        let error = f64::max(flux, (sum * texels).sqrt()) / (PART * on_film);
+        if rank >= too_many {
+            needed[index] = error;
+        }
+    }
+    needed
+}
+
+/// Light that is left out.
+#[derive(Clone, Debug, Default)]
+pub struct LeftOut {
+    /// Number of signatures.
+    pub signatures: usize,
+    /// Flux \[W\] on the film.
+    pub flux: f64,
+    /// Root mean square over texels of the flux \[W\] by texel.
+    pub error: f64,
+    /// Flux \[W\] that a texel may get; empty if nothing is left out.
+    pub bound: Vec<f64>,
+}
+
+impl LeftOut {
+    /// The light of some signatures that are left out.
+    pub fn of<'a>(found: impl Iterator<Item = &'a Found> + Clone, film: [usize; 2]) -> Self {
+        let landings: Vec<Landing> = found
+            .clone()
+            .flat_map(|(_, light)| light.landings.iter().copied())
+            .collect();
+        let texels = (film[0] * film[1]) as f64;
+        let sum: f64 = found.clone().map(|(_, light)| squares(light, film)).sum();
+        Self {
+            signatures: found.clone().count(),
+            flux: found
+                .map(|(_, light)| light.on_film)
+                .fold(0.0, |sum, flux| sum + flux),
+            error: (sum / texels).sqrt(),
+            bound: bound(&landings, film),
+        }
+    }
+}
+
+/// Σ φ² of a signature's light, from its paths.
+fn squares(light: &SignatureLight, film: [usize; 2]) -> f64 {
+    let texels = (film[0] * film[1]) as f64;
+    let mut most = light.on_film * light.on_film / texels;
+    for side in BINS {
+        let (mut sums, mut own) = (vec![0.0; side * side], 0.0);
+        for landing in &light.landings {
+            sums[bin(landing, film, side)] += landing.flux;
+            own += landing.flux * landing.flux;
+        }
+        let squares: f64 = sums.iter().map(|sum| sum * sum).sum();
+        most = most.max((squares - own) * (side * side) as f64 / texels);
+    }
+    most
+}
+
+/// The most flux that texels may get of light whose paths are known: by the densest bins about each.
+fn bound(landings: &[Landing], film: [usize; 2]) -> Vec<f64> {
+    let texels = film[0] * film[1];
+    if landings.is_empty() {
+        return Vec::new();
+    }
+    let mut bound = vec![0.0; texels];
+    for side in BINS {
+        let mut sums = vec![0.0; side * side];
+        for landing in landings {
+            sums[bin(landing, film, side)] += landing.flux;
+        }
+        let near = |at: usize| at.saturating_sub(1)..(at + 2).min(side);
+        let most: Vec<f64> = (0..side * side)
+            .map(|at| {
+                let rows = near(at / side);
+                rows.flat_map(|row| near(at % side).map(move |column| (row, column)))
+                    .map(|(row, column)| sums[row * side + column])
+                    .fold(0.0, f64::max)
+            })
+            .collect();
+        let scale = MARGIN * (side * side) as f64 / texels as f64;
+        for (texel, bound) in bound.iter_mut().enumerate() {
+            let [x, y] = [
+                texel % film[0] * side / film[0],
+                texel / film[0] * side / film[1],
+            ];
+            *bound = f64::max(*bound, scale * most[y * side + x]);
+        }
+    }
+    bound
+}
+
+fn bin(landing: &Landing, film: [usize; 2], side: usize) -> usize {
+    let along = |at: f64, texels: usize| {
+        let bin = (at / texels as f64 * side as f64) as usize;
+        bin.min(side - 1)
+    };
+    along(landing.at.y, film[1]) * side + along(landing.at.x, film[0])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec2;
+
+    const FILM: [usize; 2] = [64, 32];
+
+    /// A signature of `events` reflections with so much flux by each of some paths.
+    fn light(events: usize, flux: f64, places: &[[f64; 2]]) -> Found {
+        let name = format!("L{}D", "R".repeat(events));
+        let landings: Vec<Landing> = places
+            .iter()
+            .map(|at| Landing {
+                at: DVec2::from(*at),
+                flux,
+            })
+            .collect();
+        let on_film = flux * places.len() as f64;
+        let found = SignatureLight {
+            flux: on_film,
+            on_film,
+            peak: 1.0,
+            landings,
+        };
+        (name.parse().unwrap(), found)
+    }
+
+    /// One place in each texel of every fourth column and row.
+    fn spread() -> Vec<[f64; 2]> {
+        (0..128)
+            .map(|index| {
+                [
+                    (index % 16) as f64 * 4.0 + 0.5,
+                    (index / 16) as f64 * 4.0 + 0.5,
+                ]
+            })
+            .collect()
+    }
+
+    /// Those that are left out for an error of 1 %.
+    fn left_out(found: &[Found]) -> Vec<Found> {
+        let needed = needed_for(found, FILM);
+        let found = found.iter().cloned().zip(needed);
+        found
+            .filter(|(_, needed)| *needed <= 1e-2)
+            .map(|(one, _)| one)
+            .collect()
+    }
+
+    #[test]
+    fn the_faintest_are_left_out_while_their_sum_is_little() {
+        // Of a flux of about 128, 1 % of a quarter is 0.32: two of three signatures of 0.15 each.
+        let faint = [2, 3, 4].map(|events| light(events, 0.15 / 128.0, &spread()));
+        let found = [vec![light(1, 1.0, &spread())], faint.to_vec()].concat();
+        let others = left_out(&found);
+        assert_eq!(others.len(), 2);
+        let left_out = LeftOut::of(others.iter(), FILM);
+        assert_eq!(left_out.signatures, 2);
+        assert!((left_out.flux - 0.3).abs() < 1e-12);
+    }
+
+    #[test]
+    fn faint_light_in_one_place_is_followed() {
+        let bright = light(1, 1.0, &spread());
+        // As much flux as before, but in a bin of 2048 / 64²: half a texel.
+        let focus = light(2, 0.15 / 128.0, &[[3.25, 3.25]; 128]);
+        assert!(left_out(&[bright, focus]).is_empty());
+    }
+
+    #[test]
+    fn the_bound_of_light_left_out_is_more_than_its_density() {
+        let found = [light(1, 1.0, &spread())];
+        let left_out = LeftOut::of(found.iter(), FILM);
+        let mean = 128.0 / 2048.0;
+        assert!(left_out.bound.iter().all(|bound| *bound >= MARGIN * mean));
+        // Σ φ² of even light is (Σ φ)² / n; bins as small as texels see each path alone.
+        assert!(left_out.error >= mean * (1.0 - 1e-12));
+    }
+}
