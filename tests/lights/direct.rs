@@ -226,6 +226,37 @@ fn an_open_floor_takes_one_ray() {
     assert!(texels.iter().all(|texel| texel.irradiance.0[0] == 1.0));
 }
 
+#[test]
+fn a_ball_round_a_lamp_hides_it_from_all_the_floor_at_the_cost_of_a_ray() {
+    let lamp = r#"<emitter type="point"><point name="position" x="0.1" y="0" z="0.8"/>
+        <rgb name="intensity" value="1"/></emitter>"#;
+    let bulb = r#"<shape type="sphere"><point name="center" x="0.1" y="0" z="0.7"/>
+        <float name="radius" value="0.3"/></shape>"#;
+    let (texels, counters) = measured(&scene(lamp, bulb));
+    assert_eq!(counters.rays, 1);
+    assert!(texels.iter().all(|texel| texel.irradiance.0[0] == 0.0));
+}
+
+/// The light of a spot that ends in a step at 40 degrees is that of the disc below it: I cos³θ / h² within.
+#[test]
+fn a_spot_that_ends_in_a_step_lights_a_disc_in_every_texel() {
+    let lamp = r#"<emitter type="spot"><transform name="to_world">
+        <lookat origin="0.013, 0.021, 0.7" target="0.013, 0.021, 0" up="0, 1, 0"/></transform>
+        <rgb name="intensity" value="1"/><float name="cutoff_angle" value="40"/>
+        <float name="beam_width" value="40"/></emitter>"#;
+    let (texels, _) = measured(&scene(lamp, ""));
+    let flux: f64 = texels.iter().map(|texel| texel.irradiance.0[0]).sum();
+    let flux = flux * (2.0 / SIDE as f64).powi(2);
+    let solid_angle = std::f64::consts::TAU * (1.0 - 40_f64.to_radians().cos());
+    // The rim crosses 2π r / size = 118 texels, and 128 leaves of 1/64 in each. A leaf's cells of 1/128 are known to
+    // an eighth of their area at least: 118 · 128 / 128² / 8 = 0.12 of the 1,110 texels within.
+    assert!(
+        (flux / solid_angle - 1.0).abs() < 1e-4,
+        "{}",
+        flux / solid_angle - 1.0
+    );
+}
+
 /// What rays see from points a 24th of a texel apart, and what of it would be there without shadows.
 fn by_rays(scene: &Scene, receiver: &Receiver, texel: usize) -> [f64; 2] {
     const PARTS: usize = 24;

@@ -40,7 +40,12 @@ impl<'a> Limit<'a> {
             || self
                 .deadline
                 .is_some_and(|deadline| Instant::now() > deadline)
-            || self.most_rays.is_some_and(|most| self.rays() > most)
+            || self.is_beyond_rays()
+    }
+
+    /// True if more rays were searched for than asked for: the same on any threads.
+    pub fn is_beyond_rays(&self) -> bool {
+        self.most_rays.is_some_and(|most| self.rays() > most)
     }
 
     /// Adds rays to the work done.

@@ -7,10 +7,11 @@ use super::pass::SignatureReport;
 pub struct BeamReport {
     /// One entry a signature followed, the brightest first.
     pub signatures: Vec<SignatureReport>,
-    /// Number of passes; the last one is the result.
+    /// Number of passes; the last one that made a layer anew is its result.
     pub passes: u32,
-    /// Misplaced flux that a cell of the last pass may have, relative to the flux on the film.
+    /// Misplaced flux that a cell of the finest layer may have, relative to the flux on the film.
     pub relative_tolerance: f64,
-    /// Flux \[W\] of signatures too dim to be followed, as found by the discovery; in no layer and no bar.
+    /// Flux \[W\] of signatures too dim to be followed, as found by the discovery: in the upper bounds
+    /// of the total, in no layer.
     pub not_followed: f64,
 }

@@ -149,7 +149,7 @@ impl<'a> Setup<'a> {
     ///
     /// # Errors
     ///
-    /// If a name is none of a signature that the discovery found.
+    /// If a name is none of a signature that the discovery found on the film.
     pub fn ask(&mut self, errors: &[(&str, f64)]) -> Result<(), SettingError> {
         let found: Vec<String> = self.signatures().map(|one| one.to_string()).collect();
         for (name, error) in errors {
@@ -210,9 +210,14 @@ impl<'a> Setup<'a> {
         let lit = lit(&layers, &self.target);
         let (made, waiting): (Vec<BeamLayer>, Vec<BeamLayer>) =
             layers.into_iter().partition(|layer| layer.made.is_some());
+        // A limit may end a run before it knows light that is too bright to be left out.
+        let coarse = target.unwrap_or(schedule::COARSE_ERROR);
+        let is_due = |layer: &&BeamLayer| layer.needed_for > coarse;
+        let missing = waiting.iter().filter(is_due).flat_map(|one| &one.members);
+        let missing = missing.fold(0.0, |sum, (_, found)| sum + found.on_film);
         let waiting: Vec<Found> = waiting.into_iter().flat_map(|one| one.members).collect();
         let others = others.iter().map(|(found, _)| found);
-        let left_out = LeftOut::of(others.chain(&waiting), film);
+        let left_out = LeftOut::of(others.chain(&waiting), film).with_missing(missing, film);
         let reached = lit.map(|lit| {
             let known = self.known(&made, lit);
             // Texels are about alike.
@@ -234,6 +239,7 @@ impl<'a> Setup<'a> {
         } || made.iter().any(|layer| layer.is_unmet(&self.target));
         let incomplete = self.progress.is_stopped()
             || is_unmet && !limited
+            || missing > 0.0
             || made.is_empty() && !self.is_dark();
         let reports = made.iter().filter_map(|layer| layer.made.as_ref());
         let report = BeamReport {
@@ -242,7 +248,8 @@ impl<'a> Setup<'a> {
             relative_tolerance: reports
                 .clone()
                 .map(|made| made.tolerance)
-                .fold(f64::INFINITY, f64::min),
+                .reduce(f64::min)
+                .unwrap_or(0.0),
             signatures: reports.flat_map(|made| made.reports.clone()).collect(),
         };
         let outcome = finish::RunOutcome {
@@ -364,7 +371,7 @@ impl<'a> Setup<'a> {
             let Some(tolerance) = *tolerance else {
                 continue;
             };
-            let rays = counters.rays;
+            let mut own_counters = TraversalCounters::default();
             let mut sums: Option<Sums> = None;
             let mut reports = Vec::new();
             for (signature, found) in &layer.members {
@@ -374,8 +381,8 @@ impl<'a> Setup<'a> {
                     flux: found.on_film,
                     peak: found.peak,
                 };
-                let made = passes.signature(&self.lights, *signature, limits, counters)?;
-                let Some(one) = made else {
+                let made = passes.signature(&self.lights, *signature, limits, &mut own_counters)?;
+                let Some(one) = made.filter(|_| !limit.is_beyond_rays()) else {
                     return Ok(all);
                 };
                 match &mut sums {
@@ -385,7 +392,8 @@ impl<'a> Setup<'a> {
                 reports.push(one.report);
             }
             let cells: u64 = reports.iter().map(|one| one.cells).sum();
-            let work = (counters.rays - rays + cells) as f64;
+            let work = (own_counters.rays + cells) as f64;
+            *counters += own_counters;
             all += work;
             if let Some(sums) = sums {
                 let made = MadeLayer {

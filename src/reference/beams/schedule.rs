@@ -81,7 +81,16 @@ pub fn next(layers: &[Known], target: f64) -> Vec<Option<f64>> {
     if error(layers) <= target {
         return vec![None; layers.len()];
     }
-    let goal = AIM * target;
+    // Layers that are stuck keep their error: what is left is for the others.
+    let stuck = layers.iter().filter(|one| one.is_stuck);
+    let stuck: f64 = stuck.map(|one| one.error * one.error).sum();
+    let goal = [AIM * target, target]
+        .into_iter()
+        .map(|error| error * error - stuck)
+        .find(|squared| *squared > 0.0);
+    let Some(goal) = goal.map(f64::sqrt) else {
+        return vec![None; layers.len()];
+    };
     let power = 1.0 / (2.0 * ERROR_ORDER + WORK_ORDER);
     let factor = |one: &Known, lambda: f64| {
         let squared = one.error * one.error;
@@ -93,7 +102,8 @@ pub fn next(layers: &[Known], target: f64) -> Vec<Option<f64>> {
     };
     let reached = |lambda: f64| {
         let after = |one: &Known| (one.error * factor(one, lambda).powf(ERROR_ORDER)).powi(2);
-        layers.iter().map(after).sum::<f64>().sqrt()
+        let free = layers.iter().filter(|one| !one.is_stuck);
+        free.map(after).sum::<f64>().sqrt()
     };
     // The error falls as λ grows. Its logarithm is halved until it is known to a part of 2⁻⁴⁰.
     let scale = layers.iter().map(|one| one.work).sum::<f64>() / error(layers).powi(2);
@@ -112,7 +122,8 @@ pub fn next(layers: &[Known], target: f64) -> Vec<Option<f64>> {
     let stays = f64::max(*STEP.end(), least);
     let finer = |(one, factor): (&Known, &f64)| {
         let tolerance = one.tolerance * factor.clamp(*STEP.start(), *STEP.end());
-        (*factor <= stays && !one.is_stuck && tolerance >= LEAST_TOLERANCE).then_some(tolerance)
+        (*factor <= stays && !one.is_stuck && one.error > 0.0 && tolerance >= LEAST_TOLERANCE)
+            .then_some(tolerance)
     };
     layers.iter().zip(&factors).map(finer).collect()
 }
@@ -173,6 +184,22 @@ mod tests {
     #[test]
     fn layers_that_are_good_enough_stay() {
         assert_eq!(next(&[BRIGHT, DEAR], 0.02), [None, None]);
+    }
+
+    #[test]
+    fn a_stuck_layer_makes_no_work_for_the_others() {
+        let stuck = Known {
+            is_stuck: true,
+            ..BRIGHT
+        };
+        // 0.01 is stuck: 0.008 cannot be reached, and for 0.02 the other layer is good enough.
+        assert_eq!(next(&[stuck, DEAR], 0.008), [None, None]);
+        let coarse = Known {
+            error: 0.02,
+            ..BRIGHT
+        };
+        let next = next(&[stuck, coarse], 0.015);
+        assert!(next[0].is_none() && next[1].is_some_and(|one| one >= 0.01 * BRIGHT.tolerance));
     }
 
     #[test]

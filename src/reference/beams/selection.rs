@@ -24,7 +24,7 @@ const PART: f64 = 0.25;
 const MOST_SIGNATURES: usize = 256;
 
 /// Bins a side of the film, coarse to fine, in which paths are counted.
-const BINS: [usize; 3] = [4, 16, 64];
+const BINS: [usize; 4] = [1, 4, 16, 64];
 
 /// Factor of the largest density of paths that bounds what a texel gets: light is not spread evenly within a
 /// bin, and the paths are few.
@@ -65,8 +65,6 @@ pub fn needed_for(found: &[Found], film: [usize; 2]) -> Vec<f64> {
 /// Light that is left out.
 #[derive(Clone, Debug, Default)]
 pub struct LeftOut {
-    /// Number of signatures.
-    pub signatures: usize,
     /// Flux \[W\] on the film.
     pub flux: f64,
     /// Root mean square over texels of the flux \[W\] by texel.
@@ -83,15 +81,38 @@ impl LeftOut {
             .flat_map(|(_, light)| light.landings.iter().copied())
             .collect();
         let texels = (film[0] * film[1]) as f64;
+        // What landed beside the film only may be on it, too, as far as so few paths tell.
+        let beside = found.clone().filter(|(_, light)| light.landings.is_empty());
+        let beside = beside.fold(0.0, |sum, (_, light)| sum + light.flux);
+        let mut bound = bound(&landings, film);
+        if beside > 0.0 {
+            bound.resize(film[0] * film[1], 0.0);
+            for one in &mut bound {
+                *one += MARGIN * beside / texels;
+            }
+        }
         let sum: f64 = found.clone().map(|(_, light)| squares(light, film)).sum();
         Self {
-            signatures: found.clone().count(),
             flux: found
                 .map(|(_, light)| light.on_film)
                 .fold(0.0, |sum, flux| sum + flux),
             error: (sum / texels).sqrt(),
-            bound: bound(&landings, film),
+            bound,
         }
+    }
+}
+
+impl LeftOut {
+    /// The same with so much flux \[W\] more that may be on any texel.
+    #[must_use]
+    pub fn with_missing(mut self, flux: f64, film: [usize; 2]) -> Self {
+        if flux > 0.0 {
+            self.bound.resize(film[0] * film[1], 0.0);
+            for bound in &mut self.bound {
+                *bound += MARGIN * flux;
+            }
+        }
+        self
     }
 }
 
@@ -209,7 +230,6 @@ mod tests {
         let others = left_out(&found);
         assert_eq!(others.len(), 2);
         let left_out = LeftOut::of(others.iter(), FILM);
-        assert_eq!(left_out.signatures, 2);
         assert!((left_out.flux - 0.3).abs() < 1e-12);
     }
 

@@ -8,6 +8,15 @@ use crate::radiometry::Rgb;
 use crate::scene::Emitter;
 use crate::transport::domain::chart::Falloff;
 
+/// Part of a spot's cone, at its border, in which its falloff counts as a step.
+const STEP: f64 = 1e-3;
+
+/// True for a spot whose light ends in a step, not in a falloff.
+pub(super) fn ends_in_a_step(emitter: &Emitter) -> bool {
+    matches!(emitter, Emitter::Spot { cutoff_angle, beam_width, .. }
+        if cutoff_angle - beam_width <= STEP * cutoff_angle)
+}
+
 impl DirectLight<'_> {
     /// A delta emitter's unshadowed irradiance at a point, and the share (0..=1) that passes.
     pub(super) fn arriving(&mut self, point: &SurfacePoint, emitter: &Emitter) -> (Rgb, f64) {
@@ -17,6 +26,17 @@ impl DirectLight<'_> {
         }
         let passed = self.transmittance(point, towards, distance);
         (irradiance, passed)
+    }
+
+    /// The share of a delta emitter that passes to a point, whether or not it shines there; none beyond the
+    /// edge of a beam that ends in a step.
+    pub(super) fn share(&mut self, point: &SurfacePoint, emitter: &Emitter) -> f64 {
+        let (irradiance, towards, distance) = unshadowed(point, emitter);
+        if distance == 0.0 || irradiance.is_black() && ends_in_a_step(emitter) {
+            0.0
+        } else {
+            self.transmittance(point, towards, distance)
+        }
     }
 }
 

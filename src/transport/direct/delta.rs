@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::arriving::unshadowed;
+use super::arriving::{ends_in_a_step, unshadowed};
 use super::glance::Glance;
 use super::leaf::{Leaf, SHADOW_LEVELS};
 use super::light::DirectLight;
@@ -84,17 +84,20 @@ impl DirectLight<'_> {
     ) -> Glance {
         let mut sum = Sum::NOTHING;
         let mut pending = vec![Leaf::TEXEL];
+        let mut is_cut = true;
         while let Some(leaf) = pending.pop() {
             if let Some(flaw) = self.flaw(texel, &leaf, emitter) {
                 // A rectangle has surface everywhere, all of it smooth.
-                let _ = self.cut_by(texel, &leaf, emitter, (shafts, obstacles), &mut sum);
+                let cut = self.cut_by(texel, &leaf, emitter, (shafts, obstacles), &mut sum);
+                is_cut &= cut.is_ok();
                 sum.error += flaw;
             } else {
                 pending.extend(leaf.quarters());
             }
         }
+        let value = sum.cut_average().filter(|_| is_cut);
         Glance {
-            value: sum.cut_average().unwrap_or(DirectTexel::UNKNOWN),
+            value: value.unwrap_or(DirectTexel::UNKNOWN),
             passed: ShareRange::of(0.0).with_share(1.0),
         }
     }
@@ -268,6 +271,10 @@ impl DirectLight<'_> {
             .all(|kink| (angle - *kink).abs() >= reach)
         {
             return Some(Rgb::BLACK);
+        }
+        if ends_in_a_step(emitter) {
+            // Not a kink but a step: it is cut like a shadow's edge.
+            return is_last.then_some(Rgb::BLACK);
         }
         // Both kinks may be in the leaf. It is as wide as twice the reach at most.
         let part = (2.0 * 0.025 * 2.0 * reach / (cutoff_angle - beam_width)).min(1.0);

@@ -57,7 +57,14 @@ impl EdgeTexel<'_, '_> {
         let corners = [a?, b?, c?, d?].map(|patch| patch.point.position);
         let within = shafts.dividing(corners, obstacles);
         if within.is_empty() {
-            return self.add(&cell.outline(), cell.shares[0], sum);
+            // A corner may lie on the line that ends a shadow, and see either side of it.
+            let [first, others @ ..] = cell.shares;
+            let share = if others.iter().all(|share| *share == first) {
+                first
+            } else {
+                self.share(cell.from + 0.5 * cell.size)?
+            };
+            return self.add(&cell.outline(), share, sum);
         }
         let is_small = cell.size <= 1.0 / CELLS as f64;
         if is_small || are_simple(&within) {

@@ -305,7 +305,7 @@ impl EdgeTexel<'_, '_> {
     /// The share that a point of the texel sees.
     pub(super) fn share(&mut self, at: DVec2) -> Result<f64, NoCut> {
         let patch = self.patch(at)?;
-        Ok(self.light.arriving(&patch.point, self.emitter).1)
+        Ok(self.light.share(&patch.point, self.emitter))
     }
 
     pub(super) fn patch(&self, at: DVec2) -> Result<ReceiverPatch, NoCut> {

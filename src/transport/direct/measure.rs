@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::area;
 use super::glance::is_near_edge;
 use super::light::DirectLight;
-use super::shafts::{Shafts, TexelView};
+use super::shafts::{Shafts, TexelView, are_simple};
 use super::texel::DirectTexel;
 use crate::geometry::TraversalCounters;
 use crate::numeric::{Stream, StreamKind};
@@ -77,22 +77,28 @@ pub fn direct(
             let shafts = Shafts::new(scene, receiver, emitter);
             let known = shafts
                 .as_ref()
-                .map(|shafts| (shafts, shafts.views(&mut result.counters)));
+                .map(|shafts| (shafts, shafts.views(stop, &mut result.counters)));
             let view = |texel: usize| {
                 let (shafts, views) = known.as_ref()?;
                 Some((*shafts, views.of(texel)))
             };
             let first = result.by_row(scene, receiver, stop, |at, texel| match view(texel) {
                 Some((_, TexelView::Same(share))) => at.glance(texel, emitter, Some(share)),
-                Some((shafts, TexelView::Divided(by))) => at.divided(texel, emitter, shafts, by),
-                Some((_, TexelView::Unknown)) | None => at.glance(texel, emitter, None),
+                Some((shafts, TexelView::Divided(by))) if are_simple(by) => {
+                    at.divided(texel, emitter, shafts, by)
+                }
+                _ => at.glance(texel, emitter, None),
             })?;
             result.by_row(scene, receiver, stop, |at, texel| {
-                let is_unknown = matches!(view(texel), Some((_, TexelView::Unknown)) | None);
-                if is_unknown && is_near_edge(&first, texel, receiver) {
-                    at.edge(texel, emitter)
-                } else {
-                    first[texel].value
+                let value = first[texel].value;
+                match view(texel) {
+                    Some((_, TexelView::Same(_))) => value,
+                    Some((_, TexelView::Divided(by))) if are_simple(by) => value,
+                    _ if !is_near_edge(&first, texel, receiver) => value,
+                    Some((shafts, TexelView::Divided(by))) => {
+                        at.divided(texel, emitter, shafts, by).value
+                    }
+                    Some((_, TexelView::Unknown)) | None => at.edge(texel, emitter),
                 }
             })?
         };

@@ -18,7 +18,8 @@ use std::collections::BTreeMap;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use crate::geometry::{Bounds, Shape, TraversalCounters};
+use super::arriving::ends_in_a_step;
+use crate::geometry::{Bounds, Shape, Sphere, TraversalCounters};
 use crate::scene::{Emitter, Material, Scene};
 use crate::transport::receiver::Receiver;
 use crate::transport::visibility::transmittance;
@@ -91,18 +92,18 @@ impl Obstacle {
     }
 }
 
-/// Most obstacles of one line each that a cell with one cut through it may have: two edges meet at a corner.
-const MOST_LINES: usize = 2;
-
-/// True if the outlines of all shadows are known: a cell in which there is none sees the same everywhere.
-fn are_lines(obstacles: &[Obstacle]) -> bool {
-    obstacles.iter().all(Obstacle::is_simple)
-}
-
-/// True if the shadows of these are likely to end at one line with one corner at most.
+/// True if the shadows of these are likely to end at one line with one corner at most: two edges that meet
+/// make one.
 pub(super) fn are_simple(obstacles: &[Obstacle]) -> bool {
-    obstacles.len() <= MOST_LINES && are_lines(obstacles)
+    match obstacles {
+        [one] => one.is_simple(),
+        [Obstacle::Edge(one), Obstacle::Edge(other)] => one.iter().any(|end| other.contains(end)),
+        _ => false,
+    }
 }
+
+/// Most lines that are kept for a texel. One with more is looked at by points alone.
+const MOST_LINES: usize = 64;
 
 /// The space between an emitter and a square of the receiver.
 struct Shaft {
@@ -268,7 +269,8 @@ pub(super) enum TexelView<'a> {
     Same(f64),
     /// They may see different shares, because of these lines.
     Divided(&'a [Obstacle]),
-    /// They may see different shares, because of something whose shadow has no known outline.
+    /// They may see different shares, because of many lines, or of something whose shadow has no known
+    /// outline.
     Unknown,
 }
 
@@ -317,6 +319,9 @@ impl<'a> Shafts<'a> {
         let (Shape::Rectangle(floor), Some(origin)) = (shape, Origin::of(emitter)) else {
             return None;
         };
+        if ends_in_a_step(emitter) {
+            return None;
+        }
         let normal = floor.normal();
         let is_front = normal.dot(origin.from(floor.center())) > 0.0;
         is_front.then_some(Self {
@@ -328,7 +333,11 @@ impl<'a> Shafts<'a> {
     }
 
     /// The views of all texels, row by row.
-    pub(super) fn views(&self, counters: &mut TraversalCounters) -> Views {
+    pub(super) fn views(
+        &self,
+        stop: &(dyn Fn() -> bool + Sync),
+        counters: &mut TraversalCounters,
+    ) -> Views {
         let obstacles = self.obstacles();
         let side = |texels: usize| texels.div_ceil(SQUARE);
         let (width, across) = (self.receiver.width(), side(self.receiver.width()));
@@ -337,7 +346,10 @@ impl<'a> Shafts<'a> {
             .map(|index| {
                 let from = [index % across * SQUARE, index / across * SQUARE];
                 let mut found = Found::default();
-                self.divide(from, SQUARE, &obstacles, &mut found);
+                // What is left out then is thrown away with the rest.
+                if !stop() {
+                    self.divide(from, SQUARE, &obstacles, &mut found);
+                }
                 found
             })
             .collect();
@@ -368,14 +380,19 @@ impl<'a> Shafts<'a> {
         let mut obstacles = Vec::new();
         for (index, shape) in world.shapes().iter().enumerate() {
             let material = scene.material_of(index as u32);
-            if index as u32 == self.receiver.shape() || material.is_passed(scene.materials()) {
+            if index as u32 == self.receiver.shape() {
                 continue;
             }
             if matches!(material, Material::Mask { .. }) {
                 obstacles.push(Obstacle::Box(shape.bounds()));
                 continue;
             }
+            if material.is_passed(scene.materials()) {
+                continue;
+            }
             match shape {
+                // A ball round the emitter hides it from all places outside.
+                Shape::Sphere(ball) if self.is_within(ball) => {}
                 Shape::Sphere(ball) => {
                     obstacles.push(Obstacle::Ball(ball.center(), ball.radius()));
                 }
@@ -402,6 +419,20 @@ impl<'a> Shafts<'a> {
             }
         }
         obstacles
+    }
+
+    /// True if the emitter is in a ball that does not reach the receiver's plane.
+    fn is_within(&self, ball: &Sphere) -> bool {
+        let Origin::At(position) = self.origin else {
+            return false;
+        };
+        let floor = &self.scene.world().shapes()[self.receiver.shape() as usize];
+        let inside = ball.radius() * (1.0 - WITHIN);
+        let outside = ball.radius() * (1.0 + WITHIN);
+        position.distance(ball.center()) < inside
+            && floor
+                .plane()
+                .is_some_and(|[center, _]| self.normal.dot(ball.center() - center) > outside)
     }
 
     /// A face as an obstacle if it touches the receiver's plane: then its shadow ends there, too.
@@ -445,7 +476,7 @@ impl<'a> Shafts<'a> {
             for (x, y) in [(0, 0), (half, 0), (0, half), (half, half)] {
                 self.divide([from[0] + x, from[1] + y], half, &within, found);
             }
-        } else if are_lines(&within) {
+        } else if within.len() <= MOST_LINES && within.iter().all(Obstacle::is_simple) {
             found.lines.push((first, within));
         }
     }
