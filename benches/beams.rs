@@ -13,6 +13,7 @@ mod support;
 
 use nephroid::internals::numeric::StreamKind;
 use support::contest::Contest;
+use support::cpu;
 
 fn main() {
     println!(
@@ -43,15 +44,15 @@ fn compare(contest: &Contest) {
     let many = contest.photons(StreamKind::Sobol, 1 << 20);
     let order = (few.rmse / many.rmse).ln() / 16.0_f64.ln();
     let side = contest.truth.len().isqrt();
-    let before = process::cpu_seconds();
+    let before = cpu::seconds();
     contest.direct();
-    let direct = process::cpu_seconds() - before;
+    let direct = cpu::seconds() - before;
     for asked in [1e-2, 3e-3, 1e-3] {
         let resident = process::resident();
         process::forget_peak();
-        let before = process::cpu_seconds();
+        let before = cpu::seconds();
         let beams = contest.beams(asked);
-        let cpu = process::cpu_seconds() - before;
+        let cpu = cpu::seconds() - before;
         let peak = match (resident, process::peak()) {
             (Some(before), Some(peak)) => {
                 format!("{:.0}", peak.saturating_sub(before) as f64 / 1e3)
@@ -72,8 +73,7 @@ fn compare(contest: &Contest) {
     }
 }
 
-/// Linux' figures of this process: memory in kilobytes, and the seconds of all its threads; unknown on other
-/// systems.
+/// Linux' figures of this process: memory in kilobytes; unknown on other systems.
 mod process {
     use std::fs;
 
@@ -88,19 +88,6 @@ mod process {
     /// Starts a new peak; if that is not possible, the old one stands.
     pub fn forget_peak() {
         let _ = fs::write("/proc/self/clear_refs", "5");
-    }
-
-    /// CPU seconds, in steps of 10 ms.
-    pub fn cpu_seconds() -> f64 {
-        let ticks = || {
-            let stat = fs::read_to_string("/proc/self/stat").ok()?;
-            // Fields are counted after the name, which may hold anything: `utime` and `stime` are fields 14
-            // and 15 of the line.
-            let (_, fields) = stat.rsplit_once(')')?;
-            let mut times = fields.split_whitespace().skip(11).map(str::parse::<f64>);
-            Some(times.next()?.ok()? + times.next()?.ok()?)
-        };
-        ticks().map_or(f64::NAN, |ticks| ticks / 100.0)
     }
 
     fn field(name: &str) -> Option<u64> {

@@ -12,6 +12,7 @@ mod support;
 use support::approximation::{
     bumpy_ball_over_floor, caustic_map, mesh_over_floor, rendered, shared_mesh,
 };
+use support::cpu;
 
 const SIDE: usize = 512;
 const FRAMES: usize = 9;
@@ -46,9 +47,9 @@ fn main() {
             ("splat", splat),
             ("samples", "1"),
         ]);
-        let before = cpu_seconds();
+        let before = cpu::seconds();
         let mut frames: Vec<_> = (0..FRAMES).map(|_| rendered(&map, &scene)).collect();
-        let cpu = (cpu_seconds() - before) / FRAMES as f64;
+        let cpu = (cpu::seconds() - before) / FRAMES as f64;
         frames.sort_by_key(|frame| frame.frame_time);
         let frame = &frames[FRAMES / 2];
         let stage = |name: &str| {
@@ -72,19 +73,4 @@ fn main() {
             work("fragments") / 1e6,
         );
     }
-}
-
-/// User and system time of all threads \[s\] if the system tells it (Linux): the cost of a frame, however
-/// busy the machine is.
-fn cpu_seconds() -> f64 {
-    /// The unit in which Linux counts, on all its platforms.
-    const TICKS_A_SECOND: f64 = 100.0;
-    let Ok(stat) = std::fs::read_to_string("/proc/self/stat") else {
-        return f64::NAN;
-    };
-    // The program's name may hold spaces: fields are counted from behind it.
-    let after = stat.rsplit(')').next().unwrap_or_default();
-    let ticks = after.split_whitespace().skip(11).take(2);
-    let ticks: f64 = ticks.filter_map(|field| field.parse::<f64>().ok()).sum();
-    ticks / TICKS_A_SECOND
 }

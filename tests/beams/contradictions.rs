@@ -6,47 +6,16 @@
 //! `cargo test --release --test beams contradictions:: -- --ignored --nocapture` asks for runs ten times as
 //! fine, at balls of 5,120 to 327,680 triangles.
 
-use std::fs;
-
-use nephroid::internals::generate::{bumpy_ball, write_ply};
 use nephroid::internals::run::{Estimate, Layer};
 use nephroid::internals::scene::Scene;
 
 use crate::support::beams::beams_to;
-use crate::support::{bundled_file, loaded};
+use crate::support::scenes::below_bumps;
 
 /// Events followed: light that the ball reflects, and light that goes through it.
 const DEPTH: u32 = 2;
 
 const SIDE: usize = 512;
-
-/// A bumpy ball of `20 frequency²` triangles below a lamp that is beside its axis.
-fn ball(frequency: u32, lamp: [f64; 3], is_smooth: bool, side: usize) -> Scene {
-    let mut mesh = bumpy_ball(1.0, frequency);
-    let [x, y, z] = lamp;
-    let xml = fs::read_to_string(bundled_file("glass-ball-mesh"))
-        .unwrap()
-        .replace(
-            r#"<point name="position" x="0" y="0" z="4"/>"#,
-            &format!(r#"<point name="position" x="{x}" y="{y}" z="{z}"/>"#),
-        );
-    assert!(xml.contains(&format!(r#"x="{x}""#)), "the lamp was moved");
-    let file_name = r#"<string name="filename" value="glass-ball-mesh.ply"/>"#;
-    let flat = format!(r#"{file_name}<boolean name="face_normals" value="true"/>"#);
-    let xml = if is_smooth {
-        xml
-    } else {
-        mesh.normals = None;
-        xml.replace(file_name, &flat)
-    };
-    let folder = tempfile::tempdir().unwrap();
-    let mut bytes = Vec::new();
-    write_ply(&mesh, "a bumpy ball", &mut bytes).unwrap();
-    fs::write(folder.path().join("glass-ball-mesh.ply"), bytes).unwrap();
-    let file = folder.path().join("ball.xml");
-    fs::write(&file, xml).unwrap();
-    loaded(&file, side)
-}
 
 /// A layer's bounds beside those of a finer run, first channel.
 struct Beside {
@@ -134,21 +103,21 @@ fn assert_no_contradiction(name: &str, scene: &Scene, errors: &[f64], held: &[&s
 /// their common edge and corners must not be those of the neighbour.
 #[test]
 fn runs_agree_where_one_face_absorbs_what_the_next_reflects() {
-    let scene = ball(16, [0.8, 0.3, 4.0], true, SIDE);
+    let scene = below_bumps(16, true, [0.8, 0.3, 4.0], SIDE);
     assert_no_contradiction("5,120 smooth faces", &scene, &[3e-2, 1e-2], &[]);
 }
 
 /// Behind small smooth faces light has a kink along each edge of the faces that it leaves by.
 #[test]
 fn bounds_hold_a_finer_run_behind_small_smooth_faces() {
-    let scene = ball(64, [1.5, 0.5, 3.5], true, SIDE);
+    let scene = below_bumps(64, true, [1.5, 0.5, 3.5], SIDE);
     assert_no_contradiction("81,920 smooth faces", &scene, &[3e-2, 1e-2], &["LTTD"]);
 }
 
 #[test]
 #[ignore = "two minutes"]
 fn runs_agree_with_one_ten_times_as_fine_behind_coarse_smooth_faces() {
-    let scene = ball(16, [0.8, 0.3, 4.0], true, SIDE);
+    let scene = below_bumps(16, true, [0.8, 0.3, 4.0], SIDE);
     assert_no_contradiction(
         "5,120 smooth faces",
         &scene,
@@ -161,7 +130,7 @@ fn runs_agree_with_one_ten_times_as_fine_behind_coarse_smooth_faces() {
 #[ignore = "two minutes"]
 fn runs_agree_with_one_ten_times_as_fine_behind_small_smooth_faces() {
     for lamp in [[0.8, 0.3, 4.0], [1.5, 0.5, 3.5]] {
-        let scene = ball(64, lamp, true, SIDE);
+        let scene = below_bumps(64, true, lamp, SIDE);
         assert_no_contradiction(
             "81,920 smooth faces",
             &scene,
@@ -174,13 +143,13 @@ fn runs_agree_with_one_ten_times_as_fine_behind_small_smooth_faces() {
 #[test]
 #[ignore = "two minutes"]
 fn runs_agree_with_one_ten_times_as_fine_behind_tiny_smooth_faces() {
-    let scene = ball(128, [1.5, 0.5, 3.5], true, SIDE);
+    let scene = below_bumps(128, true, [1.5, 0.5, 3.5], SIDE);
     assert_no_contradiction("327,680 smooth faces", &scene, &[3e-2, 1e-2, 1e-3], &[]);
 }
 
 #[test]
 #[ignore = "two minutes"]
 fn runs_agree_with_one_ten_times_as_fine_behind_flat_faces() {
-    let scene = ball(64, [0.8, 0.3, 4.0], false, 256);
+    let scene = below_bumps(64, false, [0.8, 0.3, 4.0], 256);
     assert_no_contradiction("81,920 flat faces", &scene, &[3e-2, 1e-2, 1e-3], &[]);
 }

@@ -1,9 +1,7 @@
 //! Beams and photons on the same scene: error against rays and seconds.
 
-use std::fs;
 use std::time::{Duration, Instant};
 
-use nephroid::internals::generate::{bumpy_ball, write_ply};
 use nephroid::internals::numeric::StreamKind;
 use nephroid::internals::run::Budget;
 use nephroid::internals::run::{Estimate, LayerName};
@@ -13,8 +11,12 @@ use nephroid::internals::transport::direct::{AREA_SAMPLES, direct};
 use nephroid::internals::transport::receiver::Receiver;
 
 use super::beams::{beams_to, beams_within};
+use super::cpu;
 use super::oracles::oracle_to;
-use super::scenes::{Photons, bundled, bundled_file, loaded};
+use super::scenes::{Photons, below_bumps, bundled};
+
+/// The lamp of the bumpy balls, on their axis.
+const LAMP: [f64; 3] = [0.0, 0.0, 4.0];
 
 /// A scene, and its caustic: the sum of all specular layers.
 pub struct Contest {
@@ -67,8 +69,8 @@ impl Contest {
     /// A scene whose truth is a beam run to `error`, or of a minute.
     pub fn finer(depth: u32, name: &'static str, side: usize, error: f64) -> Self {
         let scene = match name {
-            "smooth mesh" => bumpy(side, 64, true),
-            "flat mesh" => bumpy(side, 64, false),
+            "smooth mesh" => below_bumps(64, true, LAMP, side),
+            "flat mesh" => below_bumps(64, false, LAMP, side),
             _ => bundled(name, side),
         };
         Self::finer_of(depth, name, scene, error)
@@ -82,7 +84,8 @@ impl Contest {
         (frequency, is_smooth): (u32, bool),
         error: f64,
     ) -> Self {
-        Self::finer_of(depth, name, bumpy(side, frequency, is_smooth), error)
+        let scene = below_bumps(frequency, is_smooth, LAMP, side);
+        Self::finer_of(depth, name, scene, error)
     }
 
     fn finer_of(depth: u32, name: &'static str, scene: Scene, error: f64) -> Self {
@@ -144,7 +147,7 @@ impl Contest {
     fn trial(&self, estimate: &Estimate, start: &Start) -> Trial {
         Trial {
             seconds: start.at.elapsed().as_secs_f64(),
-            cpu_seconds: cpu_seconds() - start.cpu_seconds,
+            cpu_seconds: cpu::seconds() - start.cpu_seconds,
             rays: estimate.counters.rays,
             rmse: self.rmse(estimate),
             said: estimate.relative_error,
@@ -162,21 +165,9 @@ impl Start {
     fn now() -> Self {
         Self {
             at: Instant::now(),
-            cpu_seconds: cpu_seconds(),
+            cpu_seconds: cpu::seconds(),
         }
     }
-}
-
-/// Time \[s\] that all threads of this process took so far, by Linux' `/proc`; no number elsewhere.
-fn cpu_seconds() -> f64 {
-    /// Fields 14 and 15 of `stat`, after the name in brackets, in hundredths of a second.
-    fn of(stat: &str) -> Option<f64> {
-        let fields: Vec<&str> = stat.rsplit(')').next()?.split_whitespace().collect();
-        let [user, system] = [fields.get(11)?, fields.get(12)?].map(|field| field.parse::<f64>());
-        Some((user.ok()? + system.ok()?) / 100.0)
-    }
-    let stat = fs::read_to_string("/proc/self/stat");
-    stat.ok().and_then(|stat| of(&stat)).unwrap_or(f64::NAN)
 }
 
 /// All specular layers' sum, first channel.
@@ -190,25 +181,4 @@ pub fn caustic(estimate: &Estimate) -> Vec<f64> {
         }
     }
     sums
-}
-
-/// The scene `glass-ball-mesh` with 20 · `frequency`² triangles of a bumpy ball.
-fn bumpy(side: usize, frequency: u32, smooth: bool) -> Scene {
-    let mut mesh = bumpy_ball(1.0, frequency);
-    let xml = fs::read_to_string(bundled_file("glass-ball-mesh")).unwrap();
-    let xml = if smooth {
-        xml
-    } else {
-        mesh.normals = None;
-        let file = r#"<string name="filename" value="glass-ball-mesh.ply"/>"#;
-        let flat = r#"<boolean name="face_normals" value="true"/>"#;
-        xml.replace(file, &format!("{file}{flat}"))
-    };
-    let folder = tempfile::tempdir().unwrap();
-    let mut bytes = Vec::new();
-    write_ply(&mesh, "a bumpy ball", &mut bytes).unwrap();
-    fs::write(folder.path().join("glass-ball-mesh.ply"), bytes).unwrap();
-    let file = folder.path().join("bumpy.xml");
-    fs::write(&file, xml).unwrap();
-    loaded(&file, side)
 }

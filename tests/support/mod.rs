@@ -7,6 +7,7 @@ pub mod beams;
 pub mod bsdf;
 pub mod comparison;
 pub mod contest;
+pub mod cpu;
 pub mod extremes;
 pub mod geometry;
 pub mod images;

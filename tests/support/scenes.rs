@@ -1,7 +1,9 @@
 //! Scenes at any resolution, and photon runs of them.
 
+use std::fs;
 use std::path::{Path, PathBuf};
 
+use nephroid::internals::generate::{bumpy_ball, write_ply};
 use nephroid::internals::mitsuba;
 use nephroid::internals::numeric::StreamKind;
 use nephroid::internals::reference::photons::PhotonSettings;
@@ -149,4 +151,32 @@ pub fn layer(estimate: &Estimate, name: &str, channel: usize) -> (Vec<f64>, Vec<
                 (pick(&layer.values), pick(&layer.standard_error))
             },
         )
+}
+
+/// The scene `glass-ball-mesh` with 20 · `frequency`² triangles of a bumpy ball, with interpolated normals or flat,
+/// below a lamp at a place.
+///
+/// # Panics
+///
+/// If the bundled file has no lamp where it is to be moved from.
+pub fn below_bumps(frequency: u32, is_smooth: bool, [x, y, z]: [f64; 3], side: usize) -> Scene {
+    let mut mesh = bumpy_ball(1.0, frequency);
+    let mut xml = fs::read_to_string(bundled_file("glass-ball-mesh")).unwrap();
+    let lamp = r#"<point name="position" x="0" y="0" z="4"/>"#;
+    assert!(xml.contains(lamp), "the lamp can be moved");
+    let moved = format!(r#"<point name="position" x="{x}" y="{y}" z="{z}"/>"#);
+    xml = xml.replace(lamp, &moved);
+    if !is_smooth {
+        mesh.normals = None;
+        let file = r#"<string name="filename" value="glass-ball-mesh.ply"/>"#;
+        let flat = r#"<boolean name="face_normals" value="true"/>"#;
+        xml = xml.replace(file, &format!("{file}{flat}"));
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let mut bytes = Vec::new();
+    write_ply(&mesh, "a bumpy ball", &mut bytes).unwrap();
+    fs::write(folder.path().join("glass-ball-mesh.ply"), bytes).unwrap();
+    let file = folder.path().join("bumpy.xml");
+    fs::write(&file, xml).unwrap();
+    loaded(&file, side)
 }

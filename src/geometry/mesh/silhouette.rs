@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{hash::Map, triangles::Mesh, weld};
+use super::{hash::Map, triangles::Mesh};
 
 /// The faces at an edge.
 #[derive(Clone, Copy, Default)]
@@ -23,7 +23,7 @@ impl Mesh {
     /// `facing` is positive if the viewer sees a face's corners counter-clockwise, negative if clockwise, and
     /// zero if edge-on.
     pub fn silhouette(&self, facing: impl Fn([DVec3; 3]) -> f64) -> Vec<[DVec3; 2]> {
-        let representatives = weld::representatives(self.positions());
+        let representatives = self.welded_vertices();
         let mut edges = Map::<[u32; 2], Edge>::default();
         for face in self.distinct_faces() {
             let seen = facing(self.corners(face));

@@ -84,17 +84,28 @@ impl<const N: usize> BeamCell<N> {
         middles(self.corners.map(|node| node.at))
     }
 
-    /// Its quarters, given its edges' middles; the one in the middle comes last.
+    /// The corners of its quarters, given its edges' middles; the one in the middle comes last.
     #[inline]
-    pub fn quarters(&self, middles: &[BeamNode<N>; 3]) -> [Self; 4] {
+    pub fn quarter_corners(&self, middles: &[BeamNode<N>; 3]) -> [[BeamNode<N>; 3]; 4] {
+        quarters(self.corners, *middles)
+    }
+
+    /// Its quarters in the same order, with what they are to know of its bends.
+    #[inline]
+    pub fn quarters(
+        &self,
+        middles: &[BeamNode<N>; 3],
+        noted_bend: f64,
+        outer_bend: f64,
+    ) -> [Self; 4] {
         let mut coarser = self.affine_quarters().into_iter();
-        quarters(self.corners, *middles).map(|corners| Self {
+        self.quarter_corners(middles).map(|corners| Self {
             corners,
             level: self.level + 1,
             clearance: self.clearance,
-            noted_bend: 0.0,
+            noted_bend,
+            outer_bend,
             coarser: coarser.next().flatten(),
-            outer_bend: 0.0,
         })
     }
 

@@ -90,28 +90,26 @@ impl BeamLayer {
         layers
     }
 
-    /// Its error as it is asked for; `None` if none is, or if nothing is known of it yet.
-    fn own_error(&self, target: &Target) -> Option<(f64, f64)> {
+    /// Its result, its error and the one asked for of it; `None` if nothing more is asked, or a finer
+    /// tolerance would not help.
+    fn unmet(&self, target: &Target) -> Option<(&MadeLayer, f64, f64)> {
         let (asked, made) = (self.asked?, self.made.as_ref()?);
         let error = match lit(std::slice::from_ref(self), target) {
             Some(lit) => made.known(lit, target).error,
             None => f64::INFINITY,
         };
-        Some((error, asked))
+        (error > asked && !made.is_stuck).then_some((made, error, asked))
     }
 
     /// True if its error is larger than asked for of it, and a finer tolerance may help.
     pub fn is_unmet(&self, target: &Target) -> bool {
-        let unmet = self
-            .own_error(target)
-            .is_some_and(|(error, asked)| error > asked);
-        unmet && self.made.as_ref().is_some_and(|made| !made.is_stuck)
+        self.unmet(target).is_some()
     }
 
     /// The tolerance that makes its error the one asked for of it; `None` if it is, or none was asked for.
     pub fn own_tolerance(&self, target: &Target) -> Option<f64> {
-        let (error, asked) = self.own_error(target).filter(|_| self.is_unmet(target))?;
-        schedule::finer(self.made.as_ref()?.tolerance, error, asked)
+        let (made, error, asked) = self.unmet(target)?;
+        schedule::finer(made.tolerance, error, asked)
     }
 
     /// Takes over a finer result.

@@ -11,7 +11,7 @@ use super::pass::{BeamLight, Passes};
 use super::refine::Limits;
 use super::report::BeamReport;
 use super::schedule::{self, Known};
-use super::selection::{Found, LeftOut, left, needed_for};
+use super::selection::{Found, LeftOut, MARGIN, left, needed_for};
 use super::settings::{BeamSettings, target_error};
 use super::sums::Sums;
 use super::support::supports;
@@ -217,7 +217,8 @@ impl<'a> Setup<'a> {
         let missing = missing.fold(0.0, |sum, (_, found)| sum + found.on_film);
         let waiting: Vec<Found> = waiting.into_iter().flat_map(|one| one.members).collect();
         let others = others.iter().map(|(found, _)| found);
-        let left_out = LeftOut::of(others.chain(&waiting), film).with_missing(missing, film);
+        let left_out =
+            LeftOut::of(others.chain(&waiting), film).and_everywhere(MARGIN * missing, film);
         let reached = lit.map(|lit| {
             let known = self.known(&made, lit);
             // Texels are about alike.
@@ -225,9 +226,8 @@ impl<'a> Setup<'a> {
             let measure = measure.sum::<f64>() / self.target.texels() as f64;
             schedule::error(&known).hypot(left_out.error / (measure * lit.mean))
         });
-        let is_lit = self.signatures.iter().any(|(_, found)| found.on_film > 0.0);
         // If the discovery found light on the film, layers without any tell nothing.
-        let made = if lit.is_none() && is_lit {
+        let made = if lit.is_none() && self.is_lit() {
             Vec::new()
         } else {
             made
@@ -293,8 +293,7 @@ impl<'a> Setup<'a> {
                 break;
             }
             let Some(lit) = lit(layers, &self.target) else {
-                let is_lit = self.signatures.iter().any(|(_, found)| found.on_film > 0.0);
-                if !is_lit || unlit == MOST_UNLIT {
+                if !self.is_lit() || unlit == MOST_UNLIT {
                     break;
                 }
                 unlit += 1;
@@ -309,21 +308,28 @@ impl<'a> Setup<'a> {
             let goal = target.unwrap_or(WITHOUT_TARGET * error);
             let affordable = work * limit.affordable(began.elapsed(), limit.rays() - rays);
             let finer = schedule::affordable(&known, left(goal), affordable);
-            let own = |layer: &BeamLayer| layer.own_tolerance(&self.target);
-            if finer.iter().all(Option::is_none) && layers.iter().all(|one| own(one).is_none()) {
+            let mut finer = finer.into_iter();
+            let again = |layer: &BeamLayer| {
+                layer.made.as_ref()?;
+                let both = [finer.next().flatten(), layer.own_tolerance(&self.target)];
+                both.into_iter().flatten().reduce(f64::min)
+            };
+            tolerances = layers.iter().map(again).collect();
+            if tolerances.iter().all(Option::is_none) {
                 break;
             }
-            let mut finer = finer.into_iter();
-            let next = |layer: &BeamLayer| match layer.made {
-                Some(_) => [finer.next().flatten(), own(layer)]
-                    .into_iter()
-                    .flatten()
-                    .reduce(f64::min),
-                None => first(layer, goal),
-            };
-            tolerances = layers.iter().map(next).collect();
+            for (layer, tolerance) in layers.iter().zip(&mut tolerances) {
+                if layer.made.is_none() {
+                    *tolerance = first(layer, goal);
+                }
+            }
         }
         Ok(passes)
+    }
+
+    /// True if the discovery found light on the film.
+    fn is_lit(&self) -> bool {
+        self.signatures.iter().any(|(_, found)| found.on_film > 0.0)
     }
 
     /// A signature's part of all flux.

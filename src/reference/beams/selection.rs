@@ -28,7 +28,7 @@ const BINS: [usize; 4] = [1, 4, 16, 64];
 
 /// Factor of the largest density of paths that bounds what a texel gets: light is not spread evenly within a
 /// bin, and the paths are few.
-const MARGIN: f64 = 4.0;
+pub const MARGIN: f64 = 4.0;
 
 /// Signatures with the discovery's estimates of their light.
 pub type Found = (Signature, SignatureLight);
@@ -84,32 +84,24 @@ impl LeftOut {
         // What landed beside the film only may be on it, too, as far as so few paths tell.
         let beside = found.clone().filter(|(_, light)| light.landings.is_empty());
         let beside = beside.fold(0.0, |sum, (_, light)| sum + light.flux);
-        let mut bound = bound(&landings, film);
-        if beside > 0.0 {
-            bound.resize(film[0] * film[1], 0.0);
-            for one in &mut bound {
-                *one += MARGIN * beside / texels;
-            }
-        }
         let sum: f64 = found.clone().map(|(_, light)| squares(light, film)).sum();
         Self {
             flux: found
                 .map(|(_, light)| light.on_film)
                 .fold(0.0, |sum, flux| sum + flux),
             error: (sum / texels).sqrt(),
-            bound,
+            bound: bound(&landings, film),
         }
+        .and_everywhere(MARGIN * beside / texels, film)
     }
-}
 
-impl LeftOut {
-    /// The same with so much flux \[W\] more that may be on any texel.
+    /// The same with so much flux \[W\] more that each texel may get.
     #[must_use]
-    pub fn with_missing(mut self, flux: f64, film: [usize; 2]) -> Self {
+    pub fn and_everywhere(mut self, flux: f64, film: [usize; 2]) -> Self {
         if flux > 0.0 {
             self.bound.resize(film[0] * film[1], 0.0);
             for bound in &mut self.bound {
-                *bound += MARGIN * flux;
+                *bound += flux;
             }
         }
         self

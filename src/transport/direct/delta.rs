@@ -82,21 +82,12 @@ impl DirectLight<'_> {
         shafts: &Shafts,
         obstacles: &[Obstacle],
     ) -> Glance {
-        let mut sum = Sum::NOTHING;
-        let mut pending = vec![Leaf::TEXEL];
-        let mut is_cut = true;
-        while let Some(leaf) = pending.pop() {
-            if let Some(flaw) = self.flaw(texel, &leaf, emitter) {
-                // A rectangle has surface everywhere, all of it smooth.
-                let cut = self.cut_by(texel, &leaf, emitter, (shafts, obstacles), &mut sum);
-                is_cut &= cut.is_ok();
-                sum.error += flaw;
-            } else {
-                pending.extend(leaf.quarters());
-            }
-        }
-        let value = sum.cut_average().filter(|_| is_cut);
+        let value = self.in_leaves(texel, emitter, |at, leaf, sum| {
+            at.cut_by(texel, leaf, emitter, (shafts, obstacles), sum)
+                .ok()
+        });
         Glance {
+            // A rectangle has surface everywhere, all of it smooth.
             value: value.unwrap_or(DirectTexel::UNKNOWN),
             passed: ShareRange::of(0.0).with_share(1.0),
         }
@@ -105,17 +96,32 @@ impl DirectLight<'_> {
     /// The same as [`edge`](Self::edge), cut along the edge; `None` if the texel's surface is not one smooth
     /// one.
     fn by_cuts(&mut self, texel: usize, emitter: &Emitter) -> Option<DirectTexel> {
+        self.in_leaves(texel, emitter, |at, leaf, sum| {
+            at.cut(texel, leaf, emitter, sum)
+        })
+    }
+
+    /// Average of a texel's light, each leaf's part added by `cut`; `None` if that finds one that it cannot
+    /// cut.
+    fn in_leaves(
+        &mut self,
+        texel: usize,
+        emitter: &Emitter,
+        mut cut: impl FnMut(&mut Self, &Leaf, &mut Sum) -> Option<()>,
+    ) -> Option<DirectTexel> {
         let mut sum = Sum::NOTHING;
         let mut pending = vec![Leaf::TEXEL];
         while let Some(leaf) = pending.pop() {
             if let Some(flaw) = self.flaw(texel, &leaf, emitter) {
-                self.cut(texel, &leaf, emitter, &mut sum)?;
+                cut(self, &leaf, &mut sum)?;
                 sum.error += flaw;
             } else {
                 pending.extend(leaf.quarters());
             }
         }
-        sum.cut_average()
+        // The parts cut off may exceed the whole by rounding.
+        sum.flux = Rgb(sum.flux.0.map(|flux| flux.max(0.0)));
+        sum.average()
     }
 
     /// The same as [`edge`](Self::edge), by ever smaller leaves, for any surface.

@@ -1,8 +1,6 @@
 //! Texels that known obstacles divide: their parts are asked by shafts, and cut along the shadow's edge.
 
-use glam::DVec2;
-
-use super::edge::{CELLS, EdgeCell, EdgeTexel, NoCut};
+use super::edge::{CELLS, CORNERS, EdgeCell, EdgeTexel, NoCut};
 use super::leaf::Leaf;
 use super::light::DirectLight;
 use super::look::Sum;
@@ -26,9 +24,8 @@ impl DirectLight<'_> {
             emitter,
             base: 0.0,
         };
-        let corners = [DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y];
         let mut shares = [0.0; 4];
-        for (share, corner) in shares.iter_mut().zip(corners) {
+        for (share, corner) in shares.iter_mut().zip(CORNERS) {
             *share = edge.share(leaf.from + corner * leaf.size)?;
         }
         edge.base = shares[0];
@@ -73,15 +70,15 @@ impl EdgeTexel<'_, '_> {
                 return Ok(());
             }
         }
-        let mut quarters = self.corners_of_quarters(&cell)?;
-        if is_small && cell.is_even() {
-            for quarter in &mut quarters {
-                quarter.inner = self.inner(quarter)?;
-            }
+        let quarters = if is_small && cell.is_even() {
+            let quarters = self.quarters(&cell)?;
             if cell.is_last() || cell.is_like(&quarters) {
                 return self.add(&cell.outline(), cell.shares[0], sum);
             }
-        }
+            quarters
+        } else {
+            self.corners_of_quarters(&cell)?
+        };
         for quarter in quarters {
             self.divide(quarter, (shafts, &within), sum)?;
         }

@@ -82,7 +82,7 @@ pub(super) enum NoCut {
     NotSimple,
 }
 
-const CORNERS: [DVec2; 4] = [
+pub(super) const CORNERS: [DVec2; 4] = [
     DVec2::new(0.0, 0.0),
     DVec2::new(1.0, 0.0),
     DVec2::new(1.0, 1.0),
@@ -315,7 +315,7 @@ impl EdgeTexel<'_, '_> {
     }
 
     /// A cell's quarters, with what their Gauss points see.
-    fn quarters(&mut self, cell: &EdgeCell) -> Result<[EdgeCell; 4], NoCut> {
+    pub(super) fn quarters(&mut self, cell: &EdgeCell) -> Result<[EdgeCell; 4], NoCut> {
         let mut quarters = self.corners_of_quarters(cell)?;
         for quarter in &mut quarters {
             quarter.inner = self.inner(quarter)?;

@@ -114,13 +114,6 @@ impl Sum {
         self.range = joined(self.range, look.range);
     }
 
-    /// The [`average`](Self::average) of light from which parts were cut off: they may exceed the whole by
-    /// rounding.
-    pub(super) fn cut_average(mut self) -> Option<DirectTexel> {
-        self.flux = Rgb(self.flux.0.map(|flux| flux.max(0.0)));
-        self.average()
-    }
-
     /// The average over the surface found; `None` if none was.
     ///
     /// The distribution of irradiance over the surface is uncertain for ragged leaves, as far as these leaves

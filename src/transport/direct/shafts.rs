@@ -19,6 +19,7 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::arriving::ends_in_a_step;
+use super::edge::CORNERS;
 use crate::geometry::{Bounds, Shape, Sphere, TraversalCounters};
 use crate::scene::{Emitter, Material, Scene};
 use crate::transport::receiver::Receiver;
@@ -397,8 +398,7 @@ impl<'a> Shafts<'a> {
                     obstacles.push(Obstacle::Ball(ball.center(), ball.radius()));
                 }
                 Shape::Rectangle(plate) => {
-                    let uvs = [DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y];
-                    let [a, b, c, d] = uvs.map(|uv| plate.point(uv));
+                    let [a, b, c, d] = CORNERS.map(|uv| plate.point(uv));
                     obstacles.extend([[a, b], [b, c], [c, d], [d, a]].map(Obstacle::Edge));
                     obstacles.extend(
                         self.touching([a, b, c])
@@ -456,7 +456,7 @@ impl<'a> Shafts<'a> {
         let first = from[1] * width + from[0];
         let reach = DVec2::new((end[0] - from[0]) as f64, (end[1] - from[1]) as f64);
         let at = |part: DVec2| self.receiver.point(self.scene, first, part * reach);
-        let corners = [DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y].map(at);
+        let corners = CORNERS.map(at);
         let ([Some(a), Some(b), Some(c), Some(d)], Some(middle)) = (corners, at(DVec2::splat(0.5)))
         else {
             return;

@@ -104,9 +104,9 @@ pub(super) fn land<const N: usize>(
     let mut received = Flux::BLACK;
     for (cell, middles, _) in &cells {
         let fine: Vec<CutPiece<N>> = cell
-            .quarters(middles)
+            .quarter_corners(middles)
             .into_iter()
-            .filter_map(|quarter| whole(quarter.corners))
+            .filter_map(whole)
             .collect();
         let coarse = whole(cell.corners);
         let levels = Levels {

@@ -82,8 +82,9 @@ impl<const N: usize> Refiner<'_, '_, N> {
         let in_sight = cell.clearance.is_in_sight();
         let mut follow = |at| paths.node(borders, chart, at, in_sight);
         let mut unresolved = 0.0;
-        for (quarter, failed) in cell.quarters(middles).iter().zip(&mut finished.failed) {
-            if let Some(pieces) = cut::cut(&quarter.corners, &mut follow) {
+        let quarters = cell.quarter_corners(middles);
+        for (corners, failed) in quarters.iter().zip(&mut finished.failed) {
+            if let Some(pieces) = cut::cut(corners, &mut follow) {
                 fine.extend(pieces.iter());
             } else {
                 *failed = true;

@@ -228,13 +228,8 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
                 self.finish(&cell, &middles, &finished);
             } else {
                 let noted_bend = self.noted_bend(&cell, &look);
-                let quarters = cell.quarters(&middles);
-                let noted = quarters.map(|quarter| BeamCell {
-                    noted_bend,
-                    outer_bend: look.bend,
-                    ..quarter
-                });
-                self.scratch.pending.extend(noted);
+                let quarters = cell.quarters(&middles, noted_bend, look.bend);
+                self.scratch.pending.extend(quarters);
             }
         }
     }
@@ -359,8 +354,8 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
             if !is_last && (is_misplaced || is_unseen || self.may_hide_valley(cell, area, &look)) {
                 return None;
             }
-            for quarter in cell.quarters(middles) {
-                self.scratch.fine.extend(cut::whole(quarter.corners));
+            for corners in cell.quarter_corners(middles) {
+                self.scratch.fine.extend(cut::whole(corners));
             }
             self.scratch.coarse.extend(cut::whole(cell.corners));
             return Some(finished);
@@ -439,9 +434,10 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
         balance.received += self.scratch.block.deposit(self.film);
         if finished.is_cut {
             balance.cut_cells += 1;
-            for (quarter, failed) in cell.quarters(middles).iter().zip(finished.failed) {
+            let quarters = cell.quarter_corners(middles);
+            for (corners, failed) in quarters.iter().zip(finished.failed) {
                 if failed {
-                    balance.received += deposit_points(self.film, &quarter.corners, 0.25 * area);
+                    balance.received += deposit_points(self.film, corners, 0.25 * area);
                 }
             }
             balance.unresolved_cells += u64::from(finished.failed != [false; 4]);
