@@ -110,6 +110,7 @@ pub use geometry::TraversalCounters;
 pub use method::{Choice, Method, StageSetting};
 pub use metric::difference::{Difference, Percentile, WorstTexel};
 pub use metric::equivalence::{Equivalence, MeanEquivalence, TexelEquivalence};
+pub use metric::fidelity::{Bounded, Displacement, Fidelity, Resolution, ScaleError};
 pub use metric::significance::{JointTest, Significance};
 pub use metric::similarity::Similarity;
 pub use metric::{

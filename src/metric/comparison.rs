@@ -5,6 +5,7 @@ use serde::Serialize;
 use super::bars::Bars;
 use super::difference::Difference;
 use super::equivalence::{Equivalence, Verdict};
+use super::fidelity::Fidelity;
 use super::flip::{self, Exposures, Images};
 use super::pair::{LayerPair, Pairing};
 use super::settings::{CompareSettings, ImageSide};
@@ -41,6 +42,8 @@ pub struct LayerComparison {
     pub size: [usize; 2],
     /// Figures that need no error bars.
     pub difference: Difference,
+    /// How much light there is, how far from its place, and right at which scale.
+    pub fidelity: Fidelity,
     /// SSIM; `None` if the image is smaller than its window or the reference dark.
     pub similarity: Option<Similarity>,
     /// HDR-FLIP; `None` if it is left out or the reference dark.
@@ -231,6 +234,7 @@ impl LayerComparison {
             layer: pair.name.clone(),
             is_total: pair.is_total,
             size: [pair.width, pair.height],
+            fidelity: Fidelity::of(pair),
             similarity: Similarity::of(pair),
             flip: settings
                 .pixels_per_degree

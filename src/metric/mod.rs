@@ -14,6 +14,7 @@
 //! |---|---|
 //! | [`compare_image`], [`pair`] | which channels belong together, and which are error bars? |
 //! | [`difference`], [`similarity`], [`flip`] | how far apart are the values? |
+//! | [`fidelity`], [`texel_grid`] | how much light is there, how far from its place, and right at which scale? |
 //! | [`score`], [`significance`] | is that more than the error bars explain? |
 //! | [`equivalence`] | is it less than a margin? |
 //! | [`maps`] | where? |
@@ -27,6 +28,7 @@ mod comparison;
 pub mod difference;
 pub mod equivalence;
 mod error;
+pub mod fidelity;
 pub mod flip;
 mod layer_bars;
 pub mod maps;
@@ -36,11 +38,13 @@ mod settings;
 pub mod significance;
 pub mod similarity;
 mod sums;
+pub mod texel_grid;
 
 pub use compare_image::{CompareImage, Window};
 pub use comparison::{Comparison, Flip, LayerComparison, compare};
 pub use equivalence::Verdict;
 pub use error::CompareError;
+pub use fidelity::{Bounded, Displacement, Fidelity, Resolution, ScaleError};
 pub use maps::Maps;
 pub use pair::{LayerPair, Pairing};
 pub use settings::{CompareSettings, ImageSide};

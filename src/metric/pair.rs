@@ -4,6 +4,7 @@ use super::bars::Bars;
 use super::compare_image::{ChannelKind, Contents, component, names};
 use super::layer_bars::LayerBars;
 use super::settings::ImageSide;
+use super::texel_grid::TexelGrid;
 use super::{CompareError, CompareImage};
 
 /// A layer of the reference beside the same layer of the other image.
@@ -27,6 +28,8 @@ pub struct LayerPair<'a> {
     /// The channels again, with their error bars, as they can be tested: X, Y and Z if one image has its
     /// moments in these. Empty if neither image has error bars.
     pub tests: Vec<TestPair<'a>>,
+    /// Size and area of its texels.
+    pub grid: TexelGrid<'a>,
 }
 
 /// A channel in both images, row by row.
@@ -226,6 +229,10 @@ fn pair<'a>(
         corner: sources[0].corner,
         channels,
         tests,
+        grid: match reference {
+            ImageSide::A => TexelGrid::of(sources[0], sources[1]),
+            ImageSide::B => TexelGrid::of(sources[1], sources[0]),
+        },
     })
 }
 

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use super::texels;
 use super::{Estimate, LayerName, Light, Quantity, Rendering};
 use crate::film::Image;
 use crate::film::exr::{self, ExrWriteError};
@@ -81,6 +82,17 @@ impl Rendering {
         image.add_metadata("warnings", warnings.to_string());
         image.add_metadata("quantity", estimate.quantity.name());
         image.add_metadata("unit", estimate.quantity.unit());
+        let sensor = self
+            .report
+            .get("sensor")
+            .and_then(serde_json::Value::as_str);
+        let mut sensors = scene.sensors().iter();
+        let size = [image.width, image.height];
+        if let Some(sensor) =
+            sensors.find(|one| Some(one.id.as_str()) == sensor && one.size() == size)
+        {
+            texels::describe(&mut image, scene, sensor);
+        }
         image.add_metadata("conventions", conventions(estimate));
         image
     }

@@ -14,6 +14,21 @@ pub fn number(value: f64) -> String {
     }
 }
 
+/// A number with three digits.
+pub fn three_digits(value: f64) -> String {
+    if value == 0.0 {
+        return "0".to_owned();
+    }
+    let digits = 2 - value.abs().log10().floor() as i32;
+    if (0..=5).contains(&digits) {
+        format!("{value:.*}", digits as usize)
+    } else if digits < 0 {
+        format!("{value:.0}")
+    } else {
+        format!("{value:.2e}")
+    }
+}
+
 /// A fraction in percent.
 pub fn percent(fraction: f64) -> String {
     if fraction.is_nan() {

@@ -25,6 +25,7 @@ pub mod format;
 pub mod light;
 pub mod progress;
 pub mod rendering;
+pub mod texels;
 
 pub use budget::Budget;
 pub use combine::CombineError;

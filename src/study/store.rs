@@ -15,6 +15,7 @@ use super::machine::Machine;
 use super::plan::StudyRun;
 use crate::film::atomic::{self, WriteError};
 use crate::film::exr::{self, ExrWriteError};
+use crate::run::texels;
 use crate::scene::{Scene, Sensor};
 
 /// A folder of runs.
@@ -261,6 +262,7 @@ fn described(
     image.add_metadata("warnings", serde_json::json!(facts.warnings).to_string());
     image.add_metadata("quantity", product.quantity.name());
     image.add_metadata("unit", product.quantity.unit());
+    texels::describe(&mut image, scene, sensor);
     image
 }
 

@@ -1,5 +1,6 @@
 //! Differences of images, and tests if noise explains them.
 
+mod fidelity;
 mod figures;
 mod flip;
 mod statistics;

@@ -3,8 +3,8 @@
 use std::fmt;
 
 use crate::metric::difference::{EPSILON, PER_MILLE};
-use crate::metric::{Comparison, ImageSide, LayerComparison};
-use crate::run::format::number;
+use crate::metric::{Bounded, Comparison, ImageSide, LayerComparison};
+use crate::run::format::{number, three_digits};
 
 /// A report for people.
 pub(super) struct TextTable<'a> {
@@ -65,6 +65,50 @@ impl<'a> TextTable<'a> {
             writeln!(out)?;
         }
         Ok(())
+    }
+
+    /// How much light, how far from its place, right at which scale.
+    fn light(&self, out: &mut fmt::Formatter) -> fmt::Result {
+        self.block(
+            out,
+            "light, over all texels (a black image has L1 = L2 = 100 %)",
+            &[
+                "energy",
+                "L1",
+                "misplaced",
+                "displaced",
+                "L2",
+                "right to 10 % at",
+            ],
+            |layer| {
+                let it = &layer.fidelity;
+                Some(vec![
+                    optional(it.energy, |energy| within(energy, 100.0, " %")),
+                    optional(it.l1, |l1| within(l1, 100.0, " %")),
+                    optional(it.misplaced, |misplaced| within(misplaced, 100.0, " %")),
+                    optional(it.displaced.as_ref(), |displaced| {
+                        let metres = displaced.metres.map(|it| within(it, 1.0, " m"));
+                        let texels = within(displaced.texels, 1.0, " texels");
+                        [texels]
+                            .into_iter()
+                            .chain(metres)
+                            .collect::<Vec<_>>()
+                            .join(" = ")
+                    }),
+                    optional(it.l2, |l2| within(l2, 100.0, " %")),
+                    it.resolution.map_or_else(
+                        || "no scale".to_owned(),
+                        |it| {
+                            let metres = it
+                                .metres
+                                .map(|metres| format!(" = {} m", three_digits(metres)));
+                            let texels = three_digits(it.texels.value);
+                            format!("{texels} texels{}", metres.unwrap_or_default())
+                        },
+                    ),
+                ])
+            },
+        )
     }
 
     fn differences(&self, out: &mut fmt::Formatter) -> fmt::Result {
@@ -261,6 +305,14 @@ impl<'a> TextTable<'a> {
             )?;
         }
         writeln!(out, "; docs/compare.md has the formulas")?;
+        let mut reasons = self
+            .report
+            .layers
+            .iter()
+            .filter_map(|it| it.fidelity.not_displaced.as_ref());
+        if let Some(reason) = reasons.next() {
+            writeln!(out, "no displacement: {reason}")?;
+        }
         let layers = || self.report.layers.iter();
         if layers().any(|layer| layer.significance.as_ref().is_some_and(|it| it.has_bounds)) {
             writeln!(
@@ -310,6 +362,7 @@ impl fmt::Display for TextTable<'_> {
             write!(out, " · {} x {} texels", layer.size[0], layer.size[1])?;
         }
         writeln!(out)?;
+        self.light(out)?;
         self.differences(out)?;
         self.tests(out)?;
         self.conventions(out)?;
@@ -326,6 +379,17 @@ impl fmt::Display for TextTable<'_> {
             report.verdict.name()
         )
     }
+}
+
+/// A figure in a unit, and what the reference's bars allow.
+fn within(figure: Bounded, factor: f64, unit: &str) -> String {
+    let digits = |value: f64| three_digits(factor * value);
+    let ends = match (figure.low, figure.high) {
+        (Some(low), Some(high)) => format!(" ({} .. {})", digits(low), digits(high)),
+        (Some(low), None) => format!(" (from {})", digits(low)),
+        _ => String::new(),
+    };
+    format!("{}{unit}{ends}", digits(figure.value))
 }
 
 fn optional<T>(value: Option<T>, text: impl FnOnce(T) -> String) -> String {

@@ -9,6 +9,7 @@ use super::figures::{
 };
 use crate::metric::LayerComparison;
 use crate::run::Quantity;
+use crate::run::format::three_digits;
 
 /// The table: a line a row, numbers as in the JSON, empty fields for those that are unknown.
 pub fn csv(report: &StudyReport, timings: &Timings) -> String {
@@ -197,20 +198,6 @@ fn signed_percent(fraction: Option<f64>) -> String {
     fraction.map_or("-".to_owned(), |it| {
         format!("{}{}", sign(it), percent(Some(it)))
     })
-}
-
-fn three_digits(value: f64) -> String {
-    if value == 0.0 {
-        return "0".to_owned();
-    }
-    let digits = 2 - value.abs().log10().floor() as i32;
-    if (0..=5).contains(&digits) {
-        format!("{value:.*}", digits as usize)
-    } else if digits < 0 {
-        format!("{value:.0}")
-    } else {
-        format!("{value:.2e}")
-    }
 }
 
 #[cfg(test)]
