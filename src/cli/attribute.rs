@@ -1,15 +1,18 @@
 //! `nephroid attribute`: which stage of an approximation makes how much of its error.
 
+use anyhow::Context as _;
+
 use super::args::{AttributeArgs, SettingArgs};
 use super::outcome::Outcome;
 use super::progress;
 use super::render::load;
 use super::sensor::choose_sensor;
 use crate::method::Method;
-use crate::run::format::percent;
+use crate::metric::Figure;
+use crate::run::format::{percent, three_digits};
 use crate::run::{Budget, Context};
-use crate::setting::Given;
-use crate::study::attribution::{self, Attribution};
+use crate::setting::{Given, Words as _};
+use crate::study::attribution::{self, Attribution, ReducedSensor};
 
 /// Runs the command. Its outcome is incomplete if the truth is not as good as was asked for.
 ///
@@ -27,15 +30,32 @@ pub fn attribute(args: &AttributeArgs) -> anyhow::Result<Outcome> {
         time: args.time,
         work: None,
     };
-    let found = attribution::attribute(&technique, &scene, sensor, &context, |light| {
-        progress::watch(&context.progress, || {
-            attribution::truth_by_beams(&scene, sensor, light, &budget, &context)
-        })
-    })?;
+    let sensor = ReducedSensor::new(sensor, args.side.into()).sensor;
+    let found = attribution::attribute(
+        &technique,
+        &scene,
+        &sensor,
+        &context,
+        &mut |done, all| {
+            eprint!(
+                "\r{done} of {all} runs{}",
+                if done == all { "\n" } else { "" }
+            )
+        },
+        |light| {
+            progress::watch(&context.progress, || {
+                attribution::truth_by_beams(&scene, &sensor, light, &budget, &context)
+            })
+        },
+    )?;
+    let Some(found) = found else {
+        eprintln!("stopped: nothing is known of the stages");
+        return Ok(Outcome::Incomplete);
+    };
     if args.json {
         say!("{}", serde_json::to_string_pretty(&found)?);
     } else {
-        print(&scene.path().display().to_string(), &found);
+        print(&scene.path().display().to_string(), &found, args.figure.0)?;
     }
     Ok(if found.is_resolved {
         Outcome::Complete
@@ -59,70 +79,97 @@ fn technique(args: &AttributeArgs) -> anyhow::Result<Method> {
     Ok(Method::new(name.unwrap_or_default(), &settings)?)
 }
 
-/// Prints the table.
-fn print(scene: &str, found: &Attribution) {
-    say!("{scene}: {} of {}", found.approximation, found.signature);
+/// Prints the table of one figure.
+fn print(scene: &str, found: &Attribution, figure: Figure) -> anyhow::Result<()> {
+    let shares = found.of(figure).with_context(|| {
+        let name = figure.word();
+        format!("{name} is not defined for all subsets of stages: some of them make a black image")
+    })?;
+    let value = |value: f64| {
+        if figure.is_length() {
+            format!("{} texels", three_digits(value))
+        } else {
+            format!("{} %", three_digits(100.0 * value))
+        }
+    };
+    let signed = |share: f64| format!("{}{}", if share > 0.0 { "+" } else { "" }, value(share));
+    let [width, height] = found.size;
+    say!(
+        "{scene}: {} of {}, {width} x {height} texels, {} runs",
+        found.approximation,
+        found.light,
+        found.runs
+    );
     say!("");
     say!(
-        "  {:<12} {:<17} {:>12} {:>12} {:>12} {:>12}",
+        "  {:<12} {:<17} {:>14} {:>14} {:>14} {:>14}",
         "stage",
         "variant",
-        "exact alone",
-        "fall",
-        "cumulative",
-        "fall"
+        "adds",
+        "if it is exact",
+        "if alone",
+        "cumulative"
     );
-    say!(
-        "  {:<12} {:<17} {:>12} {:>12} {:>12} {:>12}",
-        "(all as set)",
-        "",
-        percent(found.all.error),
-        "",
-        percent(found.all.error),
-        ""
-    );
-    for (stage, fall) in found.stages.iter().zip(found.falls()) {
+    for (stage, share) in found.stages.iter().zip(&shares.stages) {
+        let error = share.share.standard_error;
         say!(
-            "  {:<12} {:<17} {:>12} {:>12} {:>12} {:>12}",
+            "  {:<12} {:<17} {:>14} {:>14} {:>14} {:>14}{}",
             stage.name,
             stage.variant,
-            percent(stage.alone.error),
-            percent(found.all.error - stage.alone.error),
-            percent(stage.cumulative.error),
-            percent(fall)
+            signed(share.share.value),
+            value(share.fixed),
+            value(share.spoiled),
+            value(share.cumulative),
+            if error > 0.0 {
+                format!("  ± {}", value(error))
+            } else {
+                String::new()
+            }
         );
     }
+    say!(
+        "  {:<12} {:<17} {:>14}",
+        "all exact",
+        "",
+        signed(shares.residual)
+    );
+    say!(
+        "  = {:<28} {:>14}  {}",
+        figure.word(),
+        signed(shares.whole),
+        figure.meaning()
+    );
     say!("");
     say!(
-        "  error            {:>12}  relative RMSE",
-        percent(found.all.error)
+        "adds: the stage's share (Shapley's value); shares and what is left with all stages exact add up"
     );
     say!(
-        "  = falls          {:>12}",
-        percent(found.falls().iter().sum())
+        "if it is exact: the figure with this stage exact; if alone: with all others exact; cumulative: with it and"
     );
+    say!("all before it exact");
+    say!("");
+    for other in &found.figures {
+        let unit = Figure::of_word(&other.figure).is_some_and(Figure::is_length);
+        say!(
+            "  {:<12} {}",
+            other.figure,
+            if unit {
+                format!("{} texels", three_digits(other.whole))
+            } else {
+                format!("{} %", three_digits(100.0 * other.whole))
+            }
+        );
+    }
     say!(
-        "  + residual       {:>12}  all stages exact",
-        percent(found.residual())
-    );
-    say!(
-        "  interaction      {:>12}  what the falls alone do not add up to",
-        percent(found.interaction())
-    );
-    say!(
-        "  not modelled     {:>12}  of the flux by mirrors and glass; leaving it out is an RMSE of {}",
-        percent(found.not_modelled),
-        percent(found.not_modelled_error)
-    );
-    say!(
-        "  energy           {:>12}  of the truth's",
-        percent(found.all.energy_ratio)
+        "  not modelled {} of the flux by mirrors and glass",
+        percent(found.not_modelled)
     );
     let truth = percent(found.truth_error.unwrap_or(f64::NAN));
     let word = if found.is_resolved {
         ""
     } else {
-        "  unresolved: not what was asked for"
+        ", unresolved: not what was asked for"
     };
-    say!("  the truth's own  {truth:>12}{word}");
+    say!("  the truth's own error {truth}{word}");
+    Ok(())
 }

@@ -249,6 +249,22 @@ impl LayerComparison {
 impl Flip {
     /// HDR-FLIP of a layer; `None` if the reference has no light to set exposures by.
     pub(crate) fn of(pair: &LayerPair, pixels_per_degree: f32) -> Option<Self> {
+        let (map, exposures) = Self::mapped(pair, pixels_per_degree)?;
+        let [sum] = super::sums::sums(map.len(), |i| [f64::from(map[i])]);
+        Some(Self {
+            mean: sum / map.len() as f64,
+            max: f64::from(map.iter().copied().fold(0.0, f32::max)),
+            pixels_per_degree,
+            exposures,
+        })
+    }
+
+    /// HDR-FLIP of a layer, texel by texel; `None` if the reference has no light to set exposures by.
+    pub(crate) fn map(pair: &LayerPair, pixels_per_degree: f32) -> Option<Vec<f32>> {
+        Some(Self::mapped(pair, pixels_per_degree)?.0)
+    }
+
+    fn mapped(pair: &LayerPair, pixels_per_degree: f32) -> Option<(Vec<f32>, Exposures)> {
         let channel = |c: usize| &pair.channels[c.min(pair.channels.len() - 1)];
         let images = Images {
             reference: [0, 1, 2].map(|c| channel(c).reference),
@@ -257,13 +273,6 @@ impl Flip {
             height: pair.height,
         };
         let exposures = Exposures::of(images.reference)?;
-        let map = flip::hdr(&images, pixels_per_degree, &exposures);
-        let [sum] = super::sums::sums(map.len(), |i| [f64::from(map[i])]);
-        Some(Self {
-            mean: sum / map.len() as f64,
-            max: f64::from(map.iter().copied().fold(0.0, f32::max)),
-            pixels_per_degree,
-            exposures,
-        })
+        Some((flip::hdr(&images, pixels_per_degree, &exposures), exposures))
     }
 }

@@ -15,6 +15,7 @@
 //! | [`compare_image`], [`pair`] | which channels belong together, and which are error bars? |
 //! | [`difference`], [`similarity`], [`flip`] | how far apart are the values? |
 //! | [`fidelity`], [`texel_grid`] | how much light is there, how far from its place, and right at which scale? |
+//! | [`figure`] | figures by name |
 //! | [`score`], [`significance`] | is that more than the error bars explain? |
 //! | [`equivalence`] | is it less than a margin? |
 //! | [`maps`] | where? |
@@ -29,6 +30,7 @@ pub mod difference;
 pub mod equivalence;
 mod error;
 pub mod fidelity;
+pub mod figure;
 pub mod flip;
 mod layer_bars;
 pub mod maps;
@@ -45,6 +47,7 @@ pub use comparison::{Comparison, Flip, LayerComparison, compare};
 pub use equivalence::Verdict;
 pub use error::CompareError;
 pub use fidelity::{Bounded, Displacement, Fidelity, Resolution, ScaleError};
+pub use figure::Figure;
 pub use maps::Maps;
 pub use pair::{LayerPair, Pairing};
 pub use settings::{CompareSettings, ImageSide};

@@ -11,6 +11,12 @@ pub trait Words: Copy + PartialEq + 'static {
         found.map_or("", |(word, _, _)| word)
     }
 
+    /// The meaning of this value.
+    fn meaning(self) -> &'static str {
+        let found = Self::WORDS.iter().find(|(_, value, _)| *value == self);
+        found.map_or("", |(_, _, meaning)| meaning.trim())
+    }
+
     /// The value of a word, if there is one.
     fn of_word(word: &str) -> Option<Self> {
         let found = Self::WORDS.iter().find(|(known, _, _)| *known == word);

@@ -1,5 +1,6 @@
 //! Why a study came to no report.
 
+use super::attribution::AttributionError;
 use super::file::FileError;
 use super::plan::PlanError;
 use super::store::StoreError;
@@ -30,6 +31,14 @@ pub enum StudyError {
         run: String,
         /// What the method says.
         cause: Box<crate::run::Error>,
+    },
+    /// An approximation's error cannot be attributed.
+    #[error("{run}: {cause}")]
+    Attribution {
+        /// The run.
+        run: String,
+        /// The reason.
+        cause: Box<AttributionError>,
     },
     /// Two runs with the same settings differ.
     #[error(

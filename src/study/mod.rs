@@ -8,10 +8,11 @@
 //! | file | question |
 //! |---|---|
 //! | [`mod@file`], [`plan`] | which runs? |
-//! | [`facts`] | what is known of a film? |
+//! | [`facts`], [`layers`] | what is known of a film, and what is in it? |
 //! | [`session`], [`store`] | is it there already? |
 //! | [`machine`] | on which machine was it made? |
 //! | [`truth`] | can the truth tell? |
+//! | [`limit`] | how large may an error be? |
 //! | [`curve`] | what does less error cost? |
 //! | [`attribution`] | which stage of an approximation makes its error? |
 //! | [`checks`] | could it be a mistake rather than an error? |
@@ -23,6 +24,8 @@ pub mod curve;
 mod error;
 pub mod facts;
 pub mod file;
+pub mod layers;
+pub mod limit;
 pub mod machine;
 pub mod plan;
 pub mod report;
@@ -32,7 +35,7 @@ pub mod truth;
 
 pub use error::StudyError;
 pub use file::StudyFile;
-pub use plan::{SensorPlan, StageRun, StageRuns, StudyPlan, StudyRun};
+pub use plan::{SensorPlan, StudyPlan, StudyRun};
 pub use report::{StudyReport, Timings};
-pub use session::{Obtained, Session};
+pub use session::{Attributed, Obtained, Session};
 pub use store::Store;

@@ -3,11 +3,13 @@
 use std::time::Instant;
 
 use super::StudyError;
+use super::attribution::{self, Attribution, AttributionError, ReducedSensor, film::truth_of_film};
 use super::facts::Product;
 use super::plan::{SensorPlan, StudyPlan, StudyRun};
-use super::store::{Store, StoredRun, Time};
+use super::store::{Store, StoredRun, Time, value_key};
+use crate::film::exr;
 use crate::mitsuba;
-use crate::run::{Budget, Context};
+use crate::run::{Budget, Context, Light};
 use crate::scene::{Scene, Sensor};
 
 /// A study under way.
@@ -25,6 +27,15 @@ pub struct Session {
 pub struct Obtained {
     /// The run.
     pub stored: StoredRun,
+    /// Whether nothing had to be computed.
+    pub was_kept: bool,
+}
+
+/// An attribution that is done, and whether it was found in the store.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Attributed {
+    /// The attribution.
+    pub found: Attribution,
     /// Whether nothing had to be computed.
     pub was_kept: bool,
 }
@@ -92,6 +103,75 @@ impl Session {
             stored = Some(self.keep(sensor, run, stored, product, seconds)?);
         }
         Ok(stored.map(|stored| Obtained { stored, was_kept }))
+    }
+
+    /// The error of an approximation, stage by stage, against the film of a truth: from the store, or by
+    /// running it. `None` if it was stopped.
+    ///
+    /// # Errors
+    ///
+    /// If the approximation cannot work on the scene, or the truth's film not be read.
+    pub fn attribution(
+        &self,
+        plan: &SensorPlan,
+        run: &StudyRun,
+        truth: &StoredRun,
+        context: &Context,
+        progressing: attribution::RunProgress,
+    ) -> Result<Option<Attributed>, StudyError> {
+        let sensor = self.sensor(plan)?;
+        if let Some(found) = self.kept_attribution(plan, run)? {
+            let was_kept = true;
+            return Ok(Some(Attributed { found, was_kept }));
+        }
+        let film = exr::read(&self.store.path(&truth.exr))?;
+        let reduced = ReducedSensor::new(sensor, attribution::SIDE);
+        let reference = |light: Light| truth_of_film(&film, truth, &reduced, light);
+        let found = attribution::attribute(
+            &run.method,
+            &self.scene,
+            &reduced.sensor,
+            context,
+            progressing,
+            reference,
+        );
+        // Light that the truth does not have is no error of the study.
+        let found = match found {
+            Err(AttributionError::Dark(_)) => Ok(None),
+            found => found,
+        };
+        let found = found.map_err(|cause| StudyError::Attribution {
+            run: format!("{} on sensor \"{}\"", run.label(), sensor.id),
+            cause: Box::new(cause),
+        })?;
+        if let Some(found) = &found {
+            let [name, key] = self.attribution_place(plan, run, sensor);
+            self.store.keep_value(&name, &key, found)?;
+        }
+        let was_kept = false;
+        Ok(found.map(|found| Attributed { found, was_kept }))
+    }
+
+    /// An attribution that is in the store.
+    ///
+    /// # Errors
+    ///
+    /// If the scene does not have the sensor.
+    pub fn kept_attribution(
+        &self,
+        plan: &SensorPlan,
+        run: &StudyRun,
+    ) -> Result<Option<Attribution>, StudyError> {
+        let [name, key] = self.attribution_place(plan, run, self.sensor(plan)?);
+        Ok(self.store.find_value(&name, &key))
+    }
+
+    /// Name and key of an attribution.
+    fn attribution_place(&self, plan: &SensorPlan, run: &StudyRun, sensor: &Sensor) -> [String; 2] {
+        let name = format!("{}-{}-stages", sensor.id, run.label());
+        let side = attribution::SIDE.to_string();
+        let key = value_key(&self.scene, sensor, [run, &plan.truth], &side);
+        [name, key]
     }
 
     fn keep(

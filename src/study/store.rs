@@ -8,6 +8,7 @@
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use super::facts::{Facts, Product};
@@ -174,6 +175,30 @@ impl Store {
         })
     }
 
+    /// A value that was computed from some runs and kept as JSON under a name; `None` if it is not there, or
+    /// was computed from others.
+    pub fn find_value<T: DeserializeOwned>(&self, name: &str, key: &str) -> Option<T> {
+        let bytes = std::fs::read(self.path(&value_file(name, key))).ok()?;
+        let record: ValueRecord<T> = serde_json::from_slice(&bytes).ok()?;
+        (record.key == key).then_some(record.value)
+    }
+
+    /// Keeps a value that was computed from some runs.
+    ///
+    /// # Errors
+    ///
+    /// If the file cannot be written.
+    pub fn keep_value<T: Serialize>(
+        &self,
+        name: &str,
+        key: &str,
+        value: &T,
+    ) -> Result<(), StoreError> {
+        let path = self.path(&value_file(name, key));
+        let key = key.to_owned();
+        write_json(&path, &ValueRecord { key, value })
+    }
+
     /// Keeps a run's time.
     ///
     /// # Errors
@@ -183,6 +208,32 @@ impl Store {
         let stem = exr.strip_suffix(".exr").unwrap_or(exr);
         write_json(&self.path(&format!("{stem}.time.json")), time)
     }
+}
+
+/// A value that was computed from runs, and their key.
+#[derive(Serialize, Deserialize)]
+struct ValueRecord<T> {
+    key: String,
+    value: T,
+}
+
+fn value_file(name: &str, key: &str) -> String {
+    format!("{}-{}.json", file_name(name), &key[..10])
+}
+
+/// The text by which a value is found again that is computed from a run, its truth, and what else is named.
+pub fn value_key(
+    scene: &Scene,
+    sensor: &Sensor,
+    [run, truth]: [&StudyRun; 2],
+    else_named: &str,
+) -> String {
+    let mut hasher = blake3::Hasher::new();
+    for run in [run, truth] {
+        hasher.update(key(SOURCE_HASH, scene, sensor, run).as_bytes());
+    }
+    hasher.update(else_named.as_bytes());
+    hasher.finalize().to_hex().to_string()
 }
 
 /// The text by which a run is found again, from all that its film is made from.

@@ -12,18 +12,17 @@ use crate::metric::LayerComparison;
 /// percent.
 pub const LARGEST_SHARE: f64 = 0.1;
 
-/// The truth's error in the terms of a row: relative, over the truth's lit texels.
+/// The truth's likely error in the terms of a row: of L1, as a part of the truth's light.
 ///
-/// With σ the root mean square over all N texels of the truth's known error, r̄ the mean over the n lit ones,
+/// With σ the root mean square over all texels of the truth's known error and r̄ its mean over them,
 ///
 /// ```text
-/// e = σ √(N / n) / r̄
+/// e = σ / r̄
 /// ```
 ///
-/// which is to [`relative_rmse`](crate::metric::difference::Difference::relative_rmse) as σ is to the root
-/// mean square difference. References share a quadrature: direct light can be the same in both films to the
-/// last bit. It then has no part in their difference, and none in σ. `None` if the truth does not know its
-/// error, or is dark.
+/// which L1 does not exceed: a mean is no larger than the root of the mean square. References share a
+/// quadrature: direct light can be the same in both films to the last bit. It then has no part in their
+/// difference, and none in σ. `None` if the truth does not know its error, or is dark.
 pub fn error(truth: &Facts, is_direct_shared: bool, comparison: &LayerComparison) -> Option<f64> {
     let direct = if is_direct_shared {
         0.0
@@ -31,10 +30,8 @@ pub fn error(truth: &Facts, is_direct_shared: bool, comparison: &LayerComparison
         truth.spread.direct
     };
     let sigma = truth.spread.specular?.hypot(direct);
-    let difference = &comparison.difference;
-    let texels = (comparison.size[0] * comparison.size[1]) as f64;
-    let lit = difference.lit as f64;
-    (lit > 0.0).then(|| sigma * (texels / lit).sqrt() / difference.mean_lit)
+    let mean = comparison.difference.mean_reference;
+    (mean > 0.0).then(|| sigma / mean)
 }
 
 /// True if a truth with this error resolves an error.

@@ -44,10 +44,10 @@ await test('the summary sorts by error, up and down', async () => {
   const order = () => page.locator('#rows tbody tr').evaluateAll((lines) => lines.map((line) => Number(line.dataset.row)));
   const expected = report.rows.map((row, i) => [row.error, i]).sort(([a], [b]) => a - b).map(([, i]) => i);
   const errors = (rows) => rows.map((i) => report.rows[i].error);
-  await page.click('#rows th:nth-child(2) button');
+  await page.click('#rows th:nth-child(3) button');
   assert.deepEqual(errors(await order()), errors(expected));
-  assert.equal(await page.getAttribute('#rows th:nth-child(2)', 'aria-sort'), 'ascending');
-  await page.click('#rows th:nth-child(2) button');
+  assert.equal(await page.getAttribute('#rows th:nth-child(3)', 'aria-sort'), 'ascending');
+  await page.click('#rows th:nth-child(3) button');
   assert.deepEqual(errors(await order()), errors(expected.reverse()));
   await page.screenshot({ path: join(shots, 'summary.png') });
 });
@@ -144,6 +144,133 @@ await test('the plot has a mark for each row, tells it at the pointer, and follo
   await page.locator('#cost').screenshot({ path: join(shots, 'cost.png') });
   await page.locator('#plot .mark-point[data-row="0"]').focus();
   await page.keyboard.press('Enter');
+  await shown(0);
+});
+
+await test('the cost plot follows the figure that is chosen', async () => {
+  const places = () => page.locator('#plot .mark-point').evaluateAll((marks) => marks.map((one) => one.getAttribute('cy')));
+  const before = await places();
+  await page.selectOption('[data-control=figure]', 'displaced');
+  assert.notDeepEqual(await places(), before);
+  assert.ok((await page.innerText('#plot')).includes('displaced [texels]'));
+  await page.selectOption('[data-control=figure]', 'l1');
+  assert.deepEqual(await places(), before);
+});
+
+await test('stages add up to the figure that is chosen, with their signs', async () => {
+  const [one] = report.stages;
+  for (const { figure, whole, residual, stages } of one.figures) {
+    const sum = stages.reduce((all, { value }) => all + value, residual);
+    assert.ok(Math.abs(sum - whole) < 1e-12 * Math.max(1, Math.abs(whole)), figure);
+    await page.selectOption('[data-control=stage-figure]', figure);
+    assert.equal(await page.locator('#waterfalls svg rect').count(), stages.length + 2);
+  }
+  await page.selectOption('[data-control=stage-figure]', 'energy');
+  assert.ok((await page.textContent('#waterfalls svg')).includes('−'), 'light that is lost has a sign');
+  await page.selectOption('[data-control=stage-figure]', 'l1');
+  await page.locator('#stages').screenshot({ path: join(shots, 'stages.png') });
+});
+
+await test('L2 against scale has a curve for each run of the light that is chosen', async () => {
+  const { layer } = report.rows[0];
+  const alike = report.rows.filter((row) => row.layer === layer).length;
+  assert.equal(await page.locator('#scales .curve').count(), alike);
+  await page.locator('#scales').screenshot({ path: join(shots, 'scales.png') });
+});
+
+await test('a click tells the profile through a texel, along a row or a column', async () => {
+  await page.locator(first).scrollIntoViewIfNeeded();
+  const box = await page.locator(first).boundingBox();
+  const [width, height] = report.size;
+  const [x, y] = [0.3, 0.7];
+  await page.mouse.click(box.x + x * box.width, box.y + y * box.height);
+  const title = () => page.innerText('#profile');
+  await page.waitForFunction((text) => document.querySelector('#profile').textContent.includes(text), `along row ${Math.floor(y * height)}`);
+  await page.selectOption('[data-control=profile]', 'column');
+  await page.waitForFunction((text) => document.querySelector('#profile').textContent.includes(text), `along column ${Math.floor(x * width)}`);
+  assert.ok((await title()).includes('truth'));
+  assert.equal(await page.locator('#profile .band').count(), 1);
+  await page.selectOption('[data-control=profile]', 'row');
+  await page.locator('#profile').screenshot({ path: join(shots, 'profile.png') });
+});
+
+await test('a region that is dragged has figures of all runs of its light, by hand the same', async () => {
+  await page.dblclick(first);
+  const box = await page.locator(first).boundingBox();
+  await page.keyboard.down('Shift');
+  await page.mouse.move(box.x + 1, box.y + 1);
+  await page.mouse.down();
+  await page.mouse.move(box.x + box.width - 1, box.y + box.height - 1);
+  await page.mouse.up();
+  await page.keyboard.up('Shift');
+  await page.waitForSelector('#region table');
+  const lines = await page.locator('#region tbody tr').allInnerTexts();
+  const alike = report.rows.filter((row) => row.layer === report.rows[0].layer);
+  assert.equal(lines.length, alike.length + 1);
+  // The whole film: the figures of report.json, from films of 12 bits.
+  alike.forEach((row, i) => {
+    const { energy } = row.comparison.layers.find((layer) => layer.layer === row.layer).fidelity;
+    const shown = Number(lines[i + 1].split('\t')[2].replace(' %', '')) / 100;
+    assert.ok(Math.abs(shown - energy.value) < 2e-3, lines[i + 1]);
+    const l1 = Number(lines[i + 1].split('\t')[3].replace(' %', '')) / 100;
+    assert.ok(Math.abs(l1 - row.error) < 2e-3, lines[i + 1]);
+  });
+});
+
+await test('the run flips into the truth’s place, and runs can be held against each other', async () => {
+  await changes(['truth'], () => page.click('[data-control=flip]'));
+  assert.equal(await page.innerText('[data-pane=truth] b'), report.rows[0].label);
+  await page.click('[data-control=flip]');
+  const other = report.rows.findIndex((row, i) => i > 0 && row.layer === report.rows[0].layer);
+  await page.selectOption('[data-control=against]', String(other));
+  await page.waitForFunction((text) => document.querySelector('[data-pane=truth] b').textContent === text, report.rows[other].label);
+  await page.selectOption('[data-control=against]', '');
+  await page.waitForFunction(() => document.querySelector('[data-pane=truth] b').textContent === 'truth');
+});
+
+await test('maps of FLIP and of the truth’s bar are there', async () => {
+  for (const map of ['flip', 'relativeBar']) await changes(['map'], () => page.selectOption('[data-control=map]', map));
+  assert.equal(await page.innerText('[data-pane=map] b'), 'the truth’s bar by its value');
+  await page.selectOption('[data-control=map]', 'relative');
+});
+
+await test('plots, tables and insets can be saved', async () => {
+  const saved = async (act) => {
+    const [download] = await Promise.all([page.waitForEvent('download'), act()]);
+    return [download.suggestedFilename(), readFileSync(await download.path())];
+  };
+  const [svg, text] = await saved(() => page.locator('#cost [data-export=SVG]').click());
+  assert.ok(svg.endsWith('.svg') && text.toString().startsWith('<svg') && text.toString().includes('stroke'));
+  const png = Buffer.from([0x89, 0x50, 0x4e, 0x47]);
+  const [, plot] = await saved(() => page.locator('#waterfalls [data-export=PNG]').first().click());
+  assert.deepEqual(plot.subarray(0, 4), png);
+  const [, inset] = await saved(() => page.click('[data-control=inset]'));
+  assert.deepEqual(inset.subarray(0, 4), png);
+  const latex = await page.evaluate(() => asLatex(document.querySelector('#rows')));
+  assert.equal(latex.split('\n').length, report.rows.length + 4);
+  const markdown = await page.evaluate(() => asMarkdown(document.querySelector('#rows')));
+  assert.equal(markdown.split('\n').length, report.rows.length + 2);
+});
+
+await test('a link leads back to the view', async () => {
+  await page.selectOption('[data-control=map]', 'difference');
+  await page.focus(first);
+  await page.keyboard.press('+');
+  await page.selectOption('[data-control=run]', String(last));
+  await shown(last);
+  const seen = await Promise.all(['truth', 'run', 'map'].map(pixels));
+  const hash = await page.evaluate(() => (document.querySelector('[data-control=link]').click(), location.hash));
+  const address = page.url();
+  await page.goto('about:blank');
+  await page.goto(address.split('#')[0] + hash);
+  await shown(last);
+  await page.waitForFunction(() => document.querySelector('[data-control=map]').value === 'difference');
+  await page.waitForTimeout(300);
+  assert.deepEqual(await Promise.all(['truth', 'run', 'map'].map(pixels)), seen);
+  await page.dblclick(first);
+  await page.selectOption('[data-control=map]', 'relative');
+  await page.evaluate(() => { location.hash = ''; });
+  await page.selectOption('[data-control=run]', '0');
   await shown(0);
 });
 

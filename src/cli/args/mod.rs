@@ -9,6 +9,7 @@ use std::path::PathBuf;
 
 use clap::{Parser, Subcommand};
 
+use parse::FigureArg;
 pub(super) use parse::parse_define;
 pub use parse::parse_fraction;
 pub use probe::ProbeArgs;
@@ -119,6 +120,15 @@ pub struct AttributeArgs {
     /// Change a setting of the technique, e.g. splat=fixed; `nephroid methods NAME` lists all
     #[arg(long, value_name = "KEY=VALUE", value_parser = parse::parse_define)]
     pub set: Vec<(String, String)>,
+
+    /// The figure that is shared out: l1, energy, misplaced, displaced or l2
+    #[arg(long, value_name = "NAME", value_parser = parse::parse_figure, default_value = "l1")]
+    pub figure: FigureArg,
+
+    /// Texels that the longer side of the sensor has at least: each run is made on squares of its texels,
+    /// the largest that leave so many
+    #[arg(long, value_name = "N", default_value_t = 128, value_parser = clap::value_parser!(u16).range(1..))]
+    pub side: u16,
 
     /// The likely error at which the truth, by beams, is good enough
     #[arg(long, value_name = "ERROR", value_parser = parse_fraction, default_value = "0.3%")]

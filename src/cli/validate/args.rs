@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use super::super::args::{parse_define, parse_fraction};
+use crate::study::limit::{self, StudyLimit};
 
 /// `nephroid validate`.
 #[derive(Debug, clap::Args)]
@@ -29,10 +30,11 @@ pub struct ValidateArgs {
     #[arg(long, value_name = "NAME[@SENSOR]=FILE.exr", value_parser = parse_candidate)]
     pub candidate: Vec<(String, Option<String>, PathBuf)>,
 
-    /// Exit code 1 where a method's or candidate's error is above this (or the truth cannot tell), on every
-    /// sensor that has it or on the one that is named; may be given again
-    #[arg(long, value_name = "NAME[@SENSOR]=ERROR", value_parser = parse_limit)]
-    pub max_error: Vec<(String, f64)>,
+    /// Exit code 1 where a figure of a method or candidate is above this (or the truth cannot tell), on every
+    /// sensor that has it or on the one that is named: mine=5%, mine:displaced=2texels, mine@floor:energy=10%;
+    /// may be given again
+    #[arg(long, value_name = "NAME[@SENSOR][:FIGURE]=LIMIT", value_parser = parse_limit)]
+    pub max_error: Vec<StudyLimit>,
 
     /// The difference that matters, relative to the truth's mean [default: the study's, else 1%]
     #[arg(long, value_name = "FRACTION", value_parser = parse_fraction)]
@@ -76,9 +78,11 @@ fn parse_candidate(text: &str) -> Result<(String, Option<String>, PathBuf), Stri
     })
 }
 
-fn parse_limit(text: &str) -> Result<(String, f64), String> {
-    let (name, limit) = named(text, "NAME=ERROR or NAME@SENSOR=ERROR, as in mine=5%")?;
-    Ok((name, parse_fraction(&limit)?))
+fn parse_limit(text: &str) -> Result<StudyLimit, String> {
+    let limit = text
+        .split_once('=')
+        .and_then(|(name, value)| StudyLimit::parse(name, value));
+    limit.ok_or_else(|| format!("give {}", limit::ALLOWED))
 }
 
 #[cfg(test)]
@@ -87,7 +91,7 @@ mod tests {
 
     #[test]
     fn limits_and_candidates_have_names() {
-        assert_eq!(parse_limit("mine=5%"), Ok(("mine".to_owned(), 0.05)));
+        assert_eq!(parse_limit("mine=5%").unwrap().limit.most, 0.05);
         assert!(parse_limit("5%").is_err());
         assert!(parse_limit("mine=0").is_err());
         assert_eq!(

@@ -13,13 +13,12 @@ use super::progress;
 use super::render::set_threads;
 use crate::film::atomic;
 use crate::run::Context;
+use crate::study::attribution;
 use crate::study::file::StudyCandidate;
-use crate::study::report::{
-    self, GateVerdict, JudgedFilm, SensorFilms, StageFilms, StudyReport, Timings,
-};
+use crate::study::report::{self, GateVerdict, JudgedFilm, SensorFilms, StudyReport, Timings};
 use crate::study::store::StoredRun;
 use crate::study::{
-    Obtained, SensorPlan, Session, StageRuns, Store, StudyError, StudyFile, StudyRun,
+    Attributed, Obtained, SensorPlan, Session, Store, StudyError, StudyFile, StudyRun,
 };
 pub use args::ValidateArgs;
 
@@ -94,6 +93,9 @@ pub fn validate(args: &ValidateArgs) -> anyhow::Result<Outcome> {
     finish(args, &folder, &report, &timings, left)
 }
 
+/// Time between two lines on the subsets of stages that are done.
+const BETWEEN_LINES: Duration = Duration::from_secs(5);
+
 /// The runs of a study under way.
 struct Work<'a> {
     session: &'a Session,
@@ -151,15 +153,16 @@ impl<'a> Work<'a> {
             }
         }
         films.judged.extend(candidates);
-        for runs in &plan.stages {
+        for run in &plan.attributed {
             if self.is_time_over() {
-                self.left_out += 1 + 2 * runs.stages.len();
+                self.left_out += 1;
                 continue;
             }
-            match self.stages(plan, runs)? {
-                Some(one) => films.stages.push(one),
-                None => return Ok(Filled::Stopped),
+            let found = self.stages(plan, run, &films.truth)?;
+            if self.context.progress.is_stopped() {
+                return Ok(Filled::Stopped);
             }
+            films.stages.extend(found.map(|found| (run, found.found)));
         }
         Ok(Filled::All(Box::new(films)))
     }
@@ -208,28 +211,42 @@ impl<'a> Work<'a> {
         Ok(obtained)
     }
 
-    /// An approximation with its stages exact, one by one; `None` where it was stopped.
-    fn stages<'r>(
+    /// The error of an approximation, stage by stage; `None` if it was stopped, or the truth has none of its
+    /// light.
+    fn stages(
         &mut self,
         plan: &SensorPlan,
-        runs: &'r StageRuns,
-    ) -> Result<Option<StageFilms<'r>>, StudyError> {
-        let mut film = |run: &StudyRun| -> Result<Option<StoredRun>, StudyError> {
-            let obtained = self.obtain(plan, run, "stages, ")?;
-            Ok(obtained.map(|obtained| obtained.stored))
-        };
-        let Some(all) = film(&runs.all)? else {
+        run: &StudyRun,
+        truth: &StoredRun,
+    ) -> Result<Option<Attributed>, StudyError> {
+        let all = self.session.plan.count();
+        let place = format!("[{:>2}/{all}] stages of {}", self.done + 1, run.label());
+        eprintln!("{place} ...");
+        let start = Instant::now();
+        let mut heard = start;
+        let found = self
+            .session
+            .attribution(plan, run, truth, self.context, &mut |done, of| {
+                if heard.elapsed() > BETWEEN_LINES && done < of {
+                    heard = Instant::now();
+                    let left = start.elapsed().as_secs_f64() / done as f64 * (of - done) as f64;
+                    eprintln!("{place}: {done} of {of} subsets, about {left:.0} s left");
+                }
+            })?;
+        if self.context.progress.is_stopped() {
             return Ok(None);
-        };
-        let mut stages = Vec::new();
-        for stage in &runs.stages {
-            let (Some(alone), Some(cumulative)) = (film(&stage.alone)?, film(&stage.cumulative)?)
-            else {
-                return Ok(None);
-            };
-            stages.push([alone, cumulative]);
         }
-        Ok(Some(StageFilms { runs, all, stages }))
+        self.done += 1;
+        match &found {
+            Some(found) if found.was_kept => eprintln!("{place}: kept from before"),
+            Some(found) => eprintln!(
+                "{place}: {} runs, {:.1} s",
+                found.found.runs,
+                start.elapsed().as_secs_f64()
+            ),
+            None => eprintln!("{place}: the truth has none of its light"),
+        }
+        Ok(found)
     }
 
     /// What is left, by the mean of the runs made so far, the truths apart.
@@ -301,19 +318,23 @@ fn folder(args: &ValidateArgs) -> PathBuf {
 fn list(session: &Session) -> anyhow::Result<()> {
     for plan in &session.plan.sensors {
         let sensor = session.sensor(plan)?;
-        let stages = plan.stages.iter().flat_map(|runs| {
-            let each = runs.stages.iter();
-            let staged = each.flat_map(|stage| [&stage.alone, &stage.cumulative]);
-            [&runs.all].into_iter().chain(staged)
-        });
         let all = [(&plan.truth, "truth, ")]
             .into_iter()
-            .chain(plan.runs.iter().map(|run| (run, "")))
-            .chain(stages.map(|run| (run, "stages, ")));
+            .chain(plan.runs.iter().map(|run| (run, "")));
         for (run, what) in all {
             let kept = session.store.find(&session.scene, sensor, run);
             let state = kept.map_or("to do", |_| "kept");
             say!("{state:<6} {}: {what}{}", plan.sensor, run.label());
+        }
+        for run in &plan.attributed {
+            let kept = session.kept_attribution(plan, run)?;
+            let state = kept.map_or("to do", |_| "kept");
+            let runs = attribution::count(&run.method);
+            say!(
+                "{state:<6} {}: stages of {}, {runs} runs",
+                plan.sensor,
+                run.label()
+            );
         }
     }
     Ok(())

@@ -29,8 +29,10 @@ mod sliced;
 
 use serde::Serialize;
 
-use super::pair::LayerPair;
+use super::pair::{LayerPair, Pairing};
+use super::settings::ImageSide;
 use super::sums::sums;
+use super::{CompareError, CompareImage};
 use bars::TruthBars;
 pub use displacement::Displacement;
 use measure::Measure;
@@ -97,6 +99,16 @@ pub struct Fidelity {
     /// The reason why no displacement is told, if there is one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub not_displaced: Option<String>,
+}
+
+/// The figures of all light of two images, and no others.
+///
+/// # Errors
+///
+/// As [`Pairing::new`].
+pub fn of(truth: &CompareImage, other: &CompareImage) -> Result<Fidelity, CompareError> {
+    let pairing = Pairing::new(truth, other, ImageSide::A, &[])?;
+    Ok(Fidelity::of(&pairing.pairs[0]))
 }
 
 impl Fidelity {

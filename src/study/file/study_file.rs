@@ -11,6 +11,7 @@ use super::study_method::StudyMethod;
 use super::sweep;
 use super::table::{Text, TomlNode, TomlTable};
 use crate::setting::parse_fraction;
+use crate::study::limit::{self, StudyLimit};
 
 /// The wishes for a study, as its file has them. Gaps are left to the [plan](crate::study::plan).
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -38,8 +39,8 @@ pub struct StudyFile {
     pub methods: Vec<StudyMethod>,
     /// Images rendered elsewhere.
     pub candidates: Vec<StudyCandidate>,
-    /// The largest relative error that a method may have, by `NAME` or `NAME@SENSOR`.
-    pub max_error: BTreeMap<String, f64>,
+    /// Limits on figures of methods and candidates.
+    pub max_error: Vec<StudyLimit>,
 }
 
 /// An image rendered elsewhere.
@@ -227,15 +228,14 @@ fn candidates(table: &mut TomlTable, folder: &Path) -> Result<Vec<StudyCandidate
     candidates.collect()
 }
 
-fn max_error(table: &mut TomlTable) -> Result<BTreeMap<String, f64>, FileError> {
+fn max_error(table: &mut TomlTable) -> Result<Vec<StudyLimit>, FileError> {
     let Some(node) = table.take("max-error") else {
-        return Ok(BTreeMap::new());
+        return Ok(Vec::new());
     };
-    let allowed = "numbers > 0, as a fraction (0.01) or in percent (\"1%\")";
     let table = node.need_table("[max-error]")?;
     let limits = table.rest().map(|node| {
-        let limit = node.parsed(parse_fraction, allowed)?;
-        Ok((node.key().to_owned(), limit))
+        let name = node.key().to_owned();
+        node.parsed(|value| StudyLimit::parse(&name, value), limit::ALLOWED)
     });
     limits.collect()
 }

@@ -8,6 +8,6 @@ mod sensors;
 mod study_plan;
 
 pub use error::PlanError;
-pub use run::{StageRun, StageRuns, StudyRun};
+pub use run::StudyRun;
 pub use sensor_plan::SensorPlan;
 pub use study_plan::StudyPlan;

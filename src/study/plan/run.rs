@@ -1,27 +1,7 @@
-//! One run of a plan, and the runs that belong together.
+//! One run of a plan.
 
-use crate::method::{Method, StageSetting};
+use crate::method::Method;
 use crate::setting::Given;
-
-/// The runs that tell which stage of an approximation makes its error.
-#[derive(Clone, Debug, PartialEq)]
-pub struct StageRuns {
-    /// All stages as they are set.
-    pub all: StudyRun,
-    /// In the order of the pipeline.
-    pub stages: Vec<StageRun>,
-}
-
-/// Runs with a stage exact.
-#[derive(Clone, Debug, PartialEq)]
-pub struct StageRun {
-    /// The stage, as it is set.
-    pub stage: StageSetting,
-    /// With this stage exact, all others as they are set.
-    pub alone: StudyRun,
-    /// With this stage and all before it exact.
-    pub cumulative: StudyRun,
-}
 
 /// One run of one method.
 #[derive(Clone, Debug, PartialEq)]

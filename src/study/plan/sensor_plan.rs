@@ -1,15 +1,14 @@
 //! The runs of one sensor.
 
-use std::collections::BTreeMap;
-
 use super::default::DefaultStudy;
 use super::error::PlanError;
-use super::run::{StageRun, StageRuns, StudyRun};
+use super::run::StudyRun;
 use super::sensors;
 use crate::method::Method;
 use crate::scene::{Scene, Sensor};
 use crate::setting::{Given, SettingError};
 use crate::study::file::{StudyCandidate, StudyFile, StudyMethod};
+use crate::study::limit::Limit;
 
 /// The runs of one sensor.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,12 +19,12 @@ pub struct SensorPlan {
     pub truth: StudyRun,
     /// The runs that are judged, curve by curve.
     pub runs: Vec<StudyRun>,
-    /// The runs that tell which stage makes an error: one entry an approximation.
-    pub stages: Vec<StageRuns>,
+    /// Approximations whose error is attributed to their stages, with the settings that their runs share.
+    pub attributed: Vec<StudyRun>,
     /// Images rendered elsewhere, which are judged, too.
     pub candidates: Vec<StudyCandidate>,
-    /// The largest relative error of each curve or candidate that has a limit.
-    pub max_error: BTreeMap<String, f64>,
+    /// The limits on curves and candidates.
+    pub max_error: Vec<(String, Limit)>,
 }
 
 /// Distance of the truths' seeds from those that they judge. With the same seed both would have the same
@@ -72,10 +71,10 @@ impl SensorPlan {
         };
         let truth = runs(&seeded(truth, file.seed.wrapping_add(TRUTH_SEED)), sensor)?;
         let mut all = Vec::new();
-        let mut stages = Vec::new();
+        let mut attributed = Vec::new();
         for method in &methods {
             all.extend(runs(&seeded(method, file.seed), sensor)?);
-            stages.extend(stage_runs(method)?);
+            attributed.extend(shared_run(method)?);
         }
         let candidates = sensors::candidates(file, sensor);
         let names = names(&methods, &candidates)?;
@@ -88,16 +87,15 @@ impl SensorPlan {
             sensor: sensor.id.clone(),
             truth,
             runs: all,
-            stages,
+            attributed,
             max_error,
             candidates,
         })
     }
 
-    /// Number of runs, including the truth's.
+    /// Number of runs, including the truth's; an attribution counts as one.
     pub fn count(&self) -> usize {
-        let stages = self.stages.iter().map(|one| 1 + 2 * one.stages.len());
-        1 + self.runs.len() + stages.sum::<usize>()
+        1 + self.runs.len() + self.attributed.len()
     }
 
     /// The names of curves and candidates, each once.
@@ -141,9 +139,8 @@ fn runs(method: &StudyMethod, sensor: &Sensor) -> Result<Vec<StudyRun>, PlanErro
         .collect())
 }
 
-/// The runs that attribute an approximation's error, with the settings that all its runs share; `None` for a
-/// reference.
-fn stage_runs(method: &StudyMethod) -> Result<Option<StageRuns>, SettingError> {
+/// An approximation with the settings that all its runs share; `None` for a reference.
+fn shared_run(method: &StudyMethod) -> Result<Option<StudyRun>, SettingError> {
     let mut shared = method.settings.first().cloned().unwrap_or_default();
     shared.retain(|key, value| {
         method
@@ -151,28 +148,12 @@ fn stage_runs(method: &StudyMethod) -> Result<Option<StageRuns>, SettingError> {
             .iter()
             .all(|one| one.get(key) == Some(value))
     });
-    let run = |given: Given| -> Result<StudyRun, SettingError> {
-        Ok(StudyRun {
-            name: method.name.clone(),
-            method: Method::new(&method.method, &given)?,
-            given,
-        })
+    let run = StudyRun {
+        name: method.name.clone(),
+        method: Method::new(&method.method, &shared)?,
+        given: shared,
     };
-    let all = run(shared.clone())?;
-    let mut cumulative = shared.clone();
-    let mut stages = Vec::new();
-    for stage in all.method.stages() {
-        let (key, exact) = (stage.name.to_owned(), stage.exact.to_owned());
-        let mut alone = shared.clone();
-        alone.insert(key.clone(), exact.clone());
-        cumulative.insert(key, exact);
-        stages.push(StageRun {
-            alone: run(alone)?,
-            cumulative: run(cumulative.clone())?,
-            stage,
-        });
-    }
-    Ok((!stages.is_empty()).then_some(StageRuns { all, stages }))
+    Ok((!run.method.stages().is_empty()).then_some(run))
 }
 
 /// The names of curves and candidates.

@@ -1,12 +1,11 @@
 //! The sensors that a study fills, and the methods and images for each of them.
 
-use std::collections::BTreeMap;
-
 use super::error::PlanError;
 use crate::method::Method;
 use crate::scene::{Scene, Sensor};
 use crate::setting::SettingError;
 use crate::study::file::{StudyCandidate, StudyFile, StudyMethod};
+use crate::study::limit::{Limit, StudyLimit};
 
 /// The sensors asked for, in that order. Without any it is the first irradiancemeter, or else the first
 /// camera.
@@ -87,16 +86,15 @@ pub(super) fn candidates(file: &StudyFile, sensor: &Sensor) -> Vec<StudyCandidat
 
 /// The limits on a sensor's curves. `NAME` is for every sensor that has it. `NAME@SENSOR` is for that one and
 /// goes first.
-pub(super) fn limits(
-    limits: &BTreeMap<String, f64>,
-    sensor: &str,
-    names: &[&str],
-) -> BTreeMap<String, f64> {
-    let own = names.iter().filter_map(|name| {
-        let limit = limits
-            .get(&format!("{name}@{sensor}"))
-            .or_else(|| limits.get(*name))?;
-        Some(((*name).to_owned(), *limit))
-    });
-    own.collect()
+pub(super) fn limits(limits: &[StudyLimit], sensor: &str, names: &[&str]) -> Vec<(String, Limit)> {
+    let is_known = |one: &&StudyLimit| names.contains(&one.curve.as_str());
+    let is_meant = |one: &&StudyLimit| match &one.sensor {
+        Some(id) => id == sensor,
+        None => !limits.iter().any(|other| {
+            let is_same = other.curve == one.curve && other.limit.figure == one.limit.figure;
+            is_same && other.sensor.as_deref() == Some(sensor)
+        }),
+    };
+    let own = limits.iter().filter(is_known).filter(is_meant);
+    own.map(|one| (one.curve.clone(), one.limit)).collect()
 }

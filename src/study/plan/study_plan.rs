@@ -9,6 +9,7 @@ use super::sensors;
 use crate::scene::Scene;
 use crate::setting::SettingError;
 use crate::study::file::StudyFile;
+use crate::study::limit::StudyLimit;
 
 /// The runs of a study.
 #[derive(Clone, Debug, PartialEq)]
@@ -83,10 +84,10 @@ fn check_used(file: &StudyFile, plans: &[SensorPlan]) -> Result<(), PlanError> {
     // Names without a sensor first: of two equally near names it is the one that most studies mean.
     names.sort_by_key(|name| name.contains('@'));
     names.dedup();
-    let is_unknown = |key: &&String| !names.contains(key);
-    if let Some(unknown) = file.max_error.keys().find(is_unknown) {
+    let mut limited = file.max_error.iter().map(StudyLimit::place);
+    if let Some(unknown) = limited.find(|place| !names.contains(place)) {
         let names = names.iter().map(String::as_str);
-        return Err(SettingError::unknown("method or candidate", unknown, names).into());
+        return Err(SettingError::unknown("method or candidate", &unknown, names).into());
     }
     let is_used = |name: &String| {
         let mut runs = plans.iter().flat_map(|plan| &plan.runs);

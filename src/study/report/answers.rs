@@ -2,15 +2,19 @@
 
 use super::super::checks::plane;
 use super::figures::{Answer, Curve, OrderOf, ReportRow, StageErrors};
-use super::text::percent;
+use super::text::{judged, percent};
 use crate::film::Image;
-use crate::metric::LayerComparison;
+use crate::metric::{Figure, LayerComparison};
+use crate::run::format::three_digits;
 
 /// More work is no help if half the error needs more than this many times the work.
 const HOPELESS: f64 = 1000.0;
 
-/// The part of the error that a stage must take off to be named.
+/// The part of the error that a stage must add or hide to be named.
 const NOTABLE: f64 = 0.1;
+
+/// A part of the light that is not worth a word.
+const NEXT_TO_NOTHING: f64 = 0.005;
 
 /// One answer a curve.
 pub(super) fn answers(rows: &[ReportRow], curves: &[Curve], stages: &[StageErrors]) -> Vec<Answer> {
@@ -34,25 +38,84 @@ pub(super) fn answers(rows: &[ReportRow], curves: &[Curve], stages: &[StageError
     curves.iter().filter_map(answer).collect()
 }
 
+/// Energy, displacement, misplaced light and resolution of the best row.
 fn how_wrong(best: &ReportRow, is_best_of_several: bool) -> String {
     let at_best = if is_best_of_several {
-        format!(" at best ({})", best.label)
+        format!("At best ({}) it", best.label)
     } else {
-        String::new()
+        "It".to_owned()
     };
     if !best.resolved {
         return format!(
-            "Its error{at_best} is {}, which the truth cannot tell from its own, {}.",
+            "{at_best} has an L1 of {}, which the truth cannot tell from its own error, {}.",
             percent(best.error),
             percent(best.truth_error)
         );
     }
-    let bias = best.bias.filter(|bias| bias.abs() > 0.005);
-    let amount = bias.map_or(String::new(), |bias| {
-        let less = if bias < 0.0 { "too little" } else { "too much" };
-        format!(", with {} {less} light", percent(Some(bias.abs())))
-    });
-    format!("Its error{at_best} is {}{amount}.", percent(best.error))
+    let Some(layer) = judged(best) else {
+        return format!("{at_best} has an L1 of {}.", percent(best.error));
+    };
+    let light = &layer.fidelity;
+    let energy = light.energy.map_or(1.0, |energy| energy.value);
+    if energy == 0.0 {
+        let warnings = best.facts.iter().flat_map(|facts| &facts.warnings);
+        let reason = warnings.into_iter().next();
+        let reason = reason.map_or(String::new(), |reason| format!(": {reason}"));
+        return format!("{at_best} delivers no light at all{reason}.");
+    }
+    let mut said = Vec::new();
+    if (energy - 1.0).abs() > NEXT_TO_NOTHING {
+        let less = if energy < 1.0 { "less" } else { "more" };
+        said.push(format!(
+            "puts {} {less} light",
+            percent(Some((energy - 1.0).abs()))
+        ));
+    }
+    said.extend(light.displaced.as_ref().map(|displaced| {
+        let metres = displaced.metres;
+        let metres = metres.map_or(String::new(), |it| format!(" ({})", length(it.value)));
+        format!(
+            "moves it by {} texels{metres}",
+            three_digits(displaced.texels.value)
+        )
+    }));
+    said.extend(
+        light
+            .misplaced
+            .map(|it| format!("has {} of it in a wrong texel", percent(Some(it.value)))),
+    );
+    said.push(light.resolution.map_or_else(
+        || "is right to 10 % at no scale".to_owned(),
+        |it| {
+            let metres = it
+                .metres
+                .map_or(String::new(), |it| format!(" ({})", length(it)));
+            let texels = it.texels.value;
+            let plural = if texels == 1.0 { "" } else { "s" };
+            format!(
+                "is right to 10 % at {} texel{plural}{metres}",
+                three_digits(texels)
+            )
+        },
+    ));
+    let last = said.pop().unwrap_or_default();
+    let list = if said.is_empty() {
+        last
+    } else {
+        format!("{}, and {last}", said.join(", "))
+    };
+    format!("{at_best} {list}; L1 is {}.", percent(best.error))
+}
+
+/// A length for readers.
+fn length(metres: f64) -> String {
+    if metres < 1e-2 {
+        format!("{} mm", three_digits(1e3 * metres))
+    } else if metres < 1.0 {
+        format!("{} cm", three_digits(1e2 * metres))
+    } else {
+        format!("{} m", three_digits(metres))
+    }
 }
 
 fn place(best: &ReportRow) -> Option<String> {
@@ -63,29 +126,47 @@ fn place(best: &ReportRow) -> Option<String> {
     ))
 }
 
-/// The stages that make most of the error: by its fall as each becomes exact after those before it.
+/// The stages that add most to L1, and those that hide others' errors.
 fn reason(stages: &StageErrors) -> Option<String> {
-    let mut before = stages.error;
-    let mut falls: Vec<(&str, f64)> = Vec::new();
-    for stage in &stages.stages {
-        falls.push((stage.stage, before - stage.cumulative));
-        before = stage.cumulative;
-    }
-    falls.sort_by(|a, b| b.1.total_cmp(&a.1));
-    let notable = falls
+    let shares = stages.attribution.of(Figure::L1)?;
+    let names = stages
+        .attribution
+        .stages
         .iter()
-        .filter(|(_, fall)| *fall > NOTABLE * stages.error);
-    let named: Vec<String> = notable
-        .take(2)
-        .map(|(stage, fall)| {
+        .map(|stage| stage.name.as_str());
+    let mut values: Vec<(&str, f64)> = names
+        .zip(shares.stages.iter().map(|stage| stage.share.value))
+        .filter(|(_, value)| value.abs() > NOTABLE * shares.whole)
+        .collect();
+    values.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let told = |values: Vec<&(&str, f64)>| {
+        let told = values.into_iter().map(|(stage, value)| {
             format!(
                 "{stage} ({} of {})",
-                percent(Some(*fall)),
-                percent(Some(stages.error))
+                percent(Some(value.abs())),
+                percent(Some(shares.whole))
             )
-        })
+        });
+        told.collect::<Vec<_>>().join(", ")
+    };
+    let adding: Vec<_> = values
+        .iter()
+        .filter(|(_, value)| *value > 0.0)
+        .take(2)
         .collect();
-    (!named.is_empty()).then(|| format!("Stages that make most of it: {}.", named.join(", ")))
+    let hiding: Vec<_> = values.iter().filter(|(_, value)| *value < 0.0).collect();
+    if adding.is_empty() {
+        return None;
+    }
+    let hidden = if hiding.is_empty() {
+        String::new()
+    } else {
+        format!("; hiding others' errors: {}", told(hiding))
+    };
+    Some(format!(
+        "Stages that make most of it: {}{hidden}.",
+        told(adding)
+    ))
 }
 
 /// The price of half the error, by the order in the count of the method's own starts, which has no fixed work

@@ -3,9 +3,11 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use super::super::attribution::Attribution;
 use super::super::checks;
 use super::super::curve::median;
 use super::super::file::StudyCandidate;
+use super::super::layers::add_specular;
 use super::super::plan::{SensorPlan, StudyRun};
 use super::super::session::Session;
 use super::super::store::StoredRun;
@@ -15,8 +17,7 @@ use super::figures::{
     Curve, ReportRow, RunTiming, SensorFigures, SensorTimings, StageErrors, StudyFigures,
     StudyReport, Timings, TruthFigures,
 };
-use super::specular::add_specular;
-use super::stages::{StageFilms, stage_errors};
+use super::picture::picture;
 use super::trade::{curves, front, gates, mark_pareto, orders_in_seconds};
 use crate::film::{Image, exr};
 use crate::metric::{self, CompareImage, LayerComparison};
@@ -47,8 +48,8 @@ pub struct SensorFilms<'a> {
     pub truth: StoredRun,
     /// Runs and candidates.
     pub judged: Vec<JudgedFilm<'a>>,
-    /// Approximations with their stages exact.
-    pub stages: Vec<StageFilms<'a>>,
+    /// Approximations whose error is attributed to their stages.
+    pub stages: Vec<(&'a StudyRun, Attribution)>,
 }
 
 /// Judges films by the truths'. They are read from the files, as anybody can who has them.
@@ -120,8 +121,12 @@ fn sensor_figures(
     let stages: Vec<StageErrors> = films
         .stages
         .iter()
-        .filter_map(|films| stage_errors(session, &truth, films).transpose())
-        .collect::<Result<_, _>>()?;
+        .map(|(run, attribution)| StageErrors {
+            name: run.name.clone(),
+            label: run.label(),
+            attribution: attribution.clone(),
+        })
+        .collect();
     let quantity = quantity(&truth.image);
     let figures = SensorFigures {
         sensor: sensor.id.clone(),
@@ -138,7 +143,7 @@ fn sensor_figures(
             command: command(session, plan, &plan.truth, &truth.name),
             facts: films.truth.facts.clone(),
         },
-        gates: gates(plan.max_error.iter(), &rows),
+        gates: gates(&plan.max_error, &rows),
         curves,
         stages,
         rows,
@@ -147,14 +152,17 @@ fn sensor_figures(
 }
 
 /// The meaning of the numbers, for readers who find the report alone.
-const CONVENTIONS: [&str; 8] = [
-    "error: root mean square difference from the truth over the mean of the truth, both over texels that the truth lights; a fraction",
-    "bias: mean of the image less mean of the truth, over the mean of the truth; a fraction",
-    "half_in: the smallest part of all texels that holds half of the sum of squared differences, channels averaged",
+const CONVENTIONS: [&str; 11] = [
+    "all figures are over all texels of the light that a row is judged by, lit or not; a black image has an L1 and an L2 of 1",
+    "error: L1, the sum of absolute differences from the truth over the sum of the truth; a fraction",
+    "energy: flux of the image over flux of the truth on the sensor; misplaced: the part of the light that is in a wrong texel if both have the same flux",
+    "displaced: how far light must be moved to its place, on average (the Wasserstein distance of order one); its value is a lower bound, its interval holds the distance",
+    "resolution: the smallest square over which means are right to 10 % (L2)",
+    "low and high: what the truth's own bars allow",
+    "picture: FLIP and SSIM of all light of the truth with the row's light in place of the truth's",
     "truth_error: what is known of the truth's own error, in the terms of error; a row is resolved where it is a tenth of error at most",
-    "all figures are those of nephroid compare on the films beside the report; linear sRGB, channels as they are in the files",
     "counters are exact and the same on every machine; seconds are in timings.json",
-    "stages: error over all texels of the light that an approximation models, light where the truth has none included",
+    "stages: shares of each stage in a figure by Shapley's value, which add up to the figure with the residual; on a sensor of fewer texels",
     "order: error goes as cost to this power, by least squares of logarithms over resolved rows",
 ];
 
@@ -181,9 +189,9 @@ impl SensorFilms<'_> {
             JudgedFilm::Run(_, stored) => Some(&stored.facts),
             JudgedFilm::Candidate(..) => None,
         });
-        let stages = self.stages.iter().map(|one| &one.all.facts);
         let specular = LayerName::Specular.to_string();
-        rows.chain(stages).any(|facts| facts.judged == specular)
+        let mut judged = rows.map(|facts| &facts.judged);
+        judged.any(|judged| *judged == specular)
     }
 }
 
@@ -230,7 +238,10 @@ fn row(
         || truth::shares_direct(&truth.image, &film.image);
     let truth_error =
         layer.and_then(|layer| truth::error(&films.truth.facts, is_direct_shared, layer));
-    let error = layer.and_then(|layer| layer.difference.relative_rmse);
+    let error = layer.and_then(|layer| Some(layer.fidelity.l1?.value));
+    let seen = layer
+        .map(|layer| picture(truth, &film, layer))
+        .transpose()?;
     Ok(ReportRow {
         name: name.clone(),
         label: judged.label(),
@@ -240,9 +251,9 @@ fn row(
         compare,
         layer: layer.map(|layer| layer.layer.clone()).unwrap_or_default(),
         error,
-        bias: layer.and_then(|layer| layer.equivalence.bias.relative),
         half_in: layer.and_then(|layer| half_in(&truth.image, &film.image, layer)),
         truth_error,
+        picture: seen,
         resolved: truth::resolves(truth_error, error),
         pareto: BTreeMap::new(),
         checks: match (judged, layer) {

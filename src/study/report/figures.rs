@@ -4,11 +4,13 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+use super::super::attribution::Attribution;
 use super::super::checks::Check;
 use super::super::curve::Order;
 use super::super::facts::Facts;
+use super::super::limit::Limit;
 use super::super::machine::Machine;
-use crate::metric;
+use crate::metric::{self, Bounded};
 use crate::run::Quantity;
 use crate::scene::Requirement;
 use crate::setting::Given;
@@ -119,15 +121,15 @@ pub struct ReportRow {
     pub facts: Option<Facts>,
     /// The layer that the row is judged by.
     pub layer: String,
-    /// √(mean d²) / mean r over lit texels of that layer; `None` if the truth is dark.
+    /// L1 of that layer: Σ |d| / Σ r over all texels; `None` if the truth is dark.
     pub error: Option<f64>,
-    /// The mean's difference, relative, of that layer.
-    pub bias: Option<f64>,
     /// The smallest part of all texels that holds half of the squared difference of that layer: it tells
     /// where the error is.
     pub half_in: Option<f64>,
-    /// The truth's own error, which may add to `error` either way.
+    /// The truth's own likely error in the same terms, which may add to `error` either way.
     pub truth_error: Option<f64>,
+    /// How the picture looks with all light.
+    pub picture: Option<PictureFigures>,
     /// True if the truth is good enough to know `error` by.
     pub resolved: bool,
     /// For each counter true if no other row has less error for as little cost.
@@ -136,6 +138,18 @@ pub struct ReportRow {
     pub checks: Vec<Check>,
     /// All figures of `nephroid compare`, layer by layer.
     pub comparison: metric::Comparison,
+}
+
+/// Figures of the picture that a viewer sees: all light of the truth, with the light that the row is judged by
+/// in place of the truth's.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct PictureFigures {
+    /// Mean HDR-FLIP: 0 to 1.
+    pub flip: Option<f64>,
+    /// The exposures that FLIP takes, from and to \[stops\], and their number.
+    pub exposures: Option<(f32, f32, usize)>,
+    /// SSIM.
+    pub ssim: Option<f64>,
 }
 
 /// One method over its settings.
@@ -156,34 +170,9 @@ pub struct StageErrors {
     pub name: String,
     /// The curve's name with the settings that are not defaults.
     pub label: String,
-    /// The layer that is judged.
-    pub layer: String,
-    /// The error with all stages as they are set.
-    pub error: f64,
-    /// In the order of the pipeline.
-    pub stages: Vec<StageFigures>,
-    /// The error with all stages exact: of sampling, and of the truth.
-    pub residual: f64,
-    /// The part of the error that the falls of single stages do not add up to: errors that hide or cancel
-    /// each other.
-    pub interaction: f64,
-    /// The part of the light from mirrors and glass that is not modelled at all.
-    pub not_modelled: f64,
-}
-
-/// The effect of one stage on the error.
-#[derive(Clone, Debug, Serialize)]
-pub struct StageFigures {
-    /// The stage.
-    pub stage: &'static str,
-    /// The variant that is set.
-    pub variant: String,
-    /// Its twin without error.
-    pub exact: &'static str,
-    /// The error with this stage exact, all others as they are set.
-    pub alone: f64,
-    /// The error with this stage and all before it exact.
-    pub cumulative: f64,
+    /// Figure by figure, and stage by stage.
+    #[serde(flatten)]
+    pub attribution: Attribution,
 }
 
 /// The order of an error in a cost.
@@ -201,12 +190,10 @@ pub struct OrderOf {
 pub struct Gate {
     /// The curve or candidate.
     pub name: String,
-    /// The largest relative error that it may have.
-    pub limit: f64,
-    /// The smallest that it has, over its settings.
-    pub error: Option<f64>,
-    /// The truth's own error, which may add to it either way.
-    pub truth_error: Option<f64>,
+    /// The limit.
+    pub limit: Limit,
+    /// The smallest figure that it has, over its settings, with what the truth's bars allow.
+    pub error: Option<Bounded>,
     /// The verdict.
     pub verdict: GateVerdict,
 }
@@ -215,11 +202,11 @@ pub struct Gate {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum GateVerdict {
-    /// The error is below the limit, the truth's own error added.
+    /// The figure is not above the limit, whatever the truth's bars allow.
     Kept,
     /// The truth is not good enough to tell.
     Undecided,
-    /// The error is above the limit, the truth's own error taken off.
+    /// The figure is above the limit, whatever the truth's bars allow.
     Exceeded,
 }
 

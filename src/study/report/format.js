@@ -28,6 +28,13 @@ function signedPercent(value, digits = 3) {
   return value > 0 ? `+${percent(value, digits)}` : percent(value, digits);
 }
 
+/** A length in metres, in the unit that suits it. */
+function length(metres) {
+  if (metres === null || metres === undefined) return '–';
+  if (metres < 0.01) return `${number(1000 * metres, 3)} mm`;
+  return metres < 1 ? `${number(100 * metres, 3)} cm` : `${number(metres, 3)} m`;
+}
+
 /** A count, grouped by thin spaces. */
 function count(value) {
   return value === null || value === undefined ? '–' : String(value).replace(/\B(?=(\d{3})+(?!\d))/g, '\u2009');

@@ -10,24 +10,22 @@
 //! Figures are those of [`metric::compare`](crate::metric::compare) on the stored films: `nephroid compare`
 //! prints the same digits.
 //! Methods of all light by mirrors and glass are the exception: that layer of the truth is made here
-//! (`specular.rs`).
+//! (`study/layers.rs`).
 
 mod answers;
 mod build;
 mod figures;
 mod files;
 mod page;
+mod picture;
 mod planes;
-mod specular;
-mod stages;
 mod text;
 mod trade;
 
 pub use build::{JudgedFilm, RowProgress, SensorFilms, build};
 pub use figures::{
     Answer, Curve, Gate, GateVerdict, OrderOf, ReportRow, RunTiming, SensorFigures, SensorTimings,
-    StageErrors, StageFigures, StudyFigures, StudyReport, Timings, TruthFigures,
+    StageErrors, StudyFigures, StudyReport, Timings, TruthFigures,
 };
 pub use files::write;
-pub use stages::StageFilms;
 pub use text::markdown;

@@ -62,7 +62,7 @@ function heading(parts) {
   place('title').textContent = isOnly ? `${name}, ${sensors[0]}` : name;
   place('subtitle').textContent = isOnly ? parts[0].subtitle : `${sensors.length} sensors: ${sensors.join(', ')}`;
   const links = isOnly
-    ? [['summary', 'Summary'], ['where', 'Where'], ['cost', 'Cost'], ...(report.sensors[0].stages.length ? [['stages', 'Stages']] : []), ['figures', 'Figures'], ['flux', 'Flux']]
+    ? [['summary', 'Summary'], ['where', 'Where'], ['scales', 'Scale'], ['cost', 'Cost'], ...(report.sensors[0].stages.length ? [['stages', 'Stages']] : []), ['figures', 'Figures'], ['flux', 'Flux']]
     : parts.map((part) => [part.part('heading').id, part.figures.sensor]);
   place('links').append(...[...links, ['record', 'Record']].map(([id, text]) => element('a', { href: `#${id}` }, text)));
 }
@@ -74,7 +74,9 @@ function notices() {
     list.push(...timings.sensors[i].notes.map((note) => `${on}${note}.`));
     for (const gate of gates) {
       if (gate.verdict !== 'kept') {
-        list.push(`${on}Limit of ${percent(gate.limit)} on ${gate.name}: ${gate.verdict}; its error is ${percent(gate.error)}.`);
+        const { figure, most, unit } = gate.limit;
+        const show = (value) => ({ fraction: percent, texels: (it) => `${number(it, 3)} texels`, metres: length }[unit](value));
+        list.push(`${on}Limit of ${show(most)} on ${figure} of ${gate.name}: ${gate.verdict}; it is ${gate.error ? show(gate.error.value) : 'not defined'}.`);
       }
     }
     for (const row of rows) {
@@ -115,5 +117,17 @@ function record() {
 }
 
 notices();
-heading(report.sensors.map((_, i) => new SensorPart(i)));
+const parts = report.sensors.map((_, i) => new SensorPart(i));
+heading(parts);
 record();
+const kept = location.hash.match(/^#view=(.*)$/);
+if (kept) {
+  try {
+    const view = JSON.parse(decodeURIComponent(kept[1]));
+    parts[view.sensor]?.restore(view);
+  } catch (error) {
+    if (!(error instanceof SyntaxError || error instanceof URIError)) throw error;
+    place('notices').hidden = false;
+    place('notices').append(element('p', {}, 'The address names no view that can be read.'));
+  }
+}

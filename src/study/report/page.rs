@@ -6,11 +6,11 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::super::StudyError;
+use super::super::layers::add_specular;
 use super::figures::{SensorFigures, StudyReport, Timings};
 use super::planes::{Digits, EncodedPlane, reduced};
-use super::specular::add_specular;
 use crate::film::{Image, exr};
-use crate::metric::{CompareImage, ImageSide, Maps, Pairing};
+use crate::metric::{CompareImage, Flip, ImageSide, Maps, Pairing, flip};
 use crate::run::LayerName;
 
 /// Largest size of the page's images \[bytes\]; larger films are averaged over squares of texels.
@@ -45,6 +45,8 @@ struct PageFilm {
     /// One standard error, or half the distance of bounds; `None` if the film has neither.
     bar: Option<Vec<f32>>,
     z: Option<Vec<f32>>,
+    /// HDR-FLIP of the light that the row is judged by.
+    flip: Option<Vec<f32>>,
 }
 
 /// The page of a report in a folder with its films.
@@ -86,7 +88,10 @@ pub fn page(folder: &Path, report: &StudyReport, timings: &Timings) -> Result<St
     let scripts = [
         include_str!("format.js"),
         include_str!("viewer.js"),
+        include_str!("export.js"),
         include_str!("plot.js"),
+        include_str!("profile.js"),
+        include_str!("scales.js"),
         include_str!("stages.js"),
         include_str!("sensor.js"),
         include_str!("page.js"),
@@ -118,6 +123,10 @@ fn films(folder: &Path, sensor: &SensorFigures) -> Result<Vec<PageFilm>, StudyEr
             ImageSide::A,
             std::slice::from_ref(&row.layer),
         )?;
+        film.flip = pairing
+            .pairs
+            .first()
+            .and_then(|pair| Flip::map(pair, flip::PIXELS_PER_DEGREE));
         let z = pairing.pairs.first().and_then(|pair| Maps::of(pair).z);
         film.z = z.map(|grid| grid.iter().copied().collect());
         films.push(film);
@@ -145,6 +154,8 @@ impl Pictures {
             let digits = if i == 0 { Digits::Five } else { Digits::Four };
             images.push((film, "value", &film.value, digits));
             images.extend(film.bar.as_ref().map(|bar| (film, "bar", bar, Digits::Two)));
+            let flip = film.flip.as_ref();
+            images.extend(flip.map(|flip| (film, "flip", flip, Digits::Two)));
             images.extend(film.z.as_ref().map(|z| (film, "z", z, Digits::Two)));
             let names = ["red", "green", "blue"].into_iter();
             let channels = names.zip(film.colour.iter().flatten());
@@ -199,6 +210,7 @@ impl PageFilm {
             colour,
             bar,
             z: None,
+            flip: None,
         }
     }
 }

@@ -28,7 +28,7 @@ pub enum Digits {
 pub struct EncodedPlane {
     /// The file it is from, as the report names it.
     pub file: String,
-    /// `value`, `bar` or `z`.
+    /// `value`, `bar`, `z`, `flip`, `red`, `green` or `blue`.
     pub kind: &'static str,
     /// The planes of bytes.
     pub data: String,

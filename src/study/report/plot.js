@@ -33,9 +33,10 @@ function padded(values, least) {
  * Curves of error against cost.
  * curves: [{ name, colour, points: [{ cost, error, bar, resolved, label, row }], orders }], an order being one of the report or a { note }
  * levels: [{ error, name, colour, row }], errors without a cost
- * light: the layer that the errors are of
+ * light: the layer that the errors are of; figure: their name, a length in texels if isLength
  */
-function costPlot(host, { curves, levels, axis, light, front, chosen, choose }) {
+function costPlot(host, { curves, levels, axis, light, figure, isLength, front, chosen, choose }) {
+  const unit = isLength ? 1 : 100;
   const all = curves.flatMap((curve) => curve.points);
   if (!all.length) {
     host.replaceChildren(element('p', { class: 'muted' }, 'No run has both this cost and an error.'));
@@ -53,15 +54,15 @@ function costPlot(host, { curves, levels, axis, light, front, chosen, choose }) 
     svg.append(drawn('line', { class: 'grid', x1: x(value), x2: x(value), y1: top, y2: floor }),
       drawn('text', { x: x(value), y: floor + 18, 'text-anchor': 'middle' }, tick(value)));
   }
-  for (const value of logTicks(100 * 10 ** y0, 100 * 10 ** y1)) {
-    svg.append(drawn('line', { class: 'grid', x1: left, x2: width - right, y1: y(value / 100), y2: y(value / 100) }),
-      drawn('text', { x: left - 8, y: y(value / 100) + 4, 'text-anchor': 'end' }, `${tick(value)} %`));
+  for (const value of logTicks(unit * 10 ** y0, unit * 10 ** y1)) {
+    svg.append(drawn('line', { class: 'grid', x1: left, x2: width - right, y1: y(value / unit), y2: y(value / unit) }),
+      drawn('text', { x: left - 8, y: y(value / unit) + 4, 'text-anchor': 'end' }, isLength ? tick(value) : `${tick(value)} %`));
   }
   svg.append(
     drawn('line', { class: 'axis', x1: left, x2: width - right, y1: floor, y2: floor }),
     drawn('line', { class: 'axis', x1: left, x2: left, y1: top, y2: floor }),
     drawn('text', { class: 'title', x: (left + width - right) / 2, y: height - 12, 'text-anchor': 'middle' }, axis),
-    drawn('text', { class: 'title', x: left - 58, y: top - 9 }, `error in ${light}`),
+    drawn('text', { class: 'title', x: left - 58, y: top - 9 }, `${figure}${isLength ? ' [texels]' : ''} in ${light}`),
   );
   const steps = all.filter((point) => front.has(point.row)).sort((a, b) => a.cost - b.cost);
   const path = steps.map((point, i) => (i === 0 ? `M${x(point.cost)} ${y(point.error)}` : `H${x(point.cost)}V${y(point.error)}`));

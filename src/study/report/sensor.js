@@ -1,5 +1,26 @@
 // One sensor's part of the page: its summary, viewer, plots and tables, all of which follow one chosen run.
 
+/** The figures of light of the layer that a row is judged by. */
+const light = (row) => judged(row)?.fidelity;
+
+/** A figure between what the truth's bars allow. */
+function between(value, ends, show) {
+  return element('span', { title: ends.low === null ? null : `between ${show(ends.low)} and ${ends.high === null ? 'anything' : show(ends.high)}` }, value);
+}
+
+function displacement(found) {
+  if (!found) return '–';
+  const metres = found.metres ? ` (${length(found.metres.value)})` : '';
+  return between(`${number(found.texels.value, 3)}${metres}`, found.texels, (value) => `${number(value, 3)} texels`);
+}
+
+function resolution(figures) {
+  if (!figures?.energy) return '–';
+  if (!figures.resolution) return element('span', { class: 'muted', title: 'L2 is above 10 % at all scales' }, 'none');
+  const { texels, metres } = figures.resolution;
+  return `${number(texels.value, 3)}${metres ? ` (${length(metres)})` : ''}`;
+}
+
 class SensorPart {
   /** Builds the part of a sensor, by its place in the report. */
   constructor(index) {
@@ -60,7 +81,7 @@ class SensorPart {
     const { median } = this.timings.truth;
     const own = truth.facts.own_error === null ? 'does not know its own error' : `is known to ${percent(truth.facts.own_error, 2)} (its own figure)`;
     const resolved = rows.filter((row) => row.resolved).length;
-    const kept = gates.filter((gate) => gate.verdict === 'kept').map((gate) => `${gate.name} keeps its limit of ${percent(gate.limit)}.`);
+    const kept = gates.filter((gate) => gate.verdict === 'kept').map((gate) => `${gate.name} keeps its limit on ${gate.limit.figure}.`);
     this.part('lead').textContent = [
       `The truth, ${truth.label}, ${own}${median ? `, and took ${number(median, 3)} s` : ''}.`,
       resolved === rows.length ? '' : `It resolves ${resolved} of ${rows.length} runs.`, ...kept,
@@ -79,17 +100,20 @@ class SensorPart {
     const figure = (title, value, show) => ({ title, value: (row) => value(row) ?? null, show: (row) => show(value(row)) });
     const columns = [
       { title: 'run', text: true, value: (row) => row.label, show: (row) => element('span', {}, element('span', { class: 'dot', style: `background: ${this.colourOf(row.name)}` }), row.label) },
-      { title: 'error', value: (row) => row.error, show: (row) => element('span', { class: row.resolved ? null : 'muted' }, percent(row.error)) },
+      figure('energy', (row) => light(row)?.energy?.value, (value) => percent(value)),
+      { title: 'L1', value: (row) => row.error, show: (row) => element('span', { class: row.resolved ? null : 'muted' }, percent(row.error)) },
       { title: '', show: (row) => this.gauge(row, range) },
-      figure('bias', (row) => row.bias, (value) => signedPercent(value, 2)),
-      figure('half in', (row) => row.half_in, (value) => percent(value, 2)),
-      figure('SSIM', (row) => judged(row)?.similarity?.ssim, (value) => number(value, 4)),
-      figure('FLIP', (row) => judged(row)?.flip?.mean, (value) => number(value, 3)),
+      figure('misplaced', (row) => light(row)?.misplaced?.value, (value) => percent(value)),
+      { title: 'displaced', unit: 'texels', value: (row) => light(row)?.displaced?.texels.value ?? null, show: (row) => displacement(light(row)?.displaced) },
+      { title: 'right at', unit: 'texels', value: (row) => light(row)?.resolution?.texels.value ?? null, show: (row) => resolution(light(row)) },
+      figure('FLIP', (row) => row.picture?.flip, (value) => number(value, 3)),
+      figure('SSIM', (row) => row.picture?.ssim, (value) => number(value, 4)),
       figure('rays', (row) => counter(row, 'rays'), (value) => number(value, 3)),
       { title: 'time', unit: 's', value: (_, i) => times[i].median, show: (_, i) => time(times[i]) },
       { title: 'front', value: (row) => (row.pareto.rays ? 0 : 1), show: (row) => (row.pareto.rays ? '●' : '') },
       { title: '', text: true, show: (row, i) => element('span', {}, ...this.remarks(row, times[i])) },
     ];
+    this.part('rows').closest('.scroll').after(tableButtons(this.part('rows')));
     sortable(this.part('rows'), columns, rows, {
       onrow: (line, _, i) => filled(line, {
         tabindex: 0, 'data-row': i, 'aria-selected': 'false', onclick: () => this.choose(i),
@@ -129,6 +153,9 @@ class SensorPart {
         ...options.map(([value, text]) => element('option', { value, selected: state[key] === value }, text)));
       return element('label', {}, name, select);
     };
+    this.against = element('select', { 'data-control': 'against', onchange: () => this.choose(this.chosen) },
+      element('option', { value: '' }, 'the truth'), ...rows.map((row, i) => element('option', { value: i }, row.label)));
+    const flip = element('button', { type: 'button', 'data-control': 'flip', 'aria-pressed': 'false', onclick: () => viewer.set({ flipped: !state.flipped }) }, 'Flip');
     const slider = element('input', { type: 'range', min: -8, max: 12, step: 0.5, value: 0, 'data-control': 'exposure', oninput: (event) => viewer.set({ exposure: Number(event.target.value) }) });
     const stops = element('output', {}, '0 stops');
     const wipe = element('button', { type: 'button', 'data-control': 'wipe', 'aria-pressed': 'false', onclick: () => viewer.set({ wipe: !state.wipe }) }, 'Wipe');
@@ -136,33 +163,122 @@ class SensorPart {
       ...rows.map((row, i) => element('option', { value: i }, row.label)));
     const scales = [['light', 'false colour'], ['grey', 'grey'], ...(viewer.hasColour ? [['rgb', 'as they are (sRGB)']] : [])];
     this.part('where').querySelector('.controls').append(
-      element('label', {}, 'Run', select), choice('Map', 'map', Object.entries(MAPS).map(([key, map]) => [key, map.name])),
+      element('label', {}, 'Run', select), element('label', {}, 'Against', this.against), choice('Map', 'map', Object.entries(MAPS).map(([key, map]) => [key, map.name])),
       choice('Colours', 'colours', scales), choice('Scale', 'scale', [['log', 'logarithmic'], ['linear', 'linear']]),
-      element('label', {}, 'Exposure', slider, stops), wipe, element('button', { type: 'button', 'data-control': 'fit', onclick: () => viewer.fit() }, 'Fit'),
+      element('label', {}, 'Exposure', slider, stops), wipe, flip, element('button', { type: 'button', 'data-control': 'fit', onclick: () => viewer.fit() }, 'Fit'),
+      element('button', { type: 'button', 'data-control': 'inset', onclick: async () => offer(`${this.figures.rows[this.chosen].name}-inset.png`, await viewer.inset()) }, 'Save inset'),
+      element('button', { type: 'button', 'data-control': 'link', onclick: (event) => { location.hash = this.link(); navigator.clipboard?.writeText(location.href); event.target.textContent = 'Link copied'; } }, 'Link to this view'),
     );
     const follow = () => {
       wipe.setAttribute('aria-pressed', state.wipe);
+      flip.setAttribute('aria-pressed', state.flipped);
       slider.value = state.exposure;
       stops.textContent = `${state.exposure > 0 ? '+' : ''}${number(state.exposure, 2)} stops`;
     };
     const panes = this.part('panes');
     panes.addEventListener('viewer', follow);
     panes.addEventListener('turn', (event) => this.choose((this.chosen + event.detail + rows.length) % rows.length));
+    panes.addEventListener('place', (event) => this.profile(event.detail));
+    panes.addEventListener('region', () => this.region());
+    const isRow = this.part('profile-direction');
+    isRow.addEventListener('change', () => this.profile());
     const { step } = data.pictures[this.index];
     const reduced = step > 1 ? `Pictures are means of ${step} × ${step} texels; the films beside this page have all. ` : '';
     this.part('precision').textContent = `${reduced}Numbers are means of channels; bars are one standard error, or half the distance of bounds. Read-outs have 4 digits; the films have all.`;
   }
 
+  /** L2 against scale, of all rows that are judged by the same light as the one that is chosen. */
+  scales(row) {
+    const runs = this.figures.rows.map((one, i) => ({ row: i, label: one.label, colour: this.colourOf(one.name), scales: light(one)?.scales ?? [], chosen: i === this.chosen }))
+      .filter((_, i) => this.figures.rows[i].layer === row.layer);
+    const found = light(row)?.displaced;
+    const metre = found?.metres && found.texels.value > 0 ? found.metres.value / found.texels.value : null;
+    scalePlot(this.part('scale-plot'), { runs, metre, choose: (i) => this.choose(i) });
+  }
+
+  /** The films that stand beside the chosen run: the truth first, then all rows that are judged by the same light. */
+  async films() {
+    const row = this.figures.rows[this.chosen];
+    const truth = this.viewer.truthOf(row);
+    const rows = this.figures.rows.map((one, i) => ({ one, i })).filter(({ one }) => one.layer === row.layer);
+    return Promise.all([
+      { label: 'truth', file: truth, colour: 'var(--ink)', chosen: false },
+      ...rows.map(({ one, i }) => ({ label: one.label, file: one.file, colour: this.colourOf(one.name), chosen: i === this.chosen })),
+    ].map(async (film) => ({ ...film, values: await this.viewer.numbers(film.file, 'value'), bar: await this.viewer.numbers(film.file, 'bar') })));
+  }
+
+  /** The profile through a place, or through the brightest texel of the truth. */
+  async profile(place = this.profilePlace) {
+    const { viewer } = this;
+    const films = await this.films();
+    if (!place) {
+      const truth = films[0].values;
+      let brightest = 0;
+      for (let i = 1; i < truth.length; i++) if (truth[i] > truth[brightest]) brightest = i;
+      place = { x: brightest % viewer.width, y: Math.floor(brightest / viewer.width) };
+    }
+    this.profilePlace = place;
+    const isRow = this.part('profile-direction').value === 'row';
+    const at = Math.floor(isRow ? place.y : place.x);
+    if (at < 0 || at >= (isRow ? viewer.height : viewer.width)) return;
+    viewer.line = { isRow, at };
+    const found = light(this.figures.rows[this.chosen])?.displaced;
+    const metre = found?.metres && found.texels.value > 0 ? (data.pictures[this.index].step * found.metres.value) / found.texels.value : null;
+    profilePlot(this.part('profile'), { films, line: viewer.line, size: [viewer.width, viewer.height], unit: this.figures.unit, metre });
+    viewer.draw();
+  }
+
+  /** Figures of the region that was dragged. */
+  async region() {
+    const { region, width } = this.viewer;
+    const host = this.part('region');
+    if (!region) return;
+    const table = element('table');
+    const column = (title, key, show) => ({ title, value: (it) => it[key], show: (it) => show(it[key]) });
+    sortable(table, [
+      { title: `${region.width} × ${region.height} texels at (${region.x}, ${region.y})`, text: true, value: (it) => it.label, show: (it) => it.label },
+      { ...column('mean', 'mean', (it) => number(it)), unit: this.figures.unit }, column('energy', 'energy', (it) => percent(it)), column('L1', 'l1', (it) => percent(it)),
+    ], regionFigures(await this.films(), region, width));
+    host.replaceChildren(element('div', { class: 'scroll' }, table), tableButtons(table));
+    this.viewer.draw();
+  }
+
+  /** The view as a part of an address. */
+  link() {
+    const { state, view, region } = this.viewer;
+    return `view=${encodeURIComponent(JSON.stringify({ sensor: this.index, run: this.chosen, against: this.against.value, state, view, region }))}`;
+  }
+
+  /** Goes to the view that an address names. */
+  async restore({ run, against, state, view, region }) {
+    this.against.value = against ?? '';
+    Object.assign(this.viewer.state, state);
+    if (view) this.viewer.view = view;
+    this.viewer.region = region;
+    await this.choose(Math.min(run ?? 0, this.figures.rows.length - 1));
+    for (const [key, control] of [['map', 'map'], ['colours', 'colours'], ['scale', 'scale']]) {
+      this.article.querySelector(`[data-control=${control}]`).value = this.viewer.state[key];
+    }
+    this.viewer.set({});
+    if (region) await this.region();
+    this.part('where').scrollIntoView();
+  }
+
   /** The error of a row in one kind of light: a row that is judged by one layer has no other that could be judged. */
   errorIn(row, layer) {
-    if (row.layer === layer) return { error: row.error, bar: row.truth_error ?? 0, resolved: row.resolved };
-    const found = row.layer === this.total && row.comparison.layers.find((one) => one.layer === layer)?.difference;
+    const found = row.layer === layer || row.layer === this.total ? row.comparison.layers.find((one) => one.layer === layer) : null;
     if (!found) return { error: null };
-    // The truth's error in the terms of a row, as in study/truth.rs; direct light has no part in a layer of its own.
+    // The truth's likely error in the terms of L1, as in study/truth.rs; direct light has no part in a layer of its own.
     const sigma = this.figures.truth.facts.spread.specular;
-    const [width, height] = this.figures.size;
-    const bar = sigma === null || !found.lit ? null : (sigma * Math.sqrt((width * height) / found.lit)) / found.mean_lit;
-    return { error: found.relative_rmse, bar: bar ?? 0, resolved: bar !== null && bar <= 0.1 * found.relative_rmse };
+    const likely = row.layer === layer ? row.truth_error : sigma === null ? null : sigma / found.difference.mean_reference;
+    const l1 = found.fidelity.l1?.value ?? null;
+    const resolved = row.layer === layer ? row.resolved : likely !== null && likely <= 0.1 * l1;
+    if (this.figure.value === 'l1') return { error: l1, bar: likely ?? 0, resolved };
+    const value = {
+      l2: (it) => it.fidelity.l2, misplaced: (it) => it.fidelity.misplaced, displaced: (it) => it.fidelity.displaced?.texels,
+      energy: (it) => it.fidelity.energy && { value: Math.abs(it.fidelity.energy.value - 1) },
+    }[this.figure.value](found);
+    return { error: value?.value ?? null, bar: 0, resolved };
   }
 
   /** The choices of cost and light. Light of which most is known is first, but none that hides a film from elsewhere. */
@@ -171,6 +287,8 @@ class SensorPart {
     const names = [...new Set(rows.flatMap((row) => row.facts?.counters.map((one) => one.name) ?? []))];
     this.axis = element('select', { id: this.index ? null : 'cost-axis', onchange: () => this.cost() },
       ...names.map((name) => element('option', { value: name }, name)), element('option', { value: 'seconds' }, 'seconds'));
+    const choices = Object.entries(FIGURES).map(([key, { name }]) => element('option', { value: key }, name === 'energy' ? '|energy − 1|' : name));
+    this.figure = element('select', { 'data-control': 'figure', onchange: () => this.cost() }, ...choices);
     const known = (layer) => rows.filter((row) => this.errorIn(row, layer).error > 0);
     const layers = [...new Set(rows.map((row) => row.layer))].sort((a, b) => {
       const [left, right] = [a, b].map((layer) => known(layer).length + rows.length * known(layer).filter((row) => !row.method).length);
@@ -178,21 +296,23 @@ class SensorPart {
     });
     this.light = element('select', { 'data-control': 'light', onchange: () => this.cost() },
       ...layers.map((layer) => element('option', { value: layer }, layer === this.total ? `${layer}, all light` : layer)));
-    this.part('cost').querySelector('.controls').append(element('label', {}, 'Cost', this.axis), ...(layers.length > 1 ? [element('label', {}, 'Light', this.light)] : []));
+    this.part('cost').querySelector('.controls').append(element('label', {}, 'Figure', this.figure), element('label', {}, 'Cost', this.axis), ...(layers.length > 1 ? [element('label', {}, 'Light', this.light)] : []));
   }
 
   cost() {
     const { rows, curves } = this.figures;
     const [axis, layer] = [this.axis.value, this.light.value];
+    const isLength = this.figure.value === 'displaced';
+    const shown = (value) => FIGURES[this.figure.value].show(value).replace('+', '');
     const of = (i) => (axis === 'seconds' ? this.timings.rows[i].median : counter(rows[i], axis));
     const own = (curve) => rows[curve.rows[0]].facts?.counters.at(-1)?.name;
     const points = (curve) => curve.rows.map((i) => {
       const found = this.errorIn(rows[i], layer);
-      return { ...found, cost: of(i), row: i, label: `${rows[i].label}\nerror ${percent(found.error)} ± ${percent(found.bar, 2)} in ${layer}\n${axis} ${number(of(i), 4)}` };
+      return { ...found, cost: of(i), row: i, label: `${rows[i].label}\n${FIGURES[this.figure.value].name} ${shown(found.error)}${found.bar ? ` ± ${shown(found.bar)}` : ''} in ${layer}\n${axis} ${number(of(i), 4)}` };
     }).filter(({ cost, error }) => cost > 0 && error > 0).sort((a, b) => a.cost - b.cost);
     const lines = curves.map((curve, i) => {
       const marks = points(curve);
-      const isOwn = curve.rows.every((row) => rows[row].layer === layer);
+      const isOwn = this.figure.value === 'l1' && curve.rows.every((row) => rows[row].layer === layer);
       const known = [...curve.orders, this.timings.orders[i]].filter(Boolean);
       const wanted = axis === 'rays' && isOwn ? ['rays', own(curve)] : [axis];
       const used = new Set(marks.filter((mark) => mark.resolved).map((mark) => JSON.stringify(this.timings.rows[mark.row].machine)));
@@ -206,7 +326,9 @@ class SensorPart {
     // What has an error and no such cost, as a film from elsewhere, is a level.
     const levels = rows.map((row, i) => ({ row: i, name: row.label, error: this.errorIn(row, layer).error, colour: this.colourOf(row.name) }))
       .filter((level) => !(of(level.row) > 0) && level.error > 0);
-    costPlot(this.part('plot'), { curves: lines, levels, axis, light: layer, front, chosen: this.chosen, choose: (i) => this.choose(i) });
+    this.part('cost').querySelector('.exports')?.remove();
+    this.part('plot').after(exportButtons(this.part('plot'), `cost-${axis}`));
+    costPlot(this.part('plot'), { curves: lines, levels, axis, light: layer, figure: FIGURES[this.figure.value].name, isLength, front, chosen: this.chosen, choose: (i) => this.choose(i) });
   }
 
   stages() {
@@ -224,7 +346,11 @@ class SensorPart {
       figure('mean of truth', (it) => it.difference.mean_reference, undefined, unit),
       figure('mean', (it) => it.difference.mean_other, undefined, unit),
       figure('bias', (it) => it.equivalence.bias.relative, (it) => signedPercent(it, 3)),
-      figure('error', (it) => it.difference.relative_rmse, percent),
+      figure('L1', (it) => it.fidelity.l1?.value, percent),
+      figure('L2', (it) => it.fidelity.l2?.value, percent),
+      figure('misplaced', (it) => it.fidelity.misplaced?.value, percent),
+      figure('displaced', (it) => it.fidelity.displaced?.texels.value, (it) => number(it, 3), 'texels'),
+      figure('rel. RMSE', (it) => it.difference.relative_rmse, percent),
       figure('unexplained', (it) => it.equivalence.texels.unexplained, percent),
       figure('relMSE', (it) => it.difference.rel_mse),
       figure('SMAPE', (it) => it.difference.smape),
@@ -243,6 +369,8 @@ class SensorPart {
       ['energy', `${number(layer.difference.energy_ratio, 6)} of the truth’s`],
       ['bias', layer.equivalence.bias.interval ? `between ${layer.equivalence.bias.interval.map((it) => signedPercent(it)).join(' and ')}` : '–'],
       ['verdict', `${layer.equivalence.verdict} within ${percent(margin)} (bias ${layer.equivalence.bias.verdict}, texels ${layer.equivalence.texels.verdict})`],
+      ['half in', `half of the squared error is in ${percent(row.half_in, 2)} of the texels`],
+      ['films', element('span', {}, element('a', { href: this.figures.truth.file }, 'truth.exr'), ' ', element('a', { href: row.file }, 'run.exr'))],
       ['own error', row.facts ? percent(row.facts.own_error) : 'not told'],
       ['truth’s error', percent(row.truth_error)],
     ] : [];
@@ -273,9 +401,13 @@ class SensorPart {
     for (const name of this.article.querySelectorAll('.chosen')) name.textContent = row.label;
     this.article.querySelector('[data-control=run]').value = i;
     this.layers(row);
+    this.scales(row);
     this.ledger(row);
     this.cost();
-    await this.viewer.show(row);
+    const against = this.against?.value ? this.figures.rows[Number(this.against.value)] : null;
+    await this.viewer.show(row, against);
+    await this.profile();
+    if (this.viewer.region) await this.region();
     this.article.dataset.shown = i;
   }
 }

@@ -1,33 +1,53 @@
-// Waterfalls: how an approximation's error falls as its stages become exact, one after the other.
+// Stages: what each adds to a figure of an approximation (Shapley's values, with signs), and the table behind it.
 
-/** One waterfall: { error, stages: [{ stage, variant, exact, alone, cumulative }], residual } */
-function waterfall({ label, error, stages, residual }, colour) {
-  const [width, height, left, right, top, bottom] = [900, 260, 70, 20, 26, 58];
-  const steps = [{ name: 'as set', from: 0, to: error, whole: true }];
-  let before = error;
-  for (const { stage, cumulative } of stages) {
-    steps.push({ name: stage, from: before, to: cumulative });
-    before = cumulative;
-  }
-  steps.push({ name: 'all exact', from: 0, to: residual, whole: true });
-  const most = Math.max(...steps.flatMap(({ from, to }) => [from, to])) || 1;
+const FIGURES = {
+  l1: { name: 'L1', show: (value) => percent(value), meaning: 'sum of absolute differences over the truth’s sum; a black image has 100 %' },
+  energy: { name: 'energy', show: (value) => signedPercent(value), meaning: 'flux over the truth’s, less one' },
+  misplaced: { name: 'misplaced', show: (value) => percent(value), meaning: 'light in a wrong texel, at equal flux' },
+  displaced: { name: 'displaced', show: (value) => `${number(value, 3)} texels`, meaning: 'how far light is from its place, on average' },
+  l2: { name: 'L2', show: (value) => percent(value), meaning: 'root of the sum of squared differences over that of the truth’s squares' },
+};
+
+/** A value of a figure with its sign. */
+function signedFigure(figure, value) {
+  const text = FIGURES[figure].show(value);
+  return value > 0 && !text.startsWith('+') ? `+${text}` : text;
+}
+
+/** Bars of what stages add, one under the other from where the one before ends, and what is left at the end. */
+function shapleyBars({ label, stages }, shares, colour) {
+  const [width, height, left, right, top, bottom] = [900, 260, 84, 20, 26, 58];
+  let at = 0;
+  const steps = [{ name: 'all exact', from: 0, to: shares.residual, whole: true }];
+  at = shares.residual;
+  stages.forEach(({ name }, i) => {
+    const { value, standard_error: error } = shares.stages[i];
+    steps.push({ name, from: at, to: at + value, error });
+    at += value;
+  });
+  steps.push({ name: 'as set', from: 0, to: shares.whole, whole: true });
+  const ends = steps.flatMap(({ from, to }) => [from, to]);
+  const [least, most] = [Math.min(0, ...ends), Math.max(0, ...ends)];
+  const range = most - least || 1;
   const slot = (width - left - right) / steps.length;
-  const y = (value) => height - bottom - (value / most) * (height - top - bottom);
-  const svg = drawn('svg', { viewBox: `0 0 ${width} ${height}`, role: 'img', 'aria-label': `error of ${label}, stage by stage` });
+  const y = (value) => height - bottom - ((value - least) / range) * (height - top - bottom);
+  const svg = drawn('svg', { viewBox: `0 0 ${width} ${height}`, role: 'img', 'aria-label': `${shares.figure} of ${label}, stage by stage` });
   for (const part of [0, 0.5, 1]) {
-    svg.append(drawn('line', { class: 'grid', x1: left, x2: width - right, y1: y(part * most), y2: y(part * most) }),
-      drawn('text', { x: left - 8, y: y(part * most) + 4, 'text-anchor': 'end' }, percent(part * most)));
+    const value = least + part * range;
+    svg.append(drawn('line', { class: 'grid', x1: left, x2: width - right, y1: y(value), y2: y(value) }),
+      drawn('text', { x: left - 8, y: y(value) + 4, 'text-anchor': 'end' }, FIGURES[shares.figure].show(value)));
   }
-  steps.forEach(({ name, from, to, whole }, i) => {
+  steps.forEach(({ name, from, to, whole, error }, i) => {
     const x = left + (i + 0.15) * slot;
-    const rises = !whole && to > from;
+    const hides = !whole && to < from;
     const bar = drawn('rect', {
-      class: whole ? 'whole' : rises ? 'rise' : 'fall', x, width: 0.7 * slot, y: y(Math.max(from, to)),
-      height: Math.max(1, Math.abs(y(from) - y(to))), style: whole || !rises ? `fill: ${colour}` : null,
+      class: whole ? 'whole' : hides ? 'rise' : 'fall', x, width: 0.7 * slot, y: y(Math.max(from, to)),
+      height: Math.max(1, Math.abs(y(from) - y(to))), style: whole || !hides ? `fill: ${colour}` : null,
     });
-    const change = whole ? percent(to) : signedPercent(to - from);
+    const change = whole ? FIGURES[shares.figure].show(to) : signedFigure(shares.figure, to - from);
+    const spread = error > 0 ? ` ± ${FIGURES[shares.figure].show(error).replace('+', '')}` : '';
     svg.append(
-      hint(bar, whole ? `${name}: ${change}` : `${name} exact: ${change}, which leaves ${percent(to)}`),
+      hint(bar, whole ? `${name}: ${change}` : `${name} ${hides ? 'hides' : 'adds'} ${change}${spread}`),
       drawn('text', { x: x + 0.35 * slot, y: y(Math.max(from, to)) - 6, 'text-anchor': 'middle' }, change),
       drawn('text', { class: 'title', x: x + 0.35 * slot, y: height - bottom + 20, 'text-anchor': 'middle' }, name),
     );
@@ -36,23 +56,44 @@ function waterfall({ label, error, stages, residual }, colour) {
     }
   });
   svg.append(drawn('line', { class: 'axis', x1: left, x2: width - right, y1: y(0), y2: y(0) }));
-  return element('div', { class: 'plot' }, svg);
+  return svg;
 }
 
-/** An approximation's waterfall with its table. */
+/** An approximation's stages by one figure, which can be chosen. */
 function stageErrors(one, colour) {
-  const table = element('table');
-  const error = (title, key) => ({ title, value: (stage) => stage[key], show: (stage) => percent(stage[key]) });
-  sortable(table, [
-    { title: 'stage', text: true, value: (stage) => stage.stage, show: (stage) => stage.stage },
-    { title: 'as set', text: true, value: (stage) => stage.variant, show: (stage) => stage.variant },
-    error('alone', 'alone'), error('with all before', 'cumulative'),
-  ], one.stages);
+  const host = element('div');
+  const known = one.figures.map((shares) => shares.figure);
+  const select = element('select', { 'data-control': 'stage-figure', onchange: () => show() },
+    ...known.map((figure) => element('option', { value: figure }, FIGURES[figure].name)));
+  function show() {
+    const shares = one.figures.find(({ figure }) => figure === select.value);
+    if (!shares) {
+      host.replaceChildren(element('p', { class: 'muted' }, 'No figure is defined for all subsets of stages.'));
+      return;
+    }
+    const { show: text, meaning } = FIGURES[shares.figure];
+    const rows = one.stages.map((stage, i) => ({ ...stage, ...shares.stages[i] }));
+    const column = (title, key, shown = text) => ({ title, value: (row) => row[key], show: (row) => shown(row[key]) });
+    const table = element('table');
+    sortable(table, [
+      { title: 'stage', text: true, value: (row) => row.name, show: (row) => row.name },
+      { title: 'as set', text: true, value: (row) => row.variant, show: (row) => row.variant },
+      column('adds', 'value', (value) => signedFigure(shares.figure, value)),
+      column('if it is exact', 'fixed'), column('if it alone is not', 'spoiled'), column('exact up to it', 'cumulative'),
+    ], rows);
+    const plot = element('div', { class: 'plot' }, shapleyBars(one, shares, colour));
+    host.replaceChildren(
+      plot, exportButtons(plot, `${one.name}-stages-${shares.figure}`),
+      element('p', { class: 'lead' }, `${FIGURES[shares.figure].name} (${meaning}): ${text(shares.whole)}; with all stages exact ${text(shares.residual)}. `
+        + `${one.not_modelled === null ? 'An unknown part' : percent(one.not_modelled)} of the light from mirrors and glass is not modelled at all.`),
+      element('div', { class: 'scroll' }, table),
+    );
+  }
+  show();
   return [
-    element('h3', {}, `${one.label}, ${one.layer}`),
-    waterfall(one, colour),
-    element('p', { class: 'lead' }, `Error ${percent(one.error)}; with all stages exact ${percent(one.residual)}; interaction ${signedPercent(one.interaction)}. `
-      + `${percent(one.not_modelled)} of the light from mirrors and glass is not modelled at all.`),
-    element('div', { class: 'scroll' }, table),
+    element('h3', {}, `${one.label}, ${one.light}`),
+    element('div', { class: 'controls' }, element('label', {}, 'Figure', select),
+      element('span', { class: 'muted' }, `${one.runs} subsets of stages, on ${one.size.join(' × ')} texels`)),
+    host,
   ];
 }

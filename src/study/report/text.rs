@@ -7,14 +7,16 @@ use super::figures::{
     GateVerdict, ReportRow, RunTiming, SensorFigures, SensorTimings, StudyReport, Timings,
     TruthFigures,
 };
-use crate::metric::LayerComparison;
+use crate::metric::{Bounded, Fidelity, LayerComparison};
 use crate::run::Quantity;
 use crate::run::format::three_digits;
 
 /// The table: a line a row, numbers as in the JSON, empty fields for those that are unknown.
 pub fn csv(report: &StudyReport, timings: &Timings) -> String {
     let mut out = String::from(
-        "sensor,name,label,layer,error,truth_error,resolved,bias,half_in,rmse,rel_mse,smape,ssim,flip,energy_ratio,verdict,rays,seconds,file\n",
+        "sensor,name,label,layer,error,truth_error,resolved,energy,misplaced,displaced_texels,displaced_low,displaced_high,\
+         displaced_metres,l2,resolution_texels,resolution_metres,picture_flip,picture_ssim,half_in,relative_rmse,rel_mse,\
+         smape,verdict,rays,seconds,file\n",
     );
     for (sensor, timings) in report.sensors.iter().zip(&timings.sensors) {
         for (row, timing) in sensor.rows.iter().zip(&timings.rows) {
@@ -28,6 +30,9 @@ pub fn csv(report: &StudyReport, timings: &Timings) -> String {
 fn line(row: &ReportRow, timing: &RunTiming) -> String {
     let judged = judged(row);
     let figure = |figure: fn(&LayerComparison) -> Option<f64>| number(judged.and_then(figure));
+    let light = |figure: fn(&Fidelity) -> Option<f64>| {
+        number(judged.and_then(|layer| figure(&layer.fidelity)))
+    };
     let cells = [
         field(&row.name),
         field(&row.label),
@@ -35,14 +40,21 @@ fn line(row: &ReportRow, timing: &RunTiming) -> String {
         number(row.error),
         number(row.truth_error),
         row.resolved.to_string(),
-        number(row.bias),
+        light(|it| Some(it.energy?.value)),
+        light(|it| Some(it.misplaced?.value)),
+        light(|it| Some(it.displaced.as_ref()?.texels.value)),
+        light(|it| it.displaced.as_ref()?.texels.low),
+        light(|it| it.displaced.as_ref()?.texels.high),
+        light(|it| Some(it.displaced.as_ref()?.metres?.value)),
+        light(|it| Some(it.l2?.value)),
+        light(|it| Some(it.resolution?.texels.value)),
+        light(|it| it.resolution?.metres),
+        number(row.picture.and_then(|it| it.flip)),
+        number(row.picture.and_then(|it| it.ssim)),
         number(row.half_in),
-        figure(|it| Some(it.difference.rmse)),
+        figure(|it| it.difference.relative_rmse),
         figure(|it| it.difference.rel_mse),
         figure(|it| it.difference.smape),
-        figure(|it| it.similarity.map(|similarity| similarity.ssim)),
-        figure(|it| it.flip.map(|flip| flip.mean)),
-        figure(|it| it.difference.energy_ratio),
         judged
             .map_or("", |it| it.equivalence.verdict.name())
             .to_owned(),
@@ -91,8 +103,10 @@ pub fn markdown(report: &StudyReport, timings: &Timings) -> String {
         out.push_str(&section(sensor, timings, several));
     }
     out.push_str(
-        "\nError: root mean square difference over the truth's mean, over lit texels. Not resolved: the truth's own error \
-         is more than a tenth of it.\n",
+        "\nOver all texels; a black image has an L1 of 100 %. Energy: flux over the truth's. L1: sum of absolute differences over \
+         the truth's sum. Misplaced: light in a wrong texel, at equal flux. Displaced: how far light is from its place, on \
+         average. Right at: the smallest square over which means are right to 10 %. Not resolved: the truth's own error is more \
+         than a tenth of L1.\n",
     );
     for sensor in &report.sensors {
         for gate in &sensor.gates {
@@ -109,9 +123,10 @@ pub fn markdown(report: &StudyReport, timings: &Timings) -> String {
             let _ = writeln!(
                 out,
                 "\nLimit of {} on `{}`{place}: {verdict} ({}).",
-                percent(Some(gate.limit)),
+                gate.limit,
                 gate.name,
-                percent(gate.error)
+                gate.error
+                    .map_or("-".to_owned(), |it| gate.limit.show(it.value))
             );
         }
     }
@@ -136,14 +151,27 @@ fn section(sensor: &SensorFigures, timings: &SensorTimings, several_machines: bo
     for answer in &sensor.answers {
         let _ = writeln!(out, "- **{}** {}", answer.name, answer.sentences.join(" "));
     }
-    out.push_str("\n| run | error | bias | rays | seconds | |\n|---|--:|--:|--:|--:|---|\n");
+    out.push_str(
+        "\n| run | energy | L1 | misplaced | displaced [texels] | right at [texels] | rays | seconds | |\n\
+         |---|--:|--:|--:|--:|--:|--:|--:|---|\n",
+    );
     for (row, timing) in sensor.rows.iter().zip(&timings.rows) {
+        let light = judged(row).map(|layer| &layer.fidelity);
+        let part = |figure: fn(&Fidelity) -> Option<Bounded>| {
+            percent(light.and_then(|it| Some(figure(it)?.value)))
+        };
+        let texels = |figure: fn(&Fidelity) -> Option<f64>| {
+            light.and_then(figure).map_or("-".to_owned(), three_digits)
+        };
         let _ = writeln!(
             out,
-            "| {} | {} | {} | {} | {} | {} |",
+            "| {} | {} | {} | {} | {} | {} | {} | {} | {} |",
             row.label.replace('|', "\\|"),
+            part(|it| it.energy),
             percent(row.error),
-            signed_percent(row.bias),
+            part(|it| it.misplaced),
+            texels(|it| Some(it.displaced.as_ref()?.texels.value)),
+            texels(|it| Some(it.resolution?.texels.value)),
             rays(row).map_or("-".to_owned(), |rays| format!("{:.3e}", rays as f64)),
             timing
                 .median
@@ -193,13 +221,6 @@ pub fn percent(fraction: Option<f64>) -> String {
     })
 }
 
-fn signed_percent(fraction: Option<f64>) -> String {
-    let sign = |fraction: f64| if fraction > 0.0 { "+" } else { "" };
-    fraction.map_or("-".to_owned(), |it| {
-        format!("{}{}", sign(it), percent(Some(it)))
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -210,8 +231,6 @@ mod tests {
         assert_eq!(percent(Some(12.345)), "1234 %");
         assert_eq!(percent(Some(1e-9)), "1.00e-7 %");
         assert_eq!(percent(Some(0.0)), "0 %");
-        assert_eq!(signed_percent(Some(0.02)), "+2.00 %");
-        assert_eq!(signed_percent(Some(-0.02)), "-2.00 %");
     }
 
     #[test]

@@ -3,7 +3,10 @@
 use std::collections::BTreeSet;
 
 use super::super::curve::{Order, Point, pareto};
+use super::super::limit::Limit;
 use super::figures::{Curve, Gate, GateVerdict, OrderOf, ReportRow, RunTiming};
+use super::text::judged;
+use crate::metric::Bounded;
 
 /// The name of the axis of seconds, beside the names of counters.
 pub(super) const SECONDS: &str = "seconds";
@@ -135,32 +138,25 @@ fn order(
 }
 
 /// The verdicts on limits: a curve keeps a limit if the best of its settings does.
-pub(super) fn gates<'a>(
-    limits: impl Iterator<Item = (&'a String, &'a f64)>,
-    rows: &[ReportRow],
-) -> Vec<Gate> {
-    limits
-        .map(|(name, limit)| {
-            let own = rows.iter().filter(|row| row.name == *name);
-            let known = own.filter_map(|row| Some((row.error?, row.truth_error)));
-            let best = known.min_by(|a, b| a.0.total_cmp(&b.0));
-            let truth_error = best.and_then(|(_, truth)| truth);
-            let verdict = match (best, truth_error) {
-                (Some((error, _)), Some(truth)) if error + truth <= *limit => GateVerdict::Kept,
-                (Some((error, _)), truth) if error - truth.unwrap_or(0.0) > *limit => {
-                    GateVerdict::Exceeded
-                }
+pub(super) fn gates(limits: &[(String, Limit)], rows: &[ReportRow]) -> Vec<Gate> {
+    let gate = |(name, limit): &(String, Limit)| {
+        let own = rows.iter().filter(|row| row.name == *name);
+        let known = own.filter_map(|row| limit.figure_of(judged(row)?));
+        let best = known.min_by(|a, b| a.value.total_cmp(&b.value));
+        Gate {
+            name: name.clone(),
+            limit: *limit,
+            error: best,
+            verdict: match best {
+                Some(best) if best.high.is_some_and(|high| high <= limit.most) => GateVerdict::Kept,
+                Some(best) if best.low.unwrap_or(best.value) > limit.most => GateVerdict::Exceeded,
+                // A figure without an interval is of a truth that counts as exact.
+                Some(Bounded { low: None, .. }) => GateVerdict::Kept,
                 _ => GateVerdict::Undecided,
-            };
-            Gate {
-                name: name.clone(),
-                limit: *limit,
-                error: best.map(|(error, _)| error),
-                truth_error,
-                verdict,
-            }
-        })
-        .collect()
+            },
+        }
+    };
+    limits.iter().map(gate).collect()
 }
 
 #[cfg(test)]
@@ -186,9 +182,9 @@ mod tests {
             facts: None,
             layer: "E".to_owned(),
             error: Some(error),
-            bias: None,
             half_in: None,
             truth_error: Some(0.0),
+            picture: None,
             resolved: true,
             pareto: std::collections::BTreeMap::new(),
             checks: Vec::new(),

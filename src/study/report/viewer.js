@@ -29,6 +29,8 @@ const MAPS = {
   relative: { name: 'relative difference', unit: '%' },
   difference: { name: 'difference', unit: null },
   z: { name: 'difference in standard errors', unit: 'σ' },
+  flip: { name: 'FLIP', unit: '' },
+  relativeBar: { name: 'the truth’s bar by its value', unit: '%' },
 };
 
 class Viewer {
@@ -43,7 +45,7 @@ class Viewer {
     this.planes = new Map(pictures.planes.map((plane) => [`${plane.file} ${plane.kind}`, plane]));
     this.decoded = new Map();
     this.pictures = new Map();
-    this.state = { colours: 'light', scale: 'log', exposure: 0, map: 'relative', wipe: false, at: 0.5 };
+    this.state = { colours: 'light', scale: 'log', exposure: 0, map: 'relative', wipe: false, at: 0.5, flipped: false };
     this.view = { x: this.width / 2, y: this.height / 2, zoom: 1 };
     this.panes = ['truth', 'run', 'map'].map((kind) => this.pane(kind));
     host.append(...this.panes.map((pane) => pane.figure));
@@ -52,12 +54,13 @@ class Viewer {
 
   pane(kind) {
     const canvas = element('canvas');
-    const frame = element('div', { class: 'pane', tabindex: 0, role: 'img', style: `aspect-ratio: ${this.width} / ${this.height}` }, canvas);
+    const marks = element('canvas', { class: 'marks', 'aria-hidden': 'true' });
+    const frame = element('div', { class: 'pane', tabindex: 0, role: 'img', style: `aspect-ratio: ${this.width} / ${this.height}` }, canvas, marks);
     const name = element('b');
     const range = element('span', { class: 'muted' });
     const scale = drawn('svg', { class: 'scale' });
     const figure = element('figure', { 'data-pane': kind }, element('figcaption', {}, name, range), frame, scale);
-    const pane = { kind, canvas, frame, name, range, scale, figure };
+    const pane = { kind, canvas, marks, frame, name, range, scale, figure };
     frame.addEventListener('wheel', (event) => {
       // Who scrolls past is not to be caught: only a pane in focus zooms, or a pinch, which comes with ctrlKey.
       if (document.activeElement !== frame && !event.ctrlKey) return;
@@ -82,25 +85,27 @@ class Viewer {
   }
 
   /** Shows a row of the report. */
-  async show(row) {
+  async show(row, against = null) {
     this.wanted = row;
-    const { truth } = this.data;
-    const ofLayer = `${truth}#${row.layer}`;
-    const file = this.planes.has(`${ofLayer} value`) ? ofLayer : truth;
-    const [reference, own, referenceBar, ownBar, z] = await Promise.all([
+    const file = against ? against.file : this.truthOf(row);
+    const [reference, own, referenceBar, ownBar, ownZ, ownFlip] = await Promise.all([
       this.numbers(file, 'value'), this.numbers(row.file, 'value'),
-      this.numbers(file, 'bar'), this.numbers(row.file, 'bar'), this.numbers(row.file, 'z'),
+      this.numbers(file, 'bar'), this.numbers(row.file, 'bar'), this.numbers(row.file, 'z'), this.numbers(row.file, 'flip'),
     ]);
+    // Both are taken against the truth.
+    const [z, flip] = against ? [null, null] : [ownZ, ownFlip];
     const colour = (film, grey) => Promise.all(['red', 'green', 'blue'].map((kind) => this.numbers(film, kind)))
       .then((channels) => (channels[0] ? channels : [grey, grey, grey]));
     const coloured = this.hasColour ? { truth: await colour(file, reference), run: await colour(row.file, own) } : null;
     // Another run may have been chosen in the meantime.
     if (this.wanted !== row) return;
     this.row = row;
+    this.against = against;
     this.coloured = coloured;
     const difference = own.map((value, i) => value - reference[i]);
     const relative = difference.map((value, i) => (reference[i] > 0 ? (100 * value) / reference[i] : NaN));
-    this.films = { truth: reference, run: own, difference, relative, z, referenceBar, ownBar };
+    const relativeBar = referenceBar ? referenceBar.map((bar, i) => (reference[i] > 0 ? (100 * bar) / reference[i] : NaN)) : null;
+    this.films = { truth: reference, run: own, difference, relative, z, flip, relativeBar, referenceBar, ownBar };
     this.top = percentile(reference, 1) || 1;
     this.white = percentile(reference, 0.995) || this.top || 1;
     this.bottom = Math.max(percentile(reference.filter((value) => value > 0), 0.005), this.top * 1e-6) || 1e-6;
@@ -111,6 +116,8 @@ class Viewer {
     // Beyond the double there is only dark that noise falls on; it would hide the rest.
     this.reach.relative = Math.min(this.reach.relative, 100);
     this.reach.z = 5;
+    this.reach.flip = 1;
+    this.reach.relativeBar = relativeBar ? Math.min(100, percentile(relativeBar, 0.99)) || 1 : 1;
     this.pictures.clear();
     this.draw();
     this.read(this.last);
@@ -127,8 +134,10 @@ class Viewer {
   content(kind) {
     const stops = 2 ** -this.state.exposure;
     if (kind === 'map') {
-      const map = this.films.z || this.state.map !== 'z' ? this.state.map : 'relative';
+      const map = this.films[this.state.map] ? this.state.map : 'relative';
       const reach = this.reach[map] * stops;
+      const isSigned = !['flip', 'relativeBar'].includes(map);
+      if (!isSigned) return { values: this.films[map], low: 0, high: reach, colours: 'light', unit: MAPS[map].unit };
       return { values: this.films[map], low: -reach, high: reach, colours: 'signed', unit: MAPS[map].unit ?? this.unit };
     }
     const isLog = this.state.scale === 'log';
@@ -183,14 +192,55 @@ class Viewer {
       const density = window.devicePixelRatio || 1;
       pane.canvas.width = Math.round(width * density);
       pane.canvas.height = Math.round(height * density);
-      this.paint(pane, pane.kind, 0, 1);
+      this.paint(pane, this.state.flipped && pane.kind === 'truth' ? 'run' : pane.kind, 0, 1);
       pane.frame.querySelector('.bladed')?.remove();
       if (wipe && pane.kind === 'truth') {
         this.paint(pane, 'run', at, 1);
         pane.frame.append(element('div', { class: 'bladed', style: `left: ${100 * at}%` }));
       }
+      this.mark(pane);
       this.label(pane);
     }
+  }
+
+  /** The film that is beside the run: the truth's layer that the row is judged by. */
+  truthOf(row) {
+    const ofLayer = `${this.data.truth}#${row.layer}`;
+    return this.planes.has(`${ofLayer} value`) ? ofLayer : this.data.truth;
+  }
+
+  /** Draws the region and the line of the profile. */
+  mark(pane) {
+    Object.assign(pane.marks, { width: pane.canvas.width, height: pane.canvas.height });
+    const context = pane.marks.getContext('2d');
+    const size = this.view.zoom * (pane.canvas.width / this.width);
+    const place = (x, y) => [pane.canvas.width / 2 + (x - this.view.x) * size, pane.canvas.height / 2 + (y - this.view.y) * size];
+    context.lineWidth = window.devicePixelRatio || 1;
+    if (this.region) {
+      const { x, y, width, height } = this.region;
+      context.strokeStyle = '#00e5ff';
+      context.strokeRect(...place(x, y), width * size, height * size);
+    }
+    if (this.line) {
+      context.strokeStyle = 'rgba(0, 229, 255, .6)';
+      context.beginPath();
+      const { isRow, at } = this.line;
+      context.moveTo(...(isRow ? place(0, at + 0.5) : place(at + 0.5, 0)));
+      context.lineTo(...(isRow ? place(this.width, at + 0.5) : place(at + 0.5, this.height)));
+      context.stroke();
+    }
+  }
+
+  /** The region, or else what is seen of all, as one picture: reference, run and map, each texel a square. */
+  inset() {
+    const { x, y, width, height } = this.region ?? { x: 0, y: 0, width: this.width, height: this.height };
+    const scale = Math.max(1, Math.floor(384 / Math.max(width, height)));
+    const gap = 8;
+    const canvas = element('canvas', { width: 3 * width * scale + 2 * gap, height: height * scale });
+    const context = canvas.getContext('2d');
+    context.imageSmoothingEnabled = false;
+    ['truth', 'run', 'map'].forEach((kind, i) => context.drawImage(this.picture(kind), x, y, width, height, i * (width * scale + gap), 0, width * scale, height * scale));
+    return new Promise((done) => { canvas.toBlob(done); });
   }
 
   /** Paints a film on the part of a pane between two of its widths. */
@@ -213,8 +263,10 @@ class Viewer {
 
   label(pane) {
     const { low, high, isLog, colours: scale, unit } = this.content(pane.kind);
-    const names = { truth: 'truth', run: this.row.label, map: MAPS[this.state.map].name };
-    pane.name.textContent = this.state.wipe && pane.kind === 'truth' ? `truth | ${this.row.label}` : names[pane.kind];
+    const reference = this.against ? this.against.label : 'truth';
+    const map = this.films[this.state.map] ? this.state.map : 'relative';
+    const names = { truth: this.state.flipped ? this.row.label : reference, run: this.row.label, map: MAPS[map].name };
+    pane.name.textContent = this.state.wipe && pane.kind === 'truth' ? `${reference} | ${this.row.label}` : names[pane.kind];
     pane.range.textContent = unit;
     pane.frame.setAttribute('aria-label', `${pane.name.textContent}, from ${number(low)} to ${number(high)} ${unit}`);
     const id = `${this.data.name}-${pane.kind}`;
@@ -246,8 +298,11 @@ class Viewer {
     const part = (e) => (e.clientX - box.left) / box.width;
     const isBlade = this.state.wipe && pane.kind === 'truth' && Math.abs(part(event) - this.state.at) < 0.03;
     let last = event;
+    const start = this.texel(pane, event);
     const move = (now) => {
-      if (isBlade) {
+      if (event.shiftKey) {
+        this.select(start, this.texel(pane, now));
+      } else if (isBlade) {
         this.state.at = Math.min(1, Math.max(0, part(now)));
       } else {
         const size = this.view.zoom * (box.width / this.width);
@@ -257,10 +312,24 @@ class Viewer {
       last = now;
       this.draw();
     };
-    const up = () => pane.frame.removeEventListener('pointermove', move);
+    const up = (now) => {
+      pane.frame.removeEventListener('pointermove', move);
+      const end = this.texel(pane, now);
+      const isClick = Math.hypot(now.clientX - event.clientX, now.clientY - event.clientY) < 3;
+      if (isClick) this.host.dispatchEvent(new CustomEvent('place', { detail: end }));
+      if (event.shiftKey) this.host.dispatchEvent(new CustomEvent('region'));
+    };
     pane.frame.addEventListener('pointermove', move);
     pane.frame.addEventListener('pointerup', up, { once: true });
     pane.frame.addEventListener('pointercancel', up, { once: true });
+  }
+
+  /** Chooses the texels between two places. */
+  select(from, to) {
+    const within = (value, most) => Math.min(most - 1, Math.max(0, Math.floor(value)));
+    const [x0, x1] = [from.x, to.x].map((x) => within(x, this.width)).sort((a, b) => a - b);
+    const [y0, y1] = [from.y, to.y].map((y) => within(y, this.height)).sort((a, b) => a - b);
+    this.region = { x: x0, y: y0, width: x1 - x0 + 1, height: y1 - y0 + 1 };
   }
 
   zoom(factor, about = this.view) {
@@ -284,7 +353,7 @@ class Viewer {
       ArrowLeft: () => pan(-1, 0), ArrowRight: () => pan(1, 0), ArrowUp: () => pan(0, -1), ArrowDown: () => pan(0, 1),
       '+': () => this.zoom(1.5), '=': () => this.zoom(1.5), '-': () => this.zoom(1 / 1.5), 0: () => this.fit(),
       e: () => this.set({ exposure: this.state.exposure + 0.5 }), d: () => this.set({ exposure: this.state.exposure - 0.5 }),
-      w: () => this.set({ wipe: !this.state.wipe }),
+      w: () => this.set({ wipe: !this.state.wipe }), f: () => this.set({ flipped: !this.state.flipped }),
       '[': () => this.set({ at: Math.max(0, this.state.at - 0.05) }), ']': () => this.set({ at: Math.min(1, this.state.at + 0.05) }),
       n: () => turn(1), p: () => turn(-1),
     }[event.key];
@@ -312,7 +381,7 @@ class Viewer {
     const sign = difference[i] > 0 ? '+' : '';
     this.readout.replaceChildren(
       element('span', { class: 'muted' }, where),
-      element('span', {}, 'truth ', element('b', {}, number(truth[i], 5) + bar(referenceBar)), ` ${this.unit}`),
+      element('span', {}, `${this.against ? this.against.label : 'truth'} `, element('b', {}, number(truth[i], 5) + bar(referenceBar)), ` ${this.unit}`),
       element('span', {}, `${this.row.label} `, element('b', {}, number(run[i]) + bar(ownBar)), ` ${this.unit}`),
       element('span', {}, 'difference ', element('b', {}, sign + number(difference[i])),
         Number.isNaN(relative[i]) ? '' : ` (${sign}${number(relative[i], 3)} %)`,

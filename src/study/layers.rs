@@ -1,8 +1,21 @@
-//! All light by way of mirrors and glass as a layer, for methods that are judged by it.
+//! Layers of a film, and all light by way of mirrors and glass as one of them.
 
 use crate::film::{Channel, Image};
+use crate::radiometry::Rgb;
 use crate::run::LayerName;
 use crate::transport::signature::Signature;
+
+/// A layer's colours, texel by texel; `None` if the film does not have it.
+pub fn colours(image: &Image, layer: &str) -> Option<Vec<Rgb>> {
+    let channel = |end: &str| image.channel(&format!("{layer}.{end}"));
+    let (red, green, blue) = (channel("R")?, channel("G")?, channel("B")?);
+    let colours = red.samples.iter().zip(&green.samples).zip(&blue.samples);
+    Some(
+        colours
+            .map(|((r, g), b)| Rgb([*r, *g, *b].map(f64::from)))
+            .collect(),
+    )
+}
 
 /// Adds the layer `specular` to a film that lacks it: its total less its direct light (`LD`).
 ///
@@ -10,7 +23,7 @@ use crate::transport::signature::Signature;
 /// `caustic`.
 ///
 /// The layer has no error bars of its own.
-pub(super) fn add_specular(image: &mut Image) {
+pub fn add_specular(image: &mut Image) {
     let direct = LayerName::Path(Signature::DIRECT).to_string();
     let specular = LayerName::Specular.to_string();
     let mut layer = Vec::new();
