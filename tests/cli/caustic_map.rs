@@ -104,10 +104,57 @@ fn attribution_prints_every_stage_and_what_is_left() {
         "fresnel",
         "splat",
         "lookup",
-        "residual",
-        "interaction",
+        "adds",
+        "all exact",
+        "= l1",
         "not modelled",
     ] {
         assert!(said.contains(word), "{word}: {said}");
     }
+}
+
+#[test]
+fn what_stages_add_and_what_is_left_is_the_figure() {
+    let attributed = |side: &str| -> serde_json::Value {
+        let output = nephroid()
+            .arg("attribute")
+            .arg(scene())
+            .args(["-D", "size=32", "--error", "5%", "--side", side, "--json"])
+            .args([
+                "--set",
+                "photons=64",
+                "--set",
+                "map=64",
+                "--set",
+                "view=exact",
+            ])
+            .assert()
+            .success();
+        serde_json::from_slice(&output.get_output().stdout).unwrap()
+    };
+    let found = attributed("32");
+    assert_eq!(found["size"], serde_json::json!([32, 32]));
+    let names: Vec<&str> = found["figures"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|figure| figure["figure"].as_str().unwrap())
+        .collect();
+    assert_eq!(names, ["l1", "energy", "misplaced", "displaced", "l2"]);
+    for figure in found["figures"].as_array().unwrap() {
+        let number = |value: &serde_json::Value| value.as_f64().unwrap();
+        let stages = figure["stages"].as_array().unwrap();
+        let added: f64 = stages.iter().map(|stage| number(&stage["value"])).sum();
+        let (whole, residual) = (number(&figure["whole"]), number(&figure["residual"]));
+        // Sums of 128 products of numbers below 10.
+        assert!((residual + added - whole).abs() < 1e-12, "{figure}");
+        // A stage that is exact as it is set adds nothing, and to make it exact changes nothing.
+        assert_eq!(stages[0]["value"], 0.0);
+        assert_eq!(stages[0]["fixed"], figure["whole"]);
+        assert_eq!(stages[0]["spoiled"], figure["residual"]);
+        // With all stages up to the last exact, all are.
+        assert_eq!(stages.last().unwrap()["cumulative"], figure["residual"]);
+    }
+    // Squares of 2 x 2 texels, on request.
+    assert_eq!(attributed("16")["size"], serde_json::json!([16, 16]));
 }

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use nephroid::internals::mitsuba;
+use nephroid::internals::setting::Words as _;
 use nephroid::internals::study::plan::PlanError;
 use nephroid::internals::study::{SensorPlan, StudyFile, StudyPlan, StudyRun};
 
@@ -70,6 +71,8 @@ seconds = 0.004
 
 [max-error]
 mine = "5%"
+"mine@floor:displaced" = "2texels"
+"mine:resolution" = "2cm"
 "#,
     );
     assert_eq!(study.scene, Path::new("studies/../scenes/glass-ball.xml"));
@@ -100,7 +103,20 @@ mine = "5%"
     );
     assert_eq!(study.candidates[0].file, Path::new("studies/mine.exr"));
     assert_eq!(study.candidates[0].seconds, Some(0.004));
-    assert_eq!(study.max_error["mine"], 0.05);
+    let limits: Vec<(String, String)> = study
+        .max_error
+        .iter()
+        .map(|one| (one.place(), one.limit.to_string()))
+        .collect();
+    let expected = [
+        ("mine", "l1 5.00 %"),
+        ("mine", "resolution 0.0200 m"),
+        ("mine@floor", "displaced 2.00 texels"),
+    ];
+    assert_eq!(
+        limits,
+        expected.map(|(place, limit)| (place.to_owned(), limit.to_owned()))
+    );
 }
 
 #[test]
@@ -313,12 +329,19 @@ method = "photons"
 photons = 64
 [max-error]
 photons = 0.5
+"photons:l2" = 0.7
 "photons@floor" = 0.1
 "#,
     )
     .unwrap();
-    let limits = plan.sensors.iter().map(|one| one.max_error["photons"]);
-    assert_eq!(limits.collect::<Vec<_>>(), [0.5, 0.1]);
+    let limits = |place: usize| -> Vec<(&str, f64)> {
+        let limits = plan.sensors[place].max_error.iter();
+        limits
+            .map(|(_, limit)| (limit.figure.word(), limit.most))
+            .collect()
+    };
+    assert_eq!(limits(0), [("l1", 0.5), ("l2", 0.7)]);
+    assert_eq!(limits(1), [("l2", 0.7), ("l1", 0.1)]);
 }
 
 #[test]

@@ -9,10 +9,11 @@ use nephroid::internals::generate::{bumpy_ball, write_ply};
 use nephroid::internals::geometry::MeshParts;
 use nephroid::internals::method::Method;
 use nephroid::internals::mitsuba;
+use nephroid::internals::radiometry::Rgb;
 use nephroid::internals::reference::beams::{BeamSettings, run};
 use nephroid::internals::run::{Budget, Context, Progress, Rendering};
 use nephroid::internals::scene::Scene;
-use nephroid::internals::study::attribution::{Truth, relative_rmse};
+use nephroid::internals::study::attribution::Truth;
 use nephroid::internals::transport::signature::Signature;
 
 use super::scenes::{bundled_file, meter};
@@ -150,10 +151,22 @@ pub fn truth(scene: &Scene, signature: &str, error: f64) -> Truth {
         .find(|layer| layer.name.to_string() == name);
     Truth {
         modelled: layer.expect("the light that is asked for").values.clone(),
-        rest: Vec::new(),
+        not_modelled: f64::NAN,
         relative_error: estimate.relative_error,
         is_resolved: !estimate.incomplete,
     }
+}
+
+/// The root mean square difference over all texels, relative to the truth's mean over those that it lights.
+fn relative_rmse(values: &[Rgb], truth: &[Rgb]) -> Option<f64> {
+    let (mut squares, mut sum, mut lit) = (0.0, 0.0, 0_u64);
+    for (value, truth) in values.iter().zip(truth) {
+        squares += (value.mean() - truth.mean()).powi(2);
+        sum += truth.mean();
+        lit += u64::from(truth.mean() > 0.0);
+    }
+    let lit = lit as f64;
+    (sum > 0.0).then(|| (squares / lit).sqrt() / (sum / lit))
 }
 
 /// Relative RMSE of a caustic map.

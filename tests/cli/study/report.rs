@@ -28,8 +28,8 @@ fn figures_are_those_of_compare_to_the_last_digit() {
         assert_eq!(row["comparison"]["layers"], compared["layers"], "{command}");
         assert_eq!(row["comparison"]["notes"], compared["notes"]);
         let total = &compared["layers"][0];
-        assert_eq!(row["error"], total["difference"]["relative_rmse"]);
-        assert_eq!(row["bias"], total["equivalence"]["bias"]["relative"]);
+        assert_eq!(row["error"], total["fidelity"]["l1"]["value"]);
+        assert_eq!(row["picture"]["flip"], total["flip"]["mean"]);
     }
 }
 

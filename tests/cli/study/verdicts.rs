@@ -25,14 +25,13 @@ fn the_truth_scaled_is_a_bias_and_not_a_mistake() {
     assert_eq!(code, Some(0), "{said}");
     let mine = row(&report, "mine");
     // Each texel is rounded to f32, 6e-8 of it at most.
-    assert!(
-        (mine["bias"].as_f64().unwrap() - 0.02).abs() < 1e-7,
-        "{mine}"
-    );
+    let layers = mine["comparison"]["layers"].as_array().unwrap();
+    let energy = layers[0]["fidelity"]["energy"]["value"].as_f64().unwrap();
+    assert!((energy - 1.02).abs() < 1e-7, "{mine}");
     assert_eq!(kinds(mine), Vec::<&str>::new());
     assert_eq!(report["gates"][0]["verdict"], "kept");
     let summary = fs::read_to_string(folder.path("r/summary.md")).unwrap();
-    assert!(summary.contains("+2.00 %"), "{summary}");
+    assert!(summary.contains("| 102 % | 2.00 % |"), "{summary}");
 }
 
 #[test]
@@ -86,6 +85,18 @@ fn moved_turned_and_wrongly_scaled_candidates_are_flagged() {
     assert!(message("swapped", "orientation").contains("transposed"));
     assert!(message("radiance", "units").contains("1/π"));
     assert!(said.contains("warning: moved: it looks shifted"), "{said}");
+    // Ripples that are moved by a texel are displaced by less than that: most of the light is even.
+    for (limit, code, verdict) in [
+        ("moved:displaced=1texel", 0, "kept"),
+        ("moved:displaced=0.0001mm", 1, "exceeded"),
+        ("moved:energy=50%", 0, "kept"),
+        ("radiance:energy=50%", 1, "exceeded"),
+    ] {
+        let arguments = [&arguments[..], &["--max-error", limit]].concat();
+        let (report, found, said) = folder.validate(&arguments);
+        assert_eq!(report["gates"][0]["verdict"], verdict, "{limit}: {said}");
+        assert_eq!(found, Some(code), "{limit}: {said}");
+    }
 }
 
 #[test]
