@@ -2,6 +2,7 @@
 
 use glam::{DVec2, DVec3};
 use nephroid::internals::approximation::caustic_map::buffers::{Back, Backs, Front, back, front};
+use nephroid::internals::approximation::caustic_map::lens::Lens;
 use nephroid::internals::approximation::caustic_map::loss::Loss;
 use nephroid::internals::approximation::caustic_map::refraction::{Arrival, Exit, Wanted};
 use nephroid::internals::approximation::caustic_map::variants::{BackFaces, Mode};
@@ -12,6 +13,7 @@ use nephroid::internals::geometry::{Bounds, TraversalCounters};
 use nephroid::internals::scene::Scene;
 use nephroid::internals::setting::{Given, Values};
 use nephroid::internals::transport::first_surface::Source;
+use nephroid::internals::transport::scatter::Way;
 
 use super::approximate_ball::{ApproximateBall, BALL, fresnel, schlick};
 use crate::support::approximation::{GLASS, ball, lit_by, over_floor, scene_of};
@@ -289,6 +291,48 @@ fn a_balls_curvatures_are_one_over_its_radius_outward_on_both_sides() {
     let image = 1.0 / (1.0 - 1.0 / 1.6);
     let printed: f64 = 1.6 / 2.0 * (0.4 - image) / image;
     assert!((lens.thin(0.4) - printed.abs()).abs() < 1e-12, "{lens:?}");
+}
+
+#[test]
+fn traced_and_mirrored_photons_have_the_balls_curvatures_too() {
+    let row = ball_row();
+    let column = SIDE as usize / 2 + 60;
+    let at = Row::at(column);
+    let front = Row::front_of(&row.scene, &row.view, at).unwrap();
+    let arrival = Arrival {
+        scene: &row.scene,
+        view: &row.view,
+        at,
+        front: &front,
+        fresnel: Fresnel::None,
+        wanted: Wanted::Curvatures,
+    };
+    let through = arrival
+        .through(&mut TraversalCounters::default())
+        .unwrap()
+        .lens;
+    let ray = BALL.trace(row.slope(column), |seen| seen).unwrap();
+    // A chord at the angle of refraction.
+    let chord = 2.0 * (ray.incidence.sin() / 1.5).asin().cos();
+    assert!(
+        (through.thickness - chord).abs() < 1e-9,
+        "{through:?} {chord}"
+    );
+    assert!((through.front - 1.0).abs() < 1e-12 && (through.back - 1.0).abs() < 1e-12);
+    // A convex mirror of radius 1, and one interface with water's lens of half the power.
+    let mirror = arrival.at_once(Way::Reflected).unwrap().lens;
+    assert!((mirror.front - 1.0).abs() < 1e-12, "{mirror:?}");
+    let once = arrival.at_once(Way::Transmitted).unwrap().lens;
+    assert!(
+        (once.front - 1.0).abs() < 1e-12 && once.eta == 1.5,
+        "{once:?}"
+    );
+    // Parallel light behind one convex interface of radius 1 is focused n / (n - 1) = 3 behind it.
+    let parallel = Lens {
+        vergence: 0.0,
+        ..once
+    };
+    assert!(parallel.surface(3.0) < 1e-12);
 }
 
 /// A block of glass 4 wide and 0.5 thick over the floor, under parallel light of slope 0.75.

@@ -214,7 +214,8 @@ pub fn marched(
 /// The march of Wyman's demo of 2008 (`createPhotonBuffer`): the ray's direction T is scaled to a depth of 1.
 ///
 /// Of two guesses, 0 and 1 scene unit of depth, it takes the one nearer to what the light sees there. Ten
-/// times it goes to that depth: t ← z(P₂ + t T) − z(P₂), z being the depth of the receiver in a point's pixel.
+/// times it goes to that depth: t ← z(P₂ + t T) − z(P₂), with z the depth of the receiver in a point's
+/// pixel.
 ///
 /// # Errors
 ///

@@ -154,7 +154,7 @@ words! {
     Kernel {
         /// A Gaussian of a sixth of the diameter, its weights divided by their sum
         Gaussian = "gaussian",
-        /// The filter of Wyman's demo of 2008 within the circle, about 1.35 times as wide; its weights are not
+        /// The filter of Wyman's demo of 2008 in the circle: 1.35 times as wide, weights as they are
         Wyman2008 = "wyman-2008",
     }
 }
