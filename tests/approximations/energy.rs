@@ -272,7 +272,11 @@ fn the_account_adds_up_to_the_images_flux_whatever_the_settings() {
             ("splat", "fixed"),
             ("splat-size", "2.5"),
         ],
-        &[("splat", "multi-resolution"), ("lookup", "nearest")],
+        &[
+            ("splat", "multi-resolution"),
+            ("lookup", "nearest"),
+            ("kernel", "wyman-2008"),
+        ],
         &[("splat", "mip"), ("lookup", "exact")],
         &[("splat", "mip-splat"), ("frustum", "object")],
         &[("splat", "two-curvatures"), ("fresnel", "exact")],

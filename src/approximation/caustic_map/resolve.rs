@@ -3,7 +3,7 @@
 
 use glam::DVec2;
 
-use super::splat::{Photon, Spread, draw};
+use super::splat::{Photon, Spread, draw, filtered};
 use super::variants::Kernel;
 use super::work::Work;
 use crate::approximation::bands::{Band, in_bands, reach};
@@ -47,7 +47,7 @@ struct Cell {
 ///
 /// b being the sum of the two upper cubic Bernstein polynomials. (The report says "a Bernstein interpolant"
 /// and "normalized based on the number of splats weighted", not which.)
-pub fn multi_resolution(side: usize, photons: &[Photon]) -> Chosen {
+pub fn multi_resolution(side: usize, photons: &[Photon], kernel: Kernel) -> Chosen {
     let largest = DIAMETERS[3];
     let (cells, fragments) = in_bands(
         [side; 2],
@@ -58,7 +58,7 @@ pub fn multi_resolution(side: usize, photons: &[Photon]) -> Chosen {
             for (index, diameter) in DIAMETERS.into_iter().enumerate() {
                 // One point holds all four: its fragments are those of the largest, drawn last.
                 band.fragments = before;
-                stamp(photon, index, diameter, band);
+                stamp(photon, (index, diameter), kernel, band);
             }
         },
     );
@@ -77,13 +77,24 @@ pub fn multi_resolution(side: usize, photons: &[Photon]) -> Chosen {
     }
 }
 
-fn stamp(photon: &Photon, index: usize, diameter: f64, band: &mut Band<Cell>) {
-    band.draw_round(photon.at, diameter, |cell, weight, [column, row]| {
-        cell.flux[index] += photon.flux * weight;
-        let center = DVec2::new(column as f64 + 0.5, row as f64 + 0.5);
-        let is_inside = center.distance_squared(photon.at) <= 0.25 * diameter * diameter;
-        cell.count[index] += u32::from(is_inside);
-    });
+fn stamp(photon: &Photon, (index, diameter): (usize, f64), kernel: Kernel, band: &mut Band<Cell>) {
+    match kernel {
+        Kernel::Gaussian => {
+            band.draw_round(photon.at, diameter, |cell, weight, [column, row]| {
+                cell.flux[index] += photon.flux * weight;
+                let center = DVec2::new(column as f64 + 0.5, row as f64 + 0.5);
+                let is_inside = center.distance_squared(photon.at) <= 0.25 * diameter * diameter;
+                cell.count[index] += u32::from(is_inside);
+            });
+        }
+        Kernel::Wyman2008 => filtered(photon.at, diameter, |weight, [column, row]| {
+            if let Some(cell) = band.texel(column, row) {
+                cell.flux[index] += photon.flux * weight;
+                cell.count[index] += 1;
+                band.fragments += 1;
+            }
+        }),
+    }
 }
 
 fn combined(cell: &Cell) -> Rgb {

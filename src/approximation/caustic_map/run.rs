@@ -371,12 +371,8 @@ impl Pipeline<'_> {
     /// Whether photons are drawn by `kernel`, each with a size of its own.
     fn draws_by_kernel(&self) -> bool {
         match self.settings.splat {
-            Splat::Fixed | Splat::ThinLens | Splat::ThickLens => true,
-            Splat::TwoCurvatures
-            | Splat::Mip
-            | Splat::MipSplat
-            | Splat::MultiResolution
-            | Splat::Exact => false,
+            Splat::Fixed | Splat::ThinLens | Splat::ThickLens | Splat::MultiResolution => true,
+            Splat::TwoCurvatures | Splat::Mip | Splat::MipSplat | Splat::Exact => false,
         }
     }
 
@@ -386,7 +382,7 @@ impl Pipeline<'_> {
         match self.settings.splat {
             Splat::Mip => mip(side, photons, dense),
             Splat::MipSplat => mip_splat(side, photons, dense),
-            Splat::MultiResolution => multi_resolution(side, photons),
+            Splat::MultiResolution => multi_resolution(side, photons, self.settings.kernel),
             Splat::Fixed
             | Splat::ThinLens
             | Splat::ThickLens

@@ -92,9 +92,9 @@ settings! {
     /// Stage `splat`.
     splat: Splat = "splat", Kind::Choice(words_of::<Splat>), Value "thin-lens", "",
         "Stage: spread of a photon's light", Values::word;
-    /// Form of round splats of one size each.
+    /// Form of round splats.
     kernel: Kernel = "kernel", Kind::Choice(words_of::<Kernel>), Value "gaussian", "",
-        "Form of fixed and lens splats", Values::word;
+        "Form of fixed, multi-resolution and lens splats", Values::word;
     /// Diameter of a fixed splat, in map texels.
     splat_size: f64 = "splat-size", Kind::Number(1.0, 1024.0), Value "7", "texels of the map",
         "Diameter of a fixed splat", Values::number;

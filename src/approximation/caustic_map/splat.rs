@@ -60,8 +60,9 @@ fn filter(distance_squared: f64, diameter: f64) -> f64 {
     ALPHA * (1.0 - fall) / (0.42 * size)
 }
 
-/// The weights of a photon's texels, all of a map without border: `add(weight, [column, row])`.
-fn filtered(at: DVec2, diameter: f64, mut add: impl FnMut(f64, [i64; 2])) {
+/// The weights above 0 of a photon's texels, by the filter of 2008, on a map without border: `add(weight,
+/// [column, row])`.
+pub fn filtered(at: DVec2, diameter: f64, mut add: impl FnMut(f64, [i64; 2])) {
     let (columns, rows) = (reach(at.x, diameter), reach(at.y, diameter));
     for row in rows.0..=rows.1 {
         for column in columns.0..=columns.1 {

@@ -4,6 +4,7 @@ use glam::{DMat2, DVec2};
 
 use super::hit::Place;
 use super::refraction::Exit;
+use super::resolve::DIAMETERS;
 use super::settings::Settings;
 use super::splat::Spread;
 use super::variants::{Mode, Splat};
@@ -43,11 +44,12 @@ pub fn spread(
         (Splat::ThinLens, Mode::Refraction) => bounded(lens.thin(background)),
         (Splat::ThickLens, Mode::Refraction) => bounded(lens.thick(background)),
         (Splat::TwoCurvatures, _) => ellipse(settings, map, exit, place),
-        // What chooses by density has sizes of its own, and beams have none.
-        (
-            Splat::Fixed | Splat::Mip | Splat::MipSplat | Splat::MultiResolution | Splat::Exact,
-            _,
-        ) => Spread::Round(settings.splat_size),
+        // The finest of its four.
+        (Splat::MultiResolution, _) => Spread::Round(DIAMETERS[0]),
+        // Chains of maps have sizes of their own, and beams have none.
+        (Splat::Fixed | Splat::Mip | Splat::MipSplat | Splat::Exact, _) => {
+            Spread::Round(settings.splat_size)
+        }
     }
 }
 

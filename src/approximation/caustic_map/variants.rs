@@ -150,7 +150,7 @@ words! {
 }
 
 words! {
-    /// The form of splats that are round and of one size each.
+    /// The form of round splats.
     Kernel {
         /// A Gaussian of a sixth of the diameter, its weights divided by their sum
         Gaussian = "gaussian",
