@@ -120,8 +120,8 @@ pub use metric::{
 pub use mitsuba::LoadError;
 pub use radiometry::Rgb;
 pub use run::{
-    Budget, Context, Cost, Counter, Counters, Error, Estimate, Interval, Layer, LayerName, Light,
-    Progress, Quantity, Range, Refusal, Rendering, StageWork,
+    Budget, Context, Cost, Counter, Counters, Error, Estimate, FluxEntry, Interval, Layer,
+    LayerName, Light, Progress, Quantity, Range, Refusal, Rendering, StageWork,
 };
 pub use scene::{Scene, Sensor, SourcePosition, Warning};
 pub use setting::SettingError;

@@ -4,7 +4,7 @@
 use glam::DVec3;
 
 use crate::geometry::{Hit, SurfacePoint};
-use crate::optics::{RayDerivative, dielectric_reflectance};
+use crate::optics::{RayDerivative, dielectric_reflectance, thin_slab_reflectance};
 use crate::radiometry::Rgb;
 use crate::scene::{Material, Scene};
 use crate::setting::words::words;
@@ -48,17 +48,14 @@ pub fn cross(
         return None;
     }
     let branch = interaction.branch::<3>(way)?;
-    let factor = match (fresnel, relative_index(material, point, direction)) {
+    let front = direction.dot(point.geometric_normal) < 0.0;
+    let cos = direction.dot(point.shading_normal).abs();
+    let factor = match (fresnel, reflectance(material, front, cos, fresnel)) {
+        // What is nested in masks and two-sided materials shares light out with them.
         (Fresnel::Exact, _) | (_, None) => share,
         (Fresnel::None, Some(_)) => 1.0,
-        (Fresnel::Schlick, Some(eta)) => {
-            let reflected = schlick(direction.dot(point.shading_normal).abs(), eta);
-            if way == Way::Reflected {
-                reflected
-            } else {
-                1.0 - reflected
-            }
-        }
+        (Fresnel::Schlick, Some(reflected)) if way == Way::Reflected => reflected,
+        (Fresnel::Schlick, Some(reflected)) => 1.0 - reflected,
     };
     Some(Crossing {
         direction: branch.direction,
@@ -67,19 +64,67 @@ pub fn cross(
     })
 }
 
-/// `n_transmitted / n_incident` of a plain dielectric.
-fn relative_index(material: &Material, point: &SurfacePoint, direction: DVec3) -> Option<f64> {
-    let Material::Dielectric {
-        interior_ior,
-        exterior_ior,
-        ..
-    } = material
-    else {
-        return None;
+/// The share of light that a plain dielectric or a thin pane reflects; `None` of other materials.
+///
+/// - `front`: whether light arrives from outside.
+/// - `cos`: of the angle of incidence.
+fn reflectance(material: &Material, front: bool, cos: f64, fresnel: Fresnel) -> Option<f64> {
+    match (material, fresnel) {
+        (Material::Dielectric { .. } | Material::ThinDielectric { .. }, Fresnel::None) => Some(0.0),
+        (
+            Material::Dielectric {
+                interior_ior,
+                exterior_ior,
+                ..
+            },
+            _,
+        ) => {
+            let eta = interior_ior / exterior_ior;
+            let eta = if front { eta } else { 1.0 / eta };
+            Some(match fresnel {
+                Fresnel::Schlick => schlick(cos, eta),
+                Fresnel::None | Fresnel::Exact => dielectric_reflectance(cos, eta),
+            })
+        }
+        (
+            Material::ThinDielectric {
+                interior_ior,
+                exterior_ior,
+                ..
+            },
+            _,
+        ) => {
+            let eta = interior_ior / exterior_ior;
+            Some(match fresnel {
+                Fresnel::Schlick => {
+                    let one = schlick(cos, eta);
+                    2.0 * one / (1.0 + one)
+                }
+                Fresnel::None | Fresnel::Exact => thin_slab_reflectance(cos, eta),
+            })
+        }
+        _ => None,
+    }
+}
+
+/// What is left of light that leaves an object from inside, by its index and colour.
+///
+/// - `cos`: of the angle of incidence at the inner side.
+pub fn leaving(scene: &Scene, shape: u32, cos: f64, fresnel: Fresnel) -> Rgb {
+    let material = scene.material_of(shape);
+    let reflected = reflectance(material, false, cos, fresnel).unwrap_or(0.0);
+    let tint = match material {
+        Material::Dielectric {
+            specular_transmittance,
+            ..
+        }
+        | Material::ThinDielectric {
+            specular_transmittance,
+            ..
+        } => specular_transmittance.even(),
+        _ => Rgb::WHITE,
     };
-    let eta = interior_ior / exterior_ior;
-    let front = direction.dot(point.geometric_normal) < 0.0;
-    Some(if front { eta } else { 1.0 / eta })
+    tint * (1.0 - reflected)
 }
 
 /// Reflectance by Schlick's approximation (1994), F₀ + (1 − F₀)(1 − cos)⁵, with the angle on the less dense
@@ -131,15 +176,4 @@ pub fn turning<'a>(
         }
     };
     move |along| scene.world().normal_derivative(hit, along) * sign
-}
-
-/// What an interface takes of transmitted light beside Fresnel's share.
-pub fn tint(scene: &Scene, shape: u32) -> Rgb {
-    match scene.material_of(shape) {
-        Material::Dielectric {
-            specular_transmittance,
-            ..
-        } => specular_transmittance.even(),
-        _ => Rgb::WHITE,
-    }
 }

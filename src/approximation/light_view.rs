@@ -247,6 +247,24 @@ impl LightView {
         corner(b.x, b.y) - corner(a.x, b.y) - corner(b.x, a.y) + corner(a.x, a.y)
     }
 
+    /// Light-space measure of one pixel by the density of the image at a point, which may lie beyond it:
+    /// solid angle \[sr\], of parallel light area \[m²\].
+    ///
+    /// A pixel's solid angle is (2h/N)² cos³ of the angle to the axis.
+    pub fn pixel_measure_at(&self, at: DVec2) -> f64 {
+        let pixel = 2.0 * self.half / f64::from(self.side);
+        if self.is_parallel {
+            return pixel * pixel;
+        }
+        // On the plane at distance 1 the point is 1/cos away.
+        pixel * pixel / (1.0 + self.on_plane(at).length_squared()).powf(1.5)
+    }
+
+    /// The axis of the image: a unit vector away from the light.
+    pub fn axis(&self) -> DVec3 {
+        self.frame.n
+    }
+
     /// Area \[m²\] of a surface with unit `normal` that one pixel sees about `point`, by the density of the
     /// image there; infinite along the light.
     ///

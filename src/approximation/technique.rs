@@ -2,7 +2,7 @@
 
 use super::Stage;
 use crate::radiometry::Rgb;
-use crate::run::{Context, Cost, Counters, Error, Light, Refusal, StageWork};
+use crate::run::{Context, Cost, Counters, Error, FluxEntry, Light, Refusal, StageWork};
 use crate::scene::{Scene, Sensor};
 use crate::setting::{Setting, Values};
 
@@ -80,6 +80,9 @@ pub struct Frame {
     pub work: Vec<StageWork>,
     /// Work of the whole frame, in the order of importance.
     pub counters: Counters,
-    /// Oddities of the frame: light that was dropped, and why.
+    /// Flux \[W\] from the light to the image, in the order of stages: together what the image has. Empty if
+    /// the technique does not account for it.
+    pub flux: Vec<FluxEntry>,
+    /// Oddities of the frame. A frame without any light says why, with figures, in its first words.
     pub warnings: Vec<String>,
 }

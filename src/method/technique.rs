@@ -6,7 +6,8 @@ use super::reference::Job;
 use crate::approximation::Technique;
 use crate::geometry::TraversalCounters;
 use crate::radiometry::Rgb;
-use crate::run::{Error, Estimate, Layer, LayerName, Light, Quantity, Rendering};
+use crate::run::format::number;
+use crate::run::{Error, Estimate, FluxEntry, Layer, LayerName, Light, Quantity, Rendering};
 use crate::transport::ledger::Ledger;
 
 /// Prepares a technique and makes one frame.
@@ -47,6 +48,7 @@ pub(super) fn run(technique: &dyn Technique, job: &Job) -> Result<Rendering, Err
     let work: Vec<_> = frame.work.iter().map(|one| (one.name, &one.work)).collect();
     Ok(Rendering {
         light,
+        summary: summary(&frame.flux),
         warnings: frame.warnings,
         unit: "photons",
         counters: frame.counters.list(),
@@ -54,7 +56,35 @@ pub(super) fn run(technique: &dyn Technique, job: &Job) -> Result<Rendering, Err
         frame_time: Some(Duration::from_secs_f64(seconds)),
         ..Rendering::new(estimate).reporting("work", work)
     }
+    .with_flux(frame.flux)
     .with_stages(frame.work))
+}
+
+/// The flux of a frame as a table: what sets out, what each stage does to it, and what is left.
+fn summary(flux: &[FluxEntry]) -> Vec<String> {
+    if flux.is_empty() {
+        return Vec::new();
+    }
+    let row = |stage: &str, watts: f64, reason: &str, photons: u64| {
+        let photons = match photons {
+            0 => String::new(),
+            photons => format!(" ({photons} photons)"),
+        };
+        format!("  {stage:<11}{:>12}  {reason}{photons}", number(watts))
+    };
+    let mut lines = vec!["flux by stage [W], mean of channels".to_owned()];
+    lines.extend(
+        flux.iter()
+            .map(|one| row(one.stage, one.flux.mean(), one.reason, one.photons)),
+    );
+    let left: Rgb = flux.iter().map(|one| one.flux).sum();
+    lines.push(row(
+        "left",
+        left.mean(),
+        "on the sensor, or before a camera",
+        0,
+    ));
+    lines
 }
 
 /// The layer of the light that a technique models.

@@ -10,6 +10,7 @@
 //! | [`light`] | the set of light paths that a method measures |
 //! | [`rendering`] | an estimate with counters, warnings and the method's own report |
 //! | [`counters`] | work by name, and by stage |
+//! | [`flux`] | a technique's flux, stage by stage |
 //! | [`cost`] | bytes and counted work, before anything is traced |
 
 pub mod budget;
@@ -21,6 +22,7 @@ pub mod counters;
 pub mod error;
 pub mod estimate;
 mod file;
+pub mod flux;
 pub mod format;
 pub mod light;
 pub mod progress;
@@ -34,6 +36,7 @@ pub use cost::Cost;
 pub use counters::{Counter, Counters, StageWork};
 pub use error::{Error, Refusal};
 pub use estimate::{Estimate, Interval, Layer, LayerName, Quantity, Range};
+pub use flux::FluxEntry;
 pub use light::Light;
 pub use progress::Progress;
 pub use rendering::Rendering;

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use serde_json::{Map, Value};
 
-use super::{Counter, Estimate, Light, StageWork};
+use super::{Counter, Estimate, FluxEntry, Light, StageWork};
 use crate::radiometry::Rgb;
 
 /// The result of a run: an estimate with everything that is known beside it.
@@ -40,6 +40,9 @@ pub struct Rendering {
     pub stages: Vec<StageWork>,
     /// Work and time of preparations that later frames do not repeat, by stage; empty for references.
     pub preparation: Vec<StageWork>,
+    /// Flux \[W\] from the light to the image, by stage and reason; empty for references, and for techniques
+    /// that do not account for it.
+    pub flux: Vec<FluxEntry>,
     /// Time of one frame by the method's own clock, if it prepares anything that a frame does not repeat.
     pub frame_time: Option<Duration>,
     /// Method, sensor, settings and the method's own report, by name: written into files as attributes.
@@ -65,6 +68,7 @@ impl Rendering {
             counters: Vec::new(),
             stages: Vec::new(),
             preparation: Vec::new(),
+            flux: Vec::new(),
             frame_time: None,
             report: Map::new(),
             summary: Vec::new(),
@@ -78,6 +82,16 @@ impl Rendering {
     #[must_use]
     pub(crate) fn with_stages(mut self, stages: Vec<StageWork>) -> Self {
         self.stages = stages;
+        self
+    }
+
+    /// Adds the flux of a frame, to the report, too; nothing if there is none.
+    #[must_use]
+    pub(crate) fn with_flux(mut self, flux: Vec<FluxEntry>) -> Self {
+        if !flux.is_empty() {
+            self = self.reporting("flux", &flux);
+        }
+        self.flux = flux;
         self
     }
 

@@ -1,6 +1,10 @@
 //! The published techniques, stage by stage, and what their authors claim.
 
+mod approximate_ball;
 mod caustic_map;
+mod energy;
+mod image_space;
+mod lookups;
 mod paper_claims;
 mod stubs;
 

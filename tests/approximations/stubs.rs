@@ -119,6 +119,7 @@ impl Prepared for LightVolumeFrame {
             values: exact.finish()?,
             work: passes.collect(),
             counters: Counters::of([("rays", rays.rays), ("seen", seen.count() as u64)]),
+            flux: Vec::new(),
             warnings: vec!["nothing descends".to_owned()],
         })
     }
@@ -214,6 +215,7 @@ impl Prepared for CausticsVolumeFrame {
             values,
             counters: work.work.clone(),
             work: vec![work],
+            flux: Vec::new(),
             warnings: Vec::new(),
         })
     }

@@ -1,8 +1,9 @@
 //! Stage `view`: what the light sees, in the precision of its buffers.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
-use super::settings::Mode;
+use super::loss::Loss;
+use super::variants::{BackFaces, Mode};
 use crate::approximation::{LightView, Precision};
 use crate::geometry::{Hit, Ray, Shape, SurfaceElement, SurfacePoint, TraversalCounters};
 use crate::scene::{Material, Scene};
@@ -19,7 +20,7 @@ pub struct Front {
     pub point: SurfacePoint,
 }
 
-/// The farthest back face of a specular object, in a pixel.
+/// A back face of a specular object, in a pixel.
 #[derive(Clone, Copy, Debug)]
 pub struct Back {
     /// How far behind the light, along the pixel's ray.
@@ -44,8 +45,22 @@ pub fn takes_part(scene: &Scene, material: &Material, mode: Mode) -> bool {
     }
 }
 
-/// The place where a ray of the light first meets a specular object; `None` where something hides it, and
-/// where light would enter a refractor by its back.
+/// True if a refractor has no back side that its light would leave by: a rectangle, a disc, or a mesh with a
+/// border.
+pub fn is_open(shape: &Shape) -> bool {
+    match shape {
+        Shape::Rectangle(_) | Shape::Disk(_) => true,
+        Shape::Sphere(_) | Shape::Cylinder(_) => false,
+        Shape::Mesh(mesh) => !mesh.diagnose().is_closed(),
+    }
+}
+
+/// The place where a ray of the light first meets a specular object; `Ok(None)` where it meets anything else,
+/// or nothing.
+///
+/// # Errors
+///
+/// Where light would enter a closed refractor by its back, and where the buffer cannot hold the place.
 #[inline]
 pub fn front(
     scene: &Scene,
@@ -53,18 +68,20 @@ pub fn front(
     mode: Mode,
     precision: Precision,
     counters: &mut TraversalCounters,
-) -> Option<Front> {
-    let (ray, hit) = next_hit(scene, ray, counters)?;
+) -> Result<Option<Front>, Loss> {
+    let Some((ray, hit)) = next_hit(scene, ray, counters) else {
+        return Ok(None);
+    };
     if !takes_part(scene, scene.material_of(hit.shape), mode) {
-        return None;
+        return Ok(None);
     }
     let point = scene.world().bounce_point(&ray, &hit);
     let is_back = ray.direction.dot(point.geometric_normal) >= 0.0;
     if is_back && mode == Mode::Refraction {
-        return None;
+        return Err(Loss::EntersBehind);
     }
-    let point = precision.of_point(point)?;
-    Some(Front { ray, hit, point })
+    let point = precision.of_point(point).ok_or(Loss::TooLarge)?;
+    Ok(Some(Front { ray, hit, point }))
 }
 
 /// Whether a point is inside a closed surface: from there a ray that meets it does so from behind, whichever
@@ -72,7 +89,7 @@ pub fn front(
 pub fn is_inside(scene: &Scene, shape: u32, point: DVec3) -> bool {
     let element = SurfaceElement { shape, face: None };
     let surface = &scene.world().shapes()[shape as usize];
-    if matches!(surface, Shape::Rectangle(_) | Shape::Disk(_)) {
+    if is_open(surface) {
         return false;
     }
     let towards = (surface.bounds().center() - point)
@@ -85,12 +102,13 @@ pub fn is_inside(scene: &Scene, shape: u32, point: DVec3) -> bool {
     found.is_some_and(|(_, met)| towards.dot(met.geometric_normal) > 0.0)
 }
 
-/// The farthest back face along a light's ray, of the object whose front it met, as the buffers hold it.
+/// The nearest or farthest back face along a light's ray, of the object whose front it met, as the buffers
+/// hold it.
 pub fn back(
     scene: &Scene,
     view: &LightView,
     front: &Front,
-    precision: Precision,
+    (which, precision): (BackFaces, Precision),
     counters: &mut TraversalCounters,
 ) -> Option<Back> {
     /// Faces of one object along one ray: a closed surface has an even number of them.
@@ -114,10 +132,36 @@ pub fn back(
                 curvature: mean_curvature(scene, &hit, &point),
                 shape: hit.shape,
             });
+            if which == BackFaces::Nearest {
+                break;
+            }
         }
         ray = point.spawn(ray.direction);
     }
     found
+}
+
+/// The picture of back faces.
+#[derive(Clone, Debug, Default)]
+pub struct Backs {
+    /// By pixel, row by row; empty where nothing reads it.
+    pub pixels: Vec<Option<Back>>,
+    /// Where in its pixel each is, as a shift from the middle: that of the photons.
+    pub shift: DVec2,
+}
+
+impl Backs {
+    /// The back face of a shape in the pixel of an image point.
+    #[inline]
+    pub fn at(&self, view: &LightView, at: DVec2, shape: u32) -> Option<&Back> {
+        let pixel = at - self.shift;
+        let index = || pixel.y as usize * view.side() + pixel.x as usize;
+        let found = view
+            .holds(pixel)
+            .then(|| self.pixels.get(index()))
+            .flatten();
+        found?.as_ref().filter(|back| back.shape == shape)
+    }
 }
 
 /// Mean curvature [1/m] with the normal outward, positive where convex: half the trace of how the normal

@@ -1,7 +1,8 @@
 //! Demands of a caustic map on a scene. Errors name what the scene does not have.
 
-use super::buffers::{is_inside, takes_part};
-use super::settings::{Mode, Settings};
+use super::buffers::{is_inside, is_open, takes_part};
+use super::settings::Settings;
+use super::variants::Mode;
 use crate::run::Refusal;
 use crate::scene::Scene;
 use crate::setting::Words;
@@ -10,21 +11,26 @@ use crate::transport::first_surface::Source;
 /// The plural of the technique, in errors.
 pub(super) const MAPS: &str = "caustic maps";
 
-/// The mode asked for, or refraction where something refracts.
+/// The mode asked for. Without one: refraction where a closed shape refracts, through one interface where
+/// only open ones do, reflection where nothing refracts.
 pub fn mode(settings: &Settings, scene: &Scene) -> Result<Mode, Refusal> {
-    let has = |mode| {
-        scene
-            .objects()
-            .iter()
-            .any(|object| takes_part(scene, scene.material(object.material), mode))
+    let shapes_of = |mode| {
+        let objects = (0_usize..).zip(scene.objects());
+        objects.filter(move |(_, object)| takes_part(scene, scene.material(object.material), mode))
     };
-    let mode = settings.mode.unwrap_or(if has(Mode::Refraction) {
-        Mode::Refraction
-    } else {
-        Mode::Reflection
+    let has = |mode| shapes_of(mode).next().is_some();
+    let is_closed = |shape: usize| !is_open(&scene.world().shapes()[shape]);
+    let mode = settings.mode.unwrap_or_else(|| {
+        if !has(Mode::Refraction) {
+            Mode::Reflection
+        } else if shapes_of(Mode::Refraction).any(|(shape, _)| is_closed(shape)) {
+            Mode::Refraction
+        } else {
+            Mode::SingleRefraction
+        }
     });
     let (does, plugins) = match mode {
-        Mode::Refraction => ("refracts", "dielectric or thindielectric"),
+        Mode::Refraction | Mode::SingleRefraction => ("refracts", "dielectric or thindielectric"),
         Mode::Reflection => ("mirrors", "conductor, dielectric or thindielectric"),
     };
     if has(mode) {

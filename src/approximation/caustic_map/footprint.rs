@@ -4,45 +4,70 @@
 //! both are taken, by half), over which its flux is dealt out. Where they are not, the pixel is divided,
 //! `border-levels` times; of what is left then, each corner puts a quarter into its texel.
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::hit::Canvas;
+use super::loss::Loss;
+use super::tally::Tally;
 use super::trace::Tracer;
+use super::variants::{BySteps, Step};
 use super::work::Work;
 use crate::approximation::ExactFilm;
 use crate::radiometry::Rgb;
 
-/// Work of the four stages that a beam's corners and image take.
+/// What became of the beams between corners.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct BeamWork {
-    /// Stage `view`.
-    pub view: Work,
-    /// Stage `refraction`.
-    pub refraction: Work,
-    /// Stage `hit`.
-    pub hit: Work,
-    /// Stage `splat`.
-    pub splat: Work,
+pub struct Dealt {
+    /// Work by stage.
+    pub work: BySteps<Work>,
+    /// The flux of their corners on the way, a quarter of a beam's each.
+    pub tally: Tally,
 }
 
-impl BeamWork {
-    fn add(mut self, other: Self) -> Self {
-        self.view += other.view;
-        self.refraction += other.refraction;
-        self.hit += other.hit;
-        self.splat += other.splat;
+impl Dealt {
+    fn add(mut self, other: &Self) -> Self {
+        for (sum, one) in self.work.iter_mut().zip(other.work) {
+            *sum += one;
+        }
+        self.tally += other.tally;
         self
+    }
+
+    fn work(&mut self, step: Step) -> &mut Work {
+        &mut self.work[step as usize]
     }
 }
 
 /// A corner's light on the canvas.
 #[derive(Clone, Copy)]
-struct Corner {
+struct Landed {
     at: DVec2,
-    /// What is left of a unit of flux.
-    weight: Rgb,
+    /// What is left of a unit of flux, up to the canvas.
+    throughput: Rgb,
+    /// What the canvas multiplies it by.
+    canvas: Rgb,
+    position: DVec3,
     topology: u64,
+}
+
+/// What became of a corner.
+#[derive(Clone, Copy)]
+enum Corner {
+    /// Nothing specular is there.
+    Beside,
+    /// It came to nothing, with what was left of a unit of flux.
+    Lost(Loss, Rgb),
+    Landed(Landed),
+}
+
+impl Corner {
+    fn landed(&self) -> Option<&Landed> {
+        match self {
+            Self::Landed(landed) => Some(landed),
+            Self::Beside | Self::Lost(..) => None,
+        }
+    }
 }
 
 struct Beams<'a> {
@@ -56,7 +81,7 @@ const ROWS: usize = 8;
 
 /// Traces the corners of all pixels, their lattice shifted by `shift` pixels, and deals the beams out on a
 /// film.
-pub fn deal_beams(tracer: &Tracer, canvas: &Canvas, shift: DVec2, film: &ExactFilm) -> BeamWork {
+pub fn deal_beams(tracer: &Tracer, canvas: &Canvas, shift: DVec2, film: &ExactFilm) -> Dealt {
     let beams = Beams {
         tracer,
         canvas,
@@ -64,24 +89,24 @@ pub fn deal_beams(tracer: &Tracer, canvas: &Canvas, shift: DVec2, film: &ExactFi
     };
     let side = tracer.view.side();
     let trace_row = |row: usize| {
-        let mut work = BeamWork::default();
-        let corners: Vec<Option<Corner>> = (0..=side)
+        let mut done = Dealt::default();
+        let corners: Vec<Corner> = (0..=side)
             .map(|column| {
                 let at = DVec2::new(column as f64, row as f64) + shift;
-                beams.corner(at, &mut work)
+                beams.corner(at, &mut done)
             })
             .collect();
-        (corners, work)
+        (corners, done)
     };
-    (0..side.div_ceil(ROWS))
+    let tasks: Vec<Dealt> = (0..side.div_ceil(ROWS))
         .into_par_iter()
         .map(|task| {
             let first = task * ROWS;
             let last = (first + ROWS).min(side);
-            let (mut above, mut work) = trace_row(first);
+            let (mut above, mut all) = trace_row(first);
             for row in first..last {
                 let (below, done) = trace_row(row + 1);
-                work = work.add(done);
+                all = all.add(&done);
                 for column in 0..side {
                     let low = DVec2::new(column as f64, row as f64) + shift;
                     let corners = [
@@ -91,65 +116,96 @@ pub fn deal_beams(tracer: &Tracer, canvas: &Canvas, shift: DVec2, film: &ExactFi
                         below[column + 1],
                     ];
                     let levels = tracer.settings.border_levels;
-                    beams.pixel(low, 1.0, corners, levels, &mut work);
+                    beams.pixel(low, 1.0, &corners, levels, &mut all);
                 }
                 above = below;
             }
-            work
+            all
         })
-        .reduce(BeamWork::default, BeamWork::add)
+        .collect();
+    // In the order of rows: sums of flux are the same bits on any threads.
+    tasks.iter().fold(Dealt::default(), Dealt::add)
 }
 
 impl Beams<'_> {
-    fn corner(&self, at: DVec2, work: &mut BeamWork) -> Option<Corner> {
-        let front = self.tracer.front(at, &mut work.view)?;
-        let exit = self.tracer.exit(at, &front, &mut work.refraction)?;
-        let landing = self.tracer.landing(&exit, self.canvas, &mut work.hit)?;
-        Some(Corner {
-            at: landing.at,
-            weight: exit.throughput * landing.weight,
-            topology: exit.topology ^ landing.surface.rotate_left(17),
+    fn corner(&self, at: DVec2, done: &mut Dealt) -> Corner {
+        let front = match self.tracer.front(at, done.work(Step::View)) {
+            Ok(Some(front)) => front,
+            Ok(None) => return Corner::Beside,
+            Err(loss) => return Corner::Lost(loss, Rgb::WHITE),
+        };
+        let exit = match self.tracer.exit(at, &front, done.work(Step::Refraction)) {
+            Ok(exit) => exit,
+            Err(loss) => return Corner::Lost(loss, Rgb::WHITE),
+        };
+        match self
+            .tracer
+            .landing(&exit, self.canvas, done.work(Step::Hit))
+        {
+            Ok(landing) => Corner::Landed(Landed {
+                at: landing.at,
+                throughput: exit.throughput,
+                canvas: landing.weight,
+                position: landing.position,
+                topology: exit.topology ^ landing.surface.rotate_left(17),
+            }),
+            Err(loss) => Corner::Lost(loss, exit.throughput),
+        }
+    }
+
+    /// Flux \[W\] that a square of the image stands for, by each corner as if all of it landed there; black
+    /// where it does not, or on no map.
+    fn drawn(&self, low: DVec2, size: f64, corners: &[Corner; 4]) -> [Rgb; 4] {
+        let strength = self.tracer.strength(low + 0.5 * size);
+        let even = self.tracer.carried_anywhere(low, low + size);
+        corners.each_ref().map(|corner| {
+            let measure = corner.landed().and_then(|landed| {
+                even.or_else(|| self.tracer.carried(low, low + size, landed.position))
+            });
+            strength * measure.unwrap_or(0.0)
         })
     }
 
+    /// Books a quarter of a square's light at each of its corners.
+    fn book(&self, low: DVec2, size: f64, corners: [(&Corner, Rgb); 4], tally: &mut Tally) {
+        let sent = self.tracer.sent(low, low + size);
+        let quarter = self.tracer.strength(low + 0.5 * size) * (0.25 * sent);
+        for (corner, drawn) in corners {
+            match corner {
+                Corner::Beside => {}
+                Corner::Lost(loss, throughput) => tally.lose(*loss, quarter, *throughput),
+                Corner::Landed(landed) => tally.land(quarter, landed.throughput, drawn * 0.25),
+            }
+        }
+    }
+
     /// Deals out what a square of the image with its lower corner at `low` carries.
-    fn pixel(
-        &self,
-        low: DVec2,
-        size: f64,
-        corners: [Option<Corner>; 4],
-        levels: u32,
-        work: &mut BeamWork,
-    ) {
-        if corners.iter().all(Option::is_none) {
+    fn pixel(&self, low: DVec2, size: f64, corners: &[Corner; 4], levels: u32, done: &mut Dealt) {
+        if corners.iter().all(|it| matches!(it, Corner::Beside)) {
             return;
         }
-        let emitted = || self.tracer.emitted(low + 0.5 * size, low, low + size);
-        if let [Some(a), Some(b), Some(c), Some(d)] = corners
-            && [b, c, d].iter().all(|corner| corner.topology == a.topology)
-        {
-            let quarter = emitted() * 0.25;
-            for [p, q, r] in [[a, b, d], [a, d, c], [a, b, c], [b, d, c]] {
-                let flux = [p, q, r].map(|corner| quarter * corner.weight);
-                work.splat.fragments += self.film.deal([p.at, q.at, r.at], flux);
-                work.splat.splats += 1;
-            }
-            return;
-        }
-        if levels == 0 {
-            for corner in corners.into_iter().flatten() {
-                self.film
-                    .deposit_at(corner.at, emitted() * corner.weight * 0.25);
-                work.splat.splats += 1;
-                work.splat.fragments += 1;
-            }
+        let landed = corners.each_ref().map(Corner::landed);
+        let is_dark = landed.iter().all(Option::is_none);
+        let is_whole = matches!(landed, [Some(a), Some(b), Some(c), Some(d)]
+            if [b, c, d].iter().all(|corner| corner.topology == a.topology));
+        if is_dark || is_whole || levels == 0 {
+            let drawn = self.drawn(low, size, corners);
+            let [a, b, c, d] = corners.each_ref();
+            let [e, f, g, h] = drawn;
+            self.book(low, size, [(a, e), (b, f), (c, g), (d, h)], &mut done.tally);
+            let flux = landed.iter().zip(drawn).map(|(corner, drawn)| {
+                let corner = (*corner)?;
+                let flux = drawn * corner.throughput * corner.canvas * 0.25;
+                Some((corner.at, flux))
+            });
+            self.deal(&flux.collect::<Vec<_>>(), is_whole, done.work(Step::Splat));
             return;
         }
         let half = 0.5 * size;
-        let mut at = |x: f64, y: f64| self.corner(low + DVec2::new(x, y), work);
+        let mut at = |x: f64, y: f64| self.corner(low + DVec2::new(x, y), done);
         let (top, left, middle) = (at(half, 0.0), at(0.0, half), at(half, half));
         let (right, bottom) = (at(size, half), at(half, size));
-        let [a, b, c, d] = corners;
+        let [a, b, c, d] = *corners;
         let quarters = [
             (DVec2::ZERO, [a, top, left, middle]),
             (DVec2::new(half, 0.0), [top, b, middle, right]),
@@ -157,7 +213,24 @@ impl Beams<'_> {
             (DVec2::splat(half), [middle, right, bottom, d]),
         ];
         for (offset, corners) in quarters {
-            self.pixel(low + offset, half, corners, levels - 1, work);
+            self.pixel(low + offset, half, &corners, levels - 1, done);
+        }
+    }
+    /// Deals out the light of a square's corners: as two triangles, either way and both by half, or each
+    /// where it is.
+    fn deal(&self, corners: &[Option<(DVec2, Rgb)>], is_whole: bool, work: &mut Work) {
+        if is_whole && let [Some(a), Some(b), Some(c), Some(d)] = *corners {
+            for triangle in [[a, b, d], [a, d, c], [a, b, c], [b, d, c]] {
+                let (places, values) = (triangle.map(|it| it.0), triangle.map(|it| it.1));
+                work.fragments += self.film.deal(places, values);
+                work.splats += 1;
+            }
+            return;
+        }
+        for (at, flux) in corners.iter().copied().flatten() {
+            self.film.deposit_at(at, flux);
+            work.splats += 1;
+            work.fragments += 1;
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
+use super::loss::Loss;
 use super::refraction::Exit;
 use super::work::Work;
 use crate::approximation::light_view::Projection;
@@ -37,6 +38,8 @@ pub enum Canvas<'a> {
 pub struct Landing {
     /// In texels; may lie outside.
     pub at: DVec2,
+    /// In space.
+    pub position: DVec3,
     /// What its flux is multiplied by on the canvas.
     pub weight: Rgb,
     /// The same for corners on one smooth surface.
@@ -51,28 +54,32 @@ fn next(
     exit: &Exit,
     counters: &mut TraversalCounters,
 ) -> Option<(Ray, Hit)> {
-    if exit.is_exact {
-        next_hit(scene, exit.ray, counters)
-    } else {
+    if exit.may_be_inside {
         let (hit, _) = receivers.first(&exit.ray, counters)?;
         Some((exit.ray, hit))
+    } else {
+        next_hit(scene, exit.ray, counters)
     }
 }
 
-/// A photon whose ray is traced to the next surface, which must be no specular one.
+/// A photon whose ray is traced to the next surface.
+///
+/// # Errors
+///
+/// Where that is a specular one, and where there is none.
 pub fn traced(
     scene: &Scene,
     receivers: &Receivers,
     exit: &Exit,
     counters: &mut TraversalCounters,
-) -> Option<Place> {
-    let (ray, hit) = next(scene, receivers, exit, counters)?;
+) -> Result<Place, Loss> {
+    let (ray, hit) = next(scene, receivers, exit, counters).ok_or(Loss::NoReceiver)?;
     if scene.material_of(hit.shape).is_specular(scene.materials()) {
-        return None;
+        return Err(Loss::Specular);
     }
     let point = scene.world().bounce_point(&ray, &hit);
     let element = scene.world().element(&hit);
-    Some(Place {
+    Ok(Place {
         position: point.position,
         normal: point.geometric_normal,
         surface: u64::from(element.shape) << 32 | u64::from(element.face.unwrap_or(0)),
@@ -80,20 +87,35 @@ pub fn traced(
 }
 
 /// A corner of a beam that is traced to the sensor.
+///
+/// # Errors
+///
+/// Where it meets anything else, or nothing.
 pub fn traced_on_sensor(
     scene: &Scene,
     receivers: &Receivers,
     screen: &Screen,
     exit: &Exit,
     counters: &mut TraversalCounters,
-) -> Option<Landing> {
+) -> Result<Landing, Loss> {
     let found = next(scene, receivers, exit, counters);
     // A sensor on a plane also knows what would land beyond its border, where nothing is met.
     let (ray, hit) = found.map_or((exit.ray, None), |(ray, hit)| (ray, Some(hit)));
-    on_sensor(scene, screen, &ray, hit, counters)
+    on_sensor(scene, screen, &ray, hit, counters).ok_or_else(|| {
+        let is_specular = |hit: Hit| scene.material_of(hit.shape).is_specular(scene.materials());
+        match hit {
+            Some(hit) if is_specular(hit) => Loss::Specular,
+            Some(_) => Loss::BesideSensor,
+            None => Loss::NoReceiver,
+        }
+    })
 }
 
 /// A corner of a beam that marched to a receiver, where a look-up would place it: along the light's ray.
+///
+/// # Errors
+///
+/// Where the sensor has no texel.
 pub fn marched_on_sensor(
     scene: &Scene,
     receivers: &Receivers,
@@ -101,11 +123,11 @@ pub fn marched_on_sensor(
     depths: &[DepthMap],
     place: &Place,
     counters: &mut TraversalCounters,
-) -> Option<Landing> {
-    let (map, seen) = seen_in(depths, place.position)?;
+) -> Result<Landing, Loss> {
+    let (map, seen) = seen_in(depths, place.position).ok_or(Loss::NoReceiver)?;
     let ray = map.view().ray(seen.at);
     let hit = receivers.first(&ray, counters).map(|(hit, _)| hit);
-    on_sensor(scene, screen, &ray, hit, counters)
+    on_sensor(scene, screen, &ray, hit, counters).ok_or(Loss::BesideSensor)
 }
 
 /// Where the sensor has what a ray met.
@@ -117,14 +139,23 @@ fn on_sensor(
     counters: &mut TraversalCounters,
 ) -> Option<Landing> {
     let (end, weight, surface) = screen.end(scene, ray, hit.as_ref(), counters);
-    match end {
-        End::Landed(at) => Some(Landing {
-            at,
-            weight,
-            surface,
-        }),
-        _ => None,
-    }
+    let End::Landed(at) = end else {
+        return None;
+    };
+    let measured = match screen {
+        Screen::Receiver(receiver) => {
+            scene.world().shapes()[receiver.shape() as usize].meet_beyond(ray)
+        }
+        Screen::Camera { .. } => None,
+    };
+    let distance = measured.map(|(distance, _)| distance);
+    let distance = distance.or_else(|| hit.map(|hit| hit.distance))?;
+    Some(Landing {
+        at,
+        position: ray.at(distance),
+        weight,
+        surface,
+    })
 }
 
 /// The first of a light's pictures that a point is in, and where.
@@ -142,19 +173,22 @@ fn seen_in(depths: &[DepthMap], point: DVec3) -> Option<(&DepthMap, Projection)>
 ///
 /// The point found is on the map's surface as far as that is sampled; the march may step over what is thinner
 /// than a step, and takes what is hidden from the light for solid (Szirmay-Kalos et al. 2005; section 6).
+///
+/// # Errors
+///
+/// Where the way leaves all pictures, or ends, above the receivers.
 pub fn marched(
     exit: &Exit,
     depths: &[DepthMap],
     [steps, bisections]: [u32; 2],
     work: &mut Work,
-) -> Option<Place> {
-    let far = depths.first()?.view().range()[1];
+) -> Result<Place, Loss> {
+    let far = depths.first().ok_or(Loss::NoReceiver)?.view().range()[1];
     let step = far / f64::from(steps);
-    let mut is_below = |distance: f64| -> Option<bool> {
+    let mut is_below = |distance: f64| -> Result<bool, Loss> {
         work.steps += 1;
-        work.fetches += 1;
-        let (map, seen) = seen_in(depths, exit.ray.at(distance))?;
-        Some(seen.depth > map.at(seen.at)?)
+        let (depth, found) = depths_at(depths, exit.ray.at(distance), work)?;
+        Ok(depth > found)
     };
     let mut below = None;
     for index in 1..=steps {
@@ -164,7 +198,7 @@ pub fn marched(
             break;
         }
     }
-    let mut high = below?;
+    let mut high = below.ok_or(Loss::NoReceiver)?;
     let mut low = high - step;
     for _ in 0..bisections {
         let middle = 0.5 * (low + high);
@@ -174,9 +208,67 @@ pub fn marched(
             low = middle;
         }
     }
-    let position = exit.ray.at(0.5 * (low + high));
-    let (map, _) = seen_in(depths, position)?;
-    Some(Place {
+    seen_place(depths, exit.ray.at(0.5 * (low + high)))
+}
+
+/// The march of Wyman's demo of 2008 (`createPhotonBuffer`): the ray's direction T is scaled to a depth of 1.
+///
+/// Of two guesses, 0 and 1 scene unit of depth, it takes the one nearer to what the light sees there. Ten
+/// times it goes to that depth: t ← z(P₂ + t T) − z(P₂), with z the depth of the receiver in a point's
+/// pixel.
+///
+/// # Errors
+///
+/// Where the ray runs back to the light, and where a step leaves all pictures or is on no receiver.
+pub fn fixed_point(exit: &Exit, depths: &[DepthMap], work: &mut Work) -> Result<Place, Loss> {
+    const GUESSES: [f64; 2] = [0.0, 1.0];
+    const STEPS: u32 = 10;
+    let start = exit.ray.origin;
+    let axis = depths.first().ok_or(Loss::NoReceiver)?.view().axis();
+    let slope = exit.ray.direction.dot(axis);
+    if slope <= 0.0 {
+        return Err(Loss::NoReceiver);
+    }
+    let along = exit.ray.direction / slope;
+    // Faces of a cube have axes of their own: depths are those along the first one's.
+    let mut further = |distance: f64| -> Result<f64, Loss> {
+        work.steps += 1;
+        let point = start + along * distance;
+        let (depth, found) = depths_at(depths, point, work)?;
+        if !found.is_finite() {
+            return Err(Loss::NoReceiver);
+        }
+        let (map, seen) = seen_in(depths, point).ok_or(Loss::NoReceiver)?;
+        let ray = map.view().ray(seen.at);
+        let below = (found - depth) / ray.direction.dot(map.view().axis());
+        Ok((point + ray.direction * below - start).dot(axis))
+    };
+    let mut best = (f64::INFINITY, 0.0);
+    for guess in GUESSES {
+        let off = further(guess).map_or(f64::INFINITY, |found| (found - guess).abs());
+        if off < best.0 {
+            best = (off, guess);
+        }
+    }
+    let mut distance = best.1;
+    for _ in 0..STEPS {
+        distance = further(distance)?;
+    }
+    seen_place(depths, start + along * distance)
+}
+
+/// The depth of a point, and that of the receiver which the light sees there.
+fn depths_at(depths: &[DepthMap], point: DVec3, work: &mut Work) -> Result<(f64, f64), Loss> {
+    work.fetches += 1;
+    let (map, seen) = seen_in(depths, point).ok_or(Loss::NoReceiver)?;
+    let found = map.at(seen.at).ok_or(Loss::NoReceiver)?;
+    Ok((seen.depth, found))
+}
+
+/// A photon at a point that the light sees.
+fn seen_place(depths: &[DepthMap], position: DVec3) -> Result<Place, Loss> {
+    let (map, _) = seen_in(depths, position).ok_or(Loss::NoReceiver)?;
+    Ok(Place {
         position,
         normal: map.view().direction_to(position),
         surface: 0,

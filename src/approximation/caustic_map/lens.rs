@@ -48,6 +48,13 @@ impl Lens {
         (height + background * outside).abs() / unrefracted
     }
 
+    /// `D_new` / D₀ beyond one interface, in whose medium the receiver is: a ray at height 1 goes on with the
+    /// slope (`1/d_front` − (η−1) front) / η. The report has two interfaces; this is its equation for one.
+    pub fn surface(&self, background: f64) -> f64 {
+        let inside = (self.vergence - (self.eta - 1.0) * self.front) / self.eta;
+        (1.0 + background * inside).abs() / (1.0 + background * self.vergence)
+    }
+
     /// `D_new` / D₀ of a spherical mirror: eq. 7 with 1/f = −2 · curvature, positive curvature being convex.
     pub fn mirror(&self, background: f64) -> f64 {
         let spread = background * (-2.0 * self.front - self.vergence) - 1.0;

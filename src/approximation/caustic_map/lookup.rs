@@ -1,8 +1,10 @@
 //! Stage `lookup`: a caustic map read as a field of irradiance.
 
+use std::ops::AddAssign;
+
 use glam::{DVec2, DVec3};
 
-use super::settings::Lookup;
+use super::variants::Lookup;
 use super::work::Work;
 use crate::approximation::bands::signed;
 use crate::approximation::{DepthMap, LightView};
@@ -31,6 +33,41 @@ pub struct CausticTextures {
     pub bias: f64,
 }
 
+/// What look-ups found, and their work.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Looks {
+    /// Counted.
+    pub work: Work,
+    /// On surfaces that face away from the light.
+    pub turned: u64,
+    /// Outside of a map.
+    pub outside: u64,
+    /// On texels without light.
+    pub dark: u64,
+    /// In the shadow of a receiver.
+    pub hidden: u64,
+    /// With light.
+    pub lit: u64,
+}
+
+impl Looks {
+    /// All of them.
+    pub fn all(&self) -> u64 {
+        self.turned + self.outside + self.dark + self.hidden + self.lit
+    }
+}
+
+impl AddAssign for Looks {
+    fn add_assign(&mut self, other: Self) {
+        self.work += other.work;
+        self.turned += other.turned;
+        self.outside += other.outside;
+        self.dark += other.dark;
+        self.hidden += other.hidden;
+        self.lit += other.lit;
+    }
+}
+
 impl CausticTexture {
     fn texel(&self, column: i64, row: i64) -> Rgb {
         let last = signed(self.view.side()) - 1;
@@ -57,12 +94,13 @@ impl CausticTexture {
 
 impl CausticTextures {
     /// Irradiance E [W/m²] at a point of a surface, on the side of its unit `normal`.
-    pub fn irradiance(&self, point: &SurfacePoint, normal: DVec3, work: &mut Work) -> Rgb {
+    pub fn irradiance(&self, point: &SurfacePoint, normal: DVec3, looks: &mut Looks) -> Rgb {
         let mut sum = Rgb::BLACK;
         for map in &self.maps {
             let position = point.position;
             // The map knows one surface along each of the light's rays: the side that faces it.
             if !map.view.is_before(position, normal) {
+                looks.turned += 1;
                 continue;
             }
             let Some(seen) = map
@@ -70,15 +108,17 @@ impl CausticTextures {
                 .project(position)
                 .filter(|seen| map.view.holds(seen.at))
             else {
+                looks.outside += 1;
                 continue;
             };
-            let flux = map.read(seen.at, self.lookup, work);
+            let flux = map.read(seen.at, self.lookup, &mut looks.work);
             // Most of a map has no light: nothing is left to be divided, nor shadowed.
             if flux.is_black() {
+                looks.dark += 1;
                 continue;
             }
             if let Some(depths) = &map.depths {
-                work.fetches += 1;
+                looks.work.fetches += 1;
                 let [near, far] = depths.view().range();
                 let hides = depths
                     .view()
@@ -86,9 +126,11 @@ impl CausticTextures {
                     .and_then(|seen| depths.at(seen.at))
                     .is_some_and(|depth| seen.depth > depth + self.bias * (far - near));
                 if hides {
+                    looks.hidden += 1;
                     continue;
                 }
             }
+            looks.lit += 1;
             sum += flux / map.view.seen_area(position, normal);
         }
         sum

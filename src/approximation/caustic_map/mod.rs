@@ -9,21 +9,25 @@
 //! |---|---|---|---|
 //! | `view` | [`buffers`], of [`LightView`](super::LightView) | `f16` or `f32`; 24-bit depths | `f64` |
 //! | `refraction` | [`refraction`], of [`interface`](super::interface) | `image-space` | the ray is traced |
-//! | `hit` | [`hit`] | `depth-map` | the ray is traced |
-//! | `flux` | [`trace`] | `uniform` | by solid angle |
+//! | `hit` | [`hit`] | `depth-map`, `fixed-point` | the ray is traced |
+//! | `flux` | [`trace`] | `density-ratio`, `uniform` | by solid angle |
 //! | `fresnel` | [`interface`](super::interface) | `none`, `schlick` | Fresnel's equations |
 //! | `splat` | [`splat`], [`resolve`], [`lens`] | Gaussians, fixed or variable | [`footprint`]: beams |
 //! | `lookup` | [`lookup`] | `nearest`, `bilinear` | [`project`]: on the sensor's own texels |
 //!
-//! The light that it models is `LTTD`, or `LRD`; total internal reflection, third interfaces and whatever a
-//! photon meets on its way after the specular object are not modelled.
+//! The light that it models is `LTTD`, `LTD` or `LRD`; third interfaces and whatever a photon meets on its
+//! way after the specular object are not modelled. [`loss`] names the reasons for which photons come to
+//! nothing, [`tally`] and `ledger` account for their flux, and `darkness` says why an image has no light.
 
 pub mod buffers;
+mod darkness;
 mod demands;
 pub mod footprint;
 pub mod hit;
+mod ledger;
 pub mod lens;
 pub mod lookup;
+pub mod loss;
 mod photons;
 pub mod project;
 pub mod refraction;
@@ -32,8 +36,10 @@ mod run;
 pub mod settings;
 pub mod splat;
 mod spread;
+pub mod tally;
 mod technique;
 pub mod trace;
+pub mod variants;
 pub mod work;
 
 pub use settings::Settings;

@@ -8,20 +8,23 @@ use std::time::Instant;
 use glam::DVec2;
 use rayon::prelude::*;
 
-use super::buffers::{Back, Front, back};
+use super::buffers::{Back, Backs, Front, back};
 use super::hit::Place;
+use super::loss::Loss;
 use super::refraction::Exit;
 use super::splat::Photon;
 use super::spread::spread;
+use super::tally::Tally;
 use super::trace::Tracer;
+use super::variants::{BySteps, Step};
 use super::work::Work;
-use crate::approximation::LightView;
 use crate::geometry::TraversalCounters;
+use crate::radiometry::Rgb;
 
 /// Pixels along each side of a tile.
 const TILE: usize = 16;
 
-/// What tiles did in one of the four stages.
+/// What tiles did in one of the stages.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Done {
     /// Counted.
@@ -30,20 +33,48 @@ pub struct Done {
     pub thread_seconds: f64,
 }
 
-/// The four stages, in order.
-pub type Stages = [Done; 4];
+/// What became of a light's photons.
+#[derive(Debug)]
+pub struct Traced {
+    /// Those on each of some maps, by tiles and in each by rows.
+    pub photons: Vec<Vec<Photon>>,
+    /// Work of the stages before `splat`.
+    pub stages: BySteps<Done>,
+    /// Their flux on the way.
+    pub tally: Tally,
+}
 
-/// Stages' places in [`Stages`].
-const VIEW: usize = 0;
-const REFRACTION: usize = 1;
-const HIT: usize = 2;
-const FLUX: usize = 3;
+impl Traced {
+    fn none(maps: usize) -> Self {
+        Self {
+            photons: vec![Vec::new(); maps],
+            stages: Default::default(),
+            tally: Tally::default(),
+        }
+    }
+
+    fn work(&mut self, step: Step) -> &mut Work {
+        &mut self.stages[step as usize].work
+    }
+}
 
 /// What a pixel of the photon buffer became.
 struct Sent<T> {
     /// Its image point.
     at: DVec2,
+    /// The flux \[W\] that set out.
+    flux: Rgb,
     what: T,
+}
+
+impl<T> Sent<T> {
+    fn with<U>(&self, what: U) -> Sent<U> {
+        Sent {
+            at: self.at,
+            flux: self.flux,
+            what,
+        }
+    }
 }
 
 /// A photon on a receiver, and how it came there.
@@ -52,32 +83,32 @@ struct Arrived {
     place: Place,
 }
 
-/// Photons at the pixels' centres, shifted by `shift` pixels: those on each of some maps, by tiles and in
-/// each by rows.
-pub fn photons(tracer: &Tracer, maps: &[LightView], shift: DVec2) -> (Vec<Vec<Photon>>, Stages) {
+/// Photons at the pixels' centres, shifted by `shift` pixels.
+pub fn photons(tracer: &Tracer, shift: DVec2) -> Traced {
     let tiles = tracer.view.side().div_ceil(TILE);
-    let done: Vec<(Vec<Vec<Photon>>, Stages)> = (0..tiles * tiles)
+    let done: Vec<Traced> = (0..tiles * tiles)
         .into_par_iter()
-        .map(|tile| through_stages(tracer, maps, shift, [tile % tiles, tile / tiles]))
+        .map(|tile| through_stages(tracer, shift, [tile % tiles, tile / tiles]))
         .collect();
-    let mut all: Vec<Vec<Photon>> = vec![Vec::new(); maps.len()];
-    let mut stages = Stages::default();
-    for (photons, did) in done {
-        for (all, photons) in all.iter_mut().zip(photons) {
+    let mut all = Traced::none(tracer.maps.len());
+    // In the order of tiles: sums of flux are the same bits on any threads.
+    for traced in done {
+        for (all, photons) in all.photons.iter_mut().zip(traced.photons) {
             all.extend(photons);
         }
-        for (sum, did) in stages.iter_mut().zip(did) {
+        for (sum, did) in all.stages.iter_mut().zip(traced.stages) {
             sum.work += did.work;
             sum.thread_seconds += did.thread_seconds;
         }
+        all.tally += traced.tally;
     }
     let pixels = (tracer.view.side() * tracer.view.side()) as u64;
     // Positions and normals, of three numbers each.
-    stages[VIEW].work.bytes += pixels * 2 * 3 * tracer.settings.view.bytes();
-    (all, stages)
+    all.work(Step::View).bytes += pixels * 2 * 3 * tracer.settings.view.bytes();
+    all
 }
 
-/// Image points of a tile's photons; `None` where the whole tile is beside all that is specular.
+/// Image points of a tile's photons, and whether the whole tile is beside all that is specular.
 fn image_points(tracer: &Tracer, shift: DVec2, tile: [usize; 2]) -> (Vec<DVec2>, bool) {
     let side = tracer.view.side();
     let [columns, rows] = tile.map(|index| index * TILE..((index + 1) * TILE).min(side));
@@ -92,60 +123,89 @@ fn image_points(tracer: &Tracer, shift: DVec2, tile: [usize; 2]) -> (Vec<DVec2>,
     (points.collect(), is_beside)
 }
 
-fn through_stages(
-    tracer: &Tracer,
-    maps: &[LightView],
-    shift: DVec2,
-    tile: [usize; 2],
-) -> (Vec<Vec<Photon>>, Stages) {
-    let mut stages = Stages::default();
+fn through_stages(tracer: &Tracer, shift: DVec2, tile: [usize; 2]) -> Traced {
+    let mut traced = Traced::none(tracer.maps.len());
     let (points, is_beside) = image_points(tracer, shift, tile);
     if is_beside {
-        stages[VIEW].work.photons += points.len() as u64;
-        stages[VIEW].work.dropped += points.len() as u64;
-        return (Vec::new(), stages);
+        let work = traced.work(Step::View);
+        work.photons += points.len() as u64;
+        work.dropped += points.len() as u64;
+        return traced;
     }
-    let fronts: Vec<Sent<Front>> = timed(&mut stages[VIEW], |work| {
-        let front = |at| tracer.front(at, work).map(|what| Sent { at, what });
+    let Traced {
+        photons,
+        stages,
+        tally,
+    } = &mut traced;
+    let fronts: Vec<Sent<Front>> = timed(&mut stages[Step::View as usize], |work| {
+        let front = |at| {
+            let found = tracer.front(at, work).transpose()?;
+            let flux = tracer.strength(at) * tracer.sent(at - 0.5, at + 0.5);
+            let sent = Sent { at, flux, what: () };
+            kept(tally, &sent, Rgb::WHITE, found)
+        };
         points.into_iter().filter_map(front).collect()
     });
-    let exits: Vec<Sent<Exit>> = timed(&mut stages[REFRACTION], |work| {
-        let exit = |Sent { at, what }: Sent<Front>| {
-            let what = tracer.exit(at, &what, work)?;
-            Some(Sent { at, what })
+    let exits: Vec<Sent<Exit>> = timed(&mut stages[Step::Refraction as usize], |work| {
+        let exit = |sent: Sent<Front>| {
+            let exit = tracer.exit(sent.at, &sent.what, work);
+            kept(tally, &sent, Rgb::WHITE, exit)
         };
         fronts.into_iter().filter_map(exit).collect()
     });
-    let arrived: Vec<Sent<Arrived>> = timed(&mut stages[HIT], |work| {
-        let arrive = |Sent { at, what: exit }: Sent<Exit>| {
-            let place = tracer.place(&exit, work)?;
-            let what = Arrived { exit, place };
-            Some(Sent { at, what })
+    let arrived: Vec<Sent<Arrived>> = timed(&mut stages[Step::Hit as usize], |work| {
+        let arrive = |sent: Sent<Exit>| {
+            let place = tracer.place(&sent.what, work);
+            let throughput = sent.what.throughput;
+            let exit = sent.what;
+            let arrived = place.map(|place| Arrived { exit, place });
+            kept(tally, &sent, throughput, arrived)
         };
         exits.into_iter().filter_map(arrive).collect()
     });
-    let photons = timed(&mut stages[FLUX], |work| {
+    timed(&mut stages[Step::Flux as usize], |work| {
         work.photons += arrived.len() as u64;
-        let on_map = |map| {
-            arrived
-                .iter()
-                .filter_map(move |sent| drawn(tracer, map, sent))
-        };
-        maps.iter().map(|map| on_map(map).collect()).collect()
+        for sent in &arrived {
+            draw(tracer, sent, photons, tally);
+        }
     });
-    (photons, stages)
+    traced
 }
 
-/// A photon as it is drawn on a map; `None` where it is behind the light there.
-fn drawn(tracer: &Tracer, map: &LightView, sent: &Sent<Arrived>) -> Option<Photon> {
+/// What goes on after a stage; the tally has what does not.
+fn kept<T, U>(
+    tally: &mut Tally,
+    sent: &Sent<T>,
+    throughput: Rgb,
+    found: Result<U, Loss>,
+) -> Option<Sent<U>> {
+    match found {
+        Ok(what) => Some(sent.with(what)),
+        Err(loss) => {
+            tally.lose(loss, sent.flux, throughput);
+            None
+        }
+    }
+}
+
+/// A photon as it is drawn on each map; none where it is behind the light there.
+fn draw(tracer: &Tracer, sent: &Sent<Arrived>, photons: &mut [Vec<Photon>], tally: &mut Tally) {
     let Arrived { exit, place } = &sent.what;
-    let low = sent.at - 0.5;
-    let emitted = tracer.emitted(sent.at, low, low + 1.0);
-    Some(Photon {
-        at: map.project(place.position)?.at,
-        flux: emitted * exit.throughput,
-        spread: spread(tracer.settings, tracer.mode, tracer.view, map, exit, place),
-    })
+    let measure = tracer.carried(sent.at - 0.5, sent.at + 0.5, place.position);
+    let measure = measure.filter(|_| tracer.is_on_a_map(place.position));
+    let Some(measure) = measure else {
+        tally.lose(Loss::OutsideMap, sent.flux, exit.throughput);
+        return;
+    };
+    let drawn = tracer.strength(sent.at) * measure;
+    tally.land(sent.flux, exit.throughput, drawn);
+    for (map, photons) in tracer.maps.iter().zip(photons) {
+        photons.extend(map.project(place.position).map(|seen| Photon {
+            at: seen.at,
+            flux: drawn * exit.throughput,
+            spread: spread(tracer.settings, tracer.mode, tracer.view, map, exit, place),
+        }));
+    }
 }
 
 /// Runs a tile's part of a stage on the clock.
@@ -156,22 +216,22 @@ fn timed<T>(done: &mut Done, part: impl FnOnce(&mut Work) -> T) -> T {
     result
 }
 
-/// The picture of back faces, at pixels' centres.
-pub fn backs(tracer: &Tracer) -> (Vec<Option<Back>>, Work) {
+/// The picture of back faces, at pixels' centres, shifted by `shift` pixels.
+pub fn backs(tracer: &Tracer, shift: DVec2) -> (Backs, Work) {
     let side = tracer.view.side();
-    let mut backs = vec![None; side * side];
-    let counters = backs
+    let mut pixels: Vec<Option<Back>> = vec![None; side * side];
+    let kind = (tracer.settings.back, tracer.settings.view);
+    let counters = pixels
         .par_chunks_mut(side)
         .enumerate()
-        .map(|(row, backs)| {
+        .map(|(row, pixels)| {
             let mut counters = TraversalCounters::default();
-            for (column, found) in backs.iter_mut().enumerate() {
-                let at = DVec2::new(column as f64, row as f64) + 0.5;
+            for (column, found) in pixels.iter_mut().enumerate() {
+                let at = DVec2::new(column as f64, row as f64) + 0.5 + shift;
                 // Rasterised once: that the front is found again is no work of the technique's.
-                *found = tracer.front(at, &mut Work::default()).and_then(|front| {
-                    let buffers = tracer.settings.view;
-                    back(tracer.scene, tracer.view, &front, buffers, &mut counters)
-                });
+                let front = tracer.front(at, &mut Work::default()).ok().flatten();
+                *found = front
+                    .and_then(|front| back(tracer.scene, tracer.view, &front, kind, &mut counters));
             }
             counters
         })
@@ -185,5 +245,5 @@ pub fn backs(tracer: &Tracer) -> (Vec<Option<Back>>, Work) {
         ..Work::default()
     };
     work.add_rays(counters);
-    (backs, work)
+    (Backs { pixels, shift }, work)
 }

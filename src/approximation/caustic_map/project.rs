@@ -11,6 +11,38 @@ use crate::scene::Scene;
 use crate::transport::path_end::End;
 use crate::transport::screen::Screen;
 
+/// Flux \[W\] of a map's texels whose centres are not on the sensor: beside it, or on its back.
+pub fn flux_beside(
+    scene: &Scene,
+    receivers: &Receivers,
+    view: &LightView,
+    flux: &[Rgb],
+    screen: &Screen,
+) -> Rgb {
+    let side = view.side();
+    let is_beside = |index: usize| {
+        let mut counters = TraversalCounters::default();
+        let at = DVec2::new((index % side) as f64, (index / side) as f64) + 0.5;
+        let ray = view.ray(at);
+        let hit = receivers.first(&ray, &mut counters).map(|(hit, _)| hit);
+        match screen.end(scene, &ray, hit.as_ref(), &mut counters) {
+            (End::Landed(at), ..) => !screen.is_on_film(at),
+            _ => true,
+        }
+    };
+    // Row by row, so that the sum is the same bits on any threads.
+    let rows: Vec<Rgb> = flux
+        .par_chunks(side)
+        .enumerate()
+        .map(|(row, texels)| {
+            let lit = texels.iter().enumerate().filter(|(_, it)| !it.is_black());
+            let beside = lit.filter(|(column, _)| is_beside(row * side + column));
+            beside.map(|(_, flux)| *flux).sum()
+        })
+        .collect();
+    rows.into_iter().sum()
+}
+
 /// Deals the flux of a map's texels out on a film: each is spread over the surface that the light sees in it.
 pub fn deal_texels(
     scene: &Scene,

@@ -2,13 +2,15 @@
 
 use glam::{DVec2, DVec3};
 
-use super::buffers::{Back, Front, mean_curvature};
+use super::buffers::{Backs, Front, mean_curvature};
 use super::lens::Lens;
-use super::settings::Splat;
+use super::loss::Loss;
+use super::settings::Settings;
+use super::variants::{NoBackFace, Splat, Thickness, TotalReflection};
 use crate::approximation::LightView;
-use crate::approximation::interface::{Crossing, Fresnel, bent, cross, schlick, tint, turning};
+use crate::approximation::interface::{Crossing, Fresnel, bent, cross, leaving, turning};
 use crate::geometry::{Hit, Ray, SurfacePoint, TraversalCounters};
-use crate::optics::{RayDerivative, dielectric_reflectance, refract};
+use crate::optics::RayDerivative;
 use crate::radiometry::Rgb;
 use crate::scene::Scene;
 use crate::transport::path_end::next_hit;
@@ -26,8 +28,8 @@ pub struct Exit {
     /// How the ray changes with the two image coordinates of the light view, by pixel; zero where that is not
     /// wanted.
     pub derivatives: [RayDerivative; 2],
-    /// Whether it left exactly there: an approximate place may be inside the object still.
-    pub is_exact: bool,
+    /// Whether the place may be inside the object still, since it is approximate.
+    pub may_be_inside: bool,
     /// Which smooth surfaces it met: neighbours with the same are one beam.
     pub topology: u64,
 }
@@ -49,7 +51,9 @@ impl Wanted {
         match splat {
             Splat::ThinLens | Splat::ThickLens => Self::Curvatures,
             Splat::TwoCurvatures => Self::Derivatives,
-            _ => Self::Nothing,
+            Splat::Fixed | Splat::Mip | Splat::MipSplat | Splat::MultiResolution | Splat::Exact => {
+                Self::Nothing
+            }
         }
     }
 
@@ -57,7 +61,7 @@ impl Wanted {
     fn curvature(self, scene: &Scene, hit: &Hit, point: &SurfacePoint) -> f64 {
         match self {
             Self::Curvatures => mean_curvature(scene, hit, point),
-            _ => 0.0,
+            Self::Nothing | Self::Derivatives => 0.0,
         }
     }
 }
@@ -126,51 +130,59 @@ impl Arrival<'_> {
     }
 
     /// Refraction by the ray that is traced through the object: `LTT`.
-    pub fn through(&self, counters: &mut TraversalCounters) -> Option<Exit> {
+    ///
+    /// # Errors
+    ///
+    /// Where an interface lets nothing through, and where the ray meets no second one.
+    pub fn through(&self, counters: &mut TraversalCounters) -> Result<Exit, Loss> {
         let (scene, front, wanted) = (self.scene, self.front, self.wanted);
         let way = Way::Transmitted;
-        let first = self.cross(way)?;
-        let (inside, hit) = next_hit(scene, front.point.spawn(first.direction), counters)?;
+        let first = self.cross(way).ok_or(Loss::Opaque)?;
+        let (inside, hit) = next_hit(scene, front.point.spawn(first.direction), counters)
+            .filter(|(_, hit)| scene.material_of(hit.shape).is_specular(scene.materials()))
+            .ok_or(Loss::NoSecondInterface)?;
         let point = scene.world().bounce_point(&inside, &hit);
         let direction = inside.direction;
-        let second = cross(scene, hit.shape, &point, direction, way, self.fresnel)?;
+        let second = cross(scene, hit.shape, &point, direction, way, self.fresnel)
+            .ok_or(Loss::TotalReflection)?;
         let thickness = point.position.distance(front.point.position);
         let derivatives = if wanted == Wanted::Derivatives {
-            let beam = self.bent(first.bending)?.map(|derivative| {
+            let beam = self.bent(first.bending).ok_or(Loss::Opaque)?;
+            let beam = beam.map(|derivative| {
                 derivative.transferred(direction, thickness, point.geometric_normal)
             });
             let turn = turning(scene, &hit, &point, second.bending);
-            bent(beam, direction, second.bending, turn)?
+            bent(beam, direction, second.bending, turn).ok_or(Loss::TotalReflection)?
         } else {
             Default::default()
         };
-        let eta = match first.bending {
-            Bending::Refraction { eta, .. } => eta,
-            _ => 1.0,
-        };
-        Some(Exit {
+        Ok(Exit {
             ray: point.spawn(second.direction),
             throughput: first.throughput * second.throughput,
             lens: Lens {
                 vergence: self.vergence(),
                 front: wanted.curvature(scene, &front.hit, &front.point),
                 back: wanted.curvature(scene, &hit, &point),
-                eta,
+                eta: relative_index(first.bending),
                 thickness,
             },
             derivatives,
-            is_exact: true,
+            may_be_inside: false,
             topology: surface(scene, &front.hit).wrapping_mul(0x9e37_79b9_7f4a_7c15)
                 ^ surface(scene, &hit),
         })
     }
 
-    /// One mirror reflection: `LR`.
-    pub fn reflected(&self) -> Option<Exit> {
+    /// One interface, passed or mirrored at: `LT` or `LR`.
+    ///
+    /// # Errors
+    ///
+    /// Where the surface lets nothing go on this way.
+    pub fn at_once(&self, way: Way) -> Result<Exit, Loss> {
         let (scene, front) = (self.scene, self.front);
-        let crossing = self.cross(Way::Reflected)?;
+        let crossing = self.cross(way).ok_or(Loss::Opaque)?;
         let derivatives = if self.wanted == Wanted::Derivatives {
-            self.bent(crossing.bending)?
+            self.bent(crossing.bending).ok_or(Loss::Opaque)?
         } else {
             Default::default()
         };
@@ -180,18 +192,18 @@ impl Arrival<'_> {
             .dot(front.point.geometric_normal)
             .signum();
         let curvature = self.wanted.curvature(scene, &front.hit, &front.point);
-        Some(Exit {
+        Ok(Exit {
             ray: front.point.spawn(crossing.direction),
             throughput: crossing.throughput,
             lens: Lens {
                 vergence: self.vergence(),
                 front: facing * curvature,
                 back: 0.0,
-                eta: 1.0,
+                eta: relative_index(crossing.bending),
                 thickness: 0.0,
             },
             derivatives,
-            is_exact: true,
+            may_be_inside: false,
             topology: surface(scene, &front.hit) << 1 | u64::from(facing > 0.0),
         })
     }
@@ -203,83 +215,118 @@ impl Arrival<'_> {
     /// d̃ = (θt/θi) d_V + (1 − θt/θi) d_N
     /// ```
     ///
-    /// where `d_V` is the object's thickness along the light's ray, to its farthest back face, and `d_N` the
-    /// one along the inverted normal, which a device has precomputed for each vertex (here a ray that is
-    /// counted). The normal there is read from the picture of back faces, at the pixel that P₂ is seen in.
-    /// `None` where that pixel has none, and where that interface would reflect all: the technique knows no
-    /// total internal reflection.
+    /// where `d_V` is the object's thickness along the light's ray, to a back face, and `d_N` the one along
+    /// the inverted normal, which a device has precomputed for each vertex (here a ray that is counted). The
+    /// normal there is read from the picture of back faces, at the pixel that P₂ is seen in.
+    ///
+    /// What does not bend light (a thin pane, matched media) is left along the same ray, where `d_V` ends.
+    ///
+    /// # Errors
+    ///
+    /// Where the front lets nothing through, where no back face is behind the front, and what the variants
+    /// of `no-back-face` and `total-reflection` drop.
     pub fn image_space(
         &self,
-        backs: &[Option<Back>],
+        backs: &Backs,
+        settings: &Settings,
         counters: &mut TraversalCounters,
-    ) -> Option<Exit> {
+    ) -> Result<Exit, Loss> {
         let (scene, view, front, wanted) = (self.scene, self.view, self.front, self.wanted);
-        let first = self.cross(Way::Transmitted)?;
-        let Bending::Refraction { normal, eta } = first.bending else {
-            return None;
-        };
-        let fetch = |at: DVec2| {
-            let side = view.side();
-            view.holds(at)
-                .then(|| backs[at.y as usize * side + at.x as usize])
-                .flatten()
-                .filter(|back| back.shape == front.hit.shape)
-        };
-        let along_view = fetch(self.at)?.distance - self.distance();
-        let inward = front.point.spawn(-normal);
-        let along_normal = scene
-            .world()
-            .closest_hit(&inward, f64::INFINITY, counters)
-            .map_or(along_view, |hit| hit.distance);
-        let thickness = interpolated(
-            front.ray.direction,
-            first.direction,
-            normal,
-            eta,
-            [along_view, along_normal],
-        );
-        let exit = front.point.position + first.direction * thickness;
-        let back = fetch(view.project(exit)?.at)?;
-        let facing = -back.normal;
+        let shape = front.hit.shape;
+        let first = self.cross(Way::Transmitted).ok_or(Loss::Opaque)?;
+        let eta = relative_index(first.bending);
         let inside = first.direction;
-        let direction = refract(inside, facing, 1.0 / eta)?;
+        let behind = backs.at(view, self.at, shape).ok_or(Loss::NoBackFace)?;
+        let along_view = behind.distance - self.distance();
+        let thickness = match (first.bending, settings.thickness) {
+            (Bending::Refraction { normal, .. }, Thickness::Interpolated) => {
+                let inward = front.point.spawn(-normal);
+                let along_normal = scene
+                    .world()
+                    .closest_hit(&inward, f64::INFINITY, counters)
+                    .map_or(along_view, |hit| hit.distance);
+                let arriving = front.ray.direction;
+                interpolated(arriving, inside, normal, eta, [along_view, along_normal])
+            }
+            (Bending::Straight | Bending::Reflection { .. }, _) | (_, Thickness::View) => {
+                along_view
+            }
+        };
+        let exit = front.point.position + inside * thickness;
+        let seen = view.project(exit);
+        let back = seen.and_then(|seen| backs.at(view, seen.at, shape));
+        let (facing, back_curvature) = match (back, settings.no_back_face) {
+            (Some(back), _) => (-back.normal, back.curvature),
+            (None, NoBackFace::Side) => (-side_normal(view, inside)?, 0.0),
+            (None, NoBackFace::Drop) => return Err(Loss::NoBackFace),
+        };
+        // Not always positive: the normal was read elsewhere.
         let cos = -inside.dot(facing);
-        if cos <= 0.0 {
-            return None;
-        }
-        let passed = match self.fresnel {
-            Fresnel::None => 1.0,
-            Fresnel::Schlick => 1.0 - schlick(cos, 1.0 / eta),
-            Fresnel::Exact => 1.0 - dielectric_reflectance(cos, 1.0 / eta),
+        let direction = match (refracted(inside, facing, eta), settings.total_reflection) {
+            (Some(direction), _) => direction,
+            // Without its part along the normal, as the cosine of refraction is 0.
+            (None, TotalReflection::Clamp) => inside + facing * cos,
+            (None, TotalReflection::Drop) => return Err(Loss::TotalReflection),
         };
         let derivatives = if wanted == Wanted::Derivatives {
             let beam = self
-                .bent(first.bending)?
+                .bent(first.bending)
+                .ok_or(Loss::Opaque)?
                 .map(|derivative| derivative.transferred(inside, thickness, facing));
             // Of the back only its mean curvature is known; its normal, turned round, bends the other way.
-            let bending = Bending::Refraction {
-                normal: facing,
-                eta: 1.0 / eta,
+            let bending = match first.bending {
+                Bending::Refraction { .. } => Bending::Refraction {
+                    normal: facing,
+                    eta: 1.0 / eta,
+                },
+                straight => straight,
             };
-            bent(beam, inside, bending, |along| along * -back.curvature)?
+            // A beam whose direction is clamped has no derivative there: it keeps that from inside.
+            bent(beam, inside, bending, |along| along * -back_curvature).unwrap_or(beam)
         } else {
             Default::default()
         };
-        Some(Exit {
+        Ok(Exit {
             ray: Ray::new(exit, direction.normalize()),
-            throughput: first.throughput * tint(scene, front.hit.shape) * passed,
+            throughput: first.throughput * leaving(scene, shape, cos.abs(), self.fresnel),
             lens: Lens {
                 vergence: self.vergence(),
                 front: wanted.curvature(scene, &front.hit, &front.point),
-                back: back.curvature,
+                back: back_curvature,
                 eta,
                 thickness,
             },
             derivatives,
-            is_exact: false,
+            may_be_inside: true,
             topology: surface(scene, &front.hit),
         })
     }
+}
+
+/// `n_transmitted / n_incident`; 1 of what does not refract.
+fn relative_index(bending: Bending) -> f64 {
+    match bending {
+        Bending::Refraction { eta, .. } => eta,
+        Bending::Straight | Bending::Reflection { .. } => 1.0,
+    }
+}
+
+/// Light from inside of an object of relative index `eta`, refracted where the normal is `facing` it: η I +
+/// (η c − √(1 − η²(1 − c²))) N with c = −I·N, as in the authors' shaders. `None` beyond the critical angle.
+fn refracted(inside: DVec3, facing: DVec3, eta: f64) -> Option<DVec3> {
+    if eta == 1.0 {
+        return Some(inside);
+    }
+    let cos = -inside.dot(facing);
+    let squared = 1.0 - eta * eta * (1.0 - cos * cos);
+    (squared >= 0.0).then(|| inside * eta + facing * (eta * cos - squared.sqrt()))
+}
+
+/// The outward normal of a side that is not in the picture of back faces: across the axis of the view, in the
+/// plane of the ray.
+fn side_normal(view: &LightView, inside: DVec3) -> Result<DVec3, Loss> {
+    let across = inside - view.axis() * inside.dot(view.axis());
+    across.try_normalize().ok_or(Loss::NoBackFace)
 }
 
 /// Wyman's d̃ \[m\] of light that arrives along `arriving`, goes on along `refracted`, from the thickness

@@ -3,10 +3,21 @@
 
 use glam::DVec2;
 
-use super::splat::{Photon, Spread, draw};
+use super::splat::{Photon, Spread, draw, filtered};
+use super::variants::Kernel;
 use super::work::Work;
 use crate::approximation::bands::{Band, in_bands, reach};
 use crate::radiometry::Rgb;
+
+/// A map whose texels are chosen among several.
+pub struct Chosen {
+    /// Flux \[W\] by texel.
+    pub map: Vec<Rgb>,
+    /// Flux \[W\] on the finest of them: what photons brought.
+    pub drawn: Rgb,
+    /// What was done.
+    pub work: Work,
+}
 
 /// Diameters of the four splats of section 4.1, in texels.
 pub const DIAMETERS: [f64; 4] = [3.0, 7.0, 11.0, 15.0];
@@ -36,7 +47,7 @@ struct Cell {
 ///
 /// b being the sum of the two upper cubic Bernstein polynomials. (The report says "a Bernstein interpolant"
 /// and "normalized based on the number of splats weighted", not which.)
-pub fn multi_resolution(side: usize, photons: &[Photon]) -> (Vec<Rgb>, Work) {
+pub fn multi_resolution(side: usize, photons: &[Photon], kernel: Kernel) -> Chosen {
     let largest = DIAMETERS[3];
     let (cells, fragments) = in_bands(
         [side; 2],
@@ -47,7 +58,7 @@ pub fn multi_resolution(side: usize, photons: &[Photon]) -> (Vec<Rgb>, Work) {
             for (index, diameter) in DIAMETERS.into_iter().enumerate() {
                 // One point holds all four: its fragments are those of the largest, drawn last.
                 band.fragments = before;
-                stamp(photon, index, diameter, band);
+                stamp(photon, (index, diameter), kernel, band);
             }
         },
     );
@@ -59,16 +70,31 @@ pub fn multi_resolution(side: usize, photons: &[Photon]) -> (Vec<Rgb>, Work) {
         fetches: 2 * cells.len() as u64,
         ..Work::default()
     };
-    (cells.iter().map(combined).collect(), work)
+    Chosen {
+        map: cells.iter().map(combined).collect(),
+        drawn: cells.iter().map(|cell| cell.flux[0]).sum(),
+        work,
+    }
 }
 
-fn stamp(photon: &Photon, index: usize, diameter: f64, band: &mut Band<Cell>) {
-    band.draw_round(photon.at, diameter, |cell, weight, [column, row]| {
-        cell.flux[index] += photon.flux * weight;
-        let center = DVec2::new(column as f64 + 0.5, row as f64 + 0.5);
-        let is_inside = center.distance_squared(photon.at) <= 0.25 * diameter * diameter;
-        cell.count[index] += u32::from(is_inside);
-    });
+fn stamp(photon: &Photon, (index, diameter): (usize, f64), kernel: Kernel, band: &mut Band<Cell>) {
+    match kernel {
+        Kernel::Gaussian => {
+            band.draw_round(photon.at, diameter, |cell, weight, [column, row]| {
+                cell.flux[index] += photon.flux * weight;
+                let center = DVec2::new(column as f64 + 0.5, row as f64 + 0.5);
+                let is_inside = center.distance_squared(photon.at) <= 0.25 * diameter * diameter;
+                cell.count[index] += u32::from(is_inside);
+            });
+        }
+        Kernel::Wyman2008 => filtered(photon.at, diameter, |weight, [column, row]| {
+            if let Some(cell) = band.texel(column, row) {
+                cell.flux[index] += photon.flux * weight;
+                cell.count[index] += 1;
+                band.fragments += 1;
+            }
+        }),
+    }
 }
 
 fn combined(cell: &Cell) -> Rgb {
@@ -143,7 +169,7 @@ impl Level {
 
 /// Mipmapping by density (section 4): flux \[W\] by texel, each from the finest level of a chain of
 /// box-filtered maps at which its texel has `dense` photons.
-pub fn mip(side: usize, photons: &[Photon], dense: u32) -> (Vec<Rgb>, Work) {
+pub fn mip(side: usize, photons: &[Photon], dense: u32) -> Chosen {
     let (base, mut work) = Level::of_points(side, photons);
     let mut levels = vec![base];
     while let Some(last) = levels.last().filter(|last| last.side > 1) {
@@ -151,13 +177,12 @@ pub fn mip(side: usize, photons: &[Photon], dense: u32) -> (Vec<Rgb>, Work) {
         work.bytes += (next.flux.len() * 16) as u64;
         levels.push(next);
     }
-    let map = chosen(&levels, dense, &mut work);
-    (map, work)
+    chosen(&levels, dense, work)
 }
 
 /// Photons splatted into every level of a chain of maps, as Gaussians of 3 texels of that level (section 4,
 /// figure 4): flux \[W\] by texel, each from the finest level at which its texel has `dense` photons.
-pub fn mip_splat(side: usize, photons: &[Photon], dense: u32) -> (Vec<Rgb>, Work) {
+pub fn mip_splat(side: usize, photons: &[Photon], dense: u32) -> Chosen {
     let mut work = Work::default();
     let mut levels = Vec::new();
     let (mut level_side, mut scale) = (side, 1.0);
@@ -171,7 +196,7 @@ pub fn mip_splat(side: usize, photons: &[Photon], dense: u32) -> (Vec<Rgb>, Work
             })
             .collect();
         let (points, _) = Level::of_points(level_side, &moved);
-        let (flux, done) = draw(level_side, &moved);
+        let (flux, done) = draw(level_side, &moved, Kernel::Gaussian);
         work += done;
         levels.push(Level { flux, ..points });
         if level_side == 1 {
@@ -180,13 +205,12 @@ pub fn mip_splat(side: usize, photons: &[Photon], dense: u32) -> (Vec<Rgb>, Work
         level_side = level_side.div_ceil(2);
         scale *= 0.5;
     }
-    let map = chosen(&levels, dense, &mut work);
-    (map, work)
+    chosen(&levels, dense, work)
 }
 
 /// Each texel from the finest level that has `dense` photons there, or else the coarsest: a coarser texel's
 /// flux by the number of texels that it stands for.
-fn chosen(levels: &[Level], dense: u32, work: &mut Work) -> Vec<Rgb> {
+fn chosen(levels: &[Level], dense: u32, mut work: Work) -> Chosen {
     let side = levels.first().map_or(0, |finest| finest.side);
     let mut map = Vec::with_capacity(side * side);
     for row in 0..side {
@@ -206,7 +230,14 @@ fn chosen(levels: &[Level], dense: u32, work: &mut Work) -> Vec<Rgb> {
             map.push(value);
         }
     }
-    map
+    let finest = levels
+        .first()
+        .map(|finest| finest.flux.iter().copied().sum());
+    Chosen {
+        map,
+        drawn: finest.unwrap_or_default(),
+        work,
+    }
 }
 
 #[cfg(test)]
@@ -229,7 +260,7 @@ mod tests {
             let photons = photons(side);
             let sent: f64 = photons.iter().map(|photon| photon.flux.mean()).sum();
             for dense in [1, u32::MAX] {
-                let (map, _) = mip(side, &photons, dense);
+                let Chosen { map, .. } = mip(side, &photons, dense);
                 let found: f64 = map.iter().map(|texel| texel.mean()).sum();
                 // Where levels are mixed, light of a coarse texel is also in its finer neighbours: only one
                 // level keeps it.

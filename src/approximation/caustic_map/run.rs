@@ -4,18 +4,23 @@ use std::time::Instant;
 
 use glam::DVec2;
 
-use super::buffers::{Back, takes_part};
-use super::demands::{MAPS, mode};
+use super::buffers::{Backs, takes_part};
+use super::darkness;
+use super::demands::MAPS;
 use super::footprint::deal_beams;
 use super::hit::Canvas;
-use super::lookup::{CausticTexture, CausticTextures};
+use super::ledger::Flow;
+use super::lookup::{CausticTexture, CausticTextures, Looks};
 use super::photons::{backs, photons};
-use super::project::deal_texels;
-use super::resolve::{mip, mip_splat, multi_resolution};
-use super::settings::{Frustum, Hit, Lookup, Mode, Refraction, STAGES, Settings, Splat};
-use super::splat::{Photon, draw};
+use super::project::{deal_texels, flux_beside};
+use super::resolve::{Chosen, mip, mip_splat, multi_resolution};
+use super::settings::Settings;
+use super::splat::{Photon, added, draw};
+use super::tally::Tally;
 use super::trace::Tracer;
+use super::variants::{BySteps, Frustum, Hit, Lookup, Mode, Refraction, STAGES, Splat, Step};
 use super::work::Work;
+use crate::approximation::sensor::SensorPoint;
 use crate::approximation::sources::{flux_bound, is_diffuse, sources};
 use crate::approximation::{DepthMap, ExactFilm, Frame, LightView, Receivers, SensorFilm};
 use crate::geometry::Bounds;
@@ -24,18 +29,14 @@ use crate::run::{Error, StageWork};
 use crate::scene::{Scene, Sensor};
 use crate::transport::first_surface::Source;
 
-/// The stages' places in [`Pipeline::work`].
-const VIEW: usize = 0;
-const REFRACTION: usize = 1;
-const HIT: usize = 2;
-const FLUX: usize = 3;
-const SPLAT: usize = 5;
-const LOOKUP: usize = 6;
-
-/// Fills a sensor.
-pub fn run(settings: &Settings, scene: &Scene, sensor: &Sensor) -> Result<Frame, Error> {
+/// Fills a sensor with light of one mode.
+pub fn run(
+    settings: &Settings,
+    mode: Mode,
+    scene: &Scene,
+    sensor: &Sensor,
+) -> Result<Frame, Error> {
     let film = SensorFilm::new(scene, sensor)?;
-    let mode = mode(settings, scene)?;
     let sources = sources(scene, MAPS)?;
     let mut pipeline = Pipeline {
         settings,
@@ -43,14 +44,18 @@ pub fn run(settings: &Settings, scene: &Scene, sensor: &Sensor) -> Result<Frame,
         film: &film,
         receivers: Receivers::new(scene),
         mode,
-        work: [Done::default(); STAGES.len()],
+        work: Default::default(),
+        flow: Flow::default(),
+        looks: None,
     };
     let [width, height] = film.size();
     let mut values = vec![Rgb::BLACK; width * height];
+    let mut flow = Flow::default();
     for frame in 0..settings.frames {
         for (sum, value) in values.iter_mut().zip(pipeline.frame(&sources, frame)?) {
             *sum += value / f64::from(settings.frames);
         }
+        flow += std::mem::take(&mut pipeline.flow);
     }
     let counters = Work::of_frame(&pipeline.work.map(|done| done.work));
     let work = STAGES
@@ -61,11 +66,14 @@ pub fn run(settings: &Settings, scene: &Scene, sensor: &Sensor) -> Result<Frame,
             seconds: done.seconds,
             ..StageWork::new(stage.name)
         });
+    let is_dark = values.iter().all(|value| value.is_black());
+    let warning = is_dark.then(|| darkness::reason(&flow.tally, pipeline.looks.as_ref()));
     Ok(Frame {
         values,
         work: work.collect(),
         counters,
-        warnings: Vec::new(),
+        flux: flow.entries(settings.frames),
+        warnings: warning.into_iter().collect(),
     })
 }
 
@@ -82,15 +90,23 @@ struct Pipeline<'a> {
     film: &'a SensorFilm,
     receivers: Receivers,
     mode: Mode,
-    work: [Done; STAGES.len()],
+    work: BySteps<Done>,
+    /// Flux of the frame.
+    flow: Flow,
+    /// Look-ups of a map so far, if there is one.
+    looks: Option<Looks>,
 }
 
 impl Pipeline<'_> {
+    fn work(&mut self, step: Step) -> &mut Work {
+        &mut self.work[step as usize].work
+    }
+
     /// Runs a part of a stage on the clock.
-    fn timed<T>(&mut self, stage: usize, part: impl FnOnce(&mut Self) -> T) -> T {
+    fn timed<T>(&mut self, step: Step, part: impl FnOnce(&mut Self) -> T) -> T {
         let start = Instant::now();
         let result = part(self);
-        self.work[stage].seconds += start.elapsed().as_secs_f64();
+        self.work[step as usize].seconds += start.elapsed().as_secs_f64();
         result
     }
 
@@ -133,6 +149,9 @@ impl Pipeline<'_> {
             .iter()
             .map(|source| flux_bound(source, &refractor))
             .sum();
+        // What is dealt out by density may be more than what sets out: the flat image of a cube's faces is
+        // twice a sphere.
+        let total = 2.0 * total;
         let largest = total * self.film.largest_factor(self.scene);
         let film = ExactFilm::new(self.film.size(), largest)?;
         let shift = Self::shift(frame);
@@ -151,19 +170,21 @@ impl Pipeline<'_> {
                     view,
                     window: view.window(&refractor),
                     depths: &depths,
+                    maps: &views,
                 })
                 .collect();
             if is_direct {
                 for light in &lights {
                     let canvas = Canvas::Sensor(self.film.screen());
-                    self.beams(light, &canvas, shift, &film);
+                    let tally = self.beams(light, &canvas, shift, &film);
+                    self.flow.tally += tally;
                 }
                 continue;
             }
             let fluxes = self.maps(&lights, &views, shift, total)?;
-            for (index, (view, flux)) in views.into_iter().zip(fluxes).enumerate() {
+            for (index, (view, flux)) in views.iter().zip(fluxes).enumerate() {
                 maps.push(CausticTexture {
-                    view,
+                    view: *view,
                     flux,
                     depths: depths.get(index).cloned(),
                 });
@@ -174,81 +195,105 @@ impl Pipeline<'_> {
 
     /// Stage `lookup`: what the sensor's texels have of maps, or of a film that has it all.
     fn looked_up(&mut self, maps: Vec<CausticTexture>, film: ExactFilm) -> Result<Vec<Rgb>, Error> {
+        if self.settings.lookup == Lookup::Exact {
+            let values = self.timed(Step::Lookup, |this| this.dealt(&maps, film))?;
+            self.account(&maps, &values);
+            return Ok(values);
+        }
         let settings = self.settings;
-        self.timed(LOOKUP, |this| {
-            if settings.lookup == Lookup::Exact {
-                let screen = this.film.screen();
-                for map in &maps {
-                    this.work[LOOKUP].work += deal_texels(
-                        this.scene,
-                        &this.receivers,
-                        &map.view,
-                        &map.flux,
-                        &screen,
-                        &film,
-                    );
-                }
-                let measure = |texel: usize| match this.film.measure(texel) {
-                    0.0 => f64::INFINITY,
-                    measure => measure,
-                };
-                let sums = film.finish()?.into_iter().enumerate();
-                return Ok(sums.map(|(texel, sum)| sum / measure(texel)).collect());
-            }
-            let field = CausticTextures {
-                maps,
-                lookup: settings.lookup,
-                bias: settings.bias,
+        let field = CausticTextures {
+            maps,
+            lookup: settings.lookup,
+            bias: settings.bias,
+        };
+        let values = self.timed(Step::Lookup, |this| {
+            let look = |point: &SensorPoint, looks: &mut Looks| {
+                field.irradiance(&point.point, point.normal, looks)
             };
-            let (values, work, views) =
-                this.film
-                    .evaluate(this.scene, settings.samples, |point, work: &mut Work| {
-                        field.irradiance(&point.point, point.normal, work)
-                    });
-            this.work[LOOKUP].work += work;
-            this.work[LOOKUP].work.add_rays(views);
-            Ok(values)
-        })
+            let (values, looks, views) = this.film.evaluate(this.scene, settings.samples, look);
+            *this.work(Step::Lookup) += looks.work;
+            this.work(Step::Lookup).add_rays(views);
+            *this.looks.get_or_insert_default() += looks;
+            values
+        });
+        self.account(&field.maps, &values);
+        Ok(values)
+    }
+
+    /// The film's averages, after the maps' texels are dealt out on it.
+    fn dealt(&mut self, maps: &[CausticTexture], film: ExactFilm) -> Result<Vec<Rgb>, Error> {
+        let screen = self.film.screen();
+        for map in maps {
+            let (view, flux) = (&map.view, &map.flux);
+            let work = deal_texels(self.scene, &self.receivers, view, flux, &screen, &film);
+            *self.work(Step::Lookup) += work;
+        }
+        let measure = |texel: usize| match self.film.measure(texel) {
+            0.0 => f64::INFINITY,
+            measure => measure,
+        };
+        let sums = film.finish()?.into_iter().enumerate();
+        Ok(sums.map(|(texel, sum)| sum / measure(texel)).collect())
+    }
+
+    /// What became of the flux of maps, or of beams on the sensor, on the way to the image. A camera's values
+    /// are no flux: there the account ends before.
+    fn account(&mut self, maps: &[CausticTexture], values: &[Rgb]) {
+        if self.film.shape().is_none() {
+            return;
+        }
+        let texels = values.iter().enumerate();
+        let image: Rgb = texels
+            .map(|(texel, value)| *value * self.film.measure(texel))
+            .sum();
+        if maps.is_empty() {
+            self.flow.beside += image - self.flow.tally.landed.flux;
+            return;
+        }
+        let screen = self.film.screen();
+        let (mut total, mut beside) = (Rgb::BLACK, Rgb::BLACK);
+        for CausticTexture { view, flux, .. } in maps {
+            total += flux.iter().copied().sum();
+            beside += flux_beside(self.scene, &self.receivers, view, flux, &screen);
+        }
+        self.flow.beside += -beside;
+        self.flow.read += image - total + beside;
     }
 
     /// The receivers' depths in each view, where a stage reads them: marches do, and look-ups where receivers
     /// may hide one another.
     fn depth_maps(&mut self, views: &[LightView]) -> Vec<DepthMap> {
-        let is_marched = self.settings.hit == Hit::DepthMap;
+        let is_marched = matches!(self.settings.hit, Hit::DepthMap | Hit::FixedPoint);
         let is_tested = self.settings.lookup != Lookup::Exact && self.receivers.may_hide();
         if !is_marched && !is_tested {
             return Vec::new();
         }
-        self.timed(VIEW, |this| {
+        self.timed(Step::View, |this| {
             let maps = views.iter().map(|view| {
                 let view = view.with_side(this.settings.photons);
                 let (map, counters) = DepthMap::new(&this.receivers, view, this.settings.view);
-                this.work[VIEW].work.add_rays(counters);
-                this.work[VIEW].work.bytes += map.bytes();
+                this.work(Step::View).add_rays(counters);
+                this.work(Step::View).bytes += map.bytes();
                 map
             });
             maps.collect()
         })
     }
 
-    fn beams(&mut self, light: &Light, canvas: &Canvas, shift: DVec2, film: &ExactFilm) {
-        let backs = self.backs(light);
-        self.timed(SPLAT, |this| {
-            let tracer = this.tracer(light, &backs);
-            let work = deal_beams(&tracer, canvas, shift, film);
-            let stages = [
-                (VIEW, work.view),
-                (REFRACTION, work.refraction),
-                (HIT, work.hit),
-                (SPLAT, work.splat),
-            ];
-            for (stage, work) in stages {
-                this.work[stage].work += work;
-            }
+    /// Beams of a light dealt out on a canvas. Where a light has several maps, the flux on its way is that of
+    /// the first.
+    fn beams(&mut self, light: &Light, canvas: &Canvas, shift: DVec2, film: &ExactFilm) -> Tally {
+        let backs = self.backs(light, shift);
+        let dealt = self.timed(Step::Splat, |this| {
+            deal_beams(&this.tracer(light, &backs), canvas, shift, film)
         });
+        for (sum, work) in self.work.iter_mut().zip(dealt.work) {
+            sum.work += work;
+        }
+        dealt.tally
     }
 
-    fn tracer<'b>(&'b self, light: &Light<'b>, backs: &'b [Option<Back>]) -> Tracer<'b> {
+    fn tracer<'b>(&'b self, light: &Light<'b>, backs: &'b Backs) -> Tracer<'b> {
         Tracer {
             scene: self.scene,
             receivers: &self.receivers,
@@ -259,6 +304,7 @@ impl Pipeline<'_> {
             mode: self.mode,
             settings: self.settings,
             backs,
+            maps: light.maps,
             depths: light.depths,
         }
     }
@@ -271,67 +317,113 @@ impl Pipeline<'_> {
         shift: DVec2,
         total: f64,
     ) -> Result<Vec<Vec<Rgb>>, Error> {
+        let mut tally = Tally::default();
         if self.settings.splat == Splat::Exact {
-            let with_beams = |view: &LightView| {
+            let mut fluxes = Vec::new();
+            for (index, view) in views.iter().enumerate() {
                 let film = ExactFilm::new([view.side(); 2], total)?;
                 for light in lights {
-                    self.beams(light, &Canvas::Map(view), shift, &film);
+                    let one = self.beams(light, &Canvas::Map(view), shift, &film);
+                    if index == 0 {
+                        tally += one;
+                    }
                 }
-                film.finish()
-            };
-            return views.iter().map(with_beams).collect();
+                fluxes.push(film.finish()?);
+            }
+            let drawn: Rgb = fluxes.iter().flatten().copied().sum();
+            self.flow.beyond_map += drawn - tally.landed.flux;
+            self.flow.tally += tally;
+            return Ok(fluxes);
         }
         let mut photons: Vec<Vec<Photon>> = vec![Vec::new(); views.len()];
         for light in lights {
-            for (all, some) in photons.iter_mut().zip(self.photons(light, views, shift)) {
+            let (some, one) = self.photons(light, shift);
+            for (all, some) in photons.iter_mut().zip(some) {
                 all.extend(some);
             }
+            tally += one;
         }
-        let settings = self.settings;
-        let drawn = views.iter().zip(&photons).map(|(view, photons)| {
-            self.timed(SPLAT, |this| {
-                let (map, work) = match settings.splat {
-                    Splat::Mip => mip(view.side(), photons, settings.dense),
-                    Splat::MipSplat => mip_splat(view.side(), photons, settings.dense),
-                    Splat::MultiResolution => multi_resolution(view.side(), photons),
-                    _ => draw(view.side(), photons),
-                };
-                this.work[SPLAT].work += work;
-                map
-            })
-        });
-        Ok(drawn.collect())
+        let (mut brought, mut kernel) = (Rgb::BLACK, Rgb::BLACK);
+        let mut fluxes = Vec::new();
+        for (view, photons) in views.iter().zip(&photons) {
+            let Chosen { map, drawn, work } =
+                self.timed(Step::Splat, |this| this.drawn(view, photons));
+            *self.work(Step::Splat) += work;
+            let all: Rgb = map.iter().copied().sum();
+            self.flow.chosen += all - drawn;
+            brought += drawn;
+            if self.draws_by_kernel() {
+                let home: Vec<Photon> = photons
+                    .iter()
+                    .filter(|photon| view.holds(photon.at))
+                    .copied()
+                    .collect();
+                kernel += added(&home, self.settings.kernel);
+            }
+            fluxes.push(map);
+        }
+        self.flow.kernel += kernel;
+        self.flow.beyond_map += brought - kernel - tally.landed.flux;
+        self.flow.tally += tally;
+        Ok(fluxes)
+    }
+
+    /// Whether photons are drawn by `kernel`, each with a size of its own.
+    fn draws_by_kernel(&self) -> bool {
+        match self.settings.splat {
+            Splat::Fixed | Splat::ThinLens | Splat::ThickLens | Splat::MultiResolution => true,
+            Splat::TwoCurvatures | Splat::Mip | Splat::MipSplat | Splat::Exact => false,
+        }
+    }
+
+    /// A map with its photons drawn.
+    fn drawn(&self, view: &LightView, photons: &[Photon]) -> Chosen {
+        let (side, dense) = (view.side(), self.settings.dense);
+        match self.settings.splat {
+            Splat::Mip => mip(side, photons, dense),
+            Splat::MipSplat => mip_splat(side, photons, dense),
+            Splat::MultiResolution => multi_resolution(side, photons, self.settings.kernel),
+            Splat::Fixed
+            | Splat::ThinLens
+            | Splat::ThickLens
+            | Splat::TwoCurvatures
+            | Splat::Exact => {
+                let (map, work) = draw(side, photons, self.settings.kernel);
+                let drawn = map.iter().copied().sum();
+                Chosen { map, drawn, work }
+            }
+        }
     }
 
     /// The picture of back faces, where refraction reads it.
-    fn backs(&mut self, light: &Light) -> Vec<Option<Back>> {
+    fn backs(&mut self, light: &Light, shift: DVec2) -> Backs {
         let is_read =
             self.mode == Mode::Refraction && self.settings.refraction == Refraction::ImageSpace;
         if !is_read {
-            return Vec::new();
+            return Backs::default();
         }
-        self.timed(VIEW, |this| {
-            let (backs, work) = backs(&this.tracer(light, &[]));
-            this.work[VIEW].work += work;
+        self.timed(Step::View, |this| {
+            let (backs, work) = backs(&this.tracer(light, &Backs::default()), shift);
+            *this.work(Step::View) += work;
             backs
         })
     }
 
     /// A light's photons on each of its maps. Their stages run side by side, in tiles: the time that they
     /// take together is shared out by what threads spent in each.
-    fn photons(&mut self, light: &Light, maps: &[LightView], shift: DVec2) -> Vec<Vec<Photon>> {
-        let backs = self.backs(light);
+    fn photons(&mut self, light: &Light, shift: DVec2) -> (Vec<Vec<Photon>>, Tally) {
+        let backs = self.backs(light, shift);
         let start = Instant::now();
-        let (photons, stages) = photons(&self.tracer(light, &backs), maps, shift);
+        let traced = photons(&self.tracer(light, &backs), shift);
         let seconds = start.elapsed().as_secs_f64();
-        let all: f64 = stages.iter().map(|done| done.thread_seconds).sum();
-        for (stage, done) in [VIEW, REFRACTION, HIT, FLUX].into_iter().zip(stages) {
-            self.work[stage].work += done.work;
+        let all: f64 = traced.stages.iter().map(|done| done.thread_seconds).sum();
+        for (sum, done) in self.work.iter_mut().zip(&traced.stages) {
+            sum.work += done.work;
             if all > 0.0 {
-                self.work[stage].seconds += seconds * done.thread_seconds / all;
+                sum.seconds += seconds * done.thread_seconds / all;
             }
         }
-        photons
+        (traced.photons, traced.tally)
     }
 }
 
@@ -343,4 +435,6 @@ struct Light<'a> {
     window: [DVec2; 2],
     /// The receivers in all pictures of this light.
     depths: &'a [DepthMap],
+    /// The views of this light's maps.
+    maps: &'a [LightView],
 }

@@ -1,256 +1,133 @@
-//! The settings of a caustic map: a key a setting, one enum a stage.
+//! The settings of a caustic map: one list for their keys, types, defaults and meanings.
 
+use super::variants::{
+    BackFaces, Flux, Frustum, Hit, Kernel, Lookup, Mode, NoBackFace, Refraction, Splat, Thickness,
+    TotalReflection,
+};
+use crate::approximation::Precision;
 use crate::approximation::interface::Fresnel;
-use crate::approximation::{Precision, Stage};
 use crate::setting::table::row;
-use crate::setting::words::words;
 use crate::setting::{Kind, Setting, Values, words_of};
-
-words! {
-    /// The light that is modelled.
-    Mode {
-        /// Through two interfaces of a refractor: `LTTD`
-        Refraction = "refraction",
-        /// By one mirror reflection: `LRD`
-        Reflection = "reflection",
-    }
-}
-
-words! {
-    /// The way in which light leaves the specular object.
-    Refraction {
-        /// Wyman 2005: the exit point at an interpolated distance, its normal from a picture of back faces
-        ImageSpace = "image-space",
-        /// The ray is traced through the object
-        Exact = "exact",
-    }
-}
-
-words! {
-    /// The way in which a photon meets the receiver.
-    Hit {
-        /// A march through the receivers' depth map, then bisection
-        DepthMap = "depth-map",
-        /// The ray is traced
-        Exact = "exact",
-    }
-}
-
-words! {
-    /// The light that a photon stands for.
-    Flux {
-        /// All pixels of the light view alike
-        Uniform = "uniform",
-        /// By the solid angle of its pixel
-        Exact = "exact",
-    }
-}
-
-words! {
-    /// The spread of a photon's light.
-    Splat {
-        /// One Gaussian for all (Wyman and Davis 2006)
-        Fixed = "fixed",
-        /// Into one texel; looked up in a chain of box-filtered maps
-        Mip = "mip",
-        /// Into every level of a chain of maps
-        MipSplat = "mip-splat",
-        /// Four Gaussians and counts (section 4.1)
-        MultiResolution = "multi-resolution",
-        /// A Gaussian as wide as a thin lens makes the beam (section 4.2)
-        ThinLens = "thin-lens",
-        /// A Gaussian as wide as a thick lens makes the beam
-        ThickLens = "thick-lens",
-        /// An ellipse from the beam's exact derivatives
-        TwoCurvatures = "two-curvatures",
-        /// No photons: beams between the pixels' corners
-        Exact = "exact",
-    }
-}
-
-words! {
-    /// The way in which irradiance is read.
-    Lookup {
-        /// The texel
-        Nearest = "nearest",
-        /// Four texels, interpolated
-        Bilinear = "bilinear",
-        /// Light is dealt out to the sensor's own texels, by area
-        Exact = "exact",
-    }
-}
-
-words! {
-    /// The contents of the photon buffer's image.
-    Frustum {
-        /// Specular objects and receivers, as the caustic map's does
-        Scene = "scene",
-        /// Specular objects only
-        Object = "object",
-    }
-}
-
-/// The table of settings.
-pub(super) const TABLE: &[Setting] = &[
-    row!("mode": Kind::Choice(modes), Rule "refraction if anything refracts", "", "Light that is modelled"),
-    row!("photons": SIDE, Value "512", "pixels", "Photons a row of the photon buffer, and rows: N"),
-    row!("map": SIDE, Value "512", "texels", "Texels a row of the caustic map, and rows: M"),
-    row!("frustum": Kind::Choice(words_of::<Frustum>), Value "scene", "",
-        "Contents of the photon buffer's image"),
-    row!("view": Kind::Choice(words_of::<Precision>), Value "f32", "",
-        "Stage: format of the light view's pictures"),
-    row!("refraction": Kind::Choice(words_of::<Refraction>), Value "image-space", "",
-        "Stage: way in which light leaves the specular object"),
-    row!("hit": Kind::Choice(words_of::<Hit>), Value "depth-map", "",
-        "Stage: way in which a photon meets the receiver"),
-    row!("steps": Kind::Whole(1, 65536), Value "64", "", "Steps of the depth-map march"),
-    row!("bisections": Kind::Whole(0, 64), Value "8", "", "Bisections after the march"),
-    row!("flux": Kind::Choice(words_of::<Flux>), Value "uniform", "",
-        "Stage: light that a photon stands for"),
-    row!("fresnel": Kind::Choice(words_of::<Fresnel>), Value "none", "",
-        "Stage: share of light that interfaces let through"),
-    row!("splat": Kind::Choice(words_of::<Splat>), Value "thin-lens", "",
-        "Stage: spread of a photon's light"),
-    row!("splat-size": Kind::Number(1.0, 1024.0), Value "7", "texels of the map",
-        "Diameter of a fixed splat"),
-    row!("base-size": Kind::Number(0.125, 64.0), Value "3", "pixels of the photon buffer",
-        "Diameter of a splat of light that nothing refracts: D0 of eq. 7 by N and M"),
-    row!("largest-splat": Kind::Number(1.0, 1024.0), Value "63", "texels of the map",
-        "Largest diameter of a splat"),
-    row!("dense": Kind::Whole(1, 1 << 20), Value "16", "photons a texel",
-        "Density from which on there is no noise"),
-    row!("border-levels": Kind::Whole(0, 8), Value "3", "",
-        "Divisions of a pixel at the border of a beam (exact splats)"),
-    row!("lookup": Kind::Choice(words_of::<Lookup>), Value "bilinear", "",
-        "Stage: way in which irradiance is read"),
-    row!("samples": Kind::Whole(1, 64), Value "4", "", "Look-ups along each side of a sensor's texel"),
-    row!("bias": Kind::Number(0.0, 1.0), Value "0.01", "range of depths",
-        "Depth below the depth map at which a point is still lit"),
-    row!("frames": Kind::Whole(1, 4096), Value "1", "",
-        "Frames averaged, each with the photons shifted by a part of a pixel"),
-];
 
 /// The largest side of a photon buffer or a map: 16384² texels of three `f64` are 6.4 GB.
 const SIDE: Kind = Kind::Whole(1, 16384);
 
 /// The words of [`Mode`], and the one that leaves it to the scene.
 fn modes() -> Vec<(&'static str, &'static str)> {
-    let auto = ("auto", "Refraction if anything refracts, else reflection");
+    let auto = (
+        "auto",
+        "Refraction if a closed shape refracts, else single-refraction if any does, else reflection",
+    );
     [vec![auto], words_of::<Mode>()].concat()
 }
 
-/// The stages in the order in which they run.
-pub(super) const STAGES: &[Stage] = &[
-    Stage {
-        name: "view",
-        exact: "exact",
-    },
-    Stage {
-        name: "refraction",
-        exact: "exact",
-    },
-    Stage {
-        name: "hit",
-        exact: "exact",
-    },
-    Stage {
-        name: "flux",
-        exact: "exact",
-    },
-    Stage {
-        name: "fresnel",
-        exact: "exact",
-    },
-    Stage {
-        name: "splat",
-        exact: "exact",
-    },
-    Stage {
-        name: "lookup",
-        exact: "exact",
-    },
-];
+/// Makes the table of settings, and the struct that has them with their types: a field and a row each.
+macro_rules! settings {
+    ($($(#[doc = $doc:literal])+ $field:ident: $type:ty = $key:literal, $kind:expr,
+        $preset:ident $default:literal, $unit:literal, $meaning:literal, $read:expr;)+) => {
+        /// The table of settings.
+        pub(super) const TABLE: &[Setting] =
+            &[$(row!($key: $kind, $preset $default, $unit, $meaning)),+];
 
-/// The settings of a caustic map, with their types. By default, the thin-lens technique of the report at 512²
-/// photons.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Settings {
-    /// The light; `None` is refraction if anything refracts.
-    pub mode: Option<Mode>,
-    /// Photons a row of the photon buffer, and rows: N.
-    pub photons: u32,
-    /// Texels a row of the caustic map, and rows: M.
-    pub map: u32,
-    /// Contents of the photon buffer's image.
-    pub frustum: Frustum,
-    /// Stage `view`.
-    pub view: Precision,
-    /// Stage `refraction`.
-    pub refraction: Refraction,
-    /// Stage `hit`.
-    pub hit: Hit,
-    /// Steps of the depth-map march.
-    pub steps: u32,
-    /// Bisections after it.
-    pub bisections: u32,
-    /// Stage `flux`.
-    pub flux: Flux,
-    /// Stage `fresnel`.
-    pub fresnel: Fresnel,
-    /// Stage `splat`.
-    pub splat: Splat,
-    /// Diameter of a fixed splat, in map texels.
-    pub splat_size: f64,
-    /// Diameter of a splat of light that nothing refracts, in pixels of the photon buffer: D₀ of eq. 7 by N
-    /// and M.
-    pub base_size: f64,
-    /// The largest diameter of a splat, in map texels.
-    pub largest_splat: f64,
-    /// Photons a texel, from which on there is no noise.
-    pub dense: u32,
-    /// Divisions of a pixel at the border of a beam (exact splats).
-    pub border_levels: u32,
-    /// Stage `lookup`.
-    pub lookup: Lookup,
-    /// Look-ups along each side of a sensor's texel.
-    pub samples: u32,
-    /// Depth below the depth map at which a point is still lit, as a fraction of the range of depths.
-    pub bias: f64,
-    /// Frames averaged, each with the photons shifted by a part of a pixel.
-    pub frames: u32,
+        /// The settings of a caustic map, with their types. By default, the thin-lens technique of the report
+        /// at 512² photons.
+        #[derive(Clone, Debug, PartialEq)]
+        pub struct Settings {
+            $($(#[doc = $doc])+ pub $field: $type,)+
+        }
+
+        impl Settings {
+            /// The typed settings of checked values. `None` if a key is missing, which the table does not
+            /// allow.
+            pub fn of(values: &Values) -> Option<Self> {
+                Some(Self { $($field: ($read)(values, $key)?,)+ })
+            }
+        }
+    };
 }
 
-impl Settings {
-    /// The typed settings of checked values. `None` if a key is missing, which the table does not allow.
-    pub(super) fn of(values: &Values) -> Option<Self> {
-        Some(Self {
-            mode: values.word("mode"),
-            photons: values.whole("photons")?,
-            map: values.whole("map")?,
-            frustum: values.word("frustum")?,
-            view: values.word("view")?,
-            refraction: values.word("refraction")?,
-            hit: values.word("hit")?,
-            steps: values.whole("steps")?,
-            bisections: values.whole("bisections")?,
-            flux: values.word("flux")?,
-            fresnel: values.word("fresnel")?,
-            splat: values.word("splat")?,
-            splat_size: values.number("splat-size")?,
-            base_size: values.number("base-size")?,
-            largest_splat: values.number("largest-splat")?,
-            dense: values.whole("dense")?,
-            border_levels: values.whole("border-levels")?,
-            lookup: values.word("lookup")?,
-            samples: values.whole("samples")?,
-            bias: values.number("bias")?,
-            frames: values.whole("frames")?,
-        })
-    }
+settings! {
+    /// The light; `None` leaves it to the scene.
+    mode: Option<Mode> = "mode", Kind::Choice(modes), Rule "refraction if anything refracts", "",
+        "Light that is modelled", |values: &Values, key| Some(values.word(key));
+    /// Photons a row of the photon buffer, and rows: N.
+    photons: u32 = "photons", SIDE, Value "512", "pixels",
+        "Photons a row of the photon buffer, and rows: N", Values::whole;
+    /// Texels a row of the caustic map, and rows: M.
+    map: u32 = "map", SIDE, Value "512", "texels", "Texels a row of the caustic map, and rows: M", Values::whole;
+    /// Contents of the photon buffer's image.
+    frustum: Frustum = "frustum", Kind::Choice(words_of::<Frustum>), Value "scene", "",
+        "Contents of the photon buffer's image", Values::word;
+    /// Stage `view`.
+    view: Precision = "view", Kind::Choice(words_of::<Precision>), Value "f32", "",
+        "Stage: format of the light view's pictures", Values::word;
+    /// Stage `refraction`.
+    refraction: Refraction = "refraction", Kind::Choice(words_of::<Refraction>), Value "image-space", "",
+        "Stage: way in which light leaves the specular object", Values::word;
+    /// Distance between entry and exit.
+    thickness: Thickness = "thickness", Kind::Choice(words_of::<Thickness>), Value "interpolated", "",
+        "Distance between entry and exit (image-space)", Values::word;
+    /// Back faces in the picture.
+    back: BackFaces = "back", Kind::Choice(words_of::<BackFaces>), Value "farthest", "",
+        "Back faces in the picture (image-space)", Values::word;
+    /// What to do where the picture has no back face.
+    no_back_face: NoBackFace = "no-back-face", Kind::Choice(words_of::<NoBackFace>), Value "side", "",
+        "Exit point without a back face in the picture (image-space)", Values::word;
+    /// What to do where the exit would reflect all.
+    total_reflection: TotalReflection = "total-reflection", Kind::Choice(words_of::<TotalReflection>),
+        Value "clamp", "", "Exit beyond the critical angle (image-space)", Values::word;
+    /// Stage `hit`.
+    hit: Hit = "hit", Kind::Choice(words_of::<Hit>), Value "depth-map", "",
+        "Stage: way in which a photon meets the receiver", Values::word;
+    /// Steps of the depth-map march.
+    steps: u32 = "steps", Kind::Whole(1, 65536), Value "64", "", "Steps of the depth-map march", Values::whole;
+    /// Bisections after it.
+    bisections: u32 = "bisections", Kind::Whole(0, 64), Value "8", "", "Bisections after the march", Values::whole;
+    /// Stage `flux`.
+    flux: Flux = "flux", Kind::Choice(words_of::<Flux>), Value "density-ratio", "",
+        "Stage: light that a photon stands for", Values::word;
+    /// Stage `fresnel`.
+    fresnel: Fresnel = "fresnel", Kind::Choice(words_of::<Fresnel>), Value "none", "",
+        "Stage: share of light that interfaces let through", Values::word;
+    /// Stage `splat`.
+    splat: Splat = "splat", Kind::Choice(words_of::<Splat>), Value "thin-lens", "",
+        "Stage: spread of a photon's light", Values::word;
+    /// Form of round splats.
+    kernel: Kernel = "kernel", Kind::Choice(words_of::<Kernel>), Value "gaussian", "",
+        "Form of fixed, multi-resolution and lens splats", Values::word;
+    /// Diameter of a fixed splat, in map texels.
+    splat_size: f64 = "splat-size", Kind::Number(1.0, 1024.0), Value "7", "texels of the map",
+        "Diameter of a fixed splat", Values::number;
+    /// Diameter of a splat of light that nothing refracts, in pixels of the photon buffer: D₀ of eq. 7 by N
+    /// and M.
+    base_size: f64 = "base-size", Kind::Number(0.125, 64.0), Value "3", "pixels of the photon buffer",
+        "Diameter of a splat of light that nothing refracts: D0 of eq. 7 by N and M", Values::number;
+    /// The largest diameter of a splat, in map texels.
+    largest_splat: f64 = "largest-splat", Kind::Number(1.0, 1024.0), Value "63", "texels of the map",
+        "Largest diameter of a splat", Values::number;
+    /// Photons a texel, from which on there is no noise.
+    dense: u32 = "dense", Kind::Whole(1, 1 << 20), Value "16", "photons a texel",
+        "Density from which on there is no noise", Values::whole;
+    /// Divisions of a pixel at the border of a beam (exact splats).
+    border_levels: u32 = "border-levels", Kind::Whole(0, 8), Value "3", "",
+        "Divisions of a pixel at the border of a beam (exact splats)", Values::whole;
+    /// Stage `lookup`.
+    lookup: Lookup = "lookup", Kind::Choice(words_of::<Lookup>), Value "bilinear", "",
+        "Stage: way in which irradiance is read", Values::word;
+    /// Look-ups along each side of a sensor's texel.
+    samples: u32 = "samples", Kind::Whole(1, 64), Value "4", "",
+        "Look-ups along each side of a sensor's texel", Values::whole;
+    /// Depth below the depth map at which a point is still lit, as a fraction of the range of depths.
+    bias: f64 = "bias", Kind::Number(0.0, 1.0), Value "0.01", "range of depths",
+        "Depth below the depth map at which a point is still lit", Values::number;
+    /// Frames averaged, each with the photons shifted by a part of a pixel.
+    frames: u32 = "frames", Kind::Whole(1, 4096), Value "1", "",
+        "Frames averaged, each with the photons shifted by a part of a pixel", Values::whole;
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::variants::STAGES;
     use super::*;
     use crate::setting::Given;
     use crate::setting::Preset;
@@ -261,6 +138,22 @@ mod tests {
         Values::new("caustic-map", TABLE.iter().collect(), &given)
     }
 
+    /// Another value than the default that a setting takes.
+    fn another(setting: &Setting) -> String {
+        let default = match setting.default {
+            Preset::Value(text) => text,
+            Preset::Rule(_) => "auto",
+        };
+        let mut candidates: Vec<String> = (1..9).map(|number| number.to_string()).collect();
+        candidates.push("0.5".to_owned());
+        let words = setting.kind.words();
+        candidates.extend(words.into_iter().map(|(word, _)| word.to_owned()));
+        let found = candidates
+            .into_iter()
+            .find(|it| it != default && setting.kind.holds(it));
+        found.unwrap_or_else(|| panic!("{} has one value only", setting.key))
+    }
+
     #[test]
     fn every_default_is_a_value_that_the_setting_takes() {
         for setting in TABLE {
@@ -268,8 +161,31 @@ mod tests {
                 assert!(setting.kind.holds(text), "{}={text}", setting.key);
             }
         }
-        let default = Settings::of(&values(&[]).unwrap()).unwrap();
-        assert_eq!((default.photons, default.splat), (512, Splat::ThinLens));
+    }
+
+    #[test]
+    fn every_key_changes_its_own_field_and_no_other() {
+        // Fields as Debug prints them, a line each.
+        let lines = |settings: &Settings| -> Vec<String> {
+            let text = format!("{settings:#?}").replace("(\n        ", "(");
+            text.lines().map(str::to_owned).collect()
+        };
+        let default = lines(&Settings::of(&values(&[]).unwrap()).unwrap());
+        for setting in TABLE {
+            let value = another(setting);
+            let changed = Settings::of(&values(&[(setting.key, &value)]).unwrap()).unwrap();
+            let field = format!("{}:", setting.key.replace('-', "_"));
+            let changed = lines(&changed);
+            let pairs = default.iter().zip(&changed);
+            let differing: Vec<_> = pairs.filter(|(a, b)| a != b).collect();
+            let is_own = differing
+                .first()
+                .is_some_and(|(a, _)| a.trim().starts_with(&field));
+            assert!(is_own, "{}={value}: {differing:?}", setting.key);
+            // What is optional takes more lines.
+            let is_optional = setting.key == "mode";
+            assert!(differing.len() == 1 || is_optional, "{differing:?}");
+        }
     }
 
     #[test]
@@ -280,8 +196,12 @@ mod tests {
             .collect();
         let settings = Settings::of(&values(&pairs).unwrap()).unwrap();
         assert_eq!(settings.view, Precision::Exact);
-        assert_eq!(settings.lookup, Lookup::Exact);
+        assert_eq!(settings.refraction, Refraction::Exact);
+        assert_eq!(settings.hit, Hit::Exact);
+        assert_eq!(settings.flux, Flux::Exact);
         assert_eq!(settings.fresnel, Fresnel::Exact);
+        assert_eq!(settings.splat, Splat::Exact);
+        assert_eq!(settings.lookup, Lookup::Exact);
     }
 
     #[test]

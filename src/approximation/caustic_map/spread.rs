@@ -4,10 +4,17 @@ use glam::{DMat2, DVec2};
 
 use super::hit::Place;
 use super::refraction::Exit;
-use super::settings::{Mode, Settings, Splat};
+use super::resolve::DIAMETERS;
+use super::settings::Settings;
 use super::splat::Spread;
+use super::variants::{Mode, Splat};
 use crate::approximation::LightView;
 use crate::approximation::bands::DEVIATIONS;
+
+/// Texels of the map along a pixel of the photon buffer: M/N, if both have the same frustum.
+pub fn texels_by_pixel(view: &LightView, map: &LightView) -> f64 {
+    view.half() / view.side() as f64 * map.side() as f64 / map.half()
+}
 
 /// How wide a photon is drawn, in texels of the map.
 pub fn spread(
@@ -18,9 +25,7 @@ pub fn spread(
     exit: &Exit,
     place: &Place,
 ) -> Spread {
-    // Texels of the map by pixel of the photon buffer.
-    let ratio = view.half() / view.side() as f64 * map.side() as f64 / map.half();
-    let unbent = settings.base_size * ratio;
+    let unbent = settings.base_size * texels_by_pixel(view, map);
     let background = place.position.distance(exit.ray.origin);
     let lens = &exit.lens;
     let bounded = |factor: f64| {
@@ -33,10 +38,18 @@ pub fn spread(
     };
     match (settings.splat, mode) {
         (Splat::ThinLens | Splat::ThickLens, Mode::Reflection) => bounded(lens.mirror(background)),
+        (Splat::ThinLens | Splat::ThickLens, Mode::SingleRefraction) => {
+            bounded(lens.surface(background))
+        }
         (Splat::ThinLens, Mode::Refraction) => bounded(lens.thin(background)),
         (Splat::ThickLens, Mode::Refraction) => bounded(lens.thick(background)),
         (Splat::TwoCurvatures, _) => ellipse(settings, map, exit, place),
-        _ => Spread::Round(settings.splat_size),
+        // The finest of its four.
+        (Splat::MultiResolution, _) => Spread::Round(DIAMETERS[0]),
+        // Chains of maps have sizes of their own, and beams have none.
+        (Splat::Fixed | Splat::Mip | Splat::MipSplat | Splat::Exact, _) => {
+            Spread::Round(settings.splat_size)
+        }
     }
 }
 

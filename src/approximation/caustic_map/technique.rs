@@ -3,8 +3,9 @@
 use super::buffers::Back;
 use super::demands::{MAPS, check_outside, mode};
 use super::run;
-use super::settings::{self, Mode, Settings};
+use super::settings::{self, Settings};
 use super::splat::Photon;
+use super::variants::{Mode, STAGES};
 use crate::approximation::sources::sources;
 use crate::approximation::{Frame, Prepared, SensorFilm, Stage, Technique};
 use crate::run::{Context, Cost, Counter, Error, Light, Refusal, StageWork};
@@ -36,7 +37,7 @@ impl Technique for CausticMap {
     }
 
     fn stages(&self) -> &'static [Stage] {
-        settings::STAGES
+        &STAGES
     }
 
     fn sweep(&self) -> (&'static str, &'static [&'static str]) {
@@ -48,6 +49,7 @@ impl Technique for CausticMap {
             Mode::Refraction => Signature::DIRECT
                 .then(Event::Transmission)
                 .then(Event::Transmission),
+            Mode::SingleRefraction => Signature::DIRECT.then(Event::Transmission),
             Mode::Reflection => Signature::DIRECT.then(Event::Reflection),
         }))
     }
@@ -90,15 +92,16 @@ impl Technique for CausticMap {
         _context: &Context,
     ) -> Result<Box<dyn Prepared>, Error> {
         self.supports(scene, sensor, values)?;
-        Ok(Box::new(Ready {
-            settings: Self::typed(values)?,
-        }))
+        let settings = Self::typed(values)?;
+        let mode = mode(&settings, scene)?;
+        Ok(Box::new(Ready { settings, mode }))
     }
 }
 
 /// Caustic mapping with its settings: nothing outlives a frame.
 struct Ready {
     settings: Settings,
+    mode: Mode,
 }
 
 impl Prepared for Ready {
@@ -112,6 +115,6 @@ impl Prepared for Ready {
         sensor: &Sensor,
         _context: &Context,
     ) -> Result<Frame, Error> {
-        run::run(&self.settings, scene, sensor)
+        run::run(&self.settings, self.mode, scene, sensor)
     }
 }
