@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::film::Image;
 use crate::radiometry::Rgb;
-use crate::run::{Counter, Estimate, Layer, LayerName, Light, Quantity, Rendering};
+use crate::run::{Counter, Estimate, FluxEntry, Layer, LayerName, Light, Quantity, Rendering};
 use crate::transport::signature::Signature;
 
 /// A film of a study, with everything that is known of it.
@@ -36,10 +36,26 @@ pub struct Facts {
     pub spread: Spread,
     /// Where the flux went.
     pub ledger: Option<LedgerTable>,
+    /// What each stage of a technique does to the flux; empty for references.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub stage_flux: Vec<StageFlux>,
     /// Whether the budget was used and the error asked for reached.
     pub complete: bool,
     /// What is odd about the scene or the run.
     pub warnings: Vec<String>,
+}
+
+/// What a stage of a technique does to the flux, and why. All entries add up to the flux of the image.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StageFlux {
+    /// The stage.
+    pub stage: String,
+    /// The reason.
+    pub reason: String,
+    /// The change \[W\], mean of channels; the first entry is what sets out.
+    pub flux: f64,
+    /// Photons, or corners of beams, that came to nothing for this reason.
+    pub photons: u64,
 }
 
 /// Root mean square over all texels of one (likely) standard error, in the film's unit, by part of the light.
@@ -111,9 +127,21 @@ impl Product {
                     Spread::default()
                 },
                 ledger: LedgerTable::of(estimate).filter(|_| is_all),
+                stage_flux: rendering.flux.iter().map(StageFlux::of).collect(),
                 complete: !estimate.incomplete,
                 warnings: rendering.warnings.clone(),
             },
+        }
+    }
+}
+
+impl StageFlux {
+    fn of(entry: &FluxEntry) -> Self {
+        Self {
+            stage: entry.stage.to_owned(),
+            reason: entry.reason.to_owned(),
+            flux: entry.flux.mean(),
+            photons: entry.photons,
         }
     }
 }

@@ -171,6 +171,17 @@ await test('stages add up to the figure that is chosen, with their signs', async
   await page.locator('#stages').screenshot({ path: join(shots, 'stages.png') });
 });
 
+await test('the flux of an approximation is told stage by stage, and adds up to its energy', async () => {
+  const [row] = report.rows;
+  const { stage_flux: entries } = row.facts;
+  const { energy } = row.comparison.layers.find((layer) => layer.layer === row.layer).fidelity;
+  assert.ok(entries.length > 1 && entries.some(({ flux }) => flux < 0));
+  // The image, and the truth beside it.
+  assert.equal(await page.locator('#stage-flux rect').count(), entries.length + 2);
+  assert.ok(energy.value > 0);
+  await page.locator('#flux').screenshot({ path: join(shots, 'flux.png') });
+});
+
 await test('L2 against scale has a curve for each run of the light that is chosen', async () => {
   const { layer } = report.rows[0];
   const alike = report.rows.filter((row) => row.layer === layer).length;

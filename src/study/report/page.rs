@@ -93,6 +93,7 @@ pub fn page(folder: &Path, report: &StudyReport, timings: &Timings) -> Result<St
         include_str!("profile.js"),
         include_str!("scales.js"),
         include_str!("stages.js"),
+        include_str!("flux.js"),
         include_str!("sensor.js"),
         include_str!("page.js"),
     ];

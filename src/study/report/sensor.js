@@ -380,6 +380,15 @@ class SensorPart {
 
   ledger(row) {
     const table = row.facts?.ledger;
+    const stages = row.facts?.stage_flux ?? [];
+    const plot = this.part('stage-flux');
+    plot.hidden = !stages.length;
+    if (stages.length) {
+      stageFlux(plot, stages, light(row)?.energy?.value);
+      this.part('flux-lead').textContent = 'Of the light that sets out towards mirrors and glass in the light’s view: what each stage drops or adds, down to the image.';
+      this.part('ledger').replaceChildren();
+      return;
+    }
     if (!table) {
       this.part('flux-lead').textContent = row.facts ? 'This method keeps no ledger on this sensor.' : 'A film from elsewhere has no ledger.';
       this.part('ledger').replaceChildren();
