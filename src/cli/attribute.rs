@@ -36,12 +36,7 @@ pub fn attribute(args: &AttributeArgs) -> anyhow::Result<Outcome> {
         &scene,
         &sensor,
         &context,
-        &mut |done, all| {
-            eprint!(
-                "\r{done} of {all} runs{}",
-                if done == all { "\n" } else { "" }
-            )
-        },
+        &mut progress::lines("stages"),
         |light| {
             progress::watch(&context.progress, || {
                 attribution::truth_by_beams(&scene, &sensor, light, &budget, &context)

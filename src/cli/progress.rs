@@ -12,6 +12,9 @@ use crate::run::Progress;
 /// Time between two drawings of the line.
 const PERIOD: Duration = Duration::from_millis(100);
 
+/// Time between two lines.
+const BETWEEN_LINES: Duration = Duration::from_secs(5);
+
 /// Runs `work` while a line on the terminal follows `progress`; without a terminal, silently.
 pub fn watch<T: Send>(progress: &Progress, work: impl FnOnce() -> T + Send) -> T {
     if !std::io::stderr().is_terminal() {
@@ -38,6 +41,19 @@ pub fn watch<T: Send>(progress: &Progress, work: impl FnOnce() -> T + Send) -> T
     match result {
         Ok(result) => result,
         Err(panic) => std::panic::resume_unwind(panic),
+    }
+}
+
+/// A listener that prints now and then how many of some runs are done, and how long the others will take.
+pub fn lines(what: &str) -> impl FnMut(usize, usize) {
+    let start = Instant::now();
+    let mut heard = start;
+    move |done, all| {
+        if heard.elapsed() > BETWEEN_LINES && done < all {
+            heard = Instant::now();
+            let left = start.elapsed().as_secs_f64() / done as f64 * (all - done) as f64;
+            eprintln!("{what}: {done} of {all} runs, about {left:.0} s left");
+        }
     }
 }
 

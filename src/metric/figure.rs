@@ -13,11 +13,11 @@ words! {
         L1 = "l1",
         /// the part of the light that is in a wrong texel if both have the same flux
         Misplaced = "misplaced",
-        /// how far light is from its place, on average [texels]
+        /// how far light is from its place, on average, in texels
         Displaced = "displaced",
         /// √(Σ (A − T)² / Σ T²) over all texels; 1 for a black image
         L2 = "l2",
-        /// the smallest scale from which on L2 is below 10 % [texels]
+        /// the smallest scale from which on L2 is below 10 %, in texels
         Resolution = "resolution",
         /// root mean square difference over the truth's mean, both over lit texels
         Rmse = "rmse",

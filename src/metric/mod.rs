@@ -14,7 +14,7 @@
 //! |---|---|
 //! | [`compare_image`], [`pair`] | which channels belong together, and which are error bars? |
 //! | [`difference`], [`similarity`], [`flip`] | how far apart are the values? |
-//! | [`fidelity`], [`texel_grid`] | how much light is there, how far from its place, and right at which scale? |
+//! | [`fidelity`], [`texel_grid`] | how much light, how far from its place, right at which scale? |
 //! | [`figure`] | figures by name |
 //! | [`score`], [`significance`] | is that more than the error bars explain? |
 //! | [`equivalence`] | is it less than a margin? |

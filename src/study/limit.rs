@@ -5,6 +5,7 @@ use std::fmt;
 use serde::Serialize;
 
 use crate::metric::{Bounded, Figure, LayerComparison};
+use crate::run::format::three_digits;
 use crate::setting::{Words as _, parse_fraction};
 
 /// The largest that a figure may be.
@@ -100,23 +101,20 @@ impl Limit {
         if self.unit != LimitUnit::Metres {
             return self.figure.error(layer);
         }
-        match self.figure {
-            Figure::Displaced => layer.fidelity.displaced.as_ref()?.metres,
-            _ => {
-                let found = layer.fidelity.resolution?;
-                let metre = found.metres? / found.texels.value;
-                Some(Bounded {
-                    value: found.texels.value * metre,
-                    low: found.texels.low.map(|low| low * metre),
-                    high: found.texels.high.map(|high| high * metre),
-                })
-            }
+        if self.figure == Figure::Displaced {
+            return layer.fidelity.displaced.as_ref()?.metres;
         }
+        let found = layer.fidelity.resolution?;
+        let metre = found.metres? / found.texels.value;
+        Some(Bounded {
+            value: found.texels.value * metre,
+            low: found.texels.low.map(|low| low * metre),
+            high: found.texels.high.map(|high| high * metre),
+        })
     }
 
     /// A value of the figure for readers.
     pub fn show(&self, value: f64) -> String {
-        use crate::run::format::three_digits;
         match self.unit {
             LimitUnit::Fraction => format!("{} %", three_digits(100.0 * value)),
             LimitUnit::Texels => format!("{} texels", three_digits(value)),
@@ -133,6 +131,7 @@ impl fmt::Display for Limit {
 
 #[cfg(test)]
 mod tests {
+    use super::LimitUnit::{Fraction, Metres, Texels};
     use super::*;
 
     #[test]
@@ -142,7 +141,6 @@ mod tests {
             let Limit { figure, most, unit } = found.limit;
             Some((found.place(), figure, most, unit))
         };
-        use LimitUnit::{Fraction, Metres, Texels};
         let is = |place: &str, figure, most, unit| Some((place.to_owned(), figure, most, unit));
         assert_eq!(limit("mine", "5%"), is("mine", Figure::L1, 0.05, Fraction));
         assert_eq!(

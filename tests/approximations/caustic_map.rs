@@ -11,6 +11,7 @@ use nephroid::internals::approximation::caustic_map::work::Work;
 use nephroid::internals::approximation::{DepthMap, Receivers};
 use nephroid::internals::geometry::{Bounds, Ray};
 use nephroid::internals::method::Method;
+use nephroid::internals::metric::Figure;
 use nephroid::internals::optics::refract;
 use nephroid::internals::radiometry::Rgb;
 use nephroid::internals::run::{Budget, Context, LayerName, Light, Rendering};
@@ -78,7 +79,7 @@ fn the_exact_pipeline_agrees_with_the_closed_form() {
     let layer = layers.find(|layer| layer.name == through).unwrap();
     let truth = Truth {
         modelled: layer.values.clone(),
-        rest: Vec::new(),
+        not_modelled: f64::NAN,
         relative_error: None,
         is_resolved: true,
     };
@@ -502,22 +503,67 @@ fn attribution_adds_up_and_tells_what_is_not_modelled() {
     let scene = bundled("glass-ball", 32);
     let map = caustic_map(&[("photons", "128"), ("map", "128")]);
     let exact = truth(&scene, "LTTD", 1e-2);
-    let found = attribute(&map, &scene, meter(&scene), &Context::default(), |light| {
-        assert_eq!(light, Light::Path("LTTD".parse().unwrap()));
-        Ok(Truth {
-            // Half as much again that no map has.
-            rest: exact.modelled.iter().map(|value| *value * 0.5).collect(),
-            ..exact
-        })
-    })
-    .unwrap();
-    let sum: f64 = found.falls().iter().sum::<f64>() + found.residual();
-    // Eight roundings of numbers about one.
-    assert!((sum - found.all.error).abs() < 1e-14, "{sum}");
-    assert!((found.not_modelled - 1.0 / 3.0).abs() < 1e-12);
-    assert!(found.residual() < 0.1 * found.all.error, "{found:?}");
-    let names: Vec<&str> = found.stages.iter().map(|stage| stage.name).collect();
+    let mut heard = Vec::new();
+    let mut listen = |done: usize, all: usize| heard.push((done, all));
+    let context = Context::default();
+    let found = attribute(
+        &map,
+        &scene,
+        meter(&scene),
+        &context,
+        &mut listen,
+        |light| {
+            assert_eq!(light, Light::Path("LTTD".parse().unwrap()));
+            Ok(Truth {
+                not_modelled: 0.25,
+                ..exact.clone()
+            })
+        },
+    );
+    let found = found.unwrap().unwrap();
+    assert_eq!(found.not_modelled, 0.25);
+    // All subsets of the stages that are not exact as they are set.
+    let stages = map.stages();
+    let inexact = stages.iter().filter(|stage| !stage.is_exact()).count();
+    assert_eq!(found.runs, 1 << inexact);
+    assert_eq!(heard.last(), Some(&(found.runs, found.runs)));
+    let names: Vec<&str> = found
+        .stages
+        .iter()
+        .map(|stage| stage.name.as_str())
+        .collect();
     assert_eq!(names, EXACT.map(|(name, _)| name));
+    for shares in &found.figures {
+        let added: f64 = shares.stages.iter().map(|stage| stage.share.value).sum();
+        // Sums of 128 products of numbers below 10.
+        assert!(
+            (shares.residual + added - shares.whole).abs() < 1e-12,
+            "{shares:?}"
+        );
+    }
+    let shares = found.of(Figure::L1).unwrap();
+    assert!(shares.residual < 0.1 * shares.whole, "{found:?}");
+    // The figures of single runs by their formula: films are f32.
+    let l1 = |map: &Method| {
+        let values = rendered(map, &scene).estimate.total.values;
+        let pairs = values.iter().zip(&exact.modelled);
+        let (apart, sum) = pairs.fold((0.0, 0.0), |(apart, sum), (a, t)| {
+            let parts = a.0.iter().zip(t.0);
+            let d: f64 = parts.map(|(a, t)| (a - t).abs()).sum();
+            (apart + d, sum + t.0.iter().sum::<f64>())
+        });
+        apart / sum
+    };
+    let is = |found: f64, map: &Method| (found / l1(map) - 1.0).abs() < 1e-5;
+    assert!(is(shares.whole, &map));
+    for (i, stage) in stages.iter().enumerate() {
+        let fixed = map.with_exact(stage.name).unwrap();
+        assert!(is(shares.stages[i].fixed, &fixed), "{}", stage.name);
+        let set = [(stage.name, stage.variant.as_str())];
+        let size = [("photons", "128"), ("map", "128")];
+        let spoiled = exact_but(&[&size[..], &set].concat());
+        assert!(is(shares.stages[i].spoiled, &spoiled), "{}", stage.name);
+    }
 }
 
 #[test]
@@ -525,14 +571,21 @@ fn attribution_to_a_truth_that_is_unknown_or_unresolved_says_so() {
     let scene = scene_of(&over_floor(&ball(GLASS), 4));
     let map = caustic_map(&[("photons", "16"), ("map", "16")]);
     let with = |value: f64| {
-        attribute(&map, &scene, meter(&scene), &Context::default(), |_| {
-            Ok(Truth {
-                modelled: vec![Rgb::grey(value); 16],
-                rest: vec![Rgb::BLACK; 16],
-                relative_error: None,
-                is_resolved: false,
-            })
-        })
+        let truth = Truth {
+            modelled: vec![Rgb::grey(value); 16],
+            not_modelled: 0.0,
+            relative_error: None,
+            is_resolved: false,
+        };
+        let context = Context::default();
+        attribute(
+            &map,
+            &scene,
+            meter(&scene),
+            &context,
+            &mut |_, _| (),
+            |_| Ok(truth),
+        )
     };
     let unknown = with(f64::NAN).unwrap_err().to_string();
     assert!(
@@ -541,7 +594,7 @@ fn attribution_to_a_truth_that_is_unknown_or_unresolved_says_so() {
     );
     let dark = with(0.0).unwrap_err().to_string();
     assert!(dark.contains("no light of path LTTD"), "{dark}");
-    assert!(!with(1.0).unwrap().is_resolved);
+    assert!(!with(1.0).unwrap().unwrap().is_resolved);
 }
 
 #[test]

@@ -258,10 +258,13 @@ fn shuffled(seed: u64) -> impl FnMut() -> u64 {
     }
 }
 
+/// The value of a texel, by column, row and a lot.
+type Map = fn(usize, usize, u64) -> f64;
+
 #[test]
 fn the_least_cost_of_all_plans_is_between_the_bounds() {
     const WIDTH: usize = 16;
-    let maps: [(&str, fn(usize, usize, u64) -> f64); 4] = [
+    let maps: [(&str, Map); 4] = [
         ("noise", |_, _, lot| (lot % 8) as f64),
         ("ring", |x, y, _| {
             let r = (x as f64 - 8.0).hypot(y as f64 - 7.0);
@@ -273,7 +276,7 @@ fn the_least_cost_of_all_plans_is_between_the_bounds() {
     for (i, (name, from)) in maps.iter().enumerate() {
         for (other, to) in &maps[i..] {
             let mut lots = [shuffled(1 + i as u64), shuffled(77)];
-            let mut values = |map: &fn(usize, usize, u64) -> f64, lot: usize| -> Vec<f64> {
+            let mut values = |map: &Map, lot: usize| -> Vec<f64> {
                 let texels = 0..WIDTH * WIDTH;
                 texels
                     .map(|i| map(i % WIDTH, i / WIDTH, lots[lot]()))

@@ -30,9 +30,9 @@ pub struct ValidateArgs {
     #[arg(long, value_name = "NAME[@SENSOR]=FILE.exr", value_parser = parse_candidate)]
     pub candidate: Vec<(String, Option<String>, PathBuf)>,
 
-    /// Exit code 1 where a figure of a method or candidate is above this (or the truth cannot tell), on every
-    /// sensor that has it or on the one that is named: mine=5%, mine:displaced=2texels, mine@floor:energy=10%;
-    /// may be given again
+    /// Exit code 1 if a figure of a method or candidate is above this (or the truth cannot tell), on every
+    /// sensor that has it or on the one named: mine=5%, mine:displaced=2texels, mine@floor:energy=10%; may be
+    /// given again
     #[arg(long, value_name = "NAME[@SENSOR][:FIGURE]=LIMIT", value_parser = parse_limit)]
     pub max_error: Vec<StudyLimit>,
 

@@ -93,9 +93,6 @@ pub fn validate(args: &ValidateArgs) -> anyhow::Result<Outcome> {
     finish(args, &folder, &report, &timings, left)
 }
 
-/// Time between two lines on the subsets of stages that are done.
-const BETWEEN_LINES: Duration = Duration::from_secs(5);
-
 /// The runs of a study under way.
 struct Work<'a> {
     session: &'a Session,
@@ -223,16 +220,10 @@ impl<'a> Work<'a> {
         let place = format!("[{:>2}/{all}] stages of {}", self.done + 1, run.label());
         eprintln!("{place} ...");
         let start = Instant::now();
-        let mut heard = start;
+        let listen = &mut progress::lines(&place);
         let found = self
             .session
-            .attribution(plan, run, truth, self.context, &mut |done, of| {
-                if heard.elapsed() > BETWEEN_LINES && done < of {
-                    heard = Instant::now();
-                    let left = start.elapsed().as_secs_f64() / done as f64 * (of - done) as f64;
-                    eprintln!("{place}: {done} of {of} subsets, about {left:.0} s left");
-                }
-            })?;
+            .attribution(plan, run, truth, self.context, listen)?;
         if self.context.progress.is_stopped() {
             return Ok(None);
         }

@@ -19,7 +19,7 @@
 use super::super::bars::Bars;
 use super::super::pair::LayerPair;
 use super::super::sums::{square_sums, sums};
-use super::Bounded;
+use super::bounded::Bounded;
 use super::measure::Measure;
 
 /// The truth's bars of a layer.

@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-use super::Bounded;
 use super::bars::TruthBars;
+use super::bounded::Bounded;
 use super::knothe::upper_bound;
 use super::measure::Measure;
 use super::sliced::lower_bound;
@@ -66,14 +66,4 @@ fn bounded(truth: &Measure, other: &Measure, spacing: [f64; 2], bars: &TruthBars
     // Sums of rounded numbers: the two may cross in the last digits.
     let upper = upper_bound(truth, other, spacing).max(lower);
     bars.of_displacement(truth, spacing, lower, upper)
-}
-
-impl Bounded {
-    fn times(self, factor: f64) -> Self {
-        Self {
-            value: factor * self.value,
-            low: self.low.map(|low| factor * low),
-            high: self.high.map(|high| factor * high),
-        }
-    }
 }

@@ -18,9 +18,10 @@
 //! much of the receiver is dark.
 //!
 //! Each figure has an interval: the values that it could have with any truth within the truth's bars.
-//! [`bars`] has the derivations.
+//! `bars.rs` has the derivations.
 
 mod bars;
+mod bounded;
 mod displacement;
 mod knothe;
 mod measure;
@@ -34,27 +35,10 @@ use super::settings::ImageSide;
 use super::sums::sums;
 use super::{CompareError, CompareImage};
 use bars::TruthBars;
+pub use bounded::Bounded;
 pub use displacement::Displacement;
 use measure::Measure;
 pub use scales::{Resolution, ScaleError};
-
-/// A figure, with the values that the truth's bars allow.
-///
-/// # Example: an L1 that the truth's bars leave open by a third
-///
-/// ```
-/// let l1 = nephroid::Bounded { value: 0.3, low: Some(0.2), high: Some(0.4) };
-/// assert!(l1.low < Some(l1.value) && Some(l1.value) < l1.high);
-/// ```
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Bounded {
-    /// The figure, with the truth's values taken at their word.
-    pub value: f64,
-    /// The least that it can be; `None` if the truth has no bars.
-    pub low: Option<f64>,
-    /// The most that it can be; `None` if the truth has no bars, or bars that allow anything.
-    pub high: Option<f64>,
-}
 
 /// Figures of a layer: how much light, where, and at which scale.
 ///

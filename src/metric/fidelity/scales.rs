@@ -4,8 +4,8 @@ use serde::Serialize;
 
 use super::super::pair::LayerPair;
 use super::super::sums::square_sums;
-use super::Bounded;
 use super::bars::TruthBars;
+use super::bounded::Bounded;
 
 /// L2 below which an image counts as right at a scale.
 pub(crate) const RIGHT: f64 = 0.1;

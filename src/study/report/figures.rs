@@ -140,8 +140,8 @@ pub struct ReportRow {
     pub comparison: metric::Comparison,
 }
 
-/// Figures of the picture that a viewer sees: all light of the truth, with the light that the row is judged by
-/// in place of the truth's.
+/// Figures of the picture that a viewer sees: all light of the truth, with the light that the row is judged
+/// by in place of the truth's.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct PictureFigures {
     /// Mean HDR-FLIP: 0 to 1.
