@@ -18,7 +18,9 @@ use super::settings::Settings;
 use super::splat::{Photon, added, draw};
 use super::tally::Tally;
 use super::trace::Tracer;
-use super::variants::{BySteps, Frustum, Hit, Lookup, Mode, Refraction, STAGES, Splat, Step};
+use super::variants::{
+    BySteps, Frustum, Hit, Kernel, Lookup, Mode, Refraction, STAGES, Splat, Step,
+};
 use super::work::Work;
 use crate::approximation::sensor::SensorPoint;
 use crate::approximation::sources::{flux_bound, is_diffuse, sources};
@@ -352,13 +354,13 @@ impl<'a> Pipeline<'a> {
             let all: Rgb = map.iter().copied().sum();
             self.flow.chosen += all - drawn;
             brought += drawn;
-            if self.draws_by_kernel() {
+            if self.settings.kernel != Kernel::Gaussian && self.draws_by_kernel() {
                 let home: Vec<Photon> = photons
                     .iter()
                     .filter(|photon| view.holds(photon.at))
                     .copied()
                     .collect();
-                kernel += added(&home, self.settings.kernel);
+                kernel += added(&home);
             }
             fluxes.push(map);
         }
