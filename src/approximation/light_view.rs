@@ -2,6 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
+use super::extent::{Extent, farthest};
 use crate::geometry::{Bounds, Frame, Ray};
 use crate::optics::RayDerivative;
 use crate::transport::first_surface::Source;
@@ -39,34 +40,36 @@ const WIDEST: f64 = 1.8;
 const MARGIN: f64 = 1.001;
 
 impl LightView {
-    /// The views that together see all of some boxes: one, or for a point with things all around it up to
-    /// six, the faces of a cube.
-    pub fn around(source: &Source, boxes: &[Bounds], side: u32) -> Vec<Self> {
-        let target = boxes.iter().fold(Bounds::EMPTY, |all, one| all.union(*one));
-        let corners: Vec<DVec3> = boxes.iter().flat_map(Bounds::corners).collect();
+    /// The views that together see all of some things: one, or for a point with things all around it up to
+    /// six, the faces of a cube. Images are no wider than these reach.
+    pub fn around(source: &Source, things: &[Extent], side: u32) -> Vec<Self> {
+        let target = things
+            .iter()
+            .fold(Bounds::EMPTY, |all, one| all.union(one.bounds()));
         match *source {
             Source::Parallel { direction, .. } => {
                 let center = target.center();
                 let frame = Frame::along(direction, least_aligned(direction));
-                let half = corners
-                    .iter()
-                    .map(|corner| frame.to_local(*corner - center))
-                    .fold(0.0, |half: f64, p| half.max(p.x.abs()).max(p.y.abs()));
+                let seen = farthest(things.iter().map(|thing| thing.in_beam(&frame, center)));
                 let reach = target.radius();
                 vec![Self {
                     origin: center - direction * (1.01 * reach),
                     frame,
-                    half: half * MARGIN,
+                    half: seen.half * MARGIN,
                     is_parallel: true,
                     side,
                     range: [0.005 * reach, 2.02 * reach],
                 }]
             }
-            Source::Point { origin, .. } => Self::pyramids(origin, &target, &corners, side),
+            Source::Point { origin, .. } => Self::pyramids(origin, &target, things, side),
         }
     }
 
-    fn pyramids(origin: DVec3, target: &Bounds, corners: &[DVec3], side: u32) -> Vec<Self> {
+    fn pyramids(origin: DVec3, target: &Bounds, things: &[Extent], side: u32) -> Vec<Self> {
+        let corners: Vec<DVec3> = things
+            .iter()
+            .flat_map(|thing| thing.bounds().corners())
+            .collect();
         let far = corners
             .iter()
             .map(|corner| corner.distance(origin))
@@ -82,17 +85,9 @@ impl LightView {
         };
         if let Some(axis) = (target.center() - origin).try_normalize() {
             let frame = Frame::along(axis, least_aligned(axis));
-            let seen = || {
-                corners
-                    .iter()
-                    .map(|corner| frame.to_local(*corner - origin))
-            };
-            let half = seen().fold(0.0, |half: f64, p| {
-                half.max((p.x / p.z).abs()).max((p.y / p.z).abs())
-            });
-            let ahead = seen().fold(f64::INFINITY, |ahead: f64, p| ahead.min(p.z));
-            if ahead > 0.0 && half <= WIDEST {
-                return vec![pyramid(frame, half * MARGIN, 0.999 * ahead)];
+            let seen = farthest(things.iter().map(|thing| thing.in_pyramid(&frame, origin)));
+            if seen.ahead > 0.0 && seen.half <= WIDEST {
+                return vec![pyramid(frame, seen.half * MARGIN, 0.999 * seen.ahead)];
             }
         }
         // In a face of a cube what is `nearest` is at least 1/√3 of that deep.

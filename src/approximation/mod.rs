@@ -12,7 +12,7 @@
 //! | [`stage`] | stages by name |
 //! | [`sensor`] | the sensor: its points in batches, and irradiance averaged over texels |
 //! | [`sources`] | lights without size |
-//! | [`light_view`] | the scene as a light sees it |
+//! | [`light_view`], [`extent`] | the scene as a light sees it, and how far shapes reach in it |
 //! | [`receivers`], [`depth_map`] | the surfaces that receive, and their depths in such a view |
 //! | [`precision`] | formats of buffers |
 //! | [`interface`] | one specular interface, with or without Fresnel's equations |
@@ -25,6 +25,7 @@ pub mod bands;
 pub mod caustic_map;
 pub mod depth_map;
 pub mod exact_film;
+pub mod extent;
 pub mod interface;
 pub mod light_view;
 pub mod precision;
@@ -36,6 +37,7 @@ pub mod technique;
 
 pub use depth_map::DepthMap;
 pub use exact_film::ExactFilm;
+pub use extent::Extent;
 pub use light_view::LightView;
 pub use precision::Precision;
 pub use receivers::Receivers;

@@ -8,7 +8,7 @@ use nephroid::internals::approximation::caustic_map::lens::Lens;
 use nephroid::internals::approximation::caustic_map::refraction::Exit;
 use nephroid::internals::approximation::caustic_map::variants::Splat;
 use nephroid::internals::approximation::caustic_map::work::Work;
-use nephroid::internals::approximation::{DepthMap, Receivers};
+use nephroid::internals::approximation::{DepthMap, Extent, Receivers};
 use nephroid::internals::geometry::{Bounds, Ray};
 use nephroid::internals::method::Method;
 use nephroid::internals::metric::Figure;
@@ -401,7 +401,7 @@ fn a_march_goes_on_from_one_face_of_a_cube_to_the_next() {
     let source = &Source::all(&scene)[0];
     let floor = Bounds::from_points([DVec3::new(-2.0, -2.0, 0.0), DVec3::new(2.0, 2.0, 0.0)]);
     let receivers = Receivers::new(&scene);
-    let depths: Vec<DepthMap> = LightView::around(source, &[floor], 64)
+    let depths: Vec<DepthMap> = LightView::around(source, &[Extent::Box(floor)], 64)
         .into_iter()
         .map(|view| DepthMap::new(&receivers, view, Precision::Exact).0)
         .collect();
@@ -438,7 +438,7 @@ fn the_march_of_2008_lands_where_the_ray_meets_a_floor_across_the_axis() {
     let scene = scene_of(&lit_by(lamp, "", 4));
     let source = &Source::all(&scene)[0];
     let floor = Bounds::from_points([DVec3::new(-2.0, -2.0, 0.0), DVec3::new(2.0, 2.0, 0.0)]);
-    let view = LightView::around(source, &[floor], 64)[0];
+    let view = LightView::around(source, &[Extent::Box(floor)], 64)[0];
     let (depths, _) = DepthMap::new(&Receivers::new(&scene), view, Precision::Exact);
     let (start, target) = (DVec3::new(-0.5, 0.2, 1.3), DVec3::new(0.9, -0.4, 0.0));
     let exit = |towards: DVec3| Exit {
@@ -611,7 +611,7 @@ fn the_look_ups_area_is_that_of_the_traced_texel() {
     let scene = bundled("glass-ball", 4);
     let source = Source::all(&scene)[0];
     let floor = Bounds::from_points([DVec3::new(-2.0, -2.0, 0.0), DVec3::new(2.0, 2.0, 0.0)]);
-    let view = LightView::around(&source, &[floor], 512)[0];
+    let view = LightView::around(&source, &[Extent::Box(floor)], 512)[0];
     let at = DVec2::new(100.5, 300.5);
     let on_floor = |at| {
         let ray = view.ray(at);

@@ -5,7 +5,7 @@ use nephroid::internals::approximation::caustic_map::lookup::{
     CausticTexture, CausticTextures, Looks,
 };
 use nephroid::internals::approximation::caustic_map::variants::Lookup;
-use nephroid::internals::approximation::{DepthMap, LightView, Precision, Receivers};
+use nephroid::internals::approximation::{DepthMap, Extent, LightView, Precision, Receivers};
 use nephroid::internals::geometry::{Bounds, SurfacePoint};
 use nephroid::internals::radiometry::Rgb;
 use nephroid::internals::scene::Scene;
@@ -18,7 +18,7 @@ const SIDE: u32 = 64;
 /// A lamp at height 4 over the floor, seen in 64² texels; the floor fills the image but for its margin.
 fn floor_view(scene: &Scene) -> LightView {
     let floor = Bounds::from_points([DVec3::new(-2.0, -2.0, 0.0), DVec3::new(2.0, 2.0, 0.0)]);
-    LightView::around(&Source::all(scene)[0], &[floor], SIDE)[0]
+    LightView::around(&Source::all(scene)[0], &[Extent::Box(floor)], SIDE)[0]
 }
 
 /// A map with one lit texel of 1 W.

@@ -6,8 +6,8 @@ use std::fs;
 use std::path::PathBuf;
 
 use nephroid::internals::approximation::{
-    DepthMap, ExactFilm, Frame, LightView, Precision, Prepared, Receivers, SensorFilm, Stage,
-    TECHNIQUES, Technique, sources,
+    DepthMap, ExactFilm, Extent, Frame, LightView, Precision, Prepared, Receivers, SensorFilm,
+    Stage, TECHNIQUES, Technique, sources,
 };
 use nephroid::internals::geometry::TraversalCounters;
 use nephroid::internals::radiometry::Rgb;
@@ -188,15 +188,10 @@ impl Prepared for CausticsVolumeFrame {
         };
         if self.kept.as_deref() != Some(scene.content_hash()) {
             let receivers = Receivers::new(scene);
-            let bounds: Vec<_> = scene
-                .world()
-                .shapes()
-                .iter()
-                .map(|it| it.bounds())
-                .collect();
+            let things: Vec<_> = scene.world().shapes().iter().map(Extent::of).collect();
             self.pictures.clear();
             for source in sources::sources(scene, "caustics volumes")? {
-                for view in LightView::around(&source, &bounds, 8) {
+                for view in LightView::around(&source, &things, 8) {
                     let (picture, rays) = DepthMap::new(&receivers, view, self.precision);
                     work.work.add("texels", picture.bytes() / 4);
                     work.work.add("rays", rays.rays);

@@ -18,11 +18,13 @@ use super::settings::Settings;
 use super::splat::{Photon, added, draw};
 use super::tally::Tally;
 use super::trace::Tracer;
-use super::variants::{BySteps, Frustum, Hit, Lookup, Mode, Refraction, STAGES, Splat, Step};
+use super::variants::{
+    BySteps, Frustum, Hit, Kernel, Lookup, Mode, Refraction, STAGES, Splat, Step,
+};
 use super::work::Work;
 use crate::approximation::sensor::SensorPoint;
 use crate::approximation::sources::{flux_bound, is_diffuse, sources};
-use crate::approximation::{DepthMap, ExactFilm, Frame, LightView, Receivers, SensorFilm};
+use crate::approximation::{DepthMap, ExactFilm, Extent, Frame, LightView, Receivers, SensorFilm};
 use crate::geometry::Bounds;
 use crate::radiometry::Rgb;
 use crate::run::{Error, StageWork};
@@ -97,7 +99,7 @@ struct Pipeline<'a> {
     looks: Option<Looks>,
 }
 
-impl Pipeline<'_> {
+impl<'a> Pipeline<'a> {
     fn work(&mut self, step: Step) -> &mut Work {
         &mut self.work[step as usize].work
     }
@@ -118,20 +120,20 @@ impl Pipeline<'_> {
         (step * f64::from(frame) + 0.5).fract() - 0.5
     }
 
-    /// The boxes of what is specular, and of what receives.
-    fn targets(&self) -> [Vec<Bounds>; 2] {
+    /// What is specular, and what receives.
+    fn targets(&self) -> [Vec<Extent<'a>>; 2] {
         let shapes = self.scene.world().shapes();
         let (mut specular, mut receiving) = (Vec::new(), Vec::new());
         for (index, shape) in (0_u32..).zip(shapes) {
             let material = self.scene.material_of(index);
             if takes_part(self.scene, material, self.mode) {
-                specular.push(shape.bounds());
+                specular.push(Extent::of(shape));
             }
             let measured = self.film.shape();
             let receives =
                 measured.map_or_else(|| is_diffuse(self.scene, material), |shape| shape == index);
             if receives {
-                receiving.push(shape.bounds());
+                receiving.push(Extent::of(shape));
             }
         }
         [specular, receiving]
@@ -142,7 +144,7 @@ impl Pipeline<'_> {
         let all = [&specular[..], &receiving[..]].concat();
         let refractor = specular
             .iter()
-            .fold(Bounds::EMPTY, |all, one| all.union(*one));
+            .fold(Bounds::EMPTY, |all, one| all.union(one.bounds()));
         let settings = self.settings;
         let is_direct = settings.splat == Splat::Exact && settings.lookup == Lookup::Exact;
         let total: f64 = sources
@@ -352,13 +354,13 @@ impl Pipeline<'_> {
             let all: Rgb = map.iter().copied().sum();
             self.flow.chosen += all - drawn;
             brought += drawn;
-            if self.draws_by_kernel() {
+            if self.settings.kernel != Kernel::Gaussian && self.draws_by_kernel() {
                 let home: Vec<Photon> = photons
                     .iter()
                     .filter(|photon| view.holds(photon.at))
                     .copied()
                     .collect();
-                kernel += added(&home, self.settings.kernel);
+                kernel += added(&home);
             }
             fluxes.push(map);
         }

@@ -75,12 +75,9 @@ pub fn filtered(at: DVec2, diameter: f64, mut add: impl FnMut(f64, [i64; 2])) {
     }
 }
 
-/// What a kernel adds to the flux \[W\] of photons, on a map without border: the sum of their weights is
-/// not 1. Of Gaussians nothing, since their weights are divided by their sum.
-pub fn added(photons: &[Photon], kernel: Kernel) -> Rgb {
-    if kernel == Kernel::Gaussian {
-        return Rgb::BLACK;
-    }
+/// What the filter of 2008 adds to the flux \[W\] of photons, on a map without border: the sum of its weights
+/// is not 1.
+pub fn added(photons: &[Photon]) -> Rgb {
     let one = |photon: &Photon| {
         let Spread::Round(diameter) = photon.spread else {
             return Rgb::BLACK;

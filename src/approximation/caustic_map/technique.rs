@@ -73,7 +73,7 @@ impl Technique for CausticMap {
         // Exact sums, values of two frames, the estimate's two layers and files.
         let film = texels * (TRIPLE + 2 * TRIPLE + 4 * TRIPLE + 6 * TRIPLE);
         // Photons as they are drawn, back faces, depths; flux by texel.
-        let photon = (size_of::<Photon>() + size_of::<Option<Back>>() + 8) as u64;
+        let photon = (2 * size_of::<Photon>() + size_of::<Option<Back>>() + 8) as u64;
         let maps = lights * (side("photons") * photon + side("map") * TRIPLE);
         Cost {
             bytes: film.saturating_add(maps),
