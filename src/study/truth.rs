@@ -45,3 +45,42 @@ pub fn shares_direct(one: &Image, other: &Image) -> bool {
         matches!((one.channel(name), other.channel(name)), (Some(a), Some(b)) if a.samples == b.samples)
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::metric::{CompareImage, CompareSettings, compare};
+    use crate::study::facts::Spread;
+
+    #[test]
+    fn the_truths_error_is_its_spread_by_the_mean_of_all_texels() {
+        let mut image = Image::new(4, 1);
+        image.add_rgb("E", &[[0.0; 3], [0.0; 3], [2.0; 3], [6.0; 3]]);
+        let source = CompareImage::new("film", image);
+        let settings = CompareSettings {
+            pixels_per_degree: None,
+            ..CompareSettings::default()
+        };
+        let comparison = compare(&source, &source, &settings).unwrap();
+        let layer = &comparison.layers[0];
+        let facts = Facts {
+            judged: "E".to_owned(),
+            replicates: None,
+            counters: Vec::new(),
+            own_error: None,
+            spread: Spread {
+                specular: Some(0.3),
+                direct: 0.4,
+            },
+            ledger: None,
+            stage_flux: Vec::new(),
+            complete: true,
+            warnings: Vec::new(),
+        };
+        // The mean is 2; √(0.3² + 0.4²) = 0.5.
+        assert_eq!(error(&facts, true, layer), Some(0.15));
+        assert_eq!(error(&facts, false, layer), Some(0.25));
+        assert!(resolves(Some(0.1), Some(1.0)));
+        assert!(!resolves(Some(0.1001), Some(1.0)) && !resolves(None, Some(1.0)));
+    }
+}

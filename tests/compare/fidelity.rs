@@ -469,3 +469,66 @@ fn figures_are_the_same_bits_on_any_number_of_threads() {
     };
     assert_eq!(on(1), on(3));
 }
+
+/// A ring about the middle, one texel wide.
+fn ring(radius: f64, light: f64, x: usize, y: usize) -> f64 {
+    let r = (x as f64 - 49.5).hypot(y as f64 - 49.5);
+    if (r - radius).abs() < 0.5 {
+        light / radius
+    } else {
+        0.0
+    }
+}
+
+#[test]
+fn light_that_is_moved_in_and_out_about_a_point_does_not_cancel() {
+    // A ring of radius 20; half of its light goes to radius 10 and half to 30: each by 10. Lines hardly see it,
+    // since light goes to both sides of each place; distances from the middle do.
+    let truth = image([100, 100], |x, y| ring(20.0, 2.0, x, y));
+    let other = image([100, 100], |x, y| {
+        ring(10.0, 1.0, x, y) + ring(30.0, 1.0, x, y)
+    });
+    let texels = displaced(truth, other).texels;
+    // Light of a ring is half a texel from its radius at most, of the truth's and of the other's. Rings of
+    // texels may have a few percent more or less light than their circles, and it then has 20 texels to go.
+    let off = 1.0 + 0.05 * 20.0;
+    assert!((texels.value - 10.0).abs() < off, "{texels:?}");
+    assert!(texels.high.unwrap() >= texels.value, "{texels:?}");
+    assert!(texels.high.unwrap() < 10.0 + off, "{texels:?}");
+}
+
+#[test]
+fn standard_errors_make_intervals_of_their_mean_deviation() {
+    let part = 0.05;
+    let mut truth = image([64, 64], blob);
+    let errors = image([64, 64], |x, y| part * blob(x, y));
+    for mut channel in errors.channels {
+        channel.name = channel.name.replacen('E', "E.stderr", 1);
+        truth.channels.push(channel);
+    }
+    let found = fidelity(truth, image([64, 64], |x, y| 1.3 * blob(x, y)));
+    let is = |interval: Bounded, low: f64, high: f64| {
+        // Errors are stored as f32.
+        let near =
+            |found: Option<f64>, expected: f64| (found.unwrap() / expected - 1.0).abs() < 1e-5;
+        near(interval.low, low) && near(interval.high, high)
+    };
+    // All texels off to one side by a standard error.
+    let energy = found.energy.unwrap();
+    assert!(
+        is(energy, 1.3 / (1.0 + part), 1.3 / (1.0 - part)),
+        "{energy:?}"
+    );
+    // The mean of |x| for a normal x of standard deviation σ is √(2/π) σ.
+    let beta = (2.0 / std::f64::consts::PI).sqrt() * part;
+    let l1 = found.l1.unwrap();
+    assert!(
+        is(l1, (0.3 - beta) / (1.0 + beta), (0.3 + beta) / (1.0 - beta)),
+        "{l1:?}"
+    );
+    let l2 = found.l2.unwrap();
+    assert!(
+        is(l2, (0.3 - part) / (1.0 + part), (0.3 + part) / (1.0 - part)),
+        "{l2:?}"
+    );
+}

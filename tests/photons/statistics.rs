@@ -47,6 +47,7 @@ fn error_bars_cover_the_truth_as_often_as_they_should() {
     ] {
         let scene = bundled("glass-ball", side);
         let truth = truth(path, side);
+        let mut squares = Vec::new();
         for stream in STREAMS {
             let runs: Vec<Compared> = (0..SEEDS)
                 .map(|seed| {
@@ -58,6 +59,7 @@ fn error_bars_cover_the_truth_as_often_as_they_should() {
                     Compared::new(&scene, &photons, &estimate, &path.signature(), &truth)
                 })
                 .collect();
+            squares.extend(runs.iter().map(|run| run.agreement().variance));
             for bars in [1.0, 2.0] {
                 let covered: Vec<f64> = runs
                     .iter()
@@ -79,6 +81,21 @@ fn error_bars_cover_the_truth_as_often_as_they_should() {
                 );
             }
         }
+        // Bars that are 15 % too small have scores whose squares are 1 / 0.85² = 1.38 times too large. The mean of
+        // squares over the seeds, fixed as they are, is within four of its standard errors of Student's variance;
+        // where texels are many, that is less than the factor.
+        let variance = student::moments(REPLICATES - 1).variance;
+        let (mean, error) = mean_and_error(&squares);
+        println!("{path:?}: mean z² {mean:.4} ± {error:.4} of {variance:.4}");
+        assert!(
+            (mean - variance).abs() <= 4.0 * error,
+            "{path:?}: {mean} ± {error}"
+        );
+        let narrow = 1.0 / (0.85 * 0.85);
+        assert!(
+            least < 50 || narrow * mean - variance > 4.0 * narrow * error,
+            "{error}"
+        );
     }
 }
 

@@ -80,7 +80,7 @@ pub fn validate(args: &ValidateArgs) -> anyhow::Result<Outcome> {
             Filled::Stopped => return Ok(work.stopped()),
         }
     }
-    let rows: usize = films.iter().map(|one| one.judged.len()).sum();
+    let rows = films.iter().map(SensorFilms::count).sum::<usize>();
     let (mut report, timings) = report::build(&session, &films, &mut |i, label| {
         eprintln!("judging {} of {rows}: {label}", i + 1);
     })?;

@@ -33,7 +33,7 @@ impl DefaultStudy {
 
     fn of_beams(scene: &Scene, sensor: &Sensor) -> Self {
         let mut methods = vec![
-            StudyMethod::swept("beams", "error", &["10%", "3%", "1%"]),
+            StudyMethod::swept("beams", "error", &["10%", "3%"]),
             StudyMethod::swept(
                 "photons",
                 "photons",

@@ -39,7 +39,7 @@ impl StudyPlan {
     /// If the study names no methods, a default is made from what the scene allows:
     ///
     /// - Receiver, no area lights. Truth: beams to 0.05 %. Methods: caustic maps of 128² to 1024² photons, if
-    ///   they can be made; beams to 10, 3 and 1 %; 2¹⁴ to 2²² photons.
+    ///   they can be made; beams to 10 and 3 %; 2¹⁴ to 2²² photons.
     /// - Receiver, area lights. Truth: 2²⁴ photons, with 8192 samples a texel of direct light that is hard.
     ///   Methods: 2¹² to 2²⁰ photons.
     /// - Camera. Truth: full, 256 samples a pixel and 2²⁰ photons. Methods: full, 2 to 32 samples a pixel and

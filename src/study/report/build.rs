@@ -105,6 +105,8 @@ fn sensor_figures(
     next: &mut dyn FnMut(&str),
 ) -> Result<(SensorFigures, SensorTimings), StudyError> {
     let plan = films.plan;
+    let (films, same) = films.distinct();
+    let films = &films;
     let sensor = session.sensor(plan)?;
     let mut truth = film(session, &films.truth.exr)?;
     if films.is_specular_judged() {
@@ -114,6 +116,9 @@ fn sensor_figures(
     for one in &films.judged {
         next(&one.label());
         rows.push(row(session, films, &truth, one)?);
+    }
+    for (kept, label) in same {
+        rows[kept].same.push(label);
     }
     mark_pareto(&mut rows);
     let curves = curves(&rows);
@@ -182,6 +187,35 @@ fn quantity(image: &Image) -> crate::run::Quantity {
 }
 
 impl SensorFilms<'_> {
+    /// The films without those of a curve's runs that are what an earlier one is, to the last bit: a setting
+    /// that asks for less than the coarsest run gives changes nothing. Also their labels, each with the place
+    /// of the film that stays.
+    fn distinct(&self) -> (Self, Vec<(usize, String)>) {
+        let mut distinct = Self {
+            judged: Vec::new(),
+            ..self.clone()
+        };
+        let mut same = Vec::new();
+        for one in &self.judged {
+            let earlier = distinct.judged.iter().position(|other| match (one, other) {
+                (JudgedFilm::Run(run, film), JudgedFilm::Run(other, earlier)) => {
+                    run.name == other.name && film.facts == earlier.facts
+                }
+                _ => false,
+            });
+            match earlier {
+                Some(place) => same.push((place, one.label())),
+                None => distinct.judged.push(one.clone()),
+            }
+        }
+        (distinct, same)
+    }
+
+    /// Number of films that are judged.
+    pub fn count(&self) -> usize {
+        self.distinct().0.judged.len()
+    }
+
     /// True if a film is judged by all light by way of mirrors and glass, which the truth may not have as a
     /// layer.
     fn is_specular_judged(&self) -> bool {
@@ -254,6 +288,7 @@ fn row(
         half_in: layer.and_then(|layer| half_in(&truth.image, &film.image, layer)),
         truth_error,
         picture: seen,
+        same: Vec::new(),
         resolved: truth::resolves(truth_error, error),
         pareto: BTreeMap::new(),
         checks: match (judged, layer) {

@@ -130,6 +130,8 @@ pub struct ReportRow {
     pub truth_error: Option<f64>,
     /// How the picture looks with all light.
     pub picture: Option<PictureFigures>,
+    /// Labels of other runs of the curve with the same film: their settings change nothing.
+    pub same: Vec<String>,
     /// True if the truth is good enough to know `error` by.
     pub resolved: bool,
     /// For each counter true if no other row has less error for as little cost.

@@ -138,6 +138,7 @@ class SensorPart {
   remarks(row, { machine }) {
     const said = row.checks.map((check) => element('span', { class: 'alarm', title: check.message }, `${check.kind}? `));
     if (!row.resolved) said.push(element('span', { class: 'muted', title: `the truth's own error is ${percent(row.truth_error)}` }, 'not resolved '));
+    if (row.same.length) said.push(element('span', { class: 'muted' }, `the same film: ${row.same.join(', ')} `));
     if (row.facts && !row.facts.complete) said.push(element('span', { class: 'alarm' }, 'incomplete '));
     if (row.layer !== this.total) said.push(element('span', { class: 'muted' }, `${row.layer} only `));
     if (machine && machines.length > 1) said.push(element('span', { class: 'muted', title: machine.processor }, `on ${machine.host}`));

@@ -203,10 +203,12 @@ fn remarks(sensor: &SensorFigures, row: &ReportRow, machine: Option<&Machine>) -
     let unresolved = (!row.resolved).then(|| "not resolved".to_owned());
     let incomplete = row.facts.as_ref().is_some_and(|facts| !facts.complete);
     let incomplete = incomplete.then(|| "incomplete".to_owned());
+    let same = (!row.same.is_empty()).then(|| format!("the same film: {}", row.same.join(", ")));
     let checks = row.checks.iter().map(|check| check.message.clone());
     let all: Vec<String> = layer
         .into_iter()
         .chain(unresolved)
+        .chain(same)
         .chain(incomplete)
         .chain(machine.map(|machine| format!("on {}, {}", machine.host, machine.processor)))
         .chain(checks)

@@ -185,6 +185,7 @@ mod tests {
             half_in: None,
             truth_error: Some(0.0),
             picture: None,
+            same: Vec::new(),
             resolved: true,
             pareto: std::collections::BTreeMap::new(),
             checks: Vec::new(),
