@@ -13,6 +13,9 @@ const HOPELESS: f64 = 1000.0;
 /// The part of the error that a stage must add or hide to be named.
 const NOTABLE: f64 = 0.1;
 
+/// A displacement that is not worth a word [texels].
+const LEAST_DISPLACEMENT: f64 = 0.01;
+
 /// A part of the light that is not worth a word.
 const NEXT_TO_NOTHING: f64 = 0.005;
 
@@ -71,7 +74,9 @@ fn how_wrong(best: &ReportRow, is_best_of_several: bool) -> String {
             percent(Some((energy - 1.0).abs()))
         ));
     }
-    said.extend(light.displaced.as_ref().map(|displaced| {
+    let displaced = light.displaced.as_ref();
+    let displaced = displaced.filter(|it| it.texels.value >= LEAST_DISPLACEMENT);
+    said.extend(displaced.map(|displaced| {
         let metres = displaced.metres;
         let metres = metres.map_or(String::new(), |it| format!(" ({})", length(it.value)));
         format!(
@@ -91,9 +96,11 @@ fn how_wrong(best: &ReportRow, is_best_of_several: bool) -> String {
                 .metres
                 .map_or(String::new(), |it| format!(" ({})", length(it)));
             let texels = it.texels.value;
-            let plural = if texels == 1.0 { "" } else { "s" };
+            if texels <= 1.0 {
+                return "is right to 10 % at every texel".to_owned();
+            }
             format!(
-                "is right to 10 % at {} texel{plural}{metres}",
+                "is right to 10 % at {} texels{metres}",
                 three_digits(texels)
             )
         },

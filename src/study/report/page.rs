@@ -1,5 +1,6 @@
 //! The report as one page that needs nothing else: figures, films, plots and the scripts that show them.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use rayon::prelude::*;
@@ -47,6 +48,8 @@ struct PageFilm {
     z: Option<Vec<f32>>,
     /// HDR-FLIP of the light that the row is judged by.
     flip: Option<Vec<f32>>,
+    /// True for a layer that no row is judged by.
+    is_extra: bool,
 }
 
 /// The page of a report in a folder with its films.
@@ -55,18 +58,29 @@ struct PageFilm {
 ///
 /// If a film cannot be read or compared.
 pub fn page(folder: &Path, report: &StudyReport, timings: &Timings) -> Result<String, StudyError> {
-    let films: Vec<Vec<PageFilm>> = report
+    let mut films: Vec<Vec<PageFilm>> = report
         .sensors
         .iter()
         .map(|sensor| films(folder, sensor))
         .collect::<Result<_, _>>()?;
-    let mut pictures: Vec<Pictures> = films
-        .iter()
-        .zip(&report.sensors)
-        .map(|(films, sensor)| Pictures::new(films, sensor.size, 1))
-        .collect();
+    let pictures = |films: &[Vec<PageFilm>]| -> Vec<Pictures> {
+        let sensors = films.iter().zip(&report.sensors);
+        sensors
+            .map(|(films, sensor)| Pictures::new(films, sensor.size, 1))
+            .collect()
+    };
+    let bytes = |pictures: &[Pictures]| pictures.iter().map(Pictures::bytes).sum::<usize>();
+    let mut made = pictures(&films);
+    // Single layers give way before texels do.
+    if bytes(&made) > LARGEST {
+        for films in &mut films {
+            films.retain(|film| !film.is_extra);
+        }
+        made = pictures(&films);
+    }
+    let mut pictures = made;
     // The sensor that takes most room gives way, until all fit.
-    while pictures.iter().map(Pictures::bytes).sum::<usize>() > LARGEST {
+    while bytes(&pictures) > LARGEST {
         let sizes = pictures.iter().map(Pictures::bytes).enumerate();
         let Some((most, _)) = sizes.max_by_key(|(_, bytes)| *bytes) else {
             break;
@@ -115,8 +129,21 @@ fn films(folder: &Path, sensor: &SensorFigures) -> Result<Vec<PageFilm>, StudyEr
     }
     let total = sensor.quantity.symbol();
     let mut films = vec![PageFilm::of(&truth.image, &sensor.truth.file, total)];
+    let brightest = brightest(&truth.image, total);
+    let extra = |image: &Image, file: &str, layer: &str| PageFilm {
+        is_extra: true,
+        bar: None,
+        colour: None,
+        ..PageFilm::of(image, &format!("{file}#{layer}"), layer)
+    };
     for row in &sensor.rows {
         let other = CompareImage::new(row.file.clone(), read(&row.file)?);
+        if row.layer == total {
+            let known = brightest
+                .iter()
+                .filter(|layer| mean(&other.image, layer, "").is_some());
+            films.extend(known.map(|layer| extra(&other.image, &row.file, layer)));
+        }
         let mut film = PageFilm::of(&other.image, &row.file, &row.layer);
         let pairing = Pairing::new(
             &truth,
@@ -138,7 +165,12 @@ fn films(folder: &Path, sensor: &SensorFigures) -> Result<Vec<PageFilm>, StudyEr
         .iter()
         .map(|row| row.layer.as_str())
         .filter(|layer| *layer != total);
-    for layer in layers.collect::<std::collections::BTreeSet<_>>() {
+    let judged: BTreeSet<&str> = layers.collect();
+    let others = brightest
+        .iter()
+        .filter(|layer| !judged.contains(layer.as_str()));
+    films.extend(others.map(|layer| extra(&truth.image, &sensor.truth.file, layer)));
+    for layer in judged {
         films.push(PageFilm::of(
             &truth.image,
             &format!("{}#{layer}", sensor.truth.file),
@@ -146,6 +178,29 @@ fn films(folder: &Path, sensor: &SensorFigures) -> Result<Vec<PageFilm>, StudyEr
         ));
     }
     Ok(films)
+}
+
+/// The brightest layers of a truth, if they have a hundredth of all light or more.
+fn brightest(truth: &Image, total: &str) -> Vec<String> {
+    const MOST: usize = 3;
+    const LEAST: f64 = 0.01;
+    let sum = |layer: &str| -> f64 {
+        let values = mean(truth, layer, "").unwrap_or_default();
+        values.iter().map(|value| f64::from(*value)).sum()
+    };
+    let is_light = |layer: &&str| ![total, "area", "count"].contains(layer) && !layer.contains('.');
+    let names = truth.channels.iter();
+    let names = names.filter_map(|channel| channel.name.rsplit_once('.').map(|(layer, _)| layer));
+    let names: BTreeSet<&str> = names.filter(is_light).collect();
+    let all = sum(total);
+    let mut layers: Vec<(f64, &str)> = names.into_iter().map(|name| (sum(name), name)).collect();
+    layers.retain(|(sum, _)| *sum >= LEAST * all);
+    layers.sort_by(|a, b| b.0.total_cmp(&a.0));
+    layers.truncate(MOST);
+    layers
+        .into_iter()
+        .map(|(_, name)| name.to_owned())
+        .collect()
 }
 
 impl Pictures {
@@ -212,6 +267,7 @@ impl PageFilm {
             bar,
             z: None,
             flip: None,
+            is_extra: false,
         }
     }
 }

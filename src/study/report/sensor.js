@@ -107,7 +107,6 @@ class SensorPart {
       { title: 'displaced', unit: 'texels', value: (row) => light(row)?.displaced?.texels.value ?? null, show: (row) => displacement(light(row)?.displaced) },
       { title: 'right at', unit: 'texels', value: (row) => light(row)?.resolution?.texels.value ?? null, show: (row) => resolution(light(row)) },
       figure('FLIP', (row) => row.picture?.flip, (value) => number(value, 3)),
-      figure('SSIM', (row) => row.picture?.ssim, (value) => number(value, 4)),
       figure('rays', (row) => counter(row, 'rays'), (value) => number(value, 3)),
       { title: 'time', unit: 's', value: (_, i) => times[i].median, show: (_, i) => time(times[i]) },
       { title: 'front', value: (row) => (row.pareto.rays ? 0 : 1), show: (row) => (row.pareto.rays ? '●' : '') },
@@ -156,6 +155,8 @@ class SensorPart {
     };
     this.against = element('select', { 'data-control': 'against', onchange: () => this.choose(this.chosen) },
       element('option', { value: '' }, 'the truth'), ...rows.map((row, i) => element('option', { value: i }, row.label)));
+    const layer = element('select', { 'data-control': 'layer', onchange: (event) => { viewer.layer = event.target.value; this.choose(this.chosen); } },
+      element('option', { value: '' }, 'as judged'), ...viewer.layers().map((name) => element('option', { value: name }, name)));
     const flip = element('button', { type: 'button', 'data-control': 'flip', 'aria-pressed': 'false', onclick: () => viewer.set({ flipped: !state.flipped }) }, 'Flip');
     const slider = element('input', { type: 'range', min: -8, max: 12, step: 0.5, value: 0, 'data-control': 'exposure', oninput: (event) => viewer.set({ exposure: Number(event.target.value) }) });
     const stops = element('output', {}, '0 stops');
@@ -164,7 +165,7 @@ class SensorPart {
       ...rows.map((row, i) => element('option', { value: i }, row.label)));
     const scales = [['light', 'false colour'], ['grey', 'grey'], ...(viewer.hasColour ? [['rgb', 'as they are (sRGB)']] : [])];
     this.part('where').querySelector('.controls').append(
-      element('label', {}, 'Run', select), element('label', {}, 'Against', this.against), choice('Map', 'map', Object.entries(MAPS).map(([key, map]) => [key, map.name])),
+      element('label', {}, 'Run', select), element('label', {}, 'Against', this.against), element('label', {}, 'Light', layer), choice('Map', 'map', Object.entries(MAPS).map(([key, map]) => [key, map.name])),
       choice('Colours', 'colours', scales), choice('Scale', 'scale', [['log', 'logarithmic'], ['linear', 'linear']]),
       element('label', {}, 'Exposure', slider, stops), wipe, flip, element('button', { type: 'button', 'data-control': 'fit', onclick: () => viewer.fit() }, 'Fit'),
       element('button', { type: 'button', 'data-control': 'inset', onclick: async () => offer(`${this.figures.rows[this.chosen].name}-inset.png`, await viewer.inset()) }, 'Save inset'),
@@ -204,7 +205,7 @@ class SensorPart {
     const rows = this.figures.rows.map((one, i) => ({ one, i })).filter(({ one }) => one.layer === row.layer);
     return Promise.all([
       { label: 'truth', file: truth, colour: 'var(--ink)', chosen: false },
-      ...rows.map(({ one, i }) => ({ label: one.label, file: one.file, colour: this.colourOf(one.name), chosen: i === this.chosen })),
+      ...rows.map(({ one, i }) => ({ label: one.label, file: this.viewer.fileOf(one), colour: this.colourOf(one.name), chosen: i === this.chosen })),
     ].map(async (film) => ({ ...film, values: await this.viewer.numbers(film.file, 'value'), bar: await this.viewer.numbers(film.file, 'bar') })));
   }
 
@@ -372,6 +373,7 @@ class SensorPart {
       ['verdict', `${layer.equivalence.verdict} within ${percent(margin)} (bias ${layer.equivalence.bias.verdict}, texels ${layer.equivalence.texels.verdict})`],
       ['half in', `half of the squared error is in ${percent(row.half_in, 2)} of the texels`],
       ['films', element('span', {}, element('a', { href: this.figures.truth.file }, 'truth.exr'), ' ', element('a', { href: row.file }, 'run.exr'))],
+      ['picture', `FLIP ${number(row.picture?.flip, 3)}, SSIM ${number(row.picture?.ssim, 4)}, with all light`],
       ['own error', row.facts ? percent(row.facts.own_error) : 'not told'],
       ['truth’s error', percent(row.truth_error)],
     ] : [];

@@ -87,16 +87,17 @@ class Viewer {
   /** Shows a row of the report. */
   async show(row, against = null) {
     this.wanted = row;
-    const file = against ? against.file : this.truthOf(row);
+    const file = against ? this.fileOf(against) : this.truthOf(row);
+    const film = this.fileOf(row);
     const [reference, own, referenceBar, ownBar, ownZ, ownFlip] = await Promise.all([
-      this.numbers(file, 'value'), this.numbers(row.file, 'value'),
-      this.numbers(file, 'bar'), this.numbers(row.file, 'bar'), this.numbers(row.file, 'z'), this.numbers(row.file, 'flip'),
+      this.numbers(file, 'value'), this.numbers(film, 'value'),
+      this.numbers(file, 'bar'), this.numbers(film, 'bar'), this.numbers(film, 'z'), this.numbers(film, 'flip'),
     ]);
     // Both are taken against the truth.
     const [z, flip] = against ? [null, null] : [ownZ, ownFlip];
     const colour = (film, grey) => Promise.all(['red', 'green', 'blue'].map((kind) => this.numbers(film, kind)))
       .then((channels) => (channels[0] ? channels : [grey, grey, grey]));
-    const coloured = this.hasColour ? { truth: await colour(file, reference), run: await colour(row.file, own) } : null;
+    const coloured = this.hasColour ? { truth: await colour(file, reference), run: await colour(film, own) } : null;
     // Another run may have been chosen in the meantime.
     if (this.wanted !== row) return;
     this.row = row;
@@ -205,8 +206,21 @@ class Viewer {
 
   /** The film that is beside the run: the truth's layer that the row is judged by. */
   truthOf(row) {
-    const ofLayer = `${this.data.truth}#${row.layer}`;
+    const layer = this.fileOf(row).split('#')[1] ?? row.layer;
+    const ofLayer = `${this.data.truth}#${layer}`;
     return this.planes.has(`${ofLayer} value`) ? ofLayer : this.data.truth;
+  }
+
+  /** The film of a row: the layer that is chosen, if it has it, or else the light that it is judged by. */
+  fileOf(row) {
+    const ofLayer = `${row.file}#${this.layer}`;
+    return this.layer && this.planes.has(`${ofLayer} value`) ? ofLayer : row.file;
+  }
+
+  /** The layers that are there by themselves. */
+  layers() {
+    const named = [...this.planes.values()].filter(({ kind }) => kind === 'value').map(({ file }) => file.split('#'));
+    return [...new Set(named.filter(([file, layer]) => layer && file !== this.data.truth).map(([, layer]) => layer))];
   }
 
   /** Draws the region and the line of the profile. */
