@@ -341,14 +341,14 @@ fn figures_do_not_depend_on_how_much_of_the_receiver_is_dark() {
 
 #[test]
 fn misplaced_light_is_that_in_a_wrong_texel_whatever_its_amount() {
-    // A quarter of the light goes from the left half to the right one, and half of all is lost.
+    // A quarter of the light goes from the left half to the right one, and three eighths of all are left.
     let truth = image([8, 4], |_, _| 1.0);
-    let other = image([8, 4], |x, _| if x < 4 { 0.25 } else { 0.75 });
+    let other = image([8, 4], |x, _| if x < 4 { 0.1875 } else { 0.5625 });
     let found = fidelity(truth, other);
-    assert!((found.energy.unwrap().value - 0.5).abs() < 1e-12);
+    assert!((found.energy.unwrap().value - 0.375).abs() < 1e-12);
     assert!((found.misplaced.unwrap().value - 0.25).abs() < 1e-12);
-    // (16 · 0.75 + 16 · 0.25) / 32.
-    assert!((found.l1.unwrap().value - 0.5).abs() < 1e-12);
+    // (16 · 0.8125 + 16 · 0.4375) / 32.
+    assert!((found.l1.unwrap().value - 0.625).abs() < 1e-12);
 }
 
 #[test]
