@@ -409,6 +409,7 @@ fn a_march_goes_on_from_one_face_of_a_cube_to_the_next() {
     let exit = Exit {
         ray: Ray::new(start, (target - start).normalize()),
         throughput: Rgb::WHITE,
+        by_fresnel: Rgb::WHITE,
         lens: Lens {
             vergence: 1.0,
             front: 0.0,
@@ -444,6 +445,7 @@ fn the_march_of_2008_lands_where_the_ray_meets_a_floor_across_the_axis() {
     let exit = |towards: DVec3| Exit {
         ray: Ray::new(start, (towards - start).normalize()),
         throughput: Rgb::WHITE,
+        by_fresnel: Rgb::WHITE,
         lens: Lens {
             vergence: 1.0,
             front: 0.0,
@@ -456,7 +458,7 @@ fn the_march_of_2008_lands_where_the_ray_meets_a_floor_across_the_axis() {
         topology: 0,
     };
     let mut work = Work::default();
-    let found = fixed_point(&exit(target), &[depths.clone()], &mut work).unwrap();
+    let found = fixed_point(&exit(target), std::slice::from_ref(&depths), &mut work).unwrap();
     // All of the floor is at the depth of 4: the first step is at the place.
     let off = found.position.distance(target);
     assert!(off < 1e-12, "{off}");
@@ -464,9 +466,9 @@ fn the_march_of_2008_lands_where_the_ray_meets_a_floor_across_the_axis() {
     assert_eq!((work.steps, work.fetches), (12, 12));
     // Neither beside the floor nor upward is there a place.
     let beside = exit(DVec3::new(2.5, 0.0, 0.0));
-    assert!(fixed_point(&beside, &[depths.clone()], &mut work).is_err());
+    assert!(fixed_point(&beside, std::slice::from_ref(&depths), &mut work).is_err());
     let upward = exit(DVec3::new(0.0, 0.0, 3.0));
-    assert!(fixed_point(&upward, &[depths], &mut work).is_err());
+    assert!(fixed_point(&upward, std::slice::from_ref(&depths), &mut work).is_err());
 }
 
 #[test]
