@@ -501,6 +501,36 @@ fn splats_of_unbent_light_are_as_wide_as_their_pixels_on_the_map() {
 }
 
 #[test]
+fn one_photon_through_the_middle_of_a_ball_is_as_wide_as_the_lens_equations_say() {
+    // One pixel, one photon on the axis. D0 is an eighth of a pixel, 64 texels of 512. The lamp is 1.6 before the
+    // ball of power 1 and thickness 2, the floor 0.4 behind it.
+    let scene = scene_of(&over_floor(&ball(GLASS), 8));
+    let image = 1.0 / (1.0 - 1.0 / 1.6);
+    let thin: f64 = 1.6 / 2.0 * (0.4 - image) / image;
+    // A paraxial ray at height 1, its slope 1/1.6: refracted by half a power each at the front and 2 further.
+    let inside = (1.0 / 1.6 - 0.5) / 1.5;
+    let height = 1.0 + 2.0 * inside;
+    let outside = 1.5 * inside - 0.5 * height;
+    let thick: f64 = (height + 0.4 * outside) / (1.0 + 2.4 / 1.6);
+    for (splat, factor) in [("thin-lens", thin.abs()), ("thick-lens", thick.abs())] {
+        let pairs = [
+            ("photons", "1"),
+            ("map", "512"),
+            ("base-size", "0.125"),
+            ("largest-splat", "512"),
+            ("splat", splat),
+        ];
+        let rendering = rendered(&exact_but(&pairs), &scene);
+        let stage = rendering.stages.iter().find(|stage| stage.name == "splat");
+        let fragments = stage.unwrap().work.get("fragments");
+        // The middle is a corner of texels: so many of their centres are within half a diameter on either side.
+        let across = 2 * (32.0 * factor + 0.5).floor() as u64;
+        println!("{splat}: D/D0 = {factor:.4}, {across} texels");
+        assert_eq!(fragments, across * across, "{splat}");
+    }
+}
+
+#[test]
 fn attribution_adds_up_and_tells_what_is_not_modelled() {
     let scene = bundled("glass-ball", 32);
     let map = caustic_map(&[("photons", "128"), ("map", "128")]);
