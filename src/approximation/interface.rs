@@ -28,6 +28,8 @@ pub struct Crossing {
     pub direction: DVec3,
     /// The share of its flux that goes on.
     pub throughput: Rgb,
+    /// The same by Fresnel's equations, whatever is modelled.
+    pub by_fresnel: Rgb,
     /// What the interface does to rays beside it.
     pub bending: Bending,
 }
@@ -60,6 +62,7 @@ pub fn cross(
     Some(Crossing {
         direction: branch.direction,
         throughput: branch.tint.rgb() * factor,
+        by_fresnel: branch.tint.rgb() * share,
         bending: interaction.bending(way),
     })
 }

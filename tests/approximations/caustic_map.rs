@@ -410,6 +410,7 @@ fn a_march_goes_on_from_one_face_of_a_cube_to_the_next() {
     let exit = Exit {
         ray: Ray::new(start, (target - start).normalize()),
         throughput: Rgb::WHITE,
+        by_fresnel: Rgb::WHITE,
         lens: Lens {
             vergence: 1.0,
             front: 0.0,
@@ -445,6 +446,7 @@ fn the_march_of_2008_lands_where_the_ray_meets_a_floor_across_the_axis() {
     let exit = |towards: DVec3| Exit {
         ray: Ray::new(start, (towards - start).normalize()),
         throughput: Rgb::WHITE,
+        by_fresnel: Rgb::WHITE,
         lens: Lens {
             vergence: 1.0,
             front: 0.0,
@@ -457,7 +459,7 @@ fn the_march_of_2008_lands_where_the_ray_meets_a_floor_across_the_axis() {
         topology: 0,
     };
     let mut work = Work::default();
-    let found = fixed_point(&exit(target), &[depths.clone()], &mut work).unwrap();
+    let found = fixed_point(&exit(target), std::slice::from_ref(&depths), &mut work).unwrap();
     // All of the floor is at the depth of 4: the first step is at the place.
     let off = found.position.distance(target);
     assert!(off < 1e-12, "{off}");
@@ -465,9 +467,9 @@ fn the_march_of_2008_lands_where_the_ray_meets_a_floor_across_the_axis() {
     assert_eq!((work.steps, work.fetches), (12, 12));
     // Neither beside the floor nor upward is there a place.
     let beside = exit(DVec3::new(2.5, 0.0, 0.0));
-    assert!(fixed_point(&beside, &[depths.clone()], &mut work).is_err());
+    assert!(fixed_point(&beside, std::slice::from_ref(&depths), &mut work).is_err());
     let upward = exit(DVec3::new(0.0, 0.0, 3.0));
-    assert!(fixed_point(&upward, &[depths], &mut work).is_err());
+    assert!(fixed_point(&upward, std::slice::from_ref(&depths), &mut work).is_err());
 }
 
 #[test]
@@ -496,6 +498,36 @@ fn splats_of_unbent_light_are_as_wide_as_their_pixels_on_the_map() {
             assert!(fragments >= splats * least, "{fragments} {splats}");
             assert!(fragments <= splats * most, "{fragments} {splats}");
         }
+    }
+}
+
+#[test]
+fn one_photon_through_the_middle_of_a_ball_is_as_wide_as_the_lens_equations_say() {
+    // One pixel, one photon on the axis. D0 is an eighth of a pixel, 64 texels of 512. The lamp is 1.6 before the
+    // ball of power 1 and thickness 2, the floor 0.4 behind it.
+    let scene = scene_of(&over_floor(&ball(GLASS), 8));
+    let image = 1.0 / (1.0 - 1.0 / 1.6);
+    let thin: f64 = 1.6 / 2.0 * (0.4 - image) / image;
+    // A paraxial ray at height 1, its slope 1/1.6: refracted by half a power each at the front and 2 further.
+    let inside = (1.0 / 1.6 - 0.5) / 1.5;
+    let height = 1.0 + 2.0 * inside;
+    let outside = 1.5 * inside - 0.5 * height;
+    let thick: f64 = (height + 0.4 * outside) / (1.0 + 2.4 / 1.6);
+    for (splat, factor) in [("thin-lens", thin.abs()), ("thick-lens", thick.abs())] {
+        let pairs = [
+            ("photons", "1"),
+            ("map", "512"),
+            ("base-size", "0.125"),
+            ("largest-splat", "512"),
+            ("splat", splat),
+        ];
+        let rendering = rendered(&exact_but(&pairs), &scene);
+        let stage = rendering.stages.iter().find(|stage| stage.name == "splat");
+        let fragments = stage.unwrap().work.get("fragments");
+        // The middle is a corner of texels: so many of their centres are within half a diameter on either side.
+        let across = 2 * (32.0 * factor + 0.5).floor() as u64;
+        println!("{splat}: D/D0 = {factor:.4}, {across} texels");
+        assert_eq!(fragments, across * across, "{splat}");
     }
 }
 

@@ -1,5 +1,7 @@
 //! Image-space refraction against closed forms of that approximation: ball, slab, side, pane.
 
+use std::f64::consts::FRAC_PI_4;
+
 use glam::{DVec2, DVec3};
 use nephroid::internals::approximation::caustic_map::buffers::{Back, Backs, Front, back, front};
 use nephroid::internals::approximation::caustic_map::lens::Lens;
@@ -196,7 +198,7 @@ fn the_exit_of_a_ball_at_45_degrees_is_65_thousandths_of_its_diameter_short() {
     let row = ball_row();
     let columns = SIDE as usize / 2..SIDE as usize;
     let at = |column: &usize| BALL.trace(row.slope(*column), |seen| seen);
-    let off = |column: &usize| at(column).map_or(9.0, |ray| (ray.incidence - 0.785_398).abs());
+    let off = |column: &usize| at(column).map_or(9.0, |ray| (ray.incidence - FRAC_PI_4).abs());
     let column = columns.min_by(|a, b| off(a).total_cmp(&off(b))).unwrap();
     let sine = at(&column).unwrap().incidence.sin();
     let exit = row.exit(column, Fresnel::None, &[]).unwrap().unwrap();

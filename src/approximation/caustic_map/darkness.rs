@@ -75,6 +75,7 @@ fn grouped(number: u64) -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::super::tally::Left;
     use super::*;
     use crate::radiometry::Rgb;
 
@@ -91,20 +92,24 @@ mod tests {
         let mut tally = Tally::default();
         assert!(reason(&tally, None).starts_with("no photon meets"));
         for _ in 0..3 {
-            tally.lose(Loss::NoBackFace, Rgb::WHITE, Rgb::WHITE);
+            tally.lose(Loss::NoBackFace, Rgb::WHITE, Left::ALL);
         }
         assert_eq!(
             reason(&tally, None),
             "all 3 photons were dropped: no back face"
         );
-        tally.lose(Loss::NoReceiver, Rgb::WHITE, Rgb::WHITE);
+        tally.lose(Loss::NoReceiver, Rgb::WHITE, Left::ALL);
         assert_eq!(
             reason(&tally, None),
             "all 4 photons were dropped: 3 no back face, 1 meets no receiver"
         );
-        tally.land(Rgb::WHITE, Rgb::BLACK, Rgb::WHITE);
+        let none = Left {
+            throughput: Rgb::BLACK,
+            by_fresnel: Rgb::BLACK,
+        };
+        tally.land(Rgb::WHITE, none, Rgb::WHITE);
         assert!(reason(&tally, None).starts_with("interfaces let no light through"));
-        tally.land(Rgb::WHITE, Rgb::WHITE, Rgb::WHITE);
+        tally.land(Rgb::WHITE, Left::ALL, Rgb::WHITE);
         assert!(reason(&tally, None).starts_with("all light lands beside the sensor"));
         let looks = Looks {
             turned: 5,

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::hit::Canvas;
 use super::loss::Loss;
-use super::tally::Tally;
+use super::tally::{Left, Tally};
 use super::trace::Tracer;
 use super::variants::{BySteps, Step};
 use super::work::Work;
@@ -44,7 +44,7 @@ impl Dealt {
 struct Landed {
     at: DVec2,
     /// What is left of a unit of flux, up to the canvas.
-    throughput: Rgb,
+    left: Left,
     /// What the canvas multiplies it by.
     canvas: Rgb,
     position: DVec3,
@@ -57,7 +57,7 @@ enum Corner {
     /// Nothing specular is there.
     Beside,
     /// It came to nothing, with what was left of a unit of flux.
-    Lost(Loss, Rgb),
+    Lost(Loss, Left),
     Landed(Landed),
 }
 
@@ -132,11 +132,11 @@ impl Beams<'_> {
         let front = match self.tracer.front(at, done.work(Step::View)) {
             Ok(Some(front)) => front,
             Ok(None) => return Corner::Beside,
-            Err(loss) => return Corner::Lost(loss, Rgb::WHITE),
+            Err(loss) => return Corner::Lost(loss, Left::ALL),
         };
         let exit = match self.tracer.exit(at, &front, done.work(Step::Refraction)) {
             Ok(exit) => exit,
-            Err(loss) => return Corner::Lost(loss, Rgb::WHITE),
+            Err(loss) => return Corner::Lost(loss, Left::ALL),
         };
         match self
             .tracer
@@ -144,12 +144,12 @@ impl Beams<'_> {
         {
             Ok(landing) => Corner::Landed(Landed {
                 at: landing.at,
-                throughput: exit.throughput,
+                left: exit.left(),
                 canvas: landing.weight,
                 position: landing.position,
                 topology: exit.topology ^ landing.surface.rotate_left(17),
             }),
-            Err(loss) => Corner::Lost(loss, exit.throughput),
+            Err(loss) => Corner::Lost(loss, exit.left()),
         }
     }
 
@@ -173,8 +173,8 @@ impl Beams<'_> {
         for (corner, drawn) in corners {
             match corner {
                 Corner::Beside => {}
-                Corner::Lost(loss, throughput) => tally.lose(*loss, quarter, *throughput),
-                Corner::Landed(landed) => tally.land(quarter, landed.throughput, drawn * 0.25),
+                Corner::Lost(loss, left) => tally.lose(*loss, quarter, *left),
+                Corner::Landed(landed) => tally.land(quarter, landed.left, drawn * 0.25),
             }
         }
     }
@@ -195,7 +195,7 @@ impl Beams<'_> {
             self.book(low, size, [(a, e), (b, f), (c, g), (d, h)], &mut done.tally);
             let flux = landed.iter().zip(drawn).map(|(corner, drawn)| {
                 let corner = (*corner)?;
-                let flux = drawn * corner.throughput * corner.canvas * 0.25;
+                let flux = drawn * corner.left.throughput * corner.canvas * 0.25;
                 Some((corner.at, flux))
             });
             self.deal(&flux.collect::<Vec<_>>(), is_whole, done.work(Step::Splat));

@@ -53,6 +53,7 @@ impl Flow {
                 tally.set_out.photons,
             ),
             (Step::Fresnel, "taken by interfaces", tally.interfaces, 0),
+            (Step::Fresnel, "of that not modelled", tally.unmodelled, 0),
             (Step::Flux, "change by normalisation", tally.normalised, 0),
             (Step::Splat, "weights of the kernel", self.kernel, 0),
             (Step::Splat, "choice of splats by density", self.chosen, 0),
@@ -84,13 +85,18 @@ impl Flow {
 
 #[cfg(test)]
 mod tests {
+    use super::super::tally::Left;
     use super::*;
 
     #[test]
     fn what_is_lost_added_and_drawn_adds_up() {
         let mut flow = Flow::default();
-        let (sent, half) = (Rgb([2.0, 4.0, 8.0]), Rgb::grey(0.5));
-        flow.tally.lose(Loss::NoBackFace, sent, Rgb::WHITE);
+        let sent = Rgb([2.0, 4.0, 8.0]);
+        let half = Left {
+            throughput: Rgb::grey(0.5),
+            by_fresnel: Rgb::grey(0.25),
+        };
+        flow.tally.lose(Loss::NoBackFace, sent, Left::ALL);
         flow.tally.lose(Loss::NoReceiver, sent, half);
         flow.tally.land(sent, half, sent * 3.0);
         flow.beside = -Rgb::grey(0.25);
@@ -100,11 +106,20 @@ mod tests {
         assert_eq!(sum, (sent * 1.5 - Rgb::grey(0.25)) / 2.0);
         let of = |reason: &str| entries.iter().find(|it| it.reason == reason).unwrap();
         assert_eq!(of("sets out").flux, sent * 3.0 / 2.0);
-        assert_eq!(of("taken by interfaces").flux, -sent / 2.0);
+        assert_eq!(of("taken by interfaces").flux, -sent * 1.5 / 2.0);
+        assert_eq!(of("of that not modelled").flux, sent * 0.5 / 2.0);
         assert_eq!(of("change by normalisation").flux, sent / 2.0);
         assert_eq!(of("no back face").photons, 1);
         let stages: Vec<_> = entries.iter().map(|entry| entry.stage).collect();
-        let order = ["view", "refraction", "hit", "flux", "fresnel", "lookup"];
+        let order = [
+            "view",
+            "refraction",
+            "hit",
+            "flux",
+            "fresnel",
+            "fresnel",
+            "lookup",
+        ];
         assert_eq!(stages, order);
     }
 }

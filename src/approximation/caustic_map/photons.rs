@@ -14,7 +14,7 @@ use super::loss::Loss;
 use super::refraction::Exit;
 use super::splat::Photon;
 use super::spread::spread;
-use super::tally::Tally;
+use super::tally::{Left, Tally};
 use super::trace::Tracer;
 use super::variants::{BySteps, Step};
 use super::work::Work;
@@ -142,24 +142,23 @@ fn through_stages(tracer: &Tracer, shift: DVec2, tile: [usize; 2]) -> Traced {
             let found = tracer.front(at, work).transpose()?;
             let flux = tracer.strength(at) * tracer.sent(at - 0.5, at + 0.5);
             let sent = Sent { at, flux, what: () };
-            kept(tally, &sent, Rgb::WHITE, found)
+            kept(tally, &sent, Left::ALL, found)
         };
         points.into_iter().filter_map(front).collect()
     });
     let exits: Vec<Sent<Exit>> = timed(&mut stages[Step::Refraction as usize], |work| {
         let exit = |sent: Sent<Front>| {
             let exit = tracer.exit(sent.at, &sent.what, work);
-            kept(tally, &sent, Rgb::WHITE, exit)
+            kept(tally, &sent, Left::ALL, exit)
         };
         fronts.into_iter().filter_map(exit).collect()
     });
     let arrived: Vec<Sent<Arrived>> = timed(&mut stages[Step::Hit as usize], |work| {
         let arrive = |sent: Sent<Exit>| {
             let place = tracer.place(&sent.what, work);
-            let throughput = sent.what.throughput;
             let exit = sent.what;
             let arrived = place.map(|place| Arrived { exit, place });
-            kept(tally, &sent, throughput, arrived)
+            kept(tally, &sent, exit.left(), arrived)
         };
         exits.into_iter().filter_map(arrive).collect()
     });
@@ -176,13 +175,13 @@ fn through_stages(tracer: &Tracer, shift: DVec2, tile: [usize; 2]) -> Traced {
 fn kept<T, U>(
     tally: &mut Tally,
     sent: &Sent<T>,
-    throughput: Rgb,
+    left: Left,
     found: Result<U, Loss>,
 ) -> Option<Sent<U>> {
     match found {
         Ok(what) => Some(sent.with(what)),
         Err(loss) => {
-            tally.lose(loss, sent.flux, throughput);
+            tally.lose(loss, sent.flux, left);
             None
         }
     }
@@ -194,11 +193,11 @@ fn draw(tracer: &Tracer, sent: &Sent<Arrived>, photons: &mut [Vec<Photon>], tall
     let measure = tracer.carried(sent.at - 0.5, sent.at + 0.5, place.position);
     let measure = measure.filter(|_| tracer.is_on_a_map(place.position));
     let Some(measure) = measure else {
-        tally.lose(Loss::OutsideMap, sent.flux, exit.throughput);
+        tally.lose(Loss::OutsideMap, sent.flux, exit.left());
         return;
     };
     let drawn = tracer.strength(sent.at) * measure;
-    tally.land(sent.flux, exit.throughput, drawn);
+    tally.land(sent.flux, exit.left(), drawn);
     for (map, photons) in tracer.maps.iter().zip(photons) {
         photons.extend(map.project(place.position).map(|seen| Photon {
             at: seen.at,

@@ -6,6 +6,7 @@ use super::buffers::{Backs, Front, mean_curvature};
 use super::lens::Lens;
 use super::loss::Loss;
 use super::settings::Settings;
+use super::tally::Left;
 use super::variants::{NoBackFace, Splat, Thickness, TotalReflection};
 use crate::approximation::LightView;
 use crate::approximation::interface::{Crossing, Fresnel, bent, cross, leaving, turning};
@@ -23,6 +24,8 @@ pub struct Exit {
     pub ray: Ray,
     /// The share of its flux that is still there.
     pub throughput: Rgb,
+    /// The same by Fresnel's equations, whatever is modelled.
+    pub by_fresnel: Rgb,
     /// The object, as lens equations see it.
     pub lens: Lens,
     /// How the ray changes with the two image coordinates of the light view, by pixel; zero where that is not
@@ -32,6 +35,16 @@ pub struct Exit {
     pub may_be_inside: bool,
     /// Which smooth surfaces it met: neighbours with the same are one beam.
     pub topology: u64,
+}
+
+impl Exit {
+    /// What interfaces have let through.
+    pub fn left(&self) -> Left {
+        Left {
+            throughput: self.throughput,
+            by_fresnel: self.by_fresnel,
+        }
+    }
 }
 
 /// What a splat's width depends on, beside where its photon lands: only that is worked out.
@@ -159,6 +172,7 @@ impl Arrival<'_> {
         Ok(Exit {
             ray: point.spawn(second.direction),
             throughput: first.throughput * second.throughput,
+            by_fresnel: first.by_fresnel * second.by_fresnel,
             lens: Lens {
                 vergence: self.vergence(),
                 front: wanted.curvature(scene, &front.hit, &front.point),
@@ -195,6 +209,7 @@ impl Arrival<'_> {
         Ok(Exit {
             ray: front.point.spawn(crossing.direction),
             throughput: crossing.throughput,
+            by_fresnel: crossing.by_fresnel,
             lens: Lens {
                 vergence: self.vergence(),
                 front: facing * curvature,
@@ -289,6 +304,7 @@ impl Arrival<'_> {
         Ok(Exit {
             ray: Ray::new(exit, direction.normalize()),
             throughput: first.throughput * leaving(scene, shape, cos.abs(), self.fresnel),
+            by_fresnel: first.by_fresnel * leaving(scene, shape, cos.abs(), Fresnel::Exact),
             lens: Lens {
                 vergence: self.vergence(),
                 front: wanted.curvature(scene, &front.hit, &front.point),

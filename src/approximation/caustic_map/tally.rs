@@ -22,6 +22,23 @@ impl AddAssign for Share {
     }
 }
 
+/// The share of a photon's flux that interfaces have let through.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Left {
+    /// As it is modelled.
+    pub throughput: Rgb,
+    /// By Fresnel's equations, at the same angles.
+    pub by_fresnel: Rgb,
+}
+
+impl Left {
+    /// Before all interfaces.
+    pub const ALL: Self = Self {
+        throughput: Rgb::WHITE,
+        by_fresnel: Rgb::WHITE,
+    };
+}
+
 /// Flux of a photon on its way, by what sets out exactly.
 ///
 /// Sums are of `f64`: whoever adds tallies up does so in an order that does not depend on threads.
@@ -31,8 +48,10 @@ pub struct Tally {
     pub set_out: Share,
     /// What comes to nothing, by [`Loss`].
     lost: [Share; Loss::WORDS.len()],
-    /// What interfaces take of photons that go on; negative.
+    /// What interfaces take by Fresnel's equations and by their colour, of photons that go on; negative.
     pub interfaces: Rgb,
+    /// What of that is not modelled.
+    pub unmodelled: Rgb,
     /// What stage `flux` adds to photons that land.
     pub normalised: Rgb,
     /// What lands, as it is drawn.
@@ -45,6 +64,7 @@ impl Default for Tally {
             set_out: Share::default(),
             lost: [Share::default(); Loss::WORDS.len()],
             interfaces: Rgb::BLACK,
+            unmodelled: Rgb::BLACK,
             normalised: Rgb::BLACK,
             landed: Share::default(),
         }
@@ -58,39 +78,39 @@ impl AddAssign for Tally {
             *sum += one;
         }
         self.interfaces += other.interfaces;
+        self.unmodelled += other.unmodelled;
         self.normalised += other.normalised;
         self.landed += other.landed;
     }
 }
 
 impl Tally {
-    /// A photon of so much flux \[W\], of which `throughput` is left, comes to nothing.
-    pub fn lose(&mut self, loss: Loss, sent: Rgb, throughput: Rgb) {
-        let left = sent * throughput;
-        self.set_out += Share {
+    /// A photon of so much flux \[W\] comes to nothing, with what interfaces have left of it.
+    pub fn lose(&mut self, loss: Loss, sent: Rgb, left: Left) {
+        let flux = self.pass(sent, left);
+        self.lost[loss as usize] += Share { photons: 1, flux };
+    }
+
+    /// A photon that set out with `sent` \[W\] lands, and is drawn as if `drawn` \[W\] had set out.
+    pub fn land(&mut self, sent: Rgb, left: Left, drawn: Rgb) {
+        self.pass(sent, left);
+        self.normalised += (drawn - sent) * left.throughput;
+        self.landed += Share {
             photons: 1,
-            flux: sent,
-        };
-        self.interfaces += left - sent;
-        self.lost[loss as usize] += Share {
-            photons: 1,
-            flux: left,
+            flux: drawn * left.throughput,
         };
     }
 
-    /// A photon that set out with `sent` \[W\], of which `throughput` is left, lands and is drawn with
-    /// `drawn` \[W\] by that throughput.
-    pub fn land(&mut self, sent: Rgb, throughput: Rgb, drawn: Rgb) {
+    /// A photon of so much flux \[W\] sets out and passes interfaces: what goes on.
+    fn pass(&mut self, sent: Rgb, left: Left) -> Rgb {
         self.set_out += Share {
             photons: 1,
             flux: sent,
         };
-        self.interfaces += sent * throughput - sent;
-        self.normalised += (drawn - sent) * throughput;
-        self.landed += Share {
-            photons: 1,
-            flux: drawn * throughput,
-        };
+        let (modelled, by_fresnel) = (sent * left.throughput, sent * left.by_fresnel);
+        self.interfaces += by_fresnel - sent;
+        self.unmodelled += modelled - by_fresnel;
+        modelled
     }
 
     /// What came to nothing for a reason.
