@@ -76,7 +76,7 @@ fn attributed(name: &str) -> Result<Attribution, AttributionError> {
     };
     let map = Method::new("caustic-map", &BTreeMap::new())?;
     let meter = scene.sensors().iter().find(|one| !one.is_camera());
-    let sensor = ReducedSensor::new(meter.expect("a receiver"), SIDE).sensor;
+    let sensor = ReducedSensor::new(&scene, meter.expect("a receiver"), SIDE).sensor;
     let context = Context::default();
     let budget = Budget::error(TRUTH);
     let found = attribute(&map, &scene, &sensor, &context, &mut |_, _| (), |light| {

@@ -30,7 +30,7 @@ pub fn attribute(args: &AttributeArgs) -> anyhow::Result<Outcome> {
         time: args.time,
         work: None,
     };
-    let sensor = ReducedSensor::new(sensor, args.side.into()).sensor;
+    let sensor = ReducedSensor::new(&scene, sensor, args.side.into()).sensor;
     let found = attribution::attribute(
         &technique,
         &scene,

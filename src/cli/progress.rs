@@ -46,12 +46,15 @@ pub fn watch<T: Send>(progress: &Progress, work: impl FnOnce() -> T + Send) -> T
 
 /// A listener that prints now and then how many of some runs are done, and how long the others will take.
 pub fn lines(what: &str) -> impl FnMut(usize, usize) {
-    let start = Instant::now();
-    let mut heard = start;
+    // The first run may have waited for a truth: time counts from its end.
+    let mut first: Option<(Instant, usize)> = None;
+    let mut heard = Instant::now();
     move |done, all| {
-        if heard.elapsed() > BETWEEN_LINES && done < all {
+        let (start, before) = *first.get_or_insert((Instant::now(), done));
+        if heard.elapsed() > BETWEEN_LINES && done < all && done > before {
             heard = Instant::now();
-            let left = start.elapsed().as_secs_f64() / done as f64 * (all - done) as f64;
+            let each = start.elapsed().as_secs_f64() / (done - before) as f64;
+            let left = each * (all - done) as f64;
             eprintln!("{what}: {done} of {all} runs, about {left:.0} s left");
         }
     }

@@ -1,6 +1,7 @@
 //! What images say of their texels: size, area, and whether they lie in a plane.
 
 use super::CompareImage;
+use crate::film::Image;
 
 /// The texels of a layer, as an image's description has them.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -23,17 +24,27 @@ pub const SURFACE: &str = "texel-surface";
 pub const AREA: &str = "area.Y";
 
 impl<'a> TexelGrid<'a> {
-    /// The texels of the truth, or, where it says nothing of them, of the other image.
+    /// The texels as the truth describes them, or, if it says nothing of them, as the other image does.
     pub(super) fn of(truth: &'a CompareImage, other: &'a CompareImage) -> Self {
-        let both = [truth, other];
-        let text = |key: &str| both.iter().find_map(|one| one.image.metadata(key));
-        let areas = both.iter().find_map(|one| one.image.channel(AREA));
-        let areas = areas.map(|channel| channel.samples.as_slice());
+        let says_any = |image: &&'a Image| {
+            let mut keys = [SIZE, SURFACE].into_iter();
+            keys.any(|key| image.metadata(key).is_some()) || image.channel(AREA).is_some()
+        };
+        let Some(image) = [&truth.image, &other.image].into_iter().find(says_any) else {
+            return Self::default();
+        };
+        let areas = image
+            .channel(AREA)
+            .map(|channel| channel.samples.as_slice());
         let is_area = |area: &f32| area.is_finite() && *area >= 0.0;
+        let areas = areas.filter(|areas| areas.iter().all(is_area));
+        let areas = areas.filter(|areas| areas.iter().any(|area| *area > 0.0));
+        let surface = image.metadata(SURFACE);
+        let surface = surface.or(areas.map(|_| "a surface whose texels differ in area"));
         Self {
-            spacing: text(SIZE).and_then(size),
-            areas: areas.filter(|areas| areas.iter().all(is_area)),
-            not_a_plane: text(SURFACE).map(|surface| {
+            spacing: image.metadata(SIZE).and_then(size),
+            areas,
+            not_a_plane: surface.map(|surface| {
                 format!("the receiver is {surface}: distances between its texels are not those of a plane")
             }),
         }
@@ -55,7 +66,6 @@ fn size(text: &str) -> Option<[f64; 2]> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::film::Image;
 
     #[test]
     fn a_size_that_is_none_is_no_size() {
@@ -73,5 +83,13 @@ mod tests {
         let other = CompareImage::new("other", image);
         assert_eq!(TexelGrid::of(&plain, &other).spacing, Some([2.0, 2.0]));
         assert_eq!(TexelGrid::of(&plain, &plain), TexelGrid::default());
+        // What the other image says besides is not mixed in.
+        let mut image = Image::new(1, 1);
+        image.add_metadata(SURFACE, "a sphere");
+        image.add_scalar(AREA, [0.0]);
+        let odd = CompareImage::new("odd", image);
+        assert_eq!(TexelGrid::of(&other, &odd), TexelGrid::of(&other, &plain));
+        let found = TexelGrid::of(&plain, &odd);
+        assert!(found.areas.is_none() && found.not_a_plane.is_some());
     }
 }

@@ -34,8 +34,8 @@ pub struct Obtained {
 /// An attribution that is done, and whether it was found in the store.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Attributed {
-    /// The attribution.
-    pub found: Attribution,
+    /// The attribution, or the reason why there is none.
+    pub found: Result<Attribution, String>,
     /// Whether nothing had to be computed.
     pub was_kept: bool,
 }
@@ -125,7 +125,7 @@ impl Session {
             return Ok(Some(Attributed { found, was_kept }));
         }
         let film = exr::read(&self.store.path(&truth.exr))?;
-        let reduced = ReducedSensor::new(sensor, attribution::SIDE);
+        let reduced = ReducedSensor::new(&self.scene, sensor, attribution::SIDE);
         let reference = |light: Light| truth_of_film(&film, truth, &reduced, light);
         let found = attribution::attribute(
             &run.method,
@@ -135,15 +135,19 @@ impl Session {
             progressing,
             reference,
         );
-        // Light that the truth does not have is no error of the study.
+        // Light that the truth does not have, or not by itself, is no error of the study.
         let found = match found {
-            Err(AttributionError::Dark(_)) => Ok(None),
-            found => found,
+            Ok(found) => found.map(Ok),
+            Err(cause @ (AttributionError::Dark(_) | AttributionError::Truth(_))) => {
+                Some(Err(cause.to_string()))
+            }
+            Err(cause) => {
+                return Err(StudyError::Attribution {
+                    run: format!("{} on sensor \"{}\"", run.label(), sensor.id),
+                    cause: Box::new(cause),
+                });
+            }
         };
-        let found = found.map_err(|cause| StudyError::Attribution {
-            run: format!("{} on sensor \"{}\"", run.label(), sensor.id),
-            cause: Box::new(cause),
-        })?;
         if let Some(found) = &found {
             let [name, key] = self.attribution_place(plan, run, sensor);
             self.store.keep_value(&name, &key, found)?;
@@ -161,7 +165,7 @@ impl Session {
         &self,
         plan: &SensorPlan,
         run: &StudyRun,
-    ) -> Result<Option<Attribution>, StudyError> {
+    ) -> Result<Option<Result<Attribution, String>>, StudyError> {
         let [name, key] = self.attribution_place(plan, run, self.sensor(plan)?);
         Ok(self.store.find_value(&name, &key))
     }

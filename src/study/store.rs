@@ -34,6 +34,8 @@ const SOURCE_HASH: &str = env!("NEPHROID_SOURCE_HASH");
 pub struct StoredRun {
     /// The file's name in the store.
     pub exr: String,
+    /// A hash of all its channels: films with the same one are the same to the last bit.
+    pub texels: String,
     /// All facts of the film.
     pub facts: Facts,
     /// Its time.
@@ -79,6 +81,8 @@ struct StoreRecord {
     key: String,
     /// A hash of the EXR.
     exr: String,
+    /// A hash of all channels.
+    texels: String,
     facts: Facts,
 }
 
@@ -137,6 +141,7 @@ impl Store {
         let is_whole = record.key == key && record.exr == blake3::hash(&read(".exr")?).to_string();
         is_whole.then(|| StoredRun {
             exr: format!("{stem}.exr"),
+            texels: record.texels,
             facts: record.facts,
             time,
         })
@@ -165,11 +170,13 @@ impl Store {
         let record = StoreRecord {
             key,
             exr: blake3::hash(&bytes).to_string(),
+            texels: texels_hash(&product.image),
             facts: product.facts,
         };
         write_json(&self.path(&format!("{stem}.json")), &record)?;
         Ok(StoredRun {
             exr,
+            texels: record.texels,
             facts: record.facts,
             time,
         })
@@ -208,6 +215,18 @@ impl Store {
         let stem = exr.strip_suffix(".exr").unwrap_or(exr);
         write_json(&self.path(&format!("{stem}.time.json")), time)
     }
+}
+
+/// A hash of the names and samples of all channels.
+fn texels_hash(image: &crate::film::Image) -> String {
+    let mut hasher = blake3::Hasher::new();
+    for channel in &image.channels {
+        hasher.update(channel.name.as_bytes());
+        for sample in &channel.samples {
+            hasher.update(&sample.to_bits().to_le_bytes());
+        }
+    }
+    hasher.finalize().to_hex().to_string()
 }
 
 /// A value that was computed from runs, and their key.

@@ -16,12 +16,12 @@ use nephroid::internals::optics::refract;
 use nephroid::internals::radiometry::Rgb;
 use nephroid::internals::run::{Budget, Context, LayerName, Light, Rendering};
 use nephroid::internals::setting::Words;
-use nephroid::internals::study::attribution::{Truth, attribute, relative_rmse};
+use nephroid::internals::study::attribution::{Truth, attribute};
 use nephroid::internals::transport::first_surface::Source;
 
 use crate::support::approximation::{
-    EXACT, GLASS, ball, bundled, caustic_map, error, exact_but, lit_by, over_floor, rendered,
-    scene_of, truth,
+    EXACT, GLASS, ball, bundled, caustic_map, error, exact_but, lit_by, over_floor, relative_rmse,
+    rendered, scene_of, truth,
 };
 use crate::support::scenes::meter;
 

@@ -234,6 +234,16 @@ await test('a region that is dragged has figures of all runs of its light, by ha
   });
 });
 
+await test('profile and region can be had by the keyboard', async () => {
+  await page.focus(first);
+  await page.keyboard.press('0');
+  await page.keyboard.press('x');
+  const [, height] = report.size;
+  await page.waitForFunction((text) => document.querySelector('#profile').textContent.includes(text), `along row ${height / 2}`);
+  await page.keyboard.press('r');
+  await page.waitForFunction((text) => document.querySelector('#region').textContent.includes(text), `${report.size.join(' × ')} texels at (0, 0)`);
+});
+
 await test('the run flips into the truth’s place, and runs can be held against each other', async () => {
   await changes(['truth'], () => page.click('[data-control=flip]'));
   assert.equal(await page.innerText('[data-pane=truth] b'), report.rows[0].label);
@@ -280,6 +290,8 @@ await test('plots, tables and insets can be saved', async () => {
   assert.deepEqual(inset.subarray(0, 4), png);
   const latex = await page.evaluate(() => asLatex(document.querySelector('#rows')));
   assert.equal(latex.split('\n').length, report.rows.length + 4);
+  assert.ok(/^[\x00-\x7f]*$/.test(latex), latex);
+  assert.ok(latex.includes('$\\times$ 10$^{'), latex);
   const markdown = await page.evaluate(() => asMarkdown(document.querySelector('#rows')));
   assert.equal(markdown.split('\n').length, report.rows.length + 2);
 });

@@ -458,16 +458,87 @@ fn intervals_hold_the_figures_of_every_truth_within_the_bounds() {
     }
 }
 
+/// A coloured image, larger than the parts of which sums are made.
+fn coloured(factors: [f64; 3], wave: f64) -> Image {
+    let size = [300, 200];
+    let mut image = Image::new(size[0], size[1]);
+    let texels = (0..size[0] * size[1]).map(|i| {
+        let (x, y) = ((i % size[0]) as f64, (i / size[0]) as f64);
+        factors.map(|factor| factor * (1.1 + (wave * x).sin() * (0.1 * y).cos()))
+    });
+    image.add_rgb("E", &texels.collect::<Vec<_>>());
+    image
+}
+
 #[test]
 fn figures_are_the_same_bits_on_any_number_of_threads() {
     let on = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
         pool.build().unwrap().install(|| {
-            let found = fidelity(bounded(0.01, blob), shifted([3, 1]));
+            let mut truth = coloured([1.0, 0.5, 0.25], 0.2);
+            for mut channel in coloured([0.1, 0.01, 0.03], 0.2).channels {
+                channel.name = channel.name.replacen('E', "E.stderr", 1);
+                truth.channels.push(channel);
+            }
+            let found = fidelity(truth, coloured([0.9, 0.6, 0.2], 0.21));
             serde_json::to_string(&found).unwrap()
         })
     };
     assert_eq!(on(1), on(3));
+}
+
+#[test]
+fn images_below_zero_have_figures_too_and_intervals_in_order() {
+    let truth = || bounded(0.1, blob);
+    let negative = fidelity(truth(), image([64, 64], |x, y| -blob(x, y)));
+    let energy = negative.energy.unwrap();
+    assert!((energy.value + 1.0).abs() < 1e-12);
+    let near = |found: Option<f64>, expected: f64| (found.unwrap() - expected).abs() < 1e-5;
+    assert!(
+        near(energy.low, -1.0 / 0.9) && near(energy.high, -1.0 / 1.1),
+        "{energy:?}"
+    );
+    assert_eq!(negative.l1.unwrap().value, 2.0);
+    assert!(negative.misplaced.is_none() && negative.displaced.is_none());
+    // More light than there is, less some below zero: half of three times as much is in a wrong texel.
+    let mixed = fidelity(
+        truth(),
+        image([64, 64], |x, y| {
+            let sign = if x < 30 { 2.0 } else { -1.0 };
+            sign * blob(x, y) + if x == 60 { 1.0 } else { 0.0 }
+        }),
+    );
+    let misplaced = mixed.misplaced.unwrap();
+    assert!(misplaced.low.unwrap() <= misplaced.value, "{misplaced:?}");
+    assert!(misplaced.value <= misplaced.high.unwrap(), "{misplaced:?}");
+}
+
+#[test]
+fn bars_in_other_channels_than_the_figures_say_nothing() {
+    let mut truth = coloured([1.0; 3], 0.2);
+    let size = truth.width * truth.height;
+    for name in ["X", "Y", "Z"] {
+        let mean = truth.channels[0]
+            .samples
+            .iter()
+            .map(|value| f64::from(*value));
+        let mean: Vec<f64> = mean.collect();
+        truth.add_scalar(format!("m.{name}"), mean.clone());
+        truth.add_scalar(format!("m2_m.{name}"), mean.iter().map(|m| 1.1 * m * m));
+    }
+    let settings = CompareSettings {
+        pixels_per_degree: None,
+        ..CompareSettings::default()
+    };
+    let truth = CompareImage {
+        samples: Some(16),
+        ..CompareImage::new("truth", truth)
+    };
+    let other = CompareImage::new("other", coloured([1.1; 3], 0.2));
+    let layer = &compare(&truth, &other, &settings).unwrap().layers[0];
+    assert!(layer.significance.is_some(), "{size} texels with moments");
+    let l1 = layer.fidelity.l1.unwrap();
+    assert!((l1.value - 0.1).abs() < 1e-6 && l1.low.is_none(), "{l1:?}");
 }
 
 /// A ring about the middle, one texel wide.

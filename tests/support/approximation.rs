@@ -158,7 +158,7 @@ pub fn truth(scene: &Scene, signature: &str, error: f64) -> Truth {
 }
 
 /// The root mean square difference over all texels, relative to the truth's mean over those that it lights.
-fn relative_rmse(values: &[Rgb], truth: &[Rgb]) -> Option<f64> {
+pub fn relative_rmse(values: &[Rgb], truth: &[Rgb]) -> Option<f64> {
     let (mut squares, mut sum, mut lit) = (0.0, 0.0, 0_u64);
     for (value, truth) in values.iter().zip(truth) {
         squares += (value.mean() - truth.mean()).powi(2);

@@ -97,7 +97,7 @@ impl<'a> TextTable<'a> {
                     }),
                     optional(it.l2, |l2| within(l2, 100.0, " %")),
                     it.resolution.map_or_else(
-                        || "no scale".to_owned(),
+                        || if it.l1.is_some() { "no scale" } else { NOTHING }.to_owned(),
                         |it| {
                             let metres = it
                                 .metres

@@ -208,8 +208,7 @@ impl<'a> Work<'a> {
         Ok(obtained)
     }
 
-    /// The error of an approximation, stage by stage; `None` if it was stopped, or the truth has none of its
-    /// light.
+    /// The error of an approximation, stage by stage; `None` if it was stopped.
     fn stages(
         &mut self,
         plan: &SensorPlan,
@@ -230,12 +229,17 @@ impl<'a> Work<'a> {
         self.done += 1;
         match &found {
             Some(found) if found.was_kept => eprintln!("{place}: kept from before"),
-            Some(found) => eprintln!(
+            Some(Attributed {
+                found: Ok(found), ..
+            }) => eprintln!(
                 "{place}: {} runs, {:.1} s",
-                found.found.runs,
+                found.runs,
                 start.elapsed().as_secs_f64()
             ),
-            None => eprintln!("{place}: the truth has none of its light"),
+            Some(Attributed {
+                found: Err(reason), ..
+            }) => eprintln!("{place}: none: {reason}"),
+            None => (),
         }
         Ok(found)
     }
@@ -293,7 +297,14 @@ fn study(args: &ValidateArgs) -> anyhow::Result<StudyFile> {
             seconds: None,
         });
     file.candidates.extend(given);
-    file.max_error.extend(args.max_error.iter().cloned());
+    for limit in &args.max_error {
+        // The command line goes before the study, and what is said last before the rest.
+        file.max_error.retain(|other| {
+            let is_same = other.place() == limit.place();
+            !is_same || other.limit.figure != limit.limit.figure
+        });
+        file.max_error.push(limit.clone());
+    }
     Ok(file)
 }
 

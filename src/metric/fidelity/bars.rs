@@ -57,7 +57,13 @@ impl TruthBars {
     pub(super) fn of(pair: &LayerPair) -> Self {
         let texels = pair.texels();
         let tests = &pair.tests;
-        if tests.is_empty() || !tests.iter().all(|test| test.reference.has_any()) {
+        let is_tested = |one: &super::super::pair::ChannelPair| {
+            let mut named = tests.iter().map(|test| test.name.as_str());
+            named.any(|name| name == one.name)
+        };
+        // Bars of X, Y and Z say too little of red, green and blue.
+        let are_alike = !tests.is_empty() && pair.channels.iter().all(is_tested);
+        if !are_alike || !tests.iter().all(|test| test.reference.has_any()) {
             return Self { known: None };
         }
         let channels: Vec<ChannelBars> = tests
@@ -108,7 +114,13 @@ impl TruthBars {
     pub(super) fn of_ratio(&self, value: f64) -> Bounded {
         self.bounded(value, |known| {
             let [above, below] = known.beyond.map(|sum| sum / known.truth);
-            [Some(value / (1.0 + above)), over(value, below)]
+            let (more, less) = (Some(value / (1.0 + above)), over(value, below));
+            // An image of negative sum is nearer to zero if there is more of the truth.
+            if value < 0.0 {
+                [less, more]
+            } else {
+                [more, less]
+            }
         })
     }
 
@@ -116,7 +128,7 @@ impl TruthBars {
         self.bounded(value, |known| {
             let beta = known.beta();
             [
-                Some((value - beta) / (1.0 + beta)),
+                Some((value - beta).max(0.0) / (1.0 + beta)),
                 over(value + beta, beta),
             ]
         })
@@ -127,11 +139,12 @@ impl TruthBars {
             let beta = known.beta();
             let off = over(beta, beta);
             [
-                Some(off.map_or(0.0, |off| value - off)),
+                Some(off.map_or(0.0, |off| (value - off).max(0.0))),
                 Some(off.map_or(1.0, |off| value + off)),
             ]
         });
-        found.high = found.high.map(|high| high.min(1.0));
+        // Of an image with values below zero more than all light may be misplaced.
+        found.high = found.high.map(|high| high.min(value.max(1.0)));
         found
     }
 
@@ -154,7 +167,7 @@ impl TruthBars {
             }
             let beta = (bars / truth).sqrt();
             [
-                Some((value - beta) / (1.0 + beta)),
+                Some((value - beta).max(0.0) / (1.0 + beta)),
                 over(value + beta, beta),
             ]
         })
@@ -191,11 +204,7 @@ impl TruthBars {
 
     fn bounded(&self, value: f64, ends: impl Fn(&Known) -> [Option<f64>; 2]) -> Bounded {
         let [low, high] = self.known.as_ref().map_or([None; 2], ends);
-        Bounded {
-            value,
-            low: low.map(|low| low.clamp(0.0, value)),
-            high,
-        }
+        Bounded { value, low, high }
     }
 }
 

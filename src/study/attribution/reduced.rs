@@ -1,7 +1,8 @@
 //! A sensor of fewer texels, on which many runs cost little.
 
+use crate::geometry::Shape;
 use crate::radiometry::Rgb;
-use crate::scene::{Crop, Sensor, SensorKind};
+use crate::scene::{Crop, Scene, Sensor, SensorKind};
 
 /// A sensor whose texels are squares of another's.
 #[derive(Clone, Debug, PartialEq)]
@@ -13,14 +14,19 @@ pub struct ReducedSensor {
 }
 
 impl ReducedSensor {
-    /// The coarsest sensor of which each side still has `side` texels or more, or the sensor itself; steps
-    /// are powers of two. Cameras stay as they are: their filter spreads light over pixels.
-    pub fn new(sensor: &Sensor, side: usize) -> Self {
+    /// The coarsest sensor of which the longer side still has `side` texels or more, or the sensor itself;
+    /// steps are powers of two. Only rectangles are reduced: texels of other receivers may differ in area, and
+    /// a camera's filter spreads light over pixels.
+    pub fn new(scene: &Scene, sensor: &Sensor, side: usize) -> Self {
         let mut reduced = Self {
             sensor: sensor.clone(),
             step: 1,
         };
-        if !matches!(sensor.kind, SensorKind::IrradianceMeter { .. }) {
+        let SensorKind::IrradianceMeter { shape } = sensor.kind else {
+            return reduced;
+        };
+        let shapes = scene.world().shapes();
+        if !matches!(shapes[shape.0 as usize], Shape::Rectangle(_)) {
             return reduced;
         }
         while let Some(half) = half(&reduced.sensor) {
@@ -34,8 +40,7 @@ impl ReducedSensor {
         reduced
     }
 
-    /// Means over the squares of values on the other sensor. Texels count alike, as those of a rectangle have
-    /// one area.
+    /// Means over the squares of values on the other sensor, whose texels have one area.
     pub fn means(&self, values: &[Rgb]) -> Vec<Rgb> {
         let [width, height] = self.sensor.size();
         let share = 1.0 / (self.step * self.step) as f64;
@@ -72,9 +77,9 @@ fn half(sensor: &Sensor) -> Option<Sensor> {
 mod tests {
     use super::*;
 
-    fn floor(size: &str) -> Sensor {
+    fn reduced(size: &str, side: usize) -> ReducedSensor {
         let scene = crate::load("scenes/glass-ball.xml".as_ref(), &[("size", size)]).unwrap();
-        scene.sensors()[0].clone()
+        ReducedSensor::new(&scene, &scene.sensors()[0], side)
     }
 
     #[test]
@@ -88,15 +93,15 @@ mod tests {
             ("1000", 4),
         ];
         for (size, step) in steps {
-            assert_eq!(ReducedSensor::new(&floor(size), 128).step, step, "{size}");
+            assert_eq!(reduced(size, 128).step, step, "{size}");
         }
-        let reduced = ReducedSensor::new(&floor("512"), 128);
+        let reduced = reduced("512", 128);
         assert_eq!(reduced.sensor.size(), [128, 128]);
     }
 
     #[test]
     fn means_are_those_of_squares() {
-        let reduced = ReducedSensor::new(&floor("4"), 2);
+        let reduced = reduced("4", 2);
         assert_eq!(reduced.step, 2);
         let values: Vec<Rgb> = (0..16).map(|i| Rgb::grey(f64::from(i))).collect();
         let means: Vec<f64> = reduced.means(&values).iter().map(|it| it.mean()).collect();

@@ -48,8 +48,8 @@ pub struct SensorFilms<'a> {
     pub truth: StoredRun,
     /// Runs and candidates.
     pub judged: Vec<JudgedFilm<'a>>,
-    /// Approximations whose error is attributed to their stages.
-    pub stages: Vec<(&'a StudyRun, Attribution)>,
+    /// Approximations whose error is attributed to their stages, or the reason why it is not.
+    pub stages: Vec<(&'a StudyRun, Result<Attribution, String>)>,
 }
 
 /// Judges films by the truths'. They are read from the files, as anybody can who has them.
@@ -75,7 +75,12 @@ pub fn build(
         sensors.push(figures);
         timed.push(timings);
     }
-    let warnings = session.scene.warnings().iter();
+    let without = films.iter().flat_map(|one| &one.stages);
+    let without = without.filter_map(|(run, found)| {
+        let reason = found.as_ref().err()?;
+        Some(format!("{}: no error of stages: {reason}", run.label()))
+    });
+    let warnings = session.scene.warnings().iter().map(ToString::to_string);
     let report = StudyReport {
         version: env!("CARGO_PKG_VERSION"),
         study: StudyFigures {
@@ -87,7 +92,7 @@ pub fn build(
         },
         requirements: requirements(&session.scene),
         sensors,
-        warnings: warnings.map(ToString::to_string).collect(),
+        warnings: warnings.chain(without).collect(),
         conventions: CONVENTIONS.to_vec(),
     };
     let timings = Timings {
@@ -126,10 +131,12 @@ fn sensor_figures(
     let stages: Vec<StageErrors> = films
         .stages
         .iter()
-        .map(|(run, attribution)| StageErrors {
-            name: run.name.clone(),
-            label: run.label(),
-            attribution: attribution.clone(),
+        .filter_map(|(run, found)| {
+            Some(StageErrors {
+                name: run.name.clone(),
+                label: run.label(),
+                attribution: found.as_ref().ok()?.clone(),
+            })
         })
         .collect();
     let quantity = quantity(&truth.image);
@@ -199,7 +206,7 @@ impl SensorFilms<'_> {
         for one in &self.judged {
             let earlier = distinct.judged.iter().position(|other| match (one, other) {
                 (JudgedFilm::Run(run, film), JudgedFilm::Run(other, earlier)) => {
-                    run.name == other.name && film.facts == earlier.facts
+                    run.name == other.name && film.texels == earlier.texels
                 }
                 _ => false,
             });

@@ -58,7 +58,8 @@ function asMarkdown(table) {
 
 function asLatex(table) {
   const plain = (text) => text.replace(/[\\{}_&%#$^~]/g, (c) => ({ '\\': '\\textbackslash{}', '^': '\\^{}', '~': '\\~{}' }[c] ?? `\\${c}`))
-    .replaceAll('−', '$-$').replaceAll('–', '--').replaceAll('×', '$\\times$').replaceAll('●', '$\\bullet$').replaceAll('²', '$^2$');
+    .replaceAll('−', '$-$').replaceAll('–', '--').replaceAll('×', '$\\times$').replaceAll('●', '$\\bullet$')
+    .replace(/[⁰¹²³⁴⁵⁶⁷⁸⁹⁻]+/g, (digits) => `$^{${[...digits].map((digit) => '⁰¹²³⁴⁵⁶⁷⁸⁹'.indexOf(digit)).map((i) => (i < 0 ? '-' : i)).join('')}}$`);
   const [head, ...rows] = cells(table).map((row) => `${row.map(plain).join(' & ')} \\\\`);
   return [`\\begin{tabular}{l${'r'.repeat(cells(table)[0].length - 1)}}`, head, '\\hline', ...rows, '\\end{tabular}'].join('\n');
 }

@@ -194,7 +194,7 @@ pub struct Gate {
     pub name: String,
     /// The limit.
     pub limit: Limit,
-    /// The smallest figure that it has, over its settings, with what the truth's bars allow.
+    /// The figure of the setting that decides, with what the truth's bars allow.
     pub error: Option<Bounded>,
     /// The verdict.
     pub verdict: GateVerdict,

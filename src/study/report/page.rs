@@ -11,7 +11,7 @@ use super::super::layers::add_specular;
 use super::figures::{SensorFigures, StudyReport, Timings};
 use super::planes::{Digits, EncodedPlane, reduced};
 use crate::film::{Image, exr};
-use crate::metric::{CompareImage, Flip, ImageSide, Maps, Pairing, flip};
+use crate::metric::{self, CompareImage, Flip, ImageSide, Maps, Pairing, flip};
 use crate::run::LayerName;
 
 /// Largest size of the page's images \[bytes\]; larger films are averaged over squares of texels.
@@ -33,6 +33,8 @@ struct Pictures {
     size: [usize; 2],
     /// Side of the square of the film's texels whose mean is one texel here.
     step: usize,
+    /// Width and height of a texel of the film \[m\], if that is known.
+    spacing: Option<[f64; 2]>,
     planes: Vec<EncodedPlane>,
 }
 
@@ -90,6 +92,11 @@ pub fn page(folder: &Path, report: &StudyReport, timings: &Timings) -> Result<St
             break;
         }
         pictures[most] = Pictures::new(&films[most], size, step);
+    }
+    for (pictures, sensor) in pictures.iter_mut().zip(&report.sensors) {
+        let texels = exr::read(&folder.join(&sensor.truth.file))?;
+        let size = texels.metadata(metric::texel_grid::SIZE);
+        pictures.spacing = size.and_then(|text| serde_json::from_str(text).ok());
     }
     let data = Data {
         report,
@@ -227,6 +234,7 @@ impl Pictures {
         Self {
             size: size.map(|n| n.div_ceil(step)),
             step,
+            spacing: None,
             planes,
         }
     }

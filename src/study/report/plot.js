@@ -33,9 +33,9 @@ function padded(values, least) {
  * Curves of error against cost.
  * curves: [{ name, colour, points: [{ cost, error, bar, resolved, label, row }], orders }], an order being one of the report or a { note }
  * levels: [{ error, name, colour, row }], errors without a cost
- * light: the layer that the errors are of; figure: their name, a length in texels if isLength
+ * light: the layer that the errors are of; figure: their name, a length in texels if isLength; shown: a value as text
  */
-function costPlot(host, { curves, levels, axis, light, figure, isLength, front, chosen, choose }) {
+function costPlot(host, { curves, levels, axis, light, figure, isLength, shown, front, chosen, choose }) {
   const unit = isLength ? 1 : 100;
   const all = curves.flatMap((curve) => curve.points);
   if (!all.length) {
@@ -71,9 +71,9 @@ function costPlot(host, { curves, levels, axis, light, figure, isLength, front, 
   for (const { error, name, colour, row } of levels) {
     const line = drawn('line', {
       class: 'level', x1: left, x2: width - right, y1: y(error), y2: y(error), stroke: colour, tabindex: 0, role: 'button',
-      'aria-label': `${name}, error ${percent(error)}`, onclick: () => choose(row), onkeydown: (event) => event.key === 'Enter' && choose(row),
+      'aria-label': `${name}, ${figure} ${shown(error)}`, onclick: () => choose(row), onkeydown: (event) => event.key === 'Enter' && choose(row),
     });
-    svg.append(hint(line, `${name}\nerror ${percent(error)}, ${axis} not known`));
+    svg.append(hint(line, `${name}\n${figure} ${shown(error)}, ${axis} not known`));
     labels.push({ at: y(error), colour, name, orders: [] });
   }
   for (const { name, colour, points, orders } of curves) {

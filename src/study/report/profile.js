@@ -2,9 +2,10 @@
 
 /**
  * films: [{ label, colour, values, bar, chosen }], the truth first
- * line: { isRow, at }: a row or a column of texels
+ * line: { isRow, at }: a row or a column of the picture's texels, each of which is step of the film's
+ * metre: of one texel of the film along the line
  */
-function profilePlot(host, { films, line, size: [columns, rows], unit, metre }) {
+function profilePlot(host, { films, line, size: [columns, rows], unit, step, metre }) {
   const [width, height, left, right, top, bottom] = [900, 340, 74, 190, 26, 52];
   const count = line.isRow ? columns : rows;
   const along = (values) => Array.from({ length: count }, (_, i) => values[line.isRow ? line.at * columns + i : i * columns + line.at]);
@@ -12,12 +13,12 @@ function profilePlot(host, { films, line, size: [columns, rows], unit, metre }) 
   const most = Math.max(...lines[0].line, ...lines.filter((one) => one.chosen).flatMap((one) => one.line)) || 1;
   const x = (i) => left + ((i + 0.5) / count) * (width - left - right);
   const y = (value) => height - bottom - Math.min(1.05, Math.max(0, value) / most) * (height - top - bottom);
-  const svg = drawn('svg', { viewBox: `0 0 ${width} ${height}`, role: 'img', 'aria-label': `profile along ${line.isRow ? 'row' : 'column'} ${line.at}` });
+  const svg = drawn('svg', { viewBox: `0 0 ${width} ${height}`, role: 'img', 'aria-label': `profile along ${line.isRow ? 'row' : 'column'} ${line.at * step}` });
   for (const part of [0, 0.25, 0.5, 0.75, 1]) {
     svg.append(drawn('line', { class: 'grid', x1: left, x2: width - right, y1: y(part * most), y2: y(part * most) }),
       drawn('text', { x: left - 8, y: y(part * most) + 4, 'text-anchor': 'end' }, tick(part * most)));
     const texel = Math.round(part * (count - 1));
-    svg.append(drawn('text', { x: x(texel), y: height - bottom + 18, 'text-anchor': 'middle' }, metre ? `${texel} (${length(texel * metre)})` : String(texel)));
+    svg.append(drawn('text', { x: x(texel), y: height - bottom + 18, 'text-anchor': 'middle' }, metre ? `${texel * step} (${length(texel * step * metre)})` : String(texel * step)));
   }
   const [truth] = lines;
   if (truth.bars) {
@@ -37,7 +38,7 @@ function profilePlot(host, { films, line, size: [columns, rows], unit, metre }) 
   svg.append(
     drawn('line', { class: 'axis', x1: left, x2: width - right, y1: height - bottom, y2: height - bottom }),
     drawn('line', { class: 'axis', x1: left, x2: left, y1: top, y2: height - bottom }),
-    drawn('text', { class: 'title', x: (left + width - right) / 2, y: height - 12, 'text-anchor': 'middle' }, `${line.isRow ? 'column' : 'row'} along ${line.isRow ? 'row' : 'column'} ${line.at}`),
+    drawn('text', { class: 'title', x: (left + width - right) / 2, y: height - 12, 'text-anchor': 'middle' }, `${line.isRow ? 'column' : 'row'} along ${line.isRow ? 'row' : 'column'} ${line.at * step}`),
     drawn('text', { class: 'title', x: left - 58, y: top - 9 }, unit),
   );
   host.replaceChildren(svg);

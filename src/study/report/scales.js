@@ -39,7 +39,7 @@ function scalePlot(host, { runs, metre, choose }) {
     svg.append(drawn('path', { class: 'curve', d: path, stroke: colour, 'stroke-width': chosen ? 3 : 1, opacity: chosen ? 1 : 0.45, 'data-row': row }));
     for (const { texels, l2 } of known) {
       const ends = l2.low === null ? '' : `\nbetween ${percent(l2.low)} and ${percent(l2.high)}`;
-      const mark = drawn('circle', { cx: x(texels), cy: y(l2.value), r: chosen ? 5 : 3, fill: colour, opacity: chosen ? 1 : 0.6, onclick: () => choose(row) });
+      const mark = drawn('circle', { cx: x(texels), cy: y(l2.value), r: chosen ? 5 : 3, fill: colour, opacity: chosen ? 1 : 0.6, tabindex: chosen ? 0 : null, onclick: () => choose(row) });
       svg.append(hint(mark, `${label}\nL2 ${percent(l2.value)} at ${texels} texels${ends}`));
     }
   }

@@ -193,8 +193,8 @@ class SensorPart {
   scales(row) {
     const runs = this.figures.rows.map((one, i) => ({ row: i, label: one.label, colour: this.colourOf(one.name), scales: light(one)?.scales ?? [], chosen: i === this.chosen }))
       .filter((_, i) => this.figures.rows[i].layer === row.layer);
-    const found = light(row)?.displaced;
-    const metre = found?.metres && found.texels.value > 0 ? found.metres.value / found.texels.value : null;
+    const { spacing } = data.pictures[this.index];
+    const metre = spacing && spacing[0] === spacing[1] ? spacing[0] : null;
     scalePlot(this.part('scale-plot'), { runs, metre, choose: (i) => this.choose(i) });
   }
 
@@ -202,7 +202,8 @@ class SensorPart {
   async films() {
     const row = this.figures.rows[this.chosen];
     const truth = this.viewer.truthOf(row);
-    const rows = this.figures.rows.map((one, i) => ({ one, i })).filter(({ one }) => one.layer === row.layer);
+    const rows = this.figures.rows.map((one, i) => ({ one, i }))
+      .filter(({ one }) => (this.viewer.layer ? this.viewer.hasLight(one, row) : one.layer === row.layer));
     return Promise.all([
       { label: 'truth', file: truth, colour: 'var(--ink)', chosen: false },
       ...rows.map(({ one, i }) => ({ label: one.label, file: this.viewer.fileOf(one), colour: this.colourOf(one.name), chosen: i === this.chosen })),
@@ -219,14 +220,13 @@ class SensorPart {
       for (let i = 1; i < truth.length; i++) if (truth[i] > truth[brightest]) brightest = i;
       place = { x: brightest % viewer.width, y: Math.floor(brightest / viewer.width) };
     }
-    this.profilePlace = place;
     const isRow = this.part('profile-direction').value === 'row';
     const at = Math.floor(isRow ? place.y : place.x);
     if (at < 0 || at >= (isRow ? viewer.height : viewer.width)) return;
+    this.profilePlace = place;
     viewer.line = { isRow, at };
-    const found = light(this.figures.rows[this.chosen])?.displaced;
-    const metre = found?.metres && found.texels.value > 0 ? (data.pictures[this.index].step * found.metres.value) / found.texels.value : null;
-    profilePlot(this.part('profile'), { films, line: viewer.line, size: [viewer.width, viewer.height], unit: this.figures.unit, metre });
+    const { step, spacing } = data.pictures[this.index];
+    profilePlot(this.part('profile'), { films, line: viewer.line, size: [viewer.width, viewer.height], unit: this.figures.unit, step, metre: spacing?.[isRow ? 0 : 1] });
     viewer.draw();
   }
 
@@ -236,9 +236,11 @@ class SensorPart {
     const host = this.part('region');
     if (!region) return;
     const table = element('table');
+    const { step } = data.pictures[this.index];
+    const [columns, lines, x, y] = [region.width, region.height, region.x, region.y].map((count) => count * step);
     const column = (title, key, show) => ({ title, value: (it) => it[key], show: (it) => show(it[key]) });
     sortable(table, [
-      { title: `${region.width} × ${region.height} texels at (${region.x}, ${region.y})`, text: true, value: (it) => it.label, show: (it) => it.label },
+      { title: `${columns} × ${lines} texels at (${x}, ${y})`, text: true, value: (it) => it.label, show: (it) => it.label },
       { ...column('mean', 'mean', (it) => number(it)), unit: this.figures.unit }, column('energy', 'energy', (it) => percent(it)), column('L1', 'l1', (it) => percent(it)),
     ], regionFigures(await this.films(), region, width));
     host.replaceChildren(element('div', { class: 'scroll' }, table), tableButtons(table));
@@ -248,12 +250,14 @@ class SensorPart {
   /** The view as a part of an address. */
   link() {
     const { state, view, region } = this.viewer;
-    return `view=${encodeURIComponent(JSON.stringify({ sensor: this.index, run: this.chosen, against: this.against.value, state, view, region }))}`;
+    return `view=${encodeURIComponent(JSON.stringify({ sensor: this.index, run: this.chosen, against: this.against.value, layer: this.viewer.layer, state, view, region }))}`;
   }
 
   /** Goes to the view that an address names. */
-  async restore({ run, against, state, view, region }) {
+  async restore({ run, against, layer, state, view, region }) {
     this.against.value = against ?? '';
+    this.viewer.layer = layer ?? '';
+    this.article.querySelector('[data-control=layer]').value = this.viewer.layer;
     Object.assign(this.viewer.state, state);
     if (view) this.viewer.view = view;
     this.viewer.region = region;
@@ -330,7 +334,7 @@ class SensorPart {
       .filter((level) => !(of(level.row) > 0) && level.error > 0);
     this.part('cost').querySelector('.exports')?.remove();
     this.part('plot').after(exportButtons(this.part('plot'), `cost-${axis}`));
-    costPlot(this.part('plot'), { curves: lines, levels, axis, light: layer, figure: FIGURES[this.figure.value].name, isLength, front, chosen: this.chosen, choose: (i) => this.choose(i) });
+    costPlot(this.part('plot'), { curves: lines, levels, axis, light: layer, figure: FIGURES[this.figure.value].name, isLength, shown, front, chosen: this.chosen, choose: (i) => this.choose(i) });
   }
 
   stages() {
@@ -416,7 +420,12 @@ class SensorPart {
     this.scales(row);
     this.ledger(row);
     this.cost();
-    const against = this.against?.value ? this.figures.rows[Number(this.against.value)] : null;
+    // A run is held against another with the same light only.
+    for (const option of this.against.options) {
+      option.disabled = option.value !== '' && !this.viewer.hasLight(this.figures.rows[Number(option.value)], row);
+    }
+    if (this.against.selectedOptions[0]?.disabled) this.against.value = '';
+    const against = this.against.value ? this.figures.rows[Number(this.against.value)] : null;
     await this.viewer.show(row, against);
     await this.profile();
     if (this.viewer.region) await this.region();

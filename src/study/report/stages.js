@@ -39,7 +39,8 @@ function shapleyBars({ label, stages }, shares, colour) {
   }
   steps.forEach(({ name, from, to, whole, error }, i) => {
     const x = left + (i + 0.15) * slot;
-    const hides = !whole && to < from;
+    // Against the figure's own sign: less light is an error below zero.
+    const hides = !whole && (to - from) * (shares.whole - shares.residual) < 0;
     const bar = drawn('rect', {
       class: whole ? 'whole' : hides ? 'rise' : 'fall', x, width: 0.7 * slot, y: y(Math.max(from, to)),
       height: Math.max(1, Math.abs(y(from) - y(to))), style: whole || !hides ? `fill: ${colour}` : null,

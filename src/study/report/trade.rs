@@ -137,33 +137,56 @@ fn order(
     })
 }
 
-/// The verdicts on limits: a curve keeps a limit if the best of its settings does.
+/// The verdicts on limits: a curve keeps a limit if any of its settings does, and exceeds it if all do.
 pub(super) fn gates(limits: &[(String, Limit)], rows: &[ReportRow]) -> Vec<Gate> {
     let gate = |(name, limit): &(String, Limit)| {
         let own = rows.iter().filter(|row| row.name == *name);
-        let known = own.filter_map(|row| limit.figure_of(judged(row)?));
-        let best = known.min_by(|a, b| a.value.total_cmp(&b.value));
+        let judged = own.filter_map(|row| {
+            let figure = limit.figure_of(judged(row)?)?;
+            Some((figure, verdict(figure, limit, row.resolved)))
+        });
+        // The verdict that decides, and of equal ones the least figure.
+        let rank = |verdict: GateVerdict| match verdict {
+            GateVerdict::Kept => 0,
+            GateVerdict::Undecided => 1,
+            GateVerdict::Exceeded => 2,
+        };
+        let best = judged.min_by(|a, b| {
+            let ranks = rank(a.1).cmp(&rank(b.1));
+            ranks.then(a.0.value.total_cmp(&b.0.value))
+        });
         Gate {
             name: name.clone(),
             limit: *limit,
-            error: best,
-            verdict: match best {
-                Some(best) if best.high.is_some_and(|high| high <= limit.most) => GateVerdict::Kept,
-                Some(best) if best.low.unwrap_or(best.value) > limit.most => GateVerdict::Exceeded,
-                // A figure without an interval is of a truth that counts as exact.
-                Some(Bounded { low: None, .. }) => GateVerdict::Kept,
-                _ => GateVerdict::Undecided,
-            },
+            error: best.map(|(figure, _)| figure),
+            verdict: best.map_or(GateVerdict::Undecided, |(_, verdict)| verdict),
         }
     };
     limits.iter().map(gate).collect()
+}
+
+/// A figure without an interval decides if the truth resolves the row.
+fn verdict(figure: Bounded, limit: &Limit, is_resolved: bool) -> GateVerdict {
+    let (low, high) = match (figure.low, figure.high) {
+        (None, None) if is_resolved => (figure.value, Some(figure.value)),
+        (None, _) => return GateVerdict::Undecided,
+        (Some(low), high) => (low, high),
+    };
+    if high.is_some_and(|high| high <= limit.most) {
+        GateVerdict::Kept
+    } else if low > limit.most {
+        GateVerdict::Exceeded
+    } else {
+        GateVerdict::Undecided
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::film::Image;
-    use crate::metric::{CompareImage, CompareSettings, compare};
+    use crate::metric::{CompareImage, CompareSettings, Figure, compare};
+    use crate::study::limit::LimitUnit;
     use crate::study::machine::Machine;
 
     /// A resolved row with this error.
@@ -205,6 +228,47 @@ mod tests {
             }),
             pareto: false,
         }
+    }
+
+    #[test]
+    fn a_limit_is_kept_by_any_row_and_exceeded_by_all_and_unknown_where_the_truth_is() {
+        let limit = |most| Limit {
+            figure: Figure::L1,
+            most,
+            unit: LimitUnit::Fraction,
+        };
+        let figure = |low: f64, value: f64, high: f64| Bounded {
+            value,
+            low: Some(low),
+            high: Some(high),
+        };
+        let says = |figure, most, is_resolved| verdict(figure, &limit(most), is_resolved);
+        assert_eq!(says(figure(0.1, 0.2, 0.3), 0.3, true), GateVerdict::Kept);
+        assert_eq!(
+            says(figure(0.1, 0.2, 0.3), 0.25, true),
+            GateVerdict::Undecided
+        );
+        assert_eq!(
+            says(figure(0.1, 0.2, 0.3), 0.05, true),
+            GateVerdict::Exceeded
+        );
+        let bare = Bounded {
+            value: 0.2,
+            low: None,
+            high: None,
+        };
+        assert_eq!(says(bare, 0.3, true), GateVerdict::Kept);
+        assert_eq!(says(bare, 0.1, true), GateVerdict::Exceeded);
+        assert_eq!(says(bare, 0.3, false), GateVerdict::Undecided);
+        // An image and itself differ in nothing; without bars that is known if the row is resolved.
+        let mut rows = vec![row(0.1), row(0.2)];
+        let verdicts = |rows: &[ReportRow]| gates(&[("photons".to_owned(), limit(0.5))], rows);
+        assert_eq!(verdicts(&rows)[0].verdict, GateVerdict::Kept);
+        rows[0].resolved = false;
+        assert_eq!(verdicts(&rows)[0].verdict, GateVerdict::Kept);
+        rows[1].resolved = false;
+        assert_eq!(verdicts(&rows)[0].verdict, GateVerdict::Undecided);
+        assert_eq!(verdicts(&[])[0].verdict, GateVerdict::Undecided);
     }
 
     #[test]

@@ -86,8 +86,9 @@ class Viewer {
 
   /** Shows a row of the report. */
   async show(row, against = null) {
-    this.wanted = row;
-    const file = against ? this.fileOf(against) : this.truthOf(row);
+    const serial = (this.serial ?? 0) + 1;
+    this.serial = serial;
+    const file = against ? this.fileOf(against, this.layer || row.layer) : this.truthOf(row);
     const film = this.fileOf(row);
     const [reference, own, referenceBar, ownBar, ownZ, ownFlip] = await Promise.all([
       this.numbers(file, 'value'), this.numbers(film, 'value'),
@@ -98,8 +99,8 @@ class Viewer {
     const colour = (film, grey) => Promise.all(['red', 'green', 'blue'].map((kind) => this.numbers(film, kind)))
       .then((channels) => (channels[0] ? channels : [grey, grey, grey]));
     const coloured = this.hasColour ? { truth: await colour(file, reference), run: await colour(film, own) } : null;
-    // Another run may have been chosen in the meantime.
-    if (this.wanted !== row) return;
+    // Another run, light or reference may have been chosen in the meantime.
+    if (this.serial !== serial) return;
     this.row = row;
     this.against = against;
     this.coloured = coloured;
@@ -212,9 +213,15 @@ class Viewer {
   }
 
   /** The film of a row: the layer that is chosen, if it has it, or else the light that it is judged by. */
-  fileOf(row) {
-    const ofLayer = `${row.file}#${this.layer}`;
-    return this.layer && this.planes.has(`${ofLayer} value`) ? ofLayer : row.file;
+  fileOf(row, layer = this.layer) {
+    const ofLayer = `${row.file}#${layer}`;
+    return layer && this.planes.has(`${ofLayer} value`) ? ofLayer : row.file;
+  }
+
+  /** True if a film has the light that is shown of a row. */
+  hasLight(other, row) {
+    const layer = this.layer || row.layer;
+    return other.layer === layer || this.fileOf(other, layer) !== other.file;
   }
 
   /** The layers that are there by themselves. */
@@ -245,7 +252,7 @@ class Viewer {
     }
   }
 
-  /** The region, or else what is seen of all, as one picture: reference, run and map, each texel a square. */
+  /** The region, or else all, as one picture: reference, run and map, each texel a square. */
   inset() {
     const { x, y, width, height } = this.region ?? { x: 0, y: 0, width: this.width, height: this.height };
     const scale = Math.max(1, Math.floor(384 / Math.max(width, height)));
@@ -328,14 +335,17 @@ class Viewer {
     };
     const up = (now) => {
       pane.frame.removeEventListener('pointermove', move);
+      pane.frame.removeEventListener('pointerup', up);
+      pane.frame.removeEventListener('pointercancel', up);
+      if (now.type === 'pointercancel') return;
       const end = this.texel(pane, now);
       const isClick = Math.hypot(now.clientX - event.clientX, now.clientY - event.clientY) < 3;
       if (isClick) this.host.dispatchEvent(new CustomEvent('place', { detail: end }));
       if (event.shiftKey) this.host.dispatchEvent(new CustomEvent('region'));
     };
     pane.frame.addEventListener('pointermove', move);
-    pane.frame.addEventListener('pointerup', up, { once: true });
-    pane.frame.addEventListener('pointercancel', up, { once: true });
+    pane.frame.addEventListener('pointerup', up);
+    pane.frame.addEventListener('pointercancel', up);
   }
 
   /** Chooses the texels between two places. */
@@ -344,6 +354,13 @@ class Viewer {
     const [x0, x1] = [from.x, to.x].map((x) => within(x, this.width)).sort((a, b) => a - b);
     const [y0, y1] = [from.y, to.y].map((y) => within(y, this.height)).sort((a, b) => a - b);
     this.region = { x: x0, y: y0, width: x1 - x0 + 1, height: y1 - y0 + 1 };
+  }
+
+  /** Chooses the texels that are seen. */
+  selectSeen() {
+    const half = { x: this.width / (2 * this.view.zoom), y: this.height / (2 * this.view.zoom) };
+    this.select({ x: this.view.x - half.x, y: this.view.y - half.y }, { x: this.view.x + half.x - 1e-9, y: this.view.y + half.y - 1e-9 });
+    this.host.dispatchEvent(new CustomEvent('region'));
   }
 
   zoom(factor, about = this.view) {
@@ -369,7 +386,8 @@ class Viewer {
       e: () => this.set({ exposure: this.state.exposure + 0.5 }), d: () => this.set({ exposure: this.state.exposure - 0.5 }),
       w: () => this.set({ wipe: !this.state.wipe }), f: () => this.set({ flipped: !this.state.flipped }),
       '[': () => this.set({ at: Math.max(0, this.state.at - 0.05) }), ']': () => this.set({ at: Math.min(1, this.state.at + 0.05) }),
-      n: () => turn(1), p: () => turn(-1),
+      x: () => this.host.dispatchEvent(new CustomEvent('place', { detail: { x: this.view.x, y: this.view.y } })),
+      r: () => this.selectSeen(), n: () => turn(1), p: () => turn(-1),
     }[event.key];
     if (act) {
       event.preventDefault();
