@@ -135,6 +135,7 @@ impl LightView {
     }
 
     /// Pixels a row, and rows.
+    #[inline]
     pub fn side(&self) -> usize {
         self.side as usize
     }

@@ -159,6 +159,7 @@ fn on_sensor(
 }
 
 /// The first of a light's pictures that a point is in, and where.
+#[inline]
 fn seen_in(depths: &[DepthMap], point: DVec3) -> Option<(&DepthMap, Projection)> {
     depths.iter().find_map(|map| {
         let seen = map.view().project(point)?;
@@ -258,6 +259,7 @@ pub fn fixed_point(exit: &Exit, depths: &[DepthMap], work: &mut Work) -> Result<
 }
 
 /// The depth of a point, and that of the receiver which the light sees there.
+#[inline]
 fn depths_at(depths: &[DepthMap], point: DVec3, work: &mut Work) -> Result<(f64, f64), Loss> {
     work.fetches += 1;
     let (map, seen) = seen_in(depths, point).ok_or(Loss::NoReceiver)?;

@@ -61,10 +61,18 @@ impl Flow {
         ];
         for &(reason, loss, _) in Loss::WORDS {
             let lost = tally.lost(loss);
+            // Light that splats and texels spread there is no photon's.
             let spread = match loss {
                 Loss::OutsideMap => self.beyond_map,
                 Loss::BesideSensor => self.beside,
-                _ => Rgb::BLACK,
+                Loss::EntersBehind
+                | Loss::TooLarge
+                | Loss::Opaque
+                | Loss::NoBackFace
+                | Loss::TotalReflection
+                | Loss::NoSecondInterface
+                | Loss::Specular
+                | Loss::NoReceiver => Rgb::BLACK,
             };
             found.push((loss.step(), reason, spread - lost.flux, lost.photons));
         }
