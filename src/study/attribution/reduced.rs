@@ -15,8 +15,8 @@ pub struct ReducedSensor {
 
 impl ReducedSensor {
     /// The coarsest sensor of which the longer side still has `side` texels or more, or the sensor itself;
-    /// steps are powers of two. Only rectangles are reduced: texels of other receivers may differ in area, and
-    /// a camera's filter spreads light over pixels.
+    /// steps are powers of two. Only rectangles are reduced: texels of other receivers may differ in area,
+    /// and a camera's filter spreads light over pixels.
     pub fn new(scene: &Scene, sensor: &Sensor, side: usize) -> Self {
         let mut reduced = Self {
             sensor: sensor.clone(),
