@@ -2,7 +2,7 @@
 
 /** entries: [{ stage, reason, flux, photons }], the first of what sets out; energy: of the image, by the truth's */
 function stageFlux(host, entries, energy) {
-  const [width, left, right, top, row] = [900, 330, 90, 8, 22];
+  const [width, left, right, top, row] = [900, 330, 110, 8, 22];
   let at = 0;
   const steps = entries.map(({ stage, reason, flux, photons }) => {
     const step = { name: `${stage}: ${reason}`, from: at, to: at + flux, flux, photons };
