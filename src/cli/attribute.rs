@@ -50,7 +50,7 @@ pub fn attribute(args: &AttributeArgs) -> anyhow::Result<Outcome> {
     if args.json {
         say!("{}", serde_json::to_string_pretty(&found)?);
     } else {
-        print(&scene.path().display().to_string(), &found, args.figure.0)?;
+        print(&scene.path().display().to_string(), &found, args.figure)?;
     }
     Ok(if found.is_resolved {
         Outcome::Complete
@@ -80,13 +80,7 @@ fn print(scene: &str, found: &Attribution, figure: Figure) -> anyhow::Result<()>
         let name = figure.word();
         format!("{name} is not defined for all subsets of stages: some of them make a black image")
     })?;
-    let value = |value: f64| {
-        if figure.is_length() {
-            format!("{} texels", three_digits(value))
-        } else {
-            format!("{} %", three_digits(100.0 * value))
-        }
-    };
+    let value = |value: f64| shown(figure, value);
     let signed = |share: f64| format!("{}{}", if share > 0.0 { "+" } else { "" }, value(share));
     let [width, height] = found.size;
     say!(
@@ -143,17 +137,10 @@ fn print(scene: &str, found: &Attribution, figure: Figure) -> anyhow::Result<()>
     );
     say!("all before it exact");
     say!("");
-    for other in &found.figures {
-        let unit = Figure::of_word(&other.figure).is_some_and(Figure::is_length);
-        say!(
-            "  {:<12} {}",
-            other.figure,
-            if unit {
-                format!("{} texels", three_digits(other.whole))
-            } else {
-                format!("{} %", three_digits(100.0 * other.whole))
-            }
-        );
+    for figure in Figure::OF_LIGHT {
+        if let Some(other) = found.of(figure) {
+            say!("  {:<12} {}", other.figure, shown(figure, other.whole));
+        }
     }
     say!(
         "  not modelled {} of the flux by mirrors and glass",
@@ -167,4 +154,13 @@ fn print(scene: &str, found: &Attribution, figure: Figure) -> anyhow::Result<()>
     };
     say!("  the truth's own error {truth}{word}");
     Ok(())
+}
+
+/// A value of a figure in its unit.
+fn shown(figure: Figure, value: f64) -> String {
+    if figure.is_length() {
+        format!("{} texels", three_digits(value))
+    } else {
+        format!("{} %", three_digits(100.0 * value))
+    }
 }

@@ -197,7 +197,7 @@ pub(super) struct Contents<'a> {
 pub(super) const TOTALS: [&str; 3] = ["E", "L", ""];
 
 /// Names of channels that look like a layer's but hold no light.
-const NOT_LIGHT: [&str; 2] = ["area", "count"];
+pub const NOT_LIGHT: [&str; 2] = ["area", "count"];
 
 impl<'a> Contents<'a> {
     pub(super) fn new(name: &'a str, image: &'a Image, corner: [usize; 2]) -> Self {

@@ -42,7 +42,7 @@ impl<'a> TexelGrid<'a> {
         let surface = image.metadata(SURFACE);
         let surface = surface.or(areas.map(|_| "a surface whose texels differ in area"));
         Self {
-            spacing: image.metadata(SIZE).and_then(size),
+            spacing: spacing(image),
             areas,
             not_a_plane: surface.map(|surface| {
                 format!("the receiver is {surface}: distances between its texels are not those of a plane")
@@ -54,6 +54,11 @@ impl<'a> TexelGrid<'a> {
     pub(super) fn weight(&self, texel: usize) -> f64 {
         self.areas.map_or(1.0, |areas| f64::from(areas[texel]))
     }
+}
+
+/// Width and height of an image's texels \[m\], if it says so.
+pub fn spacing(image: &Image) -> Option<[f64; 2]> {
+    image.metadata(SIZE).and_then(size)
 }
 
 fn size(text: &str) -> Option<[f64; 2]> {

@@ -106,11 +106,7 @@ impl Limit {
         }
         let found = layer.fidelity.resolution?;
         let metre = found.metres? / found.texels.value;
-        Some(Bounded {
-            value: found.texels.value * metre,
-            low: found.texels.low.map(|low| low * metre),
-            high: found.texels.high.map(|high| high * metre),
-        })
+        Some(found.texels.times(metre))
     }
 
     /// A value of the figure for readers.

@@ -407,21 +407,7 @@ fn a_march_goes_on_from_one_face_of_a_cube_to_the_next() {
         .map(|view| DepthMap::new(&receivers, view, Precision::Exact).0)
         .collect();
     let (start, target) = (DVec3::new(-1.5, 0.2, 0.9), DVec3::new(0.3, -0.4, 0.0));
-    let exit = Exit {
-        ray: Ray::new(start, (target - start).normalize()),
-        throughput: Rgb::WHITE,
-        by_fresnel: Rgb::WHITE,
-        lens: Lens {
-            vergence: 1.0,
-            front: 0.0,
-            back: 0.0,
-            eta: 1.0,
-            thickness: 0.0,
-        },
-        derivatives: Default::default(),
-        may_be_inside: false,
-        topology: 0,
-    };
+    let exit = exit(start, target, false);
     let mut work = Work::default();
     let found = marched(&exit, &depths, [256, 20], &mut work).unwrap();
     let off = found.position.distance(target);
@@ -434,16 +420,9 @@ fn a_march_goes_on_from_one_face_of_a_cube_to_the_next() {
     }
 }
 
-#[test]
-fn the_march_of_2008_lands_where_the_ray_meets_a_floor_across_the_axis() {
-    let lamp = r#"<emitter type="point"><point name="position" x="0" y="0" z="4"/><rgb name="intensity" value="1"/></emitter>"#;
-    let scene = scene_of(&lit_by(lamp, "", 4));
-    let source = &Source::all(&scene)[0];
-    let floor = Bounds::from_points([DVec3::new(-2.0, -2.0, 0.0), DVec3::new(2.0, 2.0, 0.0)]);
-    let view = LightView::around(source, &[Extent::Box(floor)], 64)[0];
-    let (depths, _) = DepthMap::new(&Receivers::new(&scene), view, Precision::Exact);
-    let (start, target) = (DVec3::new(-0.5, 0.2, 1.3), DVec3::new(0.9, -0.4, 0.0));
-    let exit = |towards: DVec3| Exit {
+/// Light that left the last interface at one point towards another.
+fn exit(start: DVec3, towards: DVec3, may_be_inside: bool) -> Exit {
+    Exit {
         ray: Ray::new(start, (towards - start).normalize()),
         throughput: Rgb::WHITE,
         by_fresnel: Rgb::WHITE,
@@ -455,9 +434,21 @@ fn the_march_of_2008_lands_where_the_ray_meets_a_floor_across_the_axis() {
             thickness: 0.0,
         },
         derivatives: Default::default(),
-        may_be_inside: true,
+        may_be_inside,
         topology: 0,
-    };
+    }
+}
+
+#[test]
+fn the_march_of_2008_lands_where_the_ray_meets_a_floor_across_the_axis() {
+    let lamp = r#"<emitter type="point"><point name="position" x="0" y="0" z="4"/><rgb name="intensity" value="1"/></emitter>"#;
+    let scene = scene_of(&lit_by(lamp, "", 4));
+    let source = &Source::all(&scene)[0];
+    let floor = Bounds::from_points([DVec3::new(-2.0, -2.0, 0.0), DVec3::new(2.0, 2.0, 0.0)]);
+    let view = LightView::around(source, &[Extent::Box(floor)], 64)[0];
+    let (depths, _) = DepthMap::new(&Receivers::new(&scene), view, Precision::Exact);
+    let (start, target) = (DVec3::new(-0.5, 0.2, 1.3), DVec3::new(0.9, -0.4, 0.0));
+    let exit = |towards: DVec3| exit(start, towards, true);
     let mut work = Work::default();
     let found = fixed_point(&exit(target), std::slice::from_ref(&depths), &mut work).unwrap();
     // All of the floor is at the depth of 4: the first step is at the place.

@@ -9,7 +9,6 @@ use std::path::PathBuf;
 
 use clap::{Parser, Subcommand};
 
-use parse::FigureArg;
 pub(super) use parse::parse_define;
 pub use parse::parse_fraction;
 pub use probe::ProbeArgs;
@@ -123,7 +122,7 @@ pub struct AttributeArgs {
 
     /// The figure that is shared out: l1, energy, misplaced, displaced or l2
     #[arg(long, value_name = "NAME", value_parser = parse::parse_figure, default_value = "l1")]
-    pub figure: FigureArg,
+    pub figure: crate::metric::Figure,
 
     /// Texels that the longer side of the sensor has at least: each run is made on squares of its texels,
     /// the largest that leave so many

@@ -53,14 +53,10 @@ pub fn parse_fraction(text: &str) -> Result<f64, String> {
         .ok_or_else(|| "give a number > 0, as a fraction (0.01) or in percent (1%)".to_owned())
 }
 
-/// A figure of light by name.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct FigureArg(pub Figure);
-
 /// A figure that can be shared out among stages.
-pub fn parse_figure(text: &str) -> Result<FigureArg, String> {
+pub fn parse_figure(text: &str) -> Result<Figure, String> {
     let figure = Figure::of_word(text).filter(|figure| Figure::OF_LIGHT.contains(figure));
-    figure.map(FigureArg).ok_or_else(|| {
+    figure.ok_or_else(|| {
         let names: Vec<&str> = Figure::OF_LIGHT.iter().map(|one| one.word()).collect();
         format!("give one of {}", names.join(", "))
     })

@@ -125,13 +125,7 @@ impl TruthBars {
     }
 
     pub(super) fn of_l1(&self, value: f64) -> Bounded {
-        self.bounded(value, |known| {
-            let beta = known.beta();
-            [
-                Some((value - beta).max(0.0) / (1.0 + beta)),
-                over(value + beta, beta),
-            ]
-        })
+        self.bounded(value, |known| relative(value, known.beta()))
     }
 
     pub(super) fn of_misplaced(&self, value: f64) -> Bounded {
@@ -148,10 +142,6 @@ impl TruthBars {
         found
     }
 
-    pub(super) fn of_l2(&self, value: f64) -> Bounded {
-        self.of_l2_at(value, 1)
-    }
-
     /// L2 of means over squares: their bars are means of bars at most.
     pub(super) fn of_l2_at(&self, value: f64, side: usize) -> Bounded {
         self.bounded(value, |known| {
@@ -165,11 +155,7 @@ impl TruthBars {
                     truth += t * t / n;
                 }
             }
-            let beta = (bars / truth).sqrt();
-            [
-                Some((value - beta).max(0.0) / (1.0 + beta)),
-                over(value + beta, beta),
-            ]
+            relative(value, (bars / truth).sqrt())
         })
     }
 
@@ -212,6 +198,12 @@ impl Known {
     fn beta(&self) -> f64 {
         self.bars.iter().sum::<f64>() / self.truth
     }
+}
+
+/// The ends of a relative length whose reference is known to the part beta of itself.
+fn relative(value: f64, beta: f64) -> [Option<f64>; 2] {
+    let low = (value - beta).max(0.0) / (1.0 + beta);
+    [Some(low), over(value + beta, beta)]
 }
 
 /// value / (1 − part); `None` if the part is all or more.

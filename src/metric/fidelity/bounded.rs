@@ -22,7 +22,7 @@ pub struct Bounded {
 
 impl Bounded {
     /// The figure in another unit.
-    pub(super) fn times(self, factor: f64) -> Self {
+    pub(crate) fn times(self, factor: f64) -> Self {
         Self {
             value: factor * self.value,
             low: self.low.map(|low| factor * low),

@@ -99,14 +99,12 @@ impl Fidelity {
     /// The figures of a layer.
     pub(crate) fn of(pair: &LayerPair) -> Self {
         let texels = pair.texels();
-        let [truth, other, absolute, squares, truth_squares] = sums(texels, |i| {
+        let [truth, other, absolute] = sums(texels, |i| {
             let weight = pair.grid.weight(i);
-            let mut terms = [0.0; 5];
+            let mut terms = [0.0; 3];
             for one in &pair.channels {
                 let (t, a) = (f64::from(one.reference[i]), f64::from(one.other[i]));
-                let d = a - t;
-                let own = [t, a, d.abs(), d * d, t * t];
-                for (sum, term) in terms.iter_mut().zip(own) {
+                for (sum, term) in terms.iter_mut().zip([t, a, (a - t).abs()]) {
                     *sum += weight * term;
                 }
             }
@@ -128,8 +126,8 @@ impl Fidelity {
         let bars = TruthBars::of(pair);
         found.energy = Some(bars.of_ratio(other / truth));
         found.l1 = Some(bars.of_l1(absolute / truth));
-        found.l2 = Some(bars.of_l2((squares / truth_squares).sqrt()));
         found.scales = scales::scales(pair, &bars);
+        found.l2 = found.scales.first().map(|finest| finest.l2);
         found.resolution = scales::resolution(&found.scales, pair.grid.spacing);
         if other <= 0.0 {
             return found;

@@ -11,7 +11,8 @@ use super::super::layers::add_specular;
 use super::figures::{SensorFigures, StudyReport, Timings};
 use super::planes::{Digits, EncodedPlane, reduced};
 use crate::film::{Image, exr};
-use crate::metric::{self, CompareImage, Flip, ImageSide, Maps, Pairing, flip};
+use crate::metric::compare_image::NOT_LIGHT;
+use crate::metric::{CompareImage, Flip, ImageSide, Maps, Pairing, flip, texel_grid};
 use crate::run::LayerName;
 
 /// Largest size of the page's images \[bytes\]; larger films are averaged over squares of texels.
@@ -50,6 +51,8 @@ struct PageFilm {
     z: Option<Vec<f32>>,
     /// HDR-FLIP of the light that the row is judged by.
     flip: Option<Vec<f32>>,
+    /// Width and height of a texel \[m\], if that is known.
+    spacing: Option<[f64; 2]>,
     /// True for a layer that no row is judged by.
     is_extra: bool,
 }
@@ -92,11 +95,6 @@ pub fn page(folder: &Path, report: &StudyReport, timings: &Timings) -> Result<St
             break;
         }
         pictures[most] = Pictures::new(&films[most], size, step);
-    }
-    for (pictures, sensor) in pictures.iter_mut().zip(&report.sensors) {
-        let texels = exr::read(&folder.join(&sensor.truth.file))?;
-        let size = texels.metadata(metric::texel_grid::SIZE);
-        pictures.spacing = size.and_then(|text| serde_json::from_str(text).ok());
     }
     let data = Data {
         report,
@@ -195,7 +193,8 @@ fn brightest(truth: &Image, total: &str) -> Vec<String> {
         let values = mean(truth, layer, "").unwrap_or_default();
         values.iter().map(|value| f64::from(*value)).sum()
     };
-    let is_light = |layer: &&str| ![total, "area", "count"].contains(layer) && !layer.contains('.');
+    let is_light =
+        |layer: &&str| *layer != total && !NOT_LIGHT.contains(layer) && !layer.contains('.');
     let names = truth.channels.iter();
     let names = names.filter_map(|channel| channel.name.rsplit_once('.').map(|(layer, _)| layer));
     let names: BTreeSet<&str> = names.filter(is_light).collect();
@@ -234,7 +233,8 @@ impl Pictures {
         Self {
             size: size.map(|n| n.div_ceil(step)),
             step,
-            spacing: None,
+            // The truth's is the first.
+            spacing: films.first().and_then(|film| film.spacing),
             planes,
         }
     }
@@ -275,6 +275,7 @@ impl PageFilm {
             bar,
             z: None,
             flip: None,
+            spacing: texel_grid::spacing(image),
             is_extra: false,
         }
     }
