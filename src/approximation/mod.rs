@@ -9,7 +9,7 @@
 //! | file | content |
 //! |---|---|
 //! | [`technique`] | the interface: settings, stages, light, cost, preparation, frame |
-//! | [`stage`] | stages by name |
+//! | [`stage`], `table` | stages by name; settings with their types |
 //! | [`sensor`] | the sensor: its points in batches, and irradiance averaged over texels |
 //! | [`sources`] | lights without size |
 //! | [`light_view`], [`extent`] | the scene as a light sees it, and how far shapes reach in it |
@@ -33,6 +33,7 @@ pub mod receivers;
 pub mod sensor;
 pub mod sources;
 pub mod stage;
+pub(crate) mod table;
 pub mod technique;
 
 pub use depth_map::DepthMap;

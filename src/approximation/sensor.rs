@@ -10,8 +10,8 @@ use rayon::prelude::*;
 use crate::geometry::{Ray, SurfacePoint, TraversalCounters};
 use crate::radiometry::Rgb;
 use crate::run::Refusal;
-use crate::scene::{Color, Material, Scene, Sensor, SensorKind};
-use crate::transport::camera::Camera;
+use crate::scene::{Scene, Sensor, SensorKind};
+use crate::transport::camera::{Camera, reflectance};
 use crate::transport::path_end::next_hit;
 use crate::transport::receiver::Receiver;
 use crate::transport::screen::Screen;
@@ -246,7 +246,7 @@ fn visible_point(
         return None;
     }
     let front = ray.direction.dot(point.geometric_normal) < 0.0;
-    let albedo = diffuse_reflectance(scene, scene.material_of(hit.shape), front)?;
+    let albedo = reflectance(scene, scene.material_of(hit.shape), front)?;
     let normal = if front {
         point.geometric_normal
     } else {
@@ -260,18 +260,4 @@ fn visible_point(
         albedo: Some(albedo),
         view: Some(ray),
     })
-}
-
-/// The albedo of one side of a surface; `None` where it is black or not diffuse.
-fn diffuse_reflectance(scene: &Scene, material: &Material, front: bool) -> Option<Rgb> {
-    match material {
-        Material::Diffuse {
-            reflectance: Color::Constant(reflectance),
-        } if front => Some(*reflectance),
-        Material::TwoSided { front: one, back } => {
-            let side = if front { one } else { back };
-            diffuse_reflectance(scene, scene.material(*side), true)
-        }
-        _ => None,
-    }
 }

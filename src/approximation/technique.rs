@@ -17,6 +17,9 @@ pub trait Technique: Sync {
     /// One line: the technique and its source.
     fn meaning(&self) -> &'static str;
 
+    /// The unit of a frame's work, in the plural: one of its frames' counters, for the summary.
+    fn unit(&self) -> &'static str;
+
     /// The table of settings. A stage's key chooses its variant.
     fn settings(&self) -> &'static [Setting];
 

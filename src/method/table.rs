@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::entry::Entry;
 pub use super::rows::MAX_COUNT;
-use crate::setting::{Kind, Preset, Setting};
+use crate::setting::{Preset, Setting};
 
 /// One setting as a flag: the rows of all references that have its key.
 pub struct Flag {
@@ -103,10 +103,7 @@ pub fn markdown(name: &str) -> String {
             row.meaning
         );
     }
-    for row in rows
-        .iter()
-        .filter(|row| matches!(row.kind, Kind::Choice(_)))
-    {
+    for row in rows.iter().filter(|row| !row.kind.words().is_empty()) {
         let _ = writeln!(text, "\nWords of `{}`:\n", row.key);
         for (word, meaning) in row.kind.words() {
             let _ = writeln!(text, "- `{word}`: {meaning}");

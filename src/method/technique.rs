@@ -36,7 +36,7 @@ pub(super) fn run(technique: &dyn Technique, job: &Job) -> Result<Rendering, Err
         layers: vec![layer(name(light))],
         counts: vec![0; frame.values.len()],
         ledger: Ledger::default(),
-        paths: frame.counters.get("photons"),
+        paths: frame.counters.get(technique.unit()),
         counters: TraversalCounters {
             rays: frame.counters.get("rays"),
             ..TraversalCounters::default()
@@ -48,9 +48,9 @@ pub(super) fn run(technique: &dyn Technique, job: &Job) -> Result<Rendering, Err
     let work: Vec<_> = frame.work.iter().map(|one| (one.name, &one.work)).collect();
     Ok(Rendering {
         light,
-        summary: summary(&frame.flux),
+        summary: summary(&frame.flux, technique.unit()),
         warnings: frame.warnings,
-        unit: "photons",
+        unit: technique.unit(),
         counters: frame.counters.list(),
         preparation: prepared.work().to_vec(),
         frame_time: Some(Duration::from_secs_f64(seconds)),
@@ -61,14 +61,14 @@ pub(super) fn run(technique: &dyn Technique, job: &Job) -> Result<Rendering, Err
 }
 
 /// The flux of a frame as a table: what sets out, what each stage does to it, and what is left.
-fn summary(flux: &[FluxEntry]) -> Vec<String> {
+fn summary(flux: &[FluxEntry], unit: &str) -> Vec<String> {
     if flux.is_empty() {
         return Vec::new();
     }
     let row = |stage: &str, watts: f64, reason: &str, photons: u64| {
         let photons = match photons {
             0 => String::new(),
-            photons => format!(" ({photons} photons)"),
+            photons => format!(" ({photons} {unit})"),
         };
         format!("  {stage:<11}{:>12}  {reason}{photons}", number(watts))
     };

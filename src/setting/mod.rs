@@ -16,6 +16,6 @@ pub mod words;
 
 pub use error::{SettingError, did_you_mean};
 pub use parse::{parse_duration, parse_fraction};
-pub use table::{Kind, Preset, Setting};
+pub use table::{Kind, NamedValues, Preset, Setting};
 pub use values::{Given, Values};
 pub use words::{Words, words_of};

@@ -35,6 +35,19 @@ pub enum Kind {
     Choice(fn() -> Vec<(&'static str, &'static str)>),
     /// `true` or `false`.
     Flag,
+    /// A word for values of other settings, which these have where they are not given.
+    Presets(&'static [NamedValues]),
+}
+
+/// A word for values of other settings.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct NamedValues {
+    /// The word.
+    pub word: &'static str,
+    /// Its meaning, in a few words.
+    pub meaning: &'static str,
+    /// Keys and values.
+    pub values: &'static [(&'static str, &'static str)],
 }
 
 /// The value of a setting that nobody gave.
@@ -92,6 +105,7 @@ impl Kind {
             Self::NamedFractions => parse_named_fractions(text).is_some(),
             Self::Time => parse_duration(text).is_some(),
             Self::Choice(words) => words().iter().any(|(word, _)| *word == text),
+            Self::Presets(named) => named.iter().any(|one| one.word == text),
             Self::Flag => matches!(text, "true" | "false"),
         }
     }
@@ -107,8 +121,8 @@ impl Kind {
                 "names with a number > 0 each, as in LRD=1%,LTTD=0.001".to_owned()
             }
             Self::Time => "times >= 0 with a unit (ms, s, m or h), as in 30s".to_owned(),
-            Self::Choice(words) => {
-                let words: Vec<&str> = words().iter().map(|(word, _)| *word).collect();
+            Self::Choice(_) | Self::Presets(_) => {
+                let words: Vec<&str> = self.words().iter().map(|(word, _)| *word).collect();
                 words.join(", ")
             }
             Self::Flag => "true, false".to_owned(),
@@ -128,7 +142,7 @@ impl Kind {
             Self::Fraction => "> 0, or in %".to_owned(),
             Self::NamedFractions => "NAME=> 0, ...".to_owned(),
             Self::Time => "ms, s, m, h".to_owned(),
-            Self::Choice(_) => "word".to_owned(),
+            Self::Choice(_) | Self::Presets(_) => "word".to_owned(),
             Self::Flag => "true, false".to_owned(),
         }
     }
@@ -137,6 +151,7 @@ impl Kind {
     pub fn words(self) -> Vec<(&'static str, &'static str)> {
         match self {
             Self::Choice(words) => words(),
+            Self::Presets(named) => named.iter().map(|one| (one.word, one.meaning)).collect(),
             _ => Vec::new(),
         }
     }
@@ -149,7 +164,7 @@ impl Kind {
             Self::Fraction => "ERROR",
             Self::NamedFractions => "NAME=ERROR,...",
             Self::Time => "TIME",
-            Self::Choice(_) => "WORD",
+            Self::Choice(_) | Self::Presets(_) => "WORD",
             Self::Flag => "BOOL",
         }
     }

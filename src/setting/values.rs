@@ -60,9 +60,12 @@ impl Values {
         &self.given
     }
 
-    /// The value of a key as text: the one typed, else the default.
+    /// The value of a key as text: the one typed, else that of a preset, else the default.
     pub fn text(&self, key: &str) -> Option<&str> {
         if let Some(text) = self.given.get(key) {
+            return Some(text);
+        }
+        if let Some(text) = self.preset(key) {
             return Some(text);
         }
         let setting = self.table.iter().find(|one| one.key == key)?;
@@ -70,6 +73,22 @@ impl Values {
             Preset::Value(text) => Some(text),
             Preset::Rule(_) => None,
         }
+    }
+
+    /// The value that a preset gives a setting; `None` if none does.
+    fn preset(&self, key: &str) -> Option<&'static str> {
+        self.table.iter().find_map(|setting| {
+            let Kind::Presets(named) = setting.kind else {
+                return None;
+            };
+            let word = self.given.get(setting.key).map(String::as_str);
+            let word = word.unwrap_or(setting.default.text());
+            let values = named.iter().find(|one| one.word == word)?.values;
+            values
+                .iter()
+                .find(|(known, _)| *known == key)
+                .map(|(_, value)| *value)
+        })
     }
 
     /// A whole number; `None` without a value, or if `T` cannot hold it.
@@ -117,7 +136,9 @@ impl Values {
                 Kind::Number(..) => self.number(setting.key)?.into(),
                 Kind::Fraction => self.fraction(setting.key)?.into(),
                 Kind::Flag => self.flag(setting.key)?.into(),
-                Kind::NamedFractions | Kind::Time | Kind::Choice(_) => text.into(),
+                Kind::NamedFractions | Kind::Time | Kind::Choice(_) | Kind::Presets(_) => {
+                    text.into()
+                }
             };
             Some((setting.key.to_owned(), value))
         });
@@ -128,6 +149,7 @@ impl Values {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::setting::NamedValues;
 
     const TABLE: [Setting; 2] = [
         Setting {
@@ -167,6 +189,31 @@ mod tests {
         assert_eq!(error, "photons is \"-1\"; allowed are whole numbers 1..=9");
         assert!(values(&[("photons", "10")]).is_err());
         assert!(values(&[("error", "0")]).is_err());
+    }
+
+    #[test]
+    fn a_preset_stands_in_for_what_was_not_typed_before_defaults() {
+        const NAMED: &[NamedValues] = &[NamedValues {
+            word: "few",
+            meaning: "a few photons",
+            values: &[("photons", "2")],
+        }];
+        const PRESETS: Setting = Setting {
+            key: "preset",
+            kind: Kind::Presets(NAMED),
+            default: Preset::Rule("none"),
+            unit: "",
+            meaning: "Values of others",
+        };
+        let photons = |pairs: &[(&str, &str)]| {
+            let owned = |(key, value): &(&str, &str)| ((*key).to_owned(), (*value).to_owned());
+            let table = TABLE.iter().chain([&PRESETS]).collect();
+            let values = Values::new("photons", table, &pairs.iter().map(owned).collect());
+            values.unwrap().whole::<u32>("photons")
+        };
+        assert_eq!(photons(&[]), Some(7));
+        assert_eq!(photons(&[("preset", "few")]), Some(2));
+        assert_eq!(photons(&[("preset", "few"), ("photons", "3")]), Some(3));
     }
 
     #[test]

@@ -57,6 +57,9 @@ impl Technique for LightVolume {
     fn meaning(&self) -> &'static str {
         "Hierarchical light volumes"
     }
+    fn unit(&self) -> &'static str {
+        "beams"
+    }
     fn settings(&self) -> &'static [Setting] {
         const TABLE: &[Setting] = &[PRECISION, whole("slices", "4")];
         TABLE
@@ -141,6 +144,9 @@ impl Technique for CausticsVolume {
     }
     fn meaning(&self) -> &'static str {
         "Caustics volumes"
+    }
+    fn unit(&self) -> &'static str {
+        "beams"
     }
     fn settings(&self) -> &'static [Setting] {
         const TABLE: &[Setting] = &[PRECISION, whole("slabs", "3")];
@@ -230,6 +236,9 @@ impl Technique for LocalIrradiance {
     }
     fn meaning(&self) -> &'static str {
         "Local precomputed irradiance"
+    }
+    fn unit(&self) -> &'static str {
+        "beams"
     }
     fn settings(&self) -> &'static [Setting] {
         const TABLE: &[Setting] = &[PRECISION, whole("cells", "64")];

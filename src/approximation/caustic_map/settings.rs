@@ -6,8 +6,8 @@ use super::variants::{
 };
 use crate::approximation::Precision;
 use crate::approximation::interface::Fresnel;
-use crate::setting::table::row;
-use crate::setting::{Kind, Setting, Values, words_of};
+use crate::approximation::table::settings;
+use crate::setting::{Kind, Values, words_of};
 
 /// The largest side of a photon buffer or a map: 16384² texels of three `f64` are 6.4 GB.
 const SIDE: Kind = Kind::Whole(1, 16384);
@@ -21,32 +21,10 @@ fn modes() -> Vec<(&'static str, &'static str)> {
     [vec![auto], words_of::<Mode>()].concat()
 }
 
-/// Makes the table of settings, and the struct that has them with their types: a field and a row each.
-macro_rules! settings {
-    ($($(#[doc = $doc:literal])+ $field:ident: $type:ty = $key:literal, $kind:expr,
-        $preset:ident $default:literal, $unit:literal, $meaning:literal, $read:expr;)+) => {
-        /// The table of settings.
-        pub(super) const TABLE: &[Setting] =
-            &[$(row!($key: $kind, $preset $default, $unit, $meaning)),+];
-
-        /// The settings of a caustic map, with their types. By default, the thin-lens technique of the report
-        /// at 512² photons.
-        #[derive(Clone, Debug, PartialEq)]
-        pub struct Settings {
-            $($(#[doc = $doc])+ pub $field: $type,)+
-        }
-
-        impl Settings {
-            /// The typed settings of checked values. `None` if a key is missing, which the table does not
-            /// allow.
-            pub fn of(values: &Values) -> Option<Self> {
-                Some(Self { $($field: ($read)(values, $key)?,)+ })
-            }
-        }
-    };
-}
-
 settings! {
+    /// The settings of a caustic map, with their types. By default, the thin-lens technique of the report at
+    /// 512² photons.
+    Settings;
     /// The light; `None` leaves it to the scene.
     mode: Option<Mode> = "mode", Kind::Choice(modes), Rule "refraction if anything refracts", "",
         "Light that is modelled", |values: &Values, key| Some(values.word(key));
@@ -129,8 +107,7 @@ settings! {
 mod tests {
     use super::super::variants::STAGES;
     use super::*;
-    use crate::setting::Given;
-    use crate::setting::Preset;
+    use crate::setting::{Given, Preset, Setting};
 
     fn values(pairs: &[(&str, &str)]) -> Result<Values, crate::setting::SettingError> {
         let owned = |(key, value): &(&str, &str)| ((*key).to_owned(), (*value).to_owned());

@@ -32,6 +32,10 @@ impl Technique for CausticMap {
         "Caustic mapping (Wyman and Davis 2006): a real-time approximation, with its errors"
     }
 
+    fn unit(&self) -> &'static str {
+        "photons"
+    }
+
     fn settings(&self) -> &'static [Setting] {
         settings::TABLE
     }

@@ -1,6 +1,6 @@
 //! Stages and their variants, by name.
 
-use crate::approximation::Stage;
+use crate::approximation::stage::{Stage, stages};
 use crate::setting::Words;
 use crate::setting::words::words;
 
@@ -28,18 +28,7 @@ words! {
 pub type BySteps<T> = [T; Step::WORDS.len()];
 
 /// The stages, as techniques list them.
-pub(super) static STAGES: BySteps<Stage> = {
-    let mut stages = [Stage {
-        name: "",
-        exact: "exact",
-    }; Step::WORDS.len()];
-    let mut index = 0;
-    while index < stages.len() {
-        stages[index].name = Step::WORDS[index].0;
-        index += 1;
-    }
-    stages
-};
+pub(super) static STAGES: BySteps<Stage> = stages(Step::WORDS);
 
 words! {
     /// The light that is modelled.

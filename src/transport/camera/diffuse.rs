@@ -4,7 +4,7 @@ use crate::radiometry::Rgb;
 use crate::scene::{Color, Material, Scalar, Scene};
 
 /// The share of light that a surface reflects diffusely on a side; `None` if it is not diffuse.
-pub(super) fn reflectance<'a>(
+pub(crate) fn reflectance<'a>(
     scene: &'a Scene,
     mut material: &'a Material,
     front: bool,

@@ -39,5 +39,6 @@ mod lens;
 mod projection;
 
 pub use connect::Connection;
+pub(crate) use diffuse::reflectance;
 pub use error::CameraError;
 pub use projection::{Camera, CameraProjection, PixelRay};
