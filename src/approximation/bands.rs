@@ -67,6 +67,14 @@ pub struct Band<'a, V> {
 }
 
 impl<V> Band<'_, V> {
+    /// The first row of the map that the band has, and the first after it.
+    pub fn rows(&self) -> [i64; 2] {
+        [
+            self.first,
+            self.first + signed(self.texels.len() / self.columns),
+        ]
+    }
+
     /// The texel in a column and a row of the map; `None` outside of the band.
     #[inline]
     pub fn texel(&mut self, column: i64, row: i64) -> Option<&mut V> {

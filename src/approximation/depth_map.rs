@@ -24,14 +24,29 @@ impl DepthMap {
         view: LightView,
         precision: Precision,
     ) -> (Self, TraversalCounters) {
+        let all = [DVec2::ZERO, DVec2::splat(view.side() as f64)];
+        Self::within(receivers, view, precision, all)
+    }
+
+    /// The same, where receivers are known to be between two corners of the image only.
+    pub fn within(
+        receivers: &Receivers,
+        view: LightView,
+        precision: Precision,
+        window: [DVec2; 2],
+    ) -> (Self, TraversalCounters) {
         let side = view.side();
+        let first = window[0].floor().max(DVec2::ZERO);
+        let end = window[1].ceil().min(DVec2::splat(side as f64));
         let mut depths = vec![f64::INFINITY; side * side];
         let counters = depths
             .par_chunks_mut(side)
             .enumerate()
+            .filter(|(row, _)| (first.y as usize..end.y as usize).contains(row))
             .map(|(row, depths)| {
                 let mut counters = TraversalCounters::default();
-                for (column, depth) in depths.iter_mut().enumerate() {
+                let columns = first.x as usize..(end.x as usize).max(first.x as usize);
+                for (column, depth) in columns.clone().zip(&mut depths[columns]) {
                     let at = DVec2::new(column as f64 + 0.5, row as f64 + 0.5);
                     let found = receivers.first(&view.ray(at), &mut counters);
                     if let Some(seen) = found.and_then(|(_, point)| view.project(point.position)) {

@@ -26,6 +26,10 @@ words! {
 pub struct Crossing {
     /// Its unit direction from there on.
     pub direction: DVec3,
+    /// The share of its flux that goes on, but for colours.
+    pub share: f64,
+    /// The factor that the surface's colour puts on it.
+    pub tint: Rgb,
     /// The share of its flux that goes on.
     pub throughput: Rgb,
     /// The same by Fresnel's equations, whatever is modelled.
@@ -61,6 +65,8 @@ pub fn cross(
     };
     Some(Crossing {
         direction: branch.direction,
+        share: factor,
+        tint: branch.tint.rgb(),
         throughput: branch.tint.rgb() * factor,
         by_fresnel: branch.tint.rgb() * share,
         bending: interaction.bending(way),

@@ -127,6 +127,21 @@ impl LightView {
         [window[0].max(whole[0]), window[1].min(whole[1])]
     }
 
+    /// The same view from further back, so that all of a box is ahead. Of a point nothing changes.
+    #[must_use]
+    pub fn before(mut self, bounds: &Bounds) -> Self {
+        if self.is_parallel {
+            let corners = bounds.corners().into_iter();
+            let least = corners
+                .map(|corner| self.frame.n.dot(corner - self.origin))
+                .fold(0.0, f64::min);
+            let back = (1.01 * -least).max(0.0);
+            self.origin -= self.frame.n * back;
+            self.range[1] += back;
+        }
+        self
+    }
+
     /// The same view with other pixels.
     #[must_use]
     pub fn with_side(mut self, side: u32) -> Self {

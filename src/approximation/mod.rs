@@ -28,6 +28,7 @@ pub mod exact_film;
 pub mod extent;
 pub mod interface;
 pub mod light_view;
+pub mod light_volume;
 pub mod precision;
 pub mod receivers;
 pub mod sensor;
@@ -47,4 +48,4 @@ pub use stage::Stage;
 pub use technique::{Frame, Prepared, Technique};
 
 /// All techniques.
-pub static TECHNIQUES: &[&dyn Technique] = &[&caustic_map::CausticMap];
+pub static TECHNIQUES: &[&dyn Technique] = &[&caustic_map::CausticMap, &light_volume::LightVolume];

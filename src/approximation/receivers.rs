@@ -15,10 +15,17 @@ pub struct Receivers {
 impl Receivers {
     /// The receivers of a scene.
     pub fn new(scene: &Scene) -> Self {
+        Self::chosen(scene, |_| true)
+    }
+
+    /// Those of a scene's receivers that are chosen.
+    pub fn chosen(scene: &Scene, choose: impl Fn(&Shape) -> bool) -> Self {
         let all = scene.world().shapes();
         let receives = |shape: &u32| {
             let material = scene.material_of(*shape);
-            !material.is_specular(scene.materials()) && !material.is_passed(scene.materials())
+            !material.is_specular(scene.materials())
+                && !material.is_passed(scene.materials())
+                && choose(&all[*shape as usize])
         };
         let shapes: Vec<u32> = (0..all.len() as u32).filter(receives).collect();
         let world = World::new(
@@ -28,6 +35,11 @@ impl Receivers {
                 .collect(),
         );
         Self { world, shapes }
+    }
+
+    /// The shapes that they are.
+    pub fn shapes(&self) -> &[Shape] {
+        self.world.shapes()
     }
 
     /// True if one of them may hide a part of another, or of itself, from a light.

@@ -119,32 +119,49 @@ impl SensorFilm {
             for place in 0..samples * samples {
                 let at = DVec2::new(f64::from(place % samples), f64::from(place / samples));
                 let at = (at + 0.5) / f64::from(samples);
-                match self {
-                    Self::Receiver(receiver) => {
-                        if let Some(patch) = receiver.patch(scene, texel, at) {
-                            found.weights[texel - found.first] += patch.density;
-                            found.points.push(SensorPoint {
-                                texel,
-                                weight: patch.density,
-                                normal: patch.point.geometric_normal,
-                                point: patch.point,
-                                albedo: None,
-                                view: None,
-                            });
-                        }
-                    }
-                    Self::Camera(camera) => {
-                        let column = (texel % camera.width()) as f64;
-                        let row = (texel / camera.width()) as f64;
-                        let view = camera.pixel_ray(DVec2::new(column, row) + at);
-                        found.weights[texel - found.first] += 1.0;
-                        let seen = visible_point(scene, texel, view.ray, view.reach, counters);
-                        found.points.extend(seen);
-                    }
-                }
+                let (weight, point) = self.point(scene, texel, at, counters);
+                found.weights[texel - found.first] += weight;
+                found.points.extend(point);
             }
         }
         found
+    }
+
+    /// The point of a texel at fractions `at` across it, and the weight that it has, also if it is on no
+    /// surface or on a black one.
+    #[inline]
+    pub fn point(
+        &self,
+        scene: &Scene,
+        texel: usize,
+        at: DVec2,
+        counters: &mut TraversalCounters,
+    ) -> (f64, Option<SensorPoint>) {
+        match self {
+            Self::Receiver(receiver) => {
+                let Some(patch) = receiver.patch(scene, texel, at) else {
+                    return (0.0, None);
+                };
+                let point = SensorPoint {
+                    texel,
+                    weight: patch.density,
+                    normal: patch.point.geometric_normal,
+                    point: patch.point,
+                    albedo: None,
+                    view: None,
+                };
+                (patch.density, Some(point))
+            }
+            Self::Camera(camera) => {
+                let column = (texel % camera.width()) as f64;
+                let row = (texel / camera.width()) as f64;
+                let view = camera.pixel_ray(DVec2::new(column, row) + at);
+                (
+                    1.0,
+                    visible_point(scene, texel, view.ray, view.reach, counters),
+                )
+            }
+        }
     }
 
     /// Averages irradiance over each texel: `irradiance(point, work)` at the [`points`](Self::points),

@@ -35,6 +35,8 @@ pub enum Kind {
     Choice(fn() -> Vec<(&'static str, &'static str)>),
     /// `true` or `false`.
     Flag,
+    /// A name that the scene gives, at least a letter long.
+    Name,
     /// A word for values of other settings, which these have where they are not given.
     Presets(&'static [NamedValues]),
 }
@@ -107,6 +109,7 @@ impl Kind {
             Self::Choice(words) => words().iter().any(|(word, _)| *word == text),
             Self::Presets(named) => named.iter().any(|one| one.word == text),
             Self::Flag => matches!(text, "true" | "false"),
+            Self::Name => !text.is_empty(),
         }
     }
 
@@ -126,6 +129,7 @@ impl Kind {
                 words.join(", ")
             }
             Self::Flag => "true, false".to_owned(),
+            Self::Name => "names".to_owned(),
         }
     }
 
@@ -144,6 +148,7 @@ impl Kind {
             Self::Time => "ms, s, m, h".to_owned(),
             Self::Choice(_) | Self::Presets(_) => "word".to_owned(),
             Self::Flag => "true, false".to_owned(),
+            Self::Name => "names".to_owned(),
         }
     }
 
@@ -166,6 +171,7 @@ impl Kind {
             Self::Time => "TIME",
             Self::Choice(_) | Self::Presets(_) => "WORD",
             Self::Flag => "BOOL",
+            Self::Name => "NAME",
         }
     }
 }

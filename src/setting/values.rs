@@ -136,9 +136,11 @@ impl Values {
                 Kind::Number(..) => self.number(setting.key)?.into(),
                 Kind::Fraction => self.fraction(setting.key)?.into(),
                 Kind::Flag => self.flag(setting.key)?.into(),
-                Kind::NamedFractions | Kind::Time | Kind::Choice(_) | Kind::Presets(_) => {
-                    text.into()
-                }
+                Kind::NamedFractions
+                | Kind::Time
+                | Kind::Choice(_)
+                | Kind::Name
+                | Kind::Presets(_) => text.into(),
             };
             Some((setting.key.to_owned(), value))
         });

@@ -41,4 +41,4 @@ mod projection;
 pub use connect::Connection;
 pub(crate) use diffuse::reflectance;
 pub use error::CameraError;
-pub use projection::{Camera, CameraProjection, PixelRay};
+pub use projection::{Camera, CameraProjection, NearPlane, PixelRay};

@@ -54,6 +54,19 @@ pub struct PixelRay {
     pub reach: f64,
 }
 
+/// A camera's near plane, on which its film is seen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NearPlane {
+    /// The place of film coordinates (0, 0).
+    pub corner: DVec3,
+    /// How that changes by a pixel to the right, and by one down.
+    pub across: [DVec3; 2],
+    /// The unit direction of view at the corner.
+    pub direction: DVec3,
+    /// The place at which lines of sight meet; `None` if they are parallel.
+    pub eye: Option<DVec3>,
+}
+
 impl Camera {
     /// The camera that a sensor describes, for light on Lambertian surfaces of known reflectance that is
     /// connected to it, pixel by pixel.
@@ -243,6 +256,34 @@ impl Camera {
     /// Points behind the camera are out of sight by the near plane, even inside of the sides.
     pub fn planes(&self) -> &[[DVec3; 2]; 5] {
         &self.planes
+    }
+
+    /// The planes round what the film sees through the middle of the lens, as [`planes`](Self::planes).
+    pub fn frustum(&self) -> [[DVec3; 2]; 5] {
+        let film = DVec2::new(self.width() as f64, self.height() as f64);
+        self.planes_round([DVec2::ZERO, film])
+    }
+
+    /// The near plane, on which the film is seen through the middle of the lens.
+    pub fn near_plane(&self) -> NearPlane {
+        let film = DVec2::new(self.width() as f64, self.height() as f64);
+        let corners = [
+            DVec2::ZERO,
+            DVec2::new(film.x, 0.0),
+            DVec2::new(0.0, film.y),
+            film,
+        ];
+        let [corner, right, below, far] = corners.map(|at| self.pixel_ray(at).ray);
+        let is_parallel = corner.direction.abs_diff_eq(far.direction, 1e-12);
+        NearPlane {
+            corner: corner.origin,
+            across: [
+                (right.origin - corner.origin) / film.x,
+                (below.origin - corner.origin) / film.y,
+            ],
+            direction: corner.direction,
+            eye: (!is_parallel).then(|| self.to_world.point(DVec3::ZERO)),
+        }
     }
 
     fn planes_round(&self, [low, high]: [DVec2; 2]) -> [[DVec3; 2]; 5] {

@@ -1,0 +1,535 @@
+//! The stages one after the other.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+
+use super::beam::Beam;
+use super::cull::{Culling, Draw, View};
+use super::darkness;
+use super::deal::{can_deal, deal};
+use super::demands;
+use super::faint::without_faintest;
+use super::gather::gather;
+use super::hull::{Hull, Hulls};
+use super::ledger::Flow;
+use super::quadtree::{Quadtree, lower_left};
+use super::search::Drawn;
+use super::settings::Settings;
+use super::shade::{ShadeWork, Shading};
+use super::shadow::ShadowMap;
+use super::slicing::{LocalBox, Slicing};
+use super::stencil::draw;
+use super::sums::Format;
+use super::variants::{
+    BySteps, Inside, Queries, STAGES, ShadowCull, SliceAxis, Step, TexelPoints, WaterShadow,
+    WaterSurface,
+};
+use super::volume::{FlatWater, Lit, LitVertex};
+use super::water::{Surface, Water, mean_normal};
+use super::work::Work;
+use crate::approximation::sources::is_diffuse;
+use crate::approximation::{Frame, SensorFilm};
+use crate::geometry::Bounds;
+use crate::radiometry::Rgb;
+use crate::run::{Error, StageWork};
+use crate::scene::{Scene, Sensor};
+use crate::transport::first_surface::Source;
+
+/// Points along each side of a texel, where a look-up of all of it must ask points.
+pub(super) const MIDPOINTS: u32 = 8;
+
+/// What outlives a frame.
+pub struct Kept {
+    /// The shape that is the water's surface.
+    pub shape: u32,
+    /// Its mean normal, snapped.
+    normal: DVec3,
+    /// The surface by itself, where it is sampled.
+    surface: Option<Arc<Surface>>,
+    tree: Quadtree,
+}
+
+impl Kept {
+    /// The hierarchy of a scene's water.
+    pub fn new(scene: &Scene, shape: u32, settings: &Settings) -> Self {
+        let world = &scene.world().shapes()[shape as usize];
+        let normal = mean_normal(world);
+        let surface = surface(scene, shape, settings);
+        let water = water(scene, shape, settings, surface.as_ref());
+        Self {
+            shape,
+            normal,
+            surface,
+            tree: tree(&water, normal, settings),
+        }
+    }
+
+    /// The hierarchy.
+    pub fn tree(&self) -> &Quadtree {
+        &self.tree
+    }
+}
+
+/// The surface to sample; `None` if the mesh's own triangles are taken.
+fn surface(scene: &Scene, shape: u32, settings: &Settings) -> Option<Arc<Surface>> {
+    let is_mesh = matches!(
+        scene.world().shapes()[shape as usize],
+        crate::geometry::Shape::Mesh(_)
+    );
+    (settings.grid > 0 || !is_mesh).then(|| Arc::new(Surface::new(scene, shape)))
+}
+
+/// Vertices a row of the grid for surfaces that are no meshes: the paper's smallest.
+pub(super) const DEFAULT_GRID: u32 = 120;
+
+/// The triangles of the water's surface.
+fn water(scene: &Scene, shape: u32, settings: &Settings, surface: Option<&Arc<Surface>>) -> Water {
+    let side = if settings.grid == 0 {
+        DEFAULT_GRID
+    } else {
+        settings.grid
+    };
+    match surface {
+        Some(surface) => Water::of_grid(surface.clone(), shape, side),
+        None => Water::of_mesh(scene, shape)
+            .unwrap_or_else(|| Water::of_grid(Arc::new(Surface::new(scene, shape)), shape, side)),
+    }
+}
+
+/// The hierarchy of the water's triangles.
+fn tree(water: &Water, normal: DVec3, settings: &Settings) -> Quadtree {
+    let frame = super::slicing::frame(normal);
+    let across = |place: DVec3| frame.to_local(place).truncate();
+    let corners: Vec<DVec2> = (0..water.triangles.len() as u32)
+        .map(|triangle| lower_left(water.corners(triangle).map(across)))
+        .collect();
+    let all = water.vertices.iter().map(|vertex| across(vertex.position));
+    let range = all.fold([DVec2::INFINITY, DVec2::NEG_INFINITY], |[low, high], it| {
+        [low.min(it), high.max(it)]
+    });
+    Quadtree::new(&corners, range, settings.buckets, settings.splits)
+}
+
+/// Fills a sensor with light through the water.
+pub fn run(
+    settings: &Settings,
+    kept: &mut Kept,
+    scene: &Scene,
+    sensor: &Sensor,
+) -> Result<Frame, Error> {
+    let film = SensorFilm::new(scene, sensor)?;
+    let sources = demands::lights(scene, kept.shape)?;
+    let mut pipeline = Pipeline {
+        settings,
+        scene,
+        film: &film,
+        kept,
+        work: Default::default(),
+        flow: Flow::default(),
+        warnings: Vec::new(),
+        drawn: 0,
+    };
+    let [width, height] = film.size();
+    let mut values = vec![Rgb::BLACK; width * height];
+    let water = pipeline.timed(Step::Surface, Pipeline::water);
+    for source in &sources {
+        if let Some(light) = pipeline.light(&water, source)? {
+            for (sum, value) in values.iter_mut().zip(light) {
+                *sum += value;
+            }
+        }
+    }
+    if film.shape().is_some() {
+        let texels = values.iter().enumerate();
+        let image: Rgb = texels
+            .map(|(texel, value)| *value * film.measure(texel))
+            .sum();
+        pipeline.flow.end(image);
+    }
+    let is_dark = values.iter().all(|value| value.is_black());
+    let mut warnings = pipeline.warnings;
+    if is_dark {
+        warnings.insert(0, darkness::reason(&pipeline.flow, pipeline.drawn, &film));
+    }
+    let stages: Vec<Work> = pipeline.work.iter().map(|done| done.work).collect();
+    let work = STAGES
+        .iter()
+        .zip(pipeline.work)
+        .map(|(stage, done)| StageWork {
+            work: done.work.counters(),
+            seconds: done.seconds,
+            ..StageWork::new(stage.name)
+        });
+    Ok(Frame {
+        values,
+        work: work.collect(),
+        counters: Work::of_frame(&stages, pipeline.drawn),
+        flux: if film.shape().is_some() {
+            pipeline.flow.entries()
+        } else {
+            Vec::new()
+        },
+        warnings,
+    })
+}
+
+/// Work and time of a stage.
+#[derive(Clone, Copy, Debug, Default)]
+struct Done {
+    work: Work,
+    seconds: f64,
+}
+
+struct Pipeline<'a> {
+    settings: &'a Settings,
+    scene: &'a Scene,
+    film: &'a SensorFilm,
+    kept: &'a mut Kept,
+    work: BySteps<Done>,
+    flow: Flow,
+    warnings: Vec<String>,
+    /// Beams drawn.
+    drawn: u64,
+}
+
+impl Pipeline<'_> {
+    fn work(&mut self, step: Step) -> &mut Work {
+        &mut self.work[step as usize].work
+    }
+
+    /// Runs a part of a stage on the clock.
+    fn timed<T>(&mut self, step: Step, part: impl FnOnce(&mut Self) -> T) -> T {
+        let start = Instant::now();
+        let result = part(self);
+        self.work[step as usize].seconds += start.elapsed().as_secs_f64();
+        result
+    }
+
+    /// The water of this frame; the hierarchy is made anew if it has other triangles.
+    fn water(&mut self) -> Water {
+        let (scene, shape) = (self.scene, self.kept.shape);
+        if self.kept.surface.is_some() {
+            self.kept.surface = surface(scene, shape, self.settings);
+        }
+        let water = water(scene, shape, self.settings, self.kept.surface.as_ref());
+        if water.triangles.len() != self.kept.tree.order().len() {
+            self.kept.tree = tree(&water, self.kept.normal, self.settings);
+        }
+        water
+    }
+
+    /// The boxes of what receives: the shape of a meter, or all that a camera may see.
+    fn receivers(&self) -> Vec<Bounds> {
+        let shapes = (0_u32..).zip(self.scene.world().shapes());
+        let receives = |shape: u32| match self.film.shape() {
+            Some(measured) => measured == shape,
+            None => is_diffuse(self.scene, self.scene.material_of(shape)),
+        };
+        let found = shapes.filter(|(shape, _)| receives(*shape));
+        found.map(|(_, shape)| shape.bounds()).collect()
+    }
+
+    /// The light of one source on the sensor; `None` if none goes down.
+    fn light(&mut self, water: &Water, source: &Source) -> Result<Option<Vec<Rgb>>, Error> {
+        let (scene, settings, normal) = (self.scene, self.settings, self.kept.normal);
+        let Some(flat) = FlatWater::new(scene, water, source, normal) else {
+            self.warnings
+                .push("light does not go down into the water".to_owned());
+            return Ok(None);
+        };
+        let axis = match settings.axis {
+            SliceAxis::Water => normal,
+            SliceAxis::Refracted => -flat.direction,
+        };
+        let receivers = self.receivers();
+        let places: Vec<DVec3> = water
+            .vertices
+            .iter()
+            .map(|vertex| vertex.position)
+            .collect();
+        let Some(slicing) = Slicing::new(axis, &places, &receivers, settings.slices) else {
+            self.warnings
+                .push("no receiver is below the water".to_owned());
+            return Ok(None);
+        };
+        let lit = Lit {
+            scene,
+            settings,
+            source,
+            water,
+            slicing: &slicing,
+        };
+        let shading = Shading {
+            lit,
+            flat: &flat,
+            format: Format::of(settings.accumulate, settings.cosine, settings.white),
+        };
+        let depths = places.iter().map(|place| slicing.local(*place).1);
+        let level = depths.sum::<f64>() / places.len().max(1) as f64;
+        let map = self.shadow_map(&lit, &places, level);
+        let vertices = self.vertices(&lit, map.as_ref());
+        let beams = self.beams(&lit, &vertices);
+        let is_lit = self.lit_beams(&lit, &vertices, &beams, map.as_ref());
+        let boxes: Vec<LocalBox> = (receivers.iter().map(|bounds| slicing.local_box(bounds)))
+            .filter(|target| target.depths[1] > 0.0)
+            .collect();
+        let draws = self.draws(&slicing, &beams, &is_lit, &boxes, level);
+        let draws = self.bright_draws(&slicing, &beams, draws);
+        self.count_drawn(&draws);
+        let colour = source.strength() * flat.tint;
+        self.flow
+            .add_light(&lit, &vertices, &beams, &is_lit, &draws, colour);
+        let values = self.image(&shading, &vertices, &beams, &draws)?;
+        Ok(Some(
+            values.into_iter().map(|value| value * colour).collect(),
+        ))
+    }
+
+    fn count_drawn(&mut self, draws: &[Draw]) {
+        let mut beams: Vec<u32> = draws.iter().map(|draw| draw.beam).collect();
+        beams.dedup();
+        self.drawn += beams.len() as u64;
+    }
+
+    /// Stage `shadow`: the map, if a stage reads it.
+    fn shadow_map(&mut self, lit: &Lit, places: &[DVec3], level: f64) -> Option<ShadowMap> {
+        let settings = self.settings;
+        let is_read =
+            settings.shadow == WaterShadow::Vertex || settings.shadow_cull == ShadowCull::Hierarchy;
+        if !is_read || settings.shadow_map == 0 {
+            return None;
+        }
+        self.timed(Step::Shadow, |this| {
+            let work = this.work(Step::Shadow);
+            Some(ShadowMap::new(
+                lit,
+                places,
+                level,
+                settings.shadow_map,
+                work,
+            ))
+        })
+    }
+
+    /// Stages `surface`, `flux`, `fresnel` and `shadow` at vertices.
+    fn vertices(&mut self, lit: &Lit, map: Option<&ShadowMap>) -> Vec<Option<LitVertex>> {
+        self.timed(Step::Surface, |this| {
+            let mut work: BySteps<Work> = Default::default();
+            let vertices = lit.vertices(map, &mut work);
+            for (sum, one) in this.work.iter_mut().zip(work) {
+                sum.work += one;
+            }
+            vertices
+        })
+    }
+
+    /// The beams in the tree's order.
+    fn beams(&mut self, lit: &Lit, vertices: &[Option<LitVertex>]) -> Vec<Option<Beam>> {
+        self.timed(Step::Flux, |this| {
+            let order = this.kept.tree.order().par_iter();
+            let beams: Vec<_> = order
+                .map(|&triangle| lit.beam(triangle, vertices))
+                .collect();
+            let begun = beams.iter().flatten().count() as u64;
+            let work = this.work(Step::Surface);
+            work.beams += begun;
+            work.dropped += beams.len() as u64 - begun;
+            beams
+        })
+    }
+
+    /// Stage `shadow-cull`: the beams that are left.
+    fn lit_beams(
+        &mut self,
+        lit: &Lit,
+        vertices: &[Option<LitVertex>],
+        beams: &[Option<Beam>],
+        map: Option<&ShadowMap>,
+    ) -> Vec<bool> {
+        let settings = self.settings;
+        self.timed(Step::ShadowCull, |this| match (settings.shadow_cull, map) {
+            (ShadowCull::Hierarchy, Some(map)) => {
+                let must_overlap = settings.queries == Queries::Overlap;
+                let (tree, mut work) = (&this.kept.tree, Work::default());
+                let found = map.lit_leaves(
+                    tree,
+                    beams,
+                    lit.slicing,
+                    settings.s_min,
+                    must_overlap,
+                    &mut work,
+                );
+                *this.work(Step::ShadowCull) += work;
+                found
+            }
+            (ShadowCull::Dark, _) => {
+                let is_dark = |beam: &Beam| lit.is_dark(beam.triangle, vertices);
+                let found: Vec<bool> = beams
+                    .iter()
+                    .map(|beam| !beam.as_ref().is_some_and(is_dark))
+                    .collect();
+                this.work(Step::ShadowCull).culled +=
+                    found.iter().filter(|is_lit| !**is_lit).count() as u64;
+                found
+            }
+            (ShadowCull::Hierarchy | ShadowCull::Exact, _) => vec![true; beams.len()],
+        })
+    }
+
+    /// Stage `clamp`: what is drawn.
+    fn draws(
+        &mut self,
+        slicing: &Slicing,
+        beams: &[Option<Beam>],
+        is_lit: &[bool],
+        boxes: &[LocalBox],
+        level: f64,
+    ) -> Vec<Draw> {
+        let settings = self.settings;
+        self.timed(Step::Clamp, |this| {
+            let view = match this.film {
+                SensorFilm::Receiver(_) => View::default(),
+                SensorFilm::Camera(camera) => View::new(&camera.frustum(), slicing),
+            };
+            let tree = &this.kept.tree;
+            let hulls = Hulls::new(tree, beams, slicing, settings.hull, level);
+            let mut work = Work {
+                bytes: hulls.bytes(),
+                escapes: escapes(tree, beams, &hulls),
+                ..Work::default()
+            };
+            let culling = Culling {
+                tree,
+                beams,
+                is_lit,
+                hulls: &hulls,
+                slicing,
+                view: &view,
+                boxes,
+            };
+            let draws = culling.draws(settings.clamp, &mut work);
+            *this.work(Step::Clamp) += work;
+            draws
+        })
+    }
+
+    /// What is left without the faintest beams.
+    fn bright_draws(
+        &mut self,
+        slicing: &Slicing,
+        beams: &[Option<Beam>],
+        draws: Vec<Draw>,
+    ) -> Vec<Draw> {
+        let share = self.settings.least_flux;
+        if share == 0.0 {
+            return draws;
+        }
+        self.timed(Step::Clamp, |this| {
+            let before = draws.len();
+            let left = without_faintest(slicing, beams, draws, share);
+            this.work(Step::Clamp).culled += (before - left.len()) as u64;
+            left
+        })
+    }
+
+    /// Stages from `density` on: the sensor's values by the source's strength and the water's colour.
+    fn image(
+        &mut self,
+        shading: &Shading,
+        vertices: &[Option<LitVertex>],
+        beams: &[Option<Beam>],
+        draws: &[Draw],
+    ) -> Result<Vec<Rgb>, Error> {
+        let settings = self.settings;
+        let is_whole = settings.lookup == TexelPoints::Exact;
+        if is_whole && can_deal(settings, self.film) {
+            return self.timed(Step::Lookup, |this| {
+                let mut work = Work::default();
+                let values = deal(shading, vertices, beams, draws, this.film, &mut work)?;
+                *this.work(Step::Lookup) += work;
+                Ok(values)
+            });
+        }
+        let samples = if is_whole { MIDPOINTS } else { 1 };
+        let cells = self.cells(shading, vertices, beams, draws);
+        let slicing = shading.lit.slicing;
+        let drawn: Vec<Drawn> = match &cells {
+            Some(cells) => cells
+                .iter()
+                .flat_map(|(draw, cells)| {
+                    let planes = draw.planes;
+                    cells
+                        .iter()
+                        .map(move |beam| Drawn::new(beam, planes, slicing))
+                })
+                .collect(),
+            None => draws
+                .iter()
+                .filter_map(|draw| {
+                    let beam = beams[draw.beam as usize].as_ref()?;
+                    Some(Drawn::new(beam, draw.planes, slicing))
+                })
+                .collect(),
+        };
+        let (values, done, views) = self.timed(Step::Inside, |this| {
+            match (this.film, settings.inside) {
+                (SensorFilm::Camera(camera), Inside::Stencil) => {
+                    draw(shading, &drawn, this.film, camera, samples)
+                }
+                (SensorFilm::Camera(_), Inside::Exact) | (SensorFilm::Receiver(_), _) => {
+                    gather(shading, &drawn, this.film, samples)
+                }
+            }
+            .into_parts()
+        });
+        self.add(done);
+        self.work(Step::Lookup).add_rays(views);
+        Ok(values)
+    }
+
+    fn add(&mut self, done: ShadeWork) {
+        *self.work(Step::Accumulate) += done.accumulate;
+        *self.work(Step::Inside) += done.inside;
+        *self.work(Step::Shadow) += done.shadow;
+        *self.work(Step::Occlusion) += done.occlusion;
+    }
+
+    /// The parts of the beams that are drawn, if stage `surface` is exact.
+    fn cells(
+        &mut self,
+        shading: &Shading,
+        vertices: &[Option<LitVertex>],
+        beams: &[Option<Beam>],
+        draws: &[Draw],
+    ) -> Option<Vec<(Draw, Vec<Beam>)>> {
+        let settings = self.settings;
+        (settings.surface == WaterSurface::Exact).then(|| {
+            self.timed(Step::Surface, |_| {
+                let cells = draws.par_iter().map(|draw| {
+                    let beam = beams[draw.beam as usize].as_ref();
+                    let lit = &shading.lit;
+                    let whole = beam.and_then(|beam| lit.whole(beam.triangle, vertices));
+                    let cells = whole.map(|whole| lit.cells(&whole, settings.levels));
+                    (*draw, cells.unwrap_or_default())
+                });
+                cells.collect()
+            })
+        })
+    }
+}
+
+/// The beams that leave the hulls of their leaves.
+fn escapes(tree: &Quadtree, beams: &[Option<Beam>], hulls: &Hulls) -> u64 {
+    let is_outside =
+        |hull: Option<&Hull>, beam: &Beam| hull.is_none_or(|hull| hull.is_left_by(beam));
+    let of_leaf = |leaf| {
+        let beams = beams[tree.triangles(leaf)].iter().flatten();
+        beams
+            .filter(|beam| is_outside(hulls.of(leaf), beam))
+            .count() as u64
+    };
+    tree.all_leaves().map(of_leaf).sum()
+}

@@ -1,0 +1,239 @@
+//! Stages `shadow` and `shadow-cull`: the shadow map of what is above the water (section 3.4).
+
+use glam::{DVec2, DVec3};
+
+use super::beam::Beam;
+use super::quadtree::{Node, Quadtree};
+use super::slicing::Slicing;
+use super::volume::Lit;
+use super::work::Work;
+use crate::approximation::{DepthMap, Extent, LightView, Precision, Receivers};
+use crate::geometry::{Bounds, Shape};
+
+/// What is above the water, as the light sees it.
+pub struct ShadowMap {
+    maps: Vec<DepthMap>,
+    /// The boxes of occluders.
+    occluders: Vec<Bounds>,
+    /// Occluded pixels of the water's mean plane, map by map: in each row, the number before each column.
+    counts: Vec<Vec<u32>>,
+    /// The depth of that plane.
+    level: f64,
+}
+
+impl ShadowMap {
+    /// The shadow map of the shapes that reach above the lowest of the water's vertices.
+    ///
+    /// - `level`: the mean depth of the water.
+    /// - `side`: texels a row, and rows.
+    pub fn new(lit: &Lit, water: &[DVec3], level: f64, side: u32, work: &mut Work) -> Self {
+        let Lit {
+            scene,
+            source,
+            slicing,
+            ..
+        } = *lit;
+        let lowest = water
+            .iter()
+            .map(|place| slicing.local(*place).1)
+            .fold(f64::NEG_INFINITY, f64::max);
+        let reaches_above = |shape: &Shape| {
+            let corners = shape.bounds().corners().into_iter();
+            corners
+                .map(|corner| slicing.local(corner).1)
+                .fold(f64::INFINITY, f64::min)
+                < lowest
+        };
+        let receivers = Receivers::chosen(scene, reaches_above);
+        let occluders: Vec<Bounds> = receivers.shapes().iter().map(Shape::bounds).collect();
+        if occluders.is_empty() {
+            return Self {
+                maps: Vec::new(),
+                occluders,
+                counts: Vec::new(),
+                level,
+            };
+        }
+        let all = scene.world().bounds();
+        let maps: Vec<DepthMap> = LightView::around(source, &[Extent::Points(water)], side)
+            .into_iter()
+            .map(|view| {
+                let view = view.before(&all);
+                let windows = occluders.iter().map(|bounds| view.window(bounds));
+                let window = windows.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]);
+                let window = window.unwrap_or([DVec2::ZERO; 2]);
+                let (map, counters) = DepthMap::within(&receivers, view, Precision::F32, window);
+                work.add_rays(counters);
+                work.bytes += map.bytes();
+                map
+            })
+            .collect();
+        let counts = maps
+            .iter()
+            .map(|map| occluded(map, slicing, level))
+            .collect();
+        Self {
+            maps,
+            occluders,
+            counts,
+            level,
+        }
+    }
+
+    /// True if the light sees a place, as far as the map tells.
+    pub fn is_lit(&self, place: DVec3) -> bool {
+        !self.maps.iter().any(|map| {
+            let seen = map.view().project(place);
+            seen.is_some_and(|seen| map.at(seen.at).is_some_and(|depth| seen.depth > depth))
+        })
+    }
+
+    /// Marks the beams that are left when leaves in shadow are culled.
+    ///
+    /// - `s_min`: the share of a leaf in shadow beyond which it is culled.
+    /// - `must_overlap`: ask only about nodes whose box an occluder's overlaps, as the light sees them.
+    pub fn lit_leaves(
+        &self,
+        tree: &Quadtree,
+        beams: &[Option<Beam>],
+        slicing: &Slicing,
+        s_min: f64,
+        must_overlap: bool,
+        work: &mut Work,
+    ) -> Vec<bool> {
+        let mut is_lit = vec![true; beams.len()];
+        let mut open: Vec<Node> = tree.roots().collect();
+        while let Some(node) = open.pop() {
+            let places = tree.triangles(node);
+            if beams[places.clone()].iter().flatten().next().is_none() {
+                continue;
+            }
+            let rectangle = tree.rectangle(node);
+            if must_overlap && !self.may_shade(rectangle, slicing) {
+                continue;
+            }
+            work.queries += 1;
+            let share = self.share(rectangle, slicing);
+            match tree.children(node) {
+                None if share > s_min => {
+                    for place in places {
+                        if beams[place].is_some() {
+                            is_lit[place] = false;
+                            work.culled += 1;
+                        }
+                    }
+                }
+                // All of the shadow may be on one leaf.
+                Some(children) if share * f64::from(tree.leaves(node)) > s_min => {
+                    open.extend(children)
+                }
+                None | Some(_) => {}
+            }
+        }
+        is_lit
+    }
+
+    /// True if the box of an occluder overlaps a rectangle of the water in a picture.
+    fn may_shade(&self, rectangle: [DVec2; 2], slicing: &Slicing) -> bool {
+        let corners = corners(rectangle).map(|across| slicing.world(across, self.level));
+        let bounds = Bounds::from_points(corners);
+        self.maps.iter().any(|map| {
+            let ours = map.view().window(&bounds);
+            self.occluders.iter().any(|occluder| {
+                let theirs = map.view().window(occluder);
+                ours[0].cmple(theirs[1]).all() && theirs[0].cmple(ours[1]).all()
+            })
+        })
+    }
+
+    /// The share of a rectangle's pixels that are occluded.
+    fn share(&self, rectangle: [DVec2; 2], slicing: &Slicing) -> f64 {
+        let places = corners(rectangle).map(|across| slicing.world(across, self.level));
+        let (mut count, mut area) = (0, 0.0);
+        for (map, counts) in self.maps.iter().zip(&self.counts) {
+            let Some(image) = seen(map.view(), places) else {
+                continue;
+            };
+            let twice: f64 = (0..4).map(|i| image[i].perp_dot(image[(i + 1) % 4])).sum();
+            area += 0.5 * twice.abs();
+            count += count_in(image, map.view().side(), counts);
+        }
+        if area > 0.0 {
+            f64::from(count) / area
+        } else {
+            0.0
+        }
+    }
+}
+
+/// The corners of a rectangle, in turn.
+fn corners([low, high]: [DVec2; 2]) -> [DVec2; 4] {
+    [
+        low,
+        DVec2::new(high.x, low.y),
+        high,
+        DVec2::new(low.x, high.y),
+    ]
+}
+
+/// Where places are in an image; `None` if one is behind the light.
+fn seen(view: &LightView, places: [DVec3; 4]) -> Option<[DVec2; 4]> {
+    let [a, b, c, d] = places.map(|place| view.project(place).map(|seen| seen.at));
+    Some([a?, b?, c?, d?])
+}
+
+/// The pixels at whose centres the water's mean plane is behind an occluder: in each row, how many there are
+/// before each column.
+fn occluded(map: &DepthMap, slicing: &Slicing, level: f64) -> Vec<u32> {
+    let (view, side) = (map.view(), map.view().side());
+    let place = slicing.world(DVec2::ZERO, level);
+    let normal = slicing.axis();
+    let mut counts = Vec::with_capacity(side * (side + 1));
+    for row in 0..side {
+        let mut count = 0;
+        counts.push(0);
+        for column in 0..side {
+            let at = DVec2::new(column as f64 + 0.5, row as f64 + 0.5);
+            let depth = map.at(at).unwrap_or(f64::INFINITY);
+            if depth.is_finite() {
+                let ray = view.ray(at);
+                let distance = (place - ray.origin).dot(normal) / ray.direction.dot(normal);
+                let own = view.project(ray.at(distance)).map(|seen| seen.depth);
+                count += u32::from(own.is_some_and(|own| own > depth));
+            }
+            counts.push(count);
+        }
+    }
+    counts
+}
+
+/// The number of occluded pixels with their centres in a convex quadrilateral.
+fn count_in(image: [DVec2; 4], side: usize, counts: &[u32]) -> u32 {
+    let low = image.iter().map(|it| it.y).fold(f64::INFINITY, f64::min);
+    let high = image
+        .iter()
+        .map(|it| it.y)
+        .fold(f64::NEG_INFINITY, f64::max);
+    let last = side as f64;
+    let rows =
+        (low - 0.5).ceil().clamp(0.0, last) as usize..(high - 0.5).ceil().clamp(0.0, last) as usize;
+    let mut count = 0;
+    for row in rows {
+        let y = row as f64 + 0.5;
+        let (mut from, mut to) = (f64::INFINITY, f64::NEG_INFINITY);
+        for i in 0..4 {
+            let (a, b) = (image[i], image[(i + 1) % 4]);
+            if (a.y <= y) != (b.y <= y) {
+                let x = a.x + (b.x - a.x) * ((y - a.y) / (b.y - a.y));
+                from = from.min(x);
+                to = to.max(x);
+            }
+        }
+        if from < to {
+            let column = |x: f64| (x - 0.5).ceil().clamp(0.0, last) as usize;
+            let line = &counts[row * (side + 1)..][..=side];
+            count += line[column(to)] - line[column(from)];
+        }
+    }
+    count
+}

@@ -1,0 +1,422 @@
+//! Stage `inside`, as a stencil buffer tells it: faces of beams against the depths of pixels (section 3.2).
+//!
+//! Pass 1 adds 1 for each face that is before a pixel's surface and turns to the eye, and takes 1 away for
+//! each that turns away. What is left is not zero where the surface is in the beam. Pass 2 writes the value of
+//! the first face, in the order in which faces are drawn, and clears the pixel.
+//!
+//! Faces are between planes, with two triangles for each side and a cap at each end. Both beams at a side cut
+//! it along the same diagonal. Faces end at the near plane, as a device clips them: with the eye in a beam the
+//! count is wrong.
+
+use glam::{DMat3, DVec2, DVec3};
+
+use super::gather::Gathered;
+use super::search::Drawn;
+use super::shade::{ShadeWork, Shading};
+use super::slicing::Slicing;
+use super::sums::Sum;
+use super::variants::{Cosine, Density};
+use crate::approximation::SensorFilm;
+use crate::approximation::bands::{Band, in_bands};
+use crate::approximation::sensor::SensorPoint;
+use crate::geometry::TraversalCounters;
+use crate::radiometry::Rgb;
+use crate::transport::camera::Camera;
+use rayon::prelude::*;
+
+/// Where places are on a camera's film, in homogeneous coordinates.
+struct Projector {
+    inverse: DMat3,
+    origin: DVec3,
+    is_parallel: bool,
+}
+
+/// A vertex of a face on the film: (x w, y w), w, and its depth, which is 0 or more from the near plane on.
+#[derive(Clone, Copy, Debug)]
+struct FilmVertex {
+    at: DVec2,
+    w: f64,
+    depth: f64,
+    value: DVec3,
+}
+
+impl FilmVertex {
+    /// The vertex on the near plane between two.
+    fn cut(&self, other: &Self) -> Self {
+        // The same from both ends, since neighbours may cut the same edge the other way.
+        let (a, b) = if (self.at.x, self.at.y, self.w) < (other.at.x, other.at.y, other.w) {
+            (self, other)
+        } else {
+            (other, self)
+        };
+        let t = a.depth / (a.depth - b.depth);
+        Self {
+            at: a.at + (b.at - a.at) * t,
+            w: a.w + (b.w - a.w) * t,
+            depth: 0.0,
+            value: a.value + (b.value - a.value) * t,
+        }
+    }
+}
+
+impl Projector {
+    fn new(camera: &Camera) -> Option<Self> {
+        let plane = camera.near_plane();
+        let (origin, third) = match plane.eye {
+            Some(eye) => (eye, plane.corner - eye),
+            None => (plane.corner, plane.direction),
+        };
+        let matrix = DMat3::from_cols(plane.across[0], plane.across[1], third);
+        let inverse = matrix.inverse();
+        inverse.is_finite().then_some(Self {
+            inverse,
+            origin,
+            is_parallel: plane.eye.is_none(),
+        })
+    }
+
+    fn vertex(&self, place: DVec3, value: DVec3) -> FilmVertex {
+        let h = self.inverse * (place - self.origin);
+        if self.is_parallel {
+            FilmVertex {
+                at: h.truncate(),
+                w: 1.0,
+                depth: h.z,
+                value,
+            }
+        } else {
+            // With a depth of 1 on the near plane.
+            FilmVertex {
+                at: h.truncate(),
+                w: h.z,
+                depth: h.z - 1.0,
+                value,
+            }
+        }
+    }
+}
+
+/// A pixel while beams are drawn.
+#[derive(Clone, Copy, Debug, Default)]
+struct Pixel {
+    sum: Sum,
+    /// Faces before the surface that turn to the eye, less those that turn away.
+    stencil: i32,
+    /// The value of the first of them.
+    first: DVec3,
+    is_touched: bool,
+    blends: u32,
+    saturated: u32,
+    /// Rays of stages `shadow` and `occlusion`.
+    rays: [u32; 2],
+}
+
+/// Draws beams on a camera's film at `samples` x `samples` points of each pixel, one point of all pixels after
+/// the other.
+pub fn draw(
+    shading: &Shading,
+    drawn: &[Drawn],
+    film: &SensorFilm,
+    camera: &Camera,
+    samples: u32,
+) -> Gathered {
+    let [width, height] = film.size();
+    let mut gathered = Gathered {
+        values: vec![Rgb::BLACK; width * height],
+        work: ShadeWork::default(),
+        views: TraversalCounters::default(),
+    };
+    let Some(projector) = Projector::new(camera) else {
+        return gathered;
+    };
+    for place in 0..samples * samples {
+        let at = DVec2::new(f64::from(place % samples), f64::from(place / samples));
+        let at = (at + 0.5) / f64::from(samples);
+        let points = visible(shading, film, at, &mut gathered.views);
+        let view = Drawing {
+            shading,
+            slicing: shading.lit.slicing,
+            points: &points,
+            projector: &projector,
+            at,
+            size: [width, height],
+            depths: points
+                .iter()
+                .map(|point| {
+                    point.as_ref().map_or(f64::NEG_INFINITY, |it| {
+                        projector.vertex(it.point.position, DVec3::ZERO).depth
+                    })
+                })
+                .collect(),
+        };
+        let (pixels, work) = view.all(drawn);
+        gathered.work += work;
+        let share = 1.0 / f64::from(samples * samples);
+        for ((value, pixel), point) in gathered.values.iter_mut().zip(&pixels).zip(&points) {
+            if let Some(point) = point {
+                let irradiance = shading.irradiance(&pixel.sum, point);
+                *value += point.measured(Rgb::grey(irradiance)) * share;
+            }
+        }
+    }
+    gathered
+}
+
+/// What a camera sees at a point of each pixel.
+fn visible(
+    shading: &Shading,
+    film: &SensorFilm,
+    at: DVec2,
+    views: &mut TraversalCounters,
+) -> Vec<Option<SensorPoint>> {
+    let [width, height] = film.size();
+    let rows: Vec<(Vec<Option<SensorPoint>>, TraversalCounters)> = (0..height)
+        .into_par_iter()
+        .map(|row| {
+            let mut counters = TraversalCounters::default();
+            let points = (row * width..(row + 1) * width)
+                .map(|texel| film.point(shading.lit.scene, texel, at, &mut counters).1);
+            (points.collect(), counters)
+        })
+        .collect();
+    let mut all = Vec::with_capacity(width * height);
+    for (points, counters) in rows {
+        all.extend(points);
+        *views += counters;
+    }
+    all
+}
+
+/// Beams on the film.
+struct Drawing<'a> {
+    shading: &'a Shading<'a>,
+    slicing: &'a Slicing,
+    /// What is seen in each pixel.
+    points: &'a [Option<SensorPoint>],
+    projector: &'a Projector,
+    /// The point of each pixel that is drawn, in fractions of it.
+    at: DVec2,
+    size: [usize; 2],
+    /// The surface's depth in each pixel; of none that is before all faces.
+    depths: Vec<f64>,
+}
+
+impl Drawing<'_> {
+    fn all(&self, drawn: &[Drawn]) -> (Vec<Pixel>, ShadeWork) {
+        let rows = |drawn: &Drawn| self.rows(drawn);
+        let (pixels, fragments) =
+            in_bands(self.size, drawn, rows, |drawn, band: &mut Band<Pixel>| {
+                self.beam(drawn, band);
+            });
+        let mut work = ShadeWork::default();
+        work.inside.fragments = fragments;
+        for pixel in &pixels {
+            self.shading.count(
+                u64::from(pixel.blends),
+                u64::from(pixel.saturated),
+                &mut work.accumulate,
+            );
+            work.shadow.rays += u64::from(pixel.rays[0]);
+            work.occlusion.rays += u64::from(pixel.rays[1]);
+        }
+        (pixels, work)
+    }
+
+    /// The rows that a beam may reach; all if a part of it is before the near plane.
+    fn rows(&self, drawn: &Drawn) -> (i64, i64) {
+        let mut range = [f64::INFINITY, f64::NEG_INFINITY];
+        for depth in drawn.depths {
+            for ruling in &drawn.beam.rulings {
+                let place = self.slicing.world(ruling.at(depth), depth);
+                let vertex = self.projector.vertex(place, DVec3::ZERO);
+                if vertex.depth < 0.0 {
+                    return (0, self.size[1] as i64 - 1);
+                }
+                let y = vertex.at.y / vertex.w;
+                range = [range[0].min(y), range[1].max(y)];
+            }
+        }
+        let limit = self.size[1] as f64;
+        (
+            range[0].clamp(-1.0, limit).floor() as i64,
+            range[1].clamp(-1.0, limit).floor() as i64,
+        )
+    }
+
+    /// Draws a beam in a band.
+    fn beam(&self, drawn: &Drawn, band: &mut Band<Pixel>) {
+        let beam = drawn.beam;
+        let ring = |plane: u32| -> [FilmVertex; 3] {
+            let depth = self.slicing.plane(plane);
+            let by_area = 1.0 / beam.section(depth).area();
+            [0, 1, 2].map(|ray| {
+                let place = self.slicing.world(beam.rulings[ray].at(depth), depth);
+                self.projector
+                    .vertex(place, self.value(drawn, ray, by_area))
+            })
+        };
+        let mut canvas = Canvas {
+            drawing: self,
+            band,
+            touched: Vec::new(),
+        };
+        let [first, last] = drawn.planes;
+        let mut above = ring(first);
+        canvas.face(above);
+        for plane in first + 1..=last {
+            let below = ring(plane);
+            for (i, j) in [(0, 1), (1, 2), (2, 0)] {
+                let is_first = Self::is_before(drawn, i, j);
+                let (a, b, c, d) = (above[i], above[j], below[i], below[j]);
+                // From the lower numbered ray's upper end, so to say, to the other's lower end.
+                if is_first {
+                    canvas.face([b, a, d]);
+                    canvas.face([a, c, d]);
+                } else {
+                    canvas.face([b, a, c]);
+                    canvas.face([b, c, d]);
+                }
+            }
+            above = below;
+        }
+        canvas.face([above[0], above[2], above[1]]);
+        canvas.end(drawn);
+    }
+
+    /// An order of a beam's rays that neighbours agree on.
+    fn is_before(drawn: &Drawn, i: usize, j: usize) -> bool {
+        let [a, b] = [i, j].map(|ray| drawn.beam.rulings[ray].base);
+        (a.x, a.y) < (b.x, b.y)
+    }
+
+    /// What pass 2 writes at a vertex: an intensity, or a scaled light vector.
+    fn value(&self, drawn: &Drawn, ray: usize, by_area: f64) -> DVec3 {
+        let shading = self.shading;
+        let ruling = &drawn.beam.rulings[ray];
+        let by_area = match shading.lit.settings.density {
+            Density::Slices | Density::Perpendicular => by_area,
+            // At a vertex the area across its own ray is exact.
+            Density::Exact => by_area / ruling.cos(),
+        };
+        let intensity = shading.within(shading.at_vertex(drawn.beam, ray, by_area));
+        match shading.lit.settings.cosine {
+            Cosine::Flat | Cosine::Exact => DVec3::new(intensity, 0.0, 0.0),
+            Cosine::Vector => -self.slicing.direction(ruling.slope) * intensity,
+        }
+    }
+}
+
+/// A band with the beam that is being drawn.
+struct Canvas<'a, 'b> {
+    drawing: &'a Drawing<'a>,
+    band: &'a mut Band<'b, Pixel>,
+    /// Pixels that a face was drawn in.
+    touched: Vec<[i64; 2]>,
+}
+
+impl Canvas<'_, '_> {
+    /// Pass 1 of a face, and what pass 2 would write.
+    fn face(&mut self, corners: [FilmVertex; 3]) {
+        let mut polygon = [corners[0]; 4];
+        let mut count = 0;
+        for i in 0..3 {
+            let (from, to) = (&corners[i], &corners[(i + 1) % 3]);
+            if from.depth >= 0.0 {
+                polygon[count] = *from;
+                count += 1;
+            }
+            if (from.depth >= 0.0) != (to.depth >= 0.0) {
+                polygon[count] = from.cut(to);
+                count += 1;
+            }
+        }
+        for i in 2..count {
+            self.triangle([polygon[0], polygon[i - 1], polygon[i]]);
+        }
+    }
+
+    /// A triangle that is all beyond the near plane.
+    fn triangle(&mut self, corners: [FilmVertex; 3]) {
+        let places = corners.map(|vertex| vertex.at / vertex.w);
+        let twice_area = (places[1] - places[0]).perp_dot(places[2] - places[0]);
+        if twice_area == 0.0 || !twice_area.is_finite() {
+            return;
+        }
+        let turn = twice_area.signum();
+        let count = if turn > 0.0 { 1 } else { -1 };
+        let [width, _] = self.drawing.size;
+        let shift = self.drawing.at;
+        let [top, end] = self.band.rows();
+        let low = places[0].min(places[1]).min(places[2]) - shift;
+        let high = places[0].max(places[1]).max(places[2]) - shift;
+        let rows =
+            (low.y.ceil().max(top as f64) as i64)..=(high.y.floor().min(end as f64 - 1.0) as i64);
+        let columns =
+            (low.x.ceil().max(0.0) as i64)..=(high.x.floor().min(width as f64 - 1.0) as i64);
+        let inverse = corners.map(|vertex| 1.0 / vertex.w);
+        for row in rows {
+            for column in columns.clone() {
+                let at = DVec2::new(column as f64, row as f64) + shift;
+                let [a, b, c] = places.map(|place| place - at);
+                let sides = [(b, c), (c, a), (a, b)].map(|(from, to)| {
+                    let side = from.perp_dot(to) * turn;
+                    let along = (to - from) * turn;
+                    let is_in = side > 0.0
+                        || side == 0.0 && (along.y > 0.0 || along.y == 0.0 && along.x < 0.0);
+                    (side, is_in)
+                });
+                if !sides.iter().all(|(_, is_in)| *is_in) {
+                    continue;
+                }
+                self.band.fragments += 2;
+                // Perspective: weights by 1/w.
+                let weights = [0, 1, 2].map(|i| sides[i].0 * inverse[i]);
+                let sum = weights[0] + weights[1] + weights[2];
+                let mix = weights.map(|weight| weight / sum);
+                let depth: f64 = (0..3).map(|i| mix[i] * corners[i].depth).sum();
+                if depth >= self.drawing.depths[row as usize * width + column as usize] {
+                    continue;
+                }
+                let value = corners[0].value * mix[0]
+                    + corners[1].value * mix[1]
+                    + corners[2].value * mix[2];
+                let Some(pixel) = self.band.texel(column, row) else {
+                    continue;
+                };
+                pixel.stencil += count;
+                if !pixel.is_touched {
+                    pixel.is_touched = true;
+                    pixel.first = value;
+                    self.touched.push([column, row]);
+                }
+            }
+        }
+    }
+
+    /// Pass 2: adds the first face's value where the count is not zero, and clears pixels.
+    fn end(self, drawn: &Drawn) {
+        let (shading, points) = (self.drawing.shading, self.drawing.points);
+        for [column, row] in self.touched {
+            let index = row as usize * self.drawing.size[0] + column as usize;
+            let (Some(pixel), Some(point)) = (self.band.texel(column, row), &points[index]) else {
+                continue;
+            };
+            if pixel.stencil != 0 {
+                let mut work = ShadeWork::default();
+                let factor = shading.factor_at(drawn.beam, point, &mut work);
+                let is_full = match shading.lit.settings.cosine {
+                    Cosine::Vector => pixel.sum.add_vector(shading.format, pixel.first * factor),
+                    Cosine::Flat | Cosine::Exact => {
+                        pixel.sum.add(shading.format, pixel.first.x * factor)
+                    }
+                };
+                pixel.blends += 1;
+                pixel.saturated += u32::from(is_full);
+                pixel.rays[0] += work.shadow.rays as u32;
+                pixel.rays[1] += work.occlusion.rays as u32;
+            }
+            pixel.stencil = 0;
+            pixel.is_touched = false;
+        }
+    }
+}

@@ -1,0 +1,148 @@
+//! Hierarchical light volumes, as a technique.
+
+use super::demands::{check, lights, water};
+use super::run::{DEFAULT_GRID, Kept, MIDPOINTS, run};
+use super::settings::{Settings, TABLE};
+use super::variants::{STAGES, TexelPoints, WaterSurface};
+use crate::approximation::{Frame, Prepared, SensorFilm, Stage, Technique};
+use crate::geometry::Shape;
+use crate::run::{Context, Cost, Counter, Error, Light, Refusal, StageWork};
+use crate::scene::{Scene, Sensor};
+use crate::setting::{Setting, Values};
+use crate::transport::signature::{Event, Signature};
+
+/// Hierarchical light volumes.
+#[derive(Clone, Copy, Debug)]
+pub struct LightVolume;
+
+impl LightVolume {
+    fn typed(values: &Values) -> Result<Settings, Refusal> {
+        Settings::of(values).ok_or_else(|| Refusal::new("settings of another technique"))
+    }
+}
+
+impl Technique for LightVolume {
+    fn name(&self) -> &'static str {
+        "light-volume"
+    }
+
+    fn meaning(&self) -> &'static str {
+        "Hierarchical light volumes (Barczak and Olano): real-time caustics of water, with their errors"
+    }
+
+    fn unit(&self) -> &'static str {
+        "beams"
+    }
+
+    fn settings(&self) -> &'static [Setting] {
+        TABLE
+    }
+
+    fn stages(&self) -> &'static [Stage] {
+        &STAGES
+    }
+
+    fn sweep(&self) -> (&'static str, &'static [&'static str]) {
+        ("grid", &["60", "120", "200"])
+    }
+
+    fn light(&self, _scene: &Scene, _values: &Values) -> Result<Light, Refusal> {
+        Ok(Light::Path(Signature::DIRECT.then(Event::Transmission)))
+    }
+
+    fn supports(&self, scene: &Scene, sensor: &Sensor, values: &Values) -> Result<(), Refusal> {
+        let settings = Self::typed(values)?;
+        SensorFilm::new(scene, sensor)?;
+        check(&settings)?;
+        lights(scene, water(scene, &settings)?)?;
+        Ok(())
+    }
+
+    fn cost(&self, scene: &Scene, sensor: &Sensor, values: &Values) -> Cost {
+        /// Bytes of a beam with its draws, lists and parts of hulls.
+        const BEAM: u64 = 640;
+        /// Bytes of a vertex.
+        const VERTEX: u64 = 512;
+        /// A triple of `f64`.
+        const TRIPLE: u64 = 24;
+        let Ok(settings) = Self::typed(values) else {
+            return Cost::default();
+        };
+        let triangles = water(scene, &settings).map_or(0, |shape| {
+            let of_grid = |side: u32| 2 * u64::from(side.saturating_sub(1)).pow(2);
+            match &scene.world().shapes()[shape as usize] {
+                Shape::Mesh(mesh) if settings.grid == 0 => mesh.triangle_count() as u64,
+                _ if settings.grid == 0 => of_grid(DEFAULT_GRID),
+                _ => of_grid(settings.grid),
+            }
+        });
+        let lights = scene.emitters().len() as u64;
+        let parts = match settings.surface {
+            WaterSurface::Triangles => 1,
+            WaterSurface::Exact => 1 + 4_u64.pow(settings.levels),
+        };
+        let leaves = (u64::from(settings.buckets) << settings.splits).pow(2);
+        let texels = u64::from(sensor.film.crop.width) * u64::from(sensor.film.crop.height);
+        // Exact sums or a stencil buffer with the points that are seen, values of two lights, the estimate's two
+        // layers and files.
+        let film = texels * (16 * TRIPLE + 2 * TRIPLE + 4 * TRIPLE + 6 * TRIPLE);
+        let beams = triangles.saturating_mul(parts).saturating_mul(BEAM) + triangles * VERTEX;
+        let map = 12 * u64::from(settings.shadow_map).pow(2) * 6;
+        let samples = match settings.lookup {
+            TexelPoints::Center => 1,
+            TexelPoints::Exact => u64::from(MIDPOINTS).pow(2),
+        };
+        Cost {
+            bytes: film
+                .saturating_add(beams)
+                .saturating_add(map + 128 * leaves),
+            work: vec![
+                Counter::new("beams", triangles.saturating_mul(lights)),
+                Counter::new("points", texels.saturating_mul(samples)),
+            ],
+        }
+    }
+
+    fn prepare(
+        &self,
+        scene: &Scene,
+        sensor: &Sensor,
+        values: &Values,
+        _context: &Context,
+    ) -> Result<Box<dyn Prepared>, Error> {
+        self.supports(scene, sensor, values)?;
+        let settings = Self::typed(values)?;
+        let start = std::time::Instant::now();
+        let kept = Kept::new(scene, water(scene, &settings)?, &settings);
+        let mut work = StageWork::new(STAGES[0].name);
+        work.work.add("nodes", u64::from(kept.tree().all_nodes()));
+        work.seconds = start.elapsed().as_secs_f64();
+        Ok(Box::new(Ready {
+            settings,
+            kept,
+            work: vec![work],
+        }))
+    }
+}
+
+/// Light volumes with their settings and the hierarchy.
+struct Ready {
+    settings: Settings,
+    kept: Kept,
+    work: Vec<StageWork>,
+}
+
+impl Prepared for Ready {
+    fn work(&self) -> &[StageWork] {
+        &self.work
+    }
+
+    fn frame(
+        &mut self,
+        scene: &Scene,
+        sensor: &Sensor,
+        _context: &Context,
+    ) -> Result<Frame, Error> {
+        run(&self.settings, &mut self.kept, scene, sensor)
+    }
+}
