@@ -47,6 +47,12 @@ impl Receivers {
         !matches!(self.world.shapes(), [Shape::Rectangle(_) | Shape::Disk(_)])
     }
 
+    /// True if one of them is met before a distance along a ray.
+    #[inline]
+    pub fn hide(&self, ray: &Ray, distance: f64, counters: &mut TraversalCounters) -> bool {
+        self.world.any_hit(ray, distance, |_| true, counters)
+    }
+
     /// The first of them along a ray, whatever specular is before it.
     #[inline]
     pub fn first(

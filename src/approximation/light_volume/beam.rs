@@ -111,11 +111,19 @@ impl Beam {
         a * weights[0] + b * weights[1] + c * weights[2]
     }
 
-    /// The depth at which the ray with these weights starts.
+    /// The ray with these weights. It starts where it crosses the plane through the starts of the three.
     #[inline]
-    pub fn start(&self, weights: [f64; 3]) -> f64 {
-        let [a, b, c] = self.rulings.each_ref().map(|ruling| ruling.start);
-        a * weights[0] + b * weights[1] + c * weights[2]
+    pub fn ruling(&self, weights: [f64; 3]) -> Ruling {
+        let [a, b, c] = self.rulings.each_ref();
+        let base = a.base * weights[0] + b.base * weights[1] + c.base * weights[2];
+        let slope = self.slope(weights);
+        let [low, right, above] = [a, b, c].map(|it| it.at(it.start).extend(it.start));
+        let normal = (right - low).cross(above - low);
+        let across = normal.truncate();
+        let start = (normal.dot(low) - across.dot(base)) / (across.dot(slope) + normal.z);
+        // A ray along the plane, or a triangle without area.
+        let start = if start.is_finite() { start } else { a.start };
+        Ruling { base, slope, start }
     }
 
     /// The place on the triangle of water at which the ray with these weights starts: barycentric weights of

@@ -11,7 +11,9 @@ use super::beam::Beam;
 use super::cull::Draw;
 use super::settings::Settings;
 use super::shade::Shading;
-use super::variants::{Accumulate, Cosine, Density, Inside, Occlusion, Transmittance, WaterShadow};
+use super::variants::{
+    Accumulate, Cosine, Density, Inside, Occlusion, Transmittance, WaterShadow, WaterSurface,
+};
 use super::volume::{Corner, Lattice, LitVertex, Whole};
 use super::work::Work;
 use crate::approximation::interface::Fresnel;
@@ -178,6 +180,10 @@ impl Dealing<'_> {
         };
         let (ray, hit) = match self.alone {
             Some(alone) => (ray, alone.first(&ray, counters).map(|(hit, _)| hit)),
+            None if settings.surface == WaterSurface::Triangles => {
+                let hit = self.shading.receivers.first(&ray, counters);
+                (ray, hit.map(|(hit, _)| hit))
+            }
             None => {
                 next_hit(scene, ray, counters).map_or((ray, None), |(ray, hit)| (ray, Some(hit)))
             }

@@ -229,7 +229,7 @@ impl Block<'_> {
         let Some(weights) = drawn.beam.section(depth).weights(across) else {
             return;
         };
-        if depth < drawn.beam.start(weights) {
+        if depth < drawn.beam.ruling(weights).start {
             return;
         }
         let point = &self.tile.points[index];

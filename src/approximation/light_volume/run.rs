@@ -31,7 +31,7 @@ use super::volume::{FlatWater, Lit, LitVertex};
 use super::water::{Surface, Water, mean_normal};
 use super::work::Work;
 use crate::approximation::sources::is_diffuse;
-use crate::approximation::{Frame, SensorFilm};
+use crate::approximation::{Frame, Receivers, SensorFilm};
 use crate::geometry::Bounds;
 use crate::radiometry::Rgb;
 use crate::run::{Error, StageWork};
@@ -122,10 +122,12 @@ pub fn run(
 ) -> Result<Frame, Error> {
     let film = SensorFilm::new(scene, sensor)?;
     let sources = demands::lights(scene, kept.shape)?;
+    let receivers = Receivers::new(scene);
     let mut pipeline = Pipeline {
         settings,
         scene,
         film: &film,
+        receivers: &receivers,
         kept,
         work: Default::default(),
         flow: Flow::default(),
@@ -187,6 +189,7 @@ struct Pipeline<'a> {
     settings: &'a Settings,
     scene: &'a Scene,
     film: &'a SensorFilm,
+    receivers: &'a Receivers,
     kept: &'a mut Kept,
     work: BySteps<Done>,
     flow: Flow,
@@ -222,7 +225,7 @@ impl Pipeline<'_> {
     }
 
     /// The boxes of what receives: the shape of a meter, or all that a camera may see.
-    fn receivers(&self) -> Vec<Bounds> {
+    fn boxes(&self) -> Vec<Bounds> {
         let shapes = (0_u32..).zip(self.scene.world().shapes());
         let receives = |shape: u32| match self.film.shape() {
             Some(measured) => measured == shape,
@@ -244,13 +247,13 @@ impl Pipeline<'_> {
             SliceAxis::Water => normal,
             SliceAxis::Refracted => -flat.direction,
         };
-        let receivers = self.receivers();
+        let boxes = self.boxes();
         let places: Vec<DVec3> = water
             .vertices
             .iter()
             .map(|vertex| vertex.position)
             .collect();
-        let Some(slicing) = Slicing::new(axis, &places, &receivers, settings.slices) else {
+        let Some(slicing) = Slicing::new(axis, &places, &boxes, settings.slices) else {
             self.warnings
                 .push("no receiver is below the water".to_owned());
             return Ok(None);
@@ -266,6 +269,7 @@ impl Pipeline<'_> {
             lit,
             flat: &flat,
             format: Format::of(settings.accumulate, settings.cosine, settings.white),
+            receivers: self.receivers,
         };
         let depths = places.iter().map(|place| slicing.local(*place).1);
         let level = depths.sum::<f64>() / places.len().max(1) as f64;
@@ -273,9 +277,8 @@ impl Pipeline<'_> {
         let vertices = self.vertices(&lit, map.as_ref());
         let beams = self.beams(&lit, &vertices);
         let is_lit = self.lit_beams(&lit, &vertices, &beams, map.as_ref());
-        let boxes: Vec<LocalBox> = (receivers.iter().map(|bounds| slicing.local_box(bounds)))
-            .filter(|target| target.depths[1] > 0.0)
-            .collect();
+        let boxes = boxes.iter().map(|bounds| slicing.local_box(bounds));
+        let boxes: Vec<LocalBox> = boxes.filter(|target| target.depths[1] > 0.0).collect();
         let draws = self.draws(&slicing, &beams, &is_lit, &boxes, level);
         let draws = self.bright_draws(&slicing, &beams, draws);
         self.count_drawn(&draws);

@@ -52,7 +52,7 @@ settings! {
     surface: WaterSurface = "surface", Kind::Choice(words_of::<WaterSurface>), Value "triangles", "",
         "Stage: rays that bound a beam", Values::word;
     /// Times that exact triangles are quartered.
-    levels: u32 = "levels", Kind::Whole(0, 6), Value "2", "",
+    levels: u32 = "levels", Kind::Whole(0, 6), Value "1", "",
         "Times that triangles are quartered (exact surface)", Values::whole;
     /// Times that a cell is quartered further, if its corners meet different surfaces (exact look-ups).
     border_levels: u32 = "border-levels", Kind::Whole(0, 8), Value "3", "",

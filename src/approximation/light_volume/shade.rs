@@ -7,10 +7,10 @@ use super::sums::{Format, Sum};
 use super::variants::{Cosine, Density, Occlusion, Transmittance, WaterShadow};
 use super::volume::{FlatWater, Lit};
 use super::work::Work;
+use crate::approximation::Receivers;
 use crate::approximation::interface::Fresnel;
 use crate::approximation::sensor::SensorPoint;
 use crate::geometry::TraversalCounters;
-use crate::transport::visibility::transmittance;
 
 /// What the light of one source at a point depends on.
 #[derive(Clone, Copy)]
@@ -21,6 +21,8 @@ pub struct Shading<'a> {
     pub flat: &'a FlatWater,
     /// The format of sums.
     pub format: Format,
+    /// What may hide points from the water's surface.
+    pub receivers: &'a Receivers,
 }
 
 /// Work and rays at points.
@@ -59,7 +61,7 @@ impl Shading<'_> {
         work: &mut ShadeWork,
     ) {
         let slope = beam.slope(weights);
-        let Some(factor) = self.left_to_points(beam, weights, slope, depth, point, work) else {
+        let Some(factor) = self.left_to_points(beam, weights, depth, point, work) else {
             return;
         };
         let scale = factor / self.flat.irradiance;
@@ -110,7 +112,7 @@ impl Shading<'_> {
             .unwrap_or([1.0 / 3.0; 3]);
         let slope = beam.slope(weights);
         let left = self
-            .left_to_points(beam, weights, slope, depth, point, work)
+            .left_to_points(beam, weights, depth, point, work)
             .unwrap_or(0.0);
         match settings.cosine {
             Cosine::Flat | Cosine::Vector => left,
@@ -166,7 +168,6 @@ impl Shading<'_> {
         &self,
         beam: &Beam,
         weights: [f64; 3],
-        slope: DVec2,
         depth: f64,
         point: &SensorPoint,
         work: &mut ShadeWork,
@@ -193,31 +194,32 @@ impl Shading<'_> {
         }
         if settings.occlusion == Occlusion::Exact && factor > 0.0 {
             let mut counters = TraversalCounters::default();
-            factor *= self.reaches(beam, weights, slope, depth, point, &mut counters);
+            let is_hidden = self.is_hidden(beam, weights, depth, point, &mut counters);
             work.occlusion.add_rays(counters);
+            if is_hidden {
+                return None;
+            }
         }
         (factor > 0.0).then_some(factor)
     }
 
-    /// The share of the light that reaches a point from where its ray leaves the water's surface.
-    fn reaches(
+    /// True if a receiver hides a point from where its ray leaves the water's surface. The surface itself,
+    /// which beams approximate, hides nothing.
+    fn is_hidden(
         &self,
         beam: &Beam,
         weights: [f64; 3],
-        slope: DVec2,
         depth: f64,
         point: &SensorPoint,
         counters: &mut TraversalCounters,
-    ) -> f64 {
-        /// The ray ends this share of its length before the surface: the water does not hide itself.
-        const BEFORE: f64 = 1e-6;
-        let towards = -self.lit.slicing.direction(slope);
-        let distance = (depth - beam.start(weights)) * (1.0 + slope.length_squared()).sqrt();
-        let distance = distance * (1.0 - BEFORE);
-        if distance <= 0.0 {
-            return 1.0;
-        }
-        transmittance(self.lit.scene, &point.point, towards, distance, counters)
+    ) -> bool {
+        let ruling = beam.ruling(weights);
+        let towards = -self.lit.slicing.direction(ruling.slope);
+        let distance = (depth - ruling.start) / ruling.cos();
+        distance > 0.0
+            && self
+                .receivers
+                .hide(&point.point.spawn(towards), distance, counters)
     }
 
     /// Irradiance at a point by the source's strength, from the sum over its beams.

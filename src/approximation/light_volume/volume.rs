@@ -297,14 +297,9 @@ pub struct Corner {
 impl Corner {
     /// A ray between those of a beam.
     fn between(whole: &Beam, at: DVec2, mix: [f64; 3]) -> Self {
-        let [a, b, c] = &whole.rulings;
         Self {
             at,
-            ruling: Ruling {
-                base: a.base * mix[0] + b.base * mix[1] + c.base * mix[2],
-                slope: a.slope * mix[0] + b.slope * mix[1] + c.slope * mix[2],
-                start: a.start * mix[0] + b.start * mix[1] + c.start * mix[2],
-            },
+            ruling: whole.ruling(mix),
             place: DVec3::ZERO,
             refracted: None,
             light: (0..3).map(|i| whole.light[i] * mix[i]).sum(),
