@@ -1,6 +1,6 @@
 //! Beams: light between three rays, and their cross-sections.
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 
 use super::slicing::Slicing;
 
@@ -33,6 +33,12 @@ impl Ruling {
     #[inline]
     pub fn at(&self, depth: f64) -> DVec2 {
         self.base + self.slope * depth
+    }
+
+    /// Where it starts: across the axis, and in depth.
+    #[inline]
+    fn origin(&self) -> DVec3 {
+        self.at(self.start).extend(self.start)
     }
 
     /// The cosine of its angle with the axis.
@@ -78,26 +84,44 @@ impl Section {
     #[inline]
     pub fn weights(&self, place: DVec2) -> Option<[f64; 3]> {
         let turn = if self.twice_area < 0.0 { -1.0 } else { 1.0 };
-        let [a, b, c] = self.corners.map(|corner| corner - place);
+        let [a, b, c] = [
+            self.corners[0] - place,
+            self.corners[1] - place,
+            self.corners[2] - place,
+        ];
         // Opposite to each corner. Products swap sign exactly with their order: neighbours agree.
-        let sides = [(b, c), (c, a), (a, b)]
-            .map(|(from, to)| (from.perp_dot(to) * turn, (to - from) * turn));
-        let is_in = |(side, along): (f64, DVec2)| {
-            side > 0.0 || side == 0.0 && (along.y > 0.0 || along.y == 0.0 && along.x < 0.0)
-        };
-        if !sides.into_iter().all(is_in) {
+        let sides = [
+            b.perp_dot(c) * turn,
+            c.perp_dot(a) * turn,
+            a.perp_dot(b) * turn,
+        ];
+        if sides[0] < 0.0 || sides[1] < 0.0 || sides[2] < 0.0 {
             return None;
         }
-        let sum = sides[0].0 + sides[1].0 + sides[2].0;
-        (sum > 0.0).then(|| sides.map(|(side, _)| side / sum))
+        let is_in = owns(sides[0], (c - b) * turn)
+            && owns(sides[1], (a - c) * turn)
+            && owns(sides[2], (b - a) * turn);
+        let sum = sides[0] + sides[1] + sides[2];
+        (is_in && sum > 0.0).then(|| [sides[0] / sum, sides[1] / sum, sides[2] / sum])
     }
+}
+
+/// True if a place belongs to a triangle as far as one of its sides tells: if it is within, or on a side that
+/// runs upwards, or to the left.
+///
+/// - `side`: positive within.
+/// - `along`: the side, run anticlockwise. That of a neighbour runs the other way.
+#[inline]
+pub fn owns(side: f64, along: DVec2) -> bool {
+    side > 0.0 || side == 0.0 && (along.y > 0.0 || along.y == 0.0 && along.x < 0.0)
 }
 
 impl Beam {
     /// The cross-section at a depth.
     #[inline]
     pub fn section(&self, depth: f64) -> Section {
-        let corners = self.rulings.each_ref().map(|ruling| ruling.at(depth));
+        let [a, b, c] = &self.rulings;
+        let corners = [a.at(depth), b.at(depth), c.at(depth)];
         Section {
             corners,
             twice_area: (corners[1] - corners[0]).perp_dot(corners[2] - corners[0]),
@@ -107,17 +131,17 @@ impl Beam {
     /// The slope of the ray with these weights.
     #[inline]
     pub fn slope(&self, weights: [f64; 3]) -> DVec2 {
-        let [a, b, c] = self.rulings.each_ref().map(|ruling| ruling.slope);
-        a * weights[0] + b * weights[1] + c * weights[2]
+        let [a, b, c] = &self.rulings;
+        a.slope * weights[0] + b.slope * weights[1] + c.slope * weights[2]
     }
 
     /// The ray with these weights. It starts where it crosses the plane through the starts of the three.
     #[inline]
     pub fn ruling(&self, weights: [f64; 3]) -> Ruling {
-        let [a, b, c] = self.rulings.each_ref();
+        let [a, b, c] = &self.rulings;
         let base = a.base * weights[0] + b.base * weights[1] + c.base * weights[2];
         let slope = self.slope(weights);
-        let [low, right, above] = [a, b, c].map(|it| it.at(it.start).extend(it.start));
+        let [low, right, above] = [a.origin(), b.origin(), c.origin()];
         let normal = (right - low).cross(above - low);
         let across = normal.truncate();
         let start = (normal.dot(low) - across.dot(base)) / (across.dot(slope) + normal.z);
@@ -143,7 +167,8 @@ impl Beam {
     /// The least and the largest coordinates of its rays at a depth.
     #[inline]
     pub fn reach(&self, depth: f64) -> [DVec2; 2] {
-        let [a, b, c] = self.rulings.each_ref().map(|ruling| ruling.at(depth));
+        let [a, b, c] = &self.rulings;
+        let (a, b, c) = (a.at(depth), b.at(depth), c.at(depth));
         [a.min(b).min(c), a.max(b).max(c)]
     }
 

@@ -1,7 +1,6 @@
 //! Stage `inside`, exact: the beams whose cross-sections hold a point, tile by tile.
 
-use std::ops::Range;
-
+use glam::DVec2;
 use rayon::prelude::*;
 
 use super::search::{BeamSearch, Drawn};
@@ -12,12 +11,11 @@ use crate::approximation::SensorFilm;
 use crate::approximation::sensor::SensorPoint;
 use crate::geometry::TraversalCounters;
 use crate::radiometry::Rgb;
-use crate::scene::Scene;
 
-/// Texels along each side of a tile: its points stay in a core's cache.
+/// Points along each side of a tile: they stay in a core's cache.
 const TILE: usize = 16;
 
-/// Texels along each side of the smallest part of a tile that has a list of beams of its own.
+/// Points along each side of the smallest part of a tile that has a list of beams of its own.
 const LEAST: usize = 2;
 
 /// Texel averages of the sensor's quantity, of one light.
@@ -37,18 +35,19 @@ impl Gathered {
     }
 }
 
-/// Gathers the light of beams at the points of a film, `samples` x `samples` a texel.
+/// Gathers the light of beams at the points of a film, `samples` x `samples` a texel, a power of two up to 16.
 pub fn gather(shading: &Shading, drawn: &[Drawn], film: &SensorFilm, samples: u32) -> Gathered {
     let [width, height] = film.size();
     let search = BeamSearch::new(drawn, shading.lit.slicing.bottom());
-    let columns = width.div_ceil(TILE);
-    let tiles: Vec<(Tile, ShadeWork)> = (0..columns * height.div_ceil(TILE))
+    let side = TILE / samples as usize;
+    let columns = width.div_ceil(side);
+    let tiles: Vec<(Tile, ShadeWork)> = (0..columns * height.div_ceil(side))
         .into_par_iter()
         .map(|index| {
-            let place = [index % columns * TILE, index / columns * TILE];
-            let mut tile = Tile::new(shading.lit.scene, film, place, samples);
-            let work = tile.fill(shading, &search, drawn);
-            (tile, work)
+            let place = [index % columns * side, index / columns * side];
+            let mut points = TilePoints::new(shading, film, place, samples as usize);
+            let work = points.gather(shading, &search, drawn);
+            (points.averages(shading), work)
         })
         .collect();
     let mut gathered = Gathered {
@@ -56,133 +55,133 @@ pub fn gather(shading: &Shading, drawn: &[Drawn], film: &SensorFilm, samples: u3
         work: ShadeWork::default(),
         views: TraversalCounters::default(),
     };
-    for (tile, work) in tiles {
+    for (index, (tile, work)) in tiles.into_iter().enumerate() {
         gathered.work += work;
         gathered.views += tile.views;
-        for (row, values) in tile.values.chunks(tile.size[0]).enumerate() {
-            let start = (tile.place[1] + row) * width + tile.place[0];
+        let place = [index % columns * side, index / columns * side];
+        for (row, values) in tile.values.chunks(tile.columns).enumerate() {
+            let start = (place[1] + row) * width + place[0];
             gathered.values[start..start + values.len()].copy_from_slice(values);
         }
     }
     gathered
 }
 
-/// A square of texels with their points.
+/// The values of a square of texels.
 struct Tile {
-    /// Its first column and row.
-    place: [usize; 2],
-    /// Columns and rows.
-    size: [usize; 2],
-    points: Vec<SensorPoint>,
-    /// The points of each texel.
-    ranges: Vec<Range<usize>>,
-    weights: Vec<f64>,
-    views: TraversalCounters,
+    columns: usize,
     values: Vec<Rgb>,
+    views: TraversalCounters,
 }
 
-/// Points by their local coordinates.
-type Places = [(glam::DVec2, f64)];
+/// A point of a tile.
+struct TilePoint {
+    point: SensorPoint,
+    /// Where it is across the axis, and its depth.
+    across: DVec2,
+    depth: f64,
+    sum: Sum,
+}
 
-impl Tile {
-    fn new(scene: &Scene, film: &SensorFilm, place: [usize; 2], samples: u32) -> Self {
+/// The points of a square of texels.
+struct TilePoints {
+    /// Columns and rows of texels.
+    size: [usize; 2],
+    samples: usize,
+    /// Row by row of points; `None` on no surface.
+    points: Vec<Option<TilePoint>>,
+    /// By texel.
+    weights: Vec<f64>,
+    views: TraversalCounters,
+}
+
+impl TilePoints {
+    fn new(shading: &Shading, film: &SensorFilm, place: [usize; 2], samples: usize) -> Self {
         let [width, height] = film.size();
-        let size = [TILE.min(width - place[0]), TILE.min(height - place[1])];
+        let side = TILE / samples;
+        let size = [side.min(width - place[0]), side.min(height - place[1])];
         let mut tile = Self {
-            place,
             size,
-            points: Vec::with_capacity(size[0] * size[1] * (samples * samples) as usize),
-            ranges: Vec::with_capacity(size[0] * size[1]),
-            weights: Vec::with_capacity(size[0] * size[1]),
+            samples,
+            points: Vec::with_capacity(size[0] * size[1] * samples * samples),
+            weights: vec![0.0; size[0] * size[1]],
             views: TraversalCounters::default(),
-            values: vec![Rgb::BLACK; size[0] * size[1]],
         };
-        for row in place[1]..place[1] + size[1] {
-            let first = row * width + place[0];
-            let found = film.points(scene, first..first + size[0], samples, &mut tile.views);
-            let mut start = 0;
-            for texel in first..first + size[0] {
-                let count = found.points[start..]
-                    .iter()
-                    .take_while(|it| it.texel == texel)
-                    .count();
-                let end = tile.points.len() + start;
-                tile.ranges.push(end..end + count);
-                start += count;
+        for row in 0..size[1] * samples {
+            for column in 0..size[0] * samples {
+                let within = DVec2::new((column % samples) as f64, (row % samples) as f64);
+                let at = (within + 0.5) / samples as f64;
+                let (x, y) = (column / samples, row / samples);
+                let texel = (place[1] + y) * width + place[0] + x;
+                let (weight, point) = film.point(shading.lit.scene, texel, at, &mut tile.views);
+                tile.weights[y * size[0] + x] += weight;
+                tile.points.push(point.map(|point| {
+                    let (across, depth) = shading.lit.slicing.local(point.point.position);
+                    TilePoint {
+                        point,
+                        across,
+                        depth,
+                        sum: Sum::default(),
+                    }
+                }));
             }
-            tile.weights.extend(&found.weights);
-            tile.points.extend(found.points);
         }
         tile
     }
 
-    /// Fills the tile's values.
-    fn fill(&mut self, shading: &Shading, search: &BeamSearch, drawn: &[Drawn]) -> ShadeWork {
-        let slicing = shading.lit.slicing;
-        let places: Vec<_> = self
-            .points
-            .iter()
-            .map(|it| slicing.local(it.point.position))
-            .collect();
-        let mut sums = vec![Sum::default(); self.points.len()];
+    /// Columns and rows of points.
+    fn sides(&self) -> [usize; 2] {
+        self.size.map(|side| side * self.samples)
+    }
+
+    /// Gathers the light of beams at the points.
+    fn gather(&mut self, shading: &Shading, search: &BeamSearch, drawn: &[Drawn]) -> ShadeWork {
         let mut work = ShadeWork::default();
-        if let Some(target) = self.reach(&places, [0, 0], TILE) {
+        if let Some(target) = self.reach([0, 0], TILE) {
             let mut found = Vec::new();
             search.find(&target, &mut found);
-            let mut block = Block {
-                tile: self,
-                shading,
-                drawn,
-                places: &places,
-                sums: &mut sums,
-                work: &mut work,
-            };
-            block.descend([0, 0], TILE, &found);
-        }
-        for (texel, value) in self.values.iter_mut().enumerate() {
-            for index in self.ranges[texel].clone() {
-                let point = &self.points[index];
-                let irradiance = shading.irradiance(&sums[index], point);
-                *value += point.measured(Rgb::grey(irradiance)) * point.weight;
-            }
-            if self.weights[texel] > 0.0 {
-                *value = *value / self.weights[texel];
-            }
+            self.descend([0, 0], TILE, shading, (drawn, &found), &mut work);
         }
         work
     }
 
     /// The box of the points of a square part; `None` if there are none.
-    fn reach(&self, places: &Places, [left, top]: [usize; 2], side: usize) -> Option<LocalBox> {
+    fn reach(&self, [left, top]: [usize; 2], side: usize) -> Option<LocalBox> {
         let mut all = LocalBox::EMPTY;
-        for row in top..(top + side).min(self.size[1]) {
-            for column in left..(left + side).min(self.size[0]) {
-                for place in &places[self.ranges[row * self.size[0] + column].clone()] {
-                    all.extend(*place);
-                }
+        let [columns, rows] = self.sides();
+        for row in top..(top + side).min(rows) {
+            for point in self.points[row * columns..][left..(left + side).min(columns)]
+                .iter()
+                .flatten()
+            {
+                all.extend((point.across, point.depth));
             }
         }
         (all.depths[0] <= all.depths[1]).then_some(all)
     }
-}
 
-/// The parts of a tile, each with the beams that may hold its points.
-struct Block<'a> {
-    tile: &'a Tile,
-    shading: &'a Shading<'a>,
-    drawn: &'a [Drawn<'a>],
-    places: &'a Places,
-    sums: &'a mut [Sum],
-    work: &'a mut ShadeWork,
-}
-
-impl Block<'_> {
-    fn descend(&mut self, [left, top]: [usize; 2], side: usize, found: &[u32]) {
+    /// A square part, with the beams that may hold its points.
+    fn descend(
+        &mut self,
+        [left, top]: [usize; 2],
+        side: usize,
+        shading: &Shading,
+        (drawn, found): (&[Drawn], &[u32]),
+        work: &mut ShadeWork,
+    ) {
         if found.is_empty() {
             return;
         }
+        let [columns, rows] = self.sides();
         if side <= LEAST {
-            self.points([left, top], side, found);
+            for row in top..(top + side).min(rows) {
+                let line = &mut self.points[row * columns..][left..(left + side).min(columns)];
+                for point in line.iter_mut().flatten() {
+                    for &place in found {
+                        point.add(shading, &drawn[place as usize], work);
+                    }
+                }
+            }
             return;
         }
         let half = side / 2;
@@ -192,53 +191,65 @@ impl Block<'_> {
             [left, top + half],
             [left + half, top + half],
         ] {
-            if place[0] >= self.tile.size[0] || place[1] >= self.tile.size[1] {
+            if place[0] >= columns || place[1] >= rows {
                 continue;
             }
-            if let Some(target) = self.tile.reach(self.places, place, half) {
+            if let Some(target) = self.reach(place, half) {
                 let near = found.iter().copied();
                 let near: Vec<u32> = near
-                    .filter(|&it| self.drawn[it as usize].may_overlap(&target))
+                    .filter(|&it| drawn[it as usize].may_overlap(&target))
                     .collect();
-                self.descend(place, half, &near);
+                self.descend(place, half, shading, (drawn, &near), work);
             }
         }
     }
 
-    /// Adds the light of beams, one after the other, at the points of a part.
-    fn points(&mut self, [left, top]: [usize; 2], side: usize, found: &[u32]) {
-        let [width, height] = self.tile.size;
-        for row in top..(top + side).min(height) {
-            for column in left..(left + side).min(width) {
-                for index in self.tile.ranges[row * width + column].clone() {
-                    for &place in found {
-                        self.add(index, &self.drawn[place as usize]);
-                    }
-                }
+    /// The texels' averages.
+    fn averages(self, shading: &Shading) -> Tile {
+        let mut values = vec![Rgb::BLACK; self.weights.len()];
+        let columns = self.sides()[0];
+        for (index, point) in self.points.iter().enumerate() {
+            let Some(point) = point else {
+                continue;
+            };
+            let texel =
+                index / columns / self.samples * self.size[0] + index % columns / self.samples;
+            let irradiance = shading.irradiance(&point.sum, &point.point);
+            values[texel] += point.point.measured(Rgb::grey(irradiance)) * point.point.weight;
+        }
+        for (value, weight) in values.iter_mut().zip(&self.weights) {
+            if *weight > 0.0 {
+                *value = *value / *weight;
             }
         }
+        Tile {
+            columns: self.size[0],
+            values,
+            views: self.views,
+        }
     }
+}
 
+impl TilePoint {
+    /// Adds the light of a beam, if the point is in it.
     #[inline]
-    fn add(&mut self, index: usize, drawn: &Drawn) {
-        let (across, depth) = self.places[index];
-        self.work.inside.fragments += 1;
-        if depth < drawn.depths[0] || depth > drawn.depths[1] {
+    fn add(&mut self, shading: &Shading, drawn: &Drawn, work: &mut ShadeWork) {
+        work.inside.fragments += 1;
+        if self.depth < drawn.depths[0] || self.depth > drawn.depths[1] {
             return;
         }
-        let Some(weights) = drawn.beam.section(depth).weights(across) else {
+        let Some(weights) = drawn.beam.section(self.depth).weights(self.across) else {
             return;
         };
-        if depth < drawn.beam.ruling(weights).start {
-            return;
+        // Above the water's surface rays are continued only.
+        if self.depth >= drawn.beam.ruling(weights).start {
+            shading.add(
+                &mut self.sum,
+                drawn.beam,
+                (weights, self.depth),
+                &self.point,
+                work,
+            );
         }
-        let point = &self.tile.points[index];
-        self.shading.add(
-            &mut self.sums[index],
-            drawn.beam,
-            (weights, depth),
-            point,
-            self.work,
-        );
     }
 }

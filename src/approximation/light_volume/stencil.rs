@@ -10,6 +10,7 @@
 
 use glam::{DMat3, DVec2, DVec3};
 
+use super::beam::owns;
 use super::gather::Gathered;
 use super::search::Drawn;
 use super::shade::{ShadeWork, Shading};
@@ -358,22 +359,29 @@ impl Canvas<'_, '_> {
             for column in columns.clone() {
                 let at = DVec2::new(column as f64, row as f64) + shift;
                 let [a, b, c] = places.map(|place| place - at);
-                let sides = [(b, c), (c, a), (a, b)].map(|(from, to)| {
-                    let side = from.perp_dot(to) * turn;
-                    let along = (to - from) * turn;
-                    let is_in = side > 0.0
-                        || side == 0.0 && (along.y > 0.0 || along.y == 0.0 && along.x < 0.0);
-                    (side, is_in)
-                });
-                if !sides.iter().all(|(_, is_in)| *is_in) {
+                let sides = [
+                    b.perp_dot(c) * turn,
+                    c.perp_dot(a) * turn,
+                    a.perp_dot(b) * turn,
+                ];
+                let is_in = owns(sides[0], (c - b) * turn)
+                    && owns(sides[1], (a - c) * turn)
+                    && owns(sides[2], (b - a) * turn);
+                if !is_in {
                     continue;
                 }
                 self.band.fragments += 2;
                 // Perspective: weights by 1/w.
-                let weights = [0, 1, 2].map(|i| sides[i].0 * inverse[i]);
+                let weights = [
+                    sides[0] * inverse[0],
+                    sides[1] * inverse[1],
+                    sides[2] * inverse[2],
+                ];
                 let sum = weights[0] + weights[1] + weights[2];
-                let mix = weights.map(|weight| weight / sum);
-                let depth: f64 = (0..3).map(|i| mix[i] * corners[i].depth).sum();
+                let mix = [weights[0] / sum, weights[1] / sum, weights[2] / sum];
+                let depth = corners[0].depth * mix[0]
+                    + corners[1].depth * mix[1]
+                    + corners[2].depth * mix[2];
                 if depth >= self.drawing.depths[row as usize * width + column as usize] {
                     continue;
                 }
