@@ -155,6 +155,7 @@ fn the_other_shipped_scenes_are_refused_each_with_its_reason() {
         ),
         ("lens", "shape \"lens\" (ply) has interpolated normals"),
         ("water", "shape \"surface\" (ply) has interpolated normals"),
+        ("pool", "shape \"surface\" (ply) has interpolated normals"),
         (
             "parabolic-mirror",
             "shape \"dish\" (ply) has interpolated normals",
