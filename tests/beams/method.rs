@@ -327,7 +327,7 @@ fn photons_agree_with_beams_below_ripples() {
 
 #[test]
 fn photons_agree_with_beams_in_the_pool() {
-    assert_photons_agree("pool", 1e-3, 1 << 21);
+    assert_photons_agree("pool", 1e-3, 1 << 23);
 }
 
 #[test]

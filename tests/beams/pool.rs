@@ -7,7 +7,7 @@ use nephroid::internals::generate::{SCENES, height_field, write_ply};
 use nephroid::internals::mitsuba::load;
 use nephroid::internals::optics::dielectric_reflectance;
 use nephroid::internals::reference::beams::{BeamSettings, run};
-use nephroid::internals::run::{Budget, Estimate, LayerName, Progress};
+use nephroid::internals::run::{Budget, Estimate, Progress};
 use nephroid::internals::scene::Scene;
 
 use crate::support::beams::beams;
@@ -54,7 +54,6 @@ fn no_light_reaches_the_pool_but_through_the_water() {
                 .collect();
             assert_eq!(names, ["LD", "LTD"], "{meter}, {occluder}");
             let direct = &estimate.layers[0];
-            assert_eq!(direct.name, LayerName::Direct);
             let most = &direct.interval.as_ref().unwrap().high;
             let is_dark = direct.values.iter().chain(most).all(|it| it.is_black());
             assert!(is_dark, "{meter}, {occluder}");
@@ -62,8 +61,8 @@ fn no_light_reaches_the_pool_but_through_the_water() {
     }
 }
 
-/// Disc and fence shade the floor and nothing else that the floor sees: some texels are darker, none is brighter.
-/// Both runs err by 10 % of the lit texels' mean at most; the floor's total falls by more than that is.
+/// Disc and fence shade about a seventh of the floor each. Fluxes are sums over thousands of texels that are each
+/// within 10 %, with errors of both signs: far below the 10 % and more that are missing.
 #[test]
 fn each_occluder_takes_light_from_the_floor() {
     let flux = |occluder| {
