@@ -29,8 +29,8 @@ pub const WATER: [Wave; 5] = [
 
 /// The waves of the scene `pool`; their slopes sum to less than 0.5.
 ///
-/// Their curvatures sum to 4.2 / m. Water of index 1.33 focuses light from above at the floor's depth of 1.5 m
-/// where its crests curve by 1.33 / (0.33 · 1.5 m) = 2.7 / m.
+/// Their curvatures sum to 4.2 / m. Water of index 1.33 focuses light from above at the floor's depth of
+/// 1.5 m where its crests curve by 1.33 / (0.33 · 1.5 m) = 2.7 / m.
 pub const POOL: [Wave; 5] = [
     wave(0.0200, 4.6, 2.0, 0.7),
     wave(0.0163, -3.4, 6.1, 2.6),
