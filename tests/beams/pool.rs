@@ -61,7 +61,7 @@ fn no_light_reaches_the_pool_but_through_the_water() {
     }
 }
 
-/// Disc and fence shade about a seventh of the floor each. Fluxes are sums over thousands of texels that are each
+/// Disc and fence shade about an eighth of the floor each. Fluxes are sums over thousands of texels that are each
 /// within 10 %, with errors of both signs: far below the 10 % and more that are missing.
 #[test]
 fn each_occluder_takes_light_from_the_floor() {
