@@ -12,8 +12,9 @@ use crate::geometry::MeshParts;
 use super::{
     ball::geodesic_sphere,
     facets::{BrilliantCut, equilateral_prism, round_brilliant},
+    fence::{Picket, picket_fence},
     height_field::{Wave, height_field},
-    ply::write_ply,
+    ply::ply_bytes,
     revolution::{paraboloid, plano_convex_lens},
 };
 
@@ -26,6 +27,26 @@ pub const WATER: [Wave; 5] = [
     wave(0.0020, -23.0, -9.0, 5.5),
 ];
 
+/// The waves of the scene `pool`; their slopes sum to less than 0.5.
+///
+/// Their curvatures sum to 4.2 / m. Water of index 1.33 focuses light from above at the floor's depth of
+/// 1.5 m where its crests curve by 1.33 / (0.33 · 1.5 m) = 2.7 / m.
+pub const POOL: [Wave; 5] = [
+    wave(0.0200, 4.6, 2.0, 0.7),
+    wave(0.0163, -3.4, 6.1, 2.6),
+    wave(0.0123, 8.1, -3.9, 4.4),
+    wave(0.0069, 3.6, 11.4, 1.2),
+    wave(0.0040, -13.6, -6.3, 5.0),
+];
+
+/// The boards of the fence over the scene `pool`, in metres.
+const PICKET: Picket = Picket {
+    width: 0.12,
+    height: 2.0,
+    tip: 0.1,
+    thickness: 0.02,
+};
+
 const fn wave(amplitude: f64, x: f64, y: f64, phase: f64) -> Wave {
     Wave {
         amplitude,
@@ -37,11 +58,24 @@ const fn wave(amplitude: f64, x: f64, y: f64, phase: f64) -> Wave {
 /// A scene that comes with the program.
 #[derive(Clone, Copy, Debug)]
 pub struct BundledScene {
-    /// The file's name without its ending; the mesh, if any, has the same name and the ending `.ply`.
+    /// The main file's name without its ending.
     pub name: &'static str,
-    /// The scene file's text.
-    pub xml: &'static str,
-    mesh: Option<fn(detail: u32) -> MeshParts>,
+    /// All files that it needs: the main one first, then those that it includes, then meshes.
+    pub files: &'static [BundledFile],
+}
+
+/// A file of a bundled scene.
+#[derive(Clone, Copy, Debug)]
+pub struct BundledFile {
+    /// The file's name, with its ending.
+    pub name: &'static str,
+    content: Content,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Content {
+    Xml(&'static str),
+    Mesh(fn(detail: u32) -> MeshParts),
 }
 
 /// Settings of the generators.
@@ -92,44 +126,65 @@ pub enum GenerateError {
     Write(#[from] WriteError),
 }
 
+/// The files of one scene: XML files by their names, the main one first, then generators of meshes by theirs.
 macro_rules! bundled {
-    ($name:literal, $mesh:expr) => {
+    ($name:literal $(, include $include:literal)* $(, mesh $mesh:literal = $generator:expr)*) => {
         BundledScene {
             name: $name,
-            xml: include_str!(concat!("../../scenes/", $name, ".xml")),
-            mesh: $mesh,
+            files: &[
+                bundled!(@xml $name),
+                $(bundled!(@xml $include),)*
+                $(BundledFile {
+                    name: concat!($mesh, ".ply"),
+                    content: Content::Mesh($generator),
+                },)*
+            ],
+        }
+    };
+    (@xml $name:literal) => {
+        BundledFile {
+            name: concat!($name, ".xml"),
+            content: Content::Xml(include_str!(concat!("../../scenes/", $name, ".xml"))),
         }
     };
 }
 
 /// All bundled scenes, in the order of `scenes/README.md`.
-pub const SCENES: [BundledScene; 12] = [
-    bundled!("glass-ball", None),
+pub const SCENES: [BundledScene; 13] = [
+    bundled!("glass-ball"),
     bundled!(
         "glass-ball-mesh",
-        Some(|detail| geodesic_sphere(1.0, 32 * detail))
+        mesh "glass-ball-mesh" = |detail| geodesic_sphere(1.0, 32 * detail)
     ),
-    bundled!("glass-ball-behind-pane", None),
-    bundled!("coffee-cup", None),
-    bundled!("mirror-ring", None),
+    bundled!("glass-ball-behind-pane"),
+    bundled!("coffee-cup"),
+    bundled!("mirror-ring"),
     bundled!(
         "water",
-        Some(|detail| height_field(1.05, 0.8, &WATER, 119 * detail + 1))
+        mesh "water" = |detail| height_field(DVec2::splat(1.05), 0.8, &WATER, 119 * detail + 1)
     ),
-    bundled!("prism", Some(|_| equilateral_prism(0.1, 0.2))),
-    bundled!("cube", None),
+    bundled!(
+        "pool",
+        include "pool-none",
+        include "pool-disc",
+        include "pool-fence",
+        mesh "pool" = |detail| height_field(DVec2::new(2.25, 1.75), 1.5, &POOL, 119 * detail + 1),
+        mesh "pool-fence" = |_| picket_fence(PICKET, 0.25, 16)
+    ),
+    bundled!("prism", mesh "prism" = |_| equilateral_prism(0.1, 0.2)),
+    bundled!("cube"),
     bundled!(
         "diamond",
-        Some(|_| round_brilliant(0.325, BrilliantCut::TOLKOWSKY))
+        mesh "diamond" = |_| round_brilliant(0.325, BrilliantCut::TOLKOWSKY)
     ),
     bundled!(
         "lens",
-        Some(|detail| plano_convex_lens(0.06, 0.05, 28 * detail))
+        mesh "lens" = |detail| plano_convex_lens(0.06, 0.05, 28 * detail)
     ),
-    bundled!("cornell-glass", None),
+    bundled!("cornell-glass"),
     bundled!(
         "parabolic-mirror",
-        Some(|detail| paraboloid(0.5, 0.5, 28 * detail))
+        mesh "parabolic-mirror" = |detail| paraboloid(0.5, 0.5, 28 * detail)
     ),
 ];
 
@@ -139,18 +194,35 @@ pub fn scene_names() -> impl Iterator<Item = &'static str> {
 }
 
 impl BundledScene {
-    /// The bytes of the scene's mesh file at this detail; `None` if the scene has none.
-    pub fn ply(&self, detail: u32) -> Option<Vec<u8>> {
-        let mesh = self.mesh?(detail.max(1));
+    /// The main file's text.
+    pub fn xml(&self) -> &'static str {
+        let mut texts = self.files.iter().filter_map(|file| match file.content {
+            Content::Xml(text) => Some(text),
+            Content::Mesh(_) => None,
+        });
+        texts.next().unwrap_or_default()
+    }
+
+    /// Every file's name and its bytes, meshes at this detail (0 counts as 1).
+    pub fn contents(&self, detail: u32) -> impl Iterator<Item = (&'static str, Vec<u8>)> {
+        let detail = detail.max(1);
         let comment = format!("nephroid generate {}: detail {detail}", self.name);
-        let mut bytes = Vec::new();
-        // Writing to memory cannot fail.
-        write_ply(&mesh, &comment, &mut bytes).ok()?;
-        Some(bytes)
+        self.files
+            .iter()
+            .map(move |file| (file.name, file.content.bytes(detail, &comment)))
     }
 }
 
-/// Writes the scene `name` (its XML file and its mesh, if it has one) into the folder `out_dir`, which is
+impl Content {
+    fn bytes(self, detail: u32, comment: &str) -> Vec<u8> {
+        match self {
+            Self::Xml(text) => text.as_bytes().to_vec(),
+            Self::Mesh(generator) => ply_bytes(&generator(detail), comment),
+        }
+    }
+}
+
+/// Writes the scene `name` (its XML files and its meshes) into the folder `out_dir`, which is
 /// made if it is missing, and returns the files written.
 ///
 /// Each file is written under a temporary name and then renamed: a failed run leaves no half file and no
@@ -178,17 +250,13 @@ pub fn generate(
         path: out_dir.to_owned(),
         error,
     })?;
-    let mut files = vec![(
-        out_dir.join(format!("{name}.xml")),
-        scene.xml.as_bytes().to_vec(),
-    )];
-    if let Some(bytes) = scene.ply(options.detail) {
-        files.push((out_dir.join(format!("{name}.ply")), bytes));
+    let mut written = Vec::with_capacity(scene.files.len());
+    for (name, bytes) in scene.contents(options.detail) {
+        let path = out_dir.join(name);
+        atomic::write(&path, |file| file.write_all(&bytes))?;
+        written.push(path);
     }
-    for (path, bytes) in &files {
-        atomic::write(path, |file| file.write_all(bytes))?;
-    }
-    Ok(files.into_iter().map(|(path, _)| path).collect())
+    Ok(written)
 }
 
 #[cfg(test)]
@@ -197,11 +265,13 @@ mod tests {
 
     #[test]
     fn the_waters_slopes_sum_to_less_than_one_half() {
-        let slope: f64 = WATER
-            .iter()
-            .map(|wave| wave.amplitude * wave.wave.length())
-            .sum();
-        assert!(slope < 0.5, "{slope}");
+        for waves in [WATER, POOL] {
+            let slope: f64 = waves
+                .iter()
+                .map(|wave| wave.amplitude * wave.wave.length())
+                .sum();
+            assert!(slope < 0.5, "{slope}");
+        }
     }
 
     #[test]

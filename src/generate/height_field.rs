@@ -15,23 +15,25 @@ pub struct Wave {
     pub phase: f64,
 }
 
-/// A square height field z = `level` + Σ waves over [−`half_width`, `half_width`]², normals upward and exact.
+/// A height field z = `level` + Σ waves over the rectangle |x| ≤ `half_widths.x`, |y| ≤ `half_widths.y`, in
+/// scene units; normals upward and exact.
 ///
 /// `vertices_per_side`² vertices (at least 2 a side), two triangles a cell, cut from (−, −) to (+, +). The
 /// field is open: it has neither walls nor a floor.
 pub fn height_field(
-    half_width: f64,
+    half_widths: DVec2,
     level: f64,
     waves: &[Wave],
     vertices_per_side: u32,
 ) -> MeshParts {
     let side = vertices_per_side.max(2);
-    let coordinate = |i: u32| half_width * (2.0 * f64::from(i) / f64::from(side - 1) - 1.0);
+    let coordinate =
+        |half_width: f64, i: u32| half_width * (2.0 * f64::from(i) / f64::from(side - 1) - 1.0);
     let mut positions = Vec::with_capacity((side * side) as usize);
     let mut normals = Vec::with_capacity((side * side) as usize);
     for j in 0..side {
         for i in 0..side {
-            let xy = DVec2::new(coordinate(i), coordinate(j));
+            let xy = DVec2::new(coordinate(half_widths.x, i), coordinate(half_widths.y, j));
             let mut height = level;
             let mut slope = DVec2::ZERO;
             for wave in waves {
@@ -65,13 +67,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_height_field_covers_its_square_once_and_faces_upward() {
+    fn a_height_field_covers_its_rectangle_once_and_faces_upward() {
         let waves = [Wave {
             amplitude: 0.05,
             wave: DVec2::new(4.0, 1.0),
             phase: 0.3,
         }];
-        let mesh = height_field(1.5, 0.7, &waves, 40);
+        let mesh = height_field(DVec2::new(1.5, 1.0), 0.7, &waves, 40);
         let mut covered = 0.0;
         for triangle in &mesh.triangles {
             let [a, b, c] = triangle.map(|i| mesh.positions[i as usize].truncate());
@@ -79,9 +81,9 @@ mod tests {
             assert!(area > 0.0);
             covered += area;
         }
-        // 3042 additions of numbers below 9, each rounded by at most half an ulp.
+        // 3042 additions of numbers up to 6, each rounded by at most half an ulp.
         assert!(
-            (covered - 9.0).abs() < 3042.0 * 9.0 * f64::EPSILON,
+            (covered - 6.0).abs() < 3042.0 * 6.0 * f64::EPSILON,
             "{covered}"
         );
     }
@@ -101,7 +103,7 @@ mod tests {
             },
         ];
         let side = 401;
-        let mesh = height_field(1.0, 0.0, &waves, side);
+        let mesh = height_field(DVec2::ONE, 0.0, &waves, side);
         let step = 2.0 / f64::from(side - 1);
         let at = |i: u32, j: u32| mesh.positions[(j * side + i) as usize].z;
         for (i, j) in [(1, 1), (57, 200), (350, 9)] {

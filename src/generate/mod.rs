@@ -8,6 +8,7 @@
 pub(crate) mod ball;
 mod bundled;
 mod facets;
+mod fence;
 mod height_field;
 mod ply;
 mod revolution;
@@ -17,9 +18,11 @@ mod checks;
 
 pub use ball::{bumpy_ball, geodesic_sphere};
 pub use bundled::{
-    BundledScene, GenerateError, GenerateOptions, SCENES, WATER, generate, scene_names,
+    BundledFile, BundledScene, GenerateError, GenerateOptions, POOL, SCENES, WATER, generate,
+    scene_names,
 };
 pub use facets::{BrilliantCut, equilateral_prism, round_brilliant};
+pub use fence::{Picket, picket_fence};
 pub use height_field::{Wave, height_field};
 pub use ply::write_ply;
 pub use revolution::{paraboloid, plano_convex_lens};

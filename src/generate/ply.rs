@@ -18,6 +18,11 @@ use crate::geometry::MeshParts;
 ///
 /// The errors of `out`.
 pub fn write_ply(mesh: &MeshParts, comment: &str, out: &mut impl Write) -> io::Result<()> {
+    out.write_all(&ply_bytes(mesh, comment))
+}
+
+/// The bytes of the file that [`write_ply`] writes.
+pub(super) fn ply_bytes(mesh: &MeshParts, comment: &str) -> Vec<u8> {
     let narrow = mesh.positions.len() <= 1 << 16;
     let normals = mesh
         .normals
@@ -43,7 +48,7 @@ pub fn write_ply(mesh: &MeshParts, comment: &str, out: &mut impl Write) -> io::R
             }
         }
     }
-    out.write_all(&bytes)
+    bytes
 }
 
 fn header(mesh: &MeshParts, comment: &str, with_normals: bool, narrow: bool) -> String {

@@ -468,6 +468,7 @@ fn no_image_is_black_without_a_reason() {
 fn shipped_scenes_have_light_or_say_why_not() {
     for name in [
         "water",
+        "pool",
         "parabolic-mirror",
         "mirror-ring",
         "prism",

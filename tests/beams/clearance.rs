@@ -349,6 +349,7 @@ fn on_every_bundled_scene_clear_cells_are_of_one_topology() {
         "mirror-ring",
         "lens",
         "water",
+        "pool",
         "prism",
         "diamond",
         "parabolic-mirror",

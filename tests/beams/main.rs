@@ -9,6 +9,7 @@ mod discovery;
 mod flat_facets;
 mod method;
 mod occluders;
+mod pool;
 mod probe;
 mod probe_meshes;
 mod spots;

@@ -27,12 +27,13 @@ use crate::support::scenes::meter;
 use crate::support::{Compared, Photons, bundled, bundled_file, scene_files};
 
 /// The shipped scenes whose light all comes from points or from infinity.
-const SCENES: [&str; 10] = [
+const SCENES: [&str; 11] = [
     "glass-ball",
     "glass-ball-mesh",
     "coffee-cup",
     "mirror-ring",
     "water",
+    "pool",
     "prism",
     "cube",
     "diamond",
@@ -322,6 +323,11 @@ fn photons_agree_with_beams_in_the_mirror_ring() {
 #[test]
 fn photons_agree_with_beams_below_ripples() {
     assert_photons_agree("water", 1e-3, 1 << 21);
+}
+
+#[test]
+fn photons_agree_with_beams_in_the_pool() {
+    assert_photons_agree("pool", 1e-3, 1 << 23);
 }
 
 #[test]

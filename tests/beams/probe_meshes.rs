@@ -213,7 +213,7 @@ fn a_probe_of_water_with_one_wave_finds_every_preimage() {
         wave: DVec2::new(WAVE.wave_number, 0.0),
         phase: WAVE.phase,
     }];
-    let mesh = height_field(WAVE.half_width, WAVE.depth, &waves, CELLS + 1);
+    let mesh = height_field(DVec2::splat(WAVE.half_width), WAVE.depth, &waves, CELLS + 1);
     let scene = with_mesh("water", mesh);
     let smooth = SineWater::new(WAVE);
     let mut counts = [0; 8];

@@ -156,6 +156,10 @@ fn the_other_shipped_scenes_are_refused_each_with_its_reason() {
         ("lens", "shape \"lens\" (ply) has interpolated normals"),
         ("water", "shape \"surface\" (ply) has interpolated normals"),
         (
+            "pool",
+            "shape \"wall-surface\" (rectangle) and shape \"wall-low-x\" (rectangle) and 5 more shapes are in the scene",
+        ),
+        (
             "parabolic-mirror",
             "shape \"dish\" (ply) has interpolated normals",
         ),

@@ -49,6 +49,7 @@ fn no_ray_outside_the_cells_meets_specular_geometry() {
         ("diamond.xml", true),
         ("coffee-cup.xml", false),
         ("water.xml", false),
+        ("pool.xml", false),
         ("prism.xml", false),
         ("parabolic-mirror.xml", false),
     ] {

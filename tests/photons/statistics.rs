@@ -322,6 +322,7 @@ fn layers_and_ledger_tell_of_the_same_flux() {
         "cornell-glass",
         "diamond",
         "water",
+        "pool",
         "parabolic-mirror",
     ] {
         check(&bundled(name, 8));

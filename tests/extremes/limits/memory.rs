@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use nephroid::internals::generate::{WATER, height_field, write_ply};
 use nephroid::internals::geometry::MeshParts;
 use tempfile::TempDir;
@@ -169,7 +169,7 @@ fn memory_of(folder: &Path, mesh: &MeshParts) -> (u64, u64) {
 #[test]
 fn a_triangle_takes_no_more_memory_than_is_promised() {
     let folder = TempDir::new().unwrap();
-    let water = |side: u32| height_field(1.0, 0.0, &WATER, side);
+    let water = |side: u32| height_field(DVec2::ONE, 0.0, &WATER, side);
     let (_, nothing) = memory_of(folder.path(), &water(2));
     let check = |what: &str, mesh: &MeshParts, promised: f64| {
         let faces = mesh.triangles.len() as f64;

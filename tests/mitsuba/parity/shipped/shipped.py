@@ -35,7 +35,7 @@ SAMPLES = 64
 # Light by way of the ball is found by chance; the lens leaves little light that paths find at all.
 MORE_SAMPLES = {"cornell-glass": 512, "lens": 256}
 SHIPPED = ["coffee-cup", "cornell-glass", "cube", "diamond", "glass-ball", "glass-ball-mesh", "lens", "mirror-ring",
-           "parabolic-mirror", "prism", "water"]
+           "parabolic-mirror", "pool", "prism", "water"]
 # Of the pinhole: its place, and how far it sees on either side.
 FLOORS = {"glass-ball": ([0, 0, 0.3], 2.0), "water": ([0, 0, 0.3], 0.9)}
 
@@ -112,8 +112,9 @@ def dim(scene):
 
 
 def camera_of(scene, width, height):
-    """The camera of a scene, its film made small."""
-    sensor = next((it for it in scene.sensors() if it.id() == "camera"), scene.sensors()[0])
+    """The camera of a scene, or the first of several, its film made small."""
+    cameras = [it for it in scene.sensors() if "irradiancemeter" not in str(it).lower()]
+    sensor = next((it for it in cameras if it.id() == "camera"), cameras[0])
     params = mi.traverse(sensor)
     params["film.size"] = params["film.crop_size"] = [width, height]
     params.update()
