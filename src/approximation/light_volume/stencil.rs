@@ -102,9 +102,7 @@ impl Projector {
 struct Pixel {
     sum: Sum,
     /// Faces before the surface that turn to the eye, less those that turn away.
-    stencil: i32,
-    /// The value of the first of them.
-    first: DVec3,
+    stencil: i16,
     is_touched: bool,
     blends: u32,
     saturated: u32,
@@ -307,12 +305,108 @@ impl Drawing<'_> {
     }
 }
 
+/// A pixel before whose surface a face was drawn, and that face's value there.
+struct Touched {
+    column: u32,
+    row: u32,
+    value: DVec3,
+}
+
+/// A triangle of the film, as pixels see it.
+struct FilmTriangle {
+    corners: [FilmVertex; 3],
+    places: [DVec2; 3],
+    /// 1 if it turns to the eye, else -1.
+    turn: f64,
+    /// 1/w of each corner.
+    inverse: [f64; 3],
+}
+
+impl FilmTriangle {
+    /// `None` of one that is seen from its edge.
+    fn new(corners: [FilmVertex; 3]) -> Option<Self> {
+        let places = [0, 1, 2].map(|i| corners[i].at / corners[i].w);
+        let twice_area = (places[1] - places[0]).perp_dot(places[2] - places[0]);
+        (twice_area != 0.0 && twice_area.is_finite()).then(|| Self {
+            corners,
+            places,
+            turn: twice_area.signum(),
+            inverse: [0, 1, 2].map(|i| 1.0 / corners[i].w),
+        })
+    }
+
+    /// Whether a place is in it.
+    #[inline]
+    fn holds(&self, at: DVec2) -> bool {
+        let turn = self.turn;
+        let [a, b, c] = [
+            self.places[0] - at,
+            self.places[1] - at,
+            self.places[2] - at,
+        ];
+        owns(b.perp_dot(c) * turn, (c - b) * turn)
+            && owns(c.perp_dot(a) * turn, (a - c) * turn)
+            && owns(a.perp_dot(b) * turn, (b - a) * turn)
+    }
+
+    /// The corners' weights at a place, up to a factor: in perspective by 1/w. They are linear on the film.
+    #[inline]
+    fn weights(&self, at: DVec2) -> [f64; 3] {
+        let turn = self.turn;
+        let [a, b, c] = [
+            self.places[0] - at,
+            self.places[1] - at,
+            self.places[2] - at,
+        ];
+        [
+            b.perp_dot(c) * turn * self.inverse[0],
+            c.perp_dot(a) * turn * self.inverse[1],
+            a.perp_dot(b) * turn * self.inverse[2],
+        ]
+    }
+
+    /// The sum of weights, and that of depths by weights.
+    #[inline]
+    fn depth(&self, at: DVec2) -> [f64; 2] {
+        let [a, b, c] = self.weights(at);
+        let [p, q, r] = &self.corners;
+        [a + b + c, p.depth * a + q.depth * b + r.depth * c]
+    }
+
+    /// The value at a place.
+    fn value(&self, at: DVec2) -> DVec3 {
+        let [a, b, c] = self.weights(at);
+        let [p, q, r] = &self.corners;
+        (p.value * a + q.value * b + r.value * c) / (a + b + c)
+    }
+
+    /// The range of columns in which it may hold points of a row, and the part of it in which it certainly does.
+    fn columns(&self, y: f64) -> Option<[f64; 4]> {
+        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+        let [a, b, c] = self.places;
+        for (a, b) in [(a, b), (b, c), (c, a)] {
+            if (a.y <= y) != (b.y <= y) || a.y == y {
+                let t = if a.y == b.y {
+                    0.0
+                } else {
+                    (y - a.y) / (b.y - a.y)
+                };
+                let x = a.x + (b.x - a.x) * t;
+                low = low.min(x);
+                high = high.max(x);
+            }
+        }
+        // A pixel's width is far above the rounding of a crossing.
+        (low <= high).then_some([low - 1.0, low + 1.0, high - 1.0, high + 1.0])
+    }
+}
+
 /// A band with the beam that is being drawn.
 struct Canvas<'a, 'b> {
     drawing: &'a Drawing<'a>,
     band: &'a mut Band<'b, Pixel>,
-    /// Pixels that a face was drawn in.
-    touched: Vec<[i64; 2]>,
+    /// Pixels before whose surfaces a face was drawn, each with the value of the first.
+    touched: Vec<Touched>,
 }
 
 impl Canvas<'_, '_> {
@@ -338,85 +432,82 @@ impl Canvas<'_, '_> {
 
     /// A triangle that is all beyond the near plane.
     fn triangle(&mut self, corners: [FilmVertex; 3]) {
-        let places = corners.map(|vertex| vertex.at / vertex.w);
-        let twice_area = (places[1] - places[0]).perp_dot(places[2] - places[0]);
-        if twice_area == 0.0 || !twice_area.is_finite() {
+        let Some(triangle) = FilmTriangle::new(corners) else {
             return;
-        }
-        let turn = twice_area.signum();
-        let count = if turn > 0.0 { 1 } else { -1 };
-        let [width, _] = self.drawing.size;
-        let shift = self.drawing.at;
+        };
+        let count = if triangle.turn > 0.0 { 1 } else { -1 };
+        let (shift, [width, _]) = (self.drawing.at, self.drawing.size);
         let [top, end] = self.band.rows();
-        let low = places[0].min(places[1]).min(places[2]) - shift;
-        let high = places[0].max(places[1]).max(places[2]) - shift;
-        let rows =
-            (low.y.ceil().max(top as f64) as i64)..=(high.y.floor().min(end as f64 - 1.0) as i64);
-        let columns =
-            (low.x.ceil().max(0.0) as i64)..=(high.x.floor().min(width as f64 - 1.0) as i64);
-        let inverse = corners.map(|vertex| 1.0 / vertex.w);
-        for row in rows {
-            for column in columns.clone() {
-                let at = DVec2::new(column as f64, row as f64) + shift;
-                let [a, b, c] = places.map(|place| place - at);
-                let sides = [
-                    b.perp_dot(c) * turn,
-                    c.perp_dot(a) * turn,
-                    a.perp_dot(b) * turn,
-                ];
-                let is_in = owns(sides[0], (c - b) * turn)
-                    && owns(sides[1], (a - c) * turn)
-                    && owns(sides[2], (b - a) * turn);
-                if !is_in {
+        let [a, b, c] = triangle.places;
+        let (lowest, highest) = (
+            a.y.min(b.y).min(c.y) - shift.y,
+            a.y.max(b.y).max(c.y) - shift.y,
+        );
+        let first = lowest.ceil().max(top as f64) as i64;
+        let last = highest.floor().min(end as f64 - 1.0) as i64;
+        for row in first..=last {
+            let y = row as f64 + shift.y;
+            let Some([from, sure_from, sure_to, to]) = triangle.columns(y) else {
+                continue;
+            };
+            let from = (from - shift.x).ceil().max(0.0);
+            let to = (to - shift.x).floor().min(width as f64 - 1.0);
+            if from > to {
+                continue;
+            }
+            let depths = &self.drawing.depths[row as usize * width..][..width];
+            let start = DVec2::new(from + shift.x, y);
+            let [sum, depth] = triangle.depth(start);
+            let [next_sum, next_depth] = triangle.depth(start + DVec2::X);
+            let (sum_step, depth_step) = (next_sum - sum, next_depth - depth);
+            let (mut fragments, touched) = (0, &mut self.touched);
+            let Some(pixels) = self.band.row(row) else {
+                continue;
+            };
+            for column in from as usize..=to as usize {
+                let x = column as f64 + shift.x;
+                let is_sure = x >= sure_from && x <= sure_to;
+                if !is_sure && !triangle.holds(DVec2::new(x, y)) {
                     continue;
                 }
-                self.band.fragments += 2;
-                // Perspective: weights by 1/w.
-                let weights = [
-                    sides[0] * inverse[0],
-                    sides[1] * inverse[1],
-                    sides[2] * inverse[2],
-                ];
-                let sum = weights[0] + weights[1] + weights[2];
-                let mix = [weights[0] / sum, weights[1] / sum, weights[2] / sum];
-                let depth = corners[0].depth * mix[0]
-                    + corners[1].depth * mix[1]
-                    + corners[2].depth * mix[2];
-                if depth >= self.drawing.depths[row as usize * width + column as usize] {
+                fragments += 2;
+                let steps = column as f64 - from;
+                if depth + depth_step * steps >= depths[column] * (sum + sum_step * steps) {
                     continue;
                 }
-                let value = corners[0].value * mix[0]
-                    + corners[1].value * mix[1]
-                    + corners[2].value * mix[2];
-                let Some(pixel) = self.band.texel(column, row) else {
-                    continue;
-                };
+                let pixel = &mut pixels[column];
                 pixel.stencil += count;
                 if !pixel.is_touched {
                     pixel.is_touched = true;
-                    pixel.first = value;
-                    self.touched.push([column, row]);
+                    touched.push(Touched {
+                        column: column as u32,
+                        row: row as u32,
+                        value: triangle.value(DVec2::new(x, y)),
+                    });
                 }
             }
+            self.band.fragments += fragments;
         }
     }
 
     /// Pass 2: adds the first face's value where the count is not zero, and clears pixels.
     fn end(self, drawn: &Drawn) {
         let (shading, points) = (self.drawing.shading, self.drawing.points);
-        for [column, row] in self.touched {
-            let index = row as usize * self.drawing.size[0] + column as usize;
-            let (Some(pixel), Some(point)) = (self.band.texel(column, row), &points[index]) else {
+        let width = self.drawing.size[0];
+        for Touched { column, row, value } in self.touched {
+            let index = row as usize * width + column as usize;
+            let (Some(pixel), Some(point)) = (
+                self.band.texel(i64::from(column), i64::from(row)),
+                &points[index],
+            ) else {
                 continue;
             };
             if pixel.stencil != 0 {
                 let mut work = ShadeWork::default();
                 let factor = shading.factor_at(drawn.beam, point, &mut work);
                 let is_full = match shading.lit.settings.cosine {
-                    Cosine::Vector => pixel.sum.add_vector(shading.format, pixel.first * factor),
-                    Cosine::Flat | Cosine::Exact => {
-                        pixel.sum.add(shading.format, pixel.first.x * factor)
-                    }
+                    Cosine::Vector => pixel.sum.add_vector(shading.format, value * factor),
+                    Cosine::Flat | Cosine::Exact => pixel.sum.add(shading.format, value.x * factor),
                 };
                 pixel.blends += 1;
                 pixel.saturated += u32::from(is_full);

@@ -21,9 +21,13 @@ macro_rules! work {
         }
 
         impl Work {
-            /// The work by name.
+            /// The work by name, as far as there is any.
             pub fn counters(&self) -> Counters {
-                Counters::of([$((stringify!($field), self.$field)),+])
+                let mut counters = Counters::default();
+                $(if self.$field > 0 {
+                    counters.add(stringify!($field), self.$field);
+                })+
+                counters
             }
         }
     };
