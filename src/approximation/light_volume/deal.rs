@@ -129,7 +129,7 @@ impl Dealing<'_> {
         for corners in lattice.cells() {
             self.part(
                 whole,
-                corners.map(|corner| *corner),
+                &corners.map(|corner| *corner),
                 settings.levels,
                 settings.border_levels,
                 &mut work,
@@ -213,8 +213,10 @@ impl Dealing<'_> {
     }
 
     /// Deals out a part of a triangle that has been quartered `levels` times, and may be `left` times more.
-    fn part(&self, whole: &Whole, corners: [Placed; 3], levels: u32, left: u32, work: &mut Work) {
-        let landed = corners.map(|corner| corner.and_then(|(_, landing)| landing));
+    fn part(&self, whole: &Whole, corners: &[Placed; 3], levels: u32, left: u32, work: &mut Work) {
+        let landed = corners
+            .each_ref()
+            .map(|corner| corner.as_ref().and_then(|(_, landing)| *landing));
         if landed.iter().all(Option::is_none) {
             return;
         }
@@ -223,7 +225,7 @@ impl Dealing<'_> {
             self.quarters(whole, corners, levels, left, work);
             return;
         }
-        let [Some((a, _)), Some((b, _)), Some((c, _))] = corners else {
+        let [Some((a, _)), Some((b, _)), Some((c, _))] = *corners else {
             return;
         };
         let Some(beam) = self.shading.lit.cell(whole, [a, b, c], levels) else {
@@ -250,24 +252,24 @@ impl Dealing<'_> {
     fn quarters(
         &self,
         whole: &Whole,
-        corners: [Placed; 3],
+        corners: &[Placed; 3],
         levels: u32,
         left: u32,
         work: &mut Work,
     ) {
-        let Some(ats) = self.places(&corners) else {
+        let Some(ats) = Self::places(corners) else {
             return;
         };
-        let [a, b, c] = corners;
+        let [a, b, c] = *corners;
         let mut middle = |i: usize, j: usize| self.placed(whole, 0.5 * (ats[i] + ats[j]), work);
         let (ab, bc, ca) = (middle(0, 1), middle(1, 2), middle(2, 0));
         for part in [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]] {
-            self.part(whole, part, levels + 1, left - 1, work);
+            self.part(whole, &part, levels + 1, left - 1, work);
         }
     }
 
     /// Where corners are on the triangle; `None` if one has no ray.
-    fn places(&self, corners: &[Placed; 3]) -> Option<[DVec2; 3]> {
+    fn places(corners: &[Placed; 3]) -> Option<[DVec2; 3]> {
         let [a, b, c] = corners;
         Some([a.as_ref()?.0.at, b.as_ref()?.0.at, c.as_ref()?.0.at])
     }

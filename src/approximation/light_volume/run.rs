@@ -488,12 +488,12 @@ impl Pipeline<'_> {
             }
             .into_parts()
         });
-        self.add(done);
+        self.add(&done);
         self.work(Step::Lookup).add_rays(views);
         Ok(values)
     }
 
-    fn add(&mut self, done: ShadeWork) {
+    fn add(&mut self, done: &ShadeWork) {
         *self.work(Step::Accumulate) += done.accumulate;
         *self.work(Step::Inside) += done.inside;
         *self.work(Step::Shadow) += done.shadow;

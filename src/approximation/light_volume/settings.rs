@@ -72,7 +72,7 @@ settings! {
     /// Stage `shadow-cull`.
     shadow_cull: ShadowCull = "shadow-cull", Kind::Choice(words_of::<ShadowCull>), Value "hierarchy", "",
         "Stage: beams that are not drawn since they are dark", Values::word;
-    /// Share of a leaf in shadow from which on its beams are culled: S_min.
+    /// Share of a leaf in shadow from which on its beams are culled: `S_min`.
     s_min: f64 = "s-min", Kind::Number(0.0, 1.0), Value "0.65", "",
         "Share of a leaf in shadow beyond which its beams are culled: S_min", Values::number;
     /// Nodes for which shadow culling asks the shadow map.

@@ -125,7 +125,7 @@ impl ShadowMap {
                 }
                 // All of the shadow may be on one leaf.
                 Some(children) if share * f64::from(tree.leaves(node)) > s_min => {
-                    open.extend(children)
+                    open.extend(children);
                 }
                 None | Some(_) => {}
             }

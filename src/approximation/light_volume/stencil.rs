@@ -18,7 +18,7 @@ use super::slicing::Slicing;
 use super::sums::Sum;
 use super::variants::{Cosine, Density};
 use crate::approximation::SensorFilm;
-use crate::approximation::bands::{Band, in_bands};
+use crate::approximation::bands::{Band, in_bands, signed};
 use crate::approximation::sensor::SensorPoint;
 use crate::geometry::TraversalCounters;
 use crate::radiometry::Rgb;
@@ -229,7 +229,7 @@ impl Drawing<'_> {
                 let place = self.slicing.world(ruling.at(depth), depth);
                 let vertex = self.projector.vertex(place, DVec3::ZERO);
                 if vertex.depth < 0.0 {
-                    return (0, self.size[1] as i64 - 1);
+                    return (0, signed(self.size[1]) - 1);
                 }
                 let y = vertex.at.y / vertex.w;
                 range = [range[0].min(y), range[1].max(y)];

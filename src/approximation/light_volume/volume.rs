@@ -142,7 +142,7 @@ impl Lit<'_> {
         let [a, b, c] = numbers.map(|vertex| vertices[vertex as usize]);
         let lit = [a?, b?, c?];
         let corners = self.water.corners(triangle);
-        let light = self.light(corners, lit.map(|vertex| vertex.light), self.settings.flux)?;
+        let light = self.light(corners, &lit.map(|vertex| vertex.light), self.settings.flux)?;
         Some(Beam {
             rulings: lit.map(|vertex| vertex.ruling),
             light: [0, 1, 2].map(|i| light[i] * lit[i].weight),
@@ -156,14 +156,14 @@ impl Lit<'_> {
     fn light(
         &self,
         corners: [DVec3; 3],
-        light: [Refracted; 3],
+        light: &[Refracted; 3],
         flux: BeamFlux,
     ) -> Option<[f64; 3]> {
         let [a, b, c] = corners;
         // Twice the area, on the side of the outer normal: light arrives against it.
         let across = (b - a).cross(c - a);
         let upward = across * across.dot(self.slicing.axis()).signum();
-        let falling = light.map(|it| -0.5 * it.incident.dot(upward));
+        let falling = light.each_ref().map(|it| -0.5 * it.incident.dot(upward));
         if falling.iter().any(|area| *area <= 0.0) {
             return None;
         }
@@ -192,9 +192,9 @@ impl Lit<'_> {
         let lit = [a?, b?, c?];
         let (corners, refracted) = (self.water.corners(beam.triangle), lit.map(|it| it.light));
         let mean = |values: [f64; 3]| values.iter().sum::<f64>() / 3.0;
-        let begun = self.light(corners, refracted, self.settings.flux)?;
+        let begun = self.light(corners, &refracted, self.settings.flux)?;
         Some(BeamFluxes {
-            falling: mean(self.light(corners, refracted, BeamFlux::Exact)?),
+            falling: mean(self.light(corners, &refracted, BeamFlux::Exact)?),
             begun: mean(begun),
             transmitted: mean([0, 1, 2].map(|i| begun[i] * lit[i].light.share)),
             lit: mean(beam.light),
@@ -243,10 +243,10 @@ impl Lit<'_> {
         let light = match corners.map(|corner| corner.refracted) {
             [Some(a), Some(b), Some(c)] => {
                 let places = corners.map(|corner| corner.place);
-                let light = self.light(places, [a, b, c], self.settings.flux)?;
+                let light = self.light(places, &[a, b, c], self.settings.flux)?;
                 [0, 1, 2].map(|i| light[i] * corners[i].light)
             }
-            _ => corners.map(|corner| corner.light * 0.25_f64.powi(levels as i32)),
+            _ => corners.map(|corner| corner.light * 0.5_f64.powf(2.0 * f64::from(levels))),
         };
         Some(Beam {
             rulings: corners.map(|corner| corner.ruling),
