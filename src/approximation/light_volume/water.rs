@@ -171,6 +171,7 @@ impl Water {
     }
 
     /// Other triangles between the same vertices, of a sampled surface.
+    #[must_use]
     pub fn with_triangles(&self, triangles: Vec<[u32; 3]>) -> Self {
         Self {
             shape: self.shape,
