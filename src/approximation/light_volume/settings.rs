@@ -1,8 +1,8 @@
 //! The settings of a light volume.
 
 use super::variants::{
-    Accumulate, BeamFlux, Clamp, Cosine, Density, Inside, NodeHull, Occlusion, Queries, ShadowCull,
-    SliceAxis, TexelPoints, Transmittance, WaterShadow, WaterSurface,
+    Accumulate, BeamFlux, Clamp, Cosine, Density, DepthTest, Inside, NodeHull, Occlusion, Queries,
+    ShadowCull, SliceAxis, TexelPoints, Transmittance, WaterShadow, WaterSurface,
 };
 use crate::approximation::table::settings;
 use crate::setting::{Kind, NamedValues, Values, words_of};
@@ -104,6 +104,9 @@ settings! {
     /// Stage `inside`.
     inside: Inside = "inside", Kind::Choice(words_of::<Inside>), Value "stencil", "",
         "Stage: points in a beam", Values::word;
+    /// Faces that the stencil buffer counts.
+    depth_test: DepthTest = "depth-test", Kind::Choice(words_of::<DepthTest>), Value "fail", "",
+        "Faces of beams that a stencil buffer counts", Values::word;
     /// Stage `occlusion`.
     occlusion: Occlusion = "occlusion", Kind::Choice(words_of::<Occlusion>), Value "none", "",
         "Stage: shadows under water", Values::word;

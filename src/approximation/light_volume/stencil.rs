@@ -2,11 +2,13 @@
 //!
 //! Pass 1 adds 1 for each face that is before a pixel's surface and turns to the eye, and takes 1 away for
 //! each that turns away. What is left is not zero where the surface is in the beam. Pass 2 writes the value of
-//! the first face, in the order in which faces are drawn, and clears the pixel.
+//! the first face, in the order in which faces are drawn, and clears the pixel. So counts the paper's source,
+//! Heidmann's *Real shadows, real time* (1991). With the eye in a beam that is drawn, each pixel outside of it
+//! is taken to be inside. `depth-test=fail` counts the faces behind surfaces instead, which is right wherever
+//! the eye is.
 //!
 //! Faces are between planes, with two triangles for each side and a cap at each end. Both beams at a side cut
-//! it along the same diagonal. Faces end at the near plane, as a device clips them: with the eye in a beam the
-//! count is wrong.
+//! it along the same diagonal. Faces end at the near plane, as a device clips them.
 
 use glam::{DMat3, DVec2, DVec3};
 
@@ -16,7 +18,7 @@ use super::search::Drawn;
 use super::shade::{ShadeWork, Shading};
 use super::slicing::Slicing;
 use super::sums::Sum;
-use super::variants::{Cosine, Density};
+use super::variants::{Cosine, Density, DepthTest};
 use crate::approximation::SensorFilm;
 use crate::approximation::bands::{Band, in_bands, signed};
 use crate::approximation::sensor::SensorPoint;
@@ -139,7 +141,7 @@ pub fn draw(
             depths: points
                 .iter()
                 .map(|point| {
-                    point.as_ref().map_or(f64::NEG_INFINITY, |it| {
+                    point.as_ref().map_or(f64::NAN, |it| {
                         projector.vertex(it.point.position, DVec3::ZERO).depth
                     })
                 })
@@ -193,7 +195,7 @@ struct Drawing<'a> {
     /// The point of each pixel that is drawn, in fractions of it.
     at: DVec2,
     size: [usize; 2],
-    /// The surface's depth in each pixel; of none that is before all faces.
+    /// The surface's depth in each pixel; no number where there is none.
     depths: Vec<f64>,
 }
 
@@ -328,7 +330,7 @@ impl Drawing<'_> {
     }
 }
 
-/// A pixel before whose surface a face was drawn, and that face's value there.
+/// A pixel in which a face was counted, and that face's value there.
 struct Touched {
     column: u32,
     row: u32,
@@ -432,10 +434,10 @@ struct Canvas<'a, 'b> {
     columns: [usize; 2],
     /// The first row.
     top: i64,
-    /// 0 where no face was drawn before the surface. Else 1 and twice the number of such faces that turn to the
-    /// eye, less those that turn away.
+    /// 0 where no face was counted. Else 1 and twice the number of such faces that turn to the eye, less those
+    /// that turn away.
     stencil: Vec<i16>,
-    /// Pixels before whose surfaces a face was drawn, each with the value of the first.
+    /// Pixels in which a face was counted, each with the value of the first.
     touched: Vec<Touched>,
 }
 
@@ -475,6 +477,7 @@ impl Canvas<'_, '_> {
         );
         let first = lowest.ceil().max(top as f64) as i64;
         let last = highest.floor().min(end as f64 - 1.0) as i64;
+        let is_pass = self.drawing.shading.lit.settings.depth_test == DepthTest::Pass;
         let mut fragments = 0;
         for row in first..=last {
             let y = row as f64 + shift.y;
@@ -500,7 +503,13 @@ impl Canvas<'_, '_> {
             for (place, (surface, stencil)) in depths.iter().zip(line).enumerate() {
                 let is_in = (x >= sure_from && x <= sure_to) || triangle.holds(DVec2::new(x, y));
                 fragments += u64::from(is_in);
-                if is_in && depth < surface * sum {
+                // Both are false without a surface, which is no number.
+                let is_counted = if is_pass {
+                    depth < surface * sum
+                } else {
+                    depth >= surface * sum
+                };
+                if is_in && is_counted {
                     if *stencil == 0 {
                         *stencil = 1;
                         self.touched.push(Touched {

@@ -163,6 +163,16 @@ words! {
 }
 
 words! {
+    /// The faces that a stencil buffer counts.
+    DepthTest {
+        /// Those behind surfaces: right wherever the eye is
+        Fail = "fail",
+        /// Those before surfaces, as in Heidmann 1991: wrong with the eye in a beam that is drawn
+        Pass = "pass",
+    }
+}
+
+words! {
     /// The shadows under water.
     Occlusion {
         /// None
