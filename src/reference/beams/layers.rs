@@ -90,12 +90,28 @@ impl BeamLayer {
         layers
     }
 
+    /// True if the discovery saw all its light fall beside the film.
+    fn is_beside(&self) -> bool {
+        self.members.iter().all(|(_, light)| light.is_beside())
+    }
+
+    /// True if its cells show the same: they leave neither light nor a bar on the film.
+    pub fn is_all_beside(&self) -> bool {
+        let is_dark = |made: &MadeLayer| {
+            let mut both = made.sums.flux.iter().chain(&made.sums.bar);
+            both.all(|light| light.is_black())
+        };
+        self.is_beside() && self.made.as_ref().is_some_and(is_dark)
+    }
+
     /// Its result, its error and the one asked for of it; `None` if nothing more is asked, or a finer
     /// tolerance would not help.
     fn unmet(&self, target: &Target) -> Option<(&MadeLayer, f64, f64)> {
         let (asked, made) = (self.asked?, self.made.as_ref()?);
         let error = match lit(std::slice::from_ref(self), target) {
             Some(lit) => made.known(lit, target).error,
+            // However fine, nothing has no mean to be relative to: its error counts as a part of all light's.
+            None if self.is_beside() => return None,
             None => f64::INFINITY,
         };
         (error > asked && !made.is_stuck).then_some((made, error, asked))
@@ -124,7 +140,8 @@ impl BeamLayer {
                 let found = distance / said;
                 finer.calibration = found.clamp(*CALIBRATION.start(), *CALIBRATION.end());
             }
-            finer.is_stuck = left > STUCK * said;
+            // No less than nothing is left, too: of a layer that stays dark.
+            finer.is_stuck = left >= STUCK * said;
         }
         self.made = Some(finer);
     }
