@@ -152,8 +152,8 @@ fn bounds_hold_of_a_sliver_that_the_discovery_saw_beside_the_film() {
     // to x = 2 - z. A pane brings other light to the film.
     let (half, middle) = (0.4 + 0.5 * SLIVER, 0.6 + 0.5 * SLIVER);
     let mirror = format!(
-        r#"<transform name="to_world"><scale x="{half}" y="3"/><rotate y="1" angle="-90"/>
-      <translate x="2" z="{middle}"/></transform><bsdf type="conductor"><string name="material" value="none"/></bsdf>"#
+        r#"<transform name="to_world"><scale x="3" y="{half}"/><rotate z="1" angle="-90"/>
+      <rotate y="1" angle="-90"/><translate x="2" z="{middle}"/></transform><bsdf type="conductor"><string name="material" value="none"/></bsdf>"#
     );
     for surface in [
         r#"<shape type="rectangle">"#,
