@@ -176,7 +176,11 @@ fn bounds_hold_of_a_sliver_that_the_discovery_saw_beside_the_film() {
             let all = &estimate.total.interval.as_ref().unwrap().high;
             let sliver = 100.0 * 0.5_f64.sqrt() * SLIVER * SIDE as f64 / 2.0;
             for texel in 0..SIDE * SIDE {
-                let truth = if texel % SIDE == SIDE - 1 { sliver } else { 0.0 };
+                let truth = if texel % SIDE == SIDE - 1 {
+                    sliver
+                } else {
+                    0.0
+                };
                 // Places up to 3 are rounded to 2e-16 some tens of times: by less than 1e-8 of the sliver's width.
                 let rounding = 1e-8 * sliver;
                 let (low, high) = (reflected.low[texel], reflected.high[texel]);
@@ -187,7 +191,10 @@ fn bounds_hold_of_a_sliver_that_the_discovery_saw_beside_the_film() {
                 assert!(high <= 2.0 * sliver, "{surface} {error}: {high}");
                 // Four times the mirror's light, spread over the film, would be more than the sun's.
                 let others = direct.high[texel] + through.high[texel];
-                assert!(all[texel].0[0] <= others + 2.0 * sliver, "{surface} {error}");
+                assert!(
+                    all[texel].0[0] <= others + 2.0 * sliver,
+                    "{surface} {error}"
+                );
             }
         }
     }

@@ -12,9 +12,9 @@
 //! The faintest are left out while the sum of all Σ φ² is a small part of the error asked for, squared, and
 //! their flux a small part of all. What they may bring to a texel is in the upper bound of every texel.
 //!
-//! Paths of some signatures fall beside the film only. So few paths do not show that no light does fall on it:
-//! all of it may be there. If that is more than the same small part, they are followed, too. Their cells show
-//! what falls on the film.
+//! Of some signatures no path fell on the film, only beside it. So few paths do not show that none of their
+//! light is there: all of it may be. If that is more than the same small part, they are followed, too. Their
+//! cells show what is there.
 
 use super::discovery::{Landing, SignatureLight};
 use crate::transport::signature::Signature;
@@ -258,11 +258,11 @@ mod tests {
         let others = left_out(&found);
         let left: Vec<f64> = others.iter().map(|(_, light)| light.flux).collect();
         assert_eq!(left, [0.15, 0.14]);
-        // A texel may get four times what it would get of evenly spread light: no more than the error asked for.
+        // A quarter of the error asked for, four times over.
         let left_out = LeftOut::of(others.iter(), FILM);
         let mean = 128.0 / 2048.0;
         assert!(left_out.bound.iter().all(|bound| *bound <= 1e-2 * mean));
-        // Light on the film that is left out leaves room for it, and it for that.
+        // Light that is left out on the film takes no room from light beside it.
         let faint = light(6, 0.15 / 128.0, &spread());
         assert!(self::left_out(&[found, vec![faint]].concat()).len() == 3);
     }
