@@ -8,6 +8,8 @@
 //! `cargo test --release --test beams bars:: -- --nocapture` prints how tight bars are;
 //! `-- --ignored` does all of it at 512 x 512 texels, down to 0.01 %.
 
+use glam::DVec2;
+use nephroid::internals::generate::{height_field, write_ply};
 use nephroid::internals::reference::beams::BeamSettings;
 use nephroid::internals::reference::beams::run::Setup;
 use nephroid::internals::run::{Budget, Progress};
@@ -15,7 +17,7 @@ use nephroid::internals::run::{Budget, Progress};
 use crate::support::beams::{Held, beams_to, known_by, verdict};
 use crate::support::bundled;
 use crate::support::oracles::{DEPTH, Oracle, oracle};
-use crate::support::scenes::meter;
+use crate::support::scenes::{meter, over_floor};
 
 /// Asked for at 64 x 64 and 128 x 128 texels.
 const ERRORS: [f64; 3] = [1e-1, 1e-2, 1e-3];
@@ -134,6 +136,66 @@ fn an_error_of_a_layer_that_is_not_there_is_refused_with_those_that_are() {
         error.contains("LTRTD") && error.contains("LTTD, "),
         "{error}"
     );
+}
+
+/// A mirror throws a millionth of its light onto the film, at its edge, and all else beside it. Some ten thousand
+/// paths of the discovery see none on the film. Cells and polygons do, and bounds are no wider than it.
+#[test]
+fn bounds_hold_of_a_sliver_that_the_discovery_saw_beside_the_film() {
+    const SLIVER: f64 = 1e-6;
+    const SIDE: usize = 32;
+    let folder = tempfile::tempdir().unwrap();
+    let mut mesh = Vec::new();
+    write_ply(&height_field(DVec2::ONE, 0.0, &[], 2), "mirror", &mut mesh).unwrap();
+    std::fs::write(folder.path().join("mirror.ply"), mesh).unwrap();
+    // It stands in the plane x = 2, from z = 0.2 to 1 + SLIVER. Light comes down at 45°: from height z it goes
+    // to x = 2 - z. A pane brings other light to the film.
+    let (half, middle) = (0.4 + 0.5 * SLIVER, 0.6 + 0.5 * SLIVER);
+    let mirror = format!(
+        r#"<transform name="to_world"><scale x="3" y="{half}"/><rotate z="1" angle="-90"/>
+      <rotate y="1" angle="-90"/><translate x="2" z="{middle}"/></transform>
+      <bsdf type="conductor"><string name="material" value="none"/></bsdf>"#
+    );
+    for surface in [
+        r#"<shape type="rectangle">"#,
+        r#"<shape type="ply"><string name="filename" value="mirror.ply"/>"#,
+    ] {
+        let things = format!(
+            r#"<emitter type="directional"><vector name="direction" x="1" y="0" z="-1"/>
+      <rgb name="irradiance" value="100,100,100"/></emitter>
+    {surface}{mirror}</shape>
+    <shape type="rectangle"><transform name="to_world"><scale x="0.4" y="0.9"/><translate x="-0.5" z="0.3"/></transform>
+      <bsdf type="thindielectric"/></shape>"#
+        );
+        let scene = over_floor(folder.path(), &things, SIDE);
+        for error in ERRORS {
+            let (estimate, _) = beams_to(2, &scene, error);
+            let layers = known_by(&estimate);
+            let names: Vec<String> = layers.iter().map(|it| it.signature.to_string()).collect();
+            assert_eq!(names, ["LD", "LRD", "LTD"], "{surface} {error}");
+            let [direct, reflected, through] = [0, 1, 2].map(|index| &layers[index]);
+            let all = &estimate.total.interval.as_ref().unwrap().high;
+            let sliver = 100.0 * 0.5_f64.sqrt() * SLIVER * SIDE as f64 / 2.0;
+            for (texel, all) in all.iter().enumerate() {
+                let truth = if texel % SIDE == SIDE - 1 {
+                    sliver
+                } else {
+                    0.0
+                };
+                // Places up to 3 are rounded to 2e-16 some tens of times: by less than 1e-8 of the sliver's width.
+                let rounding = 1e-8 * sliver;
+                let (low, high) = (reflected.low[texel], reflected.high[texel]);
+                assert!(
+                    low - rounding <= truth && truth <= high + rounding,
+                    "{surface} {error}, texel {texel}: {truth} not in {low} .. {high}"
+                );
+                assert!(high <= 2.0 * sliver, "{surface} {error}: {high}");
+                // Four times the mirror's light, spread over the film, would be more than the sun's.
+                let others = direct.high[texel] + through.high[texel];
+                assert!(all.0[0] <= others + 2.0 * sliver, "{surface} {error}");
+            }
+        }
+    }
 }
 
 #[test]

@@ -99,13 +99,15 @@ impl RunOutcome<'_> {
         self.layers.iter().filter_map(|layer| layer.made.as_ref())
     }
 
-    /// The layers by signature, the others last.
+    /// The layers by signature, the others last. Light that all falls beside the film is no layer, unless an
+    /// error is asked of it.
     fn layers(&self) -> Vec<Layer> {
         let made = |layer: &BeamLayer| {
             let name = layer.name.map_or(LayerName::Other, LayerName::Path);
             Some(self.layer(name, &layer.made.as_ref()?.sums))
         };
-        let mut order: Vec<&BeamLayer> = self.layers.iter().collect();
+        let is_shown = |layer: &&BeamLayer| layer.asked.is_some() || !layer.is_all_beside();
+        let mut order: Vec<&BeamLayer> = self.layers.iter().filter(is_shown).collect();
         order.sort_by_key(|layer| (layer.name.is_none(), layer.name));
         order.into_iter().filter_map(made).collect()
     }

@@ -90,25 +90,43 @@ impl BeamLayer {
         layers
     }
 
-    /// Its result, its error and the one asked for of it; `None` if nothing more is asked, or a finer
-    /// tolerance would not help.
+    /// True if the discovery saw all its light fall beside the film.
+    fn is_beside(&self) -> bool {
+        self.members.iter().all(|(_, light)| light.is_beside())
+    }
+
+    /// True if its cells show the same: they leave neither light nor a bar on the film.
+    pub fn is_all_beside(&self) -> bool {
+        let is_dark = |made: &MadeLayer| {
+            let mut both = made.sums.flux.iter().chain(&made.sums.bar);
+            both.all(|light| light.is_black())
+        };
+        self.is_beside() && self.made.as_ref().is_some_and(is_dark)
+    }
+
+    /// Its result, its error and the one asked for of it; `None` if nothing more is asked.
     fn unmet(&self, target: &Target) -> Option<(&MadeLayer, f64, f64)> {
         let (asked, made) = (self.asked?, self.made.as_ref()?);
         let error = match lit(std::slice::from_ref(self), target) {
             Some(lit) => made.known(lit, target).error,
+            // However fine, nothing has no mean to be relative to: its error counts as a part of all light's.
+            None if self.is_beside() => return None,
             None => f64::INFINITY,
         };
-        (error > asked && !made.is_stuck).then_some((made, error, asked))
+        (error > asked).then_some((made, error, asked))
     }
 
-    /// True if its error is larger than asked for of it, and a finer tolerance may help.
+    /// True if its error is larger than asked for of it, and a finer tolerance may help. True, too, if it
+    /// stays dark although the discovery saw light of it on the film.
     pub fn is_unmet(&self, target: &Target) -> bool {
-        self.unmet(target).is_some()
+        let unmet = self.unmet(target);
+        unmet.is_some_and(|(made, error, _)| !made.is_stuck || error.is_infinite())
     }
 
-    /// The tolerance that makes its error the one asked for of it; `None` if it is, or none was asked for.
+    /// The tolerance that makes its error the one asked for of it; `None` if it is, if none was asked for, or
+    /// if a finer one would not help.
     pub fn own_tolerance(&self, target: &Target) -> Option<f64> {
-        let (made, error, asked) = self.unmet(target)?;
+        let (made, error, asked) = self.unmet(target).filter(|(made, ..)| !made.is_stuck)?;
         schedule::finer(made.tolerance, error, asked)
     }
 
@@ -124,7 +142,8 @@ impl BeamLayer {
                 let found = distance / said;
                 finer.calibration = found.clamp(*CALIBRATION.start(), *CALIBRATION.end());
             }
-            finer.is_stuck = left > STUCK * said;
+            // No less than nothing is left, too: of a layer that stays dark.
+            finer.is_stuck = left >= STUCK * said;
         }
         self.made = Some(finer);
     }

@@ -198,12 +198,14 @@ impl<'a> Setup<'a> {
         let least = target.unwrap_or(LEAST_TARGET);
         let needed = needed_for(&self.signatures, film);
         let found = self.signatures.iter().cloned().zip(needed);
-        let (followed, others): (Vec<_>, Vec<_>) = found
+        let (mut followed, others): (Vec<_>, Vec<_>) = found
             .map(|(found, needed)| {
                 let is_asked = self.asked.contains_key(&found.0);
                 (found, if is_asked { f64::INFINITY } else { needed })
             })
             .partition(|(_, needed)| *needed > least);
+        // Light on the film comes first, and has names first.
+        followed.sort_by_key(|((_, light), _)| light.is_beside());
         let mut layers =
             BeamLayer::divide(followed.into_iter(), self.settings.max_layers, &self.asked);
         let passes = self.spend(&mut layers, target, &limit, &mut counters)?;
@@ -332,9 +334,9 @@ impl<'a> Setup<'a> {
         self.signatures.iter().any(|(_, found)| found.on_film > 0.0)
     }
 
-    /// A signature's part of all flux.
+    /// The part of all flux that a signature may bring.
     fn part(&self, found: &SignatureLight) -> f64 {
-        found.on_film / self.flux
+        found.may_bring() / self.flux
     }
 
     /// The layers as the schedule sees them.
@@ -384,7 +386,7 @@ impl<'a> Setup<'a> {
                 let own = f64::min(tolerance, schedule::coarsest(self.part(found)));
                 let limits = Limits {
                     tolerance: own * self.flux / (self.target.texels() as f64).sqrt(),
-                    flux: found.on_film,
+                    flux: found.may_bring(),
                     peak: found.peak,
                 };
                 let made = passes.signature(&self.lights, *signature, limits, &mut own_counters)?;

@@ -11,6 +11,10 @@
 //!
 //! The faintest are left out while the sum of all Σ φ² is a small part of the error asked for, squared, and
 //! their flux a small part of all. What they may bring to a texel is in the upper bound of every texel.
+//!
+//! Of some signatures no path fell on the film, only beside it. So few paths do not show that none of their
+//! light is there: all of it may be. If that is more than the same small part, they are followed, too. Their
+//! cells show what is there.
 
 use super::discovery::{Landing, SignatureLight};
 use crate::transport::signature::Signature;
@@ -43,18 +47,26 @@ pub fn left(target: f64) -> f64 {
 pub fn needed_for(found: &[Found], film: [usize; 2]) -> Vec<f64> {
     let on_film: f64 = found.iter().map(|(_, light)| light.on_film).sum();
     let texels = (film[0] * film[1]) as f64;
-    let mut by_error: Vec<(f64, usize)> = found
+    let mut by_error: Vec<(f64, f64, usize)> = found
         .iter()
         .enumerate()
-        .map(|(index, (_, light))| (squares(light, film), index))
+        .map(|(index, (_, light))| (squares(light, film), light.may_bring(), index))
         .collect();
-    by_error.sort_by(|(a, i), (b, j)| a.total_cmp(b).then(i.cmp(j)));
-    let (mut needed, mut flux, mut sum) = (vec![0.0; found.len()], 0.0, 0.0);
+    by_error.sort_by(|(a, x, i), (b, y, j)| a.total_cmp(b).then(x.total_cmp(y)).then(i.cmp(j)));
+    let (mut needed, mut beside) = (vec![0.0; found.len()], 0.0);
+    let (mut flux, mut sum) = (0.0, 0.0);
     let too_many = found.len().saturating_sub(MOST_SIGNATURES);
-    for (rank, (squares, index)) in by_error.into_iter().enumerate() {
-        (flux, sum) = (flux + found[index].1.on_film, sum + squares);
-        // A relative error e of evenly spread light is Σ φ² = (e Φ)² / n.
-        let error = f64::max(flux, (sum * texels).sqrt()) / (PART * on_film);
+    for (rank, (squares, may_bring, index)) in by_error.into_iter().enumerate() {
+        let most = if found[index].1.is_beside() {
+            // It is no part of the likely error: the two do not share the small part.
+            beside += may_bring;
+            beside
+        } else {
+            (flux, sum) = (flux + may_bring, sum + squares);
+            // A relative error e of evenly spread light is Σ φ² = (e Φ)² / n.
+            f64::max(flux, (sum * texels).sqrt())
+        };
+        let error = most / (PART * on_film);
         if rank >= too_many {
             needed[index] = error;
         }
@@ -82,8 +94,8 @@ impl LeftOut {
             .collect();
         let texels = (film[0] * film[1]) as f64;
         // What landed beside the film only may be on it, too, as far as so few paths tell.
-        let beside = found.clone().filter(|(_, light)| light.landings.is_empty());
-        let beside = beside.fold(0.0, |sum, (_, light)| sum + light.flux);
+        let beside = found.clone().filter(|(_, light)| light.is_beside());
+        let beside = beside.fold(0.0, |sum, (_, light)| sum + light.may_bring());
         let sum: f64 = found.clone().map(|(_, light)| squares(light, film)).sum();
         Self {
             flux: found
@@ -223,6 +235,36 @@ mod tests {
         assert_eq!(others.len(), 2);
         let left_out = LeftOut::of(others.iter(), FILM);
         assert!((left_out.flux - 0.3).abs() < 1e-12);
+    }
+
+    /// The same light beside the film.
+    fn beside(events: usize, flux: f64) -> Found {
+        let (signature, found) = light(events, flux / 128.0, &spread());
+        let found = SignatureLight {
+            on_film: 0.0,
+            landings: Vec::new(),
+            ..found
+        };
+        (signature, found)
+    }
+
+    #[test]
+    fn light_beside_the_film_is_left_out_while_it_is_little() {
+        let bright = light(1, 1.0, &spread());
+        // 1 % of a quarter is 0.32, as above: the faintest two of four fit into it.
+        let beside = [(2, 20.0), (3, 0.15), (4, 0.16), (5, 0.14)];
+        let beside = beside.map(|(events, flux)| self::beside(events, flux));
+        let found = [vec![bright.clone()], beside.to_vec()].concat();
+        let others = left_out(&found);
+        let left: Vec<f64> = others.iter().map(|(_, light)| light.flux).collect();
+        assert_eq!(left, [0.15, 0.14]);
+        // A quarter of the error asked for, four times over.
+        let left_out = LeftOut::of(others.iter(), FILM);
+        let mean = 128.0 / 2048.0;
+        assert!(left_out.bound.iter().all(|bound| *bound <= 1e-2 * mean));
+        // Light that is left out on the film takes no room from light beside it.
+        let faint = light(6, 0.15 / 128.0, &spread());
+        assert!(self::left_out(&[found, vec![faint]].concat()).len() == 3);
     }
 
     #[test]

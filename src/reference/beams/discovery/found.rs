@@ -55,6 +55,22 @@ pub struct Looked {
     pub places: u64,
 }
 
+impl SignatureLight {
+    /// True if no path was seen to bring light to the film.
+    pub fn is_beside(&self) -> bool {
+        self.on_film == 0.0
+    }
+
+    /// Flux \[W\], about, that it may bring to the film: all that landed beside it, if none was seen there.
+    pub fn may_bring(&self) -> f64 {
+        if self.is_beside() {
+            self.flux
+        } else {
+            self.on_film
+        }
+    }
+}
+
 impl Discovery {
     /// Flux \[W\] that the discovery may have missed with a probability of `risk` a shape, if it saw none.
     ///
