@@ -7,6 +7,7 @@ mod image_space;
 mod lookups;
 mod paper_claims;
 mod stubs;
+mod volume_claims;
 
 #[path = "../support/mod.rs"]
 mod support;
