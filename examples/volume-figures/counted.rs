@@ -11,8 +11,8 @@ use crate::support::pool::{
 /// Films for counters that do not depend on pixels.
 const SMALL: [usize; 2] = [64, 48];
 
-/// Films of the paper.
-const FULL: [usize; 2] = [1024, 768];
+/// Half the paper's films: fragments and blends are a quarter of its.
+const HALF: [usize; 2] = [512, 384];
 
 /// Table 2, frames a second: by view and mesh of the rows Reference, Hierarchical, Shadow Culling, Vector Accum.
 const FRAMES: [[[f64; 3]; 4]; 4] = [
@@ -113,28 +113,28 @@ fn all(rendering: &Rendering, kind: &str) -> u64 {
 /// Table 2.
 pub fn drawing() -> Vec<String> {
     let mut lines = Vec::new();
-    for occluder in OCCLUDERS {
-        let scene = viewed(occluder, FULL);
-        for (place, view) in VIEWS.iter().enumerate() {
-            for (row, preset) in PRESETS.iter().enumerate() {
+    for (place, view) in VIEWS.iter().enumerate() {
+        for (row, preset) in PRESETS.iter().enumerate() {
+            // The first two do not look at occluders.
+            let occluders = if row < 2 {
+                &OCCLUDERS[..1]
+            } else {
+                &OCCLUDERS[1..]
+            };
+            for occluder in occluders {
+                let scene = viewed(occluder, HALF);
                 let rendering = rendered(&scene, view, &volume(&[("preset", preset)]));
-                let frames = FRAMES[row][place][0];
-                let before = if row > 0 {
-                    FRAMES[row - 1][place][0]
-                } else {
-                    frames
-                };
                 lines.push(vec![
-                    occluder.to_owned(),
                     format!("`{view}`"),
-                    (*preset).to_owned(),
+                    format!("`{preset}`"),
+                    (*occluder).to_owned(),
                     whole(all(&rendering, "draws")),
                     whole(work(&rendering, "clamp", "vertices")),
                     millions(work(&rendering, "inside", "fragments")),
-                    millions(work(&rendering, "accumulate", "blends")),
+                    whole(work(&rendering, "accumulate", "blends")),
                     millions(work(&rendering, "accumulate", "bytes")),
                     if row > 0 {
-                        format!("{:+.1}", 100.0 * (frames / before - 1.0))
+                        change(FRAMES[row - 1][place][0], FRAMES[row][place][0])
                     } else {
                         String::new()
                     },
@@ -148,42 +148,36 @@ pub fn drawing() -> Vec<String> {
             let draws = |occluder: &str, preset: &str| {
                 let settings = [("preset", preset), ("grid", *grid), ("inside", "exact")];
                 let rendering = rendered(&viewed(occluder, SMALL), view, &volume(&settings));
-                all(&rendering, "draws")
+                all(&rendering, "draws") as f64
             };
-            let change =
-                |more: u64, less: u64| format!("{:+.1}", 100.0 * (less as f64 / more as f64 - 1.0));
-            let culled = |occluder: &str| {
-                change(
-                    draws(occluder, "hierarchical"),
-                    draws(occluder, "shadow-culling"),
-                )
-            };
+            let [reference, hierarchy] =
+                ["reference", "hierarchical"].map(|preset| draws("none", preset));
+            let [disc, fence] = ["disc", "fence"].map(|it| draws(it, "shadow-culling"));
             meshes.push(vec![
                 format!("`{view}`"),
                 (*grid).to_owned(),
-                whole(draws("none", "reference")),
-                change(draws("none", "reference"), draws("none", "hierarchical")),
-                culled("disc"),
-                culled("fence"),
-                format!(
-                    "{:+.1}",
-                    100.0 * (FRAMES[1][place][size] / FRAMES[2][place][size] - 1.0)
-                ),
+                whole(reference as u64),
+                change(reference, hierarchy),
+                change(hierarchy, disc),
+                change(hierarchy, fence),
+                // Times a frame.
+                change(FRAMES[2][place][size], FRAMES[1][place][size]),
+                change(FRAMES[1][place][size], FRAMES[0][place][size]),
             ]);
         }
     }
     vec![
         table(
             &[
-                "occluder",
                 "view",
                 "preset",
+                "occluder",
                 ">draws",
                 ">vertices",
                 ">M fragments",
-                ">M blends",
+                ">blends",
                 ">MB of blends",
-                ">frames a second, change in %",
+                ">the paper's frames a second, %",
             ],
             &lines,
         ),
@@ -192,14 +186,20 @@ pub fn drawing() -> Vec<String> {
                 "view",
                 ">W",
                 ">draws, reference",
-                ">hierarchy, %",
+                ">hierarchical, %",
                 ">disc culled, %",
                 ">fence culled, %",
-                ">time a frame by the paper's culling, %",
+                ">the paper's time: culling, %",
+                ">hierarchy, %",
             ],
             &meshes,
         ),
     ]
+}
+
+/// The change from one number to another, in percent.
+fn change(from: f64, to: f64) -> String {
+    format!("{:+.1}", 100.0 * (to / from - 1.0))
 }
 
 fn millions(number: u64) -> String {
@@ -269,22 +269,21 @@ pub fn unshadowed() -> Vec<String> {
 
 /// The ball as finer and finer meshes.
 pub fn objects() -> Vec<String> {
-    let lines: Vec<Vec<String>> = [1, 3, 5, 6]
-        .iter()
-        .map(|&levels| {
-            let scene = with_round_mesh(levels, SMALL);
-            let rendering = rendered(&scene, VIEWS[0], &volume(&[]));
-            let count = |stage: &str, kind: &str| whole(work(&rendering, stage, kind));
-            vec![
-                whole(8 * 4_u64.pow(levels)),
-                count("clamp", "tests"),
-                count("clamp", "draws"),
-                count("clamp", "vertices"),
-                count("inside", "fragments"),
-                count("accumulate", "blends"),
-            ]
-        })
-        .collect();
+    let renderings = [1, 3, 5, 6].map(|levels| {
+        let scene = with_round_mesh(levels, SMALL);
+        (levels, rendered(&scene, VIEWS[0], &volume(&[])))
+    });
+    let lines = renderings.iter().map(|(levels, rendering)| {
+        let count = |stage: &str, kind: &str| whole(work(rendering, stage, kind));
+        vec![
+            whole(8 * 4_u64.pow(*levels)),
+            count("clamp", "tests"),
+            count("clamp", "draws"),
+            count("clamp", "vertices"),
+            count("inside", "fragments"),
+            whole(unlike(rendering, &renderings[0].1) as u64),
+        ]
+    });
     vec![table(
         &[
             ">triangles of the ball",
@@ -292,54 +291,62 @@ pub fn objects() -> Vec<String> {
             ">draws",
             ">vertices",
             ">fragments",
-            ">blends",
+            ">pixels unlike the first's",
         ],
-        &lines,
+        &lines.collect::<Vec<_>>(),
     )]
 }
 
-/// Seconds of the hierarchy's upkeep.
+/// Milliseconds of the hierarchy's upkeep and of what it saves.
 pub fn upkeep() -> Vec<String> {
-    /// Runs of which the one of least time counts.
-    const RUNS: usize = 3;
-    let scene = viewed("disc", FULL);
+    /// Runs of which the least time counts.
+    const RUNS: usize = 5;
+    let scene = viewed("disc", SMALL);
     let mut lines = Vec::new();
-    for (view, grid) in [("view-50", "120"), ("view-50", "200"), ("view-100", "200")] {
-        let runs = (0..RUNS).map(|_| rendered(&scene, view, &volume(&[("grid", grid)])));
-        let seconds = |it: &Rendering| it.stages.iter().map(|it| it.seconds).sum::<f64>();
-        let least = runs.min_by(|a, b| seconds(a).total_cmp(&seconds(b)));
-        let least = least.expect("a run");
-        let of = |name: &str| {
-            let stages = least.stages.iter().filter(|it| it.name == name);
-            stages.map(|it| it.seconds).sum::<f64>()
-        };
-        let prepared: f64 = least.preparation.iter().map(|it| it.seconds).sum();
-        let sum = seconds(&least);
-        lines.push(vec![
-            format!("`{view}`"),
-            grid.to_owned(),
-            three_digits(1e3 * sum),
-            three_digits(1e3 * of("clamp")),
-            three_digits(1e3 * of("shadow-cull")),
-            three_digits(100.0 * (of("clamp") + of("shadow-cull")) / sum),
-            three_digits(1e3 * prepared),
-        ]);
+    for view in [VIEWS[0], VIEWS[2]] {
+        for grid in MESHES {
+            let least = |stage: &str, clamp: &str| {
+                let settings = [("grid", grid), ("clamp", clamp), ("inside", "exact")];
+                let times = (0..RUNS).map(|_| {
+                    let rendering = rendered(&scene, view, &volume(&settings));
+                    let stages = rendering.stages.iter().filter(|it| it.name == stage);
+                    1e3 * stages.map(|it| it.seconds).sum::<f64>()
+                });
+                times.fold(f64::INFINITY, f64::min)
+            };
+            let (beams, nodes) = (least("clamp", "beams"), least("clamp", "hierarchy"));
+            lines.push(vec![
+                format!("`{view}`"),
+                grid.to_owned(),
+                three_digits(beams),
+                three_digits(nodes),
+                three_digits(beams / nodes),
+                three_digits(least("shadow-cull", "hierarchy")),
+            ]);
+        }
     }
-    let exact = volume(&[]);
-    let [one, other] = [0, 1].map(|_| rendered(&scene, VIEWS[3], &exact));
+    let drawn = rendered(&viewed("disc", HALF), VIEWS[0], &volume(&[]));
+    let seconds = |name: &str| {
+        let stages = drawn.stages.iter().filter(|it| it.name == name);
+        1e3 * stages.map(|it| it.seconds).sum::<f64>()
+    };
     vec![
         table(
             &[
                 "view",
                 ">W",
-                ">ms a frame",
-                ">`clamp`",
-                ">`shadow-cull`",
-                ">both, %",
-                ">made once, ms",
+                ">`clamp=beams`, ms",
+                ">`clamp=hierarchy`, ms",
+                ">ratio",
+                ">`shadow-cull`, ms",
             ],
             &lines,
         ),
-        format!("Pixels of two runs that differ: {}.", unlike(&one, &other)),
+        format!(
+            "`view-50` at 512 x 384: `clamp` {} ms, `shadow-cull` {} ms, `inside` {} ms.",
+            three_digits(seconds("clamp")),
+            three_digits(seconds("shadow-cull")),
+            three_digits(seconds("inside"))
+        ),
     ]
 }

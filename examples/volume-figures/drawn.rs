@@ -7,9 +7,13 @@ use nephroid::internals::scene::Scene;
 
 use crate::judge::{figures, shown, table, whole};
 use crate::support::pool::{VIEWS, exact_but, rendered, sensor, unlike, viewed, volume, work};
+use crate::support::{bundled_file, loaded};
 
 /// Films.
 const SIZE: [usize; 2] = [256, 192];
+
+/// Films where beams without clamping, or 64 points a pixel, would take long.
+const SMALLER: [usize; 2] = [128, 96];
 
 /// The share of pixels, in percent, that differ by more than a fraction of the brighter.
 fn apart(one: &Rendering, other: &Rendering, fraction: f64) -> String {
@@ -78,7 +82,7 @@ pub fn hulls() -> Vec<String> {
 
 /// Images by each variant of stage `clamp`.
 pub fn clamping() -> Vec<String> {
-    let scene = viewed("disc", SIZE);
+    let scene = viewed("disc", SMALLER);
     let mut lines = Vec::new();
     for view in VIEWS {
         for inside in ["exact", "stencil"] {
@@ -110,7 +114,7 @@ pub fn clamping() -> Vec<String> {
             ]);
         }
     }
-    let water = crate::support::approximation::bundled("water", 8);
+    let water = loaded(&bundled_file("water"), 256);
     let of = |clamp: &str| {
         let rendering = rendered(&water, "camera", &volume(&[("clamp", clamp)]));
         work(&rendering, "inside", "fragments")
@@ -189,9 +193,9 @@ pub fn stencil() -> Vec<String> {
 pub fn views() -> Vec<String> {
     let mut lines = Vec::new();
     for occluder in ["none", "disc"] {
-        let scene = viewed(occluder, SIZE);
+        let scene = viewed(occluder, SMALLER);
         for view in VIEWS {
-            let truth = rendered(&scene, view, &exact_but(&[]));
+            let truth = rendered(&scene, view, &exact_but(&[("accumulate", "f32")]));
             let mut cells = vec![occluder.to_owned(), format!("`{view}`")];
             for settings in [
                 &[][..],

@@ -32,7 +32,7 @@ fn flat_water(degrees: f64, settings: &[(&str, &str)]) -> String {
 }
 
 /// Cures of the second cosine.
-const CURES: [(&str, &[(&str, &str)]); 6] = [
+const CURES: [(&str, &[(&str, &str)]); 7] = [
     ("as printed", &[("density", "slices"), ("cosine", "flat")]),
     ("vectors", &[("density", "slices"), ("cosine", "vector")]),
     (
@@ -57,6 +57,15 @@ const CURES: [(&str, &[(&str, &str)]); 6] = [
             ("density", "slices"),
             ("cosine", "vector"),
             ("axis", "refracted"),
+        ],
+    ),
+    (
+        "the same, 256 slices",
+        &[
+            ("density", "slices"),
+            ("cosine", "vector"),
+            ("axis", "refracted"),
+            ("slices", "256"),
         ],
     ),
 ];
@@ -215,10 +224,14 @@ pub fn slices(judge: &mut Judge) -> Vec<String> {
     let mut lines = Vec::new();
     for slices in ["2", "4", "8", "16", "32", "64"] {
         let mut cells = vec![slices.to_owned()];
-        for density in ["slices", "perpendicular"] {
+        for (density, axis) in [
+            ("slices", "water"),
+            ("perpendicular", "water"),
+            ("perpendicular", "refracted"),
+        ] {
             for meter in ["floor", "wall"] {
                 let case = judge.pool("none", meter);
-                let settings = [("density", density), ("slices", slices)];
+                let settings = [("density", density), ("axis", axis), ("slices", slices)];
                 cells.push(case.figure(&exact_but(&settings), Figure::L1));
             }
         }
@@ -230,6 +243,8 @@ pub fn slices(judge: &mut Judge) -> Vec<String> {
             ">`slices`: floor",
             ">wall",
             ">`perpendicular`: floor",
+            ">wall",
+            ">and `axis=refracted`: floor",
             ">wall",
         ],
         &lines,

@@ -24,7 +24,10 @@ pub fn picture() -> Vec<String> {
         height as u32,
         Rgb([255, 255, 255]),
     );
-    for (half, volume) in [volume(&[]), exact_but(&[])].iter().enumerate() {
+    for (half, volume) in [volume(&[]), exact_but(&[("accumulate", "f32")])]
+        .iter()
+        .enumerate()
+    {
         let values = rendered(&scene, "view-100", volume).estimate.total.values;
         for (texel, value) in values.iter().enumerate() {
             let (x, y) = (texel % width + half * (width + GAP), texel / width);
