@@ -71,6 +71,42 @@ impl SensorFilm {
         }
     }
 
+    /// The typical length of a texel on surfaces \[m\]: of a camera the median distance of what neighbouring
+    /// pixels of a row see, at 16 x 16 places of its film.
+    pub fn texel_length(&self, scene: &Scene) -> f64 {
+        const PLACES: usize = 16;
+        let [width, height] = self.size();
+        match self {
+            Self::Receiver(receiver) => {
+                let texels = 0..receiver.texels();
+                let covered = texels
+                    .clone()
+                    .filter(|&texel| receiver.has_surface(texel))
+                    .count();
+                let area: f64 = texels.map(|texel| receiver.texel_area(texel)).sum();
+                (area / covered.max(1) as f64).sqrt()
+            }
+            Self::Camera(_) => {
+                let mut counters = TraversalCounters::default();
+                let mut seen = |texel: usize| {
+                    let (_, point) = self.point(scene, texel, DVec2::splat(0.5), &mut counters);
+                    point.map(|point| point.point.position)
+                };
+                let mut lengths: Vec<f64> = (0..PLACES * PLACES)
+                    .filter_map(|place| {
+                        let column = (2 * (place % PLACES) + 1) * width / (2 * PLACES);
+                        let row = (2 * (place / PLACES) + 1) * height / (2 * PLACES);
+                        let texel = row * width + column;
+                        let next = if column + 1 < width { texel + 1 } else { texel };
+                        Some(seen(texel)?.distance(seen(next)?)).filter(|length| *length > 0.0)
+                    })
+                    .collect();
+                lengths.sort_by(f64::total_cmp);
+                lengths.get(lengths.len() / 2).copied().unwrap_or(1.0)
+            }
+        }
+    }
+
     /// A bound on the factor of flux on the [`screen`](Self::screen), for the scale of sums: 1 for a
     /// receiver; for a camera 4096 times the median over the surfaces that it sees.
     pub fn largest_factor(&self, scene: &Scene) -> f64 {

@@ -4,6 +4,8 @@ mod approximate_ball;
 mod caustic_map;
 mod energy;
 mod image_space;
+mod light_volume;
+mod light_volume_culling;
 mod lookups;
 mod paper_claims;
 mod stubs;

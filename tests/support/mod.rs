@@ -11,6 +11,7 @@ pub mod cpu;
 pub mod extremes;
 pub mod geometry;
 pub mod images;
+pub mod light_volume;
 pub mod mutation;
 pub mod oracles;
 pub mod parity;

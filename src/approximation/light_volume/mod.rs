@@ -22,11 +22,12 @@
 //! | `lookup` | [`gather`] | `center` | [`deal`]: by area |
 //!
 //! Stages are factors of one value: the exact irradiance of a beam at a point, by Π (approximate / exact). So
-//! each can be exact by itself. [`slicing`] has the planes, [`faint`] culls by contribution, `ledger` accounts
+//! each can be exact by itself. [`slicing`] has the planes, [`adaptive`] joins cells of the water's grid, [`faint`] culls by contribution, `ledger` accounts
 //! for flux, and `darkness` says why an image has no light.
 //!
 //! The light that it models is `LTD`, through one open water surface.
 
+pub mod adaptive;
 pub mod beam;
 pub mod cull;
 mod darkness;

@@ -6,6 +6,7 @@ use std::time::Instant;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
+use super::adaptive::{JoinedGrid, Tolerance};
 use super::beam::Beam;
 use super::cull::{Culling, Draw, View};
 use super::darkness;
@@ -79,7 +80,8 @@ fn surface(scene: &Scene, shape: u32, settings: &Settings) -> Option<Arc<Surface
         scene.world().shapes()[shape as usize],
         crate::geometry::Shape::Mesh(_)
     );
-    (settings.grid > 0 || !is_mesh).then(|| Arc::new(Surface::new(scene, shape)))
+    (settings.grid > 0 || settings.lod > 0.0 || !is_mesh)
+        .then(|| Arc::new(Surface::new(scene, shape)))
 }
 
 /// Vertices a row of the grid for surfaces that are no meshes: the paper's smallest.
@@ -87,10 +89,14 @@ pub(super) const DEFAULT_GRID: u32 = 120;
 
 /// The triangles of the water's surface.
 fn water(scene: &Scene, shape: u32, settings: &Settings, surface: Option<&Arc<Surface>>) -> Water {
-    let side = if settings.grid == 0 {
-        DEFAULT_GRID
+    let side = match settings.grid {
+        0 => DEFAULT_GRID,
+        side => side,
+    };
+    let side = if settings.lod > 0.0 {
+        JoinedGrid::new(settings.buckets, side).side()
     } else {
-        settings.grid
+        side
     };
     match surface {
         Some(surface) => Water::of_grid(surface.clone(), shape, side),
@@ -128,7 +134,7 @@ pub fn run(
         scene,
         film: &film,
         receivers: &receivers,
-        kept,
+        normal: kept.normal,
         work: Default::default(),
         flow: Flow::default(),
         warnings: Vec::new(),
@@ -136,9 +142,9 @@ pub fn run(
     };
     let [width, height] = film.size();
     let mut values = vec![Rgb::BLACK; width * height];
-    let water = pipeline.timed(Step::Surface, Pipeline::water);
+    let water = pipeline.timed(Step::Surface, |this| this.water(kept));
     for source in &sources {
-        if let Some(light) = pipeline.light(&water, source)? {
+        if let Some(light) = pipeline.light(&water, &kept.tree, source)? {
             for (sum, value) in values.iter_mut().zip(light) {
                 *sum += value;
             }
@@ -190,7 +196,8 @@ struct Pipeline<'a> {
     scene: &'a Scene,
     film: &'a SensorFilm,
     receivers: &'a Receivers,
-    kept: &'a mut Kept,
+    /// The water's mean normal.
+    normal: DVec3,
     work: BySteps<Done>,
     flow: Flow,
     warnings: Vec<String>,
@@ -212,14 +219,14 @@ impl Pipeline<'_> {
     }
 
     /// The water of this frame; the hierarchy is made anew if it has other triangles.
-    fn water(&mut self) -> Water {
-        let (scene, shape) = (self.scene, self.kept.shape);
-        if self.kept.surface.is_some() {
-            self.kept.surface = surface(scene, shape, self.settings);
+    fn water(&self, kept: &mut Kept) -> Water {
+        let (scene, settings) = (self.scene, self.settings);
+        if kept.surface.is_some() {
+            kept.surface = surface(scene, kept.shape, settings);
         }
-        let water = water(scene, shape, self.settings, self.kept.surface.as_ref());
-        if water.triangles.len() != self.kept.tree.order().len() {
-            self.kept.tree = tree(&water, self.kept.normal, self.settings);
+        let water = water(scene, kept.shape, settings, kept.surface.as_ref());
+        if water.triangles.len() != kept.tree.order().len() {
+            kept.tree = tree(&water, kept.normal, settings);
         }
         water
     }
@@ -236,8 +243,13 @@ impl Pipeline<'_> {
     }
 
     /// The light of one source on the sensor; `None` if none goes down.
-    fn light(&mut self, water: &Water, source: &Source) -> Result<Option<Vec<Rgb>>, Error> {
-        let (scene, settings, normal) = (self.scene, self.settings, self.kept.normal);
+    fn light(
+        &mut self,
+        water: &Water,
+        tree: &Quadtree,
+        source: &Source,
+    ) -> Result<Option<Vec<Rgb>>, Error> {
+        let (scene, settings, normal) = (self.scene, self.settings, self.normal);
         let Some(flat) = FlatWater::new(scene, water, source, normal) else {
             self.warnings
                 .push("light does not go down into the water".to_owned());
@@ -275,11 +287,18 @@ impl Pipeline<'_> {
         let level = depths.sum::<f64>() / places.len().max(1) as f64;
         let map = self.shadow_map(&lit, &places, level);
         let vertices = self.vertices(&lit, map.as_ref());
-        let beams = self.beams(&lit, &vertices);
-        let is_lit = self.lit_beams(&lit, &vertices, &beams, map.as_ref());
+        let joined = self.joined(&lit, &flat, &vertices);
+        let (water, tree) = match &joined {
+            Some((water, tree)) => (water, tree),
+            None => (water, tree),
+        };
+        let lit = Lit { water, ..lit };
+        let shading = Shading { lit, ..shading };
+        let beams = self.beams(&lit, tree, &vertices);
+        let is_lit = self.lit_beams(&lit, tree, &vertices, &beams, map.as_ref());
         let boxes = boxes.iter().map(|bounds| slicing.local_box(bounds));
         let boxes: Vec<LocalBox> = boxes.filter(|target| target.depths[1] > 0.0).collect();
-        let draws = self.draws(&slicing, &beams, &is_lit, &boxes, level);
+        let draws = self.draws(&slicing, tree, &beams, &is_lit, (&boxes, level));
         let draws = self.bright_draws(&slicing, &beams, draws);
         self.count_drawn(&draws);
         let colour = source.strength() * flat.tint;
@@ -289,6 +308,40 @@ impl Pipeline<'_> {
         Ok(Some(
             values.into_iter().map(|value| value * colour).collect(),
         ))
+    }
+
+    /// The water and its hierarchy after cells of the grid were joined where few beams do; `None` without
+    /// `lod`, and on a surface that does not fill its rectangle.
+    fn joined(
+        &mut self,
+        lit: &Lit,
+        flat: &FlatWater,
+        vertices: &[Option<LitVertex>],
+    ) -> Option<(Water, Quadtree)> {
+        let settings = self.settings;
+        let cells = if settings.grid == 0 {
+            DEFAULT_GRID
+        } else {
+            settings.grid
+        };
+        let grid = JoinedGrid::new(settings.buckets, cells);
+        if settings.lod == 0.0 || vertices.len() != (grid.side() as usize).pow(2) {
+            return None;
+        }
+        self.timed(Step::Surface, |this| {
+            let tolerance = Tolerance {
+                most: settings.lod,
+                texel: this.film.texel_length(this.scene),
+                bottom: lit.slicing.bottom(),
+                axis: lit.slicing.axis(),
+                flat: flat.irradiance,
+            };
+            let water = lit
+                .water
+                .with_triangles(grid.triangles(vertices, &tolerance));
+            let tree = tree(&water, this.normal, settings);
+            Some((water, tree))
+        })
     }
 
     fn count_drawn(&mut self, draws: &[Draw]) {
@@ -330,9 +383,14 @@ impl Pipeline<'_> {
     }
 
     /// The beams in the tree's order.
-    fn beams(&mut self, lit: &Lit, vertices: &[Option<LitVertex>]) -> Vec<Option<Beam>> {
+    fn beams(
+        &mut self,
+        lit: &Lit,
+        tree: &Quadtree,
+        vertices: &[Option<LitVertex>],
+    ) -> Vec<Option<Beam>> {
         self.timed(Step::Flux, |this| {
-            let order = this.kept.tree.order().par_iter();
+            let order = tree.order().par_iter();
             let beams: Vec<_> = order
                 .map(|&triangle| lit.beam(triangle, vertices))
                 .collect();
@@ -348,6 +406,7 @@ impl Pipeline<'_> {
     fn lit_beams(
         &mut self,
         lit: &Lit,
+        tree: &Quadtree,
         vertices: &[Option<LitVertex>],
         beams: &[Option<Beam>],
         map: Option<&ShadowMap>,
@@ -356,7 +415,7 @@ impl Pipeline<'_> {
         self.timed(Step::ShadowCull, |this| match (settings.shadow_cull, map) {
             (ShadowCull::Hierarchy, Some(map)) => {
                 let must_overlap = settings.queries == Queries::Overlap;
-                let (tree, mut work) = (&this.kept.tree, Work::default());
+                let mut work = Work::default();
                 let found = map.lit_leaves(
                     tree,
                     beams,
@@ -386,10 +445,10 @@ impl Pipeline<'_> {
     fn draws(
         &mut self,
         slicing: &Slicing,
+        tree: &Quadtree,
         beams: &[Option<Beam>],
         is_lit: &[bool],
-        boxes: &[LocalBox],
-        level: f64,
+        (boxes, level): (&[LocalBox], f64),
     ) -> Vec<Draw> {
         let settings = self.settings;
         self.timed(Step::Clamp, |this| {
@@ -397,7 +456,6 @@ impl Pipeline<'_> {
                 SensorFilm::Receiver(_) => View::default(),
                 SensorFilm::Camera(camera) => View::new(&camera.frustum(), slicing),
             };
-            let tree = &this.kept.tree;
             let hulls = Hulls::new(tree, beams, slicing, settings.hull, level);
             let mut work = Work {
                 bytes: hulls.bytes(),

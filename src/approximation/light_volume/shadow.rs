@@ -146,7 +146,7 @@ impl ShadowMap {
         })
     }
 
-    /// The share of a rectangle's pixels that are occluded.
+    /// The share of a rectangle's pixels that are occluded, 0 to 1.
     fn share(&self, rectangle: [DVec2; 2], slicing: &Slicing) -> f64 {
         let places = corners(rectangle).map(|across| slicing.world(across, self.level));
         let (mut count, mut area) = (0, 0.0);
@@ -159,7 +159,8 @@ impl ShadowMap {
             count += count_in(image, map.view().side(), counts);
         }
         if area > 0.0 {
-            f64::from(count) / area
+            // The area is an estimate of what is counted: all of it may be a little more than it.
+            (f64::from(count) / area).min(1.0)
         } else {
             0.0
         }

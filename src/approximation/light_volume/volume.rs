@@ -44,6 +44,18 @@ pub struct LitVertex {
     pub is_lit: bool,
 }
 
+impl LitVertex {
+    /// Its ray.
+    pub fn ruling(&self) -> &Ruling {
+        &self.ruling
+    }
+
+    /// Flux that goes on there by the source's strength, for a unit of area across an axis.
+    pub fn brightness(&self, axis: DVec3) -> f64 {
+        self.light.density * self.light.incident.dot(axis).abs() * self.weight
+    }
+}
+
 /// Light in flat water.
 #[derive(Clone, Copy, Debug)]
 pub struct FlatWater {

@@ -21,7 +21,7 @@ pub struct Water {
 }
 
 /// What the triangles are made of.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 enum Origin {
     /// The faces of the scene's mesh, by their numbers.
     Mesh,
@@ -167,6 +167,17 @@ impl Water {
             vertices,
             triangles,
             source: Origin::Sampled(surface),
+        }
+    }
+
+    /// Other triangles between the same vertices, of a sampled surface.
+    #[must_use]
+    pub fn with_triangles(&self, triangles: Vec<[u32; 3]>) -> Self {
+        Self {
+            shape: self.shape,
+            vertices: self.vertices.clone(),
+            triangles,
+            source: self.source.clone(),
         }
     }
 
