@@ -8,10 +8,14 @@ use nephroid::internals::generate::write_ply;
 use nephroid::internals::geometry::MeshParts;
 use nephroid::internals::method::Method;
 use nephroid::internals::mitsuba;
-use nephroid::internals::run::{Budget, Context, Rendering};
-use nephroid::internals::scene::{Scene, Sensor};
+use nephroid::internals::run::Rendering;
+use nephroid::internals::scene::Scene;
 
+use super::light_volume::run_on;
 use super::scenes::bundled_file;
+
+#[allow(unused_imports, reason = "every program uses its own part of this")]
+pub use super::light_volume::{count as work, exact_but, sensor, volume};
 
 /// The cameras under water, in the order of the paper's Table 1, by the percentage of beams that they see.
 pub const VIEWS: [&str; 4] = ["view-50", "view-35", "view-100", "view-25"];
@@ -29,33 +33,6 @@ pub const SPEEDUPS: [[f64; 3]; 4] = [
     [112.26, 134.81, 143.31],
     [21.3, 32.41, 37.22],
 ];
-
-/// All stages exact.
-pub const EXACT: [(&str, &str); 12] = [
-    ("surface", "exact"),
-    ("flux", "exact"),
-    ("fresnel", "exact"),
-    ("shadow", "exact"),
-    ("shadow-cull", "exact"),
-    ("clamp", "exact"),
-    ("density", "exact"),
-    ("inside", "exact"),
-    ("occlusion", "exact"),
-    ("cosine", "exact"),
-    ("accumulate", "exact"),
-    ("lookup", "exact"),
-];
-
-/// A light volume with some settings.
-pub fn volume(settings: &[(&str, &str)]) -> Method {
-    let owned = |(key, value): &(&str, &str)| ((*key).to_owned(), (*value).to_owned());
-    Method::new("light-volume", &settings.iter().map(owned).collect()).unwrap()
-}
-
-/// A light volume with all stages exact but for some settings.
-pub fn exact_but(settings: &[(&str, &str)]) -> Method {
-    volume(&[&EXACT, settings].concat())
-}
 
 /// The pool under an occluder, with `side` x `side` texels on meters.
 pub fn metered(occluder: &str, side: usize) -> Scene {
@@ -143,24 +120,9 @@ fn octahedral_ball(center: DVec3, radius: f64, levels: u32) -> MeshParts {
     }
 }
 
-/// A scene's sensor by its id.
-pub fn sensor<'a>(scene: &'a Scene, id: &str) -> &'a Sensor {
-    scene.sensors().iter().find(|it| it.id == id).unwrap()
-}
-
 /// What a light volume makes of a sensor.
 pub fn rendered(scene: &Scene, id: &str, volume: &Method) -> Rendering {
-    let context = Context::default();
-    let sensor = sensor(scene, id);
-    volume
-        .run(scene, sensor, &Budget::default(), &context)
-        .unwrap()
-}
-
-/// Work of a stage.
-pub fn work(rendering: &Rendering, stage: &str, kind: &str) -> u64 {
-    let done = rendering.stages.iter().find(|it| it.name == stage);
-    done.unwrap().work.get(kind)
+    run_on(volume, scene, id)
 }
 
 /// Texels that two renderings have in other bits.
