@@ -39,14 +39,14 @@ fn the_hierarchy_saves_a_larger_factor_of_tests_than_of_the_papers_time_in_all_c
         // The time has parts that no hierarchy saves.
         assert!(*found > 1.0 + paper / 100.0, "{ratios:?}");
     }
-    // A leaf has 28 beams at W = 120 and 77 at W = 200. What a larger mesh adds, leaves wholly inside answer.
+    // A leaf has 28 beams at W = 120 and 77 at W = 200: nodes, which are as many, are shared by more.
     for of_view in ratios {
         assert!(of_view[2] > of_view[0], "{ratios:?}");
     }
     let [half, third, all, quarter] = ratios;
     for mesh in 0..MESHES.len() {
-        // Table 1's order, all, half, third, quarter, holds of the first three. The quarter's view has few
-        // objects, so that its boxes are soon answered.
+        // Table 1's order is all, half, third, quarter. The quarter's place does not hold: what is left to test are
+        // beams in leaves across the sides of the view and of boxes, not those that are visible.
         assert!(
             all[mesh] > half[mesh] && half[mesh] > third[mesh],
             "{ratios:?}"
@@ -168,7 +168,7 @@ fn no_beam_leaves_the_padded_hulls_and_many_leave_the_printed_ones() {
             )
         });
         assert_eq!(padded, 0, "{grid}");
-        // A leaf has (W - 1)²/32² cells; of each the cells on two sides reach beyond its rectangle.
+        // Crests are above the hull's top, and cells on two sides of a leaf reach beyond its rectangle.
         assert!(paper > 0, "{grid}");
     }
 }
@@ -185,6 +185,6 @@ fn objects_complexity_does_not_matter_to_beams() {
         (clamp, work(rendering, "inside", "fragments"))
     });
     assert_eq!(counts[0], counts[1]);
-    // An octahedron's 32 triangles and 8,192 are not the same picture.
+    // A ball of 32 triangles and one of 8,192 are not the same picture.
     assert!(unlike(&renderings[0], &renderings[1]) > 0);
 }
