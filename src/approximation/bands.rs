@@ -75,14 +75,6 @@ impl<V> Band<'_, V> {
         ]
     }
 
-    /// The texels of a row of the map; `None` outside of the band.
-    #[inline]
-    pub fn row(&mut self, row: i64) -> Option<&mut [V]> {
-        let row = usize::try_from(row - self.first).ok()?;
-        self.texels
-            .get_mut(row * self.columns..(row + 1) * self.columns)
-    }
-
     /// The texel in a column and a row of the map; `None` outside of the band.
     #[inline]
     pub fn texel(&mut self, column: i64, row: i64) -> Option<&mut V> {

@@ -42,9 +42,11 @@ pub enum RowSummary {
 }
 
 impl LedgerSummary {
-    /// The ledger of an estimate; `None` where no light was traced, and of cameras.
+    /// The ledger of an estimate; `None` where no light was traced, of cameras, and of techniques, which have an
+    /// account of their own.
     pub fn of(estimate: &Estimate) -> Option<Self> {
-        if estimate.quantity != Quantity::Irradiance || estimate.paths == 0 {
+        let is_kept = estimate.ledger.emitted != Rgb::BLACK;
+        if estimate.quantity != Quantity::Irradiance || estimate.paths == 0 || !is_kept {
             return None;
         }
         let ledger = &estimate.ledger;

@@ -162,11 +162,6 @@ impl Culling<'_> {
                 }
             }
         }
-        for draw in &draws {
-            let planes = u64::from(draw.planes[1] - draw.planes[0]) + 1;
-            work.draws += 2;
-            work.vertices += 2 * 3 * planes;
-        }
         draws
     }
 

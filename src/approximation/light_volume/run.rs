@@ -348,6 +348,12 @@ impl Pipeline<'_> {
         let mut beams: Vec<u32> = draws.iter().map(|draw| draw.beam).collect();
         beams.dedup();
         self.drawn += beams.len() as u64;
+        let work = self.work(Step::Clamp);
+        for draw in draws {
+            let planes = u64::from(draw.planes[1] - draw.planes[0]) + 1;
+            work.draws += 2;
+            work.vertices += 2 * 3 * planes;
+        }
     }
 
     /// Stage `shadow`: the map, if a stage reads it.

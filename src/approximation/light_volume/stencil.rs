@@ -101,9 +101,6 @@ impl Projector {
 #[derive(Clone, Copy, Debug, Default)]
 struct Pixel {
     sum: Sum,
-    /// Faces before the surface that turn to the eye, less those that turn away.
-    stencil: i16,
-    is_touched: bool,
     blends: u32,
     saturated: u32,
     /// Rays of stages `shadow` and `occlusion`.
@@ -221,25 +218,43 @@ impl Drawing<'_> {
         (pixels, work)
     }
 
-    /// The rows that a beam may reach; all if a part of it is before the near plane.
-    fn rows(&self, drawn: &Drawn) -> (i64, i64) {
-        let mut range = [f64::INFINITY, f64::NEG_INFINITY];
+    /// The least and the largest film coordinates that a beam may reach; `None` if a part of it is before the
+    /// near plane.
+    fn reach(&self, drawn: &Drawn) -> Option<[DVec2; 2]> {
+        let mut reach = [DVec2::INFINITY, DVec2::NEG_INFINITY];
         for depth in drawn.depths {
             for ruling in &drawn.beam.rulings {
                 let place = self.slicing.world(ruling.at(depth), depth);
                 let vertex = self.projector.vertex(place, DVec3::ZERO);
                 if vertex.depth < 0.0 {
-                    return (0, signed(self.size[1]) - 1);
+                    return None;
                 }
-                let y = vertex.at.y / vertex.w;
-                range = [range[0].min(y), range[1].max(y)];
+                let at = vertex.at / vertex.w;
+                reach = [reach[0].min(at), reach[1].max(at)];
             }
         }
-        let limit = self.size[1] as f64;
-        (
-            range[0].clamp(-1.0, limit).floor() as i64,
-            range[1].clamp(-1.0, limit).floor() as i64,
-        )
+        Some(reach)
+    }
+
+    /// The first and the last row that a beam may reach.
+    fn rows(&self, drawn: &Drawn) -> (i64, i64) {
+        let last = signed(self.size[1]) - 1;
+        self.reach(drawn).map_or((0, last), |[low, high]| {
+            let limit = self.size[1] as f64;
+            (
+                low.y.clamp(-1.0, limit).floor() as i64,
+                high.y.clamp(-1.0, limit).floor() as i64,
+            )
+        })
+    }
+
+    /// The first column that a beam may reach, and the first beyond it.
+    fn columns(&self, drawn: &Drawn) -> [usize; 2] {
+        let width = self.size[0] as f64;
+        self.reach(drawn).map_or([0, self.size[0]], |[low, high]| {
+            // A column to spare on either side.
+            [low.x - 1.0, high.x + 2.0].map(|x| x.clamp(0.0, width) as usize)
+        })
     }
 
     /// Draws a beam in a band.
@@ -254,10 +269,18 @@ impl Drawing<'_> {
                     .vertex(place, self.value(drawn, ray, by_area))
             })
         };
+        let [left, right] = self.columns(drawn);
+        if left >= right {
+            return;
+        }
+        let [top, end] = band.rows();
         let mut canvas = Canvas {
             drawing: self,
-            band,
+            columns: [left, right],
+            top,
+            stencil: vec![0; (right - left) * (end - top) as usize],
             touched: Vec::new(),
+            band,
         };
         let [first, last] = drawn.planes;
         let mut above = ring(first);
@@ -401,10 +424,17 @@ impl FilmTriangle {
     }
 }
 
-/// A band with the beam that is being drawn.
+/// A band with the beam that is being drawn, and the stencil buffer of the part that this may reach.
 struct Canvas<'a, 'b> {
     drawing: &'a Drawing<'a>,
     band: &'a mut Band<'b, Pixel>,
+    /// The first column of the buffer, and the first beyond it.
+    columns: [usize; 2],
+    /// The first row.
+    top: i64,
+    /// 0 where no face was drawn before the surface. Else 1 and twice the number of such faces that turn to the
+    /// eye, less those that turn away.
+    stencil: Vec<i16>,
     /// Pixels before whose surfaces a face was drawn, each with the value of the first.
     touched: Vec<Touched>,
 }
@@ -445,52 +475,52 @@ impl Canvas<'_, '_> {
         );
         let first = lowest.ceil().max(top as f64) as i64;
         let last = highest.floor().min(end as f64 - 1.0) as i64;
+        let mut fragments = 0;
         for row in first..=last {
             let y = row as f64 + shift.y;
             let Some([from, sure_from, sure_to, to]) = triangle.columns(y) else {
                 continue;
             };
-            let from = (from - shift.x).ceil().max(0.0);
-            let to = (to - shift.x).floor().min(width as f64 - 1.0);
-            if from > to {
+            let [left, right] = self.columns;
+            // The next whole number, for numbers from 0 on.
+            let up = |x: f64| x as usize + usize::from(x > (x as usize) as f64);
+            let first = up((from - shift.x).max(left as f64));
+            let end = right.min((to - shift.x + 1.0).max(0.0) as usize);
+            if first >= end {
                 continue;
             }
-            let depths = &self.drawing.depths[row as usize * width..][..width];
-            let start = DVec2::new(from + shift.x, y);
-            let [sum, depth] = triangle.depth(start);
+            let depths = &self.drawing.depths[row as usize * width..][first..end];
+            let line = &mut self.stencil[(row - self.top) as usize * (right - left)..]
+                [first - left..end - left];
+            let start = DVec2::new(first as f64 + shift.x, y);
+            let [mut sum, mut depth] = triangle.depth(start);
             let [next_sum, next_depth] = triangle.depth(start + DVec2::X);
             let (sum_step, depth_step) = (next_sum - sum, next_depth - depth);
-            let (mut fragments, touched) = (0, &mut self.touched);
-            let Some(pixels) = self.band.row(row) else {
-                continue;
-            };
-            for column in from as usize..=to as usize {
-                let x = column as f64 + shift.x;
-                let is_sure = x >= sure_from && x <= sure_to;
-                if !is_sure && !triangle.holds(DVec2::new(x, y)) {
-                    continue;
+            let mut x = start.x;
+            for (place, (surface, stencil)) in depths.iter().zip(line).enumerate() {
+                let is_in = (x >= sure_from && x <= sure_to) || triangle.holds(DVec2::new(x, y));
+                fragments += u64::from(is_in);
+                if is_in && depth < surface * sum {
+                    if *stencil == 0 {
+                        *stencil = 1;
+                        self.touched.push(Touched {
+                            column: (first + place) as u32,
+                            row: row as u32,
+                            value: triangle.value(DVec2::new(x, y)),
+                        });
+                    }
+                    *stencil += 2 * count;
                 }
-                fragments += 2;
-                let steps = column as f64 - from;
-                if depth + depth_step * steps >= depths[column] * (sum + sum_step * steps) {
-                    continue;
-                }
-                let pixel = &mut pixels[column];
-                pixel.stencil += count;
-                if !pixel.is_touched {
-                    pixel.is_touched = true;
-                    touched.push(Touched {
-                        column: column as u32,
-                        row: row as u32,
-                        value: triangle.value(DVec2::new(x, y)),
-                    });
-                }
+                x += 1.0;
+                sum += sum_step;
+                depth += depth_step;
             }
-            self.band.fragments += fragments;
         }
+        // Both passes draw them.
+        self.band.fragments += 2 * fragments;
     }
 
-    /// Pass 2: adds the first face's value where the count is not zero, and clears pixels.
+    /// Pass 2: adds the first face's value where the count is not zero.
     fn end(self, drawn: &Drawn) {
         let (shading, points) = (self.drawing.shading, self.drawing.points);
         let width = self.drawing.size[0];
@@ -502,7 +532,9 @@ impl Canvas<'_, '_> {
             ) else {
                 continue;
             };
-            if pixel.stencil != 0 {
+            let [left, right] = self.columns;
+            let line = (i64::from(row) - self.top) as usize * (right - left);
+            if self.stencil[line + column as usize - left] != 1 {
                 let mut work = ShadeWork::default();
                 let factor = shading.factor_at(drawn.beam, point, &mut work);
                 let is_full = match shading.lit.settings.cosine {
@@ -514,8 +546,6 @@ impl Canvas<'_, '_> {
                 pixel.rays[0] += work.shadow.rays as u32;
                 pixel.rays[1] += work.occlusion.rays as u32;
             }
-            pixel.stencil = 0;
-            pixel.is_touched = false;
         }
     }
 }
