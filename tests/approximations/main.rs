@@ -9,6 +9,7 @@ mod light_volume_culling;
 mod lookups;
 mod paper_claims;
 mod stubs;
+mod volume_claims;
 
 #[path = "../support/mod.rs"]
 mod support;

@@ -16,6 +16,7 @@ pub mod mutation;
 pub mod oracles;
 pub mod parity;
 pub mod paths;
+pub mod pool;
 pub mod probes;
 pub mod recognised;
 pub mod scene_files;
