@@ -85,23 +85,25 @@ pub fn clamping() -> Vec<String> {
     let scene = viewed("disc", SMALLER);
     let mut lines = Vec::new();
     for view in VIEWS {
-        for inside in ["exact", "stencil"] {
+        for (inside, test) in [("exact", "fail"), ("stencil", "fail"), ("stencil", "pass")] {
             let of = |clamp: &str| {
-                rendered(
-                    &scene,
-                    view,
-                    &volume(&[
-                        ("clamp", clamp),
-                        ("inside", inside),
-                        ("accumulate", "exact"),
-                    ]),
-                )
+                let settings = [
+                    ("clamp", clamp),
+                    ("inside", inside),
+                    ("depth-test", test),
+                    ("accumulate", "exact"),
+                ];
+                rendered(&scene, view, &volume(&settings))
             };
             let [all, beams, nodes] = ["exact", "beams", "hierarchy"].map(of);
             let fragments = |it: &Rendering| work(it, "inside", "fragments") as f64;
             lines.push(vec![
                 format!("`{view}`"),
-                format!("`{inside}`"),
+                if inside == "exact" {
+                    "`exact`".to_owned()
+                } else {
+                    format!("`stencil`, `{test}`")
+                },
                 whole(unlike(&nodes, &beams) as u64),
                 whole(unlike(&nodes, &all) as u64),
                 apart(&nodes, &all, 0.01),
@@ -124,7 +126,7 @@ pub fn clamping() -> Vec<String> {
         table(
             &[
                 "view",
-                "`inside`",
+                "`inside`, `depth-test`",
                 ">beams: pixels that differ",
                 ">exact: pixels that differ",
                 ">by over 1 %, % of pixels",
@@ -148,23 +150,22 @@ pub fn stencil() -> Vec<String> {
     let scene = viewed("none", SIZE);
     let mut lines = Vec::new();
     for view in VIEWS {
-        for density in ["slices", "exact"] {
+        for (density, test) in [("slices", "fail"), ("exact", "fail"), ("slices", "pass")] {
             let of = |inside: &str| {
-                rendered(
-                    &scene,
-                    view,
-                    &volume(&[
-                        ("inside", inside),
-                        ("accumulate", "exact"),
-                        ("density", density),
-                    ]),
-                )
+                let settings = [
+                    ("inside", inside),
+                    ("depth-test", test),
+                    ("accumulate", "exact"),
+                    ("density", density),
+                ];
+                rendered(&scene, view, &volume(&settings))
             };
             let (exact, stencil) = (of("exact"), of("stencil"));
             let blends = |it: &Rendering| work(it, "accumulate", "blends");
             lines.push(vec![
                 format!("`{view}`"),
                 format!("`{density}`"),
+                format!("`{test}`"),
                 whole(blends(&exact)),
                 whole(blends(&stencil)),
                 apart(&exact, &stencil, 0.0),
@@ -178,6 +179,7 @@ pub fn stencil() -> Vec<String> {
         &[
             "view",
             "`density`",
+            "`depth-test`",
             ">points in beams, exact",
             ">by stencil",
             ">pixels that differ, %",
