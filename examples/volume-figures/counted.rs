@@ -14,7 +14,8 @@ const SMALL: [usize; 2] = [64, 48];
 /// Half the paper's films: fragments and blends are a quarter of its.
 const HALF: [usize; 2] = [512, 384];
 
-/// Table 2, frames a second: by view and mesh of the rows Reference, Hierarchical, Shadow Culling, Vector Accum.
+/// Table 2, frames a second: by view and mesh of the rows Reference, Hierarchical, Shadow Culling, Vector
+/// Accum.
 const FRAMES: [[[f64; 3]; 4]; 4] = [
     [
         [6.51, 4.57, 3.33],

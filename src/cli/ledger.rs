@@ -42,8 +42,8 @@ pub enum RowSummary {
 }
 
 impl LedgerSummary {
-    /// The ledger of an estimate; `None` where no light was traced, of cameras, and of techniques, which have an
-    /// account of their own.
+    /// The ledger of an estimate; `None` where no light was traced, of cameras, and of techniques, which have
+    /// an account of their own.
     pub fn of(estimate: &Estimate) -> Option<Self> {
         let is_kept = estimate.ledger.emitted != Rgb::BLACK;
         if estimate.quantity != Quantity::Irradiance || estimate.paths == 0 || !is_kept {

@@ -254,7 +254,8 @@ fn a_disc_under_water_casts_its_shadow_with_exact_occlusion_only() {
 
 #[test]
 fn what_lies_across_the_light_is_right_by_vectors_and_wrong_by_flat_water() {
-    // A floor is lit by waves' slopes: with exact cosines the truth, with vectors nearly, with flat water less.
+    // A floor is lit by waves' slopes: with exact cosines the truth, with vectors nearly, with flat water
+    // less.
     let scene = sea(&WAVES[..2], 60, 40.0, 24);
     let values = |cosine| floor(&exact_but(&[("cosine", cosine)]), &scene);
     let (exact, vector, flat) = (values("exact"), values("vector"), values("flat"));

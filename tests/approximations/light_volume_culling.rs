@@ -119,8 +119,8 @@ fn a_stencil_buffer_finds_each_pixel_of_flat_water_in_one_beam() {
 
 #[test]
 fn an_eye_above_sees_each_pixel_in_one_beam_only_with_both_caps() {
-    // The floor lies a hair above the lowest plane: what is under it is behind the floor, and its cap must not
-    // count; what is over it, the first plane's cap, must. Objects between need both.
+    // The floor lies a hair above the lowest plane: what is under it is behind the floor, and its cap must
+    // not count; what is over it, the first plane's cap, must. Objects between need both.
     let ball = r#"<shape type="sphere"><point name="center" x="0" y="0.2" z="0.4"/>
         <float name="radius" value="0.3"/><bsdf type="diffuse"/></shape>"#;
     let scene = camera(ball);
@@ -167,7 +167,8 @@ fn a_stencil_buffer_finds_each_pixel_of_a_sea_in_as_many_beams_as_hold_it() {
     };
     let (exact, stencil) = (run("exact"), run("stencil"));
     // A pixel in a beam more or less differs by a third of flat water's light or so, where beams spread, and
-    // by more where they meet. Values of faces differ from those of points by less than a tenth in thin slices.
+    // by more where they meet. Values of faces differ from those of points by less than a tenth in thin
+    // slices.
     let is_off = |(a, b): &(
         &nephroid::internals::radiometry::Rgb,
         &nephroid::internals::radiometry::Rgb,
@@ -178,7 +179,8 @@ fn a_stencil_buffer_finds_each_pixel_of_a_sea_in_as_many_beams_as_hold_it() {
 
 #[test]
 fn with_the_eye_in_a_beam_faces_before_surfaces_do_not_tell_and_faces_behind_do() {
-    // All planes are drawn: the eye is in a beam. Before surfaces all pixels beyond it count one face too few.
+    // All planes are drawn: the eye is in a beam. Before surfaces all pixels beyond it count one face too
+    // few.
     let scene = camera("");
     let run = |inside, test| {
         let settings = [

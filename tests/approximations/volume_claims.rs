@@ -45,8 +45,8 @@ fn the_hierarchy_saves_a_larger_factor_of_tests_than_of_the_papers_time_in_all_c
     }
     let [half, third, all, quarter] = ratios;
     for mesh in 0..MESHES.len() {
-        // Table 1's order is all, half, third, quarter. The quarter's place does not hold: what is left to test are
-        // beams in leaves across the sides of the view and of boxes, not those that are visible.
+        // Table 1's order is all, half, third, quarter. The quarter's place does not hold: what is left to
+        // test are beams in leaves across the sides of the view and of boxes, not those that are visible.
         assert!(
             all[mesh] > half[mesh] && half[mesh] > third[mesh],
             "{ratios:?}"

@@ -1,10 +1,10 @@
 //! The error-driven hierarchy: cells of the water's grid are joined where few beams do (beyond the paper).
 //!
-//! Rays between the corners of a cell land where linear interpolation does not take them. Let δ be the largest
-//! distance by which it misses, at the middles of the cell's sides and at its centre, in the lowest plane. It
-//! spoils the light of a cell with flux Φ and an image of side s by about Φ δ/s, or Φ δ by a texel if the image
-//! is smaller than that. Four cells are joined if that is at most `lod` for the cell that they make, with lengths
-//! in texels and Φ in those of a texel in flat water.
+//! Rays between the corners of a cell land where linear interpolation does not take them. Let δ be the
+//! largest distance by which it misses, at the middles of the cell's sides and at its centre, in the lowest
+//! plane. It spoils the light of a cell with flux Φ and an image of side s by about Φ δ/s, or Φ δ by a texel
+//! if the image is smaller than that. Four cells are joined if that is at most `lod` for the cell that they
+//! make, with lengths in texels and Φ in those of a texel in flat water.
 //!
 //! Cells at a shadow's border are not joined, and neighbours differ by one level at most: the finer one's
 //! vertex in the middle of a side is a vertex of the coarser one, too, so that no light is lost or counted

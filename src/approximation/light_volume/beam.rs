@@ -16,8 +16,8 @@ pub struct Ruling {
 }
 
 impl Ruling {
-    /// A ray from a place along a downward vector, both in local coordinates. `None` if it goes down less than
-    /// 1 in 1000.
+    /// A ray from a place along a downward vector, both in local coordinates. `None` if it goes down less
+    /// than 1 in 1000.
     pub fn new((across, start): (DVec2, f64), (sideways, down): (DVec2, f64)) -> Option<Self> {
         /// Rays flatter than this leave any scene before they are deep.
         const FLATTEST: f64 = 1e-3;
@@ -53,8 +53,8 @@ impl Ruling {
 pub struct Beam {
     /// The rays.
     pub rulings: [Ruling; 3],
-    /// The light at the rays, by the stages before the cross-section, as if all of the triangle had it \[m²\]: flux
-    /// by the source's strength. Linear between.
+    /// The light at the rays, by the stages before the cross-section, as if all of the triangle had it
+    /// \[m²\]: flux by the source's strength. Linear between.
     pub light: [f64; 3],
     /// The triangle of water.
     pub triangle: u32,
@@ -172,8 +172,8 @@ impl Beam {
         [a.min(b).min(c), a.max(b).max(c)]
     }
 
-    /// 1 / area of the cross-sections in the planes above and below a depth, linear between; infinite where one
-    /// of them is a focus.
+    /// 1 / area of the cross-sections in the planes above and below a depth, linear between; infinite where
+    /// one of them is a focus.
     #[inline]
     pub fn by_area(&self, slicing: &Slicing, depth: f64) -> f64 {
         let (index, t) = slicing.slice(depth);

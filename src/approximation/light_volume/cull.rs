@@ -99,8 +99,8 @@ fn lies_to(target: &LocalBox, hull: &Hull) -> Lies {
     }
 }
 
-/// The part of 0..=1 on which four linear functions are not negative: the two coordinates of `value(0, t)` and
-/// of `value(1, t)`.
+/// The part of 0..=1 on which four linear functions are not negative: the two coordinates of `value(0, t)`
+/// and of `value(1, t)`.
 fn range_of(value: impl Fn(usize, f64) -> DVec2) -> Option<[f64; 2]> {
     let (mut low, mut high) = (0.0_f64, 1.0_f64);
     for side in [0, 1] {

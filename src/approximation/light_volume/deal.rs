@@ -24,7 +24,8 @@ use crate::run::Error;
 use crate::transport::path_end::{End, next_hit};
 use crate::transport::screen::Screen;
 
-/// True if the light of beams is linear in all stages, so that it can be dealt out. Then beams need no points.
+/// True if the light of beams is linear in all stages, so that it can be dealt out. Then beams need no
+/// points.
 pub fn can_deal(settings: &Settings, film: &SensorFilm) -> bool {
     let is_receiver = film.shape().is_some();
     settings.accumulate == Accumulate::Exact

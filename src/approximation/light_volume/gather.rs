@@ -35,7 +35,8 @@ impl Gathered {
     }
 }
 
-/// Gathers the light of beams at the points of a film, `samples` x `samples` a texel, a power of two up to 16.
+/// Gathers the light of beams at the points of a film, `samples` x `samples` a texel, a power of two up to
+/// 16.
 pub fn gather(shading: &Shading, drawn: &[Drawn], film: &SensorFilm, samples: u32) -> Gathered {
     let [width, height] = film.size();
     let search = BeamSearch::new(drawn, shading.lit.slicing.bottom());

@@ -66,7 +66,8 @@ impl Hull {
         beam.rulings.iter().any(|ruling| {
             [ruling.start, self.depths[1]].into_iter().any(|depth| {
                 let ([low, high], place) = (self.at(depth), ruling.at(depth));
-                // Ends of rays are computed twice; a thousandth of the hull's size is no escape of any beam's light.
+                // Ends of rays are computed twice; a thousandth of the hull's size is no escape of any beam's
+                // light.
                 let rounding = 1e-12 * (low.abs().max(high.abs()));
                 let is_above = depth < self.depths[0];
                 is_above || place.cmplt(low - rounding).any() || place.cmpgt(high + rounding).any()

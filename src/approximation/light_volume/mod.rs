@@ -1,7 +1,7 @@
 //! Hierarchical light volumes: beams below the triangles of water, drawn one after the other.
 //!
-//! Barczak and Olano, *Interactive Shadowed Caustics Using Hierarchical Light Volumes* (University of Maryland
-//! Baltimore County), whose sections and tables are cited as such.
+//! Barczak and Olano, *Interactive Shadowed Caustics Using Hierarchical Light Volumes* (University of
+//! Maryland Baltimore County), whose sections and tables are cited as such.
 //!
 //! Each triangle of the water is a beam: it is carried along the rays refracted at its vertices, and cut by
 //! parallel planes. A visible point gathers E = Σ I cos θ over the beams that hold it.
@@ -22,8 +22,9 @@
 //! | `lookup` | [`gather`] | `center` | [`deal`]: by area |
 //!
 //! Stages are factors of one value: the exact irradiance of a beam at a point, by Π (approximate / exact). So
-//! each can be exact by itself. [`slicing`] has the planes, [`adaptive`] joins cells of the water's grid, [`faint`] culls by contribution, `ledger` accounts
-//! for flux, and `darkness` says why an image has no light.
+//! each can be exact by itself. [`slicing`] has the planes, [`adaptive`] joins cells of the water's grid,
+//! [`faint`] culls by contribution, `ledger` accounts for flux, and `darkness` says why an image has no
+//! light.
 //!
 //! The light that it models is `LTD`, through one open water surface.
 

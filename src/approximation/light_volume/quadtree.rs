@@ -30,7 +30,8 @@ pub struct Node {
 }
 
 impl Quadtree {
-    /// The quadtrees of triangles whose lower left vertices are at `corners`, on a surface that fills `range`.
+    /// The quadtrees of triangles whose lower left vertices are at `corners`, on a surface that fills
+    /// `range`.
     pub fn new(corners: &[DVec2], range: [DVec2; 2], buckets: u32, splits: u32) -> Self {
         let side = buckets << splits;
         let [low, high] = range;

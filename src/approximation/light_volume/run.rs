@@ -366,12 +366,9 @@ impl Pipeline<'_> {
         }
         self.timed(Step::Shadow, |this| {
             let work = this.work(Step::Shadow);
+            let (source, slicing, side) = (lit.source, lit.slicing, settings.shadow_map);
             Some(ShadowMap::new(
-                lit,
-                places,
-                level,
-                settings.shadow_map,
-                work,
+                lit.scene, source, slicing, places, level, side, work,
             ))
         })
     }

@@ -1,4 +1,5 @@
-//! The light of a beam at a point: stages `density`, `occlusion` and `cosine`, and what others leave to points.
+//! The light of a beam at a point: stages `density`, `occlusion` and `cosine`, and what others leave to
+//! points.
 
 use glam::{DVec2, DVec3};
 
@@ -94,8 +95,8 @@ impl Shading<'_> {
         work.bytes += blends * 2 * 4 * self.format.bytes();
     }
 
-    /// The product of the stages that are exact at points, at one that a stencil buffer takes to be in a beam;
-    /// with stage `cosine` exact, also of the cosine. Beside the beam, light goes as in its middle.
+    /// The product of the stages that are exact at points, at one that a stencil buffer takes to be in a
+    /// beam; with stage `cosine` exact, also of the cosine. Beside the beam, light goes as in its middle.
     pub fn factor_at(&self, beam: &Beam, point: &SensorPoint, work: &mut ShadeWork) -> f64 {
         let settings = self.lit.settings;
         let is_asked = settings.cosine == Cosine::Exact

@@ -5,10 +5,11 @@ use glam::{DVec2, DVec3};
 use super::beam::Beam;
 use super::quadtree::{Node, Quadtree};
 use super::slicing::Slicing;
-use super::volume::Lit;
 use super::work::Work;
 use crate::approximation::{DepthMap, Extent, LightView, Precision, Receivers};
 use crate::geometry::{Bounds, Shape};
+use crate::scene::Scene;
+use crate::transport::first_surface::Source;
 
 /// What is above the water, as the light sees it.
 pub struct ShadowMap {
@@ -26,13 +27,15 @@ impl ShadowMap {
     ///
     /// - `level`: the mean depth of the water.
     /// - `side`: texels a row, and rows.
-    pub fn new(lit: &Lit, water: &[DVec3], level: f64, side: u32, work: &mut Work) -> Self {
-        let Lit {
-            scene,
-            source,
-            slicing,
-            ..
-        } = *lit;
+    pub fn new(
+        scene: &Scene,
+        source: &Source,
+        slicing: &Slicing,
+        water: &[DVec3],
+        level: f64,
+        side: u32,
+        work: &mut Work,
+    ) -> Self {
         let lowest = water
             .iter()
             .map(|place| slicing.local(*place).1)

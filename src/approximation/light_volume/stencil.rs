@@ -1,11 +1,11 @@
 //! Stage `inside`, as a stencil buffer tells it: faces of beams against the depths of pixels (section 3.2).
 //!
 //! Pass 1 adds 1 for each face that is before a pixel's surface and turns to the eye, and takes 1 away for
-//! each that turns away. What is left is not zero where the surface is in the beam. Pass 2 writes the value of
-//! the first face, in the order in which faces are drawn, and clears the pixel. So counts the paper's source,
-//! Heidmann's *Real shadows, real time* (1991). With the eye in a beam that is drawn, each pixel outside of it
-//! is taken to be inside. `depth-test=fail` counts the faces behind surfaces instead, which is right wherever
-//! the eye is.
+//! each that turns away. What is left is not zero where the surface is in the beam. Pass 2 writes the value
+//! of the first face, in the order in which faces are drawn, and clears the pixel. So counts the paper's
+//! source, Heidmann's *Real shadows, real time* (1991). With the eye in a beam that is drawn, each pixel
+//! outside of it is taken to be inside. `depth-test=fail` counts the faces behind surfaces instead, which is
+//! right wherever the eye is.
 //!
 //! Faces are between planes, with two triangles for each side and a cap at each end. Both beams at a side cut
 //! it along the same diagonal. Faces end at the near plane, as a device clips them.
@@ -109,8 +109,8 @@ struct Pixel {
     rays: [u32; 2],
 }
 
-/// Draws beams on a camera's film at `samples` x `samples` points of each pixel, one point of all pixels after
-/// the other.
+/// Draws beams on a camera's film at `samples` x `samples` points of each pixel, one point of all pixels
+/// after the other.
 pub fn draw(
     shading: &Shading,
     drawn: &[Drawn],
@@ -405,7 +405,8 @@ impl FilmTriangle {
         (p.value * a + q.value * b + r.value * c) / (a + b + c)
     }
 
-    /// The range of columns in which it may hold points of a row, and the part of it in which it certainly does.
+    /// The range of columns in which it may hold points of a row, and the part of it in which it certainly
+    /// does.
     fn columns(&self, y: f64) -> Option<[f64; 4]> {
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
         let [a, b, c] = self.places;
@@ -434,8 +435,8 @@ struct Canvas<'a, 'b> {
     columns: [usize; 2],
     /// The first row.
     top: i64,
-    /// 0 where no face was counted. Else 1 and twice the number of such faces that turn to the eye, less those
-    /// that turn away.
+    /// 0 where no face was counted. Else 1 and twice the number of such faces that turn to the eye, less
+    /// those that turn away.
     stencil: Vec<i16>,
     /// Pixels in which a face was counted, each with the value of the first.
     touched: Vec<Touched>,

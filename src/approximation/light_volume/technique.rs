@@ -83,8 +83,8 @@ impl Technique for LightVolume {
         };
         let leaves = (u64::from(settings.buckets) << settings.splits).pow(2);
         let texels = u64::from(sensor.film.crop.width) * u64::from(sensor.film.crop.height);
-        // Exact sums or a stencil buffer with the points that are seen, values of two lights, the estimate's two
-        // layers and files.
+        // Exact sums or a stencil buffer with the points that are seen, values of two lights, the estimate's
+        // two layers and files.
         let film = texels * (16 * TRIPLE + 2 * TRIPLE + 4 * TRIPLE + 6 * TRIPLE);
         let beams = triangles.saturating_mul(parts).saturating_mul(BEAM) + triangles * VERTEX;
         let map = 12 * u64::from(settings.shadow_map).pow(2) * 6;

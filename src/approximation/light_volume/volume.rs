@@ -163,8 +163,8 @@ impl Lit<'_> {
         })
     }
 
-    /// Stage `flux`: the light on a triangle, by each of its corners as if all of it were there \[m²\]. `None`
-    /// if it faces away from the light.
+    /// Stage `flux`: the light on a triangle, by each of its corners as if all of it were there \[m²\].
+    /// `None` if it faces away from the light.
     fn light(
         &self,
         corners: [DVec3; 3],
@@ -249,8 +249,8 @@ impl Lit<'_> {
         found.collect()
     }
 
-    /// The beam between three rays of a triangle, which is one of the parts that it has after it was quartered
-    /// `levels` times.
+    /// The beam between three rays of a triangle, which is one of the parts that it has after it was
+    /// quartered `levels` times.
     pub fn cell(&self, whole: &Whole, corners: [Corner; 3], levels: u32) -> Option<Beam> {
         let light = match corners.map(|corner| corner.refracted) {
             [Some(a), Some(b), Some(c)] => {

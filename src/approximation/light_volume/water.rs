@@ -192,8 +192,8 @@ impl Water {
         self.triangles[triangle as usize].map(|vertex| self.vertices[vertex as usize].position)
     }
 
-    /// The scene's own surface over a place of a triangle, given by barycentric weights of its second and third
-    /// vertex; `None` beside it.
+    /// The scene's own surface over a place of a triangle, given by barycentric weights of its second and
+    /// third vertex; `None` beside it.
     #[inline]
     pub fn place(&self, scene: &Scene, triangle: u32, weights: DVec2) -> Option<SurfacePoint> {
         match &self.source {
