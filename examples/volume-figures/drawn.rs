@@ -85,7 +85,7 @@ pub fn clamping() -> Vec<String> {
     let scene = viewed("disc", SMALLER);
     let mut lines = Vec::new();
     for view in VIEWS {
-        for inside in ["exact", "stencil"] {
+        for (inside, test) in [("exact", "fail"), ("stencil", "fail"), ("stencil", "pass")] {
             let of = |clamp: &str| {
                 rendered(
                     &scene,
@@ -93,6 +93,7 @@ pub fn clamping() -> Vec<String> {
                     &volume(&[
                         ("clamp", clamp),
                         ("inside", inside),
+                        ("depth-test", test),
                         ("accumulate", "exact"),
                     ]),
                 )
@@ -101,7 +102,11 @@ pub fn clamping() -> Vec<String> {
             let fragments = |it: &Rendering| work(it, "inside", "fragments") as f64;
             lines.push(vec![
                 format!("`{view}`"),
-                format!("`{inside}`"),
+                if inside == "exact" {
+                    "`exact`".to_owned()
+                } else {
+                    format!("`stencil`, `{test}`")
+                },
                 whole(unlike(&nodes, &beams) as u64),
                 whole(unlike(&nodes, &all) as u64),
                 apart(&nodes, &all, 0.01),
@@ -148,7 +153,7 @@ pub fn stencil() -> Vec<String> {
     let scene = viewed("none", SIZE);
     let mut lines = Vec::new();
     for view in VIEWS {
-        for density in ["slices", "exact"] {
+        for test in ["fail", "pass"] {
             let of = |inside: &str| {
                 rendered(
                     &scene,
@@ -156,7 +161,7 @@ pub fn stencil() -> Vec<String> {
                     &volume(&[
                         ("inside", inside),
                         ("accumulate", "exact"),
-                        ("density", density),
+                        ("depth-test", test),
                     ]),
                 )
             };
@@ -164,7 +169,7 @@ pub fn stencil() -> Vec<String> {
             let blends = |it: &Rendering| work(it, "accumulate", "blends");
             lines.push(vec![
                 format!("`{view}`"),
-                format!("`{density}`"),
+                format!("`{test}`"),
                 whole(blends(&exact)),
                 whole(blends(&stencil)),
                 apart(&exact, &stencil, 0.0),
@@ -177,7 +182,7 @@ pub fn stencil() -> Vec<String> {
     vec![table(
         &[
             "view",
-            "`density`",
+            "`depth-test`",
             ">points in beams, exact",
             ">by stencil",
             ">pixels that differ, %",
@@ -202,6 +207,7 @@ pub fn views() -> Vec<String> {
                 &[("cosine", "vector")],
                 &[("density", "perpendicular")],
                 &[("inside", "exact")],
+                &[("depth-test", "pass")],
                 &[("occlusion", "exact")],
                 &[("density", "perpendicular"), ("occlusion", "exact")],
             ] {
@@ -219,6 +225,7 @@ pub fn views() -> Vec<String> {
             ">`vector`",
             ">`perpendicular`",
             ">`inside=exact`",
+            ">`depth-test=pass`",
             ">`occlusion=exact`",
             ">`perpendicular`, `occlusion=exact`",
         ],
