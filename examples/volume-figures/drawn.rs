@@ -87,13 +87,16 @@ pub fn clamping() -> Vec<String> {
     for view in VIEWS {
         for (inside, test) in [("exact", "fail"), ("stencil", "fail"), ("stencil", "pass")] {
             let of = |clamp: &str| {
-                let settings = [
-                    ("clamp", clamp),
-                    ("inside", inside),
-                    ("depth-test", test),
-                    ("accumulate", "exact"),
-                ];
-                rendered(&scene, view, &volume(&settings))
+                rendered(
+                    &scene,
+                    view,
+                    &volume(&[
+                        ("clamp", clamp),
+                        ("inside", inside),
+                        ("depth-test", test),
+                        ("accumulate", "exact"),
+                    ]),
+                )
             };
             let [all, beams, nodes] = ["exact", "beams", "hierarchy"].map(of);
             let fragments = |it: &Rendering| work(it, "inside", "fragments") as f64;
@@ -126,7 +129,7 @@ pub fn clamping() -> Vec<String> {
         table(
             &[
                 "view",
-                "`inside`, `depth-test`",
+                "`inside`",
                 ">beams: pixels that differ",
                 ">exact: pixels that differ",
                 ">by over 1 %, % of pixels",
@@ -150,21 +153,22 @@ pub fn stencil() -> Vec<String> {
     let scene = viewed("none", SIZE);
     let mut lines = Vec::new();
     for view in VIEWS {
-        for (density, test) in [("slices", "fail"), ("exact", "fail"), ("slices", "pass")] {
+        for test in ["fail", "pass"] {
             let of = |inside: &str| {
-                let settings = [
-                    ("inside", inside),
-                    ("depth-test", test),
-                    ("accumulate", "exact"),
-                    ("density", density),
-                ];
-                rendered(&scene, view, &volume(&settings))
+                rendered(
+                    &scene,
+                    view,
+                    &volume(&[
+                        ("inside", inside),
+                        ("accumulate", "exact"),
+                        ("depth-test", test),
+                    ]),
+                )
             };
             let (exact, stencil) = (of("exact"), of("stencil"));
             let blends = |it: &Rendering| work(it, "accumulate", "blends");
             lines.push(vec![
                 format!("`{view}`"),
-                format!("`{density}`"),
                 format!("`{test}`"),
                 whole(blends(&exact)),
                 whole(blends(&stencil)),
@@ -178,7 +182,6 @@ pub fn stencil() -> Vec<String> {
     vec![table(
         &[
             "view",
-            "`density`",
             "`depth-test`",
             ">points in beams, exact",
             ">by stencil",
@@ -204,6 +207,7 @@ pub fn views() -> Vec<String> {
                 &[("cosine", "vector")],
                 &[("density", "perpendicular")],
                 &[("inside", "exact")],
+                &[("depth-test", "pass")],
                 &[("occlusion", "exact")],
                 &[("density", "perpendicular"), ("occlusion", "exact")],
             ] {
@@ -221,6 +225,7 @@ pub fn views() -> Vec<String> {
             ">`vector`",
             ">`perpendicular`",
             ">`inside=exact`",
+            ">`depth-test=pass`",
             ">`occlusion=exact`",
             ">`perpendicular`, `occlusion=exact`",
         ],
