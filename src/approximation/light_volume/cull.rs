@@ -125,8 +125,8 @@ pub struct Culling<'a> {
     pub beams: &'a [Option<Beam>],
     /// Beams that shadow culling leaves, in the same order.
     pub is_lit: &'a [bool],
-    /// The nodes' hulls.
-    pub hulls: &'a Hulls,
+    /// The nodes' hulls, for the hierarchy.
+    pub hulls: Option<&'a Hulls>,
     /// The planes.
     pub slicing: &'a Slicing,
     /// What is seen.
@@ -176,7 +176,7 @@ impl Culling<'_> {
         draws: &mut Vec<Draw>,
         work: &mut Work,
     ) {
-        let Some(hull) = self.hulls.of(node) else {
+        let Some(hull) = self.hulls.and_then(|hulls| hulls.of(node)) else {
             return;
         };
         work.nodes += 1;

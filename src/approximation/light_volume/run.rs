@@ -25,7 +25,7 @@ use super::slicing::{LocalBox, Slicing};
 use super::stencil::draw;
 use super::sums::Format;
 use super::variants::{
-    BySteps, Inside, Queries, STAGES, ShadowCull, SliceAxis, Step, TexelPoints, WaterShadow,
+    BySteps, Clamp, Inside, Queries, STAGES, ShadowCull, SliceAxis, Step, TexelPoints, WaterShadow,
     WaterSurface,
 };
 use super::volume::{FlatWater, Lit, LitVertex};
@@ -454,30 +454,36 @@ impl Pipeline<'_> {
         (boxes, level): (&[LocalBox], f64),
     ) -> Vec<Draw> {
         let settings = self.settings;
-        self.timed(Step::Clamp, |this| {
+        let (draws, hulls) = self.timed(Step::Clamp, |this| {
             let view = match this.film {
                 SensorFilm::Receiver(_) => View::default(),
                 SensorFilm::Camera(camera) => View::new(&camera.frustum(), slicing),
             };
-            let hulls = Hulls::new(tree, beams, slicing, settings.hull, level);
+            // Only the hierarchy reads them.
+            let is_read = settings.clamp == Clamp::Hierarchy;
+            let hulls = is_read.then(|| Hulls::new(tree, beams, slicing, settings.hull, level));
             let mut work = Work {
-                bytes: hulls.bytes(),
-                escapes: escapes(tree, beams, &hulls),
+                bytes: hulls.as_ref().map_or(0, Hulls::bytes),
                 ..Work::default()
             };
             let culling = Culling {
                 tree,
                 beams,
                 is_lit,
-                hulls: &hulls,
+                hulls: hulls.as_ref(),
                 slicing,
                 view: &view,
                 boxes,
             };
             let draws = culling.draws(settings.clamp, &mut work);
             *this.work(Step::Clamp) += work;
-            draws
-        })
+            (draws, hulls)
+        });
+        // Off the clock: a device has no use for it.
+        if let Some(hulls) = hulls {
+            self.work(Step::Clamp).escapes += escapes(tree, beams, &hulls);
+        }
+        draws
     }
 
     /// What is left without the faintest beams.
