@@ -36,8 +36,9 @@ impl DepthMap {
         window: [DVec2; 2],
     ) -> (Self, TraversalCounters) {
         let side = view.side();
-        let first = window[0].floor().max(DVec2::ZERO);
-        let end = window[1].ceil().min(DVec2::splat(side as f64));
+        let last = DVec2::splat(side as f64);
+        let [first, end] =
+            [window[0].floor(), window[1].ceil()].map(|at| at.clamp(DVec2::ZERO, last));
         let mut depths = vec![f64::INFINITY; side * side];
         let counters = depths
             .par_chunks_mut(side)

@@ -295,6 +295,65 @@ fn leaves_in_shadow_are_culled_by_the_share_of_them_that_is() {
 }
 
 #[test]
+fn an_occluder_beside_the_waters_image_shades_nothing() {
+    let bare = floor(&volume(&[]), &flat_pool(0.0, "", 8));
+    for (x, y) in [(9, 0), (-9, 0), (0, 9), (0, -9), (9, 9), (-9, -9)] {
+        let screen = format!(
+            r#"<shape type="rectangle"><transform name="to_world"><translate x="{x}" y="{y}" z="1.5"/></transform>
+            <bsdf type="diffuse"/></shape>"#
+        );
+        assert_eq!(
+            floor(&volume(&[]), &flat_pool(0.0, &screen, 8)),
+            bare,
+            "{x} {y}"
+        );
+    }
+}
+
+#[test]
+fn nodes_are_where_the_water_is_whatever_planes_cut_beams() {
+    // The sun at 50°: nodes taken for places across its light would be half a metre off.
+    let scene = flat_pool(50.0, &screen(0.0), 16);
+    let culled = |axis| {
+        let settings = [("grid", "129"), ("axis", axis)];
+        count(
+            &run_on(&volume(&settings), &scene, "meter"),
+            "shadow-cull",
+            "culled",
+        )
+    };
+    assert!(culled("water") > 0);
+    assert_eq!(culled("refracted"), culled("water"));
+}
+
+#[test]
+fn a_spot_beside_the_middle_of_the_water_lights_the_floor_below_it() {
+    let xml = crate::support::light_volume::pool(0.0, &format!("{FLAT}{WATER}</shape>"), 16);
+    let from = xml.find("<emitter").unwrap();
+    let to = xml.find("</emitter>").unwrap() + "</emitter>".len();
+    let lamp = r#"<emitter type="spot"><transform name="to_world"><lookat origin="0.8, 0, 3" target="0.8, 0, 0" up="0, 1, 0"/></transform>
+        <rgb name="intensity" value="900, 900, 900"/><float name="cutoff_angle" value="9"/><float name="beam_width" value="8"/></emitter>"#;
+    let scene = scene_of(&format!("{}{lamp}{}", &xml[..from], &xml[to..]));
+    let settings = [
+        ("accumulate", "f32"),
+        ("density", "perpendicular"),
+        ("cosine", "exact"),
+        ("grid", "200"),
+    ];
+    let values = floor(&volume(&settings), &scene);
+    let dealt = floor(
+        &crate::support::light_volume::exact_but(&[("grid", "200")]),
+        &scene,
+    );
+    let (sum, expected): (f64, f64) = (values.iter().sum(), dealt.iter().sum());
+    // Centres of texels stand for texels across the cone's border: a few of some thirty lit ones.
+    assert!(
+        expected > 0.0 && (sum / expected - 1.0).abs() < 0.1,
+        "{sum} {expected}"
+    );
+}
+
+#[test]
 fn without_occluders_nothing_is_culled_and_boxes_save_the_queries() {
     let scene = flat_pool(0.0, "", 4);
     let run = |queries| run_on(&volume(&[("queries", queries)]), &scene, "meter");

@@ -135,7 +135,7 @@ pub fn floor(method: &Method, scene: &Scene) -> Vec<f64> {
 /// A count of a stage.
 pub fn count(rendering: &Rendering, stage: &str, counter: &str) -> u64 {
     let found = rendering.stages.iter().find(|one| one.name == stage);
-    found.map_or(0, |one| one.work.get(counter))
+    found.unwrap().work.get(counter)
 }
 
 /// Light of a sun at `degrees` in flat water: the cosines above and below, and the share that goes on.

@@ -184,8 +184,9 @@ impl Culling<'_> {
             work.tests += 1;
             match self.view.lies(hull) {
                 Lies::Outside => {
-                    let beams = self.beams[self.tree.triangles(node)].iter().flatten();
-                    work.culled += beams.count() as u64;
+                    let is_there =
+                        |place: &usize| self.beams[*place].is_some() && self.is_lit[*place];
+                    work.culled += self.tree.triangles(node).filter(is_there).count() as u64;
                     return;
                 }
                 Lies::Inside => is_seen = true,

@@ -19,7 +19,10 @@ pub fn reason(flow: &Flow, drawn: u64, film: &SensorFilm) -> String {
             SensorFilm::Receiver(_) => "the sensor's surface",
             SensorFilm::Camera(_) => "surfaces in view",
         };
-        return format!("none of {} beams meets a box of {receiver}", begun - culled);
+        return format!(
+            "none of {} beams is drawn: they are out of view, too faint, or meet no box of {receiver}",
+            begun - culled
+        );
     }
     if flow.drawn().is_black() {
         return format!(

@@ -4,7 +4,7 @@ use glam::DVec2;
 
 use super::beam::Beam;
 use super::quadtree::{Node, Quadtree};
-use super::slicing::Slicing;
+use super::slicing::{LocalBox, Slicing};
 use super::variants::NodeHull;
 
 /// The convex hull of two rectangles at two depths.
@@ -81,15 +81,7 @@ pub struct Hulls(Vec<Vec<Option<Hull>>>);
 
 impl Hulls {
     /// The hulls of the nodes of a tree, whose beams are in its order.
-    ///
-    /// - `level`: the mean depth of the water's surface, at which [`NodeHull::Paper`] begins.
-    pub fn new(
-        tree: &Quadtree,
-        beams: &[Option<Beam>],
-        slicing: &Slicing,
-        kind: NodeHull,
-        level: f64,
-    ) -> Self {
+    pub fn new(tree: &Quadtree, beams: &[Option<Beam>], slicing: &Slicing, kind: NodeHull) -> Self {
         let deepest = tree.levels() - 1;
         let leaf = |index: u32| {
             let node = Node {
@@ -105,11 +97,17 @@ impl Hulls {
             let padded = all.reduce(Hull::union)?;
             Some(match kind {
                 NodeHull::Padded => padded,
-                NodeHull::Paper => Hull {
-                    top: tree.rectangle(node),
-                    bottom: square(padded.bottom),
-                    depths: [level, slicing.bottom()],
-                },
+                NodeHull::Paper => {
+                    let mut top = LocalBox::EMPTY;
+                    for corner in tree.corners(node) {
+                        top.extend(slicing.local(corner));
+                    }
+                    Hull {
+                        top: top.across,
+                        bottom: square(padded.bottom),
+                        depths: [top.depths[0], slicing.bottom()],
+                    }
+                }
             })
         };
         let mut levels: Vec<Vec<Option<Hull>>> = vec![(0..tree.nodes(deepest)).map(leaf).collect()];

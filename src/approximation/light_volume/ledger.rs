@@ -123,7 +123,7 @@ impl Flow {
             (Step::Shadow, "in shadow", self.shaded, 0),
             (
                 Step::ShadowCull,
-                "culled with dark leaves",
+                "culled in shadow",
                 self.culled.flux,
                 self.culled.beams,
             ),

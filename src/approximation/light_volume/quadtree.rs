@@ -2,7 +2,9 @@
 
 use std::ops::Range;
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
+
+use crate::geometry::Frame;
 
 /// Full quadtrees over `buckets` x `buckets` rectangles of the water's surface.
 ///
@@ -12,7 +14,11 @@ use glam::DVec2;
 pub struct Quadtree {
     buckets: u32,
     splits: u32,
-    /// The rectangle of the water, across the axis.
+    /// Coordinates across the water's mean normal, and along it.
+    frame: Frame,
+    /// The mean height of the water along it.
+    height: f64,
+    /// The rectangle of the water, across it.
     range: [DVec2; 2],
     /// Triangles leaf by leaf.
     order: Vec<u32>,
@@ -31,8 +37,13 @@ pub struct Node {
 
 impl Quadtree {
     /// The quadtrees of triangles whose lower left vertices are at `corners`, on a surface that fills
-    /// `range`.
-    pub fn new(corners: &[DVec2], range: [DVec2; 2], buckets: u32, splits: u32) -> Self {
+    /// `range`, across a frame's normal at a height.
+    pub fn new(
+        corners: &[DVec2],
+        range: [DVec2; 2],
+        (frame, height): (Frame, f64),
+        [buckets, splits]: [u32; 2],
+    ) -> Self {
         let side = buckets << splits;
         let [low, high] = range;
         let leaves: Vec<u32> = corners
@@ -56,6 +67,8 @@ impl Quadtree {
         Self {
             buckets,
             splits,
+            frame,
+            height,
             range,
             order,
             starts,
@@ -115,7 +128,24 @@ impl Quadtree {
         self.starts[first as usize] as usize..self.starts[last as usize] as usize
     }
 
-    /// A node's rectangle of the water: two corners across the axis.
+    /// The corners of a node's rectangle of the water at its mean height, in turn.
+    pub fn corners(&self, node: Node) -> [DVec3; 4] {
+        let [low, high] = self.rectangle(node);
+        [
+            low,
+            DVec2::new(high.x, low.y),
+            high,
+            DVec2::new(low.x, high.y),
+        ]
+        .map(|at| self.frame.to_world(at.extend(self.height)))
+    }
+
+    /// A point and the normal of the plane in which all rectangles are.
+    pub fn plane(&self) -> [DVec3; 2] {
+        [self.frame.n * self.height, self.frame.n]
+    }
+
+    /// A node's rectangle of the water: two corners across the mean normal.
     pub fn rectangle(&self, node: Node) -> [DVec2; 2] {
         let in_root = node.index & ((1 << (2 * node.level)) - 1);
         let root = node.index >> (2 * node.level);
@@ -163,7 +193,7 @@ mod tests {
             .map(|i| DVec2::new(f64::from(i % 8) * 0.37, f64::from(i / 8) * 0.71))
             .collect();
         let range = [DVec2::ZERO, DVec2::new(3.0, 3.2)];
-        let tree = Quadtree::new(&corners, range, 3, 2);
+        let tree = Quadtree::new(&corners, range, (Frame::around(DVec3::Z), 0.0), [3, 2]);
         let mut seen = 0;
         for level in 0..tree.levels() {
             let mut on_level = 0;

@@ -116,7 +116,13 @@ fn tree(water: &Water, normal: DVec3, settings: &Settings) -> Quadtree {
     let range = all.fold([DVec2::INFINITY, DVec2::NEG_INFINITY], |[low, high], it| {
         [low.min(it), high.max(it)]
     });
-    Quadtree::new(&corners, range, settings.buckets, settings.splits)
+    let heights = water
+        .vertices
+        .iter()
+        .map(|vertex| vertex.position.dot(normal));
+    let height = heights.sum::<f64>() / water.vertices.len().max(1) as f64;
+    let counts = [settings.buckets, settings.splits];
+    Quadtree::new(&corners, range, (frame, height), counts)
 }
 
 /// Fills a sensor with light through the water.
@@ -283,9 +289,7 @@ impl Pipeline<'_> {
             format: Format::of(settings.accumulate, settings.cosine, settings.white),
             receivers: self.receivers,
         };
-        let depths = places.iter().map(|place| slicing.local(*place).1);
-        let level = depths.sum::<f64>() / places.len().max(1) as f64;
-        let map = self.shadow_map(&lit, &places, level);
+        let map = self.shadow_map(&lit, &places, tree);
         let vertices = self.vertices(&lit, map.as_ref());
         let joined = self.joined(&lit, &flat, &vertices);
         let (water, tree) = match &joined {
@@ -298,7 +302,7 @@ impl Pipeline<'_> {
         let is_lit = self.lit_beams(&lit, tree, &vertices, &beams, map.as_ref());
         let boxes = boxes.iter().map(|bounds| slicing.local_box(bounds));
         let boxes: Vec<LocalBox> = boxes.filter(|target| target.depths[1] > 0.0).collect();
-        let draws = self.draws(&slicing, tree, &beams, &is_lit, (&boxes, level));
+        let draws = self.draws(&slicing, tree, &beams, &is_lit, &boxes);
         let draws = self.bright_draws(&slicing, &beams, draws);
         self.count_drawn(&draws);
         let colour = source.strength() * flat.tint;
@@ -357,7 +361,7 @@ impl Pipeline<'_> {
     }
 
     /// Stage `shadow`: the map, if a stage reads it.
-    fn shadow_map(&mut self, lit: &Lit, places: &[DVec3], level: f64) -> Option<ShadowMap> {
+    fn shadow_map(&mut self, lit: &Lit, places: &[DVec3], tree: &Quadtree) -> Option<ShadowMap> {
         let settings = self.settings;
         let is_read =
             settings.shadow == WaterShadow::Vertex || settings.shadow_cull == ShadowCull::Hierarchy;
@@ -367,8 +371,9 @@ impl Pipeline<'_> {
         self.timed(Step::Shadow, |this| {
             let work = this.work(Step::Shadow);
             let (source, slicing, side) = (lit.source, lit.slicing, settings.shadow_map);
+            let plane = tree.plane();
             Some(ShadowMap::new(
-                lit.scene, source, slicing, places, level, side, work,
+                lit.scene, source, slicing, places, plane, side, work,
             ))
         })
     }
@@ -419,14 +424,7 @@ impl Pipeline<'_> {
             (ShadowCull::Hierarchy, Some(map)) => {
                 let must_overlap = settings.queries == Queries::Overlap;
                 let mut work = Work::default();
-                let found = map.lit_leaves(
-                    tree,
-                    beams,
-                    lit.slicing,
-                    settings.s_min,
-                    must_overlap,
-                    &mut work,
-                );
+                let found = map.lit_leaves(tree, beams, settings.s_min, must_overlap, &mut work);
                 *this.work(Step::ShadowCull) += work;
                 found
             }
@@ -451,7 +449,7 @@ impl Pipeline<'_> {
         tree: &Quadtree,
         beams: &[Option<Beam>],
         is_lit: &[bool],
-        (boxes, level): (&[LocalBox], f64),
+        boxes: &[LocalBox],
     ) -> Vec<Draw> {
         let settings = self.settings;
         let (draws, hulls) = self.timed(Step::Clamp, |this| {
@@ -461,7 +459,7 @@ impl Pipeline<'_> {
             };
             // Only the hierarchy reads them.
             let is_read = settings.clamp == Clamp::Hierarchy;
-            let hulls = is_read.then(|| Hulls::new(tree, beams, slicing, settings.hull, level));
+            let hulls = is_read.then(|| Hulls::new(tree, beams, slicing, settings.hull));
             let mut work = Work {
                 bytes: hulls.as_ref().map_or(0, Hulls::bytes),
                 ..Work::default()

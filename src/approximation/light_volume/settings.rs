@@ -47,13 +47,13 @@ settings! {
         "Vertices a row of a grid that samples the water, and rows: W; 0 takes the mesh's own", Values::whole;
     /// Largest error of a beam of the adaptive grid, in texels; 0: none.
     lod: f64 = "lod", Kind::Number(0.0, 1024.0), Value "0", "texels",
-        "Error up to which cells of the grid are joined; 0 joins none", Values::number;
+        "Error up to which cells of a grid are joined, the smallest of 2^k by buckets; 0 joins none", Values::number;
     /// Stage `surface`.
     surface: WaterSurface = "surface", Kind::Choice(words_of::<WaterSurface>), Value "triangles", "",
         "Stage: rays that bound a beam", Values::word;
     /// Times that exact triangles are quartered.
     levels: u32 = "levels", Kind::Whole(0, 6), Value "1", "",
-        "Times that triangles are quartered (exact surface)", Values::whole;
+        "Times that triangles are quartered (exact surface or look-ups)", Values::whole;
     /// Times that a cell is quartered further, if its corners meet different surfaces (exact look-ups).
     border_levels: u32 = "border-levels", Kind::Whole(0, 8), Value "3", "",
         "Further times where corners of a cell meet different surfaces (exact look-ups)", Values::whole;
@@ -116,7 +116,7 @@ settings! {
     /// Stage `accumulate`.
     accumulate: Accumulate = "accumulate", Kind::Choice(words_of::<Accumulate>), Value "auto", "",
         "Stage: format in which beams are summed", Values::word;
-    /// Irradiance that 8 bits hold, in irradiances across the light in flat water.
+    /// Irradiance that 8 bits hold, in irradiances of a horizontal floor below flat water.
     white: f64 = "white", Kind::Number(1e-6, 1e6), Value "4", "irradiances in flat water",
         "Irradiance that 255 of 8 bits stands for", Values::number;
     /// Stage `lookup`.

@@ -18,21 +18,19 @@ pub struct ShadowMap {
     occluders: Vec<Bounds>,
     /// Occluded pixels of the water's mean plane, map by map: in each row, the number before each column.
     counts: Vec<Vec<u32>>,
-    /// The depth of that plane.
-    level: f64,
 }
 
 impl ShadowMap {
     /// The shadow map of the shapes that reach above the lowest of the water's vertices.
     ///
-    /// - `level`: the mean depth of the water.
+    /// - `plane`: a point and the normal of the plane in which nodes are compared.
     /// - `side`: texels a row, and rows.
     pub fn new(
         scene: &Scene,
         source: &Source,
         slicing: &Slicing,
         water: &[DVec3],
-        level: f64,
+        plane: [DVec3; 2],
         side: u32,
         work: &mut Work,
     ) -> Self {
@@ -54,7 +52,6 @@ impl ShadowMap {
                 maps: Vec::new(),
                 occluders,
                 counts: Vec::new(),
-                level,
             };
         }
         let all = scene.world().bounds();
@@ -71,15 +68,11 @@ impl ShadowMap {
                 map
             })
             .collect();
-        let counts = maps
-            .iter()
-            .map(|map| occluded(map, slicing, level))
-            .collect();
+        let counts = maps.iter().map(|map| occluded(map, plane)).collect();
         Self {
             maps,
             occluders,
             counts,
-            level,
         }
     }
 
@@ -99,7 +92,6 @@ impl ShadowMap {
         &self,
         tree: &Quadtree,
         beams: &[Option<Beam>],
-        slicing: &Slicing,
         s_min: f64,
         must_overlap: bool,
         work: &mut Work,
@@ -111,12 +103,12 @@ impl ShadowMap {
             if beams[places.clone()].iter().flatten().next().is_none() {
                 continue;
             }
-            let rectangle = tree.rectangle(node);
-            if must_overlap && !self.may_shade(rectangle, slicing) {
+            let corners = tree.corners(node);
+            if must_overlap && !self.may_shade(corners) {
                 continue;
             }
             work.queries += 1;
-            let share = self.share(rectangle, slicing);
+            let share = self.share(corners);
             match tree.children(node) {
                 None if share > s_min => {
                     for place in places {
@@ -137,8 +129,7 @@ impl ShadowMap {
     }
 
     /// True if the box of an occluder overlaps a rectangle of the water in a picture.
-    fn may_shade(&self, rectangle: [DVec2; 2], slicing: &Slicing) -> bool {
-        let corners = corners(rectangle).map(|across| slicing.world(across, self.level));
+    fn may_shade(&self, corners: [DVec3; 4]) -> bool {
         let bounds = Bounds::from_points(corners);
         self.maps.iter().any(|map| {
             let ours = map.view().window(&bounds);
@@ -150,15 +141,13 @@ impl ShadowMap {
     }
 
     /// The share of a rectangle's pixels that are occluded, 0 to 1.
-    fn share(&self, rectangle: [DVec2; 2], slicing: &Slicing) -> f64 {
-        let places = corners(rectangle).map(|across| slicing.world(across, self.level));
+    fn share(&self, places: [DVec3; 4]) -> f64 {
         let (mut count, mut area) = (0, 0.0);
         for (map, counts) in self.maps.iter().zip(&self.counts) {
             let Some(image) = seen(map.view(), places) else {
                 continue;
             };
-            let twice: f64 = (0..4).map(|i| image[i].perp_dot(image[(i + 1) % 4])).sum();
-            area += 0.5 * twice.abs();
+            area += seen_area(image, map.view().side() as f64);
             count += count_in(image, map.view().side(), counts);
         }
         if area > 0.0 {
@@ -170,16 +159,6 @@ impl ShadowMap {
     }
 }
 
-/// The corners of a rectangle, in turn.
-fn corners([low, high]: [DVec2; 2]) -> [DVec2; 4] {
-    [
-        low,
-        DVec2::new(high.x, low.y),
-        high,
-        DVec2::new(low.x, high.y),
-    ]
-}
-
 /// Where places are in an image; `None` if one is behind the light.
 fn seen(view: &LightView, places: [DVec3; 4]) -> Option<[DVec2; 4]> {
     let [a, b, c, d] = places.map(|place| view.project(place).map(|seen| seen.at));
@@ -188,10 +167,8 @@ fn seen(view: &LightView, places: [DVec3; 4]) -> Option<[DVec2; 4]> {
 
 /// The pixels at whose centres the water's mean plane is behind an occluder: in each row, how many there are
 /// before each column.
-fn occluded(map: &DepthMap, slicing: &Slicing, level: f64) -> Vec<u32> {
+fn occluded(map: &DepthMap, [place, normal]: [DVec3; 2]) -> Vec<u32> {
     let (view, side) = (map.view(), map.view().side());
-    let place = slicing.world(DVec2::ZERO, level);
-    let normal = slicing.axis();
     let mut counts = Vec::with_capacity(side * (side + 1));
     for row in 0..side {
         let mut count = 0;
@@ -240,4 +217,50 @@ fn count_in(image: [DVec2; 4], side: usize, counts: &[u32]) -> u32 {
         }
     }
     count
+}
+
+/// The area of the part of a convex quadrilateral that is in an image of `side` x `side` pixels.
+fn seen_area(image: [DVec2; 4], side: f64) -> f64 {
+    let mut polygon = image.to_vec();
+    // Inside is where out · place is at most the offset.
+    let sides = [
+        (DVec2::NEG_X, 0.0),
+        (DVec2::NEG_Y, 0.0),
+        (DVec2::X, side),
+        (DVec2::Y, side),
+    ];
+    for (out, offset) in sides {
+        let mut cut = Vec::with_capacity(8);
+        for (i, from) in polygon.iter().enumerate() {
+            let to = polygon[(i + 1) % polygon.len()];
+            let (a, b) = (out.dot(*from) - offset, out.dot(to) - offset);
+            if a <= 0.0 {
+                cut.push(*from);
+            }
+            if (a <= 0.0) != (b <= 0.0) {
+                cut.push(*from + (to - *from) * (a / (a - b)));
+            }
+        }
+        polygon = cut;
+    }
+    let corners = polygon.len();
+    let twice: f64 = (0..corners)
+        .map(|i| polygon[i].perp_dot(polygon[(i + 1) % corners]))
+        .sum();
+    0.5 * twice.abs()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_the_part_of_a_rectangle_that_is_in_the_image_counts() {
+        let at = |x: f64, y: f64| DVec2::new(x, y);
+        let around = |low: DVec2, high: DVec2| [low, at(high.x, low.y), high, at(low.x, high.y)];
+        assert_eq!(seen_area(around(at(1.0, 2.0), at(4.0, 4.0)), 8.0), 6.0);
+        assert_eq!(seen_area(around(at(-5.0, 2.0), at(4.0, 4.0)), 8.0), 8.0);
+        assert_eq!(seen_area(around(at(6.0, -9.0), at(40.0, 90.0)), 8.0), 16.0);
+        assert_eq!(seen_area(around(at(9.0, 1.0), at(12.0, 2.0)), 8.0), 0.0);
+    }
 }

@@ -147,7 +147,7 @@ words! {
         Slices = "slices",
         /// By its area across the light in each plane, linear between
         Perpendicular = "perpendicular",
-        /// By its area across the light at the point
+        /// By its area across the light at the point; of a stencil buffer, in each plane
         Exact = "exact",
     }
 }

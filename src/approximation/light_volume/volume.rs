@@ -82,9 +82,14 @@ impl FlatWater {
             uv: DVec2::ZERO,
         };
         let light = refracted(scene, water.shape(), &point, source, Fresnel::Exact)?;
+        // Without a spot's falloff: the middle of the water may be out of its cone.
+        let density = match source {
+            Source::Point { origin, .. } => 1.0 / origin.distance_squared(middle),
+            Source::Parallel { .. } => 1.0,
+        };
         Some(Self {
             direction: light.direction,
-            irradiance: light.density * light.incident.dot(normal).abs() * light.share,
+            irradiance: density * light.incident.dot(normal).abs() * light.share,
             tint: light.tint,
         })
     }
@@ -139,7 +144,7 @@ impl Lit<'_> {
         refracted(self.scene, self.water.shape(), point, self.source, fresnel)
     }
 
-    /// The share of the light that reaches a point of the water, whatever waves are before it.
+    /// The share of the light that reaches a point of the water. A crest before it hides it.
     pub fn reaches(&self, point: &SurfacePoint, counters: &mut TraversalCounters) -> f64 {
         let Some(light) = self.source.arrive(point.position) else {
             return 0.0;
