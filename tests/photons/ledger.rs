@@ -1,7 +1,8 @@
 //! All light is accounted for: emitted = received + direct + escaped + absorbed + cut off.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
+use nephroid::internals::generate::scene_names;
 use nephroid::internals::mitsuba;
 use nephroid::internals::numeric::StreamKind;
 use nephroid::internals::radiometry::Rgb;
@@ -12,20 +13,16 @@ use nephroid::internals::run::Progress;
 use nephroid::internals::transport::chain::ChainSettings;
 use nephroid::internals::transport::scatter::ShadingNormals;
 
+use crate::support::bundled_file;
+
 /// The bar. Rounding leaves less: an emitted photon, its received, escaped and absorbed
 /// parts are each rounded to 2⁻⁶⁰ of the light's flux, which for 10⁵ photons sums to 1e-13 at worst.
 const CLOSES: f64 = 1e-12;
 
 fn shipped_scenes() -> Vec<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
-    let mut scenes: Vec<PathBuf> = std::fs::read_dir(folder)
-        .unwrap()
-        .map(|entry| entry.unwrap().path())
-        .filter(|path| path.extension().is_some_and(|extension| extension == "xml"))
-        .collect();
-    scenes.sort();
-    assert!(scenes.len() >= 11);
-    scenes
+    // By name: the folder also has files that scenes include.
+    let scenes = scene_names().map(bundled_file);
+    scenes.collect()
 }
 
 #[test]
