@@ -103,7 +103,7 @@ fn the_ledger_closes_on_every_scene_with_every_setting() {
 #[test]
 fn the_flux_of_the_cells_is_what_photons_start_with() {
     // A point light's cells have exact solid angles: the photons' mean must find the same.
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/glass-ball.xml");
+    let path = bundled_file("glass-ball");
     let scene = mitsuba::load(&path, &[("size".into(), "16".into())]).unwrap();
     let progress = Progress::default();
     let setup = Setup::new(
