@@ -4,46 +4,54 @@ use super::beam::Beam;
 use super::cull::Draw;
 use super::slicing::Slicing;
 
-/// The draws that are left without the faintest, which together have at most a `share` of the flux drawn.
+/// The draws that are left without the faintest beams, which together have at most a `share` of the flux
+/// drawn.
 ///
-/// A draw is as faint as its greatest irradiance in the planes that it is drawn between. Of two that are
+/// A beam is as faint as its greatest irradiance in the planes that it is drawn between. Of two that are
 /// equally faint the earlier one is left out first.
+///
+/// - `draws`: those of a beam follow one another.
 pub fn without_faintest(
     slicing: &Slicing,
     beams: &[Option<Beam>],
-    draws: Vec<Draw>,
+    mut draws: Vec<Draw>,
     share: f64,
 ) -> Vec<Draw> {
-    let flux = |draw: &Draw| {
-        let beam = beams[draw.beam as usize].as_ref();
-        beam.map_or(0.0, |beam| beam.light.iter().sum::<f64>() / 3.0)
-    };
-    let brightness = |draw: &Draw| {
-        let beam = beams[draw.beam as usize].as_ref();
-        let areas = beam.map(|beam| {
-            let planes = draw.planes[0]..=draw.planes[1];
-            planes
-                .map(|plane| beam.section(slicing.plane(plane)).area())
-                .fold(f64::INFINITY, f64::min)
-        });
-        // Without light and in a focus: 0/0 is no light.
-        let irradiance = flux(draw) / areas.unwrap_or(f64::INFINITY);
-        if irradiance.is_nan() { 0.0 } else { irradiance }
-    };
-    let mut order: Vec<usize> = (0..draws.len()).collect();
-    let bright: Vec<f64> = draws.iter().map(brightness).collect();
-    order.sort_by(|&a, &b| bright[a].total_cmp(&bright[b]));
-    let mut left = share * draws.iter().map(flux).sum::<f64>();
-    let mut is_kept = vec![true; draws.len()];
-    for index in order {
-        left -= flux(&draws[index]);
+    /// A beam that is drawn.
+    struct Drawn {
+        beam: u32,
+        flux: f64,
+        brightest: f64,
+    }
+    let mut drawn: Vec<Drawn> = draws
+        .chunk_by(|a, b| a.beam == b.beam)
+        .filter_map(|ranges| {
+            let number = ranges[0].beam;
+            let beam = beams[number as usize].as_ref()?;
+            let flux = beam.light.iter().sum::<f64>() / 3.0;
+            let planes = ranges
+                .iter()
+                .flat_map(|draw| draw.planes[0]..=draw.planes[1]);
+            let areas = planes.map(|plane| beam.section(slicing.plane(plane)).area());
+            let irradiance = flux / areas.fold(f64::INFINITY, f64::min);
+            Some(Drawn {
+                beam: number,
+                flux,
+                // Without light and in a focus: 0/0 is no light.
+                brightest: if irradiance.is_nan() { 0.0 } else { irradiance },
+            })
+        })
+        .collect();
+    let mut left = share * drawn.iter().map(|one| one.flux).sum::<f64>();
+    drawn.sort_by(|a, b| a.brightest.total_cmp(&b.brightest));
+    let mut is_faint = vec![false; beams.len()];
+    for one in &drawn {
+        left -= one.flux;
         if left < 0.0 {
             break;
         }
-        is_kept[index] = false;
+        is_faint[one.beam as usize] = true;
     }
-    let mut kept = is_kept.into_iter();
-    let mut draws = draws;
-    draws.retain(|_| kept.next().unwrap_or(true));
+    draws.retain(|draw| !is_faint[draw.beam as usize]);
     draws
 }

@@ -33,7 +33,7 @@ use super::water::{Surface, Water, mean_normal};
 use super::work::Work;
 use crate::approximation::sources::is_diffuse;
 use crate::approximation::{Frame, Receivers, SensorFilm};
-use crate::geometry::Bounds;
+use crate::geometry::{Bounds, Shape};
 use crate::radiometry::Rgb;
 use crate::run::{Error, StageWork};
 use crate::scene::{Scene, Sensor};
@@ -76,32 +76,39 @@ impl Kept {
 
 /// The surface to sample; `None` if the mesh's own triangles are taken.
 fn surface(scene: &Scene, shape: u32, settings: &Settings) -> Option<Arc<Surface>> {
-    let is_mesh = matches!(
-        scene.world().shapes()[shape as usize],
-        crate::geometry::Shape::Mesh(_)
-    );
-    (settings.grid > 0 || settings.lod > 0.0 || !is_mesh)
-        .then(|| Arc::new(Surface::new(scene, shape)))
+    let world = &scene.world().shapes()[shape as usize];
+    grid_side(settings, world).map(|_| Arc::new(Surface::new(scene, shape)))
 }
 
-/// Vertices a row of the grid for surfaces that are no meshes: the paper's smallest.
-pub(super) const DEFAULT_GRID: u32 = 120;
+/// Vertices a row of the grid that samples a shape, and rows; `None` if the mesh's own triangles are taken.
+pub(super) fn grid_side(settings: &Settings, shape: &Shape) -> Option<u32> {
+    /// For surfaces that are no meshes: the paper's smallest.
+    const DEFAULT: u32 = 120;
+    let side = match settings.grid {
+        0 => DEFAULT,
+        side => side,
+    };
+    if settings.lod > 0.0 {
+        Some(JoinedGrid::new(settings.buckets, side).side())
+    } else if settings.grid > 0 || !matches!(shape, Shape::Mesh(_)) {
+        Some(side)
+    } else {
+        None
+    }
+}
 
 /// The triangles of the water's surface.
 fn water(scene: &Scene, shape: u32, settings: &Settings, surface: Option<&Arc<Surface>>) -> Water {
-    let side = match settings.grid {
-        0 => DEFAULT_GRID,
-        side => side,
-    };
-    let side = if settings.lod > 0.0 {
-        JoinedGrid::new(settings.buckets, side).side()
-    } else {
-        side
-    };
-    match surface {
-        Some(surface) => Water::of_grid(surface.clone(), shape, side),
-        None => Water::of_mesh(scene, shape)
-            .unwrap_or_else(|| Water::of_grid(Arc::new(Surface::new(scene, shape)), shape, side)),
+    let world = &scene.world().shapes()[shape as usize];
+    match (surface, grid_side(settings, world)) {
+        (Some(surface), Some(side)) => Water::of_grid(surface.clone(), shape, side),
+        (_, side) => Water::of_mesh(scene, shape).unwrap_or_else(|| {
+            Water::of_grid(
+                Arc::new(Surface::new(scene, shape)),
+                shape,
+                side.unwrap_or(2),
+            )
+        }),
     }
 }
 
@@ -323,12 +330,8 @@ impl Pipeline<'_> {
         vertices: &[Option<LitVertex>],
     ) -> Option<(Water, Quadtree)> {
         let settings = self.settings;
-        let cells = if settings.grid == 0 {
-            DEFAULT_GRID
-        } else {
-            settings.grid
-        };
-        let grid = JoinedGrid::new(settings.buckets, cells);
+        let world = &self.scene.world().shapes()[lit.water.shape() as usize];
+        let grid = JoinedGrid::new(settings.buckets, grid_side(settings, world)?);
         if settings.lod == 0.0 || vertices.len() != (grid.side() as usize).pow(2) {
             return None;
         }

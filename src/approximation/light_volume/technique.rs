@@ -1,7 +1,7 @@
 //! Hierarchical light volumes, as a technique.
 
 use super::demands::{check, lights, water};
-use super::run::{DEFAULT_GRID, Kept, MIDPOINTS, run};
+use super::run::{Kept, MIDPOINTS, grid_side, run};
 use super::settings::{Settings, TABLE};
 use super::variants::{STAGES, TexelPoints, WaterSurface};
 use crate::approximation::{Frame, Prepared, SensorFilm, Stage, Technique};
@@ -61,19 +61,19 @@ impl Technique for LightVolume {
     fn cost(&self, scene: &Scene, sensor: &Sensor, values: &Values) -> Cost {
         /// Bytes of a beam with its draws, lists and parts of hulls.
         const BEAM: u64 = 640;
-        /// Bytes of a vertex.
-        const VERTEX: u64 = 512;
+        /// Bytes of the vertices of a triangle: three, if normals are those of facets.
+        const VERTICES: u64 = 3 * 448;
         /// A triple of `f64`.
         const TRIPLE: u64 = 24;
         let Ok(settings) = Self::typed(values) else {
             return Cost::default();
         };
         let triangles = water(scene, &settings).map_or(0, |shape| {
-            let of_grid = |side: u32| 2 * u64::from(side.saturating_sub(1)).pow(2);
-            match &scene.world().shapes()[shape as usize] {
-                Shape::Mesh(mesh) if settings.grid == 0 => mesh.triangle_count() as u64,
-                _ if settings.grid == 0 => of_grid(DEFAULT_GRID),
-                _ => of_grid(settings.grid),
+            let shape = &scene.world().shapes()[shape as usize];
+            match (grid_side(&settings, shape), shape) {
+                (Some(side), _) => 2 * u64::from(side - 1).pow(2),
+                (None, Shape::Mesh(mesh)) => mesh.triangle_count() as u64,
+                (None, _) => 0,
             }
         });
         let lights = scene.emitters().len() as u64;
@@ -86,7 +86,7 @@ impl Technique for LightVolume {
         // Exact sums or a stencil buffer with the points that are seen, values of two lights, the estimate's
         // two layers and files.
         let film = texels * (16 * TRIPLE + 2 * TRIPLE + 4 * TRIPLE + 6 * TRIPLE);
-        let beams = triangles.saturating_mul(parts).saturating_mul(BEAM) + triangles * VERTEX;
+        let beams = triangles.saturating_mul(parts).saturating_mul(BEAM) + triangles * VERTICES;
         let map = 12 * u64::from(settings.shadow_map).pow(2) * 6;
         let samples = match settings.lookup {
             TexelPoints::Center => 1,
