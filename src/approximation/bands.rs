@@ -1,4 +1,4 @@
-//! Splats drawn into a map in bands of rows: the same bits on any number of threads.
+//! Splats and faces drawn into a map in bands of rows: the same bits on any number of threads.
 
 use glam::DVec2;
 use rayon::prelude::*;

@@ -1,5 +1,4 @@
-//! One interface, as photons of both variants of stage `refraction` cross it; with stage `fresnel`, how much
-//! of them does.
+//! One interface, as light crosses it, and the share of it that does.
 
 use glam::DVec3;
 

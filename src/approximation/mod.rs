@@ -10,6 +10,7 @@
 //! |---|---|
 //! | [`technique`] | the interface: settings, stages, light, cost, preparation, frame |
 //! | [`stage`], `table` | stages by name; settings with their types |
+//! | `clock` | work and time by stage |
 //! | [`sensor`] | the sensor: its points in batches, and irradiance averaged over texels |
 //! | [`sources`] | lights without size |
 //! | [`light_view`], [`extent`] | the scene as a light sees it, and how far shapes reach in it |
@@ -23,6 +24,7 @@
 
 pub mod bands;
 pub mod caustic_map;
+pub(crate) mod clock;
 pub mod depth_map;
 pub mod exact_film;
 pub mod extent;

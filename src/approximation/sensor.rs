@@ -153,8 +153,7 @@ impl SensorFilm {
         };
         for texel in texels {
             for place in 0..samples * samples {
-                let at = DVec2::new(f64::from(place % samples), f64::from(place / samples));
-                let at = (at + 0.5) / f64::from(samples);
+                let at = midpoint(place, samples);
                 let (weight, point) = self.point(scene, texel, at, counters);
                 found.weights[texel - found.first] += weight;
                 found.points.extend(point);
@@ -244,6 +243,13 @@ impl SensorFilm {
         }
         (values, work, counters)
     }
+}
+
+/// The midpoint of a cell of a sub-grid of `samples` x `samples` in a texel, in fractions across it.
+#[inline]
+pub fn midpoint(cell: u32, samples: u32) -> DVec2 {
+    let at = DVec2::new(f64::from(cell % samples), f64::from(cell / samples));
+    (at + 0.5) / f64::from(samples)
 }
 
 /// The points at which some texels are sampled.

@@ -20,10 +20,14 @@ macro_rules! settings {
         }
 
         impl $name {
-            /// The typed settings of checked values. `None` if a key is missing, which the table does not
-            /// allow.
-            pub fn of(values: &$crate::setting::Values) -> Option<Self> {
-                Some(Self { $($field: ($read)(values, $key)?,)+ })
+            /// The typed settings of checked values.
+            ///
+            /// # Errors
+            ///
+            /// If values of another technique lack a key.
+            pub fn of(values: &$crate::setting::Values) -> Result<Self, $crate::run::Refusal> {
+                let typed = || Some(Self { $($field: ($read)(values, $key)?,)+ });
+                typed().ok_or_else(|| $crate::run::Refusal::new("settings of another technique"))
             }
         }
     };

@@ -122,12 +122,7 @@ impl World {
     }
 
     /// The nearest hit on one shape, whatever is in the way.
-    pub(super) fn hit_on(
-        &self,
-        shape: u32,
-        ray: &Ray,
-        counters: &mut TraversalCounters,
-    ) -> Option<Hit> {
+    pub fn hit_on(&self, shape: u32, ray: &Ray, counters: &mut TraversalCounters) -> Option<Hit> {
         let mut nearest = Nearest::before(f64::INFINITY);
         self.search_shape(shape, ray, &mut nearest, counters);
         nearest.hit()

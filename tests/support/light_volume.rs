@@ -11,6 +11,8 @@ use nephroid::internals::optics::{dielectric_reflectance, refract};
 use nephroid::internals::run::{Budget, Context, Rendering};
 use nephroid::internals::scene::{Scene, Sensor};
 
+pub use super::approximation::scene_of;
+
 /// Water of index 1.33.
 pub const WATER: &str = r#"<bsdf type="dielectric"><float name="int_ior" value="1.33"/><float name="ext_ior" value="1"/></bsdf>"#;
 
@@ -49,14 +51,6 @@ pub fn flat_pool(degrees: f64, more: &str, side: usize) -> Scene {
         &format!("{FLAT}{WATER}</shape>{more}"),
         side,
     ))
-}
-
-/// A scene file's text as a scene.
-pub fn scene_of(xml: &str) -> Scene {
-    let folder = tempfile::tempdir().unwrap();
-    let file = folder.path().join("scene.xml");
-    std::fs::write(&file, xml).unwrap();
-    mitsuba::load(&file, &[]).unwrap()
 }
 
 /// Waves of `vertices` x `vertices` at height 1, over a floor in the sun.

@@ -22,12 +22,13 @@ use super::variants::{
     BySteps, Frustum, Hit, Kernel, Lookup, Mode, Refraction, STAGES, Splat, Step,
 };
 use super::work::Work;
+use crate::approximation::clock::{Clocked, Done, stage_work};
 use crate::approximation::sensor::SensorPoint;
 use crate::approximation::sources::{flux_bound, is_diffuse, sources};
 use crate::approximation::{DepthMap, ExactFilm, Extent, Frame, LightView, Receivers, SensorFilm};
 use crate::geometry::Bounds;
 use crate::radiometry::Rgb;
-use crate::run::{Error, StageWork};
+use crate::run::Error;
 use crate::scene::{Scene, Sensor};
 use crate::transport::first_surface::Source;
 
@@ -60,30 +61,15 @@ pub fn run(
         flow += std::mem::take(&mut pipeline.flow);
     }
     let counters = Work::of_frame(&pipeline.work.map(|done| done.work));
-    let work = STAGES
-        .iter()
-        .zip(pipeline.work)
-        .map(|(stage, done)| StageWork {
-            work: done.work.counters(),
-            seconds: done.seconds,
-            ..StageWork::new(stage.name)
-        });
     let is_dark = values.iter().all(|value| value.is_black());
     let warning = is_dark.then(|| darkness::reason(&flow.tally, pipeline.looks.as_ref()));
     Ok(Frame {
         values,
-        work: work.collect(),
+        work: stage_work(&STAGES, &pipeline.work, Work::counters),
         counters,
         flux: flow.entries(settings.frames),
         warnings: warning.into_iter().collect(),
     })
-}
-
-/// Work and time of a stage.
-#[derive(Clone, Copy, Debug, Default)]
-struct Done {
-    work: Work,
-    seconds: f64,
 }
 
 struct Pipeline<'a> {
@@ -92,24 +78,24 @@ struct Pipeline<'a> {
     film: &'a SensorFilm,
     receivers: Receivers,
     mode: Mode,
-    work: BySteps<Done>,
+    work: BySteps<Done<Work>>,
     /// Flux of the frame.
     flow: Flow,
     /// Look-ups of a map so far, if there is one.
     looks: Option<Looks>,
 }
 
+impl Clocked for Pipeline<'_> {
+    type Step = Step;
+
+    fn seconds(&mut self, step: Step) -> &mut f64 {
+        &mut self.work[step as usize].seconds
+    }
+}
+
 impl<'a> Pipeline<'a> {
     fn work(&mut self, step: Step) -> &mut Work {
         &mut self.work[step as usize].work
-    }
-
-    /// Runs a part of a stage on the clock.
-    fn timed<T>(&mut self, step: Step, part: impl FnOnce(&mut Self) -> T) -> T {
-        let start = Instant::now();
-        let result = part(self);
-        self.work[step as usize].seconds += start.elapsed().as_secs_f64();
-        result
     }
 
     /// Where in its pixel a frame's photons are, as a shift from the middle: the additive sequence of the

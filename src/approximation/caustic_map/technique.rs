@@ -17,12 +17,6 @@ use crate::transport::signature::{Event, Signature};
 #[derive(Clone, Copy, Debug)]
 pub struct CausticMap;
 
-impl CausticMap {
-    fn typed(values: &Values) -> Result<Settings, Refusal> {
-        Settings::of(values).ok_or_else(|| Refusal::new("settings of another technique"))
-    }
-}
-
 impl Technique for CausticMap {
     fn name(&self) -> &'static str {
         "caustic-map"
@@ -49,7 +43,7 @@ impl Technique for CausticMap {
     }
 
     fn light(&self, scene: &Scene, values: &Values) -> Result<Light, Refusal> {
-        Ok(Light::Path(match mode(&Self::typed(values)?, scene)? {
+        Ok(Light::Path(match mode(&Settings::of(values)?, scene)? {
             Mode::Refraction => Signature::DIRECT
                 .then(Event::Transmission)
                 .then(Event::Transmission),
@@ -60,7 +54,7 @@ impl Technique for CausticMap {
 
     fn supports(&self, scene: &Scene, sensor: &Sensor, values: &Values) -> Result<(), Refusal> {
         SensorFilm::new(scene, sensor)?;
-        let mode = mode(&Self::typed(values)?, scene)?;
+        let mode = mode(&Settings::of(values)?, scene)?;
         let sources = sources(scene, MAPS)?;
         if mode == Mode::Refraction {
             check_outside(scene, &sources)?;
@@ -96,7 +90,7 @@ impl Technique for CausticMap {
         _context: &Context,
     ) -> Result<Box<dyn Prepared>, Error> {
         self.supports(scene, sensor, values)?;
-        let settings = Self::typed(values)?;
+        let settings = Settings::of(values)?;
         let mode = mode(&settings, scene)?;
         Ok(Box::new(Ready { settings, mode }))
     }

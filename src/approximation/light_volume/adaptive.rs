@@ -13,16 +13,8 @@
 use glam::{DVec2, DVec3};
 
 use super::beam::Ruling;
+use super::grid::JoinedGrid;
 use super::volume::LitVertex;
-
-/// A grid of cells that can be joined by fours, some times.
-#[derive(Clone, Copy, Debug)]
-pub struct JoinedGrid {
-    /// Cells along each side.
-    cells: u32,
-    /// Times that cells can be joined.
-    levels: u32,
-}
 
 /// What an error is measured by.
 #[derive(Clone, Copy, Debug)]
@@ -40,23 +32,6 @@ pub struct Tolerance {
 }
 
 impl JoinedGrid {
-    /// The smallest such grid that has at least `side` vertices along each side.
-    pub fn new(buckets: u32, side: u32) -> Self {
-        let mut levels = 0;
-        while (buckets << levels) + 1 < side {
-            levels += 1;
-        }
-        Self {
-            cells: buckets << levels,
-            levels,
-        }
-    }
-
-    /// Vertices along each side.
-    pub fn side(self) -> u32 {
-        self.cells + 1
-    }
-
     /// The triangles between vertices of the grid, row by row, after cells were joined.
     pub fn triangles(self, vertices: &[Option<LitVertex>], tolerance: &Tolerance) -> Vec<[u32; 3]> {
         let split = self.split(vertices, tolerance);

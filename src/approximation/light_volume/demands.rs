@@ -6,7 +6,7 @@ use super::water::mean_normal;
 use crate::approximation::sources::sources;
 use crate::geometry::Shape;
 use crate::run::Refusal;
-use crate::scene::{Material, Scene};
+use crate::scene::{Material, Object, Scene};
 use crate::transport::first_surface::Source;
 
 /// The plural of the technique, in errors.
@@ -19,35 +19,36 @@ const VOLUMES: &str = "light volumes";
 /// If nothing refracts, if several shapes do and no setting chooses one, and if the one is closed.
 pub fn water(scene: &Scene, settings: &Settings) -> Result<u32, Refusal> {
     let wanted = settings.surface_shape.as_str();
-    let mut refracting = (0_u32..).zip(scene.objects()).filter(|(_, object)| {
-        matches!(scene.material(object.material), Material::Dielectric { .. })
-    });
-    let shape = if wanted.is_empty() {
-        let (shape, object) = refracting.next().ok_or_else(|| {
-            Refusal::new(
+    let refracts =
+        |object: &Object| matches!(scene.material(object.material), Material::Dielectric { .. });
+    let refracting: Vec<(u32, &Object)> = (0_u32..)
+        .zip(scene.objects())
+        .filter(|(_, object)| refracts(object))
+        .collect();
+    let is_chosen = |object: &Object| !wanted.is_empty() && object.id == wanted;
+    let chosen = refracting.iter().find(|(_, object)| is_chosen(object));
+    let shape = match (refracting.as_slice(), chosen) {
+        (_, Some((shape, _))) => *shape,
+        ([], None) if wanted.is_empty() => {
+            return Err(Refusal::new(
                 "no shape refracts: light volumes need a water surface of plugin dielectric",
-            )
-        })?;
-        if let Some((_, other)) = refracting.next() {
+            ));
+        }
+        ([(shape, _)], None) if wanted.is_empty() => *shape,
+        ([(_, one), (_, other), ..], None) if wanted.is_empty() => {
             return Err(Refusal::new(format!(
                 "shapes \"{}\" and \"{}\" refract, and a light volume has one water surface: surface-shape=ID \
                  chooses it",
-                object.id, other.id
+                one.id, other.id
             )));
         }
-        shape
-    } else {
-        let ids: Vec<&str> = (scene.objects().iter())
-            .filter(|object| matches!(scene.material(object.material), Material::Dielectric { .. }))
-            .map(|object| object.id.as_str())
-            .collect();
-        let found = refracting.find(|(_, object)| object.id == wanted);
-        found.map(|(shape, _)| shape).ok_or_else(|| {
-            Refusal::new(format!(
+        (all, None) => {
+            let ids: Vec<&str> = all.iter().map(|(_, object)| object.id.as_str()).collect();
+            return Err(Refusal::new(format!(
                 "surface-shape is \"{wanted}\"; allowed are shapes of plugin dielectric: {}",
                 ids.join(", ")
-            ))
-        })?
+            )));
+        }
     };
     if is_closed(&scene.world().shapes()[shape as usize]) {
         return Err(Refusal::new(format!(

@@ -8,7 +8,7 @@ use super::shade::{ShadeWork, Shading};
 use super::slicing::LocalBox;
 use super::sums::Sum;
 use crate::approximation::SensorFilm;
-use crate::approximation::sensor::SensorPoint;
+use crate::approximation::sensor::{SensorPoint, midpoint};
 use crate::geometry::TraversalCounters;
 use crate::radiometry::Rgb;
 
@@ -110,8 +110,10 @@ impl TilePoints {
         };
         for row in 0..size[1] * samples {
             for column in 0..size[0] * samples {
-                let within = DVec2::new((column % samples) as f64, (row % samples) as f64);
-                let at = (within + 0.5) / samples as f64;
+                let at = midpoint(
+                    (row % samples * samples + column % samples) as u32,
+                    samples as u32,
+                );
                 let (x, y) = (column / samples, row / samples);
                 let texel = (place[1] + y) * width + place[0] + x;
                 let (weight, point) = film.point(shading.lit.scene, texel, at, &mut tile.views);

@@ -4,16 +4,16 @@ use glam::DVec2;
 
 use super::beam::Beam;
 use super::quadtree::{Node, Quadtree};
-use super::slicing::{LocalBox, Slicing};
+use super::slicing::{LocalBox, Rectangle, Slicing, join};
 use super::variants::NodeHull;
 
 /// The convex hull of two rectangles at two depths.
 #[derive(Clone, Copy, Debug)]
 pub struct Hull {
     /// The upper rectangle: its least and largest coordinates.
-    pub top: [DVec2; 2],
+    pub top: Rectangle,
     /// The lower one.
-    pub bottom: [DVec2; 2],
+    pub bottom: Rectangle,
     /// Their depths.
     pub depths: [f64; 2],
 }
@@ -29,23 +29,28 @@ impl Hull {
         }
     }
 
-    /// The hull of both.
+    /// That of a beam's rays, from the top plane to the lowest one at `bottom`.
+    pub fn of_rays(beam: &Beam, bottom: f64) -> Self {
+        Self {
+            top: beam.reach(0.0),
+            bottom: beam.reach(bottom),
+            depths: [0.0, bottom],
+        }
+    }
+
+    /// The hull of both, if they are between the same depths.
     #[must_use]
     pub fn union(self, other: Self) -> Self {
-        let join = |a: [DVec2; 2], b: [DVec2; 2]| [a[0].min(b[0]), a[1].max(b[1])];
         Self {
             top: join(self.top, other.top),
             bottom: join(self.bottom, other.bottom),
-            depths: [
-                self.depths[0].min(other.depths[0]),
-                self.depths[1].max(other.depths[1]),
-            ],
+            depths: self.depths,
         }
     }
 
     /// The rectangle in which it is cut at a depth.
     #[inline]
-    pub fn at(&self, depth: f64) -> [DVec2; 2] {
+    pub fn at(&self, depth: f64) -> Rectangle {
         let [from, to] = self.depths;
         let t = (depth - from) / (to - from);
         [0, 1].map(|i| self.top[i] + (self.bottom[i] - self.top[i]) * t)
@@ -89,11 +94,7 @@ impl Hulls {
                 index,
             };
             let beams = beams[tree.triangles(node)].iter().flatten();
-            let all = beams.map(|beam| Hull {
-                top: beam.reach(0.0),
-                bottom: beam.reach(slicing.bottom()),
-                depths: [0.0, slicing.bottom()],
-            });
+            let all = beams.map(|beam| Hull::of_rays(beam, slicing.bottom()));
             let padded = all.reduce(Hull::union)?;
             Some(match kind {
                 NodeHull::Padded => padded,
@@ -134,7 +135,7 @@ impl Hulls {
 }
 
 /// The square about a rectangle.
-fn square([low, high]: [DVec2; 2]) -> [DVec2; 2] {
+fn square([low, high]: Rectangle) -> Rectangle {
     let (middle, half) = (0.5 * (low + high), 0.5 * (high - low).max_element());
     [middle - half, middle + half]
 }

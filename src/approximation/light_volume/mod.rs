@@ -22,7 +22,7 @@
 //! | `lookup` | [`gather`] | `center` | [`deal`]: by area |
 //!
 //! Stages are factors of one value: the exact irradiance of a beam at a point, by Π (approximate / exact). So
-//! each can be exact by itself. [`slicing`] has the planes, [`adaptive`] joins cells of the water's grid,
+//! each can be exact by itself. [`slicing`] has the planes, [`adaptive`] joins cells of the water's [`grid`],
 //! [`faint`] culls by contribution, `ledger` accounts for flux, and `darkness` says why an image has no
 //! light.
 //!
@@ -36,6 +36,7 @@ pub mod deal;
 mod demands;
 pub mod faint;
 pub mod gather;
+pub mod grid;
 pub mod hull;
 mod ledger;
 pub mod quadtree;

@@ -1,12 +1,9 @@
 //! The stages one after the other.
 
-use std::sync::Arc;
-use std::time::Instant;
-
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::adaptive::{JoinedGrid, Tolerance};
+use super::adaptive::Tolerance;
 use super::beam::Beam;
 use super::cull::{Culling, Draw, View};
 use super::darkness;
@@ -14,6 +11,7 @@ use super::deal::{can_deal, deal};
 use super::demands;
 use super::faint::without_faintest;
 use super::gather::gather;
+use super::grid::JoinedGrid;
 use super::hull::{Hull, Hulls};
 use super::ledger::Flow;
 use super::quadtree::{Quadtree, lower_left};
@@ -29,13 +27,14 @@ use super::variants::{
     WaterSurface,
 };
 use super::volume::{FlatWater, Lit, LitVertex};
-use super::water::{Surface, Water, mean_normal};
+use super::water::{Triangles, Water, mean_normal};
 use super::work::Work;
+use crate::approximation::clock::{Clocked, Done, stage_work};
 use crate::approximation::sources::is_diffuse;
 use crate::approximation::{Frame, Receivers, SensorFilm};
-use crate::geometry::{Bounds, Shape};
+use crate::geometry::Bounds;
 use crate::radiometry::Rgb;
-use crate::run::{Error, StageWork};
+use crate::run::Error;
 use crate::scene::{Scene, Sensor};
 use crate::transport::first_surface::Source;
 
@@ -48,67 +47,23 @@ pub struct Kept {
     pub shape: u32,
     /// Its mean normal, snapped.
     normal: DVec3,
-    /// The surface by itself, where it is sampled.
-    surface: Option<Arc<Surface>>,
     tree: Quadtree,
 }
 
 impl Kept {
     /// The hierarchy of a scene's water.
     pub fn new(scene: &Scene, shape: u32, settings: &Settings) -> Self {
-        let world = &scene.world().shapes()[shape as usize];
-        let normal = mean_normal(world);
-        let surface = surface(scene, shape, settings);
-        let water = water(scene, shape, settings, surface.as_ref());
+        let normal = mean_normal(&scene.world().shapes()[shape as usize]);
         Self {
             shape,
             normal,
-            surface,
-            tree: tree(&water, normal, settings),
+            tree: tree(&Water::new(scene, shape, settings), normal, settings),
         }
     }
 
     /// The hierarchy.
     pub fn tree(&self) -> &Quadtree {
         &self.tree
-    }
-}
-
-/// The surface to sample; `None` if the mesh's own triangles are taken.
-fn surface(scene: &Scene, shape: u32, settings: &Settings) -> Option<Arc<Surface>> {
-    let world = &scene.world().shapes()[shape as usize];
-    grid_side(settings, world).map(|_| Arc::new(Surface::new(scene, shape)))
-}
-
-/// Vertices a row of the grid that samples a shape, and rows; `None` if the mesh's own triangles are taken.
-pub(super) fn grid_side(settings: &Settings, shape: &Shape) -> Option<u32> {
-    /// For surfaces that are no meshes: the paper's smallest.
-    const DEFAULT: u32 = 120;
-    let side = match settings.grid {
-        0 => DEFAULT,
-        side => side,
-    };
-    if settings.lod > 0.0 {
-        Some(JoinedGrid::new(settings.buckets, side).side())
-    } else if settings.grid > 0 || !matches!(shape, Shape::Mesh(_)) {
-        Some(side)
-    } else {
-        None
-    }
-}
-
-/// The triangles of the water's surface.
-fn water(scene: &Scene, shape: u32, settings: &Settings, surface: Option<&Arc<Surface>>) -> Water {
-    let world = &scene.world().shapes()[shape as usize];
-    match (surface, grid_side(settings, world)) {
-        (Some(surface), Some(side)) => Water::of_grid(surface.clone(), shape, side),
-        (_, side) => Water::of_mesh(scene, shape).unwrap_or_else(|| {
-            Water::of_grid(
-                Arc::new(Surface::new(scene, shape)),
-                shape,
-                side.unwrap_or(2),
-            )
-        }),
     }
 }
 
@@ -176,17 +131,9 @@ pub fn run(
         warnings.insert(0, darkness::reason(&pipeline.flow, pipeline.drawn, &film));
     }
     let stages: Vec<Work> = pipeline.work.iter().map(|done| done.work).collect();
-    let work = STAGES
-        .iter()
-        .zip(pipeline.work)
-        .map(|(stage, done)| StageWork {
-            work: done.work.counters(),
-            seconds: done.seconds,
-            ..StageWork::new(stage.name)
-        });
     Ok(Frame {
         values,
-        work: work.collect(),
+        work: stage_work(&STAGES, &pipeline.work, Work::counters),
         counters: Work::of_frame(&stages, pipeline.drawn),
         flux: if film.shape().is_some() {
             pipeline.flow.entries()
@@ -197,13 +144,6 @@ pub fn run(
     })
 }
 
-/// Work and time of a stage.
-#[derive(Clone, Copy, Debug, Default)]
-struct Done {
-    work: Work,
-    seconds: f64,
-}
-
 struct Pipeline<'a> {
     settings: &'a Settings,
     scene: &'a Scene,
@@ -211,11 +151,19 @@ struct Pipeline<'a> {
     receivers: &'a Receivers,
     /// The water's mean normal.
     normal: DVec3,
-    work: BySteps<Done>,
+    work: BySteps<Done<Work>>,
     flow: Flow,
     warnings: Vec<String>,
     /// Beams drawn.
     drawn: u64,
+}
+
+impl Clocked for Pipeline<'_> {
+    type Step = Step;
+
+    fn seconds(&mut self, step: Step) -> &mut f64 {
+        &mut self.work[step as usize].seconds
+    }
 }
 
 impl Pipeline<'_> {
@@ -223,23 +171,11 @@ impl Pipeline<'_> {
         &mut self.work[step as usize].work
     }
 
-    /// Runs a part of a stage on the clock.
-    fn timed<T>(&mut self, step: Step, part: impl FnOnce(&mut Self) -> T) -> T {
-        let start = Instant::now();
-        let result = part(self);
-        self.work[step as usize].seconds += start.elapsed().as_secs_f64();
-        result
-    }
-
     /// The water of this frame; the hierarchy is made anew if it has other triangles.
     fn water(&self, kept: &mut Kept) -> Water {
-        let (scene, settings) = (self.scene, self.settings);
-        if kept.surface.is_some() {
-            kept.surface = surface(scene, kept.shape, settings);
-        }
-        let water = water(scene, kept.shape, settings, kept.surface.as_ref());
+        let water = Water::new(self.scene, kept.shape, self.settings);
         if water.triangles.len() != kept.tree.order().len() {
-            kept.tree = tree(&water, kept.normal, settings);
+            kept.tree = tree(&water, kept.normal, self.settings);
         }
         water
     }
@@ -331,8 +267,11 @@ impl Pipeline<'_> {
     ) -> Option<(Water, Quadtree)> {
         let settings = self.settings;
         let world = &self.scene.world().shapes()[lit.water.shape() as usize];
-        let grid = JoinedGrid::new(settings.buckets, grid_side(settings, world)?);
-        if settings.lod == 0.0 || vertices.len() != (grid.side() as usize).pow(2) {
+        let Triangles::Grid(side) = Triangles::of(settings, world) else {
+            return None;
+        };
+        let grid = JoinedGrid::new(settings.buckets, side);
+        if settings.lod == 0.0 || vertices.len() != (side as usize).pow(2) {
             return None;
         }
         self.timed(Step::Surface, |this| {
@@ -352,9 +291,7 @@ impl Pipeline<'_> {
     }
 
     fn count_drawn(&mut self, draws: &[Draw]) {
-        let mut beams: Vec<u32> = draws.iter().map(|draw| draw.beam).collect();
-        beams.dedup();
-        self.drawn += beams.len() as u64;
+        self.drawn += draws.chunk_by(|a, b| a.beam == b.beam).count() as u64;
         let work = self.work(Step::Clamp);
         for draw in draws {
             let planes = u64::from(draw.planes[1] - draw.planes[0]) + 1;

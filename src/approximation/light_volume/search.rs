@@ -1,9 +1,8 @@
 //! The search for beams around points: beams in their order, in groups of groups.
 
-use glam::DVec2;
-
 use super::beam::Beam;
-use super::slicing::{LocalBox, Slicing};
+use super::hull::Hull;
+use super::slicing::{LocalBox, Slicing, join, overlap};
 
 /// A beam between two depths.
 #[derive(Clone, Copy, Debug)]
@@ -43,16 +42,10 @@ impl Drawn<'_> {
         };
         let mut reach = self.beam.reach(from);
         if to > from {
-            let other = self.beam.reach(to);
-            reach = [reach[0].min(other[0]), reach[1].max(other[1])];
+            reach = join(reach, self.beam.reach(to));
         }
-        overlaps(reach, target.across)
+        overlap(reach, target.across)
     }
-}
-
-#[inline]
-fn overlaps(a: [DVec2; 2], b: [DVec2; 2]) -> bool {
-    a[0].cmple(b[1]).all() && b[0].cmple(a[1]).all()
 }
 
 /// Beams of a group.
@@ -61,19 +54,16 @@ const GROUP: usize = 8;
 /// A group of beams, or of groups.
 #[derive(Clone, Copy)]
 struct Group {
-    /// What its rays reach in the top plane, and in the lowest one.
-    reach: [[DVec2; 2]; 2],
+    /// What its rays reach between the top plane and the lowest one.
+    hull: Hull,
+    /// The depths between which one of them is drawn.
     depths: [f64; 2],
 }
 
 impl Group {
     fn union(self, other: Self) -> Self {
-        let join = |a: [DVec2; 2], b: [DVec2; 2]| [a[0].min(b[0]), a[1].max(b[1])];
         Self {
-            reach: [
-                join(self.reach[0], other.reach[0]),
-                join(self.reach[1], other.reach[1]),
-            ],
+            hull: self.hull.union(other.hull),
             depths: [
                 self.depths[0].min(other.depths[0]),
                 self.depths[1].max(other.depths[1]),
@@ -87,14 +77,13 @@ pub struct BeamSearch<'a> {
     drawn: &'a [Drawn<'a>],
     /// Groups of beams first, then groups of these.
     levels: Vec<Vec<Group>>,
-    bottom: f64,
 }
 
 impl<'a> BeamSearch<'a> {
     /// The search among beams that end at the depth `bottom`.
     pub fn new(drawn: &'a [Drawn<'a>], bottom: f64) -> Self {
         let single = |drawn: &Drawn| Group {
-            reach: [drawn.beam.reach(0.0), drawn.beam.reach(bottom)],
+            hull: Hull::of_rays(drawn.beam, bottom),
             depths: drawn.depths,
         };
         let mut levels: Vec<Vec<Group>> = Vec::new();
@@ -110,11 +99,7 @@ impl<'a> BeamSearch<'a> {
             let groups: Vec<Group> = groups.collect();
             levels.push(groups);
         }
-        Self {
-            drawn,
-            levels,
-            bottom,
-        }
+        Self { drawn, levels }
     }
 
     /// The beams that may have points in a box, in their order.
@@ -131,12 +116,8 @@ impl<'a> BeamSearch<'a> {
         if group.depths[0] > target.depths[1] || group.depths[1] < target.depths[0] {
             return;
         }
-        let at = |depth: f64| {
-            let t = depth / self.bottom;
-            [0, 1].map(|i| group.reach[0][i] + (group.reach[1][i] - group.reach[0][i]) * t)
-        };
-        let (from, to) = (at(target.depths[0]), at(target.depths[1]));
-        if !overlaps([from[0].min(to[0]), from[1].max(to[1])], target.across) {
+        let [from, to] = target.depths.map(|depth| group.hull.at(depth));
+        if !overlap(join(from, to), target.across) {
             return;
         }
         let places = index * GROUP..(index + 1) * GROUP;

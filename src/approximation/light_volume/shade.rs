@@ -158,8 +158,9 @@ impl Shading<'_> {
     pub fn at_vertex(&self, beam: &Beam, ray: usize, by_area: f64) -> f64 {
         let light = density(beam.light[ray], by_area) / self.flat.irradiance;
         match self.lit.settings.density {
-            Density::Slices | Density::Exact => light,
-            Density::Perpendicular => light / beam.rulings[ray].cos(),
+            Density::Slices => light,
+            // In the plane the area across the vertex' own ray is exact.
+            Density::Perpendicular | Density::Exact => light / beam.rulings[ray].cos(),
         }
     }
 

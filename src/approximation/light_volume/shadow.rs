@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 
 use super::beam::Beam;
 use super::quadtree::{Node, Quadtree};
-use super::slicing::Slicing;
+use super::slicing::{Slicing, join, overlap};
 use super::work::Work;
 use crate::approximation::{DepthMap, Extent, LightView, Precision, Receivers};
 use crate::geometry::{Bounds, Shape};
@@ -60,7 +60,7 @@ impl ShadowMap {
             .map(|view| {
                 let view = view.before(&all);
                 let windows = occluders.iter().map(|bounds| view.window(bounds));
-                let window = windows.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]);
+                let window = windows.reduce(join);
                 let window = window.unwrap_or([DVec2::ZERO; 2]);
                 let (map, counters) = DepthMap::within(&receivers, view, Precision::F32, window);
                 work.add_rays(counters);
@@ -135,7 +135,7 @@ impl ShadowMap {
             let ours = map.view().window(&bounds);
             self.occluders.iter().any(|occluder| {
                 let theirs = map.view().window(occluder);
-                ours[0].cmple(theirs[1]).all() && theirs[0].cmple(ours[1]).all()
+                overlap(ours, theirs)
             })
         })
     }

@@ -134,7 +134,7 @@ impl Slicing {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LocalBox {
     /// The least and the largest coordinates across the axis.
-    pub across: [DVec2; 2],
+    pub across: Rectangle,
     /// The least and the largest depth.
     pub depths: [f64; 2],
 }
@@ -152,19 +152,6 @@ impl LocalBox {
         self.across = [self.across[0].min(across), self.across[1].max(across)];
         self.depths = [self.depths[0].min(depth), self.depths[1].max(depth)];
     }
-
-    /// Takes in another box.
-    #[inline]
-    pub fn join(&mut self, other: &Self) {
-        self.across = [
-            self.across[0].min(other.across[0]),
-            self.across[1].max(other.across[1]),
-        ];
-        self.depths = [
-            self.depths[0].min(other.depths[0]),
-            self.depths[1].max(other.depths[1]),
-        ];
-    }
 }
 
 /// Coordinates across an axis, and along it.
@@ -175,6 +162,21 @@ pub fn frame(axis: DVec3) -> Frame {
         DVec3::Y
     };
     Frame::along(axis, along)
+}
+
+/// A rectangle across an axis: its least and its largest coordinates.
+pub type Rectangle = [DVec2; 2];
+
+/// The rectangle around both.
+#[inline]
+pub fn join(a: Rectangle, b: Rectangle) -> Rectangle {
+    [a[0].min(b[0]), a[1].max(b[1])]
+}
+
+/// True if two rectangles have a point in common.
+#[inline]
+pub fn overlap(a: Rectangle, b: Rectangle) -> bool {
+    a[0].cmple(b[1]).all() && b[0].cmple(a[1]).all()
 }
 
 /// The axis to cut across for a surface with this mean normal: a coordinate axis if one is near.

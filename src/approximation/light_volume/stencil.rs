@@ -18,10 +18,10 @@ use super::search::Drawn;
 use super::shade::{ShadeWork, Shading};
 use super::slicing::Slicing;
 use super::sums::Sum;
-use super::variants::{Cosine, Density, DepthTest};
+use super::variants::{Cosine, DepthTest};
 use crate::approximation::SensorFilm;
 use crate::approximation::bands::{Band, in_bands, signed};
-use crate::approximation::sensor::SensorPoint;
+use crate::approximation::sensor::{SensorPoint, midpoint};
 use crate::geometry::TraversalCounters;
 use crate::radiometry::Rgb;
 use crate::transport::camera::Camera;
@@ -128,8 +128,7 @@ pub fn draw(
         return gathered;
     };
     for place in 0..samples * samples {
-        let at = DVec2::new(f64::from(place % samples), f64::from(place / samples));
-        let at = (at + 0.5) / f64::from(samples);
+        let at = midpoint(place, samples);
         let points = visible(shading, film, at, &mut gathered.views);
         let view = Drawing {
             shading,
@@ -317,11 +316,6 @@ impl Drawing<'_> {
     fn value(&self, drawn: &Drawn, ray: usize, by_area: f64) -> DVec3 {
         let shading = self.shading;
         let ruling = &drawn.beam.rulings[ray];
-        let by_area = match shading.lit.settings.density {
-            Density::Slices | Density::Perpendicular => by_area,
-            // At a vertex the area across its own ray is exact.
-            Density::Exact => by_area / ruling.cos(),
-        };
         let intensity = shading.within(shading.at_vertex(drawn.beam, ray, by_area));
         match shading.lit.settings.cosine {
             Cosine::Flat | Cosine::Exact => DVec3::new(intensity, 0.0, 0.0),

@@ -1,11 +1,11 @@
 //! Hierarchical light volumes, as a technique.
 
 use super::demands::{check, lights, water};
-use super::run::{Kept, MIDPOINTS, grid_side, run};
+use super::run::{Kept, MIDPOINTS, run};
 use super::settings::{Settings, TABLE};
 use super::variants::{STAGES, TexelPoints, WaterSurface};
+use super::water::Triangles;
 use crate::approximation::{Frame, Prepared, SensorFilm, Stage, Technique};
-use crate::geometry::Shape;
 use crate::run::{Context, Cost, Counter, Error, Light, Refusal, StageWork};
 use crate::scene::{Scene, Sensor};
 use crate::setting::{Setting, Values};
@@ -14,12 +14,6 @@ use crate::transport::signature::{Event, Signature};
 /// Hierarchical light volumes.
 #[derive(Clone, Copy, Debug)]
 pub struct LightVolume;
-
-impl LightVolume {
-    fn typed(values: &Values) -> Result<Settings, Refusal> {
-        Settings::of(values).ok_or_else(|| Refusal::new("settings of another technique"))
-    }
-}
 
 impl Technique for LightVolume {
     fn name(&self) -> &'static str {
@@ -51,7 +45,7 @@ impl Technique for LightVolume {
     }
 
     fn supports(&self, scene: &Scene, sensor: &Sensor, values: &Values) -> Result<(), Refusal> {
-        let settings = Self::typed(values)?;
+        let settings = Settings::of(values)?;
         SensorFilm::new(scene, sensor)?;
         check(&settings)?;
         lights(scene, water(scene, &settings)?)?;
@@ -65,16 +59,11 @@ impl Technique for LightVolume {
         const VERTICES: u64 = 3 * 448;
         /// A triple of `f64`.
         const TRIPLE: u64 = 24;
-        let Ok(settings) = Self::typed(values) else {
+        let Ok(settings) = Settings::of(values) else {
             return Cost::default();
         };
         let triangles = water(scene, &settings).map_or(0, |shape| {
-            let shape = &scene.world().shapes()[shape as usize];
-            match (grid_side(&settings, shape), shape) {
-                (Some(side), _) => 2 * u64::from(side - 1).pow(2),
-                (None, Shape::Mesh(mesh)) => mesh.triangle_count() as u64,
-                (None, _) => 0,
-            }
+            Triangles::of(&settings, &scene.world().shapes()[shape as usize]).count()
         });
         let lights = scene.emitters().len() as u64;
         let parts = match settings.surface {
@@ -111,7 +100,7 @@ impl Technique for LightVolume {
         _context: &Context,
     ) -> Result<Box<dyn Prepared>, Error> {
         self.supports(scene, sensor, values)?;
-        let settings = Self::typed(values)?;
+        let settings = Settings::of(values)?;
         let start = std::time::Instant::now();
         let kept = Kept::new(scene, water(scene, &settings)?, &settings);
         let mut work = StageWork::new(STAGES[0].name);

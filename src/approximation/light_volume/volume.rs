@@ -153,11 +153,16 @@ impl Lit<'_> {
         transmittance(self.scene, point, towards, light.distance, counters)
     }
 
-    /// The beam below a triangle; `None` if a ray does not go down, or the triangle faces away.
-    pub fn beam(&self, triangle: u32, vertices: &[Option<LitVertex>]) -> Option<Beam> {
+    /// The vertices of a triangle; `None` if a ray does not go down.
+    fn corners_of(&self, triangle: u32, vertices: &[Option<LitVertex>]) -> Option<[LitVertex; 3]> {
         let numbers = self.water.triangles[triangle as usize];
         let [a, b, c] = numbers.map(|vertex| vertices[vertex as usize]);
-        let lit = [a?, b?, c?];
+        Some([a?, b?, c?])
+    }
+
+    /// The beam below a triangle; `None` if a ray does not go down, or the triangle faces away.
+    pub fn beam(&self, triangle: u32, vertices: &[Option<LitVertex>]) -> Option<Beam> {
+        let lit = self.corners_of(triangle, vertices)?;
         let corners = self.water.corners(triangle);
         let light = self.light(corners, &lit.map(|vertex| vertex.light), self.settings.flux)?;
         Some(Beam {
@@ -196,17 +201,13 @@ impl Lit<'_> {
 
     /// True if all vertices of a triangle are in shadow.
     pub fn is_dark(&self, triangle: u32, vertices: &[Option<LitVertex>]) -> bool {
-        let numbers = self.water.triangles[triangle as usize];
-        numbers
-            .iter()
-            .all(|&vertex| vertices[vertex as usize].is_some_and(|it| !it.is_lit))
+        let corners = self.corners_of(triangle, vertices);
+        corners.is_some_and(|corners| corners.iter().all(|vertex| !vertex.is_lit))
     }
 
     /// The flux of a beam by the source's strength, from stage to stage.
     pub fn flux(&self, beam: &Beam, vertices: &[Option<LitVertex>]) -> Option<BeamFluxes> {
-        let numbers = self.water.triangles[beam.triangle as usize];
-        let [a, b, c] = numbers.map(|vertex| vertices[vertex as usize]);
-        let lit = [a?, b?, c?];
+        let lit = self.corners_of(beam.triangle, vertices)?;
         let (corners, refracted) = (self.water.corners(beam.triangle), lit.map(|it| it.light));
         let mean = |values: [f64; 3]| values.iter().sum::<f64>() / 3.0;
         let begun = self.light(corners, &refracted, self.settings.flux)?;
@@ -220,11 +221,11 @@ impl Lit<'_> {
 
     /// The beam below a triangle, ready to be divided; `None` where there is none.
     pub fn whole(&self, triangle: u32, vertices: &[Option<LitVertex>]) -> Option<Whole> {
-        let numbers = self.water.triangles[triangle as usize];
-        let [a, b, c] = numbers.map(|vertex| vertices[vertex as usize]);
         Some(Whole {
             beam: self.beam(triangle, vertices)?,
-            weights: [a?.weight, b?.weight, c?.weight],
+            weights: self
+                .corners_of(triangle, vertices)?
+                .map(|vertex| vertex.weight),
         })
     }
 

@@ -1,12 +1,12 @@
 //! The water's surface as triangles, and the scene's own surface at their points.
 
-use std::sync::Arc;
-
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
+use super::grid::JoinedGrid;
+use super::settings::Settings;
 use super::slicing::{frame, snapped};
-use crate::geometry::{Bounds, Frame, Mesh, Ray, Shape, SurfacePoint, TraversalCounters, World};
+use crate::geometry::{Bounds, Frame, Mesh, Ray, Shape, SurfacePoint, TraversalCounters};
 use crate::scene::Scene;
 
 /// The water's surface as triangles.
@@ -20,71 +20,93 @@ pub struct Water {
     source: Origin,
 }
 
+/// The triangles that settings ask for.
+#[derive(Clone, Copy, Debug)]
+pub enum Triangles<'a> {
+    /// Those of the scene's mesh.
+    Own(&'a Mesh),
+    /// A grid of so many vertices a row, and rows.
+    Grid(u32),
+}
+
+impl<'a> Triangles<'a> {
+    /// Those of a shape.
+    pub fn of(settings: &Settings, shape: &'a Shape) -> Self {
+        /// Vertices a row for surfaces that are no meshes: the paper's smallest.
+        const DEFAULT: u32 = 120;
+        let side = match settings.grid {
+            0 => DEFAULT,
+            side => side,
+        };
+        match shape {
+            _ if settings.lod > 0.0 => Self::Grid(JoinedGrid::new(settings.buckets, side).side()),
+            Shape::Mesh(mesh) if settings.grid == 0 => Self::Own(mesh),
+            _ => Self::Grid(side),
+        }
+    }
+
+    /// Their number, as long as the surface fills its rectangle.
+    pub fn count(&self) -> u64 {
+        match self {
+            Self::Own(mesh) => mesh.triangle_count() as u64,
+            Self::Grid(side) => 2 * u64::from(side - 1).pow(2),
+        }
+    }
+}
+
 /// What the triangles are made of.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 enum Origin {
     /// The faces of the scene's mesh, by their numbers.
     Mesh,
     /// Samples of the scene's surface along a direction.
-    Sampled(Arc<Surface>),
+    Sampled(Surface),
 }
 
-/// The scene's surface by itself, sampled along its mean normal.
-#[derive(Debug)]
-pub struct Surface {
-    world: World,
+/// A surface of a scene, sampled along its mean normal, whatever is in the way.
+#[derive(Clone, Copy, Debug)]
+struct Surface {
+    shape: u32,
     /// Its normal is the mean normal, snapped.
     frame: Frame,
-    bounds: Bounds,
+    /// The least and the largest coordinates across that.
+    range: [DVec2; 2],
+    /// The height along it from which it is sampled.
+    above: f64,
 }
 
 impl Surface {
     /// The surface of a shape of a scene.
-    pub fn new(scene: &Scene, shape: u32) -> Self {
-        let shape = &scene.world().shapes()[shape as usize];
-        let axis = mean_normal(shape);
+    fn new(scene: &Scene, shape: u32) -> Self {
+        let world = &scene.world().shapes()[shape as usize];
+        let (frame, bounds) = (frame(mean_normal(world)), world.bounds());
+        let corners = bounds.corners().map(|corner| frame.to_local(corner));
+        let local = Bounds::from_points(corners);
         Self {
-            frame: frame(axis),
-            bounds: shape.bounds(),
-            world: World::new(vec![shape.clone()]),
+            shape,
+            frame,
+            range: [local.min.truncate(), local.max.truncate()],
+            above: local.max.z + 1e-3 * bounds.radius(),
         }
     }
 
-    /// Least and largest coordinates across the axis, and the height from which it is sampled.
-    fn extent(&self) -> ([DVec2; 2], f64) {
-        let corners = self
-            .bounds
-            .corners()
-            .map(|corner| self.frame.to_local(corner));
-        let low = corners.iter().fold(DVec3::INFINITY, |low, it| low.min(*it));
-        let high = corners
-            .iter()
-            .fold(DVec3::NEG_INFINITY, |high, it| high.max(*it));
-        let above = high.z + 1e-3 * self.bounds.radius();
-        ([low.truncate(), high.truncate()], above)
-    }
-
     /// The surface at coordinates across the axis; `None` beside it.
-    pub fn at(&self, across: DVec2) -> Option<SurfacePoint> {
+    fn at(&self, scene: &Scene, across: DVec2) -> Option<SurfacePoint> {
         /// Places on the border are moved inwards by this share of the extent: rounding would lose some.
         const INWARDS: f64 = 1e-9;
-        let ([low, high], above) = self.extent();
+        let [low, high] = self.range;
         let inwards = (high - low) * INWARDS;
         let place = across.clamp(low + inwards, high - inwards);
-        let ray = Ray::new(self.frame.to_world(place.extend(above)), -self.frame.n);
+        let start = self.frame.to_world(place.extend(self.above));
+        let ray = Ray::new(start, -self.frame.n);
         let mut counters = TraversalCounters::default();
-        let hit = self.world.closest_hit(&ray, f64::INFINITY, &mut counters)?;
-        Some(self.world.bounce_point(&ray, &hit))
+        let hit = scene.world().hit_on(self.shape, &ray, &mut counters)?;
+        Some(scene.world().bounce_point(&ray, &hit))
     }
 
     /// Coordinates across the axis.
-    pub fn across(&self, place: DVec3) -> DVec2 {
+    fn across(&self, place: DVec3) -> DVec2 {
         self.frame.to_local(place).truncate()
-    }
-
-    /// The least and the largest coordinates across the axis.
-    pub fn range(&self) -> [DVec2; 2] {
-        self.extent().0
     }
 }
 
@@ -102,35 +124,39 @@ pub fn mean_normal(shape: &Shape) -> DVec3 {
 }
 
 impl Water {
+    /// The triangles of a shape of a scene that settings ask for.
+    pub fn new(scene: &Scene, shape: u32, settings: &Settings) -> Self {
+        match Triangles::of(settings, &scene.world().shapes()[shape as usize]) {
+            Triangles::Own(mesh) => Self::of_mesh(scene, shape, mesh),
+            Triangles::Grid(side) => Self::of_grid(scene, shape, side),
+        }
+    }
+
     /// The triangles of a mesh. Corners of flat facets are vertices of their own, since their normals differ.
-    ///
-    /// `None` if the shape is no mesh.
-    pub fn of_mesh(scene: &Scene, shape: u32) -> Option<Self> {
-        let Shape::Mesh(mesh) = &scene.world().shapes()[shape as usize] else {
-            return None;
-        };
+    fn of_mesh(scene: &Scene, shape: u32, mesh: &Mesh) -> Self {
         let (homes, triangles) = homes(mesh);
-        let vertices = homes.par_iter().map(|&(face, corner)| {
+        let vertices = homes.par_iter().filter_map(|&(face, corner)| {
             let place = [DVec2::ZERO, DVec2::X, DVec2::Y][corner];
             scene.world().face_point(shape, face, place)
         });
-        Some(Self {
+        Self {
             shape,
-            vertices: vertices.collect::<Option<Vec<_>>>()?,
+            vertices: vertices.collect(),
             triangles,
             source: Origin::Mesh,
-        })
+        }
     }
 
-    /// A grid of `side` x `side` vertices on a surface. Cells with a corner beside the surface are left out.
-    pub fn of_grid(surface: Arc<Surface>, shape: u32, side: u32) -> Self {
-        let [low, high] = surface.range();
+    /// A grid of `side` x `side` vertices on a shape. Cells with a corner beside its surface are left out.
+    fn of_grid(scene: &Scene, shape: u32, side: u32) -> Self {
+        let surface = Surface::new(scene, shape);
+        let [low, high] = surface.range;
         let last = side - 1;
         let sampled: Vec<Option<SurfacePoint>> = (0..side * side)
             .into_par_iter()
             .map(|index| {
                 let at = DVec2::new(f64::from(index % side), f64::from(index / side));
-                surface.at(low + (high - low) * (at / f64::from(last)))
+                surface.at(scene, low + (high - low) * (at / f64::from(last)))
             })
             .collect();
         let cell = |index: u32| {
@@ -141,24 +167,14 @@ impl Water {
                 [corner, corner + side + 1, corner + side],
             ]
         };
-        let triangles = (0..last * last).flat_map(cell).collect();
-        Self::of_samples(surface, shape, &sampled, triangles)
-    }
-
-    /// Triangles between samples of a surface; those with a corner beside it are left out.
-    pub fn of_samples(
-        surface: Arc<Surface>,
-        shape: u32,
-        sampled: &[Option<SurfacePoint>],
-        mut triangles: Vec<[u32; 3]>,
-    ) -> Self {
+        let mut triangles: Vec<[u32; 3]> = (0..last * last).flat_map(cell).collect();
+        triangles.retain(|it| it.iter().all(|&vertex| sampled[vertex as usize].is_some()));
         let mut numbers = Vec::with_capacity(sampled.len());
         let mut vertices = Vec::with_capacity(sampled.len());
-        for sample in sampled {
+        for sample in &sampled {
             numbers.push(vertices.len() as u32);
             vertices.extend(*sample);
         }
-        triangles.retain(|it| it.iter().all(|&vertex| sampled[vertex as usize].is_some()));
         for triangle in &mut triangles {
             *triangle = triangle.map(|vertex| numbers[vertex as usize]);
         }
@@ -177,7 +193,7 @@ impl Water {
             shape: self.shape,
             vertices: self.vertices.clone(),
             triangles,
-            source: self.source.clone(),
+            source: self.source,
         }
     }
 
@@ -200,7 +216,8 @@ impl Water {
             Origin::Mesh => scene.world().face_point(self.shape, triangle, weights),
             Origin::Sampled(surface) => {
                 let [a, b, c] = self.corners(triangle);
-                surface.at(surface.across(a + (b - a) * weights.x + (c - a) * weights.y))
+                let place = a + (b - a) * weights.x + (c - a) * weights.y;
+                surface.at(scene, surface.across(place))
             }
         }
     }

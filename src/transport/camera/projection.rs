@@ -271,10 +271,9 @@ impl Camera {
             DVec2::ZERO,
             DVec2::new(film.x, 0.0),
             DVec2::new(0.0, film.y),
-            film,
         ];
-        let [corner, right, below, far] = corners.map(|at| self.pixel_ray(at).ray);
-        let is_parallel = corner.direction.abs_diff_eq(far.direction, 1e-12);
+        let [corner, right, below] = corners.map(|at| self.pixel_ray(at).ray);
+        let is_parallel = matches!(self.lens, CameraLens::Parallel { .. });
         NearPlane {
             corner: corner.origin,
             across: [
