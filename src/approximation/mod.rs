@@ -10,7 +10,7 @@
 //! |---|---|
 //! | [`technique`] | the interface: settings, stages, light, cost, preparation, frame |
 //! | [`stage`], `table` | stages by name; settings with their types |
-//! | `clock` | work and time by stage |
+//! | `work`, `clock` | work by counters, and time, by stage |
 //! | [`sensor`] | the sensor: its points in batches, and irradiance averaged over texels |
 //! | [`sources`] | lights without size |
 //! | [`light_view`], [`extent`] | the scene as a light sees it, and how far shapes reach in it |
@@ -24,6 +24,7 @@
 
 pub mod bands;
 pub mod caustic_map;
+pub mod caustics_volume;
 pub(crate) mod clock;
 pub mod depth_map;
 pub mod exact_film;
@@ -38,6 +39,7 @@ pub mod sources;
 pub mod stage;
 pub(crate) mod table;
 pub mod technique;
+pub(crate) mod work;
 
 pub use depth_map::DepthMap;
 pub use exact_film::ExactFilm;
@@ -50,4 +52,8 @@ pub use stage::Stage;
 pub use technique::{Frame, Prepared, Technique};
 
 /// All techniques.
-pub static TECHNIQUES: &[&dyn Technique] = &[&caustic_map::CausticMap, &light_volume::LightVolume];
+pub static TECHNIQUES: &[&dyn Technique] = &[
+    &caustic_map::CausticMap,
+    &light_volume::LightVolume,
+    &caustics_volume::CausticsVolume,
+];

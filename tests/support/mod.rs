@@ -5,6 +5,7 @@
 pub mod approximation;
 pub mod beams;
 pub mod bsdf;
+pub mod caustics_volume;
 pub mod comparison;
 pub mod contest;
 pub mod cpu;

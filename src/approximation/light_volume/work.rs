@@ -1,37 +1,7 @@
 //! Work of a stage, in units that do not depend on the machine.
 
-use std::ops::AddAssign;
-
-use crate::geometry::TraversalCounters;
+use crate::approximation::work::work;
 use crate::run::Counters;
-
-/// Makes the struct of counters, with their names.
-macro_rules! work {
-    ($($(#[doc = $doc:literal])+ $field:ident,)+) => {
-        /// Work of a stage: plain fields, since the innermost loops count in them.
-        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-        pub struct Work {
-            $($(#[doc = $doc])+ pub $field: u64,)+
-        }
-
-        impl AddAssign for Work {
-            fn add_assign(&mut self, other: Self) {
-                $(self.$field += other.$field;)+
-            }
-        }
-
-        impl Work {
-            /// The work by name, as far as there is any.
-            pub fn counters(&self) -> Counters {
-                let mut counters = Counters::default();
-                $(if self.$field > 0 {
-                    counters.add(stringify!($field), self.$field);
-                })+
-                counters
-            }
-        }
-    };
-}
 
 work! {
     /// Beams that are drawn, or begun in stage `surface`.
@@ -65,11 +35,6 @@ work! {
 }
 
 impl Work {
-    /// Counts the rays of a search.
-    pub fn add_rays(&mut self, counters: TraversalCounters) {
-        self.rays += counters.rays;
-    }
-
     /// The work of a whole frame, in the order of importance; `drawn` is the number of beams drawn.
     pub fn of_frame(stages: &[Self], drawn: u64) -> Counters {
         let mut sum = Self::default();

@@ -10,7 +10,7 @@ use crate::geometry::{Bounds, Ray, SurfacePoint, Transform, rounding::UNIT_ROUND
 
 /// A cylinder of radius 1 about the z axis from z = 0 to z = 1, mapped by `to_world`; normal outward; uv =
 /// (φ/2π, z). No caps, as in Mitsuba.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Cylinder {
     base: DVec3,
     /// Unit vector from the base to the other end.

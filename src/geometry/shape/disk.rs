@@ -12,7 +12,7 @@ use crate::geometry::{Bounds, Ray, SurfacePoint, Transform, rounding::UNIT_ROUND
 /// The unit disc in the xy plane with normal +z, mapped by `to_world`; uv = (r, φ/2π).
 ///
 /// An uneven scale makes an ellipse, as in Mitsuba; r and φ are then those of the unit disc.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Disk {
     center: DVec3,
     /// From the center to the image of (1, 0).

@@ -7,7 +7,7 @@ use crate::geometry::{Bounds, Mesh, Ray, SurfacePoint};
 use super::{Cylinder, Disk, Rectangle, Sphere};
 
 /// A surface.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Shape {
     /// A sphere.
     Sphere(Sphere),

@@ -9,7 +9,7 @@ use super::{
 use crate::geometry::{Bounds, Ray, SurfacePoint, Transform, rounding::UNIT_ROUNDOFF};
 
 /// The square [-1, 1]² in the xy plane with normal +z, mapped by `to_world`; uv = (xy + 1)/2.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Rectangle {
     center: DVec3,
     /// From the center to the middle of the edge u = 1.

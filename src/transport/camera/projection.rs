@@ -264,6 +264,11 @@ impl Camera {
         self.planes_round([DVec2::ZERO, film])
     }
 
+    /// Where the camera is: the middle of its lens, or of the film's plane for parallel rays.
+    pub fn eye(&self) -> DVec3 {
+        self.to_world.point(DVec3::ZERO)
+    }
+
     /// The near plane, on which the film is seen through the middle of the lens.
     pub fn near_plane(&self) -> NearPlane {
         let film = DVec2::new(self.width() as f64, self.height() as f64);
@@ -281,7 +286,7 @@ impl Camera {
                 (below.origin - corner.origin) / film.y,
             ],
             direction: corner.direction,
-            eye: (!is_parallel).then(|| self.to_world.point(DVec3::ZERO)),
+            eye: (!is_parallel).then(|| self.eye()),
         }
     }
 

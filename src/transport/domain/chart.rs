@@ -56,7 +56,7 @@ impl ChartPatch {
 }
 
 /// Dependence of a point emitter's intensity on direction.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Falloff {
     /// No dependence.
     None,

@@ -9,7 +9,7 @@ use crate::scene::{Emitter, Scene};
 use crate::transport::domain::chart::Falloff;
 
 /// A delta emitter: its light arrives at a point along one ray only.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Source {
     /// Light from one point.
     Point {

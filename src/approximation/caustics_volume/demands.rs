@@ -1,0 +1,214 @@
+//! Demands of a caustics volume on a scene: its box, its faces and its lights.
+
+use glam::DVec3;
+
+use super::cuboid::{Cuboid, Face};
+use super::settings::Settings;
+use super::variants::{Emission, Entry, Fit};
+use crate::approximation::sources::sources;
+use crate::geometry::{Bounds, Frame, Shape};
+use crate::run::Refusal;
+use crate::scene::Scene;
+use crate::transport::chain_limits;
+use crate::transport::first_surface::Source;
+
+/// The plural of the technique, in errors.
+const VOLUMES: &str = "caustics volumes";
+
+/// A volume with its faces and lights.
+#[derive(Clone, Debug)]
+pub struct Volume {
+    /// The box.
+    pub cuboid: Cuboid,
+    /// Whether each face ends photons, by [`Face`].
+    pub culls: [bool; 6],
+    /// The lights.
+    pub sources: Vec<Source>,
+}
+
+/// True if a shape mirrors or refracts.
+pub fn is_specular(scene: &Scene, shape: u32) -> bool {
+    scene.material_of(shape).is_specular(scene.materials())
+}
+
+/// The shapes that mirror or refract.
+pub fn specular_shapes(scene: &Scene) -> Vec<u32> {
+    let shapes = 0..scene.world().shapes().len() as u32;
+    shapes.filter(|shape| is_specular(scene, *shape)).collect()
+}
+
+impl Volume {
+    /// The volume of a scene.
+    ///
+    /// # Errors
+    ///
+    /// If nothing mirrors or refracts, a light has a size, is in the volume or behind its entry, and if no
+    /// face lets photons out.
+    pub fn new(scene: &Scene, settings: &Settings) -> Result<Self, Refusal> {
+        chain_limits::check(scene).map_err(|error| Refusal::new(error.to_string()))?;
+        let sources = sources(scene, VOLUMES)?;
+        let shapes = specular_shapes(scene);
+        if shapes.is_empty() {
+            return Err(Refusal::new(
+                "no shape mirrors or refracts: a caustics volume needs one of plugin dielectric, thindielectric or \
+                 conductor",
+            ));
+        }
+        let cuboid = cuboid(scene, settings, &shapes, &sources[0])?;
+        for source in &sources {
+            check_light(settings, &cuboid, source)?;
+        }
+        let culls = culls(settings, &cuboid)?;
+        Ok(Self {
+            cuboid,
+            culls,
+            sources,
+        })
+    }
+
+    /// True if all that mirrors or refracts in a scene, and this volume's lights, are as another cuboid needs
+    /// them: the former in it, the latter outside.
+    pub fn is_held_by(&self, scene: &Scene, cuboid: &Cuboid) -> bool {
+        let shapes = scene.world().shapes();
+        let is_in = |shape: &u32| cuboid.holds(&shapes[*shape as usize].bounds());
+        let is_out = |source: &Source| {
+            let origin = source.origin();
+            !origin.is_some_and(|origin| cuboid.holds(&Bounds::from_points([origin])))
+        };
+        specular_shapes(scene).iter().all(is_in) && self.sources.iter().all(is_out)
+    }
+
+    /// The faces that let photons out, in their order.
+    pub fn exits(&self) -> impl Iterator<Item = Face> {
+        let faces = Face::ALL.into_iter();
+        faces.filter(|face| !self.culls[*face as usize])
+    }
+}
+
+/// The points whose hull a shape is in.
+fn points(shape: &Shape) -> Vec<DVec3> {
+    match shape {
+        Shape::Mesh(mesh) => mesh.positions().to_vec(),
+        Shape::Sphere(_) | Shape::Rectangle(_) | Shape::Disk(_) | Shape::Cylinder(_) => {
+            shape.bounds().corners().to_vec()
+        }
+    }
+}
+
+/// The box around some shapes, with the entry face that settings ask for.
+fn cuboid(
+    scene: &Scene,
+    settings: &Settings,
+    shapes: &[u32],
+    light: &Source,
+) -> Result<Cuboid, Refusal> {
+    /// The least extent of a side, by the largest: flat mirrors have a volume, too.
+    const FLAT: f64 = 1e-3;
+    let all = scene.world().shapes();
+    let whole = shapes.iter().fold(Bounds::EMPTY, |sum, shape| {
+        sum.union(all[*shape as usize].bounds())
+    });
+    let travel = -light
+        .towards(whole.center())
+        .try_normalize()
+        .unwrap_or(DVec3::Z);
+    let axes = match settings.volume {
+        Fit::World => Frame {
+            s: DVec3::X,
+            t: DVec3::Y,
+            n: DVec3::Z,
+        },
+        Fit::Light => Frame::around(-travel),
+    };
+    let places = shapes
+        .iter()
+        .flat_map(|shape| points(&all[*shape as usize]));
+    let bounds = Bounds::from_points(places.map(|place| axes.to_local(place)));
+    let largest = bounds.extent().max_element();
+    let half = (0.5 * bounds.extent()).max(DVec3::splat(0.5 * FLAT * largest))
+        * (1.0 + 2.0 * settings.margin);
+    let middle = axes.to_world(bounds.center());
+    let outward = match settings.entry {
+        Entry::Auto => return Ok(facing(middle, &axes, half, light, travel)),
+        Entry::XLow => -axes.s,
+        Entry::XHigh => axes.s,
+        Entry::YLow => -axes.t,
+        Entry::YHigh => axes.t,
+        Entry::ZLow => -axes.n,
+        Entry::ZHigh => axes.n,
+    };
+    Ok(Cuboid::new(middle, &axes, half, outward))
+}
+
+/// The box with the entry face before which the light is that faces its travel most.
+fn facing(middle: DVec3, axes: &Frame, half: DVec3, light: &Source, travel: DVec3) -> Cuboid {
+    let mut best: Option<(f64, Cuboid)> = None;
+    for axis in [axes.n, axes.s, axes.t] {
+        for outward in [axis, -axis] {
+            let one = Cuboid::new(middle, axes, half, outward);
+            let is_before = light
+                .towards(one.to_world(DVec3::ZERO))
+                .dot(outward)
+                .is_sign_positive();
+            // A light behind all of the face does not enter by it, however it faces.
+            let score = -travel.dot(outward) - if is_before { 0.0 } else { 2.0 };
+            if best.as_ref().is_none_or(|(most, _)| score > *most + 1e-9) {
+                best = Some((score, one));
+            }
+        }
+    }
+    best.map_or_else(
+        || Cuboid::new(middle, axes, half, axes.n),
+        |(_, cuboid)| cuboid,
+    )
+}
+
+/// Whether each face ends photons.
+fn culls(settings: &Settings, cuboid: &Cuboid) -> Result<[bool; 6], Refusal> {
+    let mut culls = [false; 6];
+    if settings.cull != "none" {
+        for word in settings.cull.split(',').map(str::trim) {
+            let face = Face::ALL.into_iter().find(|face| {
+                (word == "entry" && *face == Face::Entry) || cuboid.name(*face) == word
+            });
+            let Some(face) = face else {
+                return Err(Refusal::new(format!(
+                    "cull has the face \"{word}\"; allowed are none, or some of entry, x-, x+, y-, y+, z-, z+ with \
+                     commas between"
+                )));
+            };
+            culls[face as usize] = true;
+        }
+    }
+    if culls == [true; 6] {
+        return Err(Refusal::new(
+            "cull has all six faces: no photon would leave the volume; allowed are up to five",
+        ));
+    }
+    Ok(culls)
+}
+
+/// Refuses lights in the volume, and, if photons start on the entry face, lights behind it.
+fn check_light(settings: &Settings, cuboid: &Cuboid, source: &Source) -> Result<(), Refusal> {
+    if let Source::Point { origin, .. } = *source
+        && cuboid.holds(&Bounds::from_points([origin]))
+    {
+        return Err(Refusal::new(format!(
+            "the emitter at ({}, {}, {}) is in the volume: photons enter it from outside",
+            origin.x, origin.y, origin.z
+        )));
+    }
+    let is_before = |face: Face| {
+        let middle = cuboid.to_world(cuboid.face_middle(face));
+        source.towards(middle).dot(cuboid.outward(face)) > 0.0
+    };
+    if settings.emission == Emission::Exact || is_before(Face::Entry) {
+        return Ok(());
+    }
+    let other = Face::ALL.into_iter().find(|face| is_before(*face));
+    let other = other.map_or("none", |face| cuboid.name(face));
+    Err(Refusal::new(format!(
+        "a light is behind the entry face ({}): entry={other} is before it, and emission=exact takes all faces",
+        cuboid.name(Face::Entry)
+    )))
+}

@@ -1,0 +1,375 @@
+//! The stages one after the other.
+
+use std::time::Instant;
+
+use super::beams::Beams;
+use super::buffers::{Pictures, Slab};
+use super::darkness;
+use super::demands::Volume;
+use super::draw::draw;
+use super::emission::{Lattice, lattices};
+use super::ledger::{Fate, Flow};
+use super::lod;
+use super::photon::{PHOTON_BYTES, Photon};
+use super::projector::Projectors;
+use super::settings::Settings;
+use super::slab::Passed;
+use super::smooth::smoothed;
+use super::splat::discs;
+use super::sweep::{Queue, Tracer, in_chunks};
+use super::update::Last;
+use super::variants::{BySteps, Layers, STAGES, Smooth, Splat, Step, Update};
+use super::work::Work;
+use crate::approximation::clock::Done;
+use crate::approximation::sources::flux_bound;
+use crate::approximation::{ExactFilm, Frame, Receivers, SensorFilm};
+use crate::geometry::Bounds;
+use crate::radiometry::Rgb;
+use crate::run::{Counters, Error, StageWork};
+use crate::scene::{Scene, Sensor};
+
+/// What outlives a frame.
+#[derive(Debug)]
+pub struct Kept {
+    /// The volume: it stays as long as all that mirrors or refracts is in it.
+    volume: Volume,
+    /// The last frame, if frames are made anew in part.
+    last: Option<Last>,
+}
+
+impl Kept {
+    /// What is known before the first frame.
+    ///
+    /// # Errors
+    ///
+    /// As [`Volume::new`].
+    pub fn new(scene: &Scene, settings: &Settings) -> Result<Self, Error> {
+        Ok(Self {
+            volume: Volume::new(scene, settings)?,
+            last: None,
+        })
+    }
+}
+
+/// Work and time by pass: of each slab, and last of the projectors and the film.
+type ByPasses = Vec<BySteps<Done<Work>>>;
+
+/// Fills a sensor with light by way of the volume.
+///
+/// # Errors
+///
+/// As [`Volume::new`] and [`SensorFilm::new`], and if sums of light are not representable.
+pub fn run(
+    settings: &Settings,
+    kept: &mut Kept,
+    scene: &Scene,
+    sensor: &Sensor,
+) -> Result<Frame, Error> {
+    let film = SensorFilm::new(scene, sensor)?;
+    let fresh = Volume::new(scene, settings)?;
+    let is_held = fresh.is_held_by(scene, &kept.volume.cuboid);
+    let volume = Volume {
+        cuboid: if is_held {
+            kept.volume.cuboid
+        } else {
+            fresh.cuboid
+        },
+        ..fresh
+    };
+    let last = kept.last.take().filter(|_| is_held);
+    let slabs = lod::slabs(settings, &volume, &film) as usize;
+    let is_seen = !settings.frustum || lod::is_seen(&volume, &film);
+    let mut pipeline = Pipeline {
+        settings,
+        scene,
+        volume: &volume,
+        film: &film,
+        passes: vec![Default::default(); slabs + 1],
+        flow: Flow::default(),
+        warnings: Vec::new(),
+    };
+    let [width, height] = film.size();
+    let mut values = vec![Rgb::BLACK; width * height];
+    if is_seen {
+        let (light, next) = pipeline.light(last)?;
+        values = light;
+        kept.last = next;
+    }
+    pipeline.flow.drawn = pipeline.flux_of(&values);
+    if is_seen && settings.smooth == Smooth::Gaussian {
+        values = pipeline.timed(slabs, Step::Smooth, |_, work| {
+            smoothed(&values, [width, height], settings.sigma, work)
+        });
+    }
+    pipeline.flow.image = pipeline.flux_of(&values);
+    let frame = pipeline.frame(values, is_seen);
+    kept.volume = volume;
+    Ok(frame)
+}
+
+struct Pipeline<'a> {
+    settings: &'a Settings,
+    scene: &'a Scene,
+    volume: &'a Volume,
+    film: &'a SensorFilm,
+    passes: ByPasses,
+    flow: Flow,
+    warnings: Vec<String>,
+}
+
+impl Pipeline<'_> {
+    /// Runs a part of a stage on the clock of a pass.
+    fn timed<T>(
+        &mut self,
+        pass: usize,
+        step: Step,
+        part: impl FnOnce(&mut Self, &mut Work) -> T,
+    ) -> T {
+        let start = Instant::now();
+        let mut work = Work::default();
+        let result = part(self, &mut work);
+        let done = &mut self.passes[pass][step as usize];
+        done.work += work;
+        done.seconds += start.elapsed().as_secs_f64();
+        result
+    }
+
+    fn add_work(&mut self, pass: usize, work: BySteps<Work>) {
+        for (done, one) in self.passes[pass].iter_mut().zip(work) {
+            done.work += one;
+        }
+    }
+
+    /// Flux \[W\] of an image; none of a camera's.
+    fn flux_of(&self, values: &[Rgb]) -> Rgb {
+        let is_meter = self.film.shape().is_some();
+        let texels = values.iter().enumerate().filter(|_| is_meter);
+        texels
+            .map(|(texel, value)| *value * self.film.measure(texel))
+            .sum()
+    }
+
+    /// Stages `emission` to `splat`; and what a later frame may begin with.
+    fn light(&mut self, last: Option<Last>) -> Result<(Vec<Rgb>, Option<Last>), Error> {
+        let (settings, scene, volume) = (self.settings, self.scene, self.volume);
+        let count = self.passes.len() - 1;
+        let slabs: Vec<Slab> = (0..count)
+            .map(|slab| Slab {
+                scene,
+                cuboid: &volume.cuboid,
+                depths: volume.cuboid.slab(slab, count),
+                side: settings.g_buffer as usize,
+            })
+            .collect();
+        let last = last
+            .unwrap_or_default()
+            .against(scene, volume, settings, count);
+        let mut pictures = Vec::new();
+        for (index, (slab, kept)) in slabs.iter().zip(last.pictures).enumerate() {
+            pictures.push(match kept {
+                Some(kept) => kept,
+                None => self.timed(index, Step::Buffers, |_, work| {
+                    Pictures::new(slab, settings, work)
+                }),
+            });
+        }
+        let projectors = match last.projectors {
+            Some(kept) => kept,
+            None => self.timed(count, Step::Projector, |_, work| {
+                Projectors::new(scene, volume, settings, work)
+            }),
+        };
+        let tracer = Tracer {
+            scene,
+            settings,
+            volume,
+            slabs: &slabs,
+            pictures: &pictures,
+            projectors: &projectors,
+        };
+        let all = lattices(scene, settings, volume);
+        match settings.splat {
+            Splat::Exact => Ok((self.beams(&tracer, &all)?, None)),
+            Splat::Quads => {
+                let start = last.queue.map_or_else(
+                    || (0, self.emitted(&tracer, &all)),
+                    |(slab, queue)| (slab, queue),
+                );
+                let (values, queues) = self.photons(&tracer, start, last.queues);
+                let next = (settings.update == Update::Changed)
+                    .then(|| Last::new(scene, volume, pictures, projectors, queues));
+                Ok((values, next))
+            }
+        }
+    }
+
+    /// Stage `emission`: photons before all slabs.
+    fn emitted(&mut self, tracer: &Tracer, lattices: &[Lattice]) -> Queue {
+        self.timed(0, Step::Emission, |_, work| {
+            let cells: Vec<(usize, u64)> = (0..lattices.len())
+                .flat_map(|lattice| (0..lattices[lattice].cells()).map(move |cell| (lattice, cell)))
+                .collect();
+            let mut passed = in_chunks(&cells, |(lattice, cell), into: &mut Passed| {
+                let work = into.work(Step::Emission);
+                if let Some(photon) = lattices[*lattice].cell(*cell, work) {
+                    into.tally.add(Fate::SetsOut, photon.flux);
+                    into.out.push((super::cuboid::Face::Entry, photon));
+                }
+            });
+            let photons: Vec<Photon> = passed.out.drain(..).map(|(_, photon)| photon).collect();
+            *work += std::mem::take(&mut passed.work)[Step::Emission as usize];
+            work.bytes += photons.len() as u64 * PHOTON_BYTES;
+            let mut queue = Queue::new(&photons, tracer);
+            queue.passed = passed;
+            queue
+        })
+    }
+
+    /// Stages `march` to `splat` for photons: from a slab on, with the queues before the slabs as far as
+    /// they are known.
+    fn photons(
+        &mut self,
+        tracer: &Tracer,
+        (first, mut queue): (usize, Queue),
+        mut queues: Vec<Queue>,
+    ) -> (Vec<Rgb>, Vec<Queue>) {
+        let settings = self.settings;
+        let count = tracer.slabs.len();
+        let step = match settings.layers {
+            Layers::Exact => Step::Layers,
+            Layers::NearFar | Layers::Peel => Step::March,
+        };
+        let is_kept = settings.update == Update::Changed;
+        let mut is_first = true;
+        loop {
+            for slab in if is_first { first } else { 0 }..count {
+                if is_kept && is_first {
+                    queues.push(queue.clone());
+                }
+                if !is_first && queue.waiting[slab].is_empty() {
+                    continue;
+                }
+                let done = self.timed(slab, step, |_, _| queue.pass(slab, tracer));
+                self.add_work(slab, done);
+            }
+            if is_kept && is_first {
+                queues.push(queue.clone());
+            }
+            is_first = false;
+            let done = self.timed(count, Step::Projector, |_, _| queue.project(tracer));
+            self.add_work(count, done);
+            if queue.is_empty() {
+                break;
+            }
+        }
+        self.flow.tally += queue.passed.tally;
+        let landed = queue.passed.landed;
+        let values = self.timed(count, Step::Splat, |this, work| {
+            // Half the diagonal of a texel: each splat has the middle of one.
+            let least = 0.5 * std::f64::consts::SQRT_2 * this.film.texel_length(this.scene);
+            let discs = discs(&this.volume.cuboid, settings, &landed, least);
+            work.splats += discs.len() as u64;
+            draw(this.scene, this.film, &discs, work)
+        });
+        (values, queues)
+    }
+
+    /// Stage `splat`, exact.
+    fn beams(&mut self, tracer: &Tracer, lattices: &[Lattice]) -> Result<Vec<Rgb>, Error> {
+        let (scene, volume) = (self.scene, self.volume);
+        let receivers = Receivers::new(scene);
+        let bounds = Bounds::from_points(volume.cuboid.corners());
+        let bound = |source| flux_bound(source, &bounds);
+        let total: f64 = volume.sources.iter().map(bound).sum();
+        let largest = total * self.film.largest_factor(scene);
+        let film = ExactFilm::new(self.film.size(), largest)?;
+        let screen = self.film.screen();
+        let count = tracer.slabs.len();
+        for lattice in lattices {
+            let beams = Beams {
+                tracer,
+                lattice,
+                screen: &screen,
+                receivers: &receivers,
+                film: &film,
+            };
+            let dealt = self.timed(count, Step::Splat, |_, _| beams.deal());
+            self.add_work(count, dealt.work);
+            self.flow.tally += dealt.tally;
+        }
+        let sums = film.finish()?;
+        let texels = sums.into_iter().enumerate();
+        let average = |(texel, sum): (usize, Rgb)| match self.film.measure(texel) {
+            measure if measure > 0.0 => sum / measure,
+            _ => Rgb::BLACK,
+        };
+        Ok(texels.map(average).collect())
+    }
+
+    /// Values, work and flux of the frame.
+    fn frame(mut self, values: Vec<Rgb>, is_seen: bool) -> Frame {
+        let is_dark = values.iter().all(|value| value.is_black());
+        if is_dark {
+            let reason = darkness::reason(&self.flow, self.film, is_seen);
+            self.warnings.insert(0, reason);
+        }
+        let mut sum = Work::default();
+        for done in self.passes.iter().flatten() {
+            sum += done.work;
+        }
+        let photons: u64 = self.passes.iter().map(|pass| pass[0].work.photons).sum();
+        Frame {
+            values,
+            work: work_list(&self.passes),
+            counters: Counters::of([
+                ("photons", photons),
+                ("passes", sum.passes),
+                ("texels", sum.texels),
+                ("triangles", sum.triangles),
+                ("steps", sum.steps),
+                ("fetches", sum.fetches),
+                ("copied", sum.copied),
+                ("splats", sum.splats),
+                ("fragments", sum.fragments),
+                ("rays", sum.rays),
+                ("bytes", sum.bytes),
+            ]),
+            flux: if self.film.shape().is_some() {
+                self.flow.entries()
+            } else {
+                Vec::new()
+            },
+            warnings: self.warnings,
+        }
+    }
+}
+
+/// Work stage by stage, and pass by pass: those of slabs in their order, then the projectors'.
+fn work_list(passes: &[BySteps<Done<Work>>]) -> Vec<StageWork> {
+    let mut list = Vec::new();
+    for (step, stage) in STAGES.iter().enumerate() {
+        let has_any = |pass: &&BySteps<Done<Work>>| {
+            pass[step].work != Work::default() || pass[step].seconds > 0.0
+        };
+        let is_single = passes.iter().filter(has_any).count() <= 1;
+        for (index, pass) in passes.iter().enumerate() {
+            if !has_any(&pass)
+                && !(is_single && index == 0 && !passes.iter().any(|it| has_any(&it)))
+            {
+                continue;
+            }
+            let label = match index {
+                _ if is_single => String::new(),
+                index if index + 1 == passes.len() => "projectors".to_owned(),
+                index => format!("slab {}", index + 1),
+            };
+            list.push(StageWork {
+                pass: label,
+                work: pass[step].work.counters(),
+                seconds: pass[step].seconds,
+                ..StageWork::new(stage.name)
+            });
+        }
+    }
+    list
+}
