@@ -77,7 +77,10 @@ mod tests {
 
     #[test]
     fn a_block_fills_its_box_but_for_edges_and_bumps() {
-        for (axis, half) in [DVec3::X, DVec3::Y, DVec3::Z].into_iter().zip(HALF_WIDTHS.to_array()) {
+        for (axis, half) in [DVec3::X, DVec3::Y, DVec3::Z]
+            .into_iter()
+            .zip(HALF_WIDTHS.to_array())
+        {
             for side in [axis, -axis] {
                 let reach = surface(HALF_WIDTHS, side).0.dot(side) / half;
                 assert!((reach - 1.0).abs() <= 0.03, "{axis}: {reach}");

@@ -58,7 +58,10 @@ mod tests {
             // A square grid of corners, cut along its diagonal.
             assert_eq!(vertices.len(), (frequency + 1).pow(2) as usize);
             for weights in vertices {
-                assert_eq!(weights.map(|(_, weight)| weight).iter().sum::<u32>(), frequency);
+                assert_eq!(
+                    weights.map(|(_, weight)| weight).iter().sum::<u32>(),
+                    frequency
+                );
             }
         }
     }
