@@ -94,8 +94,8 @@ mod tests {
 
     #[test]
     fn normals_are_exact() {
-        // Central differences over 2e-5 err by their square times third derivatives below 1e4, and by roundings
-        // of 1e-16 over 1e-5.
+        // Central differences over 2e-5 err by the square of it times third derivatives below 1e4, and by
+        // roundings of 1e-16 over 1e-5.
         const STEP: f64 = 1e-5;
         for direction in geodesic(7).0 {
             let (_, normal) = surface(HALF_WIDTHS, direction);

@@ -8,8 +8,8 @@ use crate::geometry::MeshParts;
 
 /// A ring about the z axis in the plane z = 0: an ellipse carried round a circle of radius `radius`.
 ///
-/// The ellipse has the half-axes `half_width` along the circle's radius and `half_height` along z. The mesh has
-/// `2 around · across` triangles and exact vertex normals; both counts are at least 3.
+/// The ellipse has the half-axes `half_width` along the circle's radius and `half_height` along z. The mesh
+/// has `2 around · across` triangles and exact vertex normals; both counts are at least 3.
 pub fn ring(radius: f64, half_width: f64, half_height: f64, around: u32, across: u32) -> MeshParts {
     tube(around, across, |along, round| {
         let (sin, cos) = along.sin_cos();
@@ -30,9 +30,9 @@ pub fn ring(radius: f64, half_width: f64, half_height: f64, around: u32, across:
 /// thickness (1 + relief sin(10 t + 2 φ))
 /// ```
 ///
-/// with t the angle along the curve and φ the angle about it, counted from the torus's normal. With `radius` =
-/// 2 `winding`, `thickness (1 + relief)` below 0.8 `winding` keeps strands apart and bends open. The mesh has
-/// `2 around · across` triangles and exact vertex normals; both counts are at least 3.
+/// with t the angle along the curve and φ the angle about it, counted from the torus's normal. Let `radius`
+/// be 2 `winding`: then strands stay apart and bends open while `thickness (1 + relief)` is below 0.8
+/// `winding`. The mesh has `2 around · across` triangles and exact vertex normals; both counts are at least 3.
 pub fn trefoil_knot(
     radius: f64,
     winding: f64,
@@ -187,8 +187,8 @@ mod tests {
         assert!((ratio - 4.0).abs() < 4.0 * 0.02, "{ratio}");
     }
 
-    /// Differences over both neighbours are along the slope exactly on circles and ellipses, up to the 1e-8 of an
-    /// arc cosine. Else they err by the square of the distance: halving it divides the error by 4.
+    /// On circles and ellipses differences over both neighbours are along the slope exactly, up to the 1e-8 of
+    /// an arc cosine. Else they err by the square of the distance: halving it divides the error by 4.
     #[test]
     fn normals_are_exact() {
         let ring = worst_angle(&ring(2.0, 0.3, 0.5, 60, 24), 60, 24);
