@@ -119,8 +119,8 @@ pub fn round_brilliant(girdle_radius: f64, cut: BrilliantCut) -> MeshParts {
 
 /// A mesh of flat facets with every triangle cut into `frequency²` in its plane.
 ///
-/// The body is the same. Triangles that shared corners share the new vertices on their edges, so a closed mesh
-/// stays closed. Normals and UVs are dropped; `frequency` 0 counts as 1.
+/// The body is the same. Triangles that share corners share the new vertices on their edges, so a closed
+/// mesh stays closed. Normals and UVs are dropped; `frequency` 0 counts as 1.
 pub fn subdivided_facets(mesh: &MeshParts, frequency: u32) -> MeshParts {
     let frequency = frequency.max(1);
     let faces = mesh

@@ -32,7 +32,8 @@ pub fn ring(radius: f64, half_width: f64, half_height: f64, around: u32, across:
 ///
 /// with t the angle along the curve and φ the angle about it, counted from the torus's normal. Let `radius`
 /// be 2 `winding`: then strands stay apart and bends open while `thickness (1 + relief)` is below 0.8
-/// `winding`. The mesh has `2 around · across` triangles and exact vertex normals; both counts are at least 3.
+/// `winding`. The mesh has `2 around · across` triangles and exact vertex normals. Both counts are at least
+/// 3.
 pub fn trefoil_knot(
     radius: f64,
     winding: f64,
@@ -187,8 +188,8 @@ mod tests {
         assert!((ratio - 4.0).abs() < 4.0 * 0.02, "{ratio}");
     }
 
-    /// On circles and ellipses differences over both neighbours are along the slope exactly, up to the 1e-8 of
-    /// an arc cosine. Else they err by the square of the distance: halving it divides the error by 4.
+    /// On circles and ellipses differences over both neighbours are along the slope, up to the 1e-8 of an arc
+    /// cosine. Else they err by the square of the distance: halving it divides the error by 4.
     #[test]
     fn normals_are_exact() {
         let ring = worst_angle(&ring(2.0, 0.3, 0.5, 60, 24), 60, 24);
