@@ -1,10 +1,10 @@
 //! Closed balls, smooth and bumpy.
 
-use std::collections::HashMap;
-
 use glam::DVec3;
 
 use crate::geometry::MeshParts;
+
+use super::cuts::{Weights, cut};
 
 /// A geodesic sphere about the origin with `20 frequency²` triangles and exact vertex normals.
 ///
@@ -73,42 +73,15 @@ const BUMPS: [(f64, [f64; 3], f64); 4] = [
 /// counter-clockwise from outside.
 pub(crate) fn geodesic(frequency: u32) -> (Vec<DVec3>, Vec<[u32; 3]>) {
     let corners = icosahedron_corners();
-    let mut directions = Vec::new();
-    // A vertex is known by its weights over the icosahedron's corners, so that faces that share an edge give
-    // the vertices on it the same names.
-    let mut known: HashMap<[(usize, u32); 3], u32> = HashMap::new();
-    let mut triangles = Vec::with_capacity((20 * frequency * frequency) as usize);
-    for face in ICOSAHEDRON_FACES {
-        let mut vertex = |i: u32, j: u32| {
-            let weights = [(face[0], frequency - i - j), (face[1], i), (face[2], j)];
-            let mut key = weights.map(|(corner, weight)| {
-                if weight == 0 {
-                    (usize::MAX, 0)
-                } else {
-                    (corner, weight)
-                }
-            });
-            key.sort_unstable();
-            *known.entry(key).or_insert_with(|| {
-                let sum: DVec3 = key
-                    .iter()
-                    .filter(|(_, weight)| *weight > 0)
-                    .map(|&(corner, weight)| corners[corner] * f64::from(weight))
-                    .sum();
-                directions.push(sum.normalize());
-                directions.len() as u32 - 1
-            })
-        };
-        for i in 0..frequency {
-            for j in 0..frequency - i {
-                triangles.push([vertex(i, j), vertex(i + 1, j), vertex(i, j + 1)]);
-                if i + j + 2 <= frequency {
-                    triangles.push([vertex(i + 1, j), vertex(i + 1, j + 1), vertex(i, j + 1)]);
-                }
-            }
-        }
-    }
-    (directions, triangles)
+    let (vertices, triangles) = cut(ICOSAHEDRON_FACES, frequency);
+    let direction = |weights: &Weights| {
+        let weighted = weights.iter().filter(|(_, weight)| *weight > 0);
+        let sum: DVec3 = weighted
+            .map(|&(corner, weight)| corners[corner] * f64::from(weight))
+            .sum();
+        sum.normalize()
+    };
+    (vertices.iter().map(direction).collect(), triangles)
 }
 
 fn icosahedron_corners() -> [DVec3; 12] {

@@ -4,18 +4,20 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 
 use crate::film::atomic::{self, WriteError};
 use crate::geometry::MeshParts;
 
 use super::{
     ball::geodesic_sphere,
-    facets::{BrilliantCut, equilateral_prism, round_brilliant},
+    block::bumpy_block,
+    facets::{BrilliantCut, equilateral_prism, round_brilliant, subdivided_facets},
     fence::{Picket, picket_fence},
     height_field::{Wave, height_field},
     ply::ply_bytes,
     revolution::{paraboloid, plano_convex_lens},
+    tube::{ring, trefoil_knot},
 };
 
 /// The waves of the scene `water`; their slopes sum to less than 0.5.
@@ -46,6 +48,9 @@ const PICKET: Picket = Picket {
     tip: 0.1,
     thickness: 0.02,
 };
+
+/// The largest detail of the knot of `cornell-caustics`, 97,020 triangles at detail 1.
+const KNOT_DETAIL: u32 = 14;
 
 const fn wave(amplitude: f64, x: f64, y: f64, phase: f64) -> Wave {
     Wave {
@@ -83,6 +88,7 @@ enum Content {
 pub struct GenerateOptions {
     /// A factor on the number of cuts along every direction of a curved mesh: `detail`² times the
     /// triangles of the bundled one. 1 to [`GenerateOptions::MAX_DETAIL`]. Flat-faceted meshes do not change.
+    /// The knot of `cornell-caustics`, the finest mesh, is the same above 14.
     pub detail: u32,
 }
 
@@ -150,7 +156,7 @@ macro_rules! bundled {
 }
 
 /// All bundled scenes, in the order of `scenes/README.md`.
-pub const SCENES: [BundledScene; 13] = [
+pub const SCENES: [BundledScene; 14] = [
     bundled!("glass-ball"),
     bundled!(
         "glass-ball-mesh",
@@ -182,6 +188,26 @@ pub const SCENES: [BundledScene; 13] = [
         mesh "lens" = |detail| plano_convex_lens(0.06, 0.05, 28 * detail)
     ),
     bundled!("cornell-glass"),
+    bundled!(
+        "cornell-caustics",
+        include "cornell-caustics-diamond",
+        include "cornell-caustics-ring",
+        include "cornell-caustics-ball",
+        include "cornell-caustics-knot",
+        include "cornell-caustics-blocks",
+        mesh "cornell-caustics-diamond" = |_| {
+            subdivided_facets(&round_brilliant(0.35, BrilliantCut::TOLKOWSKY), 4)
+        },
+        mesh "cornell-caustics-ring" = |detail| ring(0.35, 0.03, 0.1, 60 * detail, 24 * detail),
+        mesh "cornell-caustics-ball" = |detail| geodesic_sphere(0.35, 14 * detail),
+        mesh "cornell-caustics-knot" = |detail| {
+            let detail = detail.min(KNOT_DETAIL);
+            trefoil_knot(0.23, 0.115, 0.055, 0.06, 735 * detail, 66 * detail)
+        },
+        mesh "cornell-caustics-blocks" = |detail| {
+            bumpy_block(DVec3::new(0.2, 0.15, 0.11), 24 * detail)
+        }
+    ),
     bundled!(
         "parabolic-mirror",
         mesh "parabolic-mirror" = |detail| paraboloid(0.5, 0.5, 28 * detail)
@@ -305,6 +331,7 @@ mod tests {
         let detail = GenerateOptions::MAX_DETAIL;
         assert!(20 * (32 * detail).pow(2) < 20_000_000);
         assert!(2 * (119 * detail).pow(2) < 20_000_000);
+        assert!(2 * 735 * 66 * KNOT_DETAIL.pow(2) < 20_000_000);
     }
 
     #[test]

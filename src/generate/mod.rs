@@ -6,23 +6,28 @@
 //! (Floor 2: this room imports from `geometry`, and `film` for whole files.)
 
 pub(crate) mod ball;
+mod block;
 mod bundled;
+mod cuts;
 mod facets;
 mod fence;
 mod height_field;
 mod ply;
 mod revolution;
+mod tube;
 
 #[cfg(test)]
 mod checks;
 
 pub use ball::{bumpy_ball, geodesic_sphere};
+pub use block::bumpy_block;
 pub use bundled::{
     BundledFile, BundledScene, GenerateError, GenerateOptions, POOL, SCENES, WATER, generate,
     scene_names,
 };
-pub use facets::{BrilliantCut, equilateral_prism, round_brilliant};
+pub use facets::{BrilliantCut, equilateral_prism, round_brilliant, subdivided_facets};
 pub use fence::{Picket, picket_fence};
 pub use height_field::{Wave, height_field};
 pub use ply::write_ply;
 pub use revolution::{paraboloid, plano_convex_lens};
+pub use tube::{ring, trefoil_knot};

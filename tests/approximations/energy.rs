@@ -479,6 +479,7 @@ fn shipped_scenes_have_light_or_say_why_not() {
         "glass-ball-mesh",
         "glass-ball-behind-pane",
         "coffee-cup",
+        "cornell-caustics",
     ] {
         let scene = bundled(name, 8);
         let map = caustic_map(&[("photons", "64"), ("map", "64")]);

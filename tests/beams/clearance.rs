@@ -352,6 +352,7 @@ fn on_every_bundled_scene_clear_cells_are_of_one_topology() {
         "pool",
         "prism",
         "diamond",
+        "cornell-caustics",
         "parabolic-mirror",
     ] {
         let scene = bundled(name, 64);

@@ -27,7 +27,7 @@ use crate::support::scenes::meter;
 use crate::support::{Compared, Photons, bundled, bundled_file, scene_files};
 
 /// The shipped scenes whose light all comes from points or from infinity.
-const SCENES: [&str; 11] = [
+const SCENES: [&str; 12] = [
     "glass-ball",
     "glass-ball-mesh",
     "coffee-cup",
@@ -38,6 +38,7 @@ const SCENES: [&str; 11] = [
     "cube",
     "diamond",
     "lens",
+    "cornell-caustics",
     "parabolic-mirror",
 ];
 

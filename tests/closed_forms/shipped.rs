@@ -171,6 +171,10 @@ fn the_other_shipped_scenes_are_refused_each_with_its_reason() {
             "cornell-glass",
             "emitter 0 (area) shines from a surface, and there is shape \"ceiling\" (rectangle) beside it",
         ),
+        (
+            "cornell-caustics",
+            "shape \"left-surface\" (rectangle) and shape \"right-surface\" (rectangle) and 3 more shapes are in the scene",
+        ),
     ] {
         let scene = bundled(name, 4);
         let refused = supports(&scene, meter(&scene)).unwrap_err().to_string();

@@ -46,6 +46,7 @@ fn no_ray_outside_the_cells_meets_specular_geometry() {
         ("mirror-ring.xml", true),
         ("lens.xml", true),
         ("cornell-glass.xml", true),
+        ("cornell-caustics.xml", true),
         ("diamond.xml", true),
         ("coffee-cup.xml", false),
         ("water.xml", false),

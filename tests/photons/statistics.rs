@@ -320,6 +320,7 @@ fn layers_and_ledger_tell_of_the_same_flux() {
         "glass-ball",
         "coffee-cup",
         "cornell-glass",
+        "cornell-caustics",
         "diamond",
         "water",
         "pool",

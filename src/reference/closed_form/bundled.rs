@@ -239,7 +239,7 @@ mod tests {
     use crate::generate::SCENES;
 
     #[test]
-    fn all_scenes_but_the_pane_the_waters_and_the_box_are_known() {
+    fn all_scenes_but_the_pane_the_waters_and_the_boxes_are_known() {
         let known = Bundled::all(1);
         let unknown: Vec<&str> = SCENES
             .iter()
@@ -248,7 +248,13 @@ mod tests {
             .collect();
         assert_eq!(
             unknown,
-            ["glass-ball-behind-pane", "water", "pool", "cornell-glass"]
+            [
+                "glass-ball-behind-pane",
+                "water",
+                "pool",
+                "cornell-glass",
+                "cornell-caustics"
+            ]
         );
     }
 

@@ -32,9 +32,9 @@ DIMMING = 65536.0
 PHOTONS = 1 << 18
 MORE_PHOTONS = {"glass-ball": 8, "glass-ball-mesh": 8, "floor-glass-ball": 8, "mirror-ring": 4, "pebble": 4, "lamp-in-glass": 2, "floor-water": 4}
 SAMPLES = 64
-# Light by way of the ball is found by chance; the lens leaves little light that paths find at all.
-MORE_SAMPLES = {"cornell-glass": 512, "lens": 256}
-SHIPPED = ["coffee-cup", "cornell-glass", "cube", "diamond", "glass-ball", "glass-ball-mesh", "lens", "mirror-ring",
+# Light by way of the ball is found by chance; the lens leaves little light that paths find at all. One matt surface lights others in the box.
+MORE_SAMPLES = {"cornell-caustics": 256, "cornell-glass": 512, "lens": 256}
+SHIPPED = ["coffee-cup", "cornell-caustics", "cornell-glass", "cube", "diamond", "glass-ball", "glass-ball-mesh", "lens", "mirror-ring",
            "parabolic-mirror", "pool", "prism", "water"]
 # Of the pinhole: its place, and how far it sees on either side.
 FLOORS = {"glass-ball": ([0, 0, 0.3], 2.0), "water": ([0, 0, 0.3], 0.9)}
