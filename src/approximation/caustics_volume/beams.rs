@@ -61,8 +61,10 @@ struct Landed {
     path: u64,
     /// In texels; may lie beside the film.
     at: DVec2,
-    /// What the flux of a cell is multiplied by on the film.
+    /// What the flux of a cell is multiplied by on the way, and on the film.
     factor: Rgb,
+    /// Only on the way.
+    left: f64,
 }
 
 /// A corner's light.
@@ -80,6 +82,9 @@ impl Corner {
         found.ok().map(|index| &self.landed[index])
     }
 }
+
+/// The share of a cell's light from which on its border is worth more rays.
+const LEAST_SPLIT: f64 = 1e-2;
 
 /// Rows of cells that share their lines of corners, as one task.
 const ROWS: usize = 8;
@@ -205,6 +210,7 @@ impl Beams<'_> {
             path: photon.path ^ surface.rotate_left(17),
             at,
             factor: photon.flux * weight,
+            left: photon.flux.max_channel(),
         })
     }
 
@@ -239,7 +245,7 @@ impl Beams<'_> {
                         work.splats += 1;
                     }
                 } else {
-                    is_split = true;
+                    is_split |= one.left >= LEAST_SPLIT;
                 }
             }
         }
