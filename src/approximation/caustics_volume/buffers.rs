@@ -224,13 +224,12 @@ impl Slab<'_> {
 
     /// A fragment's depth as a picture keeps it; `None` beside the slab.
     fn kept(&self, fragment: &Fragment, is_far: bool, format: Buffers) -> Option<f32> {
-        let depth = match fragment.value {
-            Some(depth) => depth,
-            None => {
-                let mut work = Work::default();
-                self.met_on(fragment.shape, fragment.at, is_far, &mut work)?
-                    .depth
-            }
+        let depth = if let Some(depth) = fragment.value {
+            depth
+        } else {
+            let mut work = Work::default();
+            self.met_on(fragment.shape, fragment.at, is_far, &mut work)?
+                .depth
         };
         let is_there = depth >= -self.slack() && depth <= self.depth() + self.slack();
         is_there.then_some(match format {

@@ -54,7 +54,7 @@ impl Volume {
                  conductor",
             ));
         }
-        let cuboid = cuboid(scene, settings, &shapes, &sources[0])?;
+        let cuboid = cuboid(scene, settings, &shapes, &sources[0]);
         for source in &sources {
             check_light(settings, &cuboid, source)?;
         }
@@ -96,12 +96,7 @@ fn points(shape: &Shape) -> Vec<DVec3> {
 }
 
 /// The box around some shapes, with the entry face that settings ask for.
-fn cuboid(
-    scene: &Scene,
-    settings: &Settings,
-    shapes: &[u32],
-    light: &Source,
-) -> Result<Cuboid, Refusal> {
+fn cuboid(scene: &Scene, settings: &Settings, shapes: &[u32], light: &Source) -> Cuboid {
     /// The least extent of a side, by the largest: flat mirrors have a volume, too.
     const FLAT: f64 = 1e-3;
     let all = scene.world().shapes();
@@ -129,7 +124,7 @@ fn cuboid(
         * (1.0 + 2.0 * settings.margin);
     let middle = axes.to_world(bounds.center());
     let outward = match settings.entry {
-        Entry::Auto => return Ok(facing(middle, &axes, half, light, travel)),
+        Entry::Auto => return facing(middle, &axes, half, light, travel),
         Entry::XLow => -axes.s,
         Entry::XHigh => axes.s,
         Entry::YLow => -axes.t,
@@ -137,7 +132,7 @@ fn cuboid(
         Entry::ZLow => -axes.n,
         Entry::ZHigh => axes.n,
     };
-    Ok(Cuboid::new(middle, &axes, half, outward))
+    Cuboid::new(middle, &axes, half, outward)
 }
 
 /// The box with the entry face before which the light is that faces its travel most.

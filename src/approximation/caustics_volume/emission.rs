@@ -242,8 +242,8 @@ mod tests {
         };
         for face in Face::ALL {
             let all = measure(&cuboid, &source, face, [DVec2::ZERO, DVec2::ONE]);
-            // Brute force: dω = cos / d² dA at the midpoints of 400² cells. The midpoint rule's error falls as
-            // the square of their side: 1e-5 of the face.
+            // Brute force: dω = cos / d² dA at the midpoints of 400² cells. The midpoint rule's error falls
+            // as the square of their side: 1e-5 of the face.
             let mut sum = 0.0;
             let parts = 400;
             for index in 0..parts * parts {

@@ -20,6 +20,10 @@ const SPLIT_EVENTS: usize = 2;
 const FAINTEST: f64 = 1e-6;
 
 /// What becomes of a photon at a surface.
+#[allow(
+    clippy::large_enum_variant,
+    reason = "it is on the stack, for a moment"
+)]
 pub enum Meeting {
     /// It lands there.
     Lands,

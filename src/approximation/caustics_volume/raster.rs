@@ -7,7 +7,7 @@
 
 use glam::DVec2;
 
-use crate::approximation::bands::{Band, in_bands};
+use crate::approximation::bands::{Band, in_bands, signed};
 
 /// Something drawn: a triangle, or the texels that a shape may be in.
 #[derive(Clone, Copy, Debug)]
@@ -85,7 +85,7 @@ fn side(a: DVec2, b: DVec2, p: DVec2) -> (f64, bool) {
 
 /// Draws items in their order into a picture of `side` x `side` texels: `add(texel, fragment)`.
 pub fn draw<V: Clone + Default + Send + Sync>(
-    side_of: usize,
+    side: usize,
     items: &[Item],
     add: impl Fn(&mut V, &Fragment) + Sync,
 ) -> Vec<V> {
@@ -93,36 +93,31 @@ pub fn draw<V: Clone + Default + Send + Sync>(
         let [low, high] = item.form.range();
         centres(low.y, high.y)
     };
-    let last = side_of as i64 - 1;
-    let (picture, _) = in_bands(
-        [side_of; 2],
-        items,
-        rows,
-        |item: &Item, band: &mut Band<V>| {
-            let [low, high] = item.form.range();
-            let (top, bottom) = centres(low.y, high.y);
-            let (left, right) = centres(low.x, high.x);
-            let [first, end] = band.rows();
-            let triangle = Oriented::of(&item.form);
-            for row in top.max(first)..=bottom.min(end - 1) {
-                for column in left.max(0)..=right.min(last) {
-                    let at = DVec2::new(column as f64 + 0.5, row as f64 + 0.5);
-                    let Some((face, value)) = triangle.at(at) else {
-                        continue;
+    let last = signed(side) - 1;
+    let (picture, _) = in_bands([side; 2], items, rows, |item: &Item, band: &mut Band<V>| {
+        let [low, high] = item.form.range();
+        let (top, bottom) = centres(low.y, high.y);
+        let (left, right) = centres(low.x, high.x);
+        let [first, end] = band.rows();
+        let triangle = Oriented::of(&item.form);
+        for row in top.max(first)..=bottom.min(end - 1) {
+            for column in left.max(0)..=right.min(last) {
+                let at = DVec2::new(column as f64 + 0.5, row as f64 + 0.5);
+                let Some((face, value)) = triangle.at(at) else {
+                    continue;
+                };
+                if let Some(texel) = band.texel(column, row) {
+                    let fragment = Fragment {
+                        shape: item.shape,
+                        face,
+                        value,
+                        at,
                     };
-                    if let Some(texel) = band.texel(column, row) {
-                        let fragment = Fragment {
-                            shape: item.shape,
-                            face,
-                            value,
-                            at,
-                        };
-                        add(texel, &fragment);
-                    }
+                    add(texel, &fragment);
                 }
             }
-        },
-    );
+        }
+    });
     picture
 }
 

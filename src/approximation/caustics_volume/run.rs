@@ -134,9 +134,9 @@ impl Pipeline<'_> {
         result
     }
 
-    fn add_work(&mut self, pass: usize, work: BySteps<Work>) {
+    fn add_work(&mut self, pass: usize, work: &BySteps<Work>) {
         for (done, one) in self.passes[pass].iter_mut().zip(work) {
-            done.work += one;
+            done.work += *one;
         }
     }
 
@@ -250,14 +250,14 @@ impl Pipeline<'_> {
                     continue;
                 }
                 let done = self.timed(slab, step, |_, _| queue.pass(slab, tracer));
-                self.add_work(slab, done);
+                self.add_work(slab, &done);
             }
             if is_kept && is_first {
                 queues.push(queue.clone());
             }
             is_first = false;
             let done = self.timed(count, Step::Projector, |_, _| queue.project(tracer));
-            self.add_work(count, done);
+            self.add_work(count, &done);
             if queue.is_empty() {
                 break;
             }
@@ -294,7 +294,7 @@ impl Pipeline<'_> {
                 film: &film,
             };
             let dealt = self.timed(count, Step::Splat, |_, _| beams.deal());
-            self.add_work(count, dealt.work);
+            self.add_work(count, &dealt.work);
             self.flow.tally += dealt.tally;
         }
         let sums = film.finish()?;
@@ -348,25 +348,22 @@ impl Pipeline<'_> {
 fn work_list(passes: &[BySteps<Done<Work>>]) -> Vec<StageWork> {
     let mut list = Vec::new();
     for (step, stage) in STAGES.iter().enumerate() {
-        let has_any = |pass: &&BySteps<Done<Work>>| {
-            pass[step].work != Work::default() || pass[step].seconds > 0.0
-        };
-        let is_single = passes.iter().filter(has_any).count() <= 1;
-        for (index, pass) in passes.iter().enumerate() {
-            if !has_any(&pass)
-                && !(is_single && index == 0 && !passes.iter().any(|it| has_any(&it)))
-            {
-                continue;
-            }
-            let label = match index {
-                _ if is_single => String::new(),
+        let has_any = |done: &Done<Work>| done.work != Work::default() || done.seconds > 0.0;
+        let all = passes.iter().map(|pass| &pass[step]).enumerate();
+        let done: Vec<(usize, &Done<Work>)> = all.filter(|(_, done)| has_any(done)).collect();
+        if done.is_empty() {
+            list.push(StageWork::new(stage.name));
+        }
+        for (index, one) in &done {
+            let pass = match *index {
+                _ if done.len() == 1 => String::new(),
                 index if index + 1 == passes.len() => "projectors".to_owned(),
                 index => format!("slab {}", index + 1),
             };
             list.push(StageWork {
-                pass: label,
-                work: pass[step].work.counters(),
-                seconds: pass[step].seconds,
+                pass,
+                work: one.work.counters(),
+                seconds: one.seconds,
                 ..StageWork::new(stage.name)
             });
         }

@@ -28,7 +28,6 @@ pub fn smoothed(
 /// Rows of a picture after a symmetric filter, as columns.
 fn transposed_blur(values: &[Rgb], width: usize, weights: &[f64]) -> Vec<Rgb> {
     let reach = weights.len() - 1;
-    let height = values.len() / width;
     let rows: Vec<Vec<Rgb>> = values
         .par_chunks(width)
         .map(|row| {
@@ -47,7 +46,7 @@ fn transposed_blur(values: &[Rgb], width: usize, weights: &[f64]) -> Vec<Rgb> {
         .collect();
     let mut turned = Vec::with_capacity(values.len());
     for column in 0..width {
-        turned.extend((0..height).map(|row| rows[row][column]));
+        turned.extend(rows.iter().map(|row| row[column]));
     }
     turned
 }
