@@ -316,3 +316,65 @@ fn a_frame_that_is_made_anew_in_part_has_the_bits_of_one_made_anew_in_all() {
         }
     }
 }
+
+/// Images of some scenes, one after the other.
+fn images(given: &[(&str, &str)], scenes: &[&Scene]) -> Vec<Vec<f64>> {
+    let common = [
+        ("g-buffer", "60"),
+        ("photons", "800"),
+        ("slabs", "3"),
+        ("smooth", "exact"),
+    ];
+    let values = values(&[&common[..], given].concat());
+    let context = Context::default();
+    let mut prepared = CausticsVolume
+        .prepare(scenes[0], meter(scenes[0]), &values, &context)
+        .unwrap();
+    let mut image = |scene: &&Scene| -> Vec<f64> {
+        let frame = prepared.frame(scene, meter(scene), &context).unwrap();
+        frame.values.iter().map(|value| value.mean()).collect()
+    };
+    scenes.iter().map(&mut image).collect()
+}
+
+#[test]
+fn passes_shared_out_over_frames_trail_behind_by_as_many_frames() {
+    let balls = [DVec3::new(0.0, 0.0, 2.0), DVec3::new(0.1, 0.1, 0.6)];
+    let [before, after] = [0.0, 0.2].map(|lamp| stage(balls[0], balls[1], 1.2, lamp));
+    let whole = images(&[], &[&before, &after]);
+    assert_ne!(whole[0], whole[1]);
+    // Four passes, two a frame: a sweep begins in frames 1, 3, 5 and ends in frames 2, 4, 6.
+    let scenes = [&before, &before, &before, &after, &after, &after, &after];
+    let trailing = images(&[("amortise", "2")], &scenes);
+    assert_eq!(trailing[0], whole[0]);
+    for shown in &trailing[1..=3] {
+        // The lamp moves as the second half of a sweep runs: its photons are those of before.
+        assert_eq!(shown, &whole[0]);
+    }
+    assert_eq!(trailing[4], whole[1]);
+    let all = images(&[("amortise", "4")], &[&before, &after]);
+    assert_eq!(all, whole);
+}
+
+#[test]
+fn photons_shared_out_over_frames_are_all_there_once_each_share_was_traced() {
+    let balls = [DVec3::new(0.0, 0.0, 2.0), DVec3::new(0.1, 0.1, 0.6)];
+    let [before, after] = [0.0, 0.2].map(|lamp| stage(balls[0], balls[1], 1.2, lamp));
+    let whole = images(&[], &[&before, &after]);
+    let scenes = [
+        &before, &before, &before, &before, &after, &after, &after, &after,
+    ];
+    let shared = images(&[("progressive", "0.25")], &scenes);
+    let apart = |a: &[f64], b: &[f64]| {
+        let off: f64 = a.iter().zip(b).map(|(a, b)| (a - b).abs()).sum();
+        off / b.iter().sum::<f64>()
+    };
+    // The same photons in another order.
+    assert!(apart(&shared[3], &whole[0]) < 1e-12);
+    assert!(apart(&shared[7], &whole[1]) < 1e-12);
+    // A quarter of them, with their flux, is a coarser image of as much light; between, two scenes mix.
+    assert!(apart(&shared[0], &whole[0]) > 0.05);
+    assert!(apart(&shared[5], &whole[1]) > 0.05);
+    let sum = |image: &[f64]| image.iter().sum::<f64>();
+    assert!((sum(&shared[0]) / sum(&whole[0]) - 1.0).abs() < 0.1);
+}

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::cuboid::{Cuboid, Face};
 use super::settings::Settings;
-use super::variants::{Emission, Entry, Fit};
+use super::variants::{Emission, Entry, Fit, Splat, Sweep, Update};
 use crate::approximation::sources::sources;
 use crate::geometry::{Bounds, Frame, Shape};
 use crate::run::Refusal;
@@ -83,6 +83,40 @@ impl Volume {
         let faces = Face::ALL.into_iter();
         faces.filter(|face| !self.culls[*face as usize])
     }
+}
+
+/// Refuses settings that exclude one another.
+///
+/// # Errors
+///
+/// Names both.
+pub fn check(settings: &Settings) -> Result<(), Refusal> {
+    let several = [
+        ("progressive", settings.progressive < 1.0),
+        ("amortise", settings.amortise > 0),
+        ("update=changed", settings.update == Update::Changed),
+    ];
+    let several: Vec<&str> = several.iter().filter(|it| it.1).map(|it| it.0).collect();
+    if let [one, other, ..] = several.as_slice() {
+        return Err(Refusal::new(format!(
+            "{one} and {other}: each is another rule for what a frame makes anew; allowed is one of progressive, \
+             amortise and update=changed"
+        )));
+    }
+    if let [one] = several.as_slice()
+        && settings.splat == Splat::Exact
+    {
+        return Err(Refusal::new(format!(
+            "{one} and splat=exact: beams are dealt out anew in each frame; allowed is splat=quads"
+        )));
+    }
+    if settings.amortise > 0 && settings.sweep == Sweep::Exact {
+        return Err(Refusal::new(
+            "amortise and sweep=exact: without an order of slabs there are no passes to share out; allowed is \
+             sweep=once",
+        ));
+    }
+    Ok(())
 }
 
 /// The points whose hull a shape is in.

@@ -20,7 +20,7 @@
 //! | `splat` | [`splat`], [`draw`] | `quads` | [`beams`] between photons, dealt out by area |
 //! | `smooth` | [`smooth`] | `gaussian` | none |
 //!
-//! [`lod`] and [`update`] are the optimisations of section 3.5. `ledger` accounts for flux, and `darkness`
+//! [`lod`], [`update`] and [`frames`] are the optimisations of sections 3.5 and 4. `ledger` accounts for flux, and `darkness`
 //! says why an image has no light.
 //!
 //! The light that it is judged by is all of L S+ D.
@@ -32,6 +32,7 @@ mod darkness;
 pub mod demands;
 pub mod draw;
 pub mod emission;
+pub mod frames;
 pub mod ledger;
 pub mod lod;
 pub mod march;

@@ -27,12 +27,12 @@ pub fn smoothed(
 
 /// Rows of a picture after a symmetric filter, as columns.
 fn transposed_blur(values: &[Rgb], width: usize, weights: &[f64]) -> Vec<Rgb> {
+    /// Columns of the result that are made together: they are read from the same lines of the cache.
+    const COLUMNS: usize = 8;
     let reach = weights.len() - 1;
     let height = values.len() / width;
     let all = weights[0] + 2.0 * weights[1..].iter().sum::<f64>();
     let mut turned = vec![Rgb::BLACK; values.len()];
-    // Columns of the result are made a few at a time: a line of the cache has no more.
-    const COLUMNS: usize = 8;
     turned
         .par_chunks_mut(COLUMNS * height)
         .enumerate()
