@@ -131,6 +131,7 @@ fn photon(origin: DVec3, direction: DVec3) -> Photon {
         is_inside: false,
         signature: Signature::DIRECT.then(Event::Reflection),
         last: 0,
+        would_meet_front: false,
         path: 0,
         index: 0,
     }

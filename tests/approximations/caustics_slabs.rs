@@ -7,12 +7,15 @@ use nephroid::internals::approximation::Technique;
 use nephroid::internals::approximation::caustics_volume::buffers::{Pictures, Slab};
 use nephroid::internals::approximation::caustics_volume::demands::Volume;
 use nephroid::internals::approximation::caustics_volume::emission::lattices;
+use nephroid::internals::approximation::caustics_volume::march::{Against, Marcher};
+use nephroid::internals::approximation::caustics_volume::meeting::Optics;
 use nephroid::internals::approximation::caustics_volume::photon::Photon;
 use nephroid::internals::approximation::caustics_volume::projector::Projectors;
 use nephroid::internals::approximation::caustics_volume::slab::Passed;
 use nephroid::internals::approximation::caustics_volume::sweep::Tracer;
 use nephroid::internals::approximation::caustics_volume::work::Work;
 use nephroid::internals::approximation::caustics_volume::{CausticsVolume, Settings};
+use nephroid::internals::geometry::Ray;
 use nephroid::internals::run::Context;
 use nephroid::internals::scene::Scene;
 use nephroid::internals::setting::Values;
@@ -129,6 +132,74 @@ fn near_and_far_surfaces_as_they_are_lead_photons_as_rays_do_where_two_suffice()
         // Pictures of 64 texels are off by a part of a texel, and that is seen.
         let (coarse, _) = apart(&traced, &with(&[]));
         assert!(coarse > 1e-3, "{slabs} slabs: {coarse}");
+    }
+}
+
+#[test]
+fn photons_that_pass_behind_a_ball_do_not_meet_it() {
+    // A slanting sun: photons enter beside the ball, and pass below it.
+    let scene = scene_of(&over_floor(
+        &format!(
+            r#"<emitter type="directional"><vector name="direction" x="1" y="0.3" z="-1"/></emitter>
+            <shape type="sphere"><point name="center" x="0.1" y="0" z="1.4"/><float name="radius" value="0.4"/>
+            {GLASS}</shape>"#
+        ),
+        8,
+    )
+    .replace(r#"value="100, 100, 100""#, r#"value="0, 0, 0""#));
+    let with = |more: &[(&str, &str)]| {
+        let given = [&ONE_WAY[..], &[("slabs", "1"), ("g-buffer", "200")], more].concat();
+        leaving(&scene, &given)
+    };
+    let (traced, marched) = (with(&[("layers", "exact")]), with(&[]));
+    assert!(traced.len() > 500);
+    // Photons within a texel of the ball's silhouette: 2 / 80 of those that meet it, a half of them beside it.
+    let (_, alone) = apart(&traced, &marched);
+    assert!(alone * 40 < traced.len(), "{alone} of {}", traced.len());
+}
+
+#[test]
+fn a_crossing_is_where_the_photon_is_as_deep_as_the_picture() {
+    let pane = format!(
+        r#"<shape type="rectangle"><transform name="to_world"><translate z="1.5"/></transform>{GLASS}</shape>
+        <shape type="rectangle"><transform name="to_world"><translate z="0.5"/></transform>{GLASS}</shape>"#
+    );
+    let scene = scene_of(&over_floor(&pane, 8));
+    let settings = settings(&[("slabs", "1"), ("g-buffer", "10")]);
+    let volume = Volume::new(&scene, &settings).unwrap();
+    let slabs = slabs(&scene, &volume, &settings);
+    let mut work = Work::default();
+    let pictures = Pictures::new(&slabs[0], &settings, &mut work);
+    let optics = Optics {
+        scene: &scene,
+        settings: &settings,
+    };
+    let marcher = Marcher {
+        slab: &slabs[0],
+        pictures: &pictures,
+        settings: &settings,
+        optics: &optics,
+    };
+    let given = [("photons", "100"), ("emission", "exact")];
+    for photon in leaving(&scene, &given).values() {
+        // From the upper pane's height on, downwards.
+        let start = photon.ray.origin - photon.ray.direction * (1.52 - photon.ray.origin.z).abs();
+        let ray = Ray::new(
+            DVec3::new(start.x.clamp(-0.9, 0.9), start.y.clamp(-0.9, 0.9), 1.515),
+            DVec3::new(0.1, 0.2, -0.9).normalize(),
+        );
+        let photon = Photon {
+            ray,
+            is_inside: false,
+            ..*photon
+        };
+        let met = marcher.first(&photon, Against::Near, &mut work).unwrap();
+        // Depths are floats of a metre.
+        assert!(
+            (met.point.position.z - 1.5).abs() < 1e-6,
+            "{}",
+            met.point.position
+        );
     }
 }
 
@@ -364,7 +435,7 @@ fn photons_shared_out_over_frames_are_all_there_once_each_share_was_traced() {
     let scenes = [
         &before, &before, &before, &before, &after, &after, &after, &after,
     ];
-    let shared = images(&[("progressive", "0.25")], &scenes);
+    let shared = images(&[("shares", "4")], &scenes);
     let apart = |a: &[f64], b: &[f64]| {
         let off: f64 = a.iter().zip(b).map(|(a, b)| (a - b).abs()).sum();
         off / b.iter().sum::<f64>()

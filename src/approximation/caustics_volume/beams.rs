@@ -179,13 +179,17 @@ impl Beams<'_> {
         landed
     }
 
-    /// A photon that is known to be on a surface: by a ray along the normal from before it.
+    /// A photon that is known to be on a surface: by its hit, or a ray along the normal from before it.
     fn looked_up(&self, landing: &Landing, passed: &mut Passed) -> Option<Landed> {
         /// The distance before the surface, by the volume's diagonal: pictures' depths are off.
         const BEFORE: f64 = 0.02;
+        let mut counters = TraversalCounters::default();
+        if landing.hit.is_some() {
+            let ray = &landing.photon.ray;
+            return self.on_film(&landing.photon, ray, landing.hit.as_ref(), &mut counters);
+        }
         let before = BEFORE * self.tracer.volume.cuboid.diagonal();
         let ray = Ray::new(landing.position + landing.normal * before, -landing.normal);
-        let mut counters = TraversalCounters::default();
         let hit = self
             .receivers
             .first(&ray, &mut counters)

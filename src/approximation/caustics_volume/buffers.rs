@@ -246,8 +246,10 @@ impl Slab<'_> {
 /// The pictures of a slab.
 #[derive(Debug)]
 pub enum Pictures {
-    /// Asked by rays.
-    Asked,
+    /// None: surfaces are traced.
+    None,
+    /// Asked by rays, where these depths allow a photon to be at a surface: see [`Pictures::is_before`].
+    Asked(Vec<[f32; 2]>),
     /// By texel: nearest and farthest surface.
     NearFar(Vec<[Texel; 2]>),
     /// Layer by layer, from the entry on.
@@ -260,10 +262,11 @@ pub type Layer = usize;
 impl Pictures {
     /// The pictures of a slab that settings ask for; none if the slab's surfaces are traced.
     pub fn new(slab: &Slab, settings: &Settings, work: &mut Work) -> Self {
-        if settings.layers == Layers::Exact
-            || settings.buffers == Buffers::Exact && settings.layers == Layers::NearFar
-        {
-            return Self::Asked;
+        if settings.layers == Layers::Exact {
+            return Self::None;
+        }
+        if settings.layers == Layers::NearFar && settings.buffers == Buffers::Exact {
+            return Self::asked(slab);
         }
         let items = slab.items();
         work.triangles += items.len() as u64;
@@ -274,31 +277,76 @@ impl Pictures {
         let texels = (slab.side * slab.side) as u64 * layers;
         work.texels += texels;
         work.bytes += texels * TEXEL_BYTES[usize::from(settings.buffers != Buffers::F16)];
-        let format = settings.buffers;
+        if settings.layers == Layers::Peel {
+            return Self::peeled(slab, &items, settings);
+        }
+        Self::NearFar(Self::near_and_far(slab, &items, settings.buffers))
+    }
+
+    /// By texel the nearest and the farthest surface.
+    fn near_and_far(slab: &Slab, items: &[Item], format: Buffers) -> Vec<[Texel; 2]> {
         let texel = |fragment: &Fragment, depth: f32| Texel {
             depth,
             shape: fragment.shape,
             face: fragment.face,
         };
-        if settings.layers == Layers::Peel {
-            return Self::peeled(slab, &items, settings);
-        }
-        Self::NearFar(draw(
-            slab.side,
-            &items,
-            |kept: &mut [Texel; 2], fragment| {
-                if let Some(depth) = slab.kept(fragment, false, format)
-                    && depth < kept[0].depth
-                {
-                    kept[0] = texel(fragment, depth);
+        draw(slab.side, items, |kept: &mut [Texel; 2], fragment| {
+            if let Some(depth) = slab.kept(fragment, false, format)
+                && depth < kept[0].depth
+            {
+                kept[0] = texel(fragment, depth);
+            }
+            if let Some(depth) = slab.kept(fragment, true, format)
+                && (depth > kept[1].depth || kept[1].depth == f32::INFINITY)
+            {
+                kept[1] = texel(fragment, depth);
+            }
+        })
+    }
+
+    /// Where rays need not ask: by texel, depths [m] before which neither surface is. Pictures say so, of the
+    /// texel and its neighbours: the least depth among them, less how much they differ, and less a texel.
+    fn asked(slab: &Slab) -> Self {
+        let texels = Self::near_and_far(slab, &slab.items(), Buffers::F32);
+        let side = slab.side;
+        let texel = (1.0 / slab.scale().min_element()) as f32;
+        let bound = |index: usize, layer: Layer| {
+            let (column, row) = (index % side, index / side);
+            let (mut least, mut most) = (f32::INFINITY, f32::NEG_INFINITY);
+            for y in row.saturating_sub(1)..(row + 2).min(side) {
+                for x in column.saturating_sub(1)..(column + 2).min(side) {
+                    let depth = texels[y * side + x][layer].depth;
+                    if depth < f32::INFINITY {
+                        (least, most) = (least.min(depth), most.max(depth));
+                    }
                 }
-                if let Some(depth) = slab.kept(fragment, true, format)
-                    && (depth > kept[1].depth || kept[1].depth == f32::INFINITY)
-                {
-                    kept[1] = texel(fragment, depth);
-                }
-            },
-        ))
+            }
+            if least < f32::INFINITY {
+                2.0 * least - most - texel
+            } else {
+                f32::INFINITY
+            }
+        };
+        let bounds = (0..side * side).into_par_iter();
+        Self::Asked(
+            bounds
+                .map(|index| [bound(index, 0), bound(index, 1)])
+                .collect(),
+        )
+    }
+
+    /// True if a photon at texel coordinates is surely before the surface of a layer that rays would find.
+    #[inline]
+    pub fn is_before(&self, slab: &Slab, layer: Layer, place: DVec3) -> bool {
+        let Self::Asked(bounds) = self else {
+            return false;
+        };
+        let last = slab.side - 1;
+        let (column, row) = (
+            (place.x.max(0.0) as usize).min(last),
+            (place.y.max(0.0) as usize).min(last),
+        );
+        place.z < f64::from(bounds[row * slab.side + column][layer])
     }
 
     /// Layers one behind the other: each pass keeps the nearest fragment behind that of the pass before
@@ -336,7 +384,8 @@ impl Pictures {
     /// How many layers there are.
     pub fn layers(&self) -> usize {
         match self {
-            Self::Asked | Self::NearFar(_) => 2,
+            Self::None => 0,
+            Self::Asked(_) | Self::NearFar(_) => 2,
             Self::Peeled(layers) => layers.len(),
         }
     }
@@ -351,7 +400,7 @@ impl Pictures {
         let last = slab.side - 1;
         let index = (at.y as usize).min(last) * slab.side + (at.x as usize).min(last);
         let texel = match self {
-            Self::Asked => return None,
+            Self::None | Self::Asked(_) => return None,
             Self::NearFar(texels) => texels[index][layer],
             Self::Peeled(layers) => layers[layer][index],
         };
@@ -361,7 +410,7 @@ impl Pictures {
     /// The depth of a layer at texel coordinates \[m\].
     #[inline]
     pub fn depth(&self, slab: &Slab, layer: Layer, at: DVec2, work: &mut Work) -> Option<f64> {
-        if matches!(self, Self::Asked) {
+        if matches!(self, Self::Asked(_)) {
             return slab.asked(at, layer == 1, work).map(|met| met.depth);
         }
         work.fetches += 1;
@@ -388,7 +437,7 @@ impl Pictures {
         at: DVec2,
         work: &mut Work,
     ) -> Option<Met> {
-        if matches!(self, Self::Asked) {
+        if matches!(self, Self::Asked(_)) {
             return slab.asked(at, layer == 1, work);
         }
         let texel = self.texel(slab, layer, at)?;

@@ -8,7 +8,7 @@ use super::variants::{Emission, Entry, Fit, Splat, Sweep, Update};
 use crate::approximation::sources::sources;
 use crate::geometry::{Bounds, Frame, Shape};
 use crate::run::Refusal;
-use crate::scene::Scene;
+use crate::scene::{Object, Scene};
 use crate::transport::chain_limits;
 use crate::transport::first_surface::Source;
 
@@ -54,6 +54,18 @@ impl Volume {
                  conductor",
             ));
         }
+        let is_partly_passed = |object: &&Object| {
+            scene
+                .material(object.material)
+                .is_partly_passed(scene.materials())
+        };
+        if let Some(object) = scene.objects().iter().find(is_partly_passed) {
+            return Err(Refusal::new(format!(
+                "shape \"{}\" has a mask that is partly open: caustics volumes follow light that meets a surface or \
+                 passes it; allowed are opacities 0 and 1",
+                object.id
+            )));
+        }
         let cuboid = cuboid(scene, settings, &shapes, &sources[0]);
         for source in &sources {
             check_light(settings, &cuboid, source)?;
@@ -66,22 +78,24 @@ impl Volume {
         })
     }
 
-    /// True if all that mirrors or refracts in a scene, and this volume's lights, are as another cuboid needs
-    /// them: the former in it, the latter outside.
-    pub fn is_held_by(&self, scene: &Scene, cuboid: &Cuboid) -> bool {
+    /// The volume with another box, if that does as well: all that mirrors or refracts is in it, its entry
+    /// has the same name, and lights are as it needs them.
+    #[must_use]
+    pub fn within(&self, scene: &Scene, settings: &Settings, cuboid: &Cuboid) -> Option<Self> {
         let shapes = scene.world().shapes();
         let is_in = |shape: &u32| cuboid.holds(&shapes[*shape as usize].bounds());
-        let is_out = |source: &Source| {
-            let origin = source.origin();
-            !origin.is_some_and(|origin| cuboid.holds(&Bounds::from_points([origin])))
-        };
-        specular_shapes(scene).iter().all(is_in) && self.sources.iter().all(is_out)
-    }
-
-    /// The faces that let photons out, in their order.
-    pub fn exits(&self) -> impl Iterator<Item = Face> {
-        let faces = Face::ALL.into_iter();
-        faces.filter(|face| !self.culls[*face as usize])
+        let is_lit = |source: &Source| check_light(settings, cuboid, source).is_ok();
+        let does = specular_shapes(scene).iter().all(is_in)
+            && self.sources.iter().all(is_lit)
+            && self.cuboid.name(Face::Entry) == cuboid.name(Face::Entry);
+        does.then(|| {
+            Some(Self {
+                cuboid: *cuboid,
+                culls: culls(settings, cuboid).ok()?,
+                sources: self.sources.clone(),
+            })
+        })
+        .flatten()
     }
 }
 
@@ -92,14 +106,14 @@ impl Volume {
 /// Names both.
 pub fn check(settings: &Settings) -> Result<(), Refusal> {
     let several = [
-        ("progressive", settings.progressive < 1.0),
+        ("shares", settings.shares > 1),
         ("amortise", settings.amortise > 0),
         ("update=changed", settings.update == Update::Changed),
     ];
     let several: Vec<&str> = several.iter().filter(|it| it.1).map(|it| it.0).collect();
     if let [one, other, ..] = several.as_slice() {
         return Err(Refusal::new(format!(
-            "{one} and {other}: each is another rule for what a frame makes anew; allowed is one of progressive, \
+            "{one} and {other}: each is another rule for what a frame makes anew; allowed is one of shares, \
              amortise and update=changed"
         )));
     }

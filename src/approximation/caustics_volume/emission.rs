@@ -194,6 +194,7 @@ impl Lattice<'_> {
             is_inside: false,
             signature: Signature::DIRECT,
             last: u32::MAX,
+            would_meet_front: false,
             path: 0,
             index: self.first + index,
         })

@@ -169,7 +169,7 @@ impl Marcher<'_> {
     pub fn first(&self, photon: &Photon, against: Against, work: &mut Work) -> Option<Met> {
         work.photons += 1;
         let way = self.way(&photon.ray);
-        let is_asked = matches!(self.pictures, Pictures::Asked);
+        let is_asked = matches!(self.pictures, Pictures::Asked(_));
         match (self.settings.march, is_asked) {
             (March::Texels, _) | (March::Exact, false) => {
                 self.by_texels(photon, &way, against, work)
@@ -232,12 +232,13 @@ impl Marcher<'_> {
             (Pictures::NearFar(texels), Against::Near | Against::Far) => {
                 self.by_near_and_far(photon, way, against, texels, work)
             }
-            (Pictures::Asked, Against::Near | Against::Far) => {
+            (Pictures::Asked(_), Against::Near | Against::Far) => {
                 self.by_asked(photon, way, against, work)
             }
-            (Pictures::NearFar(_) | Pictures::Asked | Pictures::Peeled(_), _) => {
+            (Pictures::NearFar(_) | Pictures::Asked(_) | Pictures::Peeled(_), _) => {
                 self.by_layers(photon, way, work)
             }
+            (Pictures::None, _) => None,
         }
     }
 
@@ -307,6 +308,12 @@ impl Marcher<'_> {
             let at = way.at(0.5 * (range[0] + range[1])).truncate();
             let [a, b] = range.map(|distance| way.at(distance).z);
             let layer = usize::from(against == Against::Far);
+            if self
+                .pictures
+                .is_before(self.slab, layer, at.extend(a.max(b)))
+            {
+                return ControlFlow::Continue(());
+            }
             let Some(depth) = self.pictures.depth(self.slab, layer, at, work) else {
                 return ControlFlow::Continue(());
             };
@@ -460,6 +467,10 @@ impl Marcher<'_> {
     ) -> Option<Met> {
         let place = way.at(distance);
         let at = place.truncate();
+        let asked = usize::from(against == Against::Far);
+        if self.pictures.is_before(self.slab, asked, place) {
+            return None;
+        }
         let far = self.pictures.depth(self.slab, 1, at, work)?;
         let (layer, is_there) = match against {
             Against::Far => (1, place.z >= far),

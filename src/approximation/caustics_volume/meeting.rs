@@ -62,18 +62,19 @@ impl<'a> Optics<'a> {
     /// The paper's tests of normal and medium (section 3.3): light in air enters where the normal is against
     /// its direction, light in a medium leaves where it is along it. Else the interface is ignored.
     ///
-    /// Mirrors reflect what comes from before them. Surfaces without a medium behind them, panes and mirrors
-    /// with two sides, are not met twice in a row: pictures would show them again in the next texel. Where
-    /// surfaces are traced and all ways are modelled, nothing is ignored.
+    /// Panes and mirrors have no medium behind them. Pictures would show them again in the next texel: the side
+    /// that a photon would meet then is not met twice in a row. Where surfaces are traced nothing is
+    /// ignored.
     pub fn accepts(&self, photon: &Photon, shape: u32, normal: DVec3, is_traced: bool) -> bool {
         let along = photon.ray.direction.dot(normal);
         let (material, is_two_sided) = self.plain(shape, along < 0.0);
         match material {
-            _ if is_traced && self.settings.interface == Interface::Exact => true,
+            _ if is_traced => true,
             Material::Dielectric { .. } => (along > 0.0) == photon.is_inside,
-            Material::ThinDielectric { .. } => is_traced || photon.last != shape,
-            Material::Conductor { .. } if is_two_sided => is_traced || photon.last != shape,
-            Material::Conductor { .. } => is_traced || along < 0.0,
+            Material::Conductor { .. } if !is_two_sided && along < 0.0 => true,
+            Material::ThinDielectric { .. } | Material::Conductor { .. } => {
+                photon.last != shape || photon.would_meet_front != (along < 0.0)
+            }
             _ => true,
         }
     }
@@ -87,7 +88,9 @@ impl<'a> Optics<'a> {
         tally: &mut Tally,
     ) -> Meeting {
         let scene = self.scene;
-        if !scene.material_of(hit.shape).is_specular(scene.materials()) {
+        let is_front = photon.ray.direction.dot(point.geometric_normal) < 0.0;
+        let (material, _) = self.plain(hit.shape, is_front);
+        if !material.is_specular(scene.materials()) {
             return Meeting::Lands;
         }
         if photon.signature.len() >= self.settings.max_depth as usize
@@ -155,6 +158,7 @@ impl<'a> Optics<'a> {
             ray: point.spawn(direction),
             flux,
             is_inside: enters,
+            would_meet_front: is_front != (way == Way::Reflected),
             signature: way
                 .event()
                 .map_or(photon.signature, |event| photon.signature.then(event)),

@@ -25,6 +25,8 @@ pub struct Photon {
     pub signature: Signature,
     /// The shape that it met last; `u32::MAX` before the first.
     pub last: u32,
+    /// The side of that which it would meet, if it met the same place again.
+    pub would_meet_front: bool,
     /// The same for photons that went the same way by the same smooth surfaces.
     pub path: u64,
     /// Its number: what its lots are drawn by.

@@ -13,7 +13,7 @@ use super::photon::{Landing, Photon};
 use super::raster::{Form, Fragment, Item, draw};
 use super::settings::Settings;
 use super::slab::facing;
-use super::variants::Projector;
+use super::variants::{Projector, Sweep};
 use super::work::Work;
 use crate::geometry::{Hit, Ray, Shape, TraversalCounters};
 use crate::scene::Scene;
@@ -114,7 +114,9 @@ impl Projectors {
     pub fn new(scene: &Scene, volume: &Volume, settings: &Settings, work: &mut Work) -> Self {
         let mut pictures: [Option<Picture>; 6] = Default::default();
         if settings.projector != Projector::Exact {
-            for face in volume.exits() {
+            let is_exit =
+                |face: &Face| settings.sweep == Sweep::Exact || !volume.culls[*face as usize];
+            for face in Face::ALL.into_iter().filter(is_exit) {
                 let view = View::new(&volume.cuboid, face, settings);
                 pictures[face as usize] = Some(picture(scene, &volume.cuboid, view, work));
             }
@@ -269,10 +271,10 @@ impl Picture {
             }
             distance
         };
+        let mut next = [border(texel.x, 0, from), border(texel.y, 1, from)];
         loop {
             work.steps += 1;
             work.fetches += 1;
-            let next = [border(texel.x, 0, from), border(texel.y, 1, from)];
             let to = next[0].min(next[1]);
             let found = self.texels[texel.y as usize * view.side + texel.x as usize];
             if found.nearness > 0.0 {
@@ -302,6 +304,7 @@ impl Picture {
             if texel[axis] < 0.0 || texel[axis] >= side {
                 return End::Left(from);
             }
+            next[axis] = border(texel[axis], axis, from);
         }
     }
 

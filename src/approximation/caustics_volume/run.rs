@@ -9,7 +9,7 @@ use super::darkness;
 use super::demands::Volume;
 use super::draw::draw;
 use super::emission::{Lattice, lattices};
-use super::frames::Frames;
+use super::frames::{Frames, Landed};
 use super::ledger::{Fate, Flow};
 use super::lod;
 use super::photon::{Landing, PHOTON_BYTES, Photon};
@@ -29,6 +29,7 @@ use crate::geometry::Bounds;
 use crate::radiometry::Rgb;
 use crate::run::{Counters, Error, StageWork};
 use crate::scene::{Scene, Sensor};
+use crate::transport::chain_limits;
 
 /// What outlives a frame.
 #[derive(Debug)]
@@ -72,15 +73,9 @@ pub fn run(
 ) -> Result<Frame, Error> {
     let film = SensorFilm::new(scene, sensor)?;
     let fresh = Volume::new(scene, settings)?;
-    let is_held = fresh.is_held_by(scene, &kept.volume.cuboid);
-    let volume = Volume {
-        cuboid: if is_held {
-            kept.volume.cuboid
-        } else {
-            fresh.cuboid
-        },
-        ..fresh
-    };
+    let held = fresh.within(scene, settings, &kept.volume.cuboid);
+    let is_held = held.is_some();
+    let volume = held.unwrap_or(fresh);
     let last = kept.last.take().filter(|_| is_held);
     let slabs = lod::slabs(settings, &volume, &film) as usize;
     kept.frames.keep_sweep_of(slabs, is_held);
@@ -92,7 +87,7 @@ pub fn run(
         film: &film,
         passes: vec![Default::default(); slabs + 1],
         flow: Flow::default(),
-        warnings: Vec::new(),
+        warnings: chain_limits::left_out(scene),
     };
     let [width, height] = film.size();
     let mut values = vec![Rgb::BLACK; width * height];
@@ -186,7 +181,7 @@ impl Pipeline<'_> {
             pictures.push(match kept {
                 Some(kept) => kept,
                 // No photon asks for it.
-                None if !passes.contains(&index) => Pictures::Asked,
+                None if !passes.contains(&index) => Pictures::None,
                 None => self.timed(index, Step::Buffers, |_, work| {
                     Pictures::new(slab, settings, work)
                 }),
@@ -219,16 +214,18 @@ impl Pipeline<'_> {
                 if let Some(queue) = self.some_passes(&tracer, passes.clone(), queue, frames) {
                     frames.sweep = Some((queue, passes.end));
                 }
-                let landed = frames.shown.as_deref().unwrap_or_default();
-                Ok((self.drawn(landed), None))
+                let (landed, tally) = frames.shown.clone().unwrap_or_default();
+                self.flow.tally += tally;
+                Ok((self.drawn(&landed), None))
             }
             Splat::Quads => {
                 let (first, queue) = match last.queue {
                     Some(start) => start,
                     None => (0, self.emitted(&tracer, &all, frames.share(settings))),
                 };
-                let (landed, queues) = self.all_passes(&tracer, first, queue, last.queues);
-                let landed = frames.with_others(settings, landed);
+                let (passed, queues) = self.all_passes(&tracer, first, queue, last.queues);
+                let (landed, tally) = frames.with_others(settings, passed);
+                self.flow.tally += tally;
                 let next = (settings.update == Update::Changed)
                     .then(|| Last::new(scene, volume, pictures, projectors, queues));
                 Ok((self.drawn(&landed), next))
@@ -237,21 +234,16 @@ impl Pipeline<'_> {
     }
 
     /// Stage `emission`: a share of the photons before all slabs, with the flux of all.
-    fn emitted(
-        &mut self,
-        tracer: &Tracer,
-        lattices: &[Lattice],
-        [share, shares]: [u64; 2],
-    ) -> Queue {
+    fn emitted(&mut self, tracer: &Tracer, lattices: &[Lattice], share: [u64; 2]) -> Queue {
         self.timed(0, Step::Emission, |_, work| {
             let cells: Vec<(usize, u64)> = (0..lattices.len())
                 .flat_map(|lattice| (0..lattices[lattice].cells()).map(move |cell| (lattice, cell)))
-                .filter(|(_, cell)| cell % shares == share)
+                .filter(|(_, cell)| Frames::is_in(*cell, share))
                 .collect();
             let mut passed = in_chunks(&cells, |(lattice, cell), into: &mut Passed| {
                 let work = into.work(Step::Emission);
                 if let Some(mut photon) = lattices[*lattice].cell(*cell, work) {
-                    photon.flux = photon.flux * shares as f64;
+                    photon.flux = photon.flux * share[1] as f64;
                     into.tally.add(Fate::SetsOut, photon.flux);
                     into.out.push((super::cuboid::Face::Entry, photon));
                 }
@@ -294,7 +286,7 @@ impl Pipeline<'_> {
         first: usize,
         mut queue: Queue,
         mut queues: Vec<Queue>,
-    ) -> (Vec<Landing>, Vec<Queue>) {
+    ) -> (Landed, Vec<Queue>) {
         let count = tracer.slabs.len();
         for pass in first..=count {
             if self.settings.update == Update::Changed {
@@ -311,8 +303,7 @@ impl Pipeline<'_> {
             }
             self.pass(tracer, count, &mut queue);
         }
-        self.flow.tally += queue.passed.tally;
-        (queue.passed.landed, queues)
+        ((queue.passed.landed, queue.passed.tally), queues)
     }
 
     /// Some passes of a sweep; what is left of it, if that was not the last.
@@ -327,9 +318,8 @@ impl Pipeline<'_> {
         for pass in passes {
             self.pass(tracer, pass, &mut queue);
         }
-        self.flow.tally += std::mem::take(&mut queue.passed.tally);
         if is_last {
-            frames.shown = Some(queue.passed.landed);
+            frames.shown = Some((queue.passed.landed, queue.passed.tally));
             return None;
         }
         Some(queue)

@@ -121,9 +121,9 @@ settings! {
     /// What a frame makes anew.
     update: Update = "update", Kind::Choice(words_of::<Update>), Value "full", "",
         "Parts that each frame of an animation makes anew", Values::word;
-    /// Share of the photons that a frame traces.
-    progressive: f64 = "progressive", Kind::Number(1e-3, 1.0), Value "1", "",
-        "Share of the photons that each frame of an animation traces anew", Values::number;
+    /// Frames among which the photons are shared out.
+    shares: u32 = "shares", Kind::Whole(1, 1000), Value "1", "frames",
+        "Frames of an animation among which the photons are shared out", Values::whole;
     /// Passes of a frame; 0: all.
     amortise: u32 = "amortise", Kind::Whole(0, 65), Value "0", "passes",
         "Passes that each frame of an animation makes; 0 is all", Values::whole;

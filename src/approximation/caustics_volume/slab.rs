@@ -11,7 +11,7 @@ use super::photon::{Landing, Photon};
 use super::settings::Settings;
 use super::variants::{BySteps, Layers, Step};
 use super::work::Work;
-use crate::geometry::TraversalCounters;
+use crate::geometry::{Hit, SurfacePoint, TraversalCounters};
 
 /// What became of some photons in one pass.
 #[derive(Clone, Debug, Default)]
@@ -109,7 +109,10 @@ impl SlabTracer<'_> {
         {
             Meeting::Goes(ways) => return ways,
             Meeting::Ends => into.work(Step::Interface).dropped += 1,
-            Meeting::Lands => into.land(landing(photon, met)),
+            Meeting::Lands => {
+                let is_traced = self.settings.layers == Layers::Exact;
+                into.land(landing(photon, met, is_traced));
+            }
         }
         [None; 3]
     }
@@ -161,7 +164,9 @@ impl SlabTracer<'_> {
                         .optics
                         .accepts(&photon, hit.shape, point.geometric_normal, true)
                 {
-                    let depth = done + hit.distance;
+                    let distance = done + hit.distance;
+                    let hit = Hit { distance, ..hit };
+                    let depth = slab_depth(self.slab, &point);
                     found = Some(Met { depth, hit, point });
                     break;
                 }
@@ -180,13 +185,18 @@ impl SlabTracer<'_> {
 }
 
 /// A photon on a surface that it met.
-fn landing(photon: &Photon, met: &Met) -> Landing {
+fn landing(photon: &Photon, met: &Met, is_traced: bool) -> Landing {
     Landing {
         photon: *photon,
         position: met.point.position,
         normal: facing(met.point.geometric_normal, photon.ray.direction),
-        hit: None,
+        hit: is_traced.then_some(met.hit),
     }
+}
+
+/// The depth of a point from a slab's entry \[m\].
+fn slab_depth(slab: &Slab, point: &SurfacePoint) -> f64 {
+    slab.place(slab.cuboid.to_local(point.position)).z
 }
 
 /// A normal on the side that light comes from.

@@ -1,11 +1,11 @@
 //! Caustics volumes, as a technique.
 
-use super::demands::{Volume, check};
+use super::demands::{Volume, check, is_specular};
 use super::photon::{Landing, PHOTON_BYTES, Photon};
 use super::run::{Kept, run};
 use super::settings::{Settings, TABLE};
 use super::splat::Disc;
-use super::variants::{Layers, STAGES, Update};
+use super::variants::{Interface, Layers, STAGES, Update};
 use crate::approximation::{Frame, Prepared, SensorFilm, Stage, Technique};
 use crate::run::{Context, Cost, Counter, Error, Light, Refusal, StageWork};
 use crate::scene::{Scene, Sensor};
@@ -47,7 +47,13 @@ impl Technique for CausticsVolume {
 
     fn supports(&self, scene: &Scene, sensor: &Sensor, values: &Values) -> Result<(), Refusal> {
         let settings = Settings::of(values)?;
-        SensorFilm::new(scene, sensor)?;
+        let film = SensorFilm::new(scene, sensor)?;
+        if let Some(shape) = film.shape().filter(|shape| is_specular(scene, *shape)) {
+            return Err(Refusal::new(format!(
+                "the sensor is on shape \"{}\", which mirrors or refracts: photons land on what does neither",
+                scene.objects()[shape as usize].id
+            )));
+        }
         if !sensor.is_camera() && (settings.lod_distance > 0.0 || settings.frustum) {
             return Err(Refusal::new(
                 "lod-distance and frustum go by a camera, and the sensor is a meter: allowed are lod-distance=0 and \
@@ -85,9 +91,19 @@ impl Technique for CausticsVolume {
             Update::Changed => 4 + u64::from(settings.slabs),
         };
         // Landings of frames before.
-        let states = states + u64::from(settings.progressive < 1.0 || settings.amortise > 0);
-        let photon = states * size_of::<Photon>() as u64
-            + (size_of::<Landing>() + size_of::<Disc>()) as u64
+        let states = states + u64::from(settings.shares > 1 || settings.amortise > 0);
+        // Photons that part in two or three.
+        let ways = match settings.interface {
+            Interface::Exact => 3,
+            Interface::Refract
+            | Interface::MirrorTotal
+            | Interface::Schlick
+            | Interface::Fresnel => 1,
+        };
+        let photons = photons * ways;
+        let tiles = 24 * u64::from(settings.g_buffer.div_ceil(settings.tile)).pow(2);
+        let photon = states * (size_of::<Photon>() + size_of::<Landing>()) as u64
+            + (size_of::<Landing>() + size_of::<Disc>() + 64) as u64
             + PHOTON_BYTES;
         let triangles: usize = (scene.world().shapes().iter())
             .map(|shape| match shape {
@@ -98,10 +114,10 @@ impl Technique for CausticsVolume {
         Cost {
             bytes: film
                 .saturating_add(pictures * side * TEXEL)
-                .saturating_add(photons * photon)
+                .saturating_add(photons * photon + tiles)
                 .saturating_add(triangles as u64 * ITEM),
             work: vec![
-                Counter::new("photons", photons),
+                Counter::new("photons", u64::from(settings.photons)),
                 Counter::new("texels", pictures * side),
                 Counter::new("passes", u64::from(settings.slabs) + 1),
             ],

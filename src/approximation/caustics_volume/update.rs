@@ -11,7 +11,7 @@ use super::settings::Settings;
 use super::sweep::Queue;
 use super::variants::{Emission, Sweep};
 use crate::geometry::{Bounds, Shape};
-use crate::scene::{Material, Scene};
+use crate::scene::{Material, MaterialId, Scene};
 use crate::transport::first_surface::Source;
 
 /// What is left of a frame.
@@ -19,6 +19,8 @@ use crate::transport::first_surface::Source;
 pub struct Last {
     shapes: Vec<Shape>,
     materials: Vec<Material>,
+    /// The material of each shape.
+    chosen: Vec<MaterialId>,
     sources: Vec<Source>,
     pictures: Vec<Pictures>,
     projectors: Option<Projectors>,
@@ -52,6 +54,7 @@ impl Last {
         Self {
             shapes: scene.world().shapes().to_vec(),
             materials: scene.materials().to_vec(),
+            chosen: chosen(scene),
             sources: volume.sources.clone(),
             pictures,
             projectors: Some(projectors),
@@ -77,6 +80,7 @@ impl Last {
         let is_same_scene = self.pictures.len() == slabs
             && self.shapes.len() == shapes.len()
             && self.materials == scene.materials()
+            && self.chosen == chosen(scene)
             && self.sources == volume.sources;
         // Shadows, and what is outside, have no slab.
         if !is_same_scene
@@ -113,6 +117,12 @@ impl Last {
             queues,
         }
     }
+}
+
+/// The material of each shape.
+fn chosen(scene: &Scene) -> Vec<MaterialId> {
+    let objects = scene.objects().iter();
+    objects.map(|object| object.material).collect()
 }
 
 /// True if a box may have points in a slab, or on its border.
