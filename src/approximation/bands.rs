@@ -85,6 +85,19 @@ impl<V> Band<'_, V> {
         self.texels.get_mut(row * self.columns + column)
     }
 
+    /// The texels of a row of the map from one column to another, both included, which must be in the map;
+    /// none outside of the band.
+    #[inline]
+    pub fn line(&mut self, row: i64, left: i64, right: i64) -> &mut [V] {
+        let [first, end] = self.rows();
+        if row < first || row >= end || left < 0 || right < left {
+            return &mut [];
+        }
+        let start = (row - first) as usize * self.columns;
+        let range = start + left as usize..=start + (right as usize).min(self.columns - 1);
+        self.texels.get_mut(range).unwrap_or_default()
+    }
+
     /// Adds to each texel of the band that a round point holds: `add(texel, weight, [column, row])`.
     #[inline]
     pub fn draw_round(

@@ -1,33 +1,158 @@
 //! Caustics volumes: with all stages exact they are the truth, and each stage does what it says.
 
-use crate::support::approximation::bundled;
-use crate::support::caustics_volume::{error, exact_but, truth};
+use nephroid::internals::approximation::SensorFilm;
+use nephroid::internals::run::Rendering;
+use nephroid::internals::scene::Scene;
+
+use crate::support::approximation::{GLASS, ball, bundled, over_floor, scene_of};
+use crate::support::caustics_volume::{count, error, exact_but, frame, truth, volume};
+use crate::support::scenes::meter;
+
+/// Errors of all stages exact, by photons.
+fn errors(scene: &Scene, own: f64, photons: &[u32]) -> Vec<f64> {
+    let truth = truth(scene, own);
+    let one = |photons: &u32| {
+        let photons = photons.to_string();
+        error(&exact_but(&[("photons", &photons)]), scene, &truth)
+    };
+    photons.iter().map(one).collect()
+}
 
 #[test]
-#[ignore = "figures"]
-fn explore() {
-    for (name, photons) in [
-        ("glass-ball", ["16384", "65536", "262144"]),
-        ("cube", ["16384", "65536", "262144"]),
-        ("prism", ["16384", "65536", "262144"]),
-        ("mirror-ring", ["16384", "65536", "262144"]),
-        ("coffee-cup", ["16384", "65536", "262144"]),
-        ("lens", ["16384", "65536", "262144"]),
-        ("water", ["16384", "65536", "262144"]),
-        ("diamond", ["16384", "65536", "262144"]),
-    ] {
-        let scene = bundled(name, 128);
-        let start = std::time::Instant::now();
-        let truth = truth(&scene, 1e-3);
-        println!("{name}: truth {:.1} s", start.elapsed().as_secs_f64());
-        for photons in photons {
-            let start = std::time::Instant::now();
-            let e = error(&exact_but(&[("photons", photons)]), &scene, &truth);
-            println!(
-                "  {photons}: {:.3} %  {:.1} s",
-                100.0 * e,
-                start.elapsed().as_secs_f64()
+fn with_all_stages_exact_the_error_of_a_ball_falls_by_half_with_each_doubling_of_a_row() {
+    let scene = bundled("glass-ball", 128);
+    let errors = errors(&scene, 1e-3, &[128 * 128, 256 * 256, 512 * 512]);
+    // Linear between photons: a quarter where light is smooth, a half at caustics' edges.
+    assert!(
+        errors[1] < errors[0] / 2.0 && errors[2] < errors[1] / 2.0,
+        "{errors:?}"
+    );
+    // Five thousandths, with a fifth of that for the truth's own error.
+    assert!(errors[2] < 5e-3, "{errors:?}");
+}
+
+#[test]
+fn with_all_stages_exact_facets_and_mirrors_tend_to_the_truth() {
+    // A box under a ball, each met twice, and by light that goes on from one to the other and back.
+    let below = r#"<shape type="cube"><transform name="to_world"><scale x="0.5" y="0.5" z="0.1"/>
+        <translate x="0.1" z="0.15"/></transform>"#;
+    let small = r#"<shape type="sphere"><point name="center" x="0" y="0" z="1.4"/>
+        <float name="radius" value="0.6"/>"#;
+    let stacked = scene_of(&over_floor(
+        &format!("{small}{GLASS}</shape>{below}{GLASS}</shape>"),
+        128,
+    ));
+    let scenes = [
+        ("cube", bundled("cube", 128), 0.01),
+        ("prism", bundled("prism", 128), 0.01),
+        ("coffee-cup", bundled("coffee-cup", 128), 0.015),
+        ("water", bundled("water", 128), 0.01),
+        ("ball over box", stacked, 0.01),
+    ];
+    for (name, scene, bar) in scenes {
+        let errors = errors(&scene, 1e-3, &[1 << 16, 1 << 18]);
+        // The bar is for 2^20 photons. Edges across texels: half with each doubling of a row, so that half is
+        // asked of twice as many a row as of the first.
+        assert!(errors[1] < bar, "{name}: {errors:?}");
+        assert!(errors[1] < 0.71 * errors[0], "{name}: {errors:?}");
+    }
+}
+
+#[test]
+fn what_enters_the_volume_lands_or_is_lost_for_a_reason() {
+    for name in ["glass-ball", "mirror-ring", "diamond", "water"] {
+        let scene = bundled(name, 32);
+        for settings in [
+            &[][..],
+            &[("interface", "fresnel"), ("sweep", "exact")],
+            &[
+                ("emission", "exact"),
+                ("layers", "exact"),
+                ("projector", "exact"),
+            ],
+            &[
+                ("layers", "peel"),
+                ("cull", "none"),
+                ("projector", "orthographic"),
+            ],
+            &[
+                ("buffers", "exact"),
+                ("march", "exact"),
+                ("interface", "mirror-total"),
+            ],
+            &[("march", "steps"), ("buffers", "f16"), ("volume", "light")],
+        ] {
+            let all = [&[("photons", "4000"), ("g-buffer", "64")], settings].concat();
+            let done = frame(&volume(&all), &scene);
+            let begun = done.flux.iter().find(|it| it.reason == "enters the volume");
+            let begun = begun.unwrap();
+            let lost: u64 = done
+                .flux
+                .iter()
+                .filter(|it| it.reason != "enters the volume")
+                .map(|it| it.photons)
+                .sum();
+            let landed = count(&done, "splat", "splats");
+            assert_eq!(begun.photons, lost + landed, "{name} {settings:?}");
+            // All entries together are what the meter has, to the rounding of sums of 4000.
+            let sum: f64 = done.flux.iter().map(|it| it.flux.mean()).sum();
+            let image = image_flux(&scene, &done);
+            assert!(
+                (sum - image).abs() <= 1e-12 * begun.flux.mean(),
+                "{name} {settings:?}: {sum} {image}"
             );
         }
+    }
+}
+
+/// Flux \[W\] on the meter, by its texels.
+fn image_flux(scene: &Scene, done: &Rendering) -> f64 {
+    let film = SensorFilm::new(scene, meter(scene)).unwrap();
+    let texels = done.estimate.total.values.iter().enumerate();
+    texels
+        .map(|(texel, value)| value.mean() * film.measure(texel))
+        .sum()
+}
+
+#[test]
+fn a_frame_has_a_pass_a_slab_and_one_more_and_draws_two_pictures_a_slab_and_one_an_exit() {
+    let scene = scene_of(&over_floor(&ball(GLASS), 16));
+    for slabs in [1_u64, 2, 5] {
+        for (cull, exits) in [("entry", 5), ("entry,z-", 4), ("none", 6)] {
+            let done = frame(
+                &volume(&[
+                    ("slabs", &slabs.to_string()),
+                    ("cull", cull),
+                    ("g-buffer", "40"),
+                    ("photons", "500"),
+                ]),
+                &scene,
+            );
+            let of = |name: &str| {
+                let found = done.counters.iter().find(|one| one.name == name);
+                found.map_or(0, |one| one.count)
+            };
+            assert_eq!(of("passes"), slabs + 1);
+            assert_eq!(of("texels"), 40 * 40 * (2 * slabs + exits));
+        }
+    }
+}
+
+#[test]
+fn images_are_the_same_bits_on_any_number_of_threads() {
+    let scene = bundled("glass-ball", 48);
+    for settings in [&[][..], &[("splat", "exact"), ("interface", "exact")]] {
+        let all = [&[("photons", "3000"), ("g-buffer", "100")], settings].concat();
+        let method = volume(&all);
+        let on = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+            pool.build()
+                .unwrap()
+                .install(|| frame(&method, &scene).estimate.total.values)
+        };
+        let one = on(1);
+        assert!(one.iter().any(|value| !value.is_black()));
+        assert_eq!(one, on(2));
+        assert_eq!(one, on(64));
     }
 }

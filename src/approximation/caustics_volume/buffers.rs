@@ -6,6 +6,7 @@
 
 use glam::{DVec2, DVec3};
 use half::f16;
+use rayon::prelude::*;
 
 use super::cuboid::Cuboid;
 use super::raster::{Form, Fragment, Item, draw};
@@ -186,28 +187,31 @@ impl Slab<'_> {
             if !overlaps(&corners) {
                 continue;
             }
-            let mut triangle = |face: u32, corners: [DVec3; 3]| {
-                if overlaps(&corners) {
-                    let form = Form::Triangle {
-                        face,
-                        corners: corners.map(DVec3::truncate),
-                        values: corners.map(|corner| corner.z),
-                    };
-                    items.push(Item { shape, form });
-                }
+            let triangle = |face: u32, corners: [DVec3; 3]| {
+                let form = Form::Triangle {
+                    face,
+                    corners: corners.map(DVec3::truncate),
+                    values: corners.map(|corner| corner.z),
+                };
+                overlaps(&corners).then_some(Item { shape, form })
             };
             match form {
                 Shape::Mesh(mesh) => {
-                    let places: Vec<DVec3> = mesh.positions().iter().map(|it| place(*it)).collect();
-                    for (face, corners) in (0_u32..).zip(mesh.triangles()) {
-                        triangle(face, corners.map(|corner| places[corner as usize]));
-                    }
+                    let places: Vec<DVec3> =
+                        mesh.positions().par_iter().map(|it| place(*it)).collect();
+                    let faces = mesh.triangles().par_iter().enumerate();
+                    let drawn: Vec<Item> = faces
+                        .filter_map(|(face, corners)| {
+                            triangle(face as u32, corners.map(|corner| places[corner as usize]))
+                        })
+                        .collect();
+                    items.extend(drawn);
                 }
                 Shape::Rectangle(rectangle) => {
                     let [a, b, c, d] = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]
                         .map(|uv| place(rectangle.point(DVec2::from_array(uv))));
-                    triangle(0, [a, b, c]);
-                    triangle(0, [a, c, d]);
+                    items.extend(triangle(0, [a, b, c]));
+                    items.extend(triangle(0, [a, c, d]));
                 }
                 Shape::Sphere(_) | Shape::Disk(_) | Shape::Cylinder(_) => {
                     let across = corners.map(DVec3::truncate);
@@ -224,13 +228,12 @@ impl Slab<'_> {
 
     /// A fragment's depth as a picture keeps it; `None` beside the slab.
     fn kept(&self, fragment: &Fragment, is_far: bool, format: Buffers) -> Option<f32> {
-        let depth = match fragment.value {
-            Some(depth) => depth,
-            None => {
-                let mut work = Work::default();
-                self.met_on(fragment.shape, fragment.at, is_far, &mut work)?
-                    .depth
-            }
+        let depth = if let Some(depth) = fragment.value {
+            depth
+        } else {
+            let mut work = Work::default();
+            self.met_on(fragment.shape, fragment.at, is_far, &mut work)?
+                .depth
         };
         let is_there = depth >= -self.slack() && depth <= self.depth() + self.slack();
         is_there.then_some(match format {
@@ -364,6 +367,16 @@ impl Pictures {
         work.fetches += 1;
         self.texel(slab, layer, at)
             .map(|texel| f64::from(texel.depth))
+    }
+
+    /// The unit normal of a mesh's face in a texel; `None` of other shapes.
+    #[inline]
+    pub fn face_normal(&self, slab: &Slab, layer: Layer, at: DVec2) -> Option<(u32, DVec3)> {
+        let texel = self.texel(slab, layer, at)?;
+        let Shape::Mesh(mesh) = &slab.scene.world().shapes()[texel.shape as usize] else {
+            return None;
+        };
+        Some((texel.shape, mesh.face_normal(texel.face)))
     }
 
     /// The surface of a layer at texel coordinates: of a picture that at the texel's centre.

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::cuboid::{Cuboid, Face};
 use super::settings::Settings;
-use super::variants::{Emission, Entry, Fit};
+use super::variants::{Emission, Entry, Fit, Splat, Sweep, Update};
 use crate::approximation::sources::sources;
 use crate::geometry::{Bounds, Frame, Shape};
 use crate::run::Refusal;
@@ -54,7 +54,7 @@ impl Volume {
                  conductor",
             ));
         }
-        let cuboid = cuboid(scene, settings, &shapes, &sources[0])?;
+        let cuboid = cuboid(scene, settings, &shapes, &sources[0]);
         for source in &sources {
             check_light(settings, &cuboid, source)?;
         }
@@ -85,6 +85,40 @@ impl Volume {
     }
 }
 
+/// Refuses settings that exclude one another.
+///
+/// # Errors
+///
+/// Names both.
+pub fn check(settings: &Settings) -> Result<(), Refusal> {
+    let several = [
+        ("progressive", settings.progressive < 1.0),
+        ("amortise", settings.amortise > 0),
+        ("update=changed", settings.update == Update::Changed),
+    ];
+    let several: Vec<&str> = several.iter().filter(|it| it.1).map(|it| it.0).collect();
+    if let [one, other, ..] = several.as_slice() {
+        return Err(Refusal::new(format!(
+            "{one} and {other}: each is another rule for what a frame makes anew; allowed is one of progressive, \
+             amortise and update=changed"
+        )));
+    }
+    if let [one] = several.as_slice()
+        && settings.splat == Splat::Exact
+    {
+        return Err(Refusal::new(format!(
+            "{one} and splat=exact: beams are dealt out anew in each frame; allowed is splat=quads"
+        )));
+    }
+    if settings.amortise > 0 && settings.sweep == Sweep::Exact {
+        return Err(Refusal::new(
+            "amortise and sweep=exact: without an order of slabs there are no passes to share out; allowed is \
+             sweep=once",
+        ));
+    }
+    Ok(())
+}
+
 /// The points whose hull a shape is in.
 fn points(shape: &Shape) -> Vec<DVec3> {
     match shape {
@@ -96,12 +130,7 @@ fn points(shape: &Shape) -> Vec<DVec3> {
 }
 
 /// The box around some shapes, with the entry face that settings ask for.
-fn cuboid(
-    scene: &Scene,
-    settings: &Settings,
-    shapes: &[u32],
-    light: &Source,
-) -> Result<Cuboid, Refusal> {
+fn cuboid(scene: &Scene, settings: &Settings, shapes: &[u32], light: &Source) -> Cuboid {
     /// The least extent of a side, by the largest: flat mirrors have a volume, too.
     const FLAT: f64 = 1e-3;
     let all = scene.world().shapes();
@@ -129,7 +158,7 @@ fn cuboid(
         * (1.0 + 2.0 * settings.margin);
     let middle = axes.to_world(bounds.center());
     let outward = match settings.entry {
-        Entry::Auto => return Ok(facing(middle, &axes, half, light, travel)),
+        Entry::Auto => return facing(middle, &axes, half, light, travel),
         Entry::XLow => -axes.s,
         Entry::XHigh => axes.s,
         Entry::YLow => -axes.t,
@@ -137,7 +166,7 @@ fn cuboid(
         Entry::ZLow => -axes.n,
         Entry::ZHigh => axes.n,
     };
-    Ok(Cuboid::new(middle, &axes, half, outward))
+    Cuboid::new(middle, &axes, half, outward)
 }
 
 /// The box with the entry face before which the light is that faces its travel most.

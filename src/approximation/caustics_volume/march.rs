@@ -8,12 +8,13 @@ use std::ops::ControlFlow;
 
 use glam::{DVec2, DVec3};
 
-use super::buffers::{Met, Pictures, Slab};
+use super::buffers::{Met, Pictures, Slab, Texel};
 use super::meeting::Optics;
 use super::photon::Photon;
 use super::settings::Settings;
-use super::variants::March;
+use super::variants::{Buffers, March};
 use super::work::Work;
+use crate::approximation::bands::signed;
 use crate::geometry::{Ray, TraversalCounters};
 
 /// What a photon is marched against.
@@ -51,58 +52,93 @@ impl Way {
         }
     }
 
-    /// Goes through the texels on the way: `visit(centre, [from, to])`, until it breaks.
+    /// Goes through the texels on the way: `visit([column, row], [from, to])`, until it breaks.
+    #[inline]
     fn texels<B>(
         &self,
         side: usize,
-        mut visit: impl FnMut(DVec2, [f64; 2]) -> ControlFlow<B>,
+        mut visit: impl FnMut([usize; 2], [f64; 2]) -> ControlFlow<B>,
     ) -> Option<B> {
-        let last = side as f64 - 1.0;
-        let first = |place: f64, along: f64| {
-            let texel = if along < 0.0 {
-                place.ceil() - 1.0
-            } else {
-                place.floor()
-            };
-            texel.clamp(0.0, last)
-        };
-        let border = |texel: f64, place: f64, along: f64| {
-            if along > 0.0 {
-                (texel + 1.0 - place) / along
-            } else if along < 0.0 {
-                (texel - place) / along
-            } else {
-                f64::INFINITY
-            }
-        };
-        let mut texel = DVec2::new(
-            first(self.start.x, self.along.x),
-            first(self.start.y, self.along.y),
-        );
-        let mut from = 0.0;
+        let mut x = Border::new(self.start.x, self.along.x, side);
+        let mut y = Border::new(self.start.y, self.along.y, side);
+        let mut from = 0.0_f64;
         loop {
-            let next = DVec2::new(
-                border(texel.x, self.start.x, self.along.x),
-                border(texel.y, self.start.y, self.along.y),
-            );
-            let to = next.x.min(next.y).min(self.end).max(from);
-            if let ControlFlow::Break(found) = visit(texel + 0.5, [from, to]) {
+            let to = x.next.min(y.next).min(self.end).max(from);
+            if let ControlFlow::Break(found) =
+                visit([x.texel as usize, y.texel as usize], [from, to])
+            {
                 return Some(found);
             }
             if to >= self.end {
                 return None;
             }
-            if next.x <= next.y {
-                texel.x += self.along.x.signum();
+            let is_inside = if x.next <= y.next {
+                x.cross()
             } else {
-                texel.y += self.along.y.signum();
-            }
-            if texel.min_element() < 0.0 || texel.max_element() > last {
+                y.cross()
+            };
+            if !is_inside {
                 return None;
             }
             from = to;
         }
     }
+}
+
+/// The next border of a texel that a way crosses along one axis.
+struct Border {
+    start: f64,
+    /// Metres by texel, along the way; infinite if it does not cross any.
+    metres: f64,
+    texel: i64,
+    step: i64,
+    last: i64,
+    /// The distance of the next border \[m\].
+    next: f64,
+}
+
+impl Border {
+    #[inline]
+    fn new(start: f64, along: f64, side: usize) -> Self {
+        let last = signed(side) - 1;
+        let texel = if along < 0.0 {
+            start.ceil() - 1.0
+        } else {
+            start.floor()
+        };
+        let mut border = Self {
+            start,
+            metres: 1.0 / along,
+            texel: (texel as i64).clamp(0, last),
+            step: if along < 0.0 { -1 } else { 1 },
+            last,
+            next: f64::INFINITY,
+        };
+        if along != 0.0 {
+            border.next = border.distance();
+        }
+        border
+    }
+
+    #[inline]
+    fn distance(&self) -> f64 {
+        let edge = self.texel + i64::from(self.step > 0);
+        (edge as f64 - self.start) * self.metres
+    }
+
+    /// Goes into the next texel; false beyond the picture.
+    #[inline]
+    fn cross(&mut self) -> bool {
+        self.texel += self.step;
+        self.next = self.distance();
+        (0..=self.last).contains(&self.texel)
+    }
+}
+
+/// The middle of a texel.
+#[inline]
+fn centre([column, row]: [usize; 2]) -> DVec2 {
+    DVec2::new(column as f64 + 0.5, row as f64 + 0.5)
 }
 
 /// The march through one slab's pictures.
@@ -152,6 +188,13 @@ impl Marcher<'_> {
         distance: f64,
         work: &mut Work,
     ) -> Option<Met> {
+        // Most photons within a body march below faces that they do not accept: their normals say so.
+        if let Some((shape, normal)) = self.pictures.face_normal(self.slab, layer, at)
+            && self.settings.buffers == Buffers::F32
+            && !self.optics.accepts(photon, shape, normal, false)
+        {
+            return None;
+        }
         let mut met = self
             .pictures
             .surface(self.slab, self.settings, layer, at, work)?;
@@ -159,7 +202,7 @@ impl Marcher<'_> {
         met.point.position_error = DVec3::ZERO;
         let shape = met.hit.shape;
         self.optics
-            .accepts(photon, shape, &met.point, false)
+            .accepts(photon, shape, met.point.geometric_normal, false)
             .then_some(met)
     }
 
@@ -185,37 +228,113 @@ impl Marcher<'_> {
         against: Against,
         work: &mut Work,
     ) -> Option<Met> {
-        let is_asked = matches!(self.pictures, Pictures::Asked);
-        let slack = match self.settings.march {
+        match (self.pictures, against) {
+            (Pictures::NearFar(texels), Against::Near | Against::Far) => {
+                self.by_near_and_far(photon, way, against, texels, work)
+            }
+            (Pictures::Asked, Against::Near | Against::Far) => {
+                self.by_asked(photon, way, against, work)
+            }
+            (Pictures::NearFar(_) | Pictures::Asked | Pictures::Peeled(_), _) => {
+                self.by_layers(photon, way, work)
+            }
+        }
+    }
+
+    /// How far behind the far picture a photon may be in a texel, and be taken for between the two.
+    fn slack(&self) -> f64 {
+        match self.settings.march {
             March::Exact => 0.0,
             March::Texels | March::Steps => self.texel(),
-        };
-        let layers = self.layers(way, against);
-        way.texels(self.slab.side, |centre, range| {
-            work.steps += 1;
-            let at = if is_asked {
-                way.at(0.5 * (range[0] + range[1])).truncate()
-            } else {
-                centre
+        }
+    }
+
+    /// The march of the paper: a texel's nearest and farthest surface against the depths in it.
+    fn by_near_and_far(
+        &self,
+        photon: &Photon,
+        way: &Way,
+        against: Against,
+        texels: &[[Texel; 2]],
+        work: &mut Work,
+    ) -> Option<Met> {
+        let (side, slack) = (self.slab.side, self.slack());
+        let mut before = way.start.z;
+        let (mut steps, mut accepted) = (0, Work::default());
+        let found = way.texels(side, |texel, range| {
+            steps += 1;
+            let after = way.start.z + way.along.z * range[1];
+            let (low, high) = (before.min(after), before.max(after));
+            before = after;
+            let [near, far] = &texels[texel[1] * side + texel[0]];
+            let (near, far) = (f64::from(near.depth), f64::from(far.depth));
+            let (layer, depth, is_met) = match against {
+                Against::Far => (1, far, high >= far),
+                Against::Near | Against::All => (0, near, high >= near && low <= far + slack),
             };
+            // Where nothing is, depths are infinite.
+            if is_met && depth < f64::INFINITY {
+                let distance = way.reach(depth, range);
+                let met = self.accepted(photon, layer, centre(texel), distance, &mut accepted);
+                if let Some(met) = met {
+                    return ControlFlow::Break(met);
+                }
+            }
+            ControlFlow::Continue(())
+        });
+        work.steps += steps;
+        // Against the near picture also the far one is asked.
+        work.fetches += if against == Against::Far {
+            steps
+        } else {
+            2 * steps
+        };
+        *work += accepted;
+        found
+    }
+
+    /// The same with surfaces asked by rays, at the middle of a texel's part of the way.
+    fn by_asked(
+        &self,
+        photon: &Photon,
+        way: &Way,
+        against: Against,
+        work: &mut Work,
+    ) -> Option<Met> {
+        let slack = self.slack();
+        way.texels(self.slab.side, |_, range| {
+            work.steps += 1;
+            let at = way.at(0.5 * (range[0] + range[1])).truncate();
             let [a, b] = range.map(|distance| way.at(distance).z);
-            let (low, high) = (a.min(b), a.max(b));
+            let layer = usize::from(against == Against::Far);
+            let Some(depth) = self.pictures.depth(self.slab, layer, at, work) else {
+                return ControlFlow::Continue(());
+            };
+            let is_met = a.max(b) >= depth
+                && (against == Against::Far
+                    || self
+                        .pictures
+                        .depth(self.slab, 1, at, work)
+                        .is_some_and(|far| a.min(b) <= far + slack));
+            let met = is_met
+                .then(|| self.accepted(photon, layer, at, way.reach(depth, range), work))
+                .flatten();
+            met.map_or(ControlFlow::Continue(()), ControlFlow::Break)
+        })
+    }
+
+    /// The march against all layers: those whose depths are among the texel's, in the order of the way.
+    fn by_layers(&self, photon: &Photon, way: &Way, work: &mut Work) -> Option<Met> {
+        let (slack, layers) = (self.texel(), self.layers(way, Against::All));
+        way.texels(self.slab.side, |texel, range| {
+            work.steps += 1;
+            let at = centre(texel);
+            let [a, b] = range.map(|distance| way.at(distance).z);
             for &layer in &layers {
-                let Some(depth) = self.pictures.depth(self.slab, layer, at, work) else {
-                    continue;
-                };
-                let is_met = match against {
-                    Against::Near => {
-                        high >= depth
-                            && self
-                                .pictures
-                                .depth(self.slab, 1, at, work)
-                                .is_some_and(|far| low <= far + slack)
-                    }
-                    Against::Far => high >= depth,
-                    Against::All => low - slack <= depth && depth <= high,
-                };
-                if is_met
+                let depth = self.pictures.depth(self.slab, layer, at, work);
+                if let Some(depth) = depth
+                    && a.min(b) - slack <= depth
+                    && depth <= a.max(b)
                     && let Some(met) =
                         self.accepted(photon, layer, at, way.reach(depth, range), work)
                 {
@@ -284,7 +403,7 @@ impl Marcher<'_> {
                 if self.is_on(layer, met, way.at(*distance), work)
                     && self
                         .optics
-                        .accepts(photon, met.hit.shape, &met.point, false)
+                        .accepts(photon, met.hit.shape, met.point.geometric_normal, false)
                 {
                     return ControlFlow::Break(*met);
                 }
@@ -307,9 +426,12 @@ impl Marcher<'_> {
         .or_else(|| {
             hits.find_map(|(distance, met)| {
                 let is_met = self.is_on(layer, met, way.at(*distance), work)
-                    && self
-                        .optics
-                        .accepts(photon, met.hit.shape, &met.point, false);
+                    && self.optics.accepts(
+                        photon,
+                        met.hit.shape,
+                        met.point.geometric_normal,
+                        false,
+                    );
                 is_met.then_some(*met)
             })
         })

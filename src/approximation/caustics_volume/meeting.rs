@@ -20,6 +20,10 @@ const SPLIT_EVENTS: usize = 2;
 const FAINTEST: f64 = 1e-6;
 
 /// What becomes of a photon at a surface.
+#[allow(
+    clippy::large_enum_variant,
+    reason = "it is on the stack, for a moment"
+)]
 pub enum Meeting {
     /// It lands there.
     Lands,
@@ -61,14 +65,8 @@ impl<'a> Optics<'a> {
     /// Mirrors reflect what comes from before them. Surfaces without a medium behind them, panes and mirrors
     /// with two sides, are not met twice in a row: pictures would show them again in the next texel. Where
     /// surfaces are traced and all ways are modelled, nothing is ignored.
-    pub fn accepts(
-        &self,
-        photon: &Photon,
-        shape: u32,
-        point: &SurfacePoint,
-        is_traced: bool,
-    ) -> bool {
-        let along = photon.ray.direction.dot(point.geometric_normal);
+    pub fn accepts(&self, photon: &Photon, shape: u32, normal: DVec3, is_traced: bool) -> bool {
+        let along = photon.ray.direction.dot(normal);
         let (material, is_two_sided) = self.plain(shape, along < 0.0);
         match material {
             _ if is_traced && self.settings.interface == Interface::Exact => true,

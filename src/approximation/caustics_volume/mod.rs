@@ -14,14 +14,14 @@
 //! | `buffers` | [`buffers`], [`raster`] | `f16`, `f32` | axis rays at each photon's own place |
 //! | `march` | [`march`] | `texels`, `steps` | the very crossing with what pictures hold |
 //! | `layers` | [`slab`] | `near-far`, `peel` | the slab's surfaces by rays, any number of events |
-//! | `interface` | [`meeting`] | `refract`, `mirror-total`, `schlick`, `fresnel` | all ways by their shares |
+//! | `interface` | [`meeting`] | `refract`, `mirror-total`, `schlick`, `fresnel` | all ways |
 //! | `sweep` | [`sweep`] | `once` | any order and face, and what is outside |
 //! | `projector` | [`projector`] | `cube`, `orthographic` | a ray to the next surface |
 //! | `splat` | [`splat`], [`draw`] | `quads` | [`beams`] between photons, dealt out by area |
 //! | `smooth` | [`smooth`] | `gaussian` | none |
 //!
-//! [`lod`] and [`update`] are the optimisations of section 3.5. `ledger` accounts for flux, and `darkness` says
-//! why an image has no light.
+//! [`lod`], [`update`] and [`frames`] are the optimisations of sections 3.5 and 4. `ledger` accounts for flux, and `darkness`
+//! says why an image has no light.
 //!
 //! The light that it is judged by is all of L S+ D.
 
@@ -32,6 +32,7 @@ mod darkness;
 pub mod demands;
 pub mod draw;
 pub mod emission;
+pub mod frames;
 pub mod ledger;
 pub mod lod;
 pub mod march;

@@ -103,7 +103,7 @@ struct Picture {
 }
 
 /// The pictures of all exit faces.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Projectors {
     /// By [`Face`]; `None` of faces that cull.
     pictures: [Option<Picture>; 6],

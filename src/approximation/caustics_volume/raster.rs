@@ -7,7 +7,7 @@
 
 use glam::DVec2;
 
-use crate::approximation::bands::{Band, in_bands};
+use crate::approximation::bands::{Band, in_bands, signed};
 
 /// Something drawn: a triangle, or the texels that a shape may be in.
 #[derive(Clone, Copy, Debug)]
@@ -69,23 +69,9 @@ fn centres(low: f64, high: f64) -> (i64, i64) {
     ((low - 0.5).ceil() as i64, (high - 0.5).floor() as i64)
 }
 
-/// Twice the signed area of a point and an edge: the same number for both triangles at the edge, but for its
-/// sign, and whether a zero counts as inside.
-#[inline]
-fn side(a: DVec2, b: DVec2, p: DVec2) -> (f64, bool) {
-    let is_upward = (a.y, a.x) < (b.y, b.x);
-    let (low, high) = if is_upward { (a, b) } else { (b, a) };
-    let value = (high - low).perp_dot(p - low);
-    if is_upward {
-        (value, true)
-    } else {
-        (-value, false)
-    }
-}
-
 /// Draws items in their order into a picture of `side` x `side` texels: `add(texel, fragment)`.
 pub fn draw<V: Clone + Default + Send + Sync>(
-    side_of: usize,
+    side: usize,
     items: &[Item],
     add: impl Fn(&mut V, &Fragment) + Sync,
 ) -> Vec<V> {
@@ -93,96 +79,142 @@ pub fn draw<V: Clone + Default + Send + Sync>(
         let [low, high] = item.form.range();
         centres(low.y, high.y)
     };
-    let last = side_of as i64 - 1;
-    let (picture, _) = in_bands(
-        [side_of; 2],
-        items,
-        rows,
-        |item: &Item, band: &mut Band<V>| {
-            let [low, high] = item.form.range();
-            let (top, bottom) = centres(low.y, high.y);
-            let (left, right) = centres(low.x, high.x);
-            let [first, end] = band.rows();
-            let triangle = Oriented::of(&item.form);
-            for row in top.max(first)..=bottom.min(end - 1) {
-                for column in left.max(0)..=right.min(last) {
-                    let at = DVec2::new(column as f64 + 0.5, row as f64 + 0.5);
-                    let Some((face, value)) = triangle.at(at) else {
-                        continue;
-                    };
-                    if let Some(texel) = band.texel(column, row) {
-                        let fragment = Fragment {
-                            shape: item.shape,
-                            face,
-                            value,
-                            at,
-                        };
-                        add(texel, &fragment);
-                    }
-                }
+    let last = signed(side) - 1;
+    let (picture, _) = in_bands([side; 2], items, rows, |item: &Item, band: &mut Band<V>| {
+        let [low, high] = item.form.range();
+        let (top, bottom) = centres(low.y, high.y);
+        let (left, right) = centres(low.x, high.x);
+        let (left, right) = (left.max(0), right.min(last));
+        let [first, end] = band.rows();
+        let triangle = Triangle::of(&item.form);
+        for row in top.max(first)..=bottom.min(end - 1) {
+            let (left, right) = match &triangle {
+                Some(triangle) => triangle.columns(row as f64 + 0.5, (left, right)),
+                None => (left, right),
+            };
+            let mut at = DVec2::new(0.0, row as f64 + 0.5);
+            for (column, texel) in (left..=right).zip(band.line(row, left, right)) {
+                at.x = column as f64 + 0.5;
+                let (face, value) = match &triangle {
+                    None => (0, None),
+                    Some(triangle) => match triangle.at(at) {
+                        None => continue,
+                        value => (triangle.face, value),
+                    },
+                };
+                let fragment = Fragment {
+                    shape: item.shape,
+                    face,
+                    value,
+                    at,
+                };
+                add(texel, &fragment);
             }
-        },
-    );
+        }
+    });
     picture
 }
 
-/// A form ready to be asked.
-enum Oriented {
-    Triangle {
-        face: u32,
-        /// Counterclockwise.
-        corners: [DVec2; 3],
-        values: [f64; 3],
-    },
-    Sampled,
+/// An edge, from its lower end to its upper one.
+#[derive(Clone, Copy)]
+struct Edge {
+    low: DVec2,
+    along: DVec2,
+    /// 1 if the triangle is to its left, else -1.
+    sign: f64,
 }
 
-impl Oriented {
-    fn of(form: &Form) -> Self {
-        match *form {
-            Form::Triangle {
-                face,
-                corners: [a, b, c],
-                values: [u, v, w],
-            } => {
-                let is_turned = (b - a).perp_dot(c - a) < 0.0;
-                let (corners, values) = if is_turned {
-                    ([a, c, b], [u, w, v])
-                } else {
-                    ([a, b, c], [u, v, w])
-                };
-                Self::Triangle {
-                    face,
-                    corners,
-                    values,
-                }
+impl Edge {
+    fn new(a: DVec2, b: DVec2) -> Self {
+        if (a.y, a.x) < (b.y, b.x) {
+            Self {
+                low: a,
+                along: b - a,
+                sign: 1.0,
             }
-            Form::Sampled { .. } => Self::Sampled,
+        } else {
+            Self {
+                low: b,
+                along: a - b,
+                sign: -1.0,
+            }
         }
     }
 
-    /// The face and value at a place, if that is in the form.
+    /// Twice the signed area of a point and the edge: the same number for both triangles at the edge, but for
+    /// its sign.
     #[inline]
-    fn at(&self, at: DVec2) -> Option<(u32, Option<f64>)> {
-        let Self::Triangle {
+    fn at(&self, place: DVec2) -> f64 {
+        self.sign * self.along.perp_dot(place - self.low)
+    }
+
+    /// True if the triangle has a place on the edge.
+    #[inline]
+    fn owns(&self) -> bool {
+        self.sign > 0.0
+    }
+}
+
+/// A triangle ready to be asked.
+struct Triangle {
+    face: u32,
+    /// Counterclockwise, each opposite a corner.
+    edges: [Edge; 3],
+    values: [f64; 3],
+}
+
+impl Triangle {
+    fn of(form: &Form) -> Option<Self> {
+        let Form::Triangle {
             face,
             corners: [a, b, c],
-            values,
-        } = *self
+            values: [u, v, w],
+        } = *form
         else {
-            return Some((0, None));
+            return None;
         };
-        let mut weights = [0.0; 3];
-        for (weight, (from, to)) in weights.iter_mut().zip([(b, c), (c, a), (a, b)]) {
-            let (value, owns) = side(from, to, at);
-            if value < 0.0 || value == 0.0 && !owns {
+        let is_turned = (b - a).perp_dot(c - a) < 0.0;
+        let ([a, b, c], values) = if is_turned {
+            ([a, c, b], [u, w, v])
+        } else {
+            ([a, b, c], [u, v, w])
+        };
+        Some(Self {
+            face,
+            edges: [Edge::new(b, c), Edge::new(c, a), Edge::new(a, b)],
+            values,
+        })
+    }
+
+    /// The columns of a row among which all texels of the triangle are.
+    fn columns(&self, y: f64, (mut left, mut right): (i64, i64)) -> (i64, i64) {
+        for edge in &self.edges {
+            // Its value is linear along the row, falling to the right if the triangle is to its left.
+            let x = edge.low.x + edge.along.x * ((y - edge.low.y) / edge.along.y);
+            if x.is_finite() && edge.along.y > 0.0 {
+                // A column further, for rounding.
+                if edge.owns() {
+                    right = right.min((x + 0.5).floor() as i64);
+                } else {
+                    left = left.max((x - 1.5).ceil() as i64);
+                }
+            }
+        }
+        (left, right)
+    }
+
+    /// The value at a place, if that is in the triangle.
+    #[inline]
+    fn at(&self, at: DVec2) -> Option<f64> {
+        let weights = self.edges.map(|edge| edge.at(at));
+        for (weight, edge) in weights.iter().zip(&self.edges) {
+            if *weight < 0.0 || *weight == 0.0 && !edge.owns() {
                 return None;
             }
-            *weight = value;
         }
         let sum: f64 = weights.iter().sum();
-        let value: f64 = weights.iter().zip(values).map(|(w, v)| w * v).sum();
-        (sum > 0.0).then_some((face, Some(value / sum)))
+        let value: f64 = weights.iter().zip(self.values).map(|(w, v)| w * v).sum();
+        (sum > 0.0).then(|| value / sum)
     }
 }
 

@@ -1,5 +1,6 @@
 //! The stages one after the other.
 
+use std::ops::Range;
 use std::time::Instant;
 
 use super::beams::Beams;
@@ -8,9 +9,10 @@ use super::darkness;
 use super::demands::Volume;
 use super::draw::draw;
 use super::emission::{Lattice, lattices};
+use super::frames::Frames;
 use super::ledger::{Fate, Flow};
 use super::lod;
-use super::photon::{PHOTON_BYTES, Photon};
+use super::photon::{Landing, PHOTON_BYTES, Photon};
 use super::projector::Projectors;
 use super::settings::Settings;
 use super::slab::Passed;
@@ -35,6 +37,8 @@ pub struct Kept {
     volume: Volume,
     /// The last frame, if frames are made anew in part.
     last: Option<Last>,
+    /// What is underway between frames.
+    frames: Frames,
 }
 
 impl Kept {
@@ -47,6 +51,7 @@ impl Kept {
         Ok(Self {
             volume: Volume::new(scene, settings)?,
             last: None,
+            frames: Frames::default(),
         })
     }
 }
@@ -78,6 +83,7 @@ pub fn run(
     };
     let last = kept.last.take().filter(|_| is_held);
     let slabs = lod::slabs(settings, &volume, &film) as usize;
+    kept.frames.keep_sweep_of(slabs, is_held);
     let is_seen = !settings.frustum || lod::is_seen(&volume, &film);
     let mut pipeline = Pipeline {
         settings,
@@ -91,7 +97,7 @@ pub fn run(
     let [width, height] = film.size();
     let mut values = vec![Rgb::BLACK; width * height];
     if is_seen {
-        let (light, next) = pipeline.light(last)?;
+        let (light, next) = pipeline.light(last, &mut kept.frames)?;
         values = light;
         kept.last = next;
     }
@@ -134,9 +140,9 @@ impl Pipeline<'_> {
         result
     }
 
-    fn add_work(&mut self, pass: usize, work: BySteps<Work>) {
+    fn add_work(&mut self, pass: usize, work: &BySteps<Work>) {
         for (done, one) in self.passes[pass].iter_mut().zip(work) {
-            done.work += one;
+            done.work += *one;
         }
     }
 
@@ -150,7 +156,11 @@ impl Pipeline<'_> {
     }
 
     /// Stages `emission` to `splat`; and what a later frame may begin with.
-    fn light(&mut self, last: Option<Last>) -> Result<(Vec<Rgb>, Option<Last>), Error> {
+    fn light(
+        &mut self,
+        last: Option<Last>,
+        frames: &mut Frames,
+    ) -> Result<(Vec<Rgb>, Option<Last>), Error> {
         let (settings, scene, volume) = (self.settings, self.scene, self.volume);
         let count = self.passes.len() - 1;
         let slabs: Vec<Slab> = (0..count)
@@ -164,10 +174,19 @@ impl Pipeline<'_> {
         let last = last
             .unwrap_or_default()
             .against(scene, volume, settings, count);
+        // The passes of this frame: not all, if a sweep is shared out over frames.
+        let first = frames.sweep.as_ref().map_or(0, |(_, pass)| *pass);
+        let passes = match settings.amortise {
+            0 => 0..count + 1,
+            _ if frames.shown.is_none() => 0..count + 1,
+            some => first..(first + some as usize).min(count + 1),
+        };
         let mut pictures = Vec::new();
         for (index, (slab, kept)) in slabs.iter().zip(last.pictures).enumerate() {
             pictures.push(match kept {
                 Some(kept) => kept,
+                // No photon asks for it.
+                None if !passes.contains(&index) => Pictures::Asked,
                 None => self.timed(index, Step::Buffers, |_, work| {
                     Pictures::new(slab, settings, work)
                 }),
@@ -175,6 +194,7 @@ impl Pipeline<'_> {
         }
         let projectors = match last.projectors {
             Some(kept) => kept,
+            None if !passes.contains(&count) => Projectors::default(),
             None => self.timed(count, Step::Projector, |_, work| {
                 Projectors::new(scene, volume, settings, work)
             }),
@@ -190,28 +210,48 @@ impl Pipeline<'_> {
         let all = lattices(scene, settings, volume);
         match settings.splat {
             Splat::Exact => Ok((self.beams(&tracer, &all)?, None)),
+            Splat::Quads if settings.amortise > 0 => {
+                let queue = frames.sweep.take().map(|(queue, _)| queue);
+                let queue = match queue {
+                    Some(queue) => queue,
+                    None => self.emitted(&tracer, &all, [0, 1]),
+                };
+                if let Some(queue) = self.some_passes(&tracer, passes.clone(), queue, frames) {
+                    frames.sweep = Some((queue, passes.end));
+                }
+                let landed = frames.shown.as_deref().unwrap_or_default();
+                Ok((self.drawn(landed), None))
+            }
             Splat::Quads => {
-                let start = last.queue.map_or_else(
-                    || (0, self.emitted(&tracer, &all)),
-                    |(slab, queue)| (slab, queue),
-                );
-                let (values, queues) = self.photons(&tracer, start, last.queues);
+                let (first, queue) = match last.queue {
+                    Some(start) => start,
+                    None => (0, self.emitted(&tracer, &all, frames.share(settings))),
+                };
+                let (landed, queues) = self.all_passes(&tracer, first, queue, last.queues);
+                let landed = frames.with_others(settings, landed);
                 let next = (settings.update == Update::Changed)
                     .then(|| Last::new(scene, volume, pictures, projectors, queues));
-                Ok((values, next))
+                Ok((self.drawn(&landed), next))
             }
         }
     }
 
-    /// Stage `emission`: photons before all slabs.
-    fn emitted(&mut self, tracer: &Tracer, lattices: &[Lattice]) -> Queue {
+    /// Stage `emission`: a share of the photons before all slabs, with the flux of all.
+    fn emitted(
+        &mut self,
+        tracer: &Tracer,
+        lattices: &[Lattice],
+        [share, shares]: [u64; 2],
+    ) -> Queue {
         self.timed(0, Step::Emission, |_, work| {
             let cells: Vec<(usize, u64)> = (0..lattices.len())
                 .flat_map(|lattice| (0..lattices[lattice].cells()).map(move |cell| (lattice, cell)))
+                .filter(|(_, cell)| cell % shares == share)
                 .collect();
             let mut passed = in_chunks(&cells, |(lattice, cell), into: &mut Passed| {
                 let work = into.work(Step::Emission);
-                if let Some(photon) = lattices[*lattice].cell(*cell, work) {
+                if let Some(mut photon) = lattices[*lattice].cell(*cell, work) {
+                    photon.flux = photon.flux * shares as f64;
                     into.tally.add(Fate::SetsOut, photon.flux);
                     into.out.push((super::cuboid::Face::Entry, photon));
                 }
@@ -225,53 +265,86 @@ impl Pipeline<'_> {
         })
     }
 
-    /// Stages `march` to `splat` for photons: from a slab on, with the queues before the slabs as far as
-    /// they are known.
-    fn photons(
-        &mut self,
-        tracer: &Tracer,
-        (first, mut queue): (usize, Queue),
-        mut queues: Vec<Queue>,
-    ) -> (Vec<Rgb>, Vec<Queue>) {
-        let settings = self.settings;
-        let count = tracer.slabs.len();
-        let step = match settings.layers {
+    /// The stage that the time of a slab's pass counts for.
+    fn slab_step(&self) -> Step {
+        match self.settings.layers {
             Layers::Exact => Step::Layers,
             Layers::NearFar | Layers::Peel => Step::March,
-        };
-        let is_kept = settings.update == Update::Changed;
-        let mut is_first = true;
-        loop {
-            for slab in if is_first { first } else { 0 }..count {
-                if is_kept && is_first {
-                    queues.push(queue.clone());
-                }
-                if !is_first && queue.waiting[slab].is_empty() {
-                    continue;
-                }
-                let done = self.timed(slab, step, |_, _| queue.pass(slab, tracer));
-                self.add_work(slab, done);
-            }
-            if is_kept && is_first {
+        }
+    }
+
+    /// The pass of a slab, or, after the last one, of the projectors.
+    fn pass(&mut self, tracer: &Tracer, pass: usize, queue: &mut Queue) {
+        let (step, done);
+        if pass < tracer.slabs.len() {
+            step = self.slab_step();
+            done = self.timed(pass, step, |_, _| queue.pass(pass, tracer));
+        } else {
+            step = Step::Projector;
+            done = self.timed(pass, step, |_, _| queue.project(tracer));
+        }
+        self.add_work(pass, &done);
+    }
+
+    /// Stages `march` to `projector`, from a slab on, with the queues before the slabs as far as they are
+    /// known.
+    fn all_passes(
+        &mut self,
+        tracer: &Tracer,
+        first: usize,
+        mut queue: Queue,
+        mut queues: Vec<Queue>,
+    ) -> (Vec<Landing>, Vec<Queue>) {
+        let count = tracer.slabs.len();
+        for pass in first..=count {
+            if self.settings.update == Update::Changed {
                 queues.push(queue.clone());
             }
-            is_first = false;
-            let done = self.timed(count, Step::Projector, |_, _| queue.project(tracer));
-            self.add_work(count, done);
-            if queue.is_empty() {
-                break;
+            self.pass(tracer, pass, &mut queue);
+        }
+        // What came back into the volume goes through again.
+        while !queue.is_empty() {
+            for slab in 0..count {
+                if !queue.waiting[slab].is_empty() {
+                    self.pass(tracer, slab, &mut queue);
+                }
             }
+            self.pass(tracer, count, &mut queue);
         }
         self.flow.tally += queue.passed.tally;
-        let landed = queue.passed.landed;
-        let values = self.timed(count, Step::Splat, |this, work| {
+        (queue.passed.landed, queues)
+    }
+
+    /// Some passes of a sweep; what is left of it, if that was not the last.
+    fn some_passes(
+        &mut self,
+        tracer: &Tracer,
+        passes: Range<usize>,
+        mut queue: Queue,
+        frames: &mut Frames,
+    ) -> Option<Queue> {
+        let is_last = passes.end > tracer.slabs.len();
+        for pass in passes {
+            self.pass(tracer, pass, &mut queue);
+        }
+        self.flow.tally += std::mem::take(&mut queue.passed.tally);
+        if is_last {
+            frames.shown = Some(queue.passed.landed);
+            return None;
+        }
+        Some(queue)
+    }
+
+    /// Stage `splat`: what the sensor has of photons that landed.
+    fn drawn(&mut self, landed: &[Landing]) -> Vec<Rgb> {
+        let settings = self.settings;
+        self.timed(self.passes.len() - 1, Step::Splat, |this, work| {
             // Half the diagonal of a texel: each splat has the middle of one.
             let least = 0.5 * std::f64::consts::SQRT_2 * this.film.texel_length(this.scene);
-            let discs = discs(&this.volume.cuboid, settings, &landed, least);
+            let discs = discs(&this.volume.cuboid, settings, landed, least);
             work.splats += discs.len() as u64;
             draw(this.scene, this.film, &discs, work)
-        });
-        (values, queues)
+        })
     }
 
     /// Stage `splat`, exact.
@@ -294,7 +367,7 @@ impl Pipeline<'_> {
                 film: &film,
             };
             let dealt = self.timed(count, Step::Splat, |_, _| beams.deal());
-            self.add_work(count, dealt.work);
+            self.add_work(count, &dealt.work);
             self.flow.tally += dealt.tally;
         }
         let sums = film.finish()?;
@@ -348,25 +421,22 @@ impl Pipeline<'_> {
 fn work_list(passes: &[BySteps<Done<Work>>]) -> Vec<StageWork> {
     let mut list = Vec::new();
     for (step, stage) in STAGES.iter().enumerate() {
-        let has_any = |pass: &&BySteps<Done<Work>>| {
-            pass[step].work != Work::default() || pass[step].seconds > 0.0
-        };
-        let is_single = passes.iter().filter(has_any).count() <= 1;
-        for (index, pass) in passes.iter().enumerate() {
-            if !has_any(&pass)
-                && !(is_single && index == 0 && !passes.iter().any(|it| has_any(&it)))
-            {
-                continue;
-            }
-            let label = match index {
-                _ if is_single => String::new(),
+        let has_any = |done: &Done<Work>| done.work != Work::default() || done.seconds > 0.0;
+        let all = passes.iter().map(|pass| &pass[step]).enumerate();
+        let done: Vec<(usize, &Done<Work>)> = all.filter(|(_, done)| has_any(done)).collect();
+        if done.is_empty() {
+            list.push(StageWork::new(stage.name));
+        }
+        for (index, one) in &done {
+            let pass = match *index {
+                _ if done.len() == 1 => String::new(),
                 index if index + 1 == passes.len() => "projectors".to_owned(),
                 index => format!("slab {}", index + 1),
             };
             list.push(StageWork {
-                pass: label,
-                work: pass[step].work.counters(),
-                seconds: pass[step].seconds,
+                pass,
+                work: one.work.counters(),
+                seconds: one.seconds,
                 ..StageWork::new(stage.name)
             });
         }

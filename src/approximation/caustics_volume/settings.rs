@@ -121,4 +121,10 @@ settings! {
     /// What a frame makes anew.
     update: Update = "update", Kind::Choice(words_of::<Update>), Value "full", "",
         "Parts that each frame of an animation makes anew", Values::word;
+    /// Share of the photons that a frame traces.
+    progressive: f64 = "progressive", Kind::Number(1e-3, 1.0), Value "1", "",
+        "Share of the photons that each frame of an animation traces anew", Values::number;
+    /// Passes of a frame; 0: all.
+    amortise: u32 = "amortise", Kind::Whole(0, 65), Value "0", "passes",
+        "Passes that each frame of an animation makes; 0 is all", Values::whole;
 }

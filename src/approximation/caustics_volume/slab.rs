@@ -157,7 +157,9 @@ impl SlabTracer<'_> {
             while let Some(hit) = scene.world().closest_hit(&ray, end - done, &mut counters) {
                 let point = scene.world().bounce_point(&ray, &hit);
                 if !scene.material_of(hit.shape).is_passed(scene.materials())
-                    && self.optics.accepts(&photon, hit.shape, &point, true)
+                    && self
+                        .optics
+                        .accepts(&photon, hit.shape, point.geometric_normal, true)
                 {
                     let depth = done + hit.distance;
                     found = Some(Met { depth, hit, point });

@@ -27,28 +27,37 @@ pub fn smoothed(
 
 /// Rows of a picture after a symmetric filter, as columns.
 fn transposed_blur(values: &[Rgb], width: usize, weights: &[f64]) -> Vec<Rgb> {
+    /// Columns of the result that are made together: they are read from the same lines of the cache.
+    const COLUMNS: usize = 8;
     let reach = weights.len() - 1;
     let height = values.len() / width;
-    let rows: Vec<Vec<Rgb>> = values
-        .par_chunks(width)
-        .map(|row| {
-            (0..width)
-                .map(|column| {
-                    let (mut sum, mut total) = (Rgb::BLACK, 0.0);
-                    for near in column.saturating_sub(reach)..=(column + reach).min(width - 1) {
-                        let weight = weights[near.abs_diff(column)];
-                        sum += row[near] * weight;
+    let all = weights[0] + 2.0 * weights[1..].iter().sum::<f64>();
+    let mut turned = vec![Rgb::BLACK; values.len()];
+    turned
+        .par_chunks_mut(COLUMNS * height)
+        .enumerate()
+        .for_each(|(block, part)| {
+            let first = block * COLUMNS;
+            for row in 0..height {
+                let line = &values[row * width..][..width];
+                for (index, column) in (first..(first + COLUMNS).min(width)).enumerate() {
+                    let range = column.saturating_sub(reach)..(column + reach + 1).min(width);
+                    let near = &line[range.clone()];
+                    if near.iter().all(|one| one.is_black()) {
+                        continue;
+                    }
+                    let mut sum = Rgb::BLACK;
+                    let mut total = 0.0;
+                    for (place, value) in range.zip(near) {
+                        let weight = weights[place.abs_diff(column)];
+                        sum += *value * weight;
                         total += weight;
                     }
-                    sum / total
-                })
-                .collect()
-        })
-        .collect();
-    let mut turned = Vec::with_capacity(values.len());
-    for column in 0..width {
-        turned.extend((0..height).map(|row| rows[row][column]));
-    }
+                    let is_whole = near.len() == 2 * reach + 1;
+                    part[index * height + row] = sum / if is_whole { all } else { total };
+                }
+            }
+        });
     turned
 }
 

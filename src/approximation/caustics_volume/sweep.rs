@@ -136,7 +136,7 @@ impl Tracer<'_> {
                     && scene.material_of(hit.shape).is_specular(scene.materials())
                 {
                     let point = scene.world().bounce_point(&ray, &hit);
-                    if !optics.accepts(&photon, hit.shape, &point, true) {
+                    if !optics.accepts(&photon, hit.shape, point.geometric_normal, true) {
                         let ray = point.spawn(photon.ray.direction);
                         waiting.push(Photon { ray, ..photon });
                         continue;

@@ -1,6 +1,6 @@
 //! Caustics volumes, as a technique.
 
-use super::demands::Volume;
+use super::demands::{Volume, check};
 use super::photon::{Landing, PHOTON_BYTES, Photon};
 use super::run::{Kept, run};
 use super::settings::{Settings, TABLE};
@@ -54,6 +54,7 @@ impl Technique for CausticsVolume {
                  frustum=false",
             ));
         }
+        check(&settings)?;
         Volume::new(scene, &settings)?;
         Ok(())
     }
@@ -83,6 +84,8 @@ impl Technique for CausticsVolume {
             Update::Full => 4,
             Update::Changed => 4 + u64::from(settings.slabs),
         };
+        // Landings of frames before.
+        let states = states + u64::from(settings.progressive < 1.0 || settings.amortise > 0);
         let photon = states * size_of::<Photon>() as u64
             + (size_of::<Landing>() + size_of::<Disc>()) as u64
             + PHOTON_BYTES;
