@@ -12,7 +12,7 @@ pub fn truths(judge: &mut Judge) -> Vec<String> {
     let lines = OBJECTS.iter().map(|object| {
         let case = judge.floor(object);
         let error = case.truth.relative_error.map_or(f64::NAN, |it| 100.0 * it);
-        let exact = object.volume(&[&EXACT[..], &[("photons", "10000")]].concat());
+        let exact = object.volume(&[&EXACT[..], &[("photons", "5000")]].concat());
         let found = case.judged(&exact);
         vec![
             object.row(),

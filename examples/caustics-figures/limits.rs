@@ -36,7 +36,22 @@ pub fn limits() -> Vec<String> {
         ("`sweep` and `layers`", vec![sweep, surfaces]),
         ("`interface` and `layers`", vec![ways, surfaces]),
         ("all three", vec![sweep, ways, surfaces]),
-        ("and `emission`", vec![sweep, ways, surfaces, light]),
+        (
+            "all three and `cull=none`",
+            vec![sweep, ways, surfaces, ("cull", "none")],
+        ),
+        (
+            "all three and `emission`",
+            vec![sweep, ways, surfaces, light],
+        ),
+        (
+            "all three and `projector`",
+            vec![sweep, ways, surfaces, ("projector", "exact")],
+        ),
+        (
+            "these four and `emission`",
+            vec![sweep, ways, surfaces, ("projector", "exact"), light],
+        ),
         ("all exact", [&EXACT[..], &[("photons", "10000")]].concat()),
     ] {
         let mut cells = vec![name.to_owned()];
