@@ -25,7 +25,7 @@ use judge::Judge;
 use support::figures::{Section, print_sections};
 
 /// The sections, in the order of the document.
-const SECTIONS: [(&str, Section<Judge>); 15] = [
+const SECTIONS: [(&str, Section<Judge>); 16] = [
     ("picture", |_| picture::picture()),
     ("truths", errors::truths),
     ("passes", |_| counted::passes()),
@@ -40,7 +40,8 @@ const SECTIONS: [(&str, Section<Judge>); 15] = [
     ("limits", |_| limits::limits()),
     ("slabs", errors::slabs),
     ("views", |_| views::views()),
-    ("stages", stages::stages),
+    ("stages", stages::objects),
+    ("shipped", stages::shipped),
 ];
 
 fn main() {
