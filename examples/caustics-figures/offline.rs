@@ -13,7 +13,7 @@ use crate::support::light_volume::sensor;
 use crate::support::scenes::bundled_file;
 
 /// Pixels a row of the camera, and rows.
-const PIXELS: usize = 64;
+const PIXELS: usize = 32;
 
 /// Samples a pixel of the paper's references.
 const SAMPLES: u64 = 2000;
