@@ -34,7 +34,11 @@ pub struct Tolerance {
 impl JoinedGrid {
     /// The triangles between vertices of the grid, row by row, after cells were joined.
     pub fn triangles(self, vertices: &[Option<LitVertex>], tolerance: &Tolerance) -> Vec<[u32; 3]> {
-        let split = self.split(vertices, tolerance);
+        self.triangles_of(&self.split(vertices, tolerance))
+    }
+
+    /// The triangles of the cells that are left, by which are split.
+    fn triangles_of(self, split: &[Flags]) -> Vec<[u32; 3]> {
         let mut triangles = Vec::new();
         for level in 0..=self.levels {
             let side = self.cells >> level;
@@ -44,7 +48,7 @@ impl JoinedGrid {
                     let is_there =
                         level == self.levels || split[level as usize + 1].at(column / 2, row / 2);
                     if is_there && !is_split {
-                        self.cell(level, [column, row], &split, &mut triangles);
+                        self.cell(level, [column, row], split, &mut triangles);
                     }
                 }
             }
@@ -244,5 +248,40 @@ impl Flags {
 
     fn set(&mut self, column: u32, row: u32, flag: bool) {
         self.flags[(row * self.side + column) as usize] = flag;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use super::*;
+
+    #[test]
+    fn triangles_of_cells_of_several_sizes_share_all_their_sides() {
+        let grid = JoinedGrid::new(2, 17);
+        // Cells of eight, but for three that are of four; and one of these is of two.
+        let mut split: Vec<Flags> = (0..=3)
+            .map(|level| Flags::new(16 >> level, false))
+            .collect();
+        for (level, column, row) in [(3, 0, 0), (3, 1, 0), (3, 0, 1), (2, 1, 1)] {
+            split[level].set(column, row, true);
+        }
+        let triangles = grid.triangles_of(&split);
+        // 1 cell of 8 and 11 of 4, two triangles each or a fan, and 4 of 2.
+        assert!(triangles.len() > 2 * 16, "{}", triangles.len());
+        let mut sides: BTreeMap<(u32, u32), i32> = BTreeMap::new();
+        for [a, b, c] in triangles {
+            for (from, to) in [(a, b), (b, c), (c, a)] {
+                let along = if from < to { 1 } else { -1 };
+                *sides.entry((from.min(to), from.max(to))).or_default() += along;
+            }
+        }
+        let place = |vertex: u32| (vertex % 17, vertex / 17);
+        for ((from, to), count) in sides {
+            let ((x, y), (u, v)) = (place(from), place(to));
+            let is_border = x == u && (x == 0 || x == 16) || y == v && (y == 0 || y == 16);
+            assert_eq!(count == 0, !is_border, "({x}, {y}) to ({u}, {v})");
+        }
     }
 }
