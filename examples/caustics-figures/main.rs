@@ -25,7 +25,7 @@ use judge::Judge;
 use support::figures::{Section, print_sections};
 
 /// The sections, in the order of the document.
-const SECTIONS: [(&str, Section<Judge>); 16] = [
+const SECTIONS: [(&str, Section<Judge>); 17] = [
     ("picture", |_| picture::picture()),
     ("truths", errors::truths),
     ("passes", |_| counted::passes()),
@@ -35,6 +35,7 @@ const SECTIONS: [(&str, Section<Judge>); 16] = [
     ("cures", errors::cures),
     ("below", |_| below::below()),
     ("offline", offline::offline),
+    ("paths", |_| offline::paths()),
     ("walls", |_| walls::walls()),
     ("faces", |_| walls::faces()),
     ("limits", |_| limits::limits()),

@@ -34,7 +34,8 @@ pub fn walls() -> Vec<String> {
             let light = ("emission", "exact");
             let ways = ("interface", "exact");
             let surfaces = ("layers", "exact");
-            // A sweep in any order culls nothing, but projectors have pictures of exit faces only: `cull=none`.
+            // A sweep in any order culls nothing, but projectors have pictures of exit faces only: hence
+            // `cull=none`.
             for settings in [
                 vec![],
                 vec![light],

@@ -106,8 +106,8 @@ fn light_on_walls_is_missing_because_interfaces_do_not_reflect() {
     let light = ("emission", "exact");
     let ways = ("interface", "exact");
     let all = of(&[light, ways, ("sweep", "exact"), ("cull", "none")]);
-    // In the paper it is "due to the light sampling method". Of a ball that is right in no part: its walls have
-    // what its surface reflects, at any angle.
+    // In the paper it is "due to the light sampling method". Of a ball that is right in no part: its walls
+    // have what its surface reflects, at any angle.
     assert!(of(&[]) < 0.1 * all);
     assert!(of(&[light]) < 0.1 * all);
     assert!(of(&[ways]) > 0.3 * all);

@@ -1,5 +1,5 @@
-//! Small scenes of caustics volumes: glass under the sun as in the paper's Fig. 1, glass in glass, and light that
-//! goes back.
+//! Small scenes of caustics volumes: glass under the sun as in the paper's Fig. 1, glass in glass, and light
+//! that goes back.
 
 use nephroid::internals::scene::Scene;
 
@@ -51,8 +51,8 @@ pub fn ball_in_ball(side: usize) -> Scene {
     )
 }
 
-/// A glass ball over a mirror under a lamp, and a ceiling above the lamp with `side` x `side` texels, which has
-/// only light that goes back.
+/// A glass ball over a mirror under a lamp, and a ceiling above the lamp with `side` x `side` texels, which
+/// has only light that goes back.
 pub fn ball_below_ceiling(side: usize) -> Scene {
     scene_of(&format!(
         r#"<scene version="3.0.0">

@@ -176,8 +176,8 @@ pub fn attributions(all: &[(String, Attribution, f64)]) -> Vec<String> {
 /// Pixels between the images of a picture.
 const GAP: usize = 6;
 
-/// Writes images of one size beside each other, row by row, into a file of `docs/`; `white` is the value that is
-/// white.
+/// Writes images of one size beside each other, row by row, into a file of `docs/`; `white` is the value that
+/// is white.
 pub fn save_picture(name: &str, [width, height]: [usize; 2], white: f64, rows: &[Vec<Vec<Rgb>>]) {
     let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
     let along = |count: usize, size: usize| (count * (size + GAP)).saturating_sub(GAP) as u32;
