@@ -3,7 +3,7 @@
 use nephroid::internals::run::Rendering;
 use nephroid::internals::run::format::three_digits;
 
-use crate::judge::{table, whole};
+use crate::support::figures::{table, whole};
 use crate::support::pool::{
     MESHES, OCCLUDERS, SPEEDUPS, VIEWS, rendered, unlike, viewed, volume, with_round_mesh, work,
 };

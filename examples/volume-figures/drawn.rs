@@ -5,7 +5,7 @@ use nephroid::internals::run::Rendering;
 use nephroid::internals::run::format::three_digits;
 use nephroid::internals::scene::Scene;
 
-use crate::judge::{figures, shown, table, whole};
+use crate::support::figures::{figures, shown, table, whole};
 use crate::support::pool::{VIEWS, exact_but, rendered, sensor, unlike, viewed, volume, work};
 use crate::support::{bundled_file, loaded};
 

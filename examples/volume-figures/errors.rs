@@ -4,8 +4,9 @@ use nephroid::internals::metric::Figure;
 use nephroid::internals::optics::dielectric_reflectance;
 use nephroid::internals::run::format::three_digits;
 
-use crate::judge::{Case, Judge, shown, table, whole};
+use crate::judge::{Case, Judge};
 use crate::support::approximation::scene_of;
+use crate::support::figures::{shown, table, whole};
 use crate::support::pool::{exact_but, rendered, volume, work};
 
 /// Energy in flat water, in percent of the closed form.

@@ -17,15 +17,11 @@ mod judge;
 mod picture;
 mod stages;
 
-use std::time::Instant;
-
 use judge::Judge;
-
-/// Makes the tables of a section.
-type Section = fn(&mut Judge) -> Vec<String>;
+use support::figures::{Section, print_sections};
 
 /// The sections, in the order of the document.
-const SECTIONS: [(&str, Section); 17] = [
+const SECTIONS: [(&str, Section<Judge>); 17] = [
     ("picture", |_| picture::picture()),
     ("culling", |_| counted::culling()),
     ("drawing", |_| counted::drawing()),
@@ -46,24 +42,5 @@ const SECTIONS: [(&str, Section); 17] = [
 ];
 
 fn main() {
-    let named: Vec<String> = std::env::args().skip(1).collect();
-    if let Some(unknown) = named
-        .iter()
-        .find(|name| SECTIONS.iter().all(|(known, _)| known != name))
-    {
-        let known: Vec<&str> = SECTIONS.iter().map(|(name, _)| *name).collect();
-        eprintln!("no section {unknown}: there are {}", known.join(", "));
-        std::process::exit(2);
-    }
-    let mut judge = Judge::default();
-    for (name, tables) in SECTIONS {
-        if named.is_empty() || named.iter().any(|it| it == name) {
-            let start = Instant::now();
-            println!("## {name}\n");
-            for table in tables(&mut judge) {
-                println!("{table}\n");
-            }
-            eprintln!("{name}: {:.1} s", start.elapsed().as_secs_f64());
-        }
-    }
+    print_sections(&SECTIONS);
 }

@@ -11,6 +11,7 @@ mod light_volume;
 mod light_volume_culling;
 mod lookups;
 mod paper_claims;
+mod slab_claims;
 mod stubs;
 mod volume_claims;
 

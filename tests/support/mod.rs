@@ -5,11 +5,13 @@
 pub mod approximation;
 pub mod beams;
 pub mod bsdf;
+pub mod caustic_scenes;
 pub mod caustics_volume;
 pub mod comparison;
 pub mod contest;
 pub mod cpu;
 pub mod extremes;
+pub mod figures;
 pub mod geometry;
 pub mod images;
 pub mod light_volume;
