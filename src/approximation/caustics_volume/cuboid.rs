@@ -246,30 +246,6 @@ impl Cuboid {
             .into_iter()
             .fold(z, |best, next| if next.0 < best.0 { next } else { best })
     }
-
-    /// The distance at which a ray from outside enters; `None` if it does not.
-    pub fn enters(&self, ray: &Ray) -> Option<f64> {
-        let (p, d) = (
-            self.to_local(ray.origin),
-            self.frame.to_local(ray.direction),
-        );
-        let low = DVec3::new(-self.size.x, -self.size.y, 0.0);
-        let (mut first, mut last) = (0.0_f64, f64::INFINITY);
-        for axis in 0..3 {
-            if d[axis] == 0.0 {
-                if p[axis] < low[axis] || p[axis] > self.size[axis] {
-                    return None;
-                }
-                continue;
-            }
-            let a = (low[axis] - p[axis]) / d[axis];
-            let b = (self.size[axis] - p[axis]) / d[axis];
-            first = first.max(a.min(b));
-            last = last.min(a.max(b));
-        }
-        // What leaves by a face only touches it.
-        (last - first > 1e-9 * self.diagonal()).then_some(first)
-    }
 }
 
 #[cfg(test)]
@@ -291,14 +267,11 @@ mod tests {
         for face in Face::ALL {
             let point = volume.face_point(face, DVec2::new(0.5, 0.5));
             let outward = volume.outward(face);
-            // A ray from the middle through a face leaves by that face, and enters by it on its way back.
+            // A ray from the middle through a face leaves by that face.
             let ray = Ray::new(volume.middle(), outward);
             let (distance, found) = volume.leaves(&ray, [0.0, 4.0]);
             assert_eq!(found, face);
             assert!(ray.at(distance).abs_diff_eq(point, 1e-14));
-            let back = Ray::new(point + outward, -outward);
-            assert!((volume.enters(&back).unwrap() - 1.0).abs() < 1e-14);
-            assert!(volume.enters(&Ray::new(point, outward)).is_none());
         }
     }
 }

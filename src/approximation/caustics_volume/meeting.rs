@@ -62,8 +62,8 @@ impl<'a> Optics<'a> {
     /// The paper's tests of normal and medium (section 3.3): light in air enters where the normal is against
     /// its direction, light in a medium leaves where it is along it. Else the interface is ignored.
     ///
-    /// Panes and mirrors have no medium behind them. Pictures would show them again in the next texel: the side
-    /// that a photon would meet then is not met twice in a row. Where surfaces are traced nothing is
+    /// Panes and mirrors have no medium behind them. Pictures would show them again in the next texel: the
+    /// side that a photon would meet then is not met twice in a row. Where surfaces are traced nothing is
     /// ignored.
     pub fn accepts(&self, photon: &Photon, shape: u32, normal: DVec3, is_traced: bool) -> bool {
         let along = photon.ray.direction.dot(normal);

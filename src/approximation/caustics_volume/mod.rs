@@ -15,13 +15,13 @@
 //! | `march` | [`march`] | `texels`, `steps` | the very crossing with what pictures hold |
 //! | `layers` | [`slab`] | `near-far`, `peel` | the slab's surfaces by rays, any number of events |
 //! | `interface` | [`meeting`] | `refract`, `mirror-total`, `schlick`, `fresnel` | all ways |
-//! | `sweep` | [`sweep`] | `once` | any order and face, and what is outside |
+//! | `sweep` | [`sweep`] | `once` | any order and face |
 //! | `projector` | [`projector`] | `cube`, `orthographic` | a ray to the next surface |
 //! | `splat` | [`splat`], [`draw`] | `quads` | [`beams`] between photons, dealt out by area |
 //! | `smooth` | [`smooth`] | `gaussian` | none |
 //!
-//! [`lod`], [`update`] and [`frames`] are the optimisations of sections 3.5 and 4. `ledger` accounts for flux, and `darkness`
-//! says why an image has no light.
+//! [`lod`], [`update`] and [`frames`] are the optimisations of sections 3.5 and 4. `ledger` accounts for
+//! flux, and `darkness` says why an image has no light.
 //!
 //! The light that it is judged by is all of L S+ D.
 

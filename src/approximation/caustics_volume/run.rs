@@ -243,7 +243,7 @@ impl Pipeline<'_> {
             let mut passed = in_chunks(&cells, |(lattice, cell), into: &mut Passed| {
                 let work = into.work(Step::Emission);
                 if let Some(mut photon) = lattices[*lattice].cell(*cell, work) {
-                    photon.flux = photon.flux * share[1] as f64;
+                    photon.flux *= share[1] as f64;
                     into.tally.add(Fate::SetsOut, photon.flux);
                     into.out.push((super::cuboid::Face::Entry, photon));
                 }
@@ -294,7 +294,7 @@ impl Pipeline<'_> {
             }
             self.pass(tracer, pass, &mut queue);
         }
-        // What came back into the volume goes through again.
+        // What went back goes through slabs again.
         while !queue.is_empty() {
             for slab in 0..count {
                 if !queue.waiting[slab].is_empty() {

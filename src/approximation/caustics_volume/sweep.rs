@@ -6,16 +6,14 @@ use super::buffers::{Pictures, Slab};
 use super::cuboid::Face;
 use super::demands::Volume;
 use super::ledger::Fate;
-use super::meeting::{Meeting, Optics};
-use super::photon::{Landing, Photon};
+use super::meeting::Optics;
+use super::photon::Photon;
 use super::projector::Projectors;
 use super::settings::Settings;
-use super::slab::{Passed, SlabTracer, facing};
+use super::slab::{Passed, SlabTracer};
 use super::variants::{BySteps, Step, Sweep};
 use super::work::Work;
-use crate::geometry::TraversalCounters;
 use crate::scene::Scene;
-use crate::transport::path_end::next_hit;
 
 /// A volume ready for photons.
 #[derive(Clone, Copy, Debug)]
@@ -110,55 +108,13 @@ impl Tracer<'_> {
         }
     }
 
-    /// Follows a photon outside by way of what mirrors and refracts there, if the sweep does: what comes into
-    /// the volume again, with its slab, goes to `back`; what goes on to the projectors is left in
-    /// `into.out`.
-    fn outside(&self, photon: &Photon, back: &mut Vec<(usize, Photon)>, into: &mut Passed) {
-        let scene = self.scene;
-        let optics = self.optics();
-        let mut waiting = vec![*photon];
-        while let Some(photon) = waiting.pop() {
-            if self.settings.sweep == Sweep::Exact {
-                let mut counters = TraversalCounters::default();
-                let found = next_hit(scene, photon.ray, &mut counters);
-                into.work(Step::Sweep).add_rays(counters);
-                let distance = found.as_ref().map_or(f64::INFINITY, |(ray, hit)| {
-                    hit.distance + ray.origin.distance(photon.ray.origin)
-                });
-                if let Some(entry) = self.volume.cuboid.enters(&photon.ray)
-                    && entry < distance
-                {
-                    let photon = photon.moved(entry);
-                    back.push((self.slab_of(&photon), photon));
-                    continue;
-                }
-                if let Some((ray, hit)) = found
-                    && scene.material_of(hit.shape).is_specular(scene.materials())
-                {
-                    let point = scene.world().bounce_point(&ray, &hit);
-                    if !optics.accepts(&photon, hit.shape, point.geometric_normal, true) {
-                        let ray = point.spawn(photon.ray.direction);
-                        waiting.push(Photon { ray, ..photon });
-                        continue;
-                    }
-                    match optics.meet(&photon, &hit, &point, &mut into.tally) {
-                        Meeting::Goes(ways) => waiting.extend(ways.iter().rev().flatten()),
-                        Meeting::Ends => into.work(Step::Interface).dropped += 1,
-                        Meeting::Lands => into.land(Landing {
-                            photon,
-                            position: point.position,
-                            normal: facing(point.geometric_normal, photon.ray.direction),
-                            hit: None,
-                        }),
-                    }
-                    continue;
-                }
-            }
-            if photon.is_contributive() {
-                into.out.push((Face::Far, photon));
-            } else {
-                into.end(Step::Sweep, Fate::Straight, &photon);
-            }
+    /// A photon leaves the volume: it goes on to the projectors, left in `into.out`, if it is contributive.
+    /// Nothing that mirrors or refracts is outside, so that none comes back.
+    fn leave(photon: Photon, into: &mut Passed) {
+        if photon.is_contributive() {
+            into.out.push((Face::Far, photon));
+        } else {
+            into.end(Step::Sweep, Fate::Straight, &photon);
         }
     }
 
@@ -188,7 +144,7 @@ impl Tracer<'_> {
             for (face, photon) in left {
                 match self.next(slab, face, photon, into) {
                     Some(Next::Slab(next, photon)) => waiting.push((next, photon)),
-                    Some(Next::Outside(photon)) => self.outside(&photon, &mut waiting, into),
+                    Some(Next::Outside(photon)) => Self::leave(photon, into),
                     None => {}
                 }
             }
@@ -244,34 +200,18 @@ impl Queue {
         work
     }
 
-    /// The pass of the projectors: what is outside lands, ends, or goes back into the volume. Returns its
-    /// work.
+    /// The pass of the projectors: what is outside lands, or ends. Returns its work.
     pub fn project(&mut self, tracer: &Tracer) -> BySteps<Work> {
         let photons = std::mem::take(&mut self.outside);
-        let chunks: Vec<(Passed, Vec<(usize, Photon)>)> = photons
-            .par_chunks(CHUNK)
-            .map(|chunk| {
-                let (mut passed, mut back) = (Passed::default(), Vec::new());
-                for photon in chunk {
-                    tracer.outside(photon, &mut back, &mut passed);
-                }
-                for (_, photon) in std::mem::take(&mut passed.out) {
-                    tracer.project(&photon, &mut passed);
-                }
-                (passed, back)
-            })
-            .collect();
-        let mut work: BySteps<Work> = Default::default();
-        for (mut passed, back) in chunks {
-            for (sum, one) in work.iter_mut().zip(std::mem::take(&mut passed.work)) {
-                *sum += one;
+        let mut passed = in_chunks(&photons, |photon, into| {
+            Tracer::leave(*photon, into);
+            for (_, photon) in std::mem::take(&mut into.out) {
+                tracer.project(&photon, into);
             }
-            self.passed.append(passed);
-            for (slab, photon) in back {
-                self.waiting[slab].push(photon);
-            }
-        }
-        work[Step::Sweep as usize].passes += 1;
+        });
+        passed.work(Step::Sweep).passes += 1;
+        let work = std::mem::take(&mut passed.work);
+        self.passed.append(passed);
         work
     }
 

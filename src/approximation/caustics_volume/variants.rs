@@ -103,7 +103,7 @@ words! {
     Sweep {
         /// Once, forwards; what goes back ends
         Once = "once",
-        /// Any, by all faces, and by way of mirrors and glass outside
+        /// Any, and by all faces
         Exact = "exact",
     }
 }
