@@ -6,7 +6,7 @@ use nephroid::internals::run::{Budget, Context};
 
 use crate::support::approximation::{relative_rmse, truth};
 use crate::support::light_volume::{
-    EXACT, SUN, WATER, count, exact_but, flat_pool, flat_water, floor, run_on, scene_of, sea,
+    EXACT, SUN, WATER, count, exact_but, flat_pool, flat_water, floor, pool, run_on, scene_of, sea,
     sensor, volume, with_mesh,
 };
 use crate::support::scenes::bundled_file;
@@ -318,6 +318,30 @@ fn joined_cells_leave_no_crack_and_lose_no_light() {
         // The grid's border is moved inwards by a billionth.
         assert!((falls / (SUN * 16.0) - 1.0).abs() < 1e-8, "{lod}: {falls}");
     }
+}
+
+#[test]
+fn cells_of_a_grid_that_reach_beside_round_water_are_left_out_with_a_warning() {
+    let disc = format!(
+        r#"<shape type="disk" id="pond"><transform name="to_world"><scale x="3" y="3"/><translate z="1"/></transform>
+        {WATER}</shape>"#
+    );
+    let pond = scene_of(&pool(0.0, &disc, 8));
+    let said = |scene: &_, lod: &str| {
+        let settings = [("grid", "21"), ("lod", lod)];
+        run_on(&volume(&settings), scene, "meter")
+            .warnings
+            .join("\n")
+    };
+    let of = said(&pond, "0");
+    assert!(
+        of.contains("shape \"pond\" does not fill its rectangle"),
+        "{of}"
+    );
+    assert!(of.contains("of 800 triangles"), "{of}");
+    assert!(said(&pond, "1").contains("lod joins no cells"));
+    let square = flat_pool(0.0, "", 8);
+    assert!(!said(&square, "0").contains("does not fill"));
 }
 
 #[test]

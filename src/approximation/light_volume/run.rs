@@ -111,6 +111,9 @@ pub fn run(
     let [width, height] = film.size();
     let mut values = vec![Rgb::BLACK; width * height];
     let water = pipeline.timed(Step::Surface, |this| this.water(kept));
+    pipeline
+        .warnings
+        .extend(left_out(scene, kept.shape, settings, &water));
     for source in &sources {
         if let Some(light) = pipeline.light(&water, &kept.tree, source)? {
             for (sum, value) in values.iter_mut().zip(light) {
@@ -141,6 +144,25 @@ pub fn run(
             Vec::new()
         },
         warnings,
+    })
+}
+
+/// A warning of a grid's cells that reach beside the water's surface, if there are any.
+fn left_out(scene: &Scene, shape: u32, settings: &Settings, water: &Water) -> Option<String> {
+    let triangles = Triangles::of(settings, &scene.world().shapes()[shape as usize]);
+    let (all, left) = (triangles.count(), water.triangles.len() as u64);
+    let lod = if settings.lod > 0.0 {
+        ", and lod joins no cells"
+    } else {
+        ""
+    };
+    (left < all).then(|| {
+        format!(
+            "shape \"{}\" does not fill its rectangle: {} of {all} triangles of the grid reach beside it, and are left \
+             out{lod}",
+            scene.objects()[shape as usize].id,
+            all - left
+        )
     })
 }
 
