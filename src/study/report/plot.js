@@ -32,7 +32,7 @@ function padded(values, least) {
 /**
  * Curves of error against cost.
  * curves: [{ name, colour, points: [{ cost, error, bar, resolved, label, row }], orders }], an order being one of the report or a { note }
- * levels: [{ error, name, colour, row }], errors without a cost
+ * levels: [{ error, cost, name, colour, row }], errors without a cost, or with one of 0
  * light: the layer that the errors are of; figure: their name, a length in texels if isLength; shown: a value as text
  */
 function costPlot(host, { curves, levels, axis, light, figure, isLength, shown, front, chosen, choose }) {
@@ -68,12 +68,12 @@ function costPlot(host, { curves, levels, axis, light, figure, isLength, shown, 
   const path = steps.map((point, i) => (i === 0 ? `M${x(point.cost)} ${y(point.error)}` : `H${x(point.cost)}V${y(point.error)}`));
   svg.append(drawn('path', { class: 'front', d: `${path.join('')}H${width - right}` }));
   const labels = [];
-  for (const { error, name, colour, row } of levels) {
+  for (const { error, cost, name, colour, row } of levels) {
     const line = drawn('line', {
       class: 'level', x1: left, x2: width - right, y1: y(error), y2: y(error), stroke: colour, tabindex: 0, role: 'button',
       'aria-label': `${name}, ${figure} ${shown(error)}`, onclick: () => choose(row), onkeydown: (event) => event.key === 'Enter' && choose(row),
     });
-    svg.append(hint(line, `${name}\n${figure} ${shown(error)}, ${axis} not known`));
+    svg.append(hint(line, `${name}\n${figure} ${shown(error)}, ${cost === 0 ? `no ${axis}` : `${axis} not known`}`));
     labels.push({ at: y(error), colour, name, orders: [] });
   }
   for (const { name, colour, points, orders } of curves) {

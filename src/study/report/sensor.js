@@ -330,7 +330,7 @@ class SensorPart {
     const front = new Set(all.filter((one) => !all.some((other) => other.cost <= one.cost && other.error <= one.error
       && (other.cost < one.cost || other.error < one.error))).map((point) => point.row));
     // What has an error and no such cost, as a film from elsewhere, is a level.
-    const levels = rows.map((row, i) => ({ row: i, name: row.label, error: this.errorIn(row, layer).error, colour: this.colourOf(row.name) }))
+    const levels = rows.map((row, i) => ({ row: i, name: row.label, error: this.errorIn(row, layer).error, cost: of(i), colour: this.colourOf(row.name) }))
       .filter((level) => !(of(level.row) > 0) && level.error > 0);
     this.part('cost').querySelector('.exports')?.remove();
     this.part('plot').after(exportButtons(this.part('plot'), `cost-${axis}`));
