@@ -1,6 +1,7 @@
 //! Names, places and materials of shapes.
 
 use super::{MaterialId, SourcePosition};
+use crate::geometry::Transform;
 
 /// The index of a shape in [`Scene::objects`](super::Scene::objects) and in the
 /// [`World`](crate::geometry::World).
@@ -18,4 +19,6 @@ pub struct Object {
     pub declared_at: SourcePosition,
     /// Its material.
     pub material: MaterialId,
+    /// Its own space to the world's, as the file says; its form is in the world's already.
+    pub to_world: Transform,
 }

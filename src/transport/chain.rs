@@ -55,6 +55,17 @@ pub struct Arrival<'a, const N: usize> {
 
 /// A receiver of the reports on a followed chain.
 pub trait ChainSink<const N: usize> {
+    /// `flux` \[W\] travels along a leg: to a surface, or, without an arrival, out of the scene.
+    #[inline]
+    fn travels(
+        &mut self,
+        ray: &Ray,
+        end: Option<(&Hit, &SurfacePoint)>,
+        signature: Signature,
+        flux: Flux<N>,
+    ) {
+        let _ = (ray, end, signature, flux);
+    }
     /// Light arrives at a surface, and may end there or go on. Returns the fate of the light that ends.
     ///
     /// `counters` is for rays that the sink traces itself.
@@ -130,10 +141,13 @@ impl<'a, const N: usize> ChainTracer<'a, N> {
         let world = self.scene.world();
         let ray = &flight.ray;
         let Some(hit) = world.closest_hit(ray, f64::INFINITY, &mut self.counters) else {
+            sink.travels(ray, None, flight.signature, flight.flux);
             sink.ended(flight.signature, Fate::Escaped, flight.flux);
             return None;
         };
         let point = world.bounce_point(ray, &hit);
+        let end = Some((&hit, &point));
+        sink.travels(ray, end, flight.signature, flight.flux);
         let arrival = Arrival {
             ray,
             hit: &hit,

@@ -84,6 +84,30 @@ impl Mesh {
         })
     }
 
+    /// The mesh with its vertices and normals mapped.
+    ///
+    /// # Errors
+    ///
+    /// As [`Mesh::new`].
+    pub fn mapped(
+        &self,
+        point: impl Fn(DVec3) -> DVec3,
+        normal: impl Fn(DVec3) -> DVec3,
+    ) -> Result<Self, MeshError> {
+        let has = |some: bool| some.then_some(());
+        Self::new(MeshParts {
+            positions: self.positions.iter().map(|place| point(*place)).collect(),
+            triangles: self.triangles.clone(),
+            normals: has(!self.normals.is_empty())
+                .map(|()| self.normals.iter().map(|n| normal(*n)).collect()),
+            uvs: has(!self.uvs.is_empty()).map(|()| self.uvs.clone()),
+            vertex_colors: has(!self.vertex_colors.is_empty()).map(|()| self.vertex_colors.clone()),
+            face_colors: has(!self.face_colors.is_empty()).map(|()| self.face_colors.clone()),
+            face_normals: self.normals.is_empty(),
+            flip_normals: self.flip_normals,
+        })
+    }
+
     /// Number of triangles.
     pub fn triangle_count(&self) -> usize {
         self.triangles.len()

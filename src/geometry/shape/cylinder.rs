@@ -58,6 +58,16 @@ impl Cylinder {
         })
     }
 
+    /// The map from the unit tube.
+    pub(super) fn to_world(&self) -> Transform {
+        self.to_local.inverse()
+    }
+
+    /// True if the normal points to the axis.
+    pub fn is_inward(&self) -> bool {
+        self.signed_curvature < 0.0
+    }
+
     /// The middle of the circle z = 0, world space.
     #[inline]
     pub fn base(&self) -> DVec3 {

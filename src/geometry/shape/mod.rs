@@ -4,6 +4,7 @@ mod angle;
 mod cylinder;
 mod disk;
 mod kinds;
+mod moved;
 mod placement;
 mod plane;
 mod rectangle;

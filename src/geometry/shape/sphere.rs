@@ -70,6 +70,11 @@ impl Sphere {
         self.radius
     }
 
+    /// The map from the unit sphere.
+    pub(super) fn to_world(&self) -> Transform {
+        self.to_local.inverse()
+    }
+
     /// True if the normal points to the inside.
     #[inline]
     pub fn is_inward(&self) -> bool {

@@ -76,6 +76,17 @@ pub enum MeshSource {
 }
 
 impl ShapeForm {
+    /// Object space to world.
+    pub fn to_world(&self) -> Transform {
+        match self {
+            Self::Sphere(placed)
+            | Self::Rectangle(placed)
+            | Self::Disk(placed)
+            | Self::Cylinder(placed)
+            | Self::Mesh(MeshForm { placed, .. }) => placed.to_world,
+        }
+    }
+
     /// Makes the shape; mesh files are parsed here.
     ///
     /// # Errors

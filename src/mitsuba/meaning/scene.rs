@@ -263,6 +263,7 @@ impl SceneReader<'_, '_> {
             plugin: name,
             declared_at,
             material,
+            to_world: form.to_world(),
         });
         self.forms.push(form);
         Ok(())

@@ -1,0 +1,251 @@
+//! Geodesic spheres: directions divided into triangles that are found by arithmetic, without a search.
+
+use std::collections::HashMap;
+
+use glam::{DMat3, DVec3};
+
+use super::icosahedron::{ICOSAHEDRON_FACES, icosahedron_corners};
+
+/// The sphere of directions, divided into `20 frequency²` triangles.
+///
+/// Each face of an icosahedron is cut into `frequency²` equal triangles, whose corners are pushed onto the
+/// sphere. Central projection keeps lines straight: the triangle of a direction is the one that its ray meets
+/// on the icosahedron.
+#[derive(Clone, Debug)]
+pub struct Geodesic {
+    frequency: u32,
+    /// Maps a direction to its weights by the corners of a face of the icosahedron.
+    weights: [DMat3; 20],
+    /// The middles of the icosahedron's faces.
+    middles: [DVec3; 20],
+    vertices: Vec<DVec3>,
+    triangles: Vec<[u32; 3]>,
+    neighbours: Vec<[u32; 3]>,
+}
+
+/// A direction's place in a triangle of a [`Geodesic`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GeodesicPlace {
+    /// The triangle.
+    pub triangle: u32,
+    /// Its weights by the triangle's corners, in the plane of the icosahedron's face; they sum to 1.
+    pub weights: [f64; 3],
+}
+
+impl Geodesic {
+    /// The division by a frequency; 0 counts as 1.
+    pub fn new(frequency: u32) -> Self {
+        let frequency = frequency.max(1);
+        let corners = icosahedron_corners();
+        let frames = ICOSAHEDRON_FACES.map(|face| face.map(|corner| corners[corner]));
+        let mut geodesic = Self {
+            frequency,
+            weights: frames.map(|[a, b, c]| DMat3::from_cols(a, b, c).inverse()),
+            middles: frames.map(|[a, b, c]| (a + b + c).normalize()),
+            vertices: Vec::new(),
+            triangles: Vec::new(),
+            neighbours: Vec::new(),
+        };
+        geodesic.add_triangles(&frames);
+        geodesic.add_neighbours();
+        geodesic
+    }
+
+    fn add_triangles(&mut self, frames: &[[DVec3; 3]; 20]) {
+        /// Vertices of different faces are the same below 1/GRID; others are farther apart than 1/frequency.
+        const GRID: f64 = 1e9;
+        let mut known: HashMap<[i64; 3], u32> = HashMap::new();
+        for face in frames {
+            for [a, b, is_up] in lattice(self.frequency) {
+                let corners = lattice_corners(self.frequency, [a, b], is_up == 1);
+                let triangle = corners.map(|weights| {
+                    let place: DVec3 = (0..3).map(|k| face[k] * f64::from(weights[k])).sum();
+                    let direction = place.normalize();
+                    let key = (direction * GRID).to_array().map(|x| x.round() as i64);
+                    // Rounding may fall either way for vertices of two faces.
+                    let near = (0..27).find_map(|step: i64| {
+                        let [x, y, z] = [step % 3 - 1, step / 3 % 3 - 1, step / 9 - 1];
+                        known.get(&[key[0] + x, key[1] + y, key[2] + z])
+                    });
+                    if let Some(&vertex) = near {
+                        return vertex;
+                    }
+                    let vertex = self.vertices.len() as u32;
+                    self.vertices.push(direction);
+                    known.insert(key, vertex);
+                    vertex
+                });
+                self.triangles.push(triangle);
+            }
+        }
+    }
+
+    fn add_neighbours(&mut self) {
+        let mut edges: HashMap<[u32; 2], u32> = HashMap::new();
+        for (index, triangle) in self.triangles.iter().enumerate() {
+            for k in 0..3 {
+                edges.insert([triangle[k], triangle[(k + 1) % 3]], index as u32);
+            }
+        }
+        self.neighbours = self
+            .triangles
+            .iter()
+            .map(|triangle| {
+                // Across the edge opposite to each corner; its other triangle runs along it the other way.
+                std::array::from_fn(|k| edges[&[triangle[(k + 2) % 3], triangle[(k + 1) % 3]]])
+            })
+            .collect();
+    }
+
+    /// The number of parts into which each edge of the icosahedron is cut.
+    pub fn frequency(&self) -> u32 {
+        self.frequency
+    }
+
+    /// The unit directions of all `10 frequency² + 2` vertices.
+    pub fn vertices(&self) -> &[DVec3] {
+        &self.vertices
+    }
+
+    /// The triangles, counter-clockwise seen from outside.
+    pub fn triangles(&self) -> &[[u32; 3]] {
+        &self.triangles
+    }
+
+    /// The triangles across the edges of a triangle; each edge is opposite to the corner of its place.
+    #[inline]
+    pub fn neighbours(&self, triangle: u32) -> [u32; 3] {
+        self.neighbours[triangle as usize]
+    }
+
+    /// The corners of a triangle: unit directions.
+    #[inline]
+    pub fn corners(&self, triangle: u32) -> [DVec3; 3] {
+        self.triangles[triangle as usize].map(|vertex| self.vertices[vertex as usize])
+    }
+
+    /// The unit direction of a triangle's middle.
+    pub fn middle(&self, triangle: u32) -> DVec3 {
+        let [a, b, c] = self.corners(triangle);
+        (a + b + c).normalize()
+    }
+
+    /// The triangle that a direction is in; any length but 0.
+    #[inline]
+    pub fn place(&self, direction: DVec3) -> GeodesicPlace {
+        let mut face = 0;
+        let mut nearest = f64::NEG_INFINITY;
+        for (index, middle) in self.middles.iter().enumerate() {
+            let cosine = middle.dot(direction);
+            if cosine > nearest {
+                (nearest, face) = (cosine, index);
+            }
+        }
+        let f = self.frequency;
+        let weights = self.weights[face] * direction;
+        let scale = f64::from(f) / weights.element_sum();
+        // Rounding may put a direction on an edge a hair outside; NaN becomes a corner.
+        let [a, b] = [weights.x, weights.y].map(|w| (w * scale).clamp(0.0, f64::from(f)));
+        let c = (f64::from(f) - a - b).max(0.0);
+        let whole = |x: f64| (x as u32).min(f - 1);
+        let (ia, mut ib, ic) = (whole(a), whole(b), whole(c));
+        let mut is_up = ia + ib + ic + 1 >= f;
+        if ia + ib >= f {
+            ib = f - 1 - ia;
+            is_up = true;
+        }
+        let cell = DVec3::new(a - f64::from(ia), b - f64::from(ib), 0.0);
+        let (number, parts) = if is_up {
+            (
+                ia * f - ia * ia.saturating_sub(1) / 2 + ib,
+                [cell.x, cell.y, 1.0 - cell.x - cell.y],
+            )
+        } else {
+            let row = f - 1;
+            (
+                f * (f + 1) / 2 + ia * row - ia * ia.saturating_sub(1) / 2 + ib,
+                [1.0 - cell.x, 1.0 - cell.y, cell.x + cell.y - 1.0],
+            )
+        };
+        GeodesicPlace {
+            triangle: face as u32 * f * f + number,
+            weights: parts.map(|part| part.clamp(0.0, 1.0)),
+        }
+    }
+}
+
+/// The triangles of a face by the whole parts of their first two weights, and 1 for those that are the right
+/// way up: these first, each kind row by row.
+fn lattice(f: u32) -> impl Iterator<Item = [u32; 3]> {
+    let up = (0..f).flat_map(move |a| (0..f - a).map(move |b| [a, b, 1]));
+    let down = (0..f).flat_map(move |a| (0..(f - a).saturating_sub(1)).map(move |b| [a, b, 0]));
+    up.chain(down)
+}
+
+/// The weights of a triangle's corners by those of the face, times the frequency.
+fn lattice_corners(f: u32, [a, b]: [u32; 2], is_up: bool) -> [[u32; 3]; 3] {
+    if is_up {
+        let c = f - 1 - a - b;
+        [[a + 1, b, c], [a, b + 1, c], [a, b, c + 1]]
+    } else {
+        let c = f - 2 - a - b;
+        [[a, b + 1, c + 1], [a + 1, b, c + 1], [a + 1, b + 1, c]]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_triangle_of_a_direction_has_it_and_its_weights_give_it_back() {
+        for frequency in [1, 2, 3, 4, 7, 16] {
+            let geodesic = Geodesic::new(frequency);
+            let f = frequency as usize;
+            assert_eq!(geodesic.triangles().len(), 20 * f * f);
+            assert_eq!(geodesic.vertices().len(), 10 * f * f + 2);
+            for index in 0..2000 {
+                let z = 1.0 - 2.0 * (f64::from(index) + 0.5) / 2000.0;
+                let turn = 2.399_963 * f64::from(index);
+                let across = (1.0 - z * z).sqrt();
+                let direction = DVec3::new(across * turn.cos(), across * turn.sin(), z);
+                let place = geodesic.place(direction);
+                let corners = geodesic.corners(place.triangle);
+                for k in 0..3 {
+                    let edge = corners[(k + 1) % 3].cross(corners[(k + 2) % 3]);
+                    assert!(edge.dot(direction) > -1e-12, "{frequency} {index} {k}");
+                }
+                let sum: f64 = place.weights.iter().sum();
+                assert!((sum - 1.0).abs() < 1e-12);
+            }
+        }
+    }
+
+    #[test]
+    fn a_vertex_is_found_in_a_triangle_that_has_it_with_all_the_weight() {
+        let geodesic = Geodesic::new(5);
+        for (index, vertex) in geodesic.vertices().iter().enumerate() {
+            let place = geodesic.place(*vertex);
+            let corners = geodesic.triangles()[place.triangle as usize];
+            let weight: f64 = (0..3)
+                .filter(|&k| corners[k] == index as u32)
+                .map(|k| place.weights[k])
+                .sum();
+            assert!((weight - 1.0).abs() < 1e-9, "{index}: {place:?}");
+        }
+    }
+
+    #[test]
+    fn neighbours_share_the_edge_opposite_to_the_corner() {
+        let geodesic = Geodesic::new(4);
+        for (index, triangle) in geodesic.triangles().iter().enumerate() {
+            let neighbours = geodesic.neighbours(index as u32);
+            for k in 0..3 {
+                let other = geodesic.triangles()[neighbours[k] as usize];
+                let edge = [triangle[(k + 1) % 3], triangle[(k + 2) % 3]];
+                assert!(edge.iter().all(|vertex| other.contains(vertex)));
+                assert!(!other.contains(&triangle[k]));
+            }
+        }
+    }
+}
