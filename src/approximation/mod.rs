@@ -32,6 +32,7 @@ pub mod extent;
 pub mod interface;
 pub mod light_view;
 pub mod light_volume;
+pub mod local_irradiance;
 pub mod precision;
 pub mod receivers;
 pub mod sensor;
@@ -56,4 +57,5 @@ pub static TECHNIQUES: &[&dyn Technique] = &[
     &caustic_map::CausticMap,
     &light_volume::LightVolume,
     &caustics_volume::CausticsVolume,
+    &local_irradiance::LocalIrradiance,
 ];

@@ -128,6 +128,16 @@ impl Mesh {
         (!self.uvs.is_empty()).then_some(&*self.uvs)
     }
 
+    /// The unit normals at vertices; empty if faces are flat.
+    pub fn vertex_normals(&self) -> &[DVec3] {
+        &self.normals
+    }
+
+    /// True if all normals are turned round.
+    pub fn are_normals_flipped(&self) -> bool {
+        self.flip_normals
+    }
+
     /// True if shading normals are interpolated between vertices.
     pub fn has_vertex_normals(&self) -> bool {
         !self.normals.is_empty()

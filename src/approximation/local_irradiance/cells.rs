@@ -1,0 +1,153 @@
+//! Cells of space around an object, the legs that cross them, and the cells around a place.
+//!
+//! Places are relative to the object's centre, along the axes of its own space.
+
+use glam::DVec3;
+
+use super::grid::Grid;
+use super::shells::Shells;
+
+/// A leg of a photon's way, without its flux.
+#[derive(Clone, Copy, Debug)]
+pub struct Leg {
+    /// Its start.
+    pub from: DVec3,
+    /// Its unit direction.
+    pub direction: DVec3,
+    /// Its length \[m\]; infinite if it leaves the scene.
+    pub length: f64,
+}
+
+impl Leg {
+    /// The place at some length.
+    #[inline]
+    pub fn at(&self, length: f64) -> DVec3 {
+        self.from + self.direction * length
+    }
+}
+
+/// Some cells with their shares in a mean.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Stencil {
+    cells: [u32; 8],
+    weights: [f64; 8],
+    len: usize,
+}
+
+impl Stencil {
+    /// One cell.
+    pub fn one(cell: u32) -> Self {
+        let mut stencil = Self::default();
+        stencil.push(cell, 1.0);
+        stencil
+    }
+
+    /// One cell more.
+    #[inline]
+    pub fn push(&mut self, cell: u32, weight: f64) {
+        self.cells[self.len] = cell;
+        self.weights[self.len] = weight;
+        self.len += 1;
+    }
+
+    /// The cells.
+    #[inline]
+    pub fn cells(&self) -> &[u32] {
+        &self.cells[..self.len]
+    }
+
+    /// The cells with their shares.
+    #[inline]
+    pub fn iter(&self) -> impl Iterator<Item = (u32, f64)> + '_ {
+        self.cells().iter().copied().zip(self.weights)
+    }
+}
+
+/// Cells of space.
+#[derive(Clone, Debug)]
+pub enum Cells {
+    /// Cubes.
+    Grid(Grid),
+    /// Triangles on shells.
+    Shells(Box<Shells>),
+}
+
+impl Cells {
+    /// All cells.
+    pub fn count(&self) -> usize {
+        match self {
+            Self::Grid(grid) => grid.count(),
+            Self::Shells(shells) => shells.count(),
+        }
+    }
+
+    /// The middle of a cell.
+    #[inline]
+    pub fn middle(&self, cell: u32) -> DVec3 {
+        match self {
+            Self::Grid(grid) => grid.middle(cell),
+            Self::Shells(shells) => shells.middle(cell),
+        }
+    }
+
+    /// A cell's volume \[m³\].
+    #[inline]
+    pub fn volume(&self, cell: u32) -> f64 {
+        match self {
+            Self::Grid(grid) => grid.edge().powi(3),
+            Self::Shells(shells) => shells.volume(cell),
+        }
+    }
+
+    /// A cell's area \[m²\] across a unit direction.
+    #[inline]
+    pub fn across(&self, cell: u32, direction: DVec3) -> f64 {
+        match self {
+            Self::Grid(grid) => grid.across(direction),
+            Self::Shells(shells) => shells.across(cell, direction),
+        }
+    }
+
+    /// The largest distance \[m\] between two places of a cell.
+    pub fn diagonal(&self) -> f64 {
+        match self {
+            Self::Grid(grid) => grid.edge() * 3.0f64.sqrt(),
+            Self::Shells(shells) => {
+                let radii = shells.radii();
+                let thickest = radii
+                    .windows(2)
+                    .fold(0.0, |most: f64, pair| most.max(pair[1] - pair[0]));
+                let widest =
+                    radii[radii.len() - 1] * 1.3 / f64::from(shells.geodesic().frequency());
+                thickest.hypot(widest)
+            }
+        }
+    }
+
+    /// The cells that a leg crosses in their order, each with the lengths at which it enters and leaves.
+    #[inline]
+    pub fn cross(&self, leg: &Leg, visit: impl FnMut(u32, f64, f64)) {
+        match self {
+            Self::Grid(grid) => grid.cross(leg, visit),
+            Self::Shells(shells) => shells.cross(leg, visit),
+        }
+    }
+
+    /// The cells around a place with their shares in a linear mean.
+    #[inline]
+    pub fn linear(&self, place: DVec3) -> Stencil {
+        match self {
+            Self::Grid(grid) => grid.linear(place),
+            Self::Shells(shells) => shells.linear(place),
+        }
+    }
+
+    /// The cell of a place.
+    #[inline]
+    pub fn nearest(&self, place: DVec3) -> Stencil {
+        match self {
+            Self::Grid(grid) => grid.nearest(place),
+            Self::Shells(shells) => shells.nearest(place),
+        }
+    }
+}

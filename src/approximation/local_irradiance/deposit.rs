@@ -1,0 +1,207 @@
+//! The light of legs in cells: stages `deposit` and, if it is exact, `normal`.
+
+use super::cells::{Cells, Leg};
+use super::reads::Reads;
+use super::shoot::{Deposits, TracedLeg};
+use super::variants::Deposit;
+use super::work::Work;
+use crate::numeric::FixedPoint;
+use crate::run::Error;
+use crate::transport::flux::Flux;
+
+/// Sums of light that no order changes: whole numbers of a quantum.
+#[derive(Clone, Debug)]
+pub struct Sums<const N: usize> {
+    scale: FixedPoint,
+    quanta: Vec<[i64; N]>,
+    has_overflowed: bool,
+}
+
+impl<const N: usize> Sums<N> {
+    /// Sums of magnitudes up to `largest`, kept to 2⁻⁶⁰ of it.
+    pub fn new(len: usize, largest: f64) -> Self {
+        Self {
+            scale: FixedPoint::for_total(largest).unwrap_or(FixedPoint::OF_ONE),
+            quanta: vec![[0; N]; len],
+            has_overflowed: false,
+        }
+    }
+
+    /// Adds to one of them.
+    #[inline]
+    pub fn add(&mut self, index: usize, value: Flux<N>) {
+        for (sum, value) in self.quanta[index].iter_mut().zip(value.0) {
+            let next = self
+                .scale
+                .quantise(value)
+                .and_then(|quanta| sum.checked_add(quanta));
+            match next {
+                Some(next) => *sum = next,
+                None => self.has_overflowed = true,
+            }
+        }
+    }
+
+    /// The sums of all threads.
+    ///
+    /// # Errors
+    ///
+    /// If one does not fit.
+    pub fn total(parts: Vec<Self>, len: usize) -> Result<Vec<[f64; 3]>, Error> {
+        let mut parts = parts.into_iter();
+        let Some(mut first) = parts.next() else {
+            return Ok(vec![[0.0; 3]; len]);
+        };
+        for part in parts {
+            first.has_overflowed |= part.has_overflowed;
+            for (sum, one) in first.quanta.iter_mut().zip(part.quanta) {
+                for (sum, one) in sum.iter_mut().zip(one) {
+                    match sum.checked_add(one) {
+                        Some(next) => *sum = next,
+                        None => first.has_overflowed = true,
+                    }
+                }
+            }
+        }
+        if first.has_overflowed {
+            return Err(Error::NotRepresentable(
+                "the light in one cell is beyond what can be summed: it is infinite, or not a number".to_owned(),
+            ));
+        }
+        let scale = first.scale;
+        Ok(first
+            .quanta
+            .iter()
+            .map(|sum| Flux::<N>(sum.map(|quanta| scale.value_i64(quanta))).rgb().0)
+            .collect())
+    }
+}
+
+/// The rule by which a leg's light counts in a cell.
+#[derive(Clone, Debug)]
+pub struct Rule<'a> {
+    /// The cells.
+    pub cells: &'a Cells,
+    /// The stage's variant.
+    pub deposit: Deposit,
+    /// By how much \[m\] legs go on after surfaces that stop them.
+    pub beyond: f64,
+}
+
+impl Rule<'_> {
+    /// Calls `visit(cell, density, direction)` for each cell that has light of a leg: density \[1/m²\] is that
+    /// of a surface across the leg, before the cosine.
+    #[inline]
+    fn cells_of<const N: usize>(
+        &self,
+        traced: &TracedLeg<N>,
+        mut visit: impl FnMut(u32, [f64; 2], f64),
+    ) {
+        if self.deposit == Deposit::Exact && traced.is_inside {
+            return;
+        }
+        let mut leg = traced.leg;
+        if traced.is_stopped {
+            leg.length += self.beyond;
+        }
+        let cells = self.cells;
+        let even = match cells {
+            Cells::Grid(grid) => Some(grid.across(leg.direction)),
+            Cells::Shells(_) => None,
+        };
+        cells.cross(&leg, |cell, from, to| {
+            let density = match self.deposit {
+                Deposit::Crossing => {
+                    1.0 / even.unwrap_or_else(|| cells.across(cell, leg.direction))
+                }
+                Deposit::Exact => (to - from) / cells.volume(cell),
+            };
+            visit(cell, [from, to], density);
+        });
+    }
+
+    /// The cosine with which a leg meets a surface that faces the centre, at a cell's middle; or its mean
+    /// over the part of the leg in the cell, which is the rise of the distance by the length.
+    #[inline]
+    fn outward(&self, leg: &Leg, cell: u32, [from, to]: [f64; 2]) -> f64 {
+        match self.deposit {
+            Deposit::Crossing => {
+                let middle = self.cells.middle(cell);
+                leg.direction.dot(middle.normalize_or_zero()).max(0.0)
+            }
+            Deposit::Exact => {
+                // Only where it goes away from the centre.
+                let start = from.max(-leg.from.dot(leg.direction));
+                if start >= to {
+                    return 0.0;
+                }
+                let rise = leg.at(to).length() - leg.at(start).length();
+                rise.max(0.0) / (to - from)
+            }
+        }
+    }
+
+    /// The largest sum that can be expected for some flux \[W\].
+    pub fn bound(&self, flux: f64) -> f64 {
+        /// Legs of a photon's light and narrow cells.
+        const HEADROOM: f64 = 1024.0;
+        let cells = self.cells;
+        let least = match cells {
+            Cells::Grid(grid) => grid.edge().powi(3),
+            Cells::Shells(shells) => (0..shells.layers())
+                .map(|layer| shells.volume((layer * shells.triangles()) as u32))
+                .fold(f64::INFINITY, f64::min),
+        };
+        HEADROOM * flux / least.powf(2.0 / 3.0)
+    }
+}
+
+/// Irradiance on surfaces that face the centre, in all cells.
+pub struct AllCells<'a, const N: usize> {
+    /// The rule.
+    pub rule: &'a Rule<'a>,
+    /// The sums, by cell.
+    pub sums: Sums<N>,
+}
+
+impl<const N: usize> Deposits<N> for AllCells<'_, N> {
+    #[inline]
+    fn add(&mut self, traced: &TracedLeg<N>, work: &mut Work) {
+        let (rule, sums) = (self.rule, &mut self.sums);
+        rule.cells_of(traced, |cell, part, density| {
+            work.deposits += 1;
+            let cosine = rule.outward(&traced.leg, cell, part);
+            if cosine > 0.0 {
+                sums.add(cell as usize, traced.flux * (density * cosine));
+            }
+        });
+    }
+}
+
+/// Irradiance on surfaces with the sensor's own normals, in the cells that it reads.
+pub struct ReadCells<'a, const N: usize> {
+    /// The rule.
+    pub rule: &'a Rule<'a>,
+    /// The cells with their normals.
+    pub reads: &'a Reads,
+    /// The sums, by their numbers.
+    pub sums: Sums<N>,
+}
+
+impl<const N: usize> Deposits<N> for ReadCells<'_, N> {
+    #[inline]
+    fn add(&mut self, traced: &TracedLeg<N>, work: &mut Work) {
+        let (rule, reads, sums) = (self.rule, self.reads, &mut self.sums);
+        let direction = traced.leg.direction;
+        rule.cells_of(traced, |cell, _, density| {
+            let range = reads.of(cell);
+            work.deposits += range.len() as u64;
+            for number in range {
+                let cosine = -direction.dot(reads.normal(number));
+                if cosine > 0.0 {
+                    sums.add(number, traced.flux * (density * cosine));
+                }
+            }
+        });
+    }
+}

@@ -1,0 +1,109 @@
+//! The numbers of tables: stage `storage`.
+
+use half::f16;
+
+use super::variants::Storage;
+use crate::radiometry::Rgb;
+
+/// Triples of numbers, as a table keeps them.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Stored {
+    /// Steps of range/255.
+    U8 {
+        /// The steps.
+        steps: Vec<[u8; 3]>,
+        /// The size of a step.
+        step: f64,
+    },
+    /// Half floats.
+    F16(Vec<[f16; 3]>),
+    /// Floats.
+    F32(Vec<[f32; 3]>),
+    /// Doubles.
+    F64(Vec<[f64; 3]>),
+}
+
+impl Stored {
+    /// The numbers as they are kept, and how many triples the range cuts off.
+    pub fn new(values: Vec<[f64; 3]>, storage: Storage, range: f64) -> (Self, u64) {
+        let cut = |largest: f64| {
+            let above = |value: &&[f64; 3]| value.iter().any(|x| *x > largest);
+            values.iter().filter(above).count() as u64
+        };
+        match storage {
+            Storage::U8 => {
+                let byte = |x: f64| (x / range * 255.0).round().clamp(0.0, 255.0) as u8;
+                let saturated = cut(range);
+                let steps = values.iter().map(|value| value.map(byte)).collect();
+                (
+                    Self::U8 {
+                        steps,
+                        step: range / 255.0,
+                    },
+                    saturated,
+                )
+            }
+            Storage::F16 => {
+                let largest = f16::MAX.to_f64();
+                let saturated = cut(largest);
+                let half = |x: f64| f16::from_f64(x.min(largest));
+                (
+                    Self::F16(values.iter().map(|value| value.map(half)).collect()),
+                    saturated,
+                )
+            }
+            Storage::F32 => {
+                let single = |value: &[f64; 3]| value.map(|x| x as f32);
+                (Self::F32(values.iter().map(single).collect()), 0)
+            }
+            Storage::Exact => (Self::F64(values), 0),
+        }
+    }
+
+    /// A triple.
+    #[inline]
+    pub fn get(&self, index: usize) -> Rgb {
+        Rgb(match self {
+            Self::U8 { steps, step } => steps[index].map(|x| f64::from(x) * step),
+            Self::F16(values) => values[index].map(f16::to_f64),
+            Self::F32(values) => values[index].map(f64::from),
+            Self::F64(values) => values[index],
+        })
+    }
+
+    /// Bytes of a triple.
+    #[inline]
+    pub fn bytes_each(&self) -> u64 {
+        bytes_each(match self {
+            Self::U8 { .. } => Storage::U8,
+            Self::F16(_) => Storage::F16,
+            Self::F32(_) => Storage::F32,
+            Self::F64(_) => Storage::Exact,
+        })
+    }
+
+    /// Triples.
+    pub fn count(&self) -> usize {
+        match self {
+            Self::U8 { steps, .. } => steps.len(),
+            Self::F16(values) => values.len(),
+            Self::F32(values) => values.len(),
+            Self::F64(values) => values.len(),
+        }
+    }
+
+    /// Bytes of all.
+    pub fn bytes(&self) -> u64 {
+        self.count() as u64 * self.bytes_each()
+    }
+}
+
+/// Bytes of a triple of numbers.
+pub fn bytes_each(storage: Storage) -> u64 {
+    match storage {
+        Storage::U8 => 3,
+        Storage::F16 => 6,
+        Storage::F32 => 12,
+        Storage::Exact => 24,
+    }
+}

@@ -1,0 +1,234 @@
+//! The table of one light sample, and how it is read.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use super::cells::{Cells, Stencil};
+use super::layout::Layout;
+use super::reads::{Reads, bits};
+use super::settings::Settings;
+use super::shoot::Tally;
+use super::storage::Stored;
+use super::tree::Trees;
+use super::variants::{Interpolation, Space};
+use super::work::Work;
+use crate::numeric::{harmonic_fit, harmonics_into};
+use crate::radiometry::Rgb;
+
+/// Irradiance around an object in light from one direction, by the light's own irradiance.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Table {
+    /// What became of its photons.
+    pub tally: Tally,
+    /// Numbers that its storage cut off.
+    pub saturated: u64,
+    /// Its numbers.
+    pub form: Form,
+}
+
+/// The numbers of a table.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Form {
+    /// One a cell.
+    Cells(Stored),
+    /// One a leaf of trees.
+    Trees {
+        /// The trees.
+        trees: Trees,
+        /// Their leaves.
+        leaves: Stored,
+    },
+    /// Coefficients of harmonics, shell by shell.
+    Shells(Stored),
+    /// One for each cell and normal that the sensor reads.
+    Reads(Arc<Reads>, Stored),
+    /// Coefficients of harmonics, shell by shell, for each normal of the sensor.
+    ReadShells(HashMap<[u64; 3], Stored>),
+    /// Coefficients of harmonics of the light's direction, cell by cell.
+    Harmonics(Stored),
+}
+
+impl Table {
+    /// Bytes that it takes.
+    pub fn bytes(&self) -> u64 {
+        match &self.form {
+            Form::Cells(stored)
+            | Form::Shells(stored)
+            | Form::Harmonics(stored)
+            | Form::Reads(_, stored) => stored.bytes(),
+            Form::Trees { trees, leaves } => trees.bytes() + leaves.bytes(),
+            Form::ReadShells(all) => all.values().map(Stored::bytes).sum(),
+        }
+    }
+}
+
+impl Layout {
+    /// The table of some values, one a cell: stages `space` and `storage`.
+    pub fn table(&self, settings: &Settings, values: Vec<[f64; 3]>, tally: Tally) -> Table {
+        let store = |values| Stored::new(values, settings.storage, settings.range);
+        let (form, saturated) = match (settings.space, &self.cells) {
+            (Space::MultiResolution, Some(_)) => {
+                let (trees, leaves) = self.merged(settings, &values);
+                let (leaves, saturated) = store(leaves);
+                (Form::Trees { trees, leaves }, saturated)
+            }
+            (Space::ShellHarmonics, Some(Cells::Shells(_))) => {
+                let (stored, saturated) = store(self.coefficients(settings, &values));
+                (Form::Shells(stored), saturated)
+            }
+            _ => {
+                let (stored, saturated) = store(values);
+                (Form::Cells(stored), saturated)
+            }
+        };
+        Table {
+            tally,
+            saturated,
+            form,
+        }
+    }
+
+    /// Trees over values by cell, and the values of their leaves.
+    pub fn merged(&self, settings: &Settings, values: &[[f64; 3]]) -> (Trees, Vec<[f64; 3]>) {
+        let Some((form, roots)) = self.trees() else {
+            return Default::default();
+        };
+        Trees::new(form, roots, settings.tolerance, |root, path| {
+            self.cell_at(root, path).map(|cell| values[cell as usize])
+        })
+    }
+
+    /// The coefficients of harmonics on each shell that fit values by cell best.
+    pub fn coefficients(&self, settings: &Settings, values: &[[f64; 3]]) -> Vec<[f64; 3]> {
+        let Some(Cells::Shells(shells)) = &self.cells else {
+            return Vec::new();
+        };
+        let middles: Vec<DVec3> = (0..shells.triangles() as u32)
+            .map(|triangle| shells.geodesic().middle(triangle))
+            .collect();
+        let Some(fit) = harmonic_fit(&middles, settings.order as usize) else {
+            return Vec::new();
+        };
+        values
+            .chunks_exact(shells.triangles())
+            .flat_map(|shell| {
+                fit.iter().map(move |row| {
+                    let mut sum = [0.0; 3];
+                    for (weight, value) in row.iter().zip(shell) {
+                        for c in 0..3 {
+                            sum[c] += weight * value[c];
+                        }
+                    }
+                    sum
+                })
+            })
+            .collect()
+    }
+
+    /// The cells around a place.
+    #[inline]
+    pub fn stencil(&self, settings: &Settings, place: DVec3) -> Stencil {
+        match (&self.cells, settings.interpolation) {
+            (Some(cells), Interpolation::Linear) => cells.linear(place),
+            (Some(cells), Interpolation::Nearest) => cells.nearest(place),
+            (None, _) => Stencil::default(),
+        }
+    }
+
+    /// The irradiance that a table has at a place for a surface that faces the centre, or for the sensor's
+    /// own normal if the table has those. `row` has the harmonics of the light's direction.
+    #[inline]
+    pub fn read(
+        &self,
+        settings: &Settings,
+        table: &Table,
+        [place, normal]: [DVec3; 2],
+        row: &[f64],
+        work: &mut Work,
+    ) -> Rgb {
+        let mut sum = Rgb::BLACK;
+        match &table.form {
+            Form::Cells(stored) => {
+                let stencil = self.stencil(settings, place);
+                for (cell, weight) in stencil.iter() {
+                    sum += stored.get(cell as usize) * weight;
+                }
+                count(work, stencil.cells().len(), stored);
+            }
+            Form::Trees { trees, leaves } => {
+                let stencil = self.stencil(settings, place);
+                for (cell, weight) in stencil.iter() {
+                    let (root, path) = self.path(cell);
+                    let (leaf, nodes) = trees.leaf(root, path);
+                    work.nodes += nodes;
+                    sum += leaves.get(leaf) * weight;
+                }
+                count(work, stencil.cells().len(), leaves);
+            }
+            Form::Shells(stored) => sum = self.on_shells(settings, stored, place, work),
+            Form::ReadShells(all) => {
+                if let Some(stored) = all.get(&bits(normal)) {
+                    sum = self.on_shells(settings, stored, place, work);
+                }
+            }
+            Form::Reads(reads, stored) => {
+                let stencil = self.stencil(settings, place);
+                for (cell, weight) in stencil.iter() {
+                    if let Some(number) = reads.number(cell, normal) {
+                        sum += stored.get(number) * weight;
+                    }
+                }
+                count(work, stencil.cells().len(), stored);
+            }
+            Form::Harmonics(stored) => {
+                let stencil = self.stencil(settings, place);
+                for (cell, weight) in stencil.iter() {
+                    let first = cell as usize * row.len();
+                    for (number, harmonic) in row.iter().enumerate() {
+                        sum += stored.get(first + number) * (weight * harmonic);
+                    }
+                }
+                count(work, stencil.cells().len() * row.len(), stored);
+            }
+        }
+        sum
+    }
+
+    fn on_shells(
+        &self,
+        settings: &Settings,
+        stored: &Stored,
+        place: DVec3,
+        work: &mut Work,
+    ) -> Rgb {
+        /// The largest order squared.
+        const MOST: usize = 1024;
+        let Some(Cells::Shells(shells)) = &self.cells else {
+            return Rgb::BLACK;
+        };
+        let order = settings.order as usize;
+        let number = order * order;
+        let mut harmonics = [0.0; MOST];
+        let direction = place.normalize_or(DVec3::Z);
+        harmonics_into(direction, order, &mut harmonics[..number]);
+        let ([inner, outer], part) = shells.between(place.length());
+        let mut sum = Rgb::BLACK;
+        for (layer, weight) in [(inner, 1.0 - part), (outer, part)] {
+            if weight > 0.0 {
+                for (k, harmonic) in harmonics[..number].iter().enumerate() {
+                    sum += stored.get(layer * number + k) * (weight * harmonic);
+                }
+                count(work, number, stored);
+            }
+        }
+        sum
+    }
+}
+
+#[inline]
+fn count(work: &mut Work, fetches: usize, stored: &Stored) {
+    work.fetches += fetches as u64;
+    work.bytes += fetches as u64 * stored.bytes_each();
+}
