@@ -237,7 +237,7 @@ pub const SCENES: [BundledScene; 20] = [
         "turntable-ring",
         include "turntable-floor",
         include "turntable-stage",
-        mesh "turntable-ring" = |detail| band(0.85, 0.92, 0.38, 240 * detail)
+        mesh "turntable-ring" = |detail| band(0.85, 0.92, 0.3, 240 * detail)
     ),
     bundled!(
         "turntable-bumpy",
