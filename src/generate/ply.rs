@@ -6,10 +6,10 @@ use crate::geometry::MeshParts;
 
 /// Writes a mesh as a binary little-endian PLY file (format version 1.0).
 ///
-/// A vertex holds `x y z`, if the mesh has normals `nx ny nz`, and if it has UVs `u v`, as `float`. A face holds `vertex_indices`
-/// as a `list` of `uchar` 3 and three indices: `ushort` if 65,536 suffice, else `int` (Mitsuba reads both,
-/// and the narrow form saves half of the faces' bytes). `comment` becomes the header's comment lines, one for
-/// each line of text.
+/// A vertex holds `x y z`, then `nx ny nz` if the mesh has normals and `u v` if it has UVs, all as `float`. A
+/// face holds `vertex_indices` as a `list` of `uchar` 3 and three indices: `ushort` if 65,536 suffice, else
+/// `int` (Mitsuba reads both, and the narrow form saves half of the faces' bytes). `comment` becomes the
+/// header's comment lines, one for each line of text.
 ///
 /// Coordinates are rounded to the nearest `f32`. Normals and UVs that are not one a position are not written.
 ///
