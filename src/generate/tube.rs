@@ -24,8 +24,8 @@ pub fn ring(radius: f64, half_width: f64, half_height: f64, around: u32, across:
 
 /// A band about the z axis: a rectangle carried round it, from `inner` to `outer` and |z| ≤ `half_height`.
 ///
-/// Its walls are cylinders, its rims are flat, and its edges sharp. `8 around` triangles with exact normals at
-/// the vertices; `around` is at least 3.
+/// Its walls are cylinders, its rims are flat, and its edges sharp. `8 around` triangles with exact
+/// normals at the vertices; `around` is at least 3.
 pub fn band(inner: f64, outer: f64, half_height: f64, around: u32) -> MeshParts {
     let around = around.max(3);
     // Corners of the rectangle, and the normals of the sides that begin there, as (outward, up).

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use nephroid::internals::mitsuba::load;
 use nephroid::internals::radiometry::Rgb;
-use nephroid::internals::reference::closed_form::{ClosedFormSettings, solve, supports};
+use nephroid::internals::reference::closed_form::{Bundled, ClosedFormSettings, solve, supports};
 use nephroid::internals::run::{Estimate, LayerName, Progress, Quantity};
 use nephroid::internals::scene::Emitter;
 
@@ -75,6 +75,44 @@ fn the_lying_prisms_every_texel_is_within_the_beams_bounds() {
         DEPTH,
         300,
     );
+}
+
+/// The closed forms by number and those that the files are recognised as have the same texels. Meshes are
+/// files of `f32`, so edges of polygons are up to 1e-7 of the body from where the numbers put them.
+#[test]
+fn solids_of_flat_facets_are_those_that_their_files_hold() {
+    let known = Bundled::all(2);
+    for name in [
+        "prism",
+        "cube",
+        "diamond",
+        "turntable-cube",
+        "turntable-prism",
+    ] {
+        let numbers = known.iter().find(|it| it.scene == name).unwrap();
+        let scene = bundled(name, SIDE);
+        let settings = ClosedFormSettings { max_depth: 4 };
+        let file = solve(&scene, meter(&scene), settings, &Progress::default()).unwrap();
+        let sun = scene.emitters()[0].strength().0[0];
+        let mut seen = 0;
+        for &path in &numbers.paths {
+            let signature = path.signature();
+            let layer = file
+                .layers
+                .iter()
+                .find(|it| it.name.to_string() == signature);
+            let map = numbers.map(path, SIDE, 0);
+            for (texel, value) in map.iter().enumerate() {
+                let found = layer.map_or(0.0, |layer| layer.values[texel].0[0]);
+                assert!(
+                    (value - found).abs() < 1e-5 * sun,
+                    "{name} {signature} {texel}: {value} {found}"
+                );
+            }
+            seen += u32::from(layer.is_some());
+        }
+        assert!(seen >= 3, "{name}: {seen}");
+    }
 }
 
 /// With the sun in the zenith the ball of the turntable is on the axis of its light.
