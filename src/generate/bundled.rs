@@ -10,14 +10,14 @@ use crate::film::atomic::{self, WriteError};
 use crate::geometry::MeshParts;
 
 use super::{
-    ball::geodesic_sphere,
+    ball::{bumpy_ball, geodesic_sphere},
     block::bumpy_block,
     facets::{BrilliantCut, equilateral_prism, round_brilliant, subdivided_facets},
     fence::{Picket, picket_fence},
-    height_field::{Wave, height_field},
+    height_field::{Wave, height_field, terrain},
     ply::ply_bytes,
     revolution::{paraboloid, plano_convex_lens},
-    tube::{ring, trefoil_knot},
+    tube::{band, ring, trefoil_knot},
 };
 
 /// The waves of the scene `water`; their slopes sum to less than 0.5.
@@ -41,6 +41,15 @@ pub const POOL: [Wave; 5] = [
     wave(0.0040, -13.6, -6.3, 5.0),
 ];
 
+/// The waves of the hills in the scene `turntable-terrain`. Their slopes sum to less than tan 30°, and their
+/// amplitudes to less than 0.32 m.
+pub const HILLS: [Wave; 4] = [
+    wave(0.16, 1.3, 0.5, 0.6),
+    wave(0.10, -0.9, 1.6, 2.2),
+    wave(0.035, 2.6, 1.7, 4.0),
+    wave(0.015, -1.9, 3.4, 1.1),
+];
+
 /// The boards of the fence over the scene `pool`, in metres.
 const PICKET: Picket = Picket {
     width: 0.12,
@@ -51,6 +60,9 @@ const PICKET: Picket = Picket {
 
 /// The largest detail of the knot of `cornell-caustics`, 97,020 triangles at detail 1.
 const KNOT_DETAIL: u32 = 14;
+
+/// The largest detail of the ball of `turntable-bumpy`, 81,920 triangles at detail 1.
+const BUMPY_DETAIL: u32 = 15;
 
 const fn wave(amplitude: f64, x: f64, y: f64, phase: f64) -> Wave {
     Wave {
@@ -88,7 +100,8 @@ enum Content {
 pub struct GenerateOptions {
     /// A factor on the number of cuts along every direction of a curved mesh: `detail`² times the
     /// triangles of the bundled one. 1 to [`GenerateOptions::MAX_DETAIL`]. Flat-faceted meshes do not change.
-    /// The knot of `cornell-caustics`, the finest mesh, is the same above 14.
+    /// The finest meshes stay the same above a detail: the knot of `cornell-caustics` above 14, the ball of
+    /// `turntable-bumpy` above 15.
     pub detail: u32,
 }
 
@@ -156,7 +169,7 @@ macro_rules! bundled {
 }
 
 /// All bundled scenes, in the order of `scenes/README.md`.
-pub const SCENES: [BundledScene; 14] = [
+pub const SCENES: [BundledScene; 20] = [
     bundled!("glass-ball"),
     bundled!(
         "glass-ball-mesh",
@@ -211,6 +224,32 @@ pub const SCENES: [BundledScene; 14] = [
     bundled!(
         "parabolic-mirror",
         mesh "parabolic-mirror" = |detail| paraboloid(0.5, 0.5, 28 * detail)
+    ),
+    bundled!("turntable-ball", include "turntable-floor", include "turntable-stage"),
+    bundled!("turntable-cube", include "turntable-floor", include "turntable-stage"),
+    bundled!(
+        "turntable-prism",
+        include "turntable-floor",
+        include "turntable-stage",
+        mesh "turntable-prism" = |_| equilateral_prism(1.0, 1.6)
+    ),
+    bundled!(
+        "turntable-ring",
+        include "turntable-floor",
+        include "turntable-stage",
+        mesh "turntable-ring" = |detail| band(0.85, 0.92, 0.3, 240 * detail)
+    ),
+    bundled!(
+        "turntable-bumpy",
+        include "turntable-floor",
+        include "turntable-stage",
+        mesh "turntable-bumpy" = |detail| bumpy_ball(0.93, 64 * detail.min(BUMPY_DETAIL))
+    ),
+    bundled!(
+        "turntable-terrain",
+        include "turntable-stage",
+        mesh "turntable-terrain-prism" = |_| equilateral_prism(1.0, 1.6),
+        mesh "turntable-terrain" = |detail| terrain(DVec2::splat(3.0), &HILLS, 64 * detail + 1)
     ),
 ];
 
@@ -301,6 +340,14 @@ mod tests {
     }
 
     #[test]
+    fn hills_are_lower_and_flatter_than_their_scene_says() {
+        let sum = |of: fn(&Wave) -> f64| HILLS.iter().map(of).sum::<f64>();
+        assert!(sum(|wave| wave.amplitude) < 0.32);
+        let slope = sum(|wave| wave.amplitude * wave.wave.length());
+        assert!(slope < 30.0_f64.to_radians().tan(), "{slope}");
+    }
+
+    #[test]
     fn an_unknown_name_is_answered_with_the_allowed_ones() {
         let folder = tempfile::tempdir().unwrap();
         let message = generate("teapot", folder.path(), GenerateOptions::default())
@@ -332,6 +379,8 @@ mod tests {
         assert!(20 * (32 * detail).pow(2) < 20_000_000);
         assert!(2 * (119 * detail).pow(2) < 20_000_000);
         assert!(2 * 735 * 66 * KNOT_DETAIL.pow(2) < 20_000_000);
+        assert!(20 * (64 * BUMPY_DETAIL).pow(2) < 20_000_000);
+        assert!(2 * (64 * detail).pow(2) < 20_000_000);
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Rippled water.
+//! Rippled water, and hills.
 
 use glam::{DVec2, DVec3};
 
@@ -62,6 +62,19 @@ pub fn height_field(
     }
 }
 
+/// Hills: a [`height_field`] about z = 0 with flat faces, and UVs that a meter's film can lie over.
+///
+/// u runs from 0 to 1 along x, v along y. It has no normals: its faces are what it is.
+pub fn terrain(half_widths: DVec2, waves: &[Wave], vertices_per_side: u32) -> MeshParts {
+    let mut mesh = height_field(half_widths, 0.0, waves, vertices_per_side);
+    let steps = vertices_per_side.max(2) - 1;
+    let part = |i: u32| f64::from(i) / f64::from(steps);
+    let rows = (0..=steps).flat_map(|j| (0..=steps).map(move |i| (i, j)));
+    mesh.uvs = Some(rows.map(|(i, j)| DVec2::new(part(i), part(j))).collect());
+    mesh.normals = None;
+    mesh
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -114,6 +127,18 @@ mod tests {
             let bound = step * step / 6.0 * 13.0;
             assert!((-normal.x / normal.z - slope_x).abs() < bound);
             assert!((-normal.y / normal.z - slope_y).abs() < bound);
+        }
+    }
+    #[test]
+    fn a_terrains_uvs_cover_the_unit_square_as_its_places_do_the_rectangle() {
+        let half_widths = DVec2::new(3.0, 2.0);
+        let mesh = terrain(half_widths, &[], 7);
+        let uvs = mesh.uvs.as_ref().unwrap();
+        assert_eq!(uvs.len(), mesh.positions.len());
+        assert_eq!((uvs[0], uvs[48]), (DVec2::ZERO, DVec2::ONE));
+        for (uv, position) in uvs.iter().zip(&mesh.positions) {
+            let expected = position.truncate() / (2.0 * half_widths) + 0.5;
+            assert!(uv.distance(expected) < 1e-15);
         }
     }
 }

@@ -22,12 +22,12 @@ mod checks;
 pub use ball::{bumpy_ball, geodesic_sphere};
 pub use block::bumpy_block;
 pub use bundled::{
-    BundledFile, BundledScene, GenerateError, GenerateOptions, POOL, SCENES, WATER, generate,
-    scene_names,
+    BundledFile, BundledScene, GenerateError, GenerateOptions, HILLS, POOL, SCENES, WATER,
+    generate, scene_names,
 };
 pub use facets::{BrilliantCut, equilateral_prism, round_brilliant, subdivided_facets};
 pub use fence::{Picket, picket_fence};
-pub use height_field::{Wave, height_field};
+pub use height_field::{Wave, height_field, terrain};
 pub use ply::write_ply;
 pub use revolution::{paraboloid, plano_convex_lens};
-pub use tube::{ring, trefoil_knot};
+pub use tube::{band, ring, trefoil_knot};

@@ -6,13 +6,12 @@ use crate::geometry::MeshParts;
 
 /// Writes a mesh as a binary little-endian PLY file (format version 1.0).
 ///
-/// A vertex holds `x y z` and, if the mesh has normals, `nx ny nz`, as `float`. A face holds `vertex_indices`
-/// as a `list` of `uchar` 3 and three indices: `ushort` if 65,536 suffice, else `int` (Mitsuba reads both,
-/// and the narrow form saves half of the faces' bytes). `comment` becomes the header's comment lines, one for
-/// each line of text.
+/// A vertex holds `x y z`, then `nx ny nz` if the mesh has normals and `u v` if it has UVs, all as `float`. A
+/// face holds `vertex_indices` as a `list` of `uchar` 3 and three indices: `ushort` if 65,536 suffice, else
+/// `int` (Mitsuba reads both, and the narrow form saves half of the faces' bytes). `comment` becomes the
+/// header's comment lines, one for each line of text.
 ///
-/// Coordinates are rounded to the nearest `f32`. UVs are not written, nor normals that are not one a
-/// position.
+/// Coordinates are rounded to the nearest `f32`. Normals and UVs that are not one a position are not written.
 ///
 /// # Errors
 ///
@@ -28,13 +27,23 @@ pub(super) fn ply_bytes(mesh: &MeshParts, comment: &str) -> Vec<u8> {
         .normals
         .as_ref()
         .filter(|normals| normals.len() == mesh.positions.len());
-    let mut bytes = header(mesh, comment, normals.is_some(), narrow).into_bytes();
+    let uvs = mesh
+        .uvs
+        .as_ref()
+        .filter(|uvs| uvs.len() == mesh.positions.len());
+    let mut names = vec!["x", "y", "z"];
+    names.extend(normals.iter().flat_map(|_| ["nx", "ny", "nz"]));
+    names.extend(uvs.iter().flat_map(|_| ["u", "v"]));
+    let mut bytes = header(mesh, comment, &names, narrow).into_bytes();
     for (i, position) in mesh.positions.iter().enumerate() {
         let normal = normals.map(|normals| normals[i]);
         for coordinate in position.to_array() {
             bytes.extend((coordinate as f32).to_le_bytes());
         }
         for coordinate in normal.iter().flat_map(glam::DVec3::to_array) {
+            bytes.extend((coordinate as f32).to_le_bytes());
+        }
+        for coordinate in uvs.iter().flat_map(|uvs| uvs[i].to_array()) {
             bytes.extend((coordinate as f32).to_le_bytes());
         }
     }
@@ -51,18 +60,13 @@ pub(super) fn ply_bytes(mesh: &MeshParts, comment: &str) -> Vec<u8> {
     bytes
 }
 
-fn header(mesh: &MeshParts, comment: &str, with_normals: bool, narrow: bool) -> String {
+fn header(mesh: &MeshParts, comment: &str, coordinates: &[&str], narrow: bool) -> String {
     let mut lines = vec![
         "ply".to_owned(),
         "format binary_little_endian 1.0".to_owned(),
     ];
     lines.extend(comment.lines().map(|line| format!("comment {line}")));
     lines.push(format!("element vertex {}", mesh.positions.len()));
-    let coordinates: &[&str] = if with_normals {
-        &["x", "y", "z", "nx", "ny", "nz"]
-    } else {
-        &["x", "y", "z"]
-    };
     lines.extend(
         coordinates
             .iter()
@@ -77,7 +81,7 @@ fn header(mesh: &MeshParts, comment: &str, with_normals: bool, narrow: bool) -> 
 
 #[cfg(test)]
 mod tests {
-    use glam::DVec3;
+    use glam::{DVec2, DVec3};
 
     use super::*;
 
@@ -103,6 +107,23 @@ mod tests {
         assert_eq!(body.len(), 3 * 12 + 1 + 3 * 2);
         assert_eq!(body[28..32], 0.1_f32.to_le_bytes());
         assert_eq!(body[36..], [3, 0, 0, 1, 0, 2, 0]);
+    }
+
+    #[test]
+    fn uvs_follow_a_vertexs_position_and_normal() {
+        let mesh = MeshParts {
+            positions: vec![DVec3::ZERO, DVec3::X, DVec3::Y],
+            normals: Some(vec![DVec3::Z; 3]),
+            uvs: Some(vec![DVec2::ZERO, DVec2::X, DVec2::new(0.25, 1.0)]),
+            triangles: vec![[0, 1, 2]],
+            ..MeshParts::default()
+        };
+        let bytes = written(&mesh);
+        let text = String::from_utf8_lossy(&bytes);
+        assert!(text.contains("property float nz\nproperty float u\nproperty float v\nelement"));
+        let body = &bytes[bytes.len() - (3 * 32 + 7)..];
+        assert_eq!(body[88..92], 0.25_f32.to_le_bytes());
+        assert_eq!(body[92..96], 1.0_f32.to_le_bytes());
     }
 
     #[test]

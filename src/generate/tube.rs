@@ -22,6 +22,41 @@ pub fn ring(radius: f64, half_width: f64, half_height: f64, around: u32, across:
     })
 }
 
+/// A band about the z axis: a rectangle carried round it, from `inner` to `outer` and |z| ≤ `half_height`.
+///
+/// Its walls are cylinders, its rims are flat, and its edges sharp. `8 around` triangles with exact
+/// normals at the vertices; `around` is at least 3.
+pub fn band(inner: f64, outer: f64, half_height: f64, around: u32) -> MeshParts {
+    let around = around.max(3);
+    // Corners of the rectangle, and the normals of the sides that begin there, as (outward, up).
+    let corners = [
+        (outer, -half_height),
+        (outer, half_height),
+        (inner, half_height),
+        (inner, -half_height),
+    ];
+    let side_normals = [(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)];
+    let (mut positions, mut normals, mut triangles) = (Vec::new(), Vec::new(), Vec::new());
+    for (side, normal) in side_normals.into_iter().enumerate() {
+        let first = positions.len() as u32;
+        for i in 0..around {
+            let (sin, cos) = (TAU * f64::from(i) / f64::from(around)).sin_cos();
+            let at = |(outward, up): (f64, f64)| DVec3::new(outward * cos, outward * sin, up);
+            positions.extend([at(corners[side]), at(corners[(side + 1) % 4])]);
+            normals.extend([at(normal), at(normal)]);
+            let (here, ahead) = (first + 2 * i, first + 2 * ((i + 1) % around));
+            triangles.push([here, ahead, ahead + 1]);
+            triangles.push([here, ahead + 1, here + 1]);
+        }
+    }
+    MeshParts {
+        positions,
+        normals: Some(normals),
+        triangles,
+        ..MeshParts::default()
+    }
+}
+
 /// A trefoil knot: a tube along a curve that winds twice about the z axis and three times about a circle.
 ///
 /// The curve lies on the torus of radii `radius` and `winding`. The tube has the radius
@@ -163,6 +198,20 @@ mod tests {
         let exact = std::f64::consts::PI * 0.3 * 0.5 * TAU * 2.0;
         let ratio = (exact - volume_of(40, 40)) / (exact - volume_of(80, 80));
         assert!((ratio - 4.0).abs() < 4.0 * 0.01, "{ratio}");
+    }
+
+    #[test]
+    fn a_band_is_closed_and_has_the_volume_of_its_polygons() {
+        let mesh = band(0.85, 0.92, 0.38, 96);
+        assert_eq!(mesh.triangles.len(), 8 * 96);
+        assert_closed_and_outward(&mesh);
+        // A regular polygon of n corners on a circle of radius r has the area n/2 r² sin(2π/n).
+        let part = 48.0 * (TAU / 96.0).sin();
+        let exact = part * (0.92_f64.powi(2) - 0.85_f64.powi(2)) * 0.76;
+        assert!((volume(&mesh) - exact).abs() < 1e-13);
+        for normal in mesh.normals.unwrap() {
+            assert!((normal.length() - 1.0).abs() < 1e-15);
+        }
     }
 
     #[test]

@@ -480,6 +480,12 @@ fn shipped_scenes_have_light_or_say_why_not() {
         "glass-ball-behind-pane",
         "coffee-cup",
         "cornell-caustics",
+        "turntable-ball",
+        "turntable-cube",
+        "turntable-prism",
+        "turntable-ring",
+        "turntable-bumpy",
+        "turntable-terrain",
     ] {
         let scene = bundled(name, 8);
         let map = caustic_map(&[("photons", "64"), ("map", "64")]);

@@ -354,6 +354,11 @@ fn on_every_bundled_scene_clear_cells_are_of_one_topology() {
         "diamond",
         "cornell-caustics",
         "parabolic-mirror",
+        "turntable-ball",
+        "turntable-prism",
+        "turntable-ring",
+        "turntable-bumpy",
+        "turntable-terrain",
     ] {
         let scene = bundled(name, 64);
         let all = ["LRD", "LTD", "LTTD", "LTRTD", "LRRD", "LRRRD"];

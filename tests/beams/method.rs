@@ -27,7 +27,7 @@ use crate::support::scenes::meter;
 use crate::support::{Compared, Photons, bundled, bundled_file, scene_files};
 
 /// The shipped scenes whose light all comes from points or from infinity.
-const SCENES: [&str; 12] = [
+const SCENES: [&str; 18] = [
     "glass-ball",
     "glass-ball-mesh",
     "coffee-cup",
@@ -40,6 +40,12 @@ const SCENES: [&str; 12] = [
     "lens",
     "cornell-caustics",
     "parabolic-mirror",
+    "turntable-ball",
+    "turntable-cube",
+    "turntable-prism",
+    "turntable-ring",
+    "turntable-bumpy",
+    "turntable-terrain",
 ];
 
 // ---- balance ------------------------------------------------------------------------------------

@@ -190,7 +190,7 @@ fn every_shipped_scene_makes_mitsubas_image_by_paths() {
             outcomes.push(outcome(&name, &ours, &mitsuba, sensor.film.filter.radius()));
         }
     }
-    assert_eq!(outcomes.len(), 10);
+    assert_eq!(outcomes.len(), 16);
     assert_equivalent(&outcomes);
 }
 
@@ -204,7 +204,7 @@ fn light_from_emitters_makes_the_image_of_mitsubas_ptracer() {
         let ours = one_scattering(&scene, &sensor, ShadingNormals::Adjoint);
         outcomes.push(outcome(&name, &ours, &mitsuba, sensor.film.filter.radius()));
     }
-    assert_eq!(outcomes.len(), 15);
+    assert_eq!(outcomes.len(), 21);
     assert_equivalent(&outcomes);
     assert_no_structure(&outcomes);
 }

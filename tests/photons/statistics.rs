@@ -325,6 +325,7 @@ fn layers_and_ledger_tell_of_the_same_flux() {
         "water",
         "pool",
         "parabolic-mirror",
+        "turntable-bumpy",
     ] {
         check(&bundled(name, 8));
     }

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 
 use super::block::block;
 use super::{
@@ -70,6 +70,12 @@ impl Bundled {
             .ok()
             .map(|solved| KnownForm::Facets(Box::new(solved)))
         };
+        // The sun of the turntables: 60° above the horizon, 30° from the x axis.
+        let turned = |mesh: &MeshParts| {
+            let (sin, cos) = 30.0_f64.to_radians().sin_cos();
+            let across = 60.0_f64.to_radians().tan().recip();
+            facets(mesh, 1.5, -across * cos, -across * sin, 10.0)
+        };
         let mut all = vec![
             known(
                 "glass-ball",
@@ -119,6 +125,8 @@ impl Bundled {
             ("prism", 0.25, facets(&prism(), 1.5, 0.0, 0.0, 1000.0)),
             ("cube", 2.0, facets(&cube(), 1.5, 0.5, 0.2, 1000.0)),
             ("diamond", 1.2, facets(&diamond(), 2.418, 0.3, 0.1, 1000.0)),
+            ("turntable-cube", 3.0, turned(&turntable_cube())),
+            ("turntable-prism", 3.0, turned(&turntable_prism())),
         ];
         all.extend(
             cut.into_iter()
@@ -233,13 +241,33 @@ fn diamond() -> MeshParts {
     mesh
 }
 
+fn turntable_cube() -> MeshParts {
+    let mut mesh = block(DVec3::splat(-0.57), DVec3::splat(0.57));
+    let turn = DQuat::from_rotation_y(15.0_f64.to_radians())
+        * DQuat::from_rotation_x(25.0_f64.to_radians());
+    for position in &mut mesh.positions {
+        *position = turn * *position + DVec3::new(0.0, 0.0, 1.2);
+    }
+    mesh
+}
+
+fn turntable_prism() -> MeshParts {
+    let mut mesh = equilateral_prism(1.0, 1.6);
+    for position in &mut mesh.positions {
+        // A quarter turn about x, then one about −y.
+        let (x, y, z) = (position.x, -position.z, position.y);
+        *position = DVec3::new(-z, y, x + 0.7);
+    }
+    mesh
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::generate::SCENES;
 
     #[test]
-    fn all_scenes_but_the_pane_the_waters_and_the_boxes_are_known() {
+    fn all_scenes_but_panes_waters_boxes_and_round_turntables_are_known() {
         let known = Bundled::all(1);
         let unknown: Vec<&str> = SCENES
             .iter()
@@ -253,7 +281,11 @@ mod tests {
                 "water",
                 "pool",
                 "cornell-glass",
-                "cornell-caustics"
+                "cornell-caustics",
+                "turntable-ball",
+                "turntable-ring",
+                "turntable-bumpy",
+                "turntable-terrain"
             ]
         );
     }
@@ -286,18 +318,15 @@ mod tests {
         );
     }
 
+    fn holds(name: &str, texts: &[&str]) {
+        let scene = SCENES.iter().find(|scene| scene.name == name).unwrap();
+        for text in texts {
+            assert!(scene.xml().contains(text), "{name}: {text}");
+        }
+    }
+
     #[test]
     fn the_scene_files_hold_these_numbers() {
-        let holds = |name: &str, texts: &[&str]| {
-            let xml = SCENES
-                .iter()
-                .find(|scene| scene.name == name)
-                .unwrap()
-                .xml();
-            for text in texts {
-                assert!(xml.contains(text), "{name}: {text}");
-            }
-        };
         let sun = r#"<rgb name="irradiance" value="1000, 1000, 1000"/>"#;
         let ball = [
             r#"<point name="position" x="0" y="0" z="4"/>"#,
@@ -372,6 +401,32 @@ mod tests {
                 "1.66, 0.88, 0.52",
                 "9.22, 6.27, 4.84",
                 r#"<translate z="0.45"/>"#,
+            ],
+        );
+    }
+
+    #[test]
+    fn the_turntables_files_hold_these_numbers() {
+        let turned = [
+            r#"<default name="azimuth" value="30"/>"#,
+            r#"<default name="elevation" value="60"/>"#,
+        ];
+        holds("turntable-cube", &turned);
+        holds(
+            "turntable-cube",
+            &[
+                r#"<scale value="0.57"/>"#,
+                r#"<rotate x="1" angle="25"/>"#,
+                r#"<rotate y="1" angle="15"/>"#,
+                r#"<default name="drop" value="1.2"/>"#,
+            ],
+        );
+        holds("turntable-prism", &turned);
+        holds(
+            "turntable-prism",
+            &[
+                r#"<rotate y="-1" angle="90"/>"#,
+                r#"<default name="drop" value="0.7"/>"#,
             ],
         );
     }

@@ -35,7 +35,8 @@ SAMPLES = 64
 # Light by way of the ball is found by chance; the lens leaves little light that paths find at all. One matt surface lights others in the box.
 MORE_SAMPLES = {"cornell-caustics": 256, "cornell-glass": 512, "lens": 256}
 SHIPPED = ["coffee-cup", "cornell-caustics", "cornell-glass", "cube", "diamond", "glass-ball", "glass-ball-mesh", "lens", "mirror-ring",
-           "parabolic-mirror", "pool", "prism", "water"]
+           "parabolic-mirror", "pool", "prism", "turntable-ball", "turntable-bumpy", "turntable-cube", "turntable-prism", "turntable-ring",
+           "turntable-terrain", "water"]
 # Of the pinhole: its place, and how far it sees on either side.
 FLOORS = {"glass-ball": ([0, 0, 0.3], 2.0), "water": ([0, 0, 0.3], 0.9)}
 
