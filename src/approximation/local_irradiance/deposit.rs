@@ -1,6 +1,7 @@
 //! The light of legs in cells: stages `deposit` and, if it is exact, `normal`.
 
-use super::cells::{Cells, Leg};
+use super::cells::Cells;
+use super::leg::Leg;
 use super::reads::Reads;
 use super::shoot::{Deposits, TracedLeg};
 use super::variants::Deposit;
@@ -89,8 +90,8 @@ pub struct Rule<'a> {
 }
 
 impl Rule<'_> {
-    /// Calls `visit(cell, density, direction)` for each cell that has light of a leg: density \[1/m²\] is that
-    /// of a surface across the leg, before the cosine.
+    /// Calls `visit(cell, part, density)` for each cell that has light of a leg: the lengths at which it
+    /// enters and leaves, and irradiance by flux \[1/m²\] on a surface across the leg.
     #[inline]
     fn cells_of<const N: usize>(
         &self,

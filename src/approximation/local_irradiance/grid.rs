@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::cells::{Leg, Stencil};
+use super::leg::{Leg, Stencil};
 
 /// A cube about the object's centre, cut into equal cubes.
 #[derive(Clone, Debug)]

@@ -20,9 +20,9 @@
 //! | `directions` | [`directions`] | `aligned`, `barycentric`, `nearest`, `harmonics` | one sample, at L |
 //! | `noise` | [`prepare`] | `photons` | as many as the sensor needs |
 //! | `deposit` | [`deposit`] | `crossing` | mean over the cell, outside of glass |
-//! | `space` | [`grid`], [`shells`], [`tree`], [`layout`] | `grid`, `shells`, `multi-resolution`, `shell-harmonics` | [`crossing`] of the sensor |
+//! | `space` | [`cells`], [`tree`] | `grid`, `shells`, `multi-resolution`, `shell-harmonics` | [`crossing`] |
 //! | `region` | [`layout`] | `clamp`, `fade` | cells up to all that is seen |
-//! | `normal` | [`deposit`] | `fixed` | the sensor's |
+//! | `normal` | [`deposit`], [`reads`] | `fixed` | the sensor's |
 //! | `storage` | [`storage`] | `u8`, `f16`, `f32` | `f64` |
 //!
 //! Tables are in the object's own space, so they serve it wherever it is and however it is turned. `ledger`
@@ -37,12 +37,16 @@ pub mod deposit;
 pub mod directions;
 pub mod grid;
 pub mod lamp;
+mod lasting;
 pub mod layout;
 mod ledger;
+pub mod leg;
 pub mod object;
+mod once;
 pub mod prepare;
 pub mod reads;
 mod run;
+mod scenery;
 pub mod settings;
 pub mod shells;
 pub mod shoot;

@@ -2,15 +2,11 @@
 
 use std::collections::HashMap;
 use std::ops::Range;
-use std::sync::Arc;
 
 use glam::DVec3;
 
 use super::layout::Layout;
 use super::settings::Settings;
-use super::shoot::Tally;
-use super::storage::Stored;
-use super::table::{Form, Table};
 use super::tree::Trees;
 use super::variants::Space;
 
@@ -129,43 +125,6 @@ fn distinct(mut all: Vec<Read>) -> Vec<Read> {
     all.sort_unstable_by_key(|(cell, normal)| (*cell, bits(*normal)));
     all.dedup_by_key(|(cell, normal)| (*cell, bits(*normal)));
     all
-}
-
-/// The table of sums for each cell and normal that the sensor reads.
-pub fn read_table(
-    layout: &Layout,
-    settings: &Settings,
-    reads: &Arc<Reads>,
-    values: Vec<[f64; 3]>,
-    tally: Tally,
-) -> Table {
-    let store = |values| Stored::new(values, settings.storage, settings.range);
-    if settings.space == Space::ShellHarmonics {
-        let mut saturated = 0;
-        let mut all = HashMap::new();
-        // By cell first, then by normal.
-        let cells = layout.cells.as_ref().map_or(1, super::cells::Cells::count);
-        let normals = reads.count() / cells;
-        for number in 0..normals {
-            let own: Vec<[f64; 3]> = (0..cells)
-                .map(|cell| values[cell * normals + number])
-                .collect();
-            let (stored, cut) = store(layout.coefficients(settings, &own));
-            saturated += cut;
-            all.insert(bits(reads.normal(number)), stored);
-        }
-        return Table {
-            tally,
-            saturated,
-            form: Form::ReadShells(all),
-        };
-    }
-    let (stored, saturated) = store(values);
-    Table {
-        tally,
-        saturated,
-        form: Form::Reads(Arc::clone(reads), stored),
-    }
 }
 
 /// Some cells with normals, and all others of their trees with the same normals.

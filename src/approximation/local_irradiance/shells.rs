@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::cells::{Leg, Stencil};
+use super::leg::{Leg, Stencil};
 use crate::geometry::Geodesic;
 
 /// Concentric shells: a cell is what is between two spheres and behind a triangle of directions.
@@ -17,7 +17,8 @@ pub struct Shells {
 /// The borders of a triangle of directions.
 #[derive(Clone, Copy, Debug)]
 struct Sides {
-    /// Unit normals of the planes through its edges, inward; each edge is opposite to the corner of its place.
+    /// Unit normals of the planes through its edges, inward. Each edge is opposite to the corner of its
+    /// place.
     normals: [DVec3; 3],
     /// The angles \[rad\] of its edges.
     angles: [f64; 3],

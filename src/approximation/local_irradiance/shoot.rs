@@ -6,8 +6,8 @@ use std::sync::Mutex;
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
-use super::cells::Leg;
 use super::lamp::Lamp;
+use super::leg::Leg;
 use super::work::Work;
 use crate::geometry::{Bounds, Hit, Ray, SurfacePoint, TraversalCounters};
 use crate::numeric::{Extras, Stream};

@@ -5,8 +5,9 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use super::cells::{Cells, Stencil};
+use super::cells::Cells;
 use super::layout::Layout;
+use super::leg::Stencil;
 use super::reads::{Reads, bits};
 use super::settings::Settings;
 use super::shoot::Tally;
@@ -231,4 +232,41 @@ impl Layout {
 fn count(work: &mut Work, fetches: usize, stored: &Stored) {
     work.fetches += fetches as u64;
     work.bytes += fetches as u64 * stored.bytes_each();
+}
+
+/// The table of sums for each cell and normal that the sensor reads.
+pub fn read_table(
+    layout: &Layout,
+    settings: &Settings,
+    reads: &Arc<Reads>,
+    values: Vec<[f64; 3]>,
+    tally: Tally,
+) -> Table {
+    let store = |values| Stored::new(values, settings.storage, settings.range);
+    if settings.space == Space::ShellHarmonics {
+        let mut saturated = 0;
+        let mut all = HashMap::new();
+        // By cell first, then by normal.
+        let cells = layout.cells.as_ref().map_or(1, super::cells::Cells::count);
+        let normals = reads.count() / cells;
+        for number in 0..normals {
+            let own: Vec<[f64; 3]> = (0..cells)
+                .map(|cell| values[cell * normals + number])
+                .collect();
+            let (stored, cut) = store(layout.coefficients(settings, &own));
+            saturated += cut;
+            all.insert(bits(reads.normal(number)), stored);
+        }
+        return Table {
+            tally,
+            saturated,
+            form: Form::ReadShells(all),
+        };
+    }
+    let (stored, saturated) = store(values);
+    Table {
+        tally,
+        saturated,
+        form: Form::Reads(Arc::clone(reads), stored),
+    }
 }

@@ -1,7 +1,8 @@
 //! Local precomputed irradiance, as a technique.
 
 use super::demands;
-use super::run::{Kept, Run};
+use super::run::Run;
+use super::scenery::Kept;
 use super::settings::{Settings, TABLE};
 use super::storage::bytes_each;
 use super::variants::{Directions, STAGES, SampleAt, Space, Symmetry, Tables, Tree};

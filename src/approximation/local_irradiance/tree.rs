@@ -67,9 +67,10 @@ enum Part {
 }
 
 impl Trees {
-    /// The trees over `roots` times `branches`^`levels` cells, and the means of their leaves. `value(root,
-    /// path)` is a cell's numbers, or `None` for a cell that is not there; the first child of a path is in its
-    /// highest digit.
+    /// The trees over `roots` times `branches`^`levels` cells, and the means of their leaves.
+    ///
+    /// `value(root, path)` is a cell's numbers, or `None` for a cell that is not there. The first child of a
+    /// path is in its highest digit.
     pub fn new(
         [branches, levels]: [u32; 2],
         roots: usize,

@@ -1,0 +1,144 @@
+//! A scene's objects in its lights, and how a frame reads their tables.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use glam::{DMat3, DVec3};
+
+use super::crossing::faded;
+use super::directions::{Blended, Samples};
+use super::lamp::SeenLight;
+use super::layout::Layout;
+use super::object::SpecularObject;
+use super::settings::Settings;
+use super::shoot::Tally;
+use super::table::Table;
+use super::variants::{Normal, Region};
+use super::work::Work;
+use crate::approximation::SensorPoint;
+use crate::radiometry::Rgb;
+
+/// What outlives a frame.
+#[derive(Default)]
+pub struct Kept {
+    /// The last scene, with what was made for it.
+    pub last: Option<Scenery>,
+    /// Tables of forms that were seen, by form and sample.
+    pub tables: HashMap<(String, usize), Arc<Table>>,
+    /// Borders of shells, by form.
+    pub radii: HashMap<String, Vec<f64>>,
+}
+
+/// A scene's objects in its lights, with all that a frame reads.
+pub struct Scenery {
+    /// The scene and the sensor.
+    pub key: [String; 2],
+    pub parts: Vec<Part>,
+    pub objects: Vec<(SpecularObject, Layout)>,
+    /// The sensor's values, if space is exact.
+    pub image: Option<Vec<Rgb>>,
+    pub warnings: Vec<String>,
+}
+
+/// An object in a light.
+pub struct Part {
+    pub object: usize,
+    pub light: SeenLight,
+    /// The direction to the light along the object's own axes.
+    pub towards: DVec3,
+    /// The samples that are read, with the maps from the world to their own axes.
+    pub blended: Vec<(Blended, DMat3)>,
+    /// Their tables: none if space is exact.
+    pub tables: Vec<Arc<Table>>,
+    /// Harmonics of the light's direction, if a table has those.
+    pub row: Vec<f64>,
+    /// What became of photons, by the light's own irradiance.
+    pub tally: Tally,
+}
+
+impl Scenery {
+    /// What became of all photons, by flux \[W\].
+    pub fn tally(&self) -> Tally {
+        let mut all = Tally::default();
+        for part in &self.parts {
+            let one = part.tally;
+            all.photons += one.photons;
+            all.add_coloured(&one, part.light.irradiance.0);
+        }
+        all
+    }
+}
+
+impl Kept {
+    /// Bytes of all tables that are kept, and of those of a frame alone.
+    pub fn resident(&self, scenery: &Scenery) -> u64 {
+        if self.tables.is_empty() {
+            let tables = scenery.parts.iter().flat_map(|part| &part.tables);
+            return tables.map(|table| table.bytes()).sum();
+        }
+        self.tables.values().map(|table| table.bytes()).sum()
+    }
+}
+
+impl Part {
+    /// Irradiance [W/m²] at a point of the sensor.
+    #[inline]
+    pub fn read(
+        &self,
+        settings: &Settings,
+        object: &SpecularObject,
+        layout: &Layout,
+        point: &SensorPoint,
+        work: &mut Work,
+    ) -> Rgb {
+        let away = point.point.position - object.center;
+        let distance = away.length();
+        let mut factor = match settings.normal {
+            Normal::Exact => 1.0,
+            Normal::Fixed => (-point.normal.dot(away) / distance).max(0.0),
+        };
+        if settings.region == Region::Fade {
+            factor *= faded(distance / layout.radius);
+        }
+        if factor <= 0.0 || distance == 0.0 {
+            return Rgb::BLACK;
+        }
+        work.queries += 1;
+        let mut sum = Rgb::BLACK;
+        for ((blended, map), table) in self.blended.iter().zip(&self.tables) {
+            let place = held(layout, *map * away);
+            let normal = match settings.normal {
+                Normal::Exact => *map * point.normal,
+                Normal::Fixed => DVec3::ZERO,
+            };
+            sum += layout.read(settings, table, [place, normal], &self.row, work) * blended.weight;
+        }
+        sum * self.light.irradiance * factor
+    }
+}
+
+/// A place, or that at the region's border in front of it.
+#[inline]
+pub fn held(layout: &Layout, place: DVec3) -> DVec3 {
+    let distance = place.length();
+    if distance > layout.radius {
+        place * (layout.radius / distance)
+    } else {
+        place
+    }
+}
+
+pub fn part(samples: &Samples, index: usize, object: &SpecularObject, light: SeenLight) -> Part {
+    let towards = object.to_own(light.towards).normalize();
+    let back = object.turn.transpose();
+    let blended = samples.blend(towards).into_iter();
+    Part {
+        object: index,
+        light,
+        towards,
+        blended: blended.map(|one| (one, one.turn * back)).collect(),
+        tables: Vec::new(),
+        row: Vec::new(),
+        tally: Tally::default(),
+    }
+}
