@@ -15,6 +15,7 @@ pub mod figures;
 pub mod geometry;
 pub mod images;
 pub mod light_volume;
+pub mod local_irradiance;
 pub mod mutation;
 pub mod oracles;
 pub mod parity;

@@ -145,7 +145,7 @@ impl Rule<'_> {
     /// The largest sum that can be expected for some flux \[W\].
     pub fn bound(&self, flux: f64) -> f64 {
         /// Legs of a photon's light and narrow cells.
-        const HEADROOM: f64 = 1024.0;
+        const HEADROOM: f64 = 64.0;
         let cells = self.cells;
         let least = match cells {
             Cells::Grid(grid) => grid.edge().powi(3),

@@ -260,3 +260,97 @@ impl Shells {
         stencil
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numeric::{Stream, StreamKind};
+
+    #[test]
+    fn a_leg_crosses_its_cells_without_gaps_and_each_has_what_is_in_it() {
+        let shells = Shells::new(3, vec![0.0, 0.4, 1.0, 1.3, 3.0]);
+        let stream = Stream::new(StreamKind::Random, 1);
+        for index in 0..20_000 {
+            let [a, b, c, d] = stream.point4(index);
+            let [e, f, g, _] = stream.padded4(index, 1);
+            let from = DVec3::new(a, b, c) * 8.0 - 4.0;
+            let towards = DVec3::new(d, e, f) * 4.0 - 2.0;
+            let leg = Leg {
+                from,
+                direction: (towards - from).normalize(),
+                length: if index % 2 == 0 {
+                    f64::INFINITY
+                } else {
+                    6.0 * g
+                },
+            };
+            let mut last: Option<f64> = None;
+            let mut sum = 0.0;
+            shells.cross(&leg, |cell, from, to| {
+                assert!(last.is_none_or(|last| last == from), "{index}");
+                last = Some(to);
+                sum += to - from;
+                if to - from > 1e-9 {
+                    let place = leg.at(f64::midpoint(from, to));
+                    assert_eq!(shells.nearest(place).cells(), [cell], "{index}");
+                }
+            });
+            let along = leg.from.dot(leg.direction);
+            let square = along * along - leg.from.length_squared() + 9.0;
+            let expected = if square > 0.0 {
+                let ends = [-along - square.sqrt(), -along + square.sqrt()];
+                (ends[1].min(leg.length) - ends[0].max(0.0)).max(0.0)
+            } else {
+                0.0
+            };
+            assert!(
+                (sum - expected).abs() < 1e-12,
+                "{index}: {sum} {expected} {leg:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn cells_fill_their_ball_and_have_the_areas_of_their_volume() {
+        let shells = Shells::new(2, vec![0.0, 1.0, 1.5, 2.0]);
+        let volume: f64 = (0..shells.count() as u32)
+            .map(|cell| shells.volume(cell))
+            .sum();
+        let ball = 4.0 / 3.0 * std::f64::consts::PI * 8.0;
+        assert!((volume / ball - 1.0).abs() < 1e-12);
+        // The mean area across all directions is a quarter of the surface of a convex body. Cells are convex
+        // but for their inner sphere, and patches count by their vector areas: together less than 2 % here.
+        let cell = shells.triangles() as u32 + 7;
+        let geodesic = Geodesic::new(12);
+        let directions = geodesic.vertices();
+        let mean = directions
+            .iter()
+            .map(|d| shells.across(cell, *d))
+            .sum::<f64>()
+            / directions.len() as f64;
+        let sides = &shells.triangles[7];
+        let patches = sides.solid_angle * (1.0 + 1.5 * 1.5);
+        let walls: f64 = sides.angles.iter().map(|angle| 0.5 * angle * 1.25).sum();
+        assert!(
+            (mean / (0.25 * (patches + walls)) - 1.0).abs() < 0.02,
+            "{mean}"
+        );
+    }
+
+    #[test]
+    fn linear_shares_sum_to_one_and_give_a_middle_its_own() {
+        let shells = Shells::new(3, vec![0.0, 1.0, 2.0, 3.0]);
+        for cell in 0..shells.count() as u32 {
+            let stencil = shells.linear(shells.middle(cell));
+            let own: f64 = stencil
+                .iter()
+                .filter(|(one, _)| *one == cell)
+                .map(|(_, w)| w)
+                .sum();
+            // Middles are those of corners on the sphere; weights are of the flat face.
+            assert!(own > 0.93, "{cell}: {own}");
+            let sum: f64 = stencil.iter().map(|(_, weight)| weight).sum();
+            assert!((sum - 1.0).abs() < 1e-12);
+        }
+    }
+}

@@ -245,8 +245,15 @@ impl<const N: usize, D: Deposits<N>> ChainSink<N> for Sink<'_, N, D> {
     }
 
     #[inline]
-    fn arrived(&mut self, _: &Arrival<N>, _: &mut TraversalCounters) -> Fate {
-        Fate::Escaped
+    fn arrived(&mut self, arrival: &Arrival<N>, _: &mut TraversalCounters) -> Fate {
+        let scene = self.shot.scene;
+        let material = scene.material_of(arrival.hit.shape);
+        if material.is_specular(scene.materials()) {
+            // The back of a mirror, or normals that contradict each other.
+            Fate::Absorbed
+        } else {
+            Fate::Received
+        }
     }
 
     #[inline]

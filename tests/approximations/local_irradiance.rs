@@ -1,0 +1,737 @@
+//! Local precomputed irradiance against closed forms, invariants and beams.
+
+use std::f64::consts::PI;
+
+use glam::{DMat3, DVec3};
+use nephroid::internals::approximation::Technique;
+use nephroid::internals::approximation::local_irradiance::cells::Cells;
+use nephroid::internals::approximation::local_irradiance::directions::{Blended, Samples};
+use nephroid::internals::approximation::local_irradiance::layout::Layout;
+use nephroid::internals::approximation::local_irradiance::object::SpecularObject;
+use nephroid::internals::approximation::local_irradiance::prepare::{
+    Goal, Lit, Shed, adapted_radii, even_radii, stream,
+};
+use nephroid::internals::approximation::local_irradiance::variants::Space;
+use nephroid::internals::approximation::local_irradiance::work::Work;
+use nephroid::internals::approximation::local_irradiance::{LocalIrradiance, Settings};
+use nephroid::internals::numeric::spherical_harmonics;
+use nephroid::internals::run::{Budget, Context};
+use nephroid::internals::scene::Scene;
+use nephroid::internals::setting::Values;
+
+use crate::support::approximation::{
+    GLASS, bumpy_ball_over_floor, lit_by, relative_rmse, scene_of,
+};
+use crate::support::caustics_volume::truth;
+use crate::support::local_irradiance::{
+    each_exit, exact_but, frame, glass_ball, outward_density, over_depth, sun, tables, texels,
+};
+use crate::support::scenes::meter;
+
+const ZENITH: [f64; 3] = [0.0, 0.0, -1.0];
+
+fn settings(given: &[(&str, &str)]) -> Settings {
+    let owned = |(key, value): &(&str, &str)| ((*key).to_owned(), (*value).to_owned());
+    let given = given.iter().map(owned).collect();
+    let table = LocalIrradiance.settings().iter().collect();
+    Settings::of(&Values::new("local-irradiance", table, &given).unwrap()).unwrap()
+}
+
+/// The sums of an object's photons in parallel light from a direction.
+fn shed(settings: &Settings, object: &SpecularObject, towards: DVec3, layout: &Layout) -> Shed {
+    let lit = Lit {
+        settings,
+        scene: &object.alone,
+        object,
+        light: None,
+        stop: &|| false,
+    };
+    let blended = Blended {
+        sample: 0,
+        towards,
+        weight: 1.0,
+        turn: DMat3::IDENTITY,
+    };
+    let photons = 0..settings.photons;
+    lit.shed(
+        &blended,
+        stream(settings, 0, 0),
+        photons,
+        Goal::Cells(layout),
+    )
+    .unwrap()
+}
+
+fn only_object(scene: &Scene) -> SpecularObject {
+    let mut all = SpecularObject::all(scene).unwrap();
+    assert_eq!(all.len(), 1);
+    all.remove(0)
+}
+
+fn sum(values: &[f64]) -> f64 {
+    values.iter().sum()
+}
+
+#[test]
+fn with_all_stages_exact_a_ball_has_the_light_that_beams_have() {
+    let scene = over_depth([0.3, -0.2, -0.9], &glass_ball(), [2.0, 3.0], 32);
+    let truth = truth(&scene, 1e-3);
+    let error = |photons: &str| {
+        let values = frame(&exact_but(&[("photons", photons)]), &scene)
+            .estimate
+            .total
+            .values;
+        relative_rmse(&values, &truth).unwrap()
+    };
+    let errors = [error("32768"), error("262144"), error("2097152")];
+    // Scrambled Sobol' points: texels' edges cut them, for which the error falls as n^-0.75. Eight times the
+    // photons have 1/4.76 of the error; without stratification it would be 1/2.83.
+    assert!(errors[0] / errors[2] > 4.5 * 4.5, "{errors:?}");
+    // A thousandth is the truth's own.
+    assert!(errors[2] < 0.006, "{errors:?}");
+}
+
+#[test]
+fn with_all_stages_exact_two_objects_of_bent_and_flat_faces_have_the_light_that_beams_have() {
+    // A ball and a turned cube, in a lamp near them, with a pane of wood that shades a part.
+    let objects = format!(
+        r#"<shape type="sphere"><point name="center" x="-0.9" y="0" z="1"/>
+             <float name="radius" value="0.6"/>{GLASS}</shape>
+           <shape type="cube"><transform name="to_world"><scale value="0.35"/>
+             <rotate x="0.6" y="0.8" angle="35"/><translate x="0.9" y="0.1" z="1"/></transform>{GLASS}</shape>
+           <shape type="rectangle"><transform name="to_world"><scale value="0.3"/>
+             <translate x="-0.7" y="0.3" z="2"/></transform><bsdf type="twosided"><bsdf type="diffuse"/></bsdf></shape>"#
+    );
+    let lamp = r#"<emitter type="point"><point name="position" x="0.2" y="-0.3" z="4"/>
+        <rgb name="intensity" value="30, 20, 10"/></emitter>"#;
+    let scene = scene_of(&lit_by(lamp, &objects, 16));
+    let truth = truth(&scene, 1e-2);
+    let method = exact_but(&[("photons", "1048576")]);
+    let values = frame(&method, &scene).estimate.total.values;
+    let error = relative_rmse(&values, &truth).unwrap();
+    // The truth's own hundredth. 2^20 photons on each, 256 texels of which a tenth are bright: about 10⁴
+    // photons in each of these, by stratified points at most 1 % of their light.
+    assert!(error < 0.015, "{error}");
+    // Alone, the pane shades nothing: an approximation that must matter here.
+    let alone = texels(&exact_but(&[("scene", "alone")]), &scene);
+    let whole: f64 = truth.iter().map(|value| value.mean()).sum();
+    assert!(sum(&alone) > 1.02 * whole);
+}
+
+#[test]
+fn light_that_leaves_crosses_every_shell_outward_once() {
+    let ball = scene_of(&lit_by(&sun(ZENITH), &glass_ball(), 4));
+    let bumpy = bumpy_ball_over_floor(4);
+    for scene in [ball, bumpy] {
+        let object = only_object(&scene);
+        for space in ["shells", "grid"] {
+            let settings = settings(&[
+                ("deposit", "exact"),
+                ("storage", "exact"),
+                ("space", space),
+                ("shell-level", "3"),
+                ("shells", "9"),
+                ("photons", "20000"),
+            ]);
+            let radii = even_radii(9, 3.0 * object.radius);
+            let layout = Layout::new(&settings, object.radius, &radii, 0.0);
+            let towards = DVec3::new(0.3, -0.5, 0.8).normalize();
+            let shed = shed(&settings, &object, towards, &layout);
+            let left = shed.tally.left[0];
+            assert!(left > 0.5 * PI * 0.9 * object.radius.powi(2));
+            let cells = layout.cells.as_ref().unwrap();
+            if let Cells::Shells(shells) = cells {
+                for layer in 3..9 {
+                    let all = layer * shells.triangles()..(layer + 1) * shells.triangles();
+                    let through: f64 = all
+                        .map(|cell| shed.values[cell][0] * cells.volume(cell as u32))
+                        .sum();
+                    let expected = left * (radii[layer + 1] - radii[layer]);
+                    // Sums are exact but for 2⁻⁶⁰ of a bound that is 10⁵ times the largest; rises are
+                    // differences of lengths, each rounded, of 10⁵ legs.
+                    let off = through / expected - 1.0;
+                    assert!(off.abs() < 1e-12, "{layer}: {off:e}");
+                }
+            } else {
+                // All cubes: what leaves rises from its last surface, at most r, to the cube's faces, at
+                // least 3r away.
+                let through: f64 = (0..cells.count())
+                    .map(|cell| shed.values[cell][0] * cells.volume(cell as u32))
+                    .sum();
+                let by_light = through / left / object.radius;
+                assert!((2.0..3.0 * 3.0f64.sqrt()).contains(&by_light), "{by_light}");
+            }
+        }
+    }
+}
+
+#[test]
+fn cells_of_a_shell_have_the_closed_form_of_the_ball() {
+    let object = only_object(&scene_of(&lit_by(&sun(ZENITH), &glass_ball(), 4)));
+    let settings = settings(&[
+        ("deposit", "exact"),
+        ("space", "shells"),
+        ("shell-level", "2"),
+        ("photons", "2097152"),
+    ]);
+    // A shell so thin that the closed form at its middle is that of all of it.
+    let radii = [0.0, 1.999, 2.001, 3.0];
+    let layout = Layout::new(&settings, object.radius, &radii, 0.0);
+    let shed = shed(&settings, &object, DVec3::Z, &layout);
+    let bins = outward_density(2.0, 8000);
+    let Some(Cells::Shells(shells)) = &layout.cells else {
+        panic!("settings ask for shells");
+    };
+    let (mut off, mut whole) = (0.0, 0.0);
+    for triangle in 0..shells.triangles() as u32 {
+        let [a, b, c] = shells.geodesic().corners(triangle);
+        // The mean over the triangle, by parts that are weighted by their solid angle, 1/|p|³.
+        let (mut mean, mut weights) = (0.0, 0.0);
+        const PARTS: u32 = 40;
+        for i in 0..PARTS {
+            for j in 0..PARTS - i {
+                let u = (f64::from(i) + 1.0 / 3.0) / f64::from(PARTS);
+                let v = (f64::from(j) + 1.0 / 3.0) / f64::from(PARTS);
+                let place = a + (b - a) * u + (c - a) * v;
+                let cosine = place.z / place.length();
+                let bin = ((cosine + 1.0) / 2.0 * bins.len() as f64) as usize;
+                let weight = place.length().powi(-3);
+                mean += bins[bin.min(bins.len() - 1)] * weight;
+                weights += weight;
+            }
+        }
+        let cell = shells.triangles() + triangle as usize;
+        off += (shed.values[cell][0] - mean / weights).abs();
+        whole += mean / weights;
+    }
+    // 6500 photons a cell: 1.2 % if they were independent, of which |·| has 0.8; points are stratified. The
+    // parts of triangles on caustics are the rest.
+    assert!(off / whole < 0.01, "{}", off / whole);
+}
+
+#[test]
+fn the_fixed_normal_adds_the_energy_that_its_two_cosines_say() {
+    // Floors of 4 x 4 below a ball: the closed form, and that of the specification.
+    for (depth, specified) in [(2.0, 1.114), (2.5, 1.090), (3.0, 1.069)] {
+        let (mut own, mut fixed) = (0.0, 0.0);
+        each_exit(200_000, |exit, flux| {
+            let Some(at) = exit.at_depth(depth) else {
+                return;
+            };
+            // The share of the circle through it that is on the square.
+            let radius = at.x.abs();
+            let share = match radius {
+                r if r <= 2.0 => 1.0,
+                r if r < 2.0 * 2.0f64.sqrt() => 1.0 - 4.0 / PI * (2.0 / r).acos(),
+                _ => 0.0,
+            };
+            let outward = at / at.length();
+            let cosines = exit.direction.dot(outward).max(0.0) * -outward.y / -exit.direction.y;
+            own += flux * share;
+            fixed += flux * share * cosines;
+        });
+        let expected: f64 = fixed / own;
+        assert!((expected - specified).abs() < 0.003, "{depth}: {expected}");
+        let scene = over_depth(ZENITH, &glass_ball(), [depth, 2.0], 8);
+        let energy = |normal: &str| sum(&texels(&exact_but(&[("normal", normal)]), &scene));
+        let found = energy("fixed") / energy("exact");
+        // The same 2^18 stratified photons in both.
+        assert!(
+            (found - expected).abs() < 0.001,
+            "{depth}: {found} {expected}"
+        );
+    }
+}
+
+#[test]
+fn harmonics_of_a_ball_are_those_of_the_closed_form_and_lose_what_they_must() {
+    /// Zonal coefficients ∫ G Y(l, 0) dω of a density by bins of the cosine.
+    fn zonal(bins: &[f64], order: usize) -> Vec<f64> {
+        let width = 2.0 / bins.len() as f64;
+        let mut all = vec![0.0; order];
+        for (bin, density) in bins.iter().enumerate() {
+            let z = -1.0 + (bin as f64 + 0.5) * width;
+            let direction = DVec3::new((1.0 - z * z).sqrt(), 0.0, z);
+            let harmonics = spherical_harmonics(direction, order);
+            for (l, sum) in all.iter_mut().enumerate() {
+                *sum += density * harmonics[l * l + l] * 2.0 * PI * width;
+            }
+        }
+        all
+    }
+    for (radius, order, specified) in [
+        (2.0, 5, 3.96),
+        (3.0, 5, 1.52),
+        (2.0, 15, 1.83),
+        (3.0, 15, 0.32),
+    ] {
+        let bins = outward_density(radius, 8000);
+        let expected = zonal(&bins, order);
+        let mean = bins.iter().sum::<f64>() / bins.len() as f64;
+        let mut square = 0.0;
+        for (bin, density) in bins.iter().enumerate() {
+            let z = -1.0 + (bin as f64 + 0.5) * 2.0 / bins.len() as f64;
+            let direction = DVec3::new((1.0 - z * z).sqrt(), 0.0, z);
+            let harmonics = spherical_harmonics(direction, order);
+            let fitted: f64 = (0..order).map(|l| expected[l] * harmonics[l * l + l]).sum();
+            square += (fitted - density).powi(2) / bins.len() as f64;
+        }
+        let error = square.sqrt() / mean;
+        assert!(
+            (error / specified - 1.0).abs() < 0.05,
+            "{radius} {order}: {error}"
+        );
+
+        let object = only_object(&scene_of(&lit_by(&sun(ZENITH), &glass_ball(), 4)));
+        let order_word = order.to_string();
+        let settings = settings(&[
+            ("deposit", "exact"),
+            ("space", "shell-harmonics"),
+            ("storage", "exact"),
+            ("shell-level", "5"),
+            ("order", &order_word),
+            ("photons", "262144"),
+        ]);
+        assert_eq!(settings.space, Space::ShellHarmonics);
+        let radii = [0.0, 0.999 * radius, 1.001 * radius, 4.0];
+        let layout = Layout::new(&settings, object.radius, &radii, 0.0);
+        let shed = shed(&settings, &object, DVec3::Z, &layout);
+        let coefficients = layout.coefficients(&settings, &shed.values);
+        let shell = &coefficients[order * order..2 * order * order];
+        for l in 0..order {
+            let found = shell[l * l + l][0];
+            // Cells of 1.6° blur degree l by l (l + 1) times a tenth of their angle squared: 0.3 % at l = 15.
+            // A least-squares fit over uneven triangles weighs these otherwise, by up to the error that is
+            // left, a few percent of the mean's coefficient.
+            let off = (found - expected[l]).abs() / expected[0];
+            assert!(off < 0.08, "{radius} {order} {l}: {found} {}", expected[l]);
+        }
+        assert!((shell[0][0] / expected[0] - 1.0).abs() < 0.03);
+    }
+}
+
+#[test]
+fn a_range_of_three_cuts_off_what_is_brighter() {
+    for (depth, specified) in [(1.4, 0.43), (2.0, 0.91)] {
+        // Rings of 1/64, as far as the whole floor of 4 x 4 reaches.
+        let mut rings = vec![0.0; 128];
+        each_exit(2_000_000, |exit, flux| {
+            if let Some(at) = exit.at_depth(depth)
+                && at.x.abs() < 2.0
+            {
+                rings[(at.x.abs() * 64.0) as usize] += flux;
+            }
+        });
+        let (mut kept, mut whole) = (0.0, 0.0);
+        for (ring, flux) in rings.iter().enumerate() {
+            let area = PI * (2 * ring + 1) as f64 / (64.0 * 64.0);
+            whole += flux;
+            kept += flux.min(3.0 * area);
+        }
+        let expected: f64 = kept / whole;
+        assert!((expected - specified).abs() < 0.02, "{depth}: {expected}");
+        let scene = over_depth(ZENITH, &glass_ball(), [depth, 2.0], 256);
+        let energy = |storage: &str| {
+            let method = exact_but(&[("storage", storage), ("photons", "1048576")]);
+            sum(&texels(&method, &scene))
+        };
+        let found = energy("u8") / energy("exact");
+        // Squares of 1/64 are not rings, the more so near the middle, and the floor's corners are beyond the
+        // rings. Steps of 3/255 round the dim parts, without a bias.
+        assert!(
+            (found - expected).abs() < 0.03,
+            "{depth}: {found} {expected}"
+        );
+        let all = tables(&[("storage", "f32"), ("range", "3")]);
+        assert_eq!(
+            frame(&all, &scene)
+                .counters
+                .iter()
+                .find(|one| one.name == "saturated")
+                .map_or(0, |one| one.count),
+            0
+        );
+    }
+}
+
+#[test]
+fn turned_samples_serve_a_ball_from_any_direction() {
+    for index in 0..8 {
+        let turn = 0.7 + 0.8 * f64::from(index);
+        let height = 0.4 + 0.07 * f64::from(index);
+        let across = (1.0f64 - height * height).sqrt();
+        let direction = [across * turn.cos(), across * turn.sin(), -height];
+        let scene = over_depth(direction, &glass_ball(), [1.5, 3.0], 16);
+        let own = texels(&exact_but(&[]), &scene);
+        let aligned = texels(
+            &exact_but(&[
+                ("directions", "aligned"),
+                ("frequency", "1"),
+                ("scene", "alone"),
+            ]),
+            &scene,
+        );
+        let plain = texels(
+            &exact_but(&[
+                ("directions", "barycentric"),
+                ("frequency", "1"),
+                ("scene", "alone"),
+            ]),
+            &scene,
+        );
+        let off = |other: &[f64]| {
+            let apart: f64 = own.iter().zip(other).map(|(a, b)| (a - b).abs()).sum();
+            apart / sum(&own)
+        };
+        // 2^18 photons in 256 texels have 1000 in each: 0.8 · 3 % if they were independent, for both; but
+        // points are stratified, a quarter of that, and three samples are blended.
+        assert!(off(&aligned) < 0.015, "{index}: {}", off(&aligned));
+        // Samples 63° apart that are not turned ghost.
+        assert!(off(&plain) > 0.3, "{index}: {}", off(&plain));
+    }
+}
+
+#[test]
+fn blends_are_continuous_and_sum_to_one() {
+    for (directions, symmetry) in [
+        ("aligned", "none"),
+        ("barycentric", "none"),
+        ("aligned", "axis"),
+        ("harmonics", "none"),
+    ] {
+        let settings = settings(&[
+            ("directions", directions),
+            ("symmetry", symmetry),
+            ("storage", "f32"),
+            ("order", "5"),
+        ]);
+        let samples = Samples::new(&settings).unwrap();
+        let weights = |towards: DVec3| {
+            let mut all = vec![0.0; samples.all().len()];
+            for one in samples.blend(towards.normalize()) {
+                all[one.sample] += one.weight;
+                let carried = one.turn * towards.normalize();
+                if directions == "aligned" {
+                    assert!((carried - one.towards).length() < 1e-12);
+                }
+            }
+            all
+        };
+        let mut before: Option<Vec<f64>> = None;
+        for step in 0..40_000 {
+            // A way around that crosses many triangles, in parts of 100 steps of 1e-6 rad.
+            let turn = f64::from(step / 100) * 0.0157 + f64::from(step % 100) * 1e-6;
+            let towards = DVec3::new(turn.cos(), turn.sin(), 0.4 * (3.0 * turn).sin());
+            let own = weights(towards);
+            let whole: f64 = own.iter().sum();
+            assert!((whole - 1.0).abs() < 1e-9 || directions == "harmonics");
+            if step % 100 > 0
+                && let Some(before) = &before
+            {
+                let change: f64 = own.iter().zip(before).map(|(a, b)| (a - b).abs()).sum();
+                // Triangles are 0.25 rad wide: weights change by less than 16 a radian each.
+                assert!(change < 1e-4, "{directions} {symmetry} {step}: {change:e}");
+            }
+            before = Some(own);
+        }
+    }
+    let harmonics = settings(&[("directions", "harmonics"), ("storage", "f32")]);
+    let samples = Samples::new(&harmonics).unwrap();
+    // What is the same in all samples is the same between them.
+    let sum: f64 = samples
+        .blend(DVec3::new(0.6, 0.0, 0.8))
+        .iter()
+        .map(|one| one.weight)
+        .sum();
+    assert!((sum - 1.0).abs() < 1e-12);
+}
+
+#[test]
+fn tables_are_as_large_as_the_papers() {
+    // Fig. 11: six shells, bytes of three colours; kB are 1024 bytes.
+    for (level, paper) in [(2, 5.7), (3, 22.5), (4, 90.1), (5, 360.0), (6, 1440.0)] {
+        let word = f64::from(level).to_string();
+        let settings = settings(&[("space", "shells"), ("shell-level", &word)]);
+        let radii = even_radii(settings.shells, 3.0);
+        let layout = Layout::new(&settings, 1.0, &radii, 0.0);
+        let cells = layout.cells.as_ref().unwrap().count();
+        let table = layout.table(&settings, vec![[1.0; 3]; cells], Default::default());
+        let kilobytes = table.bytes() as f64 / 1024.0;
+        assert!(
+            (kilobytes / paper - 1.0).abs() < 0.015,
+            "{level}: {kilobytes}"
+        );
+    }
+}
+
+#[test]
+fn trees_give_the_full_table_back_within_their_tolerance() {
+    let object = only_object(&scene_of(&lit_by(&sun(ZENITH), &glass_ball(), 4)));
+    for tree in ["shells", "grid"] {
+        for tolerance in ["0", "0.05"] {
+            let given = [
+                ("space", "multi-resolution"),
+                ("tree", tree),
+                ("tolerance", tolerance),
+                ("cells", "24"),
+                ("shell-level", "3"),
+                ("storage", "exact"),
+                ("photons", "20000"),
+            ];
+            let settings = settings(&given);
+            let radii = even_radii(6, 3.0 * object.radius);
+            let layout = Layout::new(&settings, object.radius, &radii, 0.0);
+            let values = shed(&settings, &object, DVec3::Z, &layout).values;
+            let table = layout.table(&settings, values.clone(), Default::default());
+            let mut work = Work::default();
+            let cells = layout.cells.as_ref().unwrap();
+            let nearest = Settings {
+                interpolation: "nearest".parse_word(),
+                ..settings.clone()
+            };
+            for cell in 0..cells.count() as u32 {
+                let place = cells.middle(cell);
+                let read = layout.read(&nearest, &table, [place, DVec3::Z], &[], &mut work);
+                let off = (read.0[0] - values[cell as usize][0]).abs();
+                let allowed: f64 = tolerance.parse().unwrap();
+                assert!(off <= allowed + 1e-12, "{tree} {tolerance} {cell}: {off}");
+            }
+            // Without tolerance noise keeps cells apart.
+            let full = 24 * cells.count() as u64;
+            let is_less = table.bytes() < full / 2;
+            assert!(is_less || tolerance == "0", "{tree}: nothing is merged");
+        }
+    }
+}
+
+trait ParseWord {
+    fn parse_word<T: nephroid::internals::setting::Words>(&self) -> T;
+}
+
+impl ParseWord for str {
+    fn parse_word<T: nephroid::internals::setting::Words>(&self) -> T {
+        T::of_word(self).unwrap()
+    }
+}
+
+#[test]
+fn each_look_up_reads_eight_cubes_or_six_triangles_of_three_samples() {
+    let scene = over_depth([0.3, -0.2, -0.9], &glass_ball(), [2.0, 3.0], 16);
+    let counted = |given: &[(&str, &str)]| {
+        let small = [("photons", "4096"), ("cells", "16"), ("shell-level", "2")];
+        let rendering = frame(&tables(&[&small, given].concat()), &scene);
+        let count = |name: &str| {
+            let found = rendering.counters.iter().find(|one| one.name == name);
+            found.map_or(0, |one| one.count) as f64
+        };
+        [
+            count("fetches") / count("queries"),
+            count("bytes") / count("fetches"),
+        ]
+    };
+    assert_eq!(counted(&[]), [24.0, 3.0]);
+    let [fetches, _] = counted(&[("space", "shells"), ("storage", "f16")]);
+    // Beyond the middle of the last shell there is one shell alone, with three cells.
+    assert!((9.0..18.0).contains(&fetches), "{fetches}");
+    assert_eq!(
+        counted(&[("directions", "nearest"), ("interpolation", "nearest")])[0],
+        1.0
+    );
+    let harmonic = [
+        ("directions", "harmonics"),
+        ("storage", "f32"),
+        ("space", "shells"),
+    ];
+    let [fetches, bytes] = counted(&harmonic);
+    assert!(
+        (3.0 * 25.0..=6.0 * 25.0).contains(&fetches) && bytes == 12.0,
+        "{fetches} {bytes}"
+    );
+}
+
+#[test]
+fn frames_have_the_same_bits_on_any_number_of_threads() {
+    let scene = over_depth([0.3, -0.2, -0.9], &glass_ball(), [2.0, 3.0], 16);
+    for given in [
+        vec![("space", "grid")],
+        vec![
+            ("space", "shells"),
+            ("storage", "exact"),
+            ("normal", "exact"),
+        ],
+        vec![("space", "exact"), ("storage", "exact")],
+    ] {
+        let given = [
+            &[("photons", "30000"), ("cells", "16"), ("shell-level", "2")],
+            given.as_slice(),
+        ]
+        .concat();
+        let image = |threads| {
+            let context = Context {
+                threads: Some(threads),
+                ..Context::default()
+            };
+            let method = tables(&given);
+            let rendering = method.run(&scene, meter(&scene), &Budget::default(), &context);
+            rendering.unwrap().estimate.total.values
+        };
+        let one = image(1);
+        assert!(one.iter().any(|value| !value.is_black()));
+        for threads in [2, 5] {
+            assert_eq!(image(threads), one, "{given:?}");
+        }
+    }
+}
+
+#[test]
+fn a_table_is_the_same_however_its_object_is_placed() {
+    let placed = |transform: &str| {
+        let cube = format!(
+            r#"<shape type="cube"><transform name="to_world"><scale x="1" y="0.7" z="0.4"/>{transform}</transform>{GLASS}</shape>"#
+        );
+        only_object(&scene_of(&lit_by(&sun(ZENITH), &cube, 4)))
+    };
+    let settings = settings(&[("cells", "12"), ("photons", "5000"), ("storage", "exact")]);
+    let layout = |object: &SpecularObject| Layout::new(&settings, object.radius, &[], 0.0);
+    let towards = DVec3::new(0.5, 0.3, 0.9).normalize();
+    let home = placed("");
+    let own = shed(&settings, &home, towards, &layout(&home));
+    for transform in [
+        r#"<translate x="1.3" y="-0.7" z="2"/>"#,
+        r#"<rotate x="0.36" y="0.48" z="0.8" angle="77"/><translate x="0.1" z="3"/>"#,
+    ] {
+        let there = placed(transform);
+        assert_eq!(there.form(&settings), home.form(&settings));
+        assert_eq!(there.radius.to_bits(), home.radius.to_bits());
+        let other = shed(&settings, &there, towards, &layout(&there));
+        assert_eq!(other.values, own.values);
+    }
+    let wider = placed(r#"<scale x="1.01"/>"#);
+    assert_ne!(wider.form(&settings), home.form(&settings));
+}
+
+#[test]
+fn shells_are_closer_where_the_caustic_changes() {
+    let object = only_object(&scene_of(&lit_by(&sun(ZENITH), &glass_ball(), 4)));
+    let settings = settings(&[("space", "shells")]);
+    let radii = adapted_radii(&settings, &object, &mut Work::default()).unwrap();
+    assert_eq!(radii.len(), 7);
+    assert_eq!((radii[0], radii[6]), (0.0, 3.0));
+    assert!(radii.windows(2).all(|pair| pair[0] < pair[1]));
+    // The focus is near 1.5: n/(2(n − 1)) of the radius for rays near the axis, 1 for those that graze.
+    let near_focus = radii
+        .iter()
+        .filter(|radius| (0.9..1.9).contains(*radius))
+        .count();
+    assert!(near_focus >= 3, "{radii:?}");
+}
+
+#[test]
+fn what_cannot_be_is_refused_by_name() {
+    let scene = over_depth(ZENITH, &glass_ball(), [2.0, 2.0], 4);
+    let cube = format!(r#"<shape type="cube" id="block">{GLASS}</shape>"#);
+    let block = over_depth(ZENITH, &cube, [2.0, 2.0], 4);
+    let refusal = |given: &[(&str, &str)], scene: &Scene| {
+        let refused = tables(given).supports(scene, meter(scene));
+        refused
+            .expect_err(&format!("{given:?}"))
+            .reason()
+            .to_owned()
+    };
+    for (given, word) in [
+        (
+            &[("directions", "harmonics"), ("storage", "u8")][..],
+            "storage=f16",
+        ),
+        (
+            &[
+                ("directions", "harmonics"),
+                ("storage", "f32"),
+                ("order", "15"),
+            ],
+            "order=15",
+        ),
+        (&[("sample-at", "centres")], "directions=nearest"),
+        (&[("space", "shell-harmonics")], "storage=u8"),
+        (
+            &[
+                ("space", "shell-harmonics"),
+                ("storage", "f32"),
+                ("shell-level", "0"),
+            ],
+            "shell-level=0",
+        ),
+    ] {
+        let reason = refusal(given, &scene);
+        assert!(reason.contains(word), "{reason}");
+    }
+    let reason = refusal(&[("symmetry", "sphere")], &block);
+    assert!(
+        reason.contains("block") && reason.contains("symmetry=sphere"),
+        "{reason}"
+    );
+    assert!(
+        tables(&[("symmetry", "sphere")])
+            .supports(&scene, meter(&scene))
+            .is_ok()
+    );
+    assert!(
+        tables(&[("symmetry", "axis")])
+            .supports(&scene, meter(&scene))
+            .is_ok()
+    );
+    let nothing = over_depth(ZENITH, "", [2.0, 2.0], 4);
+    assert!(refusal(&[], &nothing).contains("dielectric"));
+    let lamp =
+        r#"<emitter type="point"><point name="position" x="0.9" y="0.9" z="1.4"/></emitter>"#;
+    let within = scene_of(&lit_by(
+        lamp,
+        &format!(
+            r#"<shape type="cube"><transform name="to_world"><translate z="1.4"/></transform>{GLASS}</shape>"#
+        ),
+        4,
+    ));
+    assert!(refusal(&[], &within).contains("radius"));
+}
+
+#[test]
+fn approximations_err_less_with_more_cells_and_directions() {
+    let cube = format!(
+        r#"<shape type="cube"><transform name="to_world"><scale value="0.6"/>
+           <rotate x="0.8" y="0.6" angle="30"/></transform>{GLASS}</shape>"#
+    );
+    let scene = over_depth([0.35, -0.2, -0.9], &cube, [1.6, 2.5], 32);
+    let truth = truth(&scene, 2e-3);
+    let error = |given: &[(&str, &str)]| {
+        let base = [
+            ("normal", "exact"),
+            ("deposit", "exact"),
+            ("storage", "exact"),
+        ];
+        let method = tables(&[&base, given].concat());
+        relative_rmse(&frame(&method, &scene).estimate.total.values, &truth).unwrap()
+    };
+    let cells = ["8", "16", "48"].map(|cells| error(&[("directions", "exact"), ("cells", cells)]));
+    assert!(
+        cells[0] > 1.2 * cells[1] && cells[1] > 1.2 * cells[2],
+        "{cells:?}"
+    );
+    let shells = ["1", "3", "5"].map(|level| {
+        error(&[
+            ("directions", "exact"),
+            ("space", "shells"),
+            ("shells", "12"),
+            ("shell-level", level),
+        ])
+    });
+    assert!(
+        shells[0] > 1.2 * shells[1] && shells[1] > 1.2 * shells[2],
+        "{shells:?}"
+    );
+    let directions =
+        ["1", "4", "16"].map(|frequency| error(&[("frequency", frequency), ("cells", "48")]));
+    assert!(
+        directions[0] > directions[1] && directions[1] > directions[2],
+        "{directions:?}"
+    );
+}
