@@ -409,6 +409,20 @@ fn images(given: &[(&str, &str)], scenes: &[&Scene]) -> Vec<Vec<f64>> {
 }
 
 #[test]
+fn a_slab_that_a_ball_left_is_drawn_anew() {
+    // Slabs of half a metre. The ball is in the lowest, then two slabs above it and to the side: light falls
+    // straight down where it was. On the way back it leaves the second slab from above.
+    let upper = DVec3::new(-0.5, -0.5, 2.0);
+    let places = [DVec3::new(0.4, 0.4, 0.6), DVec3::new(0.4, -0.4, 1.4)];
+    let [low, high] = places.map(|lower| stage(upper, lower, 1.2, 0.0));
+    let scenes = [&low, &high, &low];
+    let slabs = ("slabs", "4");
+    let whole = images(&[slabs], &scenes);
+    assert_ne!(whole[0], whole[1]);
+    assert_eq!(images(&[slabs, ("update", "changed")], &scenes), whole);
+}
+
+#[test]
 fn passes_shared_out_over_frames_trail_behind_by_as_many_frames() {
     let balls = [DVec3::new(0.0, 0.0, 2.0), DVec3::new(0.1, 0.1, 0.6)];
     let [before, after] = [0.0, 0.2].map(|lamp| stage(balls[0], balls[1], 1.2, lamp));
