@@ -121,7 +121,8 @@ pub fn check(settings: &Settings) -> Result<(), Refusal> {
         && settings.splat == Splat::Exact
     {
         return Err(Refusal::new(format!(
-            "{one} and splat=exact: beams are dealt out anew in each frame; allowed is splat=quads"
+            "{one} and splat=exact: beams are dealt out anew in each frame; allowed are splat=quads and \
+             ellipses"
         )));
     }
     if settings.amortise > 0 && settings.sweep == Sweep::Exact {

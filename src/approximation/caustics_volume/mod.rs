@@ -17,7 +17,7 @@
 //! | `interface` | [`meeting`] | `refract`, `mirror-total`, `schlick`, `fresnel` | all ways |
 //! | `sweep` | [`sweep`] | `once` | any order and face |
 //! | `projector` | [`projector`] | `cube`, `orthographic` | a ray to the next surface |
-//! | `splat` | [`splat`], [`draw`] | `quads` | [`beams`] between photons, dealt out by area |
+//! | `splat` | [`splat`], [`ellipse`], [`draw`] | `quads`, `ellipses` | [`beams`] between photons, dealt out by area |
 //! | `smooth` | [`smooth`] | `gaussian` | none |
 //!
 //! [`lod`], [`update`] and [`frames`] are the optimisations of sections 3.5 and 4. `ledger` accounts for
@@ -31,6 +31,7 @@ pub mod cuboid;
 mod darkness;
 pub mod demands;
 pub mod draw;
+pub mod ellipse;
 pub mod emission;
 pub mod frames;
 pub mod ledger;

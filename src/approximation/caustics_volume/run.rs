@@ -8,6 +8,7 @@ use super::buffers::{Pictures, Slab};
 use super::darkness;
 use super::demands::Volume;
 use super::draw::draw;
+use super::ellipse::ellipses;
 use super::emission::{Lattice, lattices};
 use super::frames::{Frames, Landed};
 use super::ledger::{Fate, Flow};
@@ -205,7 +206,7 @@ impl Pipeline<'_> {
         let all = lattices(scene, settings, volume);
         match settings.splat {
             Splat::Exact => Ok((self.beams(&tracer, &all)?, None)),
-            Splat::Quads if settings.amortise > 0 => {
+            Splat::Quads | Splat::Ellipses if settings.amortise > 0 => {
                 let queue = frames.sweep.take().map(|(queue, _)| queue);
                 let queue = match queue {
                     Some(queue) => queue,
@@ -216,9 +217,9 @@ impl Pipeline<'_> {
                 }
                 let (landed, tally) = frames.shown.clone().unwrap_or_default();
                 self.flow.tally += tally;
-                Ok((self.drawn(&landed), None))
+                Ok((self.drawn(&all, &landed), None))
             }
-            Splat::Quads => {
+            Splat::Quads | Splat::Ellipses => {
                 let (first, queue) = match last.queue {
                     Some(start) => start,
                     None => (0, self.emitted(&tracer, &all, frames.share(settings))),
@@ -228,7 +229,7 @@ impl Pipeline<'_> {
                 self.flow.tally += tally;
                 let next = (settings.update == Update::Changed)
                     .then(|| Last::new(scene, volume, pictures, projectors, queues));
-                Ok((self.drawn(&landed), next))
+                Ok((self.drawn(&all, &landed), next))
             }
         }
     }
@@ -326,12 +327,17 @@ impl Pipeline<'_> {
     }
 
     /// Stage `splat`: what the sensor has of photons that landed.
-    fn drawn(&mut self, landed: &[Landing]) -> Vec<Rgb> {
+    fn drawn(&mut self, lattices: &[Lattice], landed: &[Landing]) -> Vec<Rgb> {
         let settings = self.settings;
         self.timed(self.passes.len() - 1, Step::Splat, |this, work| {
             // Half the diagonal of a texel: each splat has the middle of one.
             let least = 0.5 * std::f64::consts::SQRT_2 * this.film.texel_length(this.scene);
-            let discs = discs(&this.volume.cuboid, settings, landed, least);
+            let cuboid = &this.volume.cuboid;
+            let discs = if settings.splat == Splat::Ellipses {
+                ellipses(lattices, cuboid, settings, landed, least)
+            } else {
+                discs(cuboid, settings, landed, least)
+            };
             work.splats += discs.len() as u64;
             draw(this.scene, this.film, &discs, work)
         })
