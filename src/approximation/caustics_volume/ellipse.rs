@@ -24,10 +24,16 @@ use super::settings::Settings;
 use super::splat::{Disc, discs};
 use crate::transport::signature::Signature;
 
+/// A landing's place in an order of its own.
+type Place = (u64, Signature, usize);
+
+/// Memory of [`Place`] \[bytes\], a landing.
+pub const PLACE_BYTES: u64 = size_of::<Place>() as u64;
+
 /// Landings by the number of their photon and its events.
 struct Places<'a> {
     landed: &'a [Landing],
-    sorted: Vec<(u64, Signature, usize)>,
+    sorted: Vec<Place>,
 }
 
 impl<'a> Places<'a> {

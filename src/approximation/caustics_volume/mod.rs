@@ -20,11 +20,12 @@
 //! | `splat` | [`splat`], [`ellipse`], [`draw`] | `quads`, `ellipses` | [`beams`] between photons, dealt out by area |
 //! | `smooth` | [`smooth`] | `gaussian` | none |
 //!
-//! [`lod`], [`update`] and [`frames`] are the optimisations of sections 3.5 and 4. `ledger` accounts for
-//! flux, and `darkness` says why an image has no light.
+//! [`advice`] says how many slabs a scene needs. [`lod`], [`update`] and [`frames`] are the optimisations of sections 3.5 and 4. `ledger` accounts for
+//! flux, `warnings` knows what settings and shapes do not do, and `darkness` why an image has no light.
 //!
 //! The light that it is judged by is all of L S+ D.
 
+pub mod advice;
 pub mod beams;
 pub mod buffers;
 pub mod cuboid;
@@ -50,6 +51,7 @@ pub mod sweep;
 mod technique;
 pub mod update;
 pub mod variants;
+mod warnings;
 pub mod work;
 
 pub use settings::Settings;

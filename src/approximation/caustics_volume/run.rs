@@ -28,7 +28,7 @@ use crate::approximation::sources::flux_bound;
 use crate::approximation::{ExactFilm, Frame, Receivers, SensorFilm};
 use crate::geometry::Bounds;
 use crate::radiometry::Rgb;
-use crate::run::{Counters, Error, StageWork};
+use crate::run::{Counters, Error, Progress, StageWork};
 use crate::scene::{Scene, Sensor};
 use crate::transport::chain_limits;
 
@@ -44,6 +44,11 @@ pub struct Kept {
 }
 
 impl Kept {
+    /// The volume.
+    pub fn volume(&self) -> &Volume {
+        &self.volume
+    }
+
     /// What is known before the first frame.
     ///
     /// # Errors
@@ -63,6 +68,9 @@ type ByPasses = Vec<BySteps<Done<Work>>>;
 
 /// Fills a sensor with light by way of the volume.
 ///
+/// A wish to stop ends the frame before its next pass: the image has what landed so far, and nothing outlives
+/// the frame.
+///
 /// # Errors
 ///
 /// As [`Volume::new`] and [`SensorFilm::new`], and if sums of light are not representable.
@@ -71,6 +79,7 @@ pub fn run(
     kept: &mut Kept,
     scene: &Scene,
     sensor: &Sensor,
+    progress: &Progress,
 ) -> Result<Frame, Error> {
     let film = SensorFilm::new(scene, sensor)?;
     let fresh = Volume::new(scene, settings)?;
@@ -86,6 +95,7 @@ pub fn run(
         scene,
         volume: &volume,
         film: &film,
+        progress,
         passes: vec![Default::default(); slabs + 1],
         flow: Flow::default(),
         warnings: chain_limits::left_out(scene),
@@ -96,6 +106,9 @@ pub fn run(
         let (light, next) = pipeline.light(last, &mut kept.frames)?;
         values = light;
         kept.last = next;
+    }
+    if progress.is_stopped() {
+        (kept.last, kept.frames) = (None, Frames::default());
     }
     pipeline.flow.drawn = pipeline.flux_of(&values);
     if is_seen && settings.smooth == Smooth::Gaussian {
@@ -114,6 +127,7 @@ struct Pipeline<'a> {
     scene: &'a Scene,
     volume: &'a Volume,
     film: &'a SensorFilm,
+    progress: &'a Progress,
     passes: ByPasses,
     flow: Flow,
     warnings: Vec<String>,
@@ -182,7 +196,7 @@ impl Pipeline<'_> {
             pictures.push(match kept {
                 Some(kept) => kept,
                 // No photon asks for it.
-                None if !passes.contains(&index) => Pictures::None,
+                None if !passes.contains(&index) || self.progress.is_stopped() => Pictures::None,
                 None => self.timed(index, Step::Buffers, |_, work| {
                     Pictures::new(slab, settings, work)
                 }),
@@ -190,7 +204,7 @@ impl Pipeline<'_> {
         }
         let projectors = match last.projectors {
             Some(kept) => kept,
-            None if !passes.contains(&count) => Projectors::default(),
+            None if !passes.contains(&count) || self.progress.is_stopped() => Projectors::default(),
             None => self.timed(count, Step::Projector, |_, work| {
                 Projectors::new(scene, volume, settings, work)
             }),
@@ -268,6 +282,9 @@ impl Pipeline<'_> {
 
     /// The pass of a slab, or, after the last one, of the projectors.
     fn pass(&mut self, tracer: &Tracer, pass: usize, queue: &mut Queue) {
+        if self.progress.is_stopped() {
+            return;
+        }
         let (step, done);
         if pass < tracer.slabs.len() {
             step = self.slab_step();
@@ -296,7 +313,7 @@ impl Pipeline<'_> {
             self.pass(tracer, pass, &mut queue);
         }
         // What went back goes through slabs again.
-        while !queue.is_empty() {
+        while !queue.is_empty() && !self.progress.is_stopped() {
             for slab in 0..count {
                 if !queue.waiting[slab].is_empty() {
                     self.pass(tracer, slab, &mut queue);
@@ -356,6 +373,7 @@ impl Pipeline<'_> {
         let count = tracer.slabs.len();
         for lattice in lattices {
             let beams = Beams {
+                progress: self.progress,
                 tracer,
                 lattice,
                 screen: &screen,
@@ -378,8 +396,12 @@ impl Pipeline<'_> {
     /// Values, work and flux of the frame.
     fn frame(mut self, values: Vec<Rgb>, is_seen: bool) -> Frame {
         let is_dark = values.iter().all(|value| value.is_black());
-        if is_dark {
-            let reason = darkness::reason(&self.flow, self.film, is_seen);
+        let reason = if self.progress.is_stopped() {
+            Some("stopped before all passes were made: light is missing".to_owned())
+        } else {
+            is_dark.then(|| darkness::reason(&self.flow, self.film, is_seen))
+        };
+        if let Some(reason) = reason {
             self.warnings.insert(0, reason);
         }
         let mut sum = Work::default();
