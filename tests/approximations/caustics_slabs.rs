@@ -165,7 +165,7 @@ fn the_pilot_says_what_two_surfaces_a_slab_lose() {
         let settings = settings(&given);
         let volume = Volume::new(&scene, &settings).unwrap();
         let pilot = Pilot::new(&scene, &settings, &volume);
-        let said = pilot.lost(settings.slabs as usize);
+        let said = pilot.slabs(settings.slabs as usize).lost;
         // The same photons in sums of two orders. Half of them meet ball and box, four surfaces.
         assert!(
             (said - lost / all).abs() < 1e-12,
