@@ -138,8 +138,8 @@ fn ellipses_have_as_much_light_and_are_nearer_to_the_truth_than_discs() {
         ("sweep", "exact"),
         ("smooth", "exact"),
     ];
-    // Texels' middles in an ellipse are 1.6 or more, to a third of their number. Four in ten photons land: three
-    // deviations are 3 and 0.7 % of the light, and the truth's sum is right to 0.3 %.
+    // Texels' middles in an ellipse are 1.6 or more, to a third of their number. Four in ten photons land:
+    // three deviations are 3 and 0.7 % of the light, and the truth's sum is right to 0.3 %.
     for (photons, bar, energy) in [("2500", 0.8, 0.033), ("50000", 0.9, 0.01)] {
         let with = |splat: &'static str| {
             let own = [("photons", photons), ("splat", splat)];

@@ -8,10 +8,11 @@
 //! P + scale (a ∂P/∂u + b ∂P/∂v),   a² + b² ≤ 1
 //! ```
 //!
-//! which reaches to the neighbours' places: points between photons are in π of them in the mean. A derivative
-//! is the shorter one of the ways to the neighbours on both sides: where light folds or faces part, the longer
-//! one leads elsewhere. Neighbours are photons that had the same events, the last of them on the same shape.
-//! A photon without any in its row or its column is a disc, as quads are.
+//! which reaches to the neighbours' places: points between photons are in π of them in the mean.
+//!
+//! A derivative is the shorter one of the ways to the neighbours on both sides: where light folds or faces
+//! part, the longer one leads elsewhere. Neighbours are photons that had the same events, the last of them on
+//! the same shape. A photon without any in its row or its column is a disc, as quads are.
 //!
 //! Half axes have the bounds of a quad's radius, `splat-min` to `splat-max`. Irradiance is Φ by the area.
 
@@ -27,7 +28,7 @@ use crate::transport::signature::Signature;
 /// A landing's place in an order of its own.
 type Place = (u64, Signature, usize);
 
-/// Memory of [`Place`] \[bytes\], a landing.
+/// Memory of a landing in that order \[bytes\].
 pub const PLACE_BYTES: u64 = size_of::<Place>() as u64;
 
 /// Landings by the number of their photon and its events.

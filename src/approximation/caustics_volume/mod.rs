@@ -17,11 +17,12 @@
 //! | `interface` | [`meeting`] | `refract`, `mirror-total`, `schlick`, `fresnel` | all ways |
 //! | `sweep` | [`sweep`] | `once` | any order and face |
 //! | `projector` | [`projector`] | `cube`, `orthographic` | a ray to the next surface |
-//! | `splat` | [`splat`], [`ellipse`], [`draw`] | `quads`, `ellipses` | [`beams`] between photons, dealt out by area |
+//! | `splat` | [`splat`], [`ellipse`], [`draw`] | `quads`, `ellipses` | [`beams`], dealt out by area |
 //! | `smooth` | [`smooth`] | `gaussian` | none |
 //!
-//! [`advice`] says how many slabs a scene needs. [`lod`], [`update`] and [`frames`] are the optimisations of sections 3.5 and 4. `ledger` accounts for
-//! flux, `warnings` knows what settings and shapes do not do, and `darkness` why an image has no light.
+//! [`lod`], [`update`] and [`frames`] are the optimisations of sections 3.5 and 4. [`advice`] says how many
+//! slabs a scene needs. `warnings` knows what settings and shapes do not do, `ledger` accounts for flux, and
+//! `darkness` says why an image has no light.
 //!
 //! The light that it is judged by is all of L S+ D.
 
