@@ -11,6 +11,7 @@
 mod support;
 
 mod below;
+mod beyond;
 mod counted;
 mod errors;
 mod judge;
@@ -25,7 +26,7 @@ use judge::Judge;
 use support::figures::{Section, print_sections};
 
 /// The sections, in the order of the document.
-const SECTIONS: [(&str, Section<Judge>); 17] = [
+const SECTIONS: [(&str, Section<Judge>); 20] = [
     ("picture", |_| picture::picture()),
     ("truths", errors::truths),
     ("passes", |_| counted::passes()),
@@ -40,6 +41,9 @@ const SECTIONS: [(&str, Section<Judge>); 17] = [
     ("faces", |_| walls::faces()),
     ("limits", |_| limits::limits()),
     ("slabs", errors::slabs),
+    ("advice", |_| beyond::advice()),
+    ("splats", beyond::splats),
+    ("exact", beyond::exact),
     ("views", |_| views::views()),
     ("stages", stages::objects),
     ("shipped", stages::shipped),

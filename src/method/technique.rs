@@ -42,7 +42,8 @@ pub(super) fn run(technique: &dyn Technique, job: &Job) -> Result<Rendering, Err
             ..TraversalCounters::default()
         },
         relative_error: None,
-        incomplete: false,
+        // Whoever stops a run has what there was then, if the technique ends early.
+        incomplete: job.context.progress.is_stopped(),
     };
     // Seconds differ from run to run: they are apart.
     let work: Vec<_> = frame.work.iter().map(|one| (one.name, &one.work)).collect();

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use glam::{DVec2, DVec3};
 use nephroid::internals::approximation::Technique;
+use nephroid::internals::approximation::caustics_volume::advice::Pilot;
 use nephroid::internals::approximation::caustics_volume::buffers::{Pictures, Slab};
 use nephroid::internals::approximation::caustics_volume::demands::Volume;
 use nephroid::internals::approximation::caustics_volume::emission::lattices;
@@ -132,6 +133,46 @@ fn near_and_far_surfaces_as_they_are_lead_photons_as_rays_do_where_two_suffice()
         // Pictures of 64 texels are off by a part of a texel, and that is seen.
         let (coarse, _) = apart(&traced, &with(&[]));
         assert!(coarse > 1e-3, "{slabs} slabs: {coarse}");
+    }
+}
+
+#[test]
+fn the_pilot_says_what_two_surfaces_a_slab_lose() {
+    let objects = |box_at: f64| {
+        format!(
+            r#"<shape type="sphere"><point name="center" x="0" y="0" z="2"/><float name="radius" value="0.5"/>{GLASS}
+            </shape><shape type="cube"><transform name="to_world"><scale x="0.7" y="0.7" z="0.2"/>
+            <translate z="{box_at}"/></transform>{GLASS}</shape>"#
+        )
+    };
+    let text = over_floor(&objects(1.0), 8).replace(r#"z="4""#, r#"z="9""#);
+    let scene = scene_of(&text);
+    for slabs in ["1", "2", "3", "4"] {
+        let common = [("photons", "1000"), ("slabs", slabs), ("g-buffer", "64")];
+        let given = [&ONE_WAY[..], &common].concat();
+        let with = |more: &[(&str, &str)]| leaving(&scene, &[&given[..], more].concat());
+        let traced = with(&[("layers", "exact"), ("sweep", "exact")]);
+        let marched = with(&[("buffers", "exact"), ("march", "exact")]);
+        let is_lost = |(index, photon): &(&u64, &Photon)| {
+            marched.get(index).is_none_or(|other| {
+                other.ray.origin.distance(photon.ray.origin) > 1e-6
+                    || other.ray.direction.distance(photon.ray.direction) > 1e-6
+            })
+        };
+        let flux = |photon: &Photon| photon.flux.mean();
+        let lost: f64 = traced.iter().filter(is_lost).map(|it| flux(it.1)).sum();
+        let all: f64 = traced.values().map(flux).sum();
+        let settings = settings(&given);
+        let volume = Volume::new(&scene, &settings).unwrap();
+        let pilot = Pilot::new(&scene, &settings, &volume);
+        let said = pilot.slabs(settings.slabs as usize).lost;
+        // The same photons in sums of two orders. Half of them meet ball and box, four surfaces.
+        assert!(
+            (said - lost / all).abs() < 1e-12,
+            "{slabs} slabs: {said} {}",
+            lost / all
+        );
+        assert_eq!(said > 0.4, slabs < "3", "{slabs} slabs: {said}");
     }
 }
 
@@ -406,6 +447,20 @@ fn images(given: &[(&str, &str)], scenes: &[&Scene]) -> Vec<Vec<f64>> {
         frame.values.iter().map(|value| value.mean()).collect()
     };
     scenes.iter().map(&mut image).collect()
+}
+
+#[test]
+fn a_slab_that_a_ball_left_is_drawn_anew() {
+    // Slabs of half a metre. The ball is in the lowest, then two slabs above it and to the side: light falls
+    // straight down where it was. On the way back it leaves the second slab from above.
+    let upper = DVec3::new(-0.5, -0.5, 2.0);
+    let places = [DVec3::new(0.4, 0.4, 0.6), DVec3::new(0.4, -0.4, 1.4)];
+    let [low, high] = places.map(|lower| stage(upper, lower, 1.2, 0.0));
+    let scenes = [&low, &high, &low];
+    let slabs = ("slabs", "4");
+    let whole = images(&[slabs], &scenes);
+    assert_ne!(whole[0], whole[1]);
+    assert_eq!(images(&[slabs, ("update", "changed")], &scenes), whole);
 }
 
 #[test]

@@ -180,7 +180,7 @@ fn what_a_volume_cannot_do_is_refused_with_what_is_allowed() {
         (
             &glass,
             &[("amortise", "1"), ("splat", "exact")],
-            "allowed is splat=quads",
+            "allowed are splat=quads",
         ),
         (
             &glass,

@@ -2,6 +2,8 @@
 
 mod approximate_ball;
 mod caustic_map;
+mod caustics_advice;
+mod caustics_ellipses;
 mod caustics_landing;
 mod caustics_slabs;
 mod caustics_volume;

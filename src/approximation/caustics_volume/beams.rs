@@ -18,12 +18,15 @@ use super::work::Work;
 use crate::approximation::{ExactFilm, Receivers};
 use crate::geometry::{Hit, Ray, TraversalCounters};
 use crate::radiometry::Rgb;
+use crate::run::Progress;
 use crate::transport::path_end::{End, next_hit};
 use crate::transport::screen::Screen;
 
 /// Where beams come from, and where they land.
 #[derive(Clone, Copy)]
 pub struct Beams<'a> {
+    /// The wish to stop: lines that have not begun then are left out.
+    pub progress: &'a Progress,
     /// The volume.
     pub tracer: &'a Tracer<'a>,
     /// The lattice.
@@ -102,6 +105,9 @@ impl Beams<'_> {
             .into_par_iter()
             .map(|task| {
                 let mut done = Dealt::default();
+                if self.progress.is_stopped() {
+                    return done;
+                }
                 let first = task * ROWS;
                 let mut above = line(first, &mut done);
                 for row in first..(first + ROWS).min(rows) {

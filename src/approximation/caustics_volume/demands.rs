@@ -4,13 +4,16 @@ use glam::DVec3;
 
 use super::cuboid::{Cuboid, Face};
 use super::settings::Settings;
-use super::variants::{Emission, Entry, Fit, Splat, Sweep, Update};
+use super::variants::{Buffers, Emission, Entry, Fit, Layers, Splat, Sweep, Update};
 use crate::approximation::sources::sources;
 use crate::geometry::{Bounds, Frame, Shape};
 use crate::run::Refusal;
 use crate::scene::{Object, Scene};
 use crate::transport::chain_limits;
 use crate::transport::first_surface::Source;
+
+/// The least extent of a volume's side, by the largest: flat mirrors have a volume, too.
+pub(super) const FLAT: f64 = 1e-3;
 
 /// The plural of the technique, in errors.
 const VOLUMES: &str = "caustics volumes";
@@ -42,8 +45,8 @@ impl Volume {
     ///
     /// # Errors
     ///
-    /// If nothing mirrors or refracts, a light has a size, is in the volume or behind its entry, and if no
-    /// face lets photons out.
+    /// If nothing mirrors or refracts, a light has a size, is in the volume or behind its entry, if no face
+    /// lets photons out, and if slabs are deeper than half floats reach.
     pub fn new(scene: &Scene, settings: &Settings) -> Result<Self, Refusal> {
         chain_limits::check(scene).map_err(|error| Refusal::new(error.to_string()))?;
         let sources = sources(scene, VOLUMES)?;
@@ -70,6 +73,7 @@ impl Volume {
         for source in &sources {
             check_light(settings, &cuboid, source)?;
         }
+        check_depths(settings, &cuboid)?;
         let culls = culls(settings, &cuboid)?;
         Ok(Self {
             cuboid,
@@ -121,7 +125,8 @@ pub fn check(settings: &Settings) -> Result<(), Refusal> {
         && settings.splat == Splat::Exact
     {
         return Err(Refusal::new(format!(
-            "{one} and splat=exact: beams are dealt out anew in each frame; allowed is splat=quads"
+            "{one} and splat=exact: beams are dealt out anew in each frame; allowed are splat=quads and \
+             ellipses"
         )));
     }
     if settings.amortise > 0 && settings.sweep == Sweep::Exact {
@@ -145,8 +150,6 @@ fn points(shape: &Shape) -> Vec<DVec3> {
 
 /// The box around some shapes, with the entry face that settings ask for.
 fn cuboid(scene: &Scene, settings: &Settings, shapes: &[u32], light: &Source) -> Cuboid {
-    /// The least extent of a side, by the largest: flat mirrors have a volume, too.
-    const FLAT: f64 = 1e-3;
     let all = scene.world().shapes();
     let whole = shapes.iter().fold(Bounds::EMPTY, |sum, shape| {
         sum.union(all[*shape as usize].bounds())
@@ -229,6 +232,20 @@ fn culls(settings: &Settings, cuboid: &Cuboid) -> Result<[bool; 6], Refusal> {
         ));
     }
     Ok(culls)
+}
+
+/// Refuses slabs whose depths half floats do not have.
+fn check_depths(settings: &Settings, cuboid: &Cuboid) -> Result<(), Refusal> {
+    let deepest = half::f16::MAX.to_f64();
+    let deep = cuboid.size().z / f64::from(settings.slabs);
+    if settings.buffers == Buffers::F16 && settings.layers != Layers::Exact && deep > deepest {
+        return Err(Refusal::new(format!(
+            "slabs are {deep:.3e} m deep, and half floats end at {deepest} m: allowed are buffers=f32, and {:.0} slabs \
+             or more",
+            (cuboid.size().z / deepest).ceil()
+        )));
+    }
+    Ok(())
 }
 
 /// Refuses lights in the volume, and, if photons start on the entry face, lights behind it.

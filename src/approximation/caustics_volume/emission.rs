@@ -226,6 +226,23 @@ impl Lattice<'_> {
         Some(photon)
     }
 
+    /// The numbers of the photons beside one: before and after it in its row, then in its column. `None` if
+    /// the photon is not of this lattice.
+    pub fn neighbours(&self, photon: u64) -> Option<[[Option<u64>; 2]; 2]> {
+        let cell = photon
+            .checked_sub(self.first)
+            .filter(|it| *it < self.cells())?;
+        let columns = u64::from(self.columns);
+        let beside = |place: u64, count: u64, step: u64| {
+            let before = (place > 0).then(|| photon - step);
+            [before, (place + 1 < count).then(|| photon + step)]
+        };
+        Some([
+            beside(cell % columns, columns, 1),
+            beside(cell / columns, u64::from(self.rows), columns),
+        ])
+    }
+
     /// Cells.
     pub fn cells(&self) -> u64 {
         u64::from(self.columns) * u64::from(self.rows)

@@ -17,20 +17,23 @@
 //! | `interface` | [`meeting`] | `refract`, `mirror-total`, `schlick`, `fresnel` | all ways |
 //! | `sweep` | [`sweep`] | `once` | any order and face |
 //! | `projector` | [`projector`] | `cube`, `orthographic` | a ray to the next surface |
-//! | `splat` | [`splat`], [`draw`] | `quads` | [`beams`] between photons, dealt out by area |
+//! | `splat` | [`splat`], [`ellipse`], [`draw`] | `quads`, `ellipses` | [`beams`], dealt out by area |
 //! | `smooth` | [`smooth`] | `gaussian` | none |
 //!
-//! [`lod`], [`update`] and [`frames`] are the optimisations of sections 3.5 and 4. `ledger` accounts for
-//! flux, and `darkness` says why an image has no light.
+//! [`lod`], [`update`] and [`frames`] are the optimisations of sections 3.5 and 4. [`advice`] says how many
+//! slabs a scene needs. `warnings` knows what settings and shapes do not do, `ledger` accounts for flux, and
+//! `darkness` says why an image has no light.
 //!
 //! The light that it is judged by is all of L S+ D.
 
+pub mod advice;
 pub mod beams;
 pub mod buffers;
 pub mod cuboid;
 mod darkness;
 pub mod demands;
 pub mod draw;
+pub mod ellipse;
 pub mod emission;
 pub mod frames;
 pub mod ledger;
@@ -49,6 +52,7 @@ pub mod sweep;
 mod technique;
 pub mod update;
 pub mod variants;
+mod warnings;
 pub mod work;
 
 pub use settings::Settings;

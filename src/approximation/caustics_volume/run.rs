@@ -8,6 +8,7 @@ use super::buffers::{Pictures, Slab};
 use super::darkness;
 use super::demands::Volume;
 use super::draw::draw;
+use super::ellipse::ellipses;
 use super::emission::{Lattice, lattices};
 use super::frames::{Frames, Landed};
 use super::ledger::{Fate, Flow};
@@ -27,7 +28,7 @@ use crate::approximation::sources::flux_bound;
 use crate::approximation::{ExactFilm, Frame, Receivers, SensorFilm};
 use crate::geometry::Bounds;
 use crate::radiometry::Rgb;
-use crate::run::{Counters, Error, StageWork};
+use crate::run::{Counters, Error, Progress, StageWork};
 use crate::scene::{Scene, Sensor};
 use crate::transport::chain_limits;
 
@@ -43,6 +44,11 @@ pub struct Kept {
 }
 
 impl Kept {
+    /// The volume.
+    pub fn volume(&self) -> &Volume {
+        &self.volume
+    }
+
     /// What is known before the first frame.
     ///
     /// # Errors
@@ -62,6 +68,9 @@ type ByPasses = Vec<BySteps<Done<Work>>>;
 
 /// Fills a sensor with light by way of the volume.
 ///
+/// A wish to stop ends the frame before its next pass: the image has what landed so far, and nothing outlives
+/// the frame.
+///
 /// # Errors
 ///
 /// As [`Volume::new`] and [`SensorFilm::new`], and if sums of light are not representable.
@@ -70,6 +79,7 @@ pub fn run(
     kept: &mut Kept,
     scene: &Scene,
     sensor: &Sensor,
+    progress: &Progress,
 ) -> Result<Frame, Error> {
     let film = SensorFilm::new(scene, sensor)?;
     let fresh = Volume::new(scene, settings)?;
@@ -85,6 +95,7 @@ pub fn run(
         scene,
         volume: &volume,
         film: &film,
+        progress,
         passes: vec![Default::default(); slabs + 1],
         flow: Flow::default(),
         warnings: chain_limits::left_out(scene),
@@ -95,6 +106,9 @@ pub fn run(
         let (light, next) = pipeline.light(last, &mut kept.frames)?;
         values = light;
         kept.last = next;
+    }
+    if progress.is_stopped() {
+        (kept.last, kept.frames) = (None, Frames::default());
     }
     pipeline.flow.drawn = pipeline.flux_of(&values);
     if is_seen && settings.smooth == Smooth::Gaussian {
@@ -113,6 +127,7 @@ struct Pipeline<'a> {
     scene: &'a Scene,
     volume: &'a Volume,
     film: &'a SensorFilm,
+    progress: &'a Progress,
     passes: ByPasses,
     flow: Flow,
     warnings: Vec<String>,
@@ -181,7 +196,7 @@ impl Pipeline<'_> {
             pictures.push(match kept {
                 Some(kept) => kept,
                 // No photon asks for it.
-                None if !passes.contains(&index) => Pictures::None,
+                None if !passes.contains(&index) || self.progress.is_stopped() => Pictures::None,
                 None => self.timed(index, Step::Buffers, |_, work| {
                     Pictures::new(slab, settings, work)
                 }),
@@ -189,7 +204,7 @@ impl Pipeline<'_> {
         }
         let projectors = match last.projectors {
             Some(kept) => kept,
-            None if !passes.contains(&count) => Projectors::default(),
+            None if !passes.contains(&count) || self.progress.is_stopped() => Projectors::default(),
             None => self.timed(count, Step::Projector, |_, work| {
                 Projectors::new(scene, volume, settings, work)
             }),
@@ -205,7 +220,7 @@ impl Pipeline<'_> {
         let all = lattices(scene, settings, volume);
         match settings.splat {
             Splat::Exact => Ok((self.beams(&tracer, &all)?, None)),
-            Splat::Quads if settings.amortise > 0 => {
+            Splat::Quads | Splat::Ellipses if settings.amortise > 0 => {
                 let queue = frames.sweep.take().map(|(queue, _)| queue);
                 let queue = match queue {
                     Some(queue) => queue,
@@ -216,9 +231,9 @@ impl Pipeline<'_> {
                 }
                 let (landed, tally) = frames.shown.clone().unwrap_or_default();
                 self.flow.tally += tally;
-                Ok((self.drawn(&landed), None))
+                Ok((self.drawn(&all, &landed), None))
             }
-            Splat::Quads => {
+            Splat::Quads | Splat::Ellipses => {
                 let (first, queue) = match last.queue {
                     Some(start) => start,
                     None => (0, self.emitted(&tracer, &all, frames.share(settings))),
@@ -228,7 +243,7 @@ impl Pipeline<'_> {
                 self.flow.tally += tally;
                 let next = (settings.update == Update::Changed)
                     .then(|| Last::new(scene, volume, pictures, projectors, queues));
-                Ok((self.drawn(&landed), next))
+                Ok((self.drawn(&all, &landed), next))
             }
         }
     }
@@ -267,6 +282,9 @@ impl Pipeline<'_> {
 
     /// The pass of a slab, or, after the last one, of the projectors.
     fn pass(&mut self, tracer: &Tracer, pass: usize, queue: &mut Queue) {
+        if self.progress.is_stopped() {
+            return;
+        }
         let (step, done);
         if pass < tracer.slabs.len() {
             step = self.slab_step();
@@ -295,7 +313,7 @@ impl Pipeline<'_> {
             self.pass(tracer, pass, &mut queue);
         }
         // What went back goes through slabs again.
-        while !queue.is_empty() {
+        while !queue.is_empty() && !self.progress.is_stopped() {
             for slab in 0..count {
                 if !queue.waiting[slab].is_empty() {
                     self.pass(tracer, slab, &mut queue);
@@ -326,12 +344,17 @@ impl Pipeline<'_> {
     }
 
     /// Stage `splat`: what the sensor has of photons that landed.
-    fn drawn(&mut self, landed: &[Landing]) -> Vec<Rgb> {
+    fn drawn(&mut self, lattices: &[Lattice], landed: &[Landing]) -> Vec<Rgb> {
         let settings = self.settings;
         self.timed(self.passes.len() - 1, Step::Splat, |this, work| {
             // Half the diagonal of a texel: each splat has the middle of one.
             let least = 0.5 * std::f64::consts::SQRT_2 * this.film.texel_length(this.scene);
-            let discs = discs(&this.volume.cuboid, settings, landed, least);
+            let cuboid = &this.volume.cuboid;
+            let discs = if settings.splat == Splat::Ellipses {
+                ellipses(lattices, cuboid, settings, landed, least)
+            } else {
+                discs(cuboid, settings, landed, least)
+            };
             work.splats += discs.len() as u64;
             draw(this.scene, this.film, &discs, work)
         })
@@ -350,6 +373,7 @@ impl Pipeline<'_> {
         let count = tracer.slabs.len();
         for lattice in lattices {
             let beams = Beams {
+                progress: self.progress,
                 tracer,
                 lattice,
                 screen: &screen,
@@ -372,8 +396,12 @@ impl Pipeline<'_> {
     /// Values, work and flux of the frame.
     fn frame(mut self, values: Vec<Rgb>, is_seen: bool) -> Frame {
         let is_dark = values.iter().all(|value| value.is_black());
-        if is_dark {
-            let reason = darkness::reason(&self.flow, self.film, is_seen);
+        let reason = if self.progress.is_stopped() {
+            Some("stopped before all passes were made: light is missing".to_owned())
+        } else {
+            is_dark.then(|| darkness::reason(&self.flow, self.film, is_seen))
+        };
+        if let Some(reason) = reason {
             self.warnings.insert(0, reason);
         }
         let mut sum = Work::default();

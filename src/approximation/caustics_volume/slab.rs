@@ -149,30 +149,11 @@ impl SlabTracer<'_> {
 
     /// Any number of events on the slab's surfaces, by rays.
     fn traced(&self, photon: &Photon, into: &mut Passed) {
-        let scene = self.slab.scene;
         let mut waiting = vec![*photon];
         while let Some(photon) = waiting.pop() {
             into.work(Step::Layers).photons += 1;
             let mut counters = TraversalCounters::default();
-            let (end, _) = self.slab.cuboid.leaves(&photon.ray, self.slab.depths);
-            let (mut ray, mut done) = (photon.ray, 0.0);
-            let mut found = None;
-            while let Some(hit) = scene.world().closest_hit(&ray, end - done, &mut counters) {
-                let point = scene.world().bounce_point(&ray, &hit);
-                if !scene.material_of(hit.shape).is_passed(scene.materials())
-                    && self
-                        .optics
-                        .accepts(&photon, hit.shape, point.geometric_normal, true)
-                {
-                    let distance = done + hit.distance;
-                    let hit = Hit { distance, ..hit };
-                    let depth = slab_depth(self.slab, &point);
-                    found = Some(Met { depth, hit, point });
-                    break;
-                }
-                ray = point.spawn(ray.direction);
-                done = (ray.origin - photon.ray.origin).dot(photon.ray.direction);
-            }
+            let found = first_by_rays(self.slab, self.optics, &photon, &mut counters);
             into.work(Step::Layers).add_rays(counters);
             match found {
                 None => self.leave(&photon, into),
@@ -182,6 +163,32 @@ impl SlabTracer<'_> {
             }
         }
     }
+}
+
+/// The first surface of a slab on a photon's way, by rays.
+pub fn first_by_rays(
+    slab: &Slab,
+    optics: &Optics,
+    photon: &Photon,
+    counters: &mut TraversalCounters,
+) -> Option<Met> {
+    let scene = slab.scene;
+    let (end, _) = slab.cuboid.leaves(&photon.ray, slab.depths);
+    let (mut ray, mut done) = (photon.ray, 0.0);
+    while let Some(hit) = scene.world().closest_hit(&ray, end - done, counters) {
+        let point = scene.world().bounce_point(&ray, &hit);
+        if !scene.material_of(hit.shape).is_passed(scene.materials())
+            && optics.accepts(photon, hit.shape, point.geometric_normal, true)
+        {
+            let distance = done + hit.distance;
+            let hit = Hit { distance, ..hit };
+            let depth = slab_depth(slab, &point);
+            return Some(Met { depth, hit, point });
+        }
+        ray = point.spawn(ray.direction);
+        done = (ray.origin - photon.ray.origin).dot(photon.ray.direction);
+    }
+    None
 }
 
 /// A photon on a surface that it met.

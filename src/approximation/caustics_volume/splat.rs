@@ -17,7 +17,7 @@ use super::photon::Landing;
 use super::settings::Settings;
 use crate::radiometry::Rgb;
 
-/// A photon as a disc on a surface.
+/// A photon as a disc or an ellipse on a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Disc {
     /// Its middle.
@@ -58,6 +58,20 @@ impl Disc {
             height: bias * radius,
             reach: radius * stretch,
             irradiance: landing.photon.flux / (std::f64::consts::PI * radius * radius * stretch),
+        }
+    }
+
+    /// An ellipse at a landing: `first` is the unit direction of its first half axis, in the surface's plane;
+    /// `half` are the lengths of both \[m\].
+    pub fn elliptic(landing: &Landing, first: DVec3, [a, b]: [f64; 2], bias: f64) -> Self {
+        let normal = landing.normal;
+        Self {
+            center: landing.position,
+            normal,
+            across: [first / a, normal.cross(first) / b],
+            height: bias * a.min(b),
+            reach: a.max(b),
+            irradiance: landing.photon.flux / (std::f64::consts::PI * a * b),
         }
     }
 

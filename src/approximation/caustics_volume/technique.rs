@@ -1,15 +1,20 @@
 //! Caustics volumes, as a technique.
 
+use std::time::Instant;
+
+use super::advice::Pilot;
 use super::demands::{Volume, check, is_specular};
+use super::ellipse::PLACE_BYTES;
 use super::photon::{Landing, PHOTON_BYTES, Photon};
 use super::run::{Kept, run};
 use super::settings::{Settings, TABLE};
 use super::splat::Disc;
-use super::variants::{Interface, Layers, STAGES, Update};
+use super::variants::{Interface, Layers, STAGES, Splat, Step, Update};
+use super::warnings::{idle, on_shapes};
 use crate::approximation::{Frame, Prepared, SensorFilm, Stage, Technique};
 use crate::run::{Context, Cost, Counter, Error, Light, Refusal, StageWork};
 use crate::scene::{Scene, Sensor};
-use crate::setting::{Setting, Values};
+use crate::setting::{Setting, Values, Words};
 
 /// Caustics volumes.
 #[derive(Clone, Copy, Debug)]
@@ -104,6 +109,11 @@ impl Technique for CausticsVolume {
         let tiles = 24 * u64::from(settings.g_buffer.div_ceil(settings.tile)).pow(2);
         let photon = states * (size_of::<Photon>() + size_of::<Landing>()) as u64
             + (size_of::<Landing>() + size_of::<Disc>() + 64) as u64
+            + if settings.splat == Splat::Ellipses {
+                PLACE_BYTES
+            } else {
+                0
+            }
             + PHOTON_BYTES;
         let triangles: usize = (scene.world().shapes().iter())
             .map(|shape| match shape {
@@ -134,7 +144,21 @@ impl Technique for CausticsVolume {
         self.supports(scene, sensor, values)?;
         let settings = Settings::of(values)?;
         let kept = Kept::new(scene, &settings)?;
-        Ok(Box::new(Ready { settings, kept }))
+        let mut warnings = idle(&settings, values);
+        warnings.extend(on_shapes(scene, &settings, kept.volume()));
+        let start = Instant::now();
+        let pilot = Pilot::new(scene, &settings, kept.volume());
+        warnings.extend(pilot.advice());
+        let mut work = StageWork::new(Step::Layers.word());
+        "pilot".clone_into(&mut work.pass);
+        work.work.add("photons", pilot.photons());
+        work.seconds = start.elapsed().as_secs_f64();
+        Ok(Box::new(Ready {
+            settings,
+            kept,
+            warnings,
+            work: vec![work],
+        }))
     }
 }
 
@@ -142,19 +166,20 @@ impl Technique for CausticsVolume {
 struct Ready {
     settings: Settings,
     kept: Kept,
+    /// Of the scene that it was prepared for.
+    warnings: Vec<String>,
+    work: Vec<StageWork>,
 }
 
 impl Prepared for Ready {
     fn work(&self) -> &[StageWork] {
-        &[]
+        &self.work
     }
 
-    fn frame(
-        &mut self,
-        scene: &Scene,
-        sensor: &Sensor,
-        _context: &Context,
-    ) -> Result<Frame, Error> {
-        run(&self.settings, &mut self.kept, scene, sensor)
+    fn frame(&mut self, scene: &Scene, sensor: &Sensor, context: &Context) -> Result<Frame, Error> {
+        let progress = &context.progress;
+        let mut frame = run(&self.settings, &mut self.kept, scene, sensor, progress)?;
+        frame.warnings.extend(self.warnings.iter().cloned());
+        Ok(frame)
     }
 }

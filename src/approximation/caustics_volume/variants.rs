@@ -125,6 +125,8 @@ words! {
     Splat {
         /// Discs whose size is set by density and length of way
         Quads = "quads",
+        /// Ellipses as large as neighbouring photons land apart (beyond the paper)
+        Ellipses = "ellipses",
         /// Beams between photons, dealt out to texels by area
         Exact = "exact",
     }
