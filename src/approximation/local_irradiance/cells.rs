@@ -5,7 +5,7 @@
 use glam::DVec3;
 
 use super::grid::Grid;
-use super::leg::{Leg, Stencil};
+use super::leg::{Crossed, Leg, Stencil};
 use super::shells::Shells;
 
 /// Cells of space.
@@ -69,9 +69,9 @@ impl Cells {
         }
     }
 
-    /// The cells that a leg crosses in their order, each with the lengths at which it enters and leaves.
+    /// The cells that a leg crosses, in their order.
     #[inline]
-    pub fn cross(&self, leg: &Leg, visit: impl FnMut(u32, f64, f64)) {
+    pub fn cross(&self, leg: &Leg, visit: impl FnMut(&Crossed)) {
         match self {
             Self::Grid(grid) => grid.cross(leg, visit),
             Self::Shells(shells) => shells.cross(leg, visit),

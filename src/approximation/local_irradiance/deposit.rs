@@ -1,7 +1,7 @@
 //! The light of legs in cells: stages `deposit` and, if it is exact, `normal`.
 
 use super::cells::Cells;
-use super::leg::Leg;
+use super::leg::{Crossed, Leg};
 use super::reads::Reads;
 use super::shoot::{Deposits, TracedLeg};
 use super::variants::Deposit;
@@ -90,13 +90,13 @@ pub struct Rule<'a> {
 }
 
 impl Rule<'_> {
-    /// Calls `visit(cell, part, density)` for each cell that has light of a leg: the lengths at which it
-    /// enters and leaves, and irradiance by flux \[1/m²\] on a surface across the leg.
+    /// Calls `visit(part, density)` for each cell that has light of a leg: density is irradiance by flux
+    /// \[1/m²\] on a surface across the leg.
     #[inline]
     fn cells_of<const N: usize>(
         &self,
         traced: &TracedLeg<N>,
-        mut visit: impl FnMut(u32, [f64; 2], f64),
+        mut visit: impl FnMut(&Crossed, f64),
     ) {
         if self.deposit == Deposit::Exact && traced.is_inside {
             return;
@@ -106,38 +106,47 @@ impl Rule<'_> {
             leg.length += self.beyond;
         }
         let cells = self.cells;
-        let even = match cells {
-            Cells::Grid(grid) => Some(grid.across(leg.direction)),
-            Cells::Shells(_) => None,
+        // Cubes are all the same.
+        let even = match (cells, self.deposit) {
+            (Cells::Grid(grid), Deposit::Crossing) => Some(1.0 / grid.across(leg.direction)),
+            (Cells::Grid(grid), Deposit::Exact) => Some(1.0 / grid.edge().powi(3)),
+            (Cells::Shells(_), _) => None,
         };
-        cells.cross(&leg, |cell, from, to| {
+        cells.cross(&leg, |part| {
             let density = match self.deposit {
                 Deposit::Crossing => {
-                    1.0 / even.unwrap_or_else(|| cells.across(cell, leg.direction))
+                    even.unwrap_or_else(|| 1.0 / cells.across(part.cell, leg.direction))
                 }
-                Deposit::Exact => (to - from) / cells.volume(cell),
+                Deposit::Exact => {
+                    let by_volume = even.unwrap_or_else(|| 1.0 / cells.volume(part.cell));
+                    (part.to - part.from) * by_volume
+                }
             };
-            visit(cell, [from, to], density);
+            visit(part, density);
         });
     }
 
     /// The cosine with which a leg meets a surface that faces the centre, at a cell's middle; or its mean
     /// over the part of the leg in the cell, which is the rise of the distance by the length.
     #[inline]
-    fn outward(&self, leg: &Leg, cell: u32, [from, to]: [f64; 2]) -> f64 {
+    fn outward(&self, leg: &Leg, part: &Crossed) -> f64 {
         match self.deposit {
             Deposit::Crossing => {
-                let middle = self.cells.middle(cell);
-                leg.direction.dot(middle.normalize_or_zero()).max(0.0)
+                let along = leg.direction.dot(part.outward);
+                if along > 0.0 {
+                    along / part.outward.length()
+                } else {
+                    0.0
+                }
             }
             Deposit::Exact => {
                 // Only where it goes away from the centre.
-                let start = from.max(-leg.from.dot(leg.direction));
-                if start >= to {
+                let start = part.from.max(-leg.from.dot(leg.direction));
+                if start >= part.to {
                     return 0.0;
                 }
-                let rise = leg.at(to).length() - leg.at(start).length();
-                rise.max(0.0) / (to - from)
+                let rise = leg.at(part.to).length() - leg.at(start).length();
+                rise.max(0.0) / (part.to - part.from)
             }
         }
     }
@@ -169,11 +178,11 @@ impl<const N: usize> Deposits<N> for AllCells<'_, N> {
     #[inline]
     fn add(&mut self, traced: &TracedLeg<N>, work: &mut Work) {
         let (rule, sums) = (self.rule, &mut self.sums);
-        rule.cells_of(traced, |cell, part, density| {
+        rule.cells_of(traced, |part, density| {
             work.deposits += 1;
-            let cosine = rule.outward(&traced.leg, cell, part);
+            let cosine = rule.outward(&traced.leg, part);
             if cosine > 0.0 {
-                sums.add(cell as usize, traced.flux * (density * cosine));
+                sums.add(part.cell as usize, traced.flux * (density * cosine));
             }
         });
     }
@@ -194,8 +203,8 @@ impl<const N: usize> Deposits<N> for ReadCells<'_, N> {
     fn add(&mut self, traced: &TracedLeg<N>, work: &mut Work) {
         let (rule, reads, sums) = (self.rule, self.reads, &mut self.sums);
         let direction = traced.leg.direction;
-        rule.cells_of(traced, |cell, _, density| {
-            let range = reads.of(cell);
+        rule.cells_of(traced, |part, density| {
+            let range = reads.of(part.cell);
             work.deposits += range.len() as u64;
             for number in range {
                 let cosine = -direction.dot(reads.normal(number));

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::leg::{Leg, Stencil};
+use super::leg::{Crossed, Leg, Stencil};
 
 /// A cube about the object's centre, cut into equal cubes.
 #[derive(Clone, Debug)]
@@ -11,12 +11,21 @@ pub struct Grid {
     side: u32,
     /// Half of the whole's edge \[m\].
     half: f64,
+    /// Cells are numbered block by block, of 2^block cells a side: a leg, and a look-up, stays in a few pages
+    /// of memory.
+    block: u32,
 }
 
 impl Grid {
     /// `side`³ cubes within `half` of the centre along each axis.
     pub fn new(side: u32, half: f64) -> Self {
-        Self { side, half }
+        /// Blocks of 8³ sums of 8 bytes are a page.
+        const LARGEST: u32 = 3;
+        Self {
+            side,
+            half,
+            block: side.trailing_zeros().min(LARGEST),
+        }
     }
 
     /// Cubes along each side.
@@ -39,19 +48,35 @@ impl Grid {
         2.0 * self.half / f64::from(self.side)
     }
 
-    fn index(&self, [x, y, z]: [u32; 3]) -> u32 {
-        (z * self.side + y) * self.side + x
+    /// The number of a cube by its places along the axes.
+    #[inline]
+    pub fn index(&self, at: [u32; 3]) -> u32 {
+        let (bits, blocks) = (self.block, self.side >> self.block);
+        let [x, y, z] = at.map(|place| place >> bits);
+        let block = (z * blocks + y) * blocks + x;
+        let [x, y, z] = at.map(|place| place & ((1 << bits) - 1));
+        block << (3 * bits) | z << (2 * bits) | y << bits | x
+    }
+
+    /// The places of a cube along the axes.
+    #[inline]
+    pub fn places(&self, cell: u32) -> [u32; 3] {
+        let (bits, blocks) = (self.block, self.side >> self.block);
+        let block = cell >> (3 * bits);
+        let first = [
+            block % blocks,
+            block / blocks % blocks,
+            block / (blocks * blocks),
+        ];
+        let mask = (1 << bits) - 1;
+        let within = [cell, cell >> bits, cell >> (2 * bits)];
+        std::array::from_fn(|axis| first[axis] << bits | within[axis] & mask)
     }
 
     /// The middle of a cube.
     #[inline]
     pub fn middle(&self, cell: u32) -> DVec3 {
-        let n = self.side;
-        let at = DVec3::new(
-            f64::from(cell % n),
-            f64::from(cell / n % n),
-            f64::from(cell / (n * n)),
-        );
+        let at = DVec3::from_array(self.places(cell).map(f64::from));
         (at + 0.5) * self.edge() - self.half
     }
 
@@ -61,9 +86,9 @@ impl Grid {
         self.edge().powi(2) * direction.abs().element_sum()
     }
 
-    /// The cubes that a leg crosses in their order, each with the lengths at which it enters and leaves.
+    /// The cubes that a leg crosses, in their order.
     #[inline]
-    pub fn cross(&self, leg: &Leg, mut visit: impl FnMut(u32, f64, f64)) {
+    pub fn cross(&self, leg: &Leg, mut visit: impl FnMut(&Crossed)) {
         let (from, direction) = (leg.from.to_array(), leg.direction.to_array());
         let (mut enter, mut leave) = (0.0f64, leg.length);
         for axis in 0..3 {
@@ -102,7 +127,13 @@ impl Grid {
             };
             // Rounding may put a border a hair before the place at which the last cube was left.
             let end = next[axis].clamp(enter, leave);
-            visit(self.index(cell), enter, end);
+            let at = DVec3::from_array(cell.map(f64::from));
+            visit(&Crossed {
+                cell: self.index(cell),
+                from: enter,
+                to: end,
+                outward: (at + 0.5) * edge - self.half,
+            });
             if next[axis] >= leave {
                 return;
             }
@@ -149,5 +180,85 @@ impl Grid {
             stencil.push(self.index(cell), weight);
         }
         stencil
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numeric::{Stream, StreamKind};
+
+    #[test]
+    fn each_cube_has_a_number_of_its_own() {
+        for side in [1, 3, 6, 12, 16, 24] {
+            let grid = Grid::new(side, 1.0);
+            let mut seen = vec![false; grid.count()];
+            for cell in 0..side * side * side {
+                let at = [cell % side, cell / side % side, cell / (side * side)];
+                let index = grid.index(at);
+                assert_eq!(grid.places(index), at);
+                assert!(!std::mem::replace(&mut seen[index as usize], true));
+            }
+        }
+    }
+
+    #[test]
+    fn a_leg_crosses_its_cubes_without_gaps_and_each_has_what_is_in_it() {
+        let grid = Grid::new(12, 1.5);
+        let stream = Stream::new(StreamKind::Random, 2);
+        for index in 0..20_000 {
+            let [a, b, c, d] = stream.point4(index);
+            let [e, f, g, _] = stream.padded4(index, 1);
+            let from = DVec3::new(a, b, c) * 6.0 - 3.0;
+            let mut towards = DVec3::new(d, e, f) * 3.0 - 1.5;
+            if index % 5 == 0 {
+                towards = DVec3::new(from.x, from.y, -from.z);
+            }
+            let leg = Leg {
+                from,
+                direction: (towards - from).normalize(),
+                length: if index % 2 == 0 {
+                    f64::INFINITY
+                } else {
+                    6.0 * g
+                },
+            };
+            let (mut last, mut sum) = (None, 0.0);
+            grid.cross(&leg, |part| {
+                assert!(last.is_none_or(|last| last == part.from), "{index}");
+                last = Some(part.to);
+                sum += part.to - part.from;
+                assert_eq!(part.outward, grid.middle(part.cell));
+                if part.to - part.from > 1e-9 {
+                    let place = leg.at(f64::midpoint(part.from, part.to));
+                    assert_eq!(grid.nearest(place).cells(), [part.cell], "{index}");
+                }
+            });
+            // By parts of the leg, an independent reading of how much of it is inside.
+            const PARTS: u32 = 4000;
+            let whole = leg.length.min(12.0);
+            let inside = (0..PARTS)
+                .map(|part| leg.at((f64::from(part) + 0.5) / f64::from(PARTS) * whole))
+                .filter(|place| place.abs().max_element() < 1.5)
+                .count();
+            let expected = inside as f64 / f64::from(PARTS) * whole;
+            // Both ends fall into parts.
+            assert!(
+                (sum - expected).abs() < 2.0 * whole / f64::from(PARTS),
+                "{index}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_linear_mean_gives_linear_values_back_between_middles() {
+        let grid = Grid::new(8, 2.0);
+        for place in [DVec3::new(0.3, -1.2, 0.9), DVec3::ZERO, DVec3::splat(1.7)] {
+            let mut mean = DVec3::ZERO;
+            for (cell, weight) in grid.linear(place).iter() {
+                mean += grid.middle(cell) * weight;
+            }
+            assert!((mean - place).length() < 1e-12, "{place}");
+        }
     }
 }

@@ -89,11 +89,7 @@ impl Layout {
     #[inline]
     pub fn path(&self, cell: u32) -> (usize, u64) {
         match &self.cells {
-            Some(Cells::Grid(grid)) => {
-                let n = grid.side();
-                let at = [cell % n, cell / n % n, cell / (n * n)];
-                (0, interleaved(at))
-            }
+            Some(Cells::Grid(grid)) => (0, interleaved(grid.places(cell))),
             Some(Cells::Shells(shells)) => {
                 let (layer, triangle) = shells.parts(cell);
                 let (root, path) = self.paths[triangle as usize];
@@ -109,7 +105,7 @@ impl Layout {
             Cells::Grid(grid) => {
                 let n = grid.side();
                 let [x, y, z] = apart(path);
-                (x < n && y < n && z < n).then(|| (z * n + y) * n + x)
+                (x < n && y < n && z < n).then(|| grid.index([x, y, z]))
             }
             Cells::Shells(shells) => {
                 let (layer, face) = (root / 20, root % 20);

@@ -23,6 +23,19 @@ impl Leg {
     }
 }
 
+/// A leg's part in a cell.
+#[derive(Clone, Copy, Debug)]
+pub struct Crossed {
+    /// The cell.
+    pub cell: u32,
+    /// The length \[m\] at which the leg enters it.
+    pub from: f64,
+    /// The length \[m\] at which it leaves it.
+    pub to: f64,
+    /// The direction from the centre to the cell's middle, of any length.
+    pub outward: DVec3,
+}
+
 /// Some cells with their shares in a mean.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Stencil {

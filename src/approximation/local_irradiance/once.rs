@@ -33,7 +33,11 @@ impl Run<'_> {
     ) -> Result<(), Error> {
         let settings = self.settings;
         let reads = self.reads(scenery)?;
-        let mut photons = settings.photons;
+        // Of less noise, the difference of the two halves tells what is left.
+        let mut photons = match settings.noise {
+            Noise::Photons => settings.photons,
+            Noise::Exact => settings.photons.div_ceil(2),
+        };
         let mut round = 0;
         let mut sheds = self.round(scenery, lights, &reads, round, photons)?;
         loop {
@@ -42,7 +46,7 @@ impl Run<'_> {
                 scenery.image = exact;
                 break;
             }
-            // As many photons once more: the difference of the two halves tells their error.
+            // As many photons once more.
             round += 1;
             let others = self.round(scenery, lights, &reads, round, photons)?;
             let first = self.image_or_read(scenery, exact);

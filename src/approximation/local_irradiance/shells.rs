@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::leg::{Leg, Stencil};
+use super::leg::{Crossed, Leg, Stencil};
 use crate::geometry::Geodesic;
 
 /// Concentric shells: a cell is what is between two spheres and behind a triangle of directions.
@@ -26,6 +26,8 @@ struct Sides {
     area: DVec3,
     /// Its solid angle \[sr\].
     solid_angle: f64,
+    /// The unit direction of its middle.
+    middle: DVec3,
 }
 
 impl Sides {
@@ -44,6 +46,7 @@ impl Sides {
             angles,
             area,
             solid_angle,
+            middle: (a + b + c).normalize(),
         }
     }
 }
@@ -112,7 +115,7 @@ impl Shells {
     #[inline]
     pub fn middle(&self, cell: u32) -> DVec3 {
         let (layer, triangle) = self.parts(cell);
-        self.geodesic.middle(triangle) * self.radius(layer)
+        self.triangles[triangle as usize].middle * self.radius(layer)
     }
 
     /// A cell's volume \[m³\].
@@ -136,9 +139,9 @@ impl Shells {
         0.5 * (ends + 0.5 * (squares[1] - squares[0]) * walls)
     }
 
-    /// The cells that a leg crosses in their order, each with the lengths at which it enters and leaves.
+    /// The cells that a leg crosses, in their order.
     #[inline]
-    pub fn cross(&self, leg: &Leg, mut visit: impl FnMut(u32, f64, f64)) {
+    pub fn cross(&self, leg: &Leg, mut visit: impl FnMut(&Crossed)) {
         let (from, direction) = (leg.from, leg.direction);
         // Radius² is t² + 2 b t + c.
         let (b, c) = (from.dot(direction), from.length_squared());
@@ -193,7 +196,12 @@ impl Shells {
                 (end, way) = (half - b, 4);
             }
             let end = end.max(enter);
-            visit(self.index(layer, triangle), enter, end);
+            visit(&Crossed {
+                cell: self.index(layer, triangle),
+                from: enter,
+                to: end,
+                outward: sides.middle,
+            });
             enter = end;
             match way {
                 3 => layer -= 1,
@@ -286,7 +294,7 @@ mod tests {
             };
             let mut last: Option<f64> = None;
             let mut sum = 0.0;
-            shells.cross(&leg, |cell, from, to| {
+            shells.cross(&leg, |&Crossed { cell, from, to, .. }| {
                 assert!(last.is_none_or(|last| last == from), "{index}");
                 last = Some(to);
                 sum += to - from;
