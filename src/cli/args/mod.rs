@@ -17,6 +17,7 @@ pub use settings::SettingArgs;
 
 use super::compare::CompareArgs;
 use super::validate::ValidateArgs;
+use crate::run::Context;
 
 /// Ground truth for caustics: how much light do reflection and refraction put on this surface?
 #[derive(Debug, Parser)]
@@ -44,6 +45,8 @@ pub enum Command {
     Validate(ValidateArgs),
     /// Say which stage of an approximation makes how much of its error
     Attribute(AttributeArgs),
+    /// Make all tables that a technique looks up, and keep them for later runs
+    Tables(TablesArgs),
     /// List the methods, or the settings of one
     Methods(MethodsArgs),
     /// Write the shipped scenes, their meshes at any fineness
@@ -59,6 +62,25 @@ pub struct SceneArgs {
     /// Set a parameter of the scene file (its `$NAME`)
     #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = parse::parse_define)]
     pub define: Vec<(String, String)>,
+}
+
+/// The folder for what later runs can use again.
+#[derive(Debug, clap::Args)]
+pub struct CacheArgs {
+    /// Keep tables of techniques in this folder, and use those that are there; made where missing. Results
+    /// do not depend on it
+    #[arg(long, value_name = "DIR")]
+    pub cache: Option<PathBuf>,
+}
+
+impl CacheArgs {
+    /// The surroundings of a run with this folder.
+    pub fn context(&self) -> Context {
+        Context {
+            cache: self.cache.clone(),
+            ..Context::default()
+        }
+    }
 }
 
 /// `nephroid inspect`.
@@ -120,6 +142,10 @@ pub struct AttributeArgs {
     #[arg(long, value_name = "KEY=VALUE", value_parser = parse::parse_define)]
     pub set: Vec<(String, String)>,
 
+    /// The folder of tables
+    #[command(flatten)]
+    pub cache: CacheArgs,
+
     /// The figure that is shared out: l1, energy, misplaced, displaced or l2
     #[arg(long, value_name = "NAME", value_parser = parse::parse_figure, default_value = "l1")]
     pub figure: crate::metric::Figure,
@@ -140,6 +166,43 @@ pub struct AttributeArgs {
     /// Print as JSON
     #[arg(long)]
     pub json: bool,
+}
+
+/// `nephroid tables`.
+#[derive(Debug, clap::Args)]
+pub struct TablesArgs {
+    /// The scene
+    #[command(flatten)]
+    pub scene: SceneArgs,
+
+    /// The folder to keep the tables in; made where missing. Tables that are there are not made again
+    #[arg(long, value_name = "DIR")]
+    pub cache: PathBuf,
+
+    /// The technique [default: the first that makes tables]
+    #[arg(long, value_name = "NAME")]
+    pub method: Option<String>,
+
+    /// Change a setting of the technique, e.g. frequency=8; `nephroid methods NAME` lists all
+    #[arg(long, value_name = "KEY=VALUE", value_parser = parse::parse_define)]
+    pub set: Vec<(String, String)>,
+
+    /// A sensor that the tables could be read for, by id [default: the first irradiancemeter, else the first
+    /// camera]; tables do not depend on it
+    #[arg(long, value_name = "ID")]
+    pub sensor: Option<String>,
+
+    /// Write the tables as raw volumes into this folder, too, with a description: tables.json
+    #[arg(long, value_name = "DIR")]
+    pub export: Option<PathBuf>,
+
+    /// The memory that the run may take [MB] [default: what is free]
+    #[arg(long, value_name = "MB", value_parser = clap::value_parser!(u64).range(1..=1 << 40))]
+    pub memory: Option<u64>,
+
+    /// Threads [default: all cores]; tables do not depend on it
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
 }
 
 /// `nephroid methods`.
