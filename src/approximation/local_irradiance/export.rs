@@ -72,12 +72,12 @@ pub fn write(
             }
             tables.push(json!({
                 "file": name,
-                "direction_to_light": samples.all().get(sample).map(|towards| towards.to_array()),
+                "direction_to_light": samples.all().get(sample).map(DVec3::to_array),
             }));
         }
-        objects.push(described(settings, scene, (object, layout), &form, tables));
+        objects.push(described(settings, scene, (object, layout), &form, &tables));
     }
-    let directions: Vec<[f64; 3]> = samples.all().iter().map(|one| one.to_array()).collect();
+    let directions: Vec<[f64; 3]> = samples.all().iter().map(DVec3::to_array).collect();
     let description = json!({
         "format": "tables of local precomputed irradiance, version 1",
         "byte_order": "little-endian",
@@ -148,7 +148,7 @@ fn described(
     scene: &Scene,
     (object, layout): (&SpecularObject, &Layout),
     form: &str,
-    tables: Vec<Value>,
+    tables: &[Value],
 ) -> Value {
     let name = |shape: &u32| scene.objects()[*shape as usize].id.clone();
     let axis = |axis: DVec3| axis.to_array().to_vec();

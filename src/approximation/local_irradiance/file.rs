@@ -179,7 +179,9 @@ pub fn table_bytes(key: Key, table: &Table) -> Vec<u8> {
         tally.cut_off,
         tally.left,
     ] {
-        sum.into_iter().for_each(|x| put_f64(&mut content, x));
+        for x in sum {
+            put_f64(&mut content, x);
+        }
     }
     put_u64(&mut content, table.saturated);
     match &table.form {
@@ -247,7 +249,9 @@ pub fn table_of(bytes: &[u8], key: Key, expected: &Expected) -> Result<Table, St
 pub fn radii_bytes(form: &str, radii: &[f64]) -> Vec<u8> {
     let mut content = Vec::new();
     put_u64(&mut content, radii.len() as u64);
-    radii.iter().for_each(|x| put_f64(&mut content, *x));
+    for x in radii {
+        put_f64(&mut content, *x);
+    }
     let sample = SHELLS;
     sealed(Key { form, sample }, &content)
 }

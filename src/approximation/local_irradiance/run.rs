@@ -137,14 +137,14 @@ impl<'a> Run<'a> {
             radii.clone()
         } else {
             let region = settings.reach * object.radius;
-            let radii = match self.shelf.radii(form, settings.shells, region) {
-                Some(radii) => radii,
-                None => {
-                    let radii =
-                        self.timed(Step::Space, |_, work| adapted_radii(settings, object, work))?;
-                    self.shelf.keep_radii(form, &radii);
-                    radii
-                }
+            let found = self.shelf.radii(form, settings.shells, region);
+            let radii = if let Some(radii) = found {
+                radii
+            } else {
+                let made =
+                    self.timed(Step::Space, |_, work| adapted_radii(settings, object, work))?;
+                self.shelf.keep_radii(form, &made);
+                made
             };
             kept.radii.insert(form.to_owned(), radii.clone());
             radii

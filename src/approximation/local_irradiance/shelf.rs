@@ -100,7 +100,7 @@ impl Shelf {
         };
         let spoiled = |why| {
             self.spoiled
-                .push(format!("{}: {why}; it is made anew", path.display()))
+                .push(format!("{}: {why}; it is made anew", path.display()));
         };
         found.map_err(spoiled).ok()
     }

@@ -119,14 +119,14 @@ impl Size {
             Some(Tree::Grid) => largest("cells", settings.cells, 1, &|all, n| all.cells = n),
             Some(Tree::Shells) => {
                 largest("shell-level", settings.shell_level, 0, &|all, n| {
-                    all.shell_level = n
+                    all.shell_level = n;
                 });
             }
             None => {}
         }
         if settings.symmetry == Symmetry::None && settings.directions != Directions::Exact {
             largest("frequency", settings.frequency, 1, &|all, n| {
-                all.frequency = n
+                all.frequency = n;
             });
         }
         if settings.tables == Tables::All {
