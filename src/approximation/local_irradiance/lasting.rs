@@ -99,8 +99,8 @@ impl Run<'_> {
         })
     }
 
-    /// Makes tables, and writes their files. Tables of a run that was stopped lack photons: they serve its own
-    /// frame alone.
+    /// Makes tables, and writes their files. Tables of a run that was stopped lack photons: they serve its
+    /// own frame alone.
     fn make_missing(
         &mut self,
         kept: &mut Kept,
