@@ -64,7 +64,7 @@ impl Method {
         }
     }
 
-    /// Makes the tables that its settings ask for, and writes them for other programs if there is a folder for
+    /// Makes the tables that its settings ask for. Writes them for other programs if there is a folder for
     /// that.
     ///
     /// # Errors

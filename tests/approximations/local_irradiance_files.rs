@@ -1,4 +1,4 @@
-//! Tables of local precomputed irradiance in files: the same bits as in memory, whatever becomes of the files.
+//! Tables of local precomputed irradiance in files: the same bits as in memory, whatever becomes of files.
 
 use std::collections::BTreeMap;
 use std::fs;

@@ -1,5 +1,6 @@
 //! Arguments of the commands: one file a subject.
 
+mod cache;
 mod parse;
 mod probe;
 mod render;
@@ -9,6 +10,7 @@ use std::path::PathBuf;
 
 use clap::{Parser, Subcommand};
 
+pub use cache::CacheArgs;
 pub(super) use parse::parse_define;
 pub use parse::parse_fraction;
 pub use probe::ProbeArgs;
@@ -17,7 +19,6 @@ pub use settings::SettingArgs;
 
 use super::compare::CompareArgs;
 use super::validate::ValidateArgs;
-use crate::run::Context;
 
 /// Ground truth for caustics: how much light do reflection and refraction put on this surface?
 #[derive(Debug, Parser)]
@@ -62,25 +63,6 @@ pub struct SceneArgs {
     /// Set a parameter of the scene file (its `$NAME`)
     #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = parse::parse_define)]
     pub define: Vec<(String, String)>,
-}
-
-/// The folder for what later runs can use again.
-#[derive(Debug, clap::Args)]
-pub struct CacheArgs {
-    /// Keep tables of techniques in this folder, and use those that are there; made where missing. Results
-    /// do not depend on it
-    #[arg(long, value_name = "DIR")]
-    pub cache: Option<PathBuf>,
-}
-
-impl CacheArgs {
-    /// The surroundings of a run with this folder.
-    pub fn context(&self) -> Context {
-        Context {
-            cache: self.cache.clone(),
-            ..Context::default()
-        }
-    }
 }
 
 /// `nephroid inspect`.
