@@ -178,7 +178,7 @@ pub struct TablesArgs {
     #[arg(long, value_name = "DIR")]
     pub export: Option<PathBuf>,
 
-    /// The memory that the run may take [MB] [default: what is free]
+    /// Megabytes that the run may take [default: what is free]
     #[arg(long, value_name = "MB", value_parser = clap::value_parser!(u64).range(1..=1 << 40))]
     pub memory: Option<u64>,
 
