@@ -1,6 +1,9 @@
 //! The interface of a real-time technique.
 
+use std::path::{Path, PathBuf};
+
 use super::Stage;
+use crate::film::atomic::WriteError;
 use crate::radiometry::Rgb;
 use crate::run::{Context, Cost, Counters, Error, FluxEntry, Light, Refusal, StageWork};
 use crate::scene::{Scene, Sensor};
@@ -46,6 +49,29 @@ pub trait Technique: Sync {
     /// Memory and counted work of a frame and its preparation, before anything is traced.
     fn cost(&self, scene: &Scene, sensor: &Sensor, values: &Values) -> Cost;
 
+    /// Why a run does not fit into `available` bytes, and what would; `None` if only its film matters.
+    fn too_large(
+        &self,
+        _scene: &Scene,
+        _sensor: &Sensor,
+        _values: &Values,
+        _available: u64,
+    ) -> Option<String> {
+        None
+    }
+
+    /// Refuses settings whose tables do not outlive a frame. A technique without a setting `tables` has none.
+    ///
+    /// # Errors
+    ///
+    /// Names what would be kept.
+    fn keeps_tables(&self, _values: &Values) -> Result<(), Refusal> {
+        Err(Refusal::new(format!(
+            "{} makes no tables that outlive a frame",
+            self.name()
+        )))
+    }
+
     /// Makes everything that outlives a frame: tables, trees, buffers of what does not change.
     ///
     /// # Errors
@@ -65,6 +91,20 @@ pub trait Prepared: Send {
     /// Work of the preparation, by stage: its cost is apart from a frame's.
     fn work(&self) -> &[StageWork];
 
+    /// What became of the tables that outlive a frame.
+    fn tables(&self) -> TableReport {
+        TableReport::default()
+    }
+
+    /// Writes these tables for other programs into a folder that is there. Returns the files.
+    ///
+    /// # Errors
+    ///
+    /// If a file cannot be written.
+    fn export(&self, _scene: &Scene, _folder: &Path) -> Result<Vec<PathBuf>, WriteError> {
+        Ok(Vec::new())
+    }
+
     /// Fills a sensor. The scene may be the next of an animation: the one of the preparation with other
     /// places, lights or parameters.
     ///
@@ -72,6 +112,44 @@ pub trait Prepared: Send {
     ///
     /// As [`Technique::prepare`].
     fn frame(&mut self, scene: &Scene, sensor: &Sensor, context: &Context) -> Result<Frame, Error>;
+}
+
+/// Tables that outlive a frame: counts and bytes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct TableAccount {
+    /// Tables that were made.
+    pub made: u64,
+    /// Tables that were read from files.
+    pub read: u64,
+    /// Tables that lack photons, or that were not begun: the run was stopped.
+    pub missing: u64,
+    /// Files that could not be written.
+    pub unwritten: u64,
+    /// Bytes of all tables.
+    pub bytes: u64,
+}
+
+impl TableAccount {
+    /// Adds a table that was made.
+    pub fn add_made(&mut self, bytes: u64) {
+        self.made += 1;
+        self.bytes += bytes;
+    }
+
+    /// Adds a table that was read.
+    pub fn add_read(&mut self, bytes: u64) {
+        self.read += 1;
+        self.bytes += bytes;
+    }
+}
+
+/// What became of tables that outlive a frame.
+#[derive(Clone, Debug, Default)]
+pub struct TableReport {
+    /// Counts.
+    pub account: TableAccount,
+    /// Oddities.
+    pub warnings: Vec<String>,
 }
 
 /// One frame of a technique.

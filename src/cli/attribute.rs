@@ -9,8 +9,8 @@ use super::render::load;
 use super::sensor::choose_sensor;
 use crate::method::Method;
 use crate::metric::Figure;
+use crate::run::Budget;
 use crate::run::format::{percent, three_digits};
-use crate::run::{Budget, Context};
 use crate::setting::{Given, Words as _};
 use crate::study::attribution::{self, Attribution, ReducedSensor};
 
@@ -23,7 +23,7 @@ pub fn attribute(args: &AttributeArgs) -> anyhow::Result<Outcome> {
     let technique = technique(args)?;
     let scene = load(&args.scene)?;
     let sensor = choose_sensor(&scene, args.sensor.as_deref())?;
-    let context = Context::default();
+    let context = args.cache.context();
     progress::stop_on_interrupt(&context.progress)?;
     let budget = Budget {
         relative_error: Some(args.error),

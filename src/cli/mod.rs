@@ -29,6 +29,7 @@ pub mod render;
 pub mod run;
 pub mod sensor;
 pub mod summary;
+pub mod tables;
 pub mod validate;
 
 use std::process::ExitCode;
@@ -49,6 +50,7 @@ pub fn main() -> ExitCode {
         Command::Compare(args) => compare::compare(args),
         Command::Validate(args) => validate::validate(args),
         Command::Attribute(args) => attribute::attribute(args),
+        Command::Tables(args) => tables::tables(args),
         Command::Methods(args) => methods::methods(args),
         Command::Generate(args) => generate::generate(args),
     };

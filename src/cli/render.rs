@@ -31,7 +31,7 @@ use crate::setting::{Given, SettingError};
 pub fn render(args: &RenderArgs) -> anyhow::Result<Outcome> {
     let start = Instant::now();
     set_threads(args.threads)?;
-    let context = Context::default();
+    let context = args.cache.context();
     progress::stop_on_interrupt(&context.progress)?;
     let scene = load(&args.scene)?;
     let name = args.method.as_deref();

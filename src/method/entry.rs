@@ -88,6 +88,20 @@ impl Entry {
         }
     }
 
+    /// Why a run does not fit into `available` bytes, if the method knows more of it than its film.
+    pub fn too_large(
+        self,
+        scene: &Scene,
+        sensor: &Sensor,
+        values: &Values,
+        available: u64,
+    ) -> Option<String> {
+        match self {
+            Self::Reference(_) => None,
+            Self::Technique(one) => one.too_large(scene, sensor, values, available),
+        }
+    }
+
     pub fn run(self, job: &Job) -> Result<Rendering, Error> {
         match self {
             Self::Reference(one) => one.run(job),

@@ -9,6 +9,7 @@
 //! | [`mod@choose`] | the method that a scene allows best |
 //! | [`table`] | all methods with their settings, for help and flags |
 //! | `references/` | beams, photons, ...: one file each, of `reference.rs`' interface |
+//! | `tables.rs` | tables of a technique that outlive a frame, all of them |
 //! | `technique.rs` | any technique of [`approximation`](crate::approximation) |
 //! | `rows.rs` | rows that several tables share |
 //! | `memory.rs` | bytes of films |
@@ -25,6 +26,8 @@ mod references;
 mod rows;
 pub mod shards;
 pub mod table;
+#[cfg(feature = "cli")]
+pub mod tables;
 mod technique;
 mod warnings;
 
@@ -396,8 +399,10 @@ impl Method {
             )));
         }
         let needed = self.cost(scene, sensor).bytes;
+        let entry = self.entry;
+        let why = |available| entry.too_large(scene, sensor, &self.values, available);
         match context.available_bytes() {
-            Some(available) if needed > available => Err(Refusal::new(format!(
+            Some(available) if needed > available => Err(Refusal::new(why(available).unwrap_or_else(|| format!(
                 "sensor \"{}\": {} x {} texels by {} take about {:.1} GB of memory, and {:.1} GB are free; a \
                  smaller film, a crop or fewer layers take less",
                 sensor.id,
@@ -406,7 +411,7 @@ impl Method {
                 self.name(),
                 needed as f64 / 1e9,
                 available as f64 / 1e9
-            ))),
+            )))),
             _ => Ok(()),
         }
     }

@@ -12,6 +12,7 @@ mod image_space;
 mod light_volume;
 mod light_volume_culling;
 mod local_irradiance;
+mod local_irradiance_files;
 mod lookups;
 mod paper_claims;
 mod slab_claims;

@@ -8,6 +8,7 @@ mod probe;
 mod program;
 mod study;
 mod study_file;
+mod tables;
 
 #[path = "../support/mod.rs"]
 mod support;

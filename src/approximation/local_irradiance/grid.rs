@@ -204,6 +204,7 @@ mod tests {
 
     #[test]
     fn a_leg_crosses_its_cubes_without_gaps_and_each_has_what_is_in_it() {
+        const PARTS: u32 = 4000;
         let grid = Grid::new(12, 1.5);
         let stream = Stream::new(StreamKind::Random, 2);
         for index in 0..20_000 {
@@ -235,7 +236,6 @@ mod tests {
                 }
             });
             // By parts of the leg, an independent reading of how much of it is inside.
-            const PARTS: u32 = 4000;
             let whole = leg.length.min(12.0);
             let inside = (0..PARTS)
                 .map(|part| leg.at((f64::from(part) + 0.5) / f64::from(PARTS) * whole))

@@ -25,8 +25,9 @@
 //! | `normal` | [`deposit`], [`reads`] | `fixed` | the sensor's |
 //! | `storage` | [`storage`] | `u8`, `f16`, `f32` | `f64` |
 //!
-//! Tables are in the object's own space, so they serve it wherever it is and however it is turned. `ledger`
-//! accounts for flux, and says why an image has no light.
+//! Tables are in the object's own space, so they serve it wherever it is and however it is turned. `shelf`
+//! keeps them in [files](file), and `export` writes them as raw volumes. `ledger` accounts for flux, and says
+//! why an image has no light; `size` knows beforehand what tables take.
 //!
 //! The light that it is judged by is all of L S+ D.
 
@@ -35,6 +36,8 @@ pub mod crossing;
 mod demands;
 pub mod deposit;
 pub mod directions;
+mod export;
+pub mod file;
 pub mod grid;
 pub mod lamp;
 mod lasting;
@@ -48,8 +51,10 @@ pub mod reads;
 mod run;
 mod scenery;
 pub mod settings;
+mod shelf;
 pub mod shells;
 pub mod shoot;
+mod size;
 pub mod storage;
 pub mod table;
 mod technique;

@@ -34,6 +34,21 @@ impl SpecularObject {
     ///
     /// If there is none, or one has no form.
     pub fn all(scene: &Scene) -> Result<Vec<Self>, Refusal> {
+        let groups = Self::groups(scene);
+        if groups.is_empty() {
+            return Err(Refusal::new(
+                "no shape mirrors or refracts: local precomputed irradiance needs one of plugin dielectric, \
+                 thindielectric or conductor",
+            ));
+        }
+        groups
+            .into_iter()
+            .map(|(shapes, bounds)| Self::new(scene, shapes, bounds))
+            .collect()
+    }
+
+    /// The shapes of each object, with their boxes.
+    pub fn groups(scene: &Scene) -> Vec<(Vec<u32>, Bounds)> {
         let shapes = 0..scene.world().shapes().len() as u32;
         let specular =
             shapes.filter(|shape| scene.material_of(*shape).is_specular(scene.materials()));
@@ -53,16 +68,7 @@ impl SpecularObject {
             groups.push(one);
         }
         groups.sort_by_key(|(shapes, _)| shapes[0]);
-        if groups.is_empty() {
-            return Err(Refusal::new(
-                "no shape mirrors or refracts: local precomputed irradiance needs one of plugin dielectric, \
-                 thindielectric or conductor",
-            ));
-        }
         groups
-            .into_iter()
-            .map(|(shapes, bounds)| Self::new(scene, shapes, bounds))
-            .collect()
     }
 
     fn new(scene: &Scene, shapes: Vec<u32>, bounds: Bounds) -> Result<Self, Refusal> {

@@ -13,6 +13,7 @@ use super::object::SpecularObject;
 use super::prepare::{adapted_radii, even_radii};
 use super::scenery::{Kept, Scenery, part};
 use super::settings::Settings;
+use super::shelf::Shelf;
 use super::variants::{BySteps, Radii, Region, STAGES, Step, Tree};
 use super::work::Work;
 use crate::approximation::clock::{Done, stage_work};
@@ -28,6 +29,7 @@ pub struct Run<'a> {
     pub(super) context: &'a Context,
     pub(super) scene: &'a Scene,
     pub(super) film: SensorFilm,
+    pub(super) shelf: Shelf,
     pub(super) done: BySteps<Done<Work>>,
 }
 
@@ -48,6 +50,7 @@ impl<'a> Run<'a> {
             context,
             scene,
             film: SensorFilm::new(scene, sensor)?,
+            shelf: Shelf::new(settings, context),
             done: Default::default(),
         })
     }
@@ -112,6 +115,8 @@ impl<'a> Run<'a> {
         } else {
             self.light_up(&mut scenery, &lights)?;
         }
+        kept.account.unwritten += self.shelf.unwritten();
+        scenery.warnings.extend(self.shelf.warnings());
         kept.last = Some(scenery);
         Ok(())
     }
@@ -131,7 +136,16 @@ impl<'a> Run<'a> {
         } else if let Some(radii) = kept.radii.get(form) {
             radii.clone()
         } else {
-            let radii = self.timed(Step::Space, |_, work| adapted_radii(settings, object, work))?;
+            let region = settings.reach * object.radius;
+            let found = self.shelf.radii(form, settings.shells, region);
+            let radii = if let Some(radii) = found {
+                radii
+            } else {
+                let made =
+                    self.timed(Step::Space, |_, work| adapted_radii(settings, object, work))?;
+                self.shelf.keep_radii(form, &made);
+                made
+            };
             kept.radii.insert(form.to_owned(), radii.clone());
             radii
         };

@@ -15,7 +15,7 @@ use super::shoot::Tally;
 use super::table::Table;
 use super::variants::{Normal, Region};
 use super::work::Work;
-use crate::approximation::SensorPoint;
+use crate::approximation::{SensorPoint, TableAccount};
 use crate::radiometry::Rgb;
 
 /// What outlives a frame.
@@ -27,6 +27,8 @@ pub struct Kept {
     pub tables: HashMap<(String, usize), Arc<Table>>,
     /// Borders of shells, by form.
     pub radii: HashMap<String, Vec<f64>>,
+    /// What became of the tables that were asked for.
+    pub account: TableAccount,
 }
 
 /// A scene's objects in its lights, with all that a frame reads.

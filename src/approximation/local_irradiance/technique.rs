@@ -1,12 +1,15 @@
 //! Local precomputed irradiance, as a technique.
 
-use super::demands;
+use std::path::{Path, PathBuf};
+
 use super::run::Run;
 use super::scenery::Kept;
 use super::settings::{Settings, TABLE};
-use super::storage::bytes_each;
-use super::variants::{Directions, STAGES, SampleAt, Space, Symmetry, Tables, Tree};
-use crate::approximation::{Frame, Prepared, SensorFilm, Stage, Technique};
+use super::size::Size;
+use super::variants::STAGES;
+use super::{demands, export};
+use crate::approximation::{Frame, Prepared, SensorFilm, Stage, TableReport, Technique};
+use crate::film::atomic::WriteError;
 use crate::run::{Context, Cost, Counter, Error, Light, Refusal, StageWork};
 use crate::scene::{Scene, Sensor};
 use crate::setting::{Setting, Values};
@@ -58,16 +61,36 @@ impl Technique for LocalIrradiance {
         };
         let size = Size::new(scene, sensor, &settings);
         Cost {
-            bytes: size
-                .film
-                .saturating_add(size.tables)
-                .saturating_add(size.scratch),
+            bytes: size.bytes(),
             work: vec![
                 Counter::new("samples", size.samples),
                 Counter::new("photons", size.samples.saturating_mul(settings.photons)),
                 Counter::new("bytes of tables", size.tables),
             ],
         }
+    }
+
+    fn too_large(
+        &self,
+        scene: &Scene,
+        sensor: &Sensor,
+        values: &Values,
+        available: u64,
+    ) -> Option<String> {
+        let settings = Settings::of(values).ok()?;
+        Some(Size::refusal(scene, sensor, &settings, available))
+    }
+
+    fn keeps_tables(&self, values: &Values) -> Result<(), Refusal> {
+        let settings = Settings::of(values)?;
+        demands::check(&settings)?;
+        if demands::are_kept(&settings) {
+            return Ok(());
+        }
+        Err(Refusal::new(
+            "with these settings tables are those of one frame, of which nothing is kept: light, scene, \
+             directions, noise, space, region and normal must not be exact",
+        ))
     }
 
     fn prepare(
@@ -90,65 +113,6 @@ impl Technique for LocalIrradiance {
     }
 }
 
-/// Memory \[bytes\] of a run, and its samples.
-struct Size {
-    film: u64,
-    tables: u64,
-    scratch: u64,
-    samples: u64,
-}
-
-impl Size {
-    fn new(scene: &Scene, sensor: &Sensor, settings: &Settings) -> Self {
-        /// A triple of `f64`.
-        const TRIPLE: u64 = 24;
-        let texels = u64::from(sensor.film.crop.width) * u64::from(sensor.film.crop.height);
-        let lights = scene.emitters().len() as u64;
-        let f = u64::from(settings.frequency);
-        let all = match (settings.directions, settings.symmetry) {
-            (Directions::Exact, _) => lights,
-            (_, Symmetry::Sphere) => 1,
-            (_, Symmetry::Axis) => u64::from(settings.axis_samples),
-            (_, Symmetry::None) => match settings.sample_at {
-                SampleAt::Vertices => 10 * f * f + 2,
-                SampleAt::Centres => 20 * f * f,
-            },
-        };
-        let is_fitted = settings.directions == Directions::Harmonics;
-        let needed = match settings.tables {
-            Tables::Needed if !is_fitted => all.min(3 * lights),
-            _ => all,
-        };
-        let cells = match super::layout::kind(settings) {
-            None => texels,
-            Some(Tree::Grid) => u64::from(settings.cells).pow(3),
-            Some(Tree::Shells) => u64::from(settings.shells) * (20 << (2 * settings.shell_level)),
-        };
-        let coefficients = u64::from(settings.order).pow(2);
-        let kept = if is_fitted {
-            cells * coefficients * bytes_each(settings.storage)
-        } else {
-            let numbers = match settings.space {
-                Space::ShellHarmonics => u64::from(settings.shells) * coefficients,
-                _ => cells,
-            };
-            needed * numbers * bytes_each(settings.storage)
-        };
-        let fitted = if is_fitted {
-            cells * coefficients * TRIPLE
-        } else {
-            0
-        };
-        Self {
-            film: texels * (TRIPLE + 4 * TRIPLE + 6 * TRIPLE),
-            tables: kept,
-            // Sums of each thread, and values of a sample.
-            scratch: (rayon::current_num_threads() as u64 + 2) * cells * TRIPLE + fitted,
-            samples: needed,
-        }
-    }
-}
-
 /// Tables with their settings.
 struct Ready {
     settings: Settings,
@@ -159,6 +123,21 @@ struct Ready {
 impl Prepared for Ready {
     fn work(&self) -> &[StageWork] {
         &self.work
+    }
+
+    fn tables(&self) -> TableReport {
+        TableReport {
+            account: self.kept.account,
+            warnings: self
+                .kept
+                .last
+                .as_ref()
+                .map_or(Vec::new(), |last| last.warnings.clone()),
+        }
+    }
+
+    fn export(&self, scene: &Scene, folder: &Path) -> Result<Vec<PathBuf>, WriteError> {
+        export::write(&self.settings, &self.kept, scene, folder)
     }
 
     fn frame(&mut self, scene: &Scene, sensor: &Sensor, context: &Context) -> Result<Frame, Error> {

@@ -184,7 +184,66 @@ impl Trees {
         }
     }
 
-    /// Bytes beside the leaves': 9 a node, as a file has it, and 4 a root.
+    /// The roots that have children, and each node's bits of children that have some themselves: all else
+    /// follows from the order in which trees are built.
+    pub fn shape(&self) -> (Vec<bool>, Vec<u8>) {
+        let roots = self.roots.iter().map(|root| root & LEAF == 0).collect();
+        (roots, self.nodes.iter().map(|node| node.is_inner).collect())
+    }
+
+    /// The trees of a [`shape`](Self::shape), and the number of their leaves; `None` if it is that of none.
+    pub fn of_shape(
+        [branches, levels]: [u32; 2],
+        roots: &[u8],
+        nodes: &[u8],
+    ) -> Option<(Self, u64)> {
+        let mut trees = Self {
+            branches,
+            levels,
+            ..Self::default()
+        };
+        let mut leaves = 0;
+        for root in roots {
+            match root {
+                0 => {
+                    trees.roots.push(leaves | LEAF);
+                    leaves += 1;
+                }
+                1 => {
+                    trees.roots.push(trees.nodes.len() as u32);
+                    trees.nodes.push(Node::default());
+                    let node = trees.nodes.len() - 1;
+                    trees.fill(node, 1, nodes, &mut leaves)?;
+                }
+                _ => return None,
+            }
+        }
+        (trees.nodes.len() == nodes.len()).then_some((trees, u64::from(leaves)))
+    }
+
+    /// Adds a node's children in the order of [`add`](Self::add).
+    fn fill(&mut self, node: usize, level: u32, nodes: &[u8], leaves: &mut u32) -> Option<()> {
+        let is_inner = *nodes.get(node)?;
+        let is_deep = level > self.levels || level == self.levels && is_inner != 0;
+        if is_deep || u32::from(is_inner) >> self.branches != 0 {
+            return None;
+        }
+        let (first_inner, first_leaf) = (self.nodes.len() as u32, *leaves);
+        self.nodes[node] = Node {
+            is_inner,
+            first_inner,
+            first_leaf,
+        };
+        *leaves += self.branches - is_inner.count_ones();
+        let end = self.nodes.len() + is_inner.count_ones() as usize;
+        if end > nodes.len() {
+            return None;
+        }
+        self.nodes.resize(end, Node::default());
+        (first_inner as usize..end).try_for_each(|node| self.fill(node, level + 1, nodes, leaves))
+    }
+
+    /// Bytes beside the leaves', as a frame reads them: 9 a node, and 4 a root.
     pub fn bytes(&self) -> u64 {
         9 * self.nodes.len() as u64 + 4 * self.roots.len() as u64
     }
@@ -227,6 +286,26 @@ mod tests {
         // Root 0 is one leaf. Of root 1 all is merged but the first sixteenth, whose first quarter and the
         // cell after it differ.
         assert_eq!(leaves.len(), 1 + 4 + 4 + 2 + 3);
+    }
+
+    #[test]
+    fn trees_come_back_from_their_shape_and_others_are_refused() {
+        for (form, roots) in [([4, 3], 2), ([8, 2], 1)] {
+            let (trees, leaves) = Trees::new(form, roots, 0.0, value);
+            let (roots, nodes) = trees.shape();
+            let roots: Vec<u8> = roots.into_iter().map(u8::from).collect();
+            let back = Trees::of_shape(form, &roots, &nodes);
+            assert_eq!(back, Some((trees, leaves.len() as u64)));
+            if nodes.is_empty() {
+                continue;
+            }
+            // A node too few, one too many, one below the last level.
+            assert_eq!(Trees::of_shape(form, &roots, &nodes[1..]), None);
+            let more = [&nodes[..], &[0]].concat();
+            assert_eq!(Trees::of_shape(form, &roots, &more), None);
+            assert_eq!(Trees::of_shape([form[0], 1], &roots, &nodes), None);
+            assert_eq!(Trees::of_shape(form, &vec![2; roots.len()], &nodes), None);
+        }
     }
 
     #[test]

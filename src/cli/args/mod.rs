@@ -1,5 +1,6 @@
 //! Arguments of the commands: one file a subject.
 
+mod cache;
 mod parse;
 mod probe;
 mod render;
@@ -9,6 +10,7 @@ use std::path::PathBuf;
 
 use clap::{Parser, Subcommand};
 
+pub use cache::CacheArgs;
 pub(super) use parse::parse_define;
 pub use parse::parse_fraction;
 pub use probe::ProbeArgs;
@@ -44,6 +46,8 @@ pub enum Command {
     Validate(ValidateArgs),
     /// Say which stage of an approximation makes how much of its error
     Attribute(AttributeArgs),
+    /// Make all tables that a technique looks up, and keep them for later runs
+    Tables(TablesArgs),
     /// List the methods, or the settings of one
     Methods(MethodsArgs),
     /// Write the shipped scenes, their meshes at any fineness
@@ -120,6 +124,10 @@ pub struct AttributeArgs {
     #[arg(long, value_name = "KEY=VALUE", value_parser = parse::parse_define)]
     pub set: Vec<(String, String)>,
 
+    /// The folder of tables
+    #[command(flatten)]
+    pub cache: CacheArgs,
+
     /// The figure that is shared out: l1, energy, misplaced, displaced or l2
     #[arg(long, value_name = "NAME", value_parser = parse::parse_figure, default_value = "l1")]
     pub figure: crate::metric::Figure,
@@ -140,6 +148,43 @@ pub struct AttributeArgs {
     /// Print as JSON
     #[arg(long)]
     pub json: bool,
+}
+
+/// `nephroid tables`.
+#[derive(Debug, clap::Args)]
+pub struct TablesArgs {
+    /// The scene
+    #[command(flatten)]
+    pub scene: SceneArgs,
+
+    /// The folder to keep the tables in; made where missing. Tables that are there are not made again
+    #[arg(long, value_name = "DIR")]
+    pub cache: PathBuf,
+
+    /// The technique [default: the first that makes tables]
+    #[arg(long, value_name = "NAME")]
+    pub method: Option<String>,
+
+    /// Change a setting of the technique, e.g. frequency=8; `nephroid methods NAME` lists all
+    #[arg(long, value_name = "KEY=VALUE", value_parser = parse::parse_define)]
+    pub set: Vec<(String, String)>,
+
+    /// A sensor that the tables could be read for, by id [default: the first irradiancemeter, else the first
+    /// camera]; tables do not depend on it
+    #[arg(long, value_name = "ID")]
+    pub sensor: Option<String>,
+
+    /// Write the tables as raw volumes into this folder, too, with a description: tables.json
+    #[arg(long, value_name = "DIR")]
+    pub export: Option<PathBuf>,
+
+    /// Megabytes that the run may take [default: what is free]
+    #[arg(long, value_name = "MB", value_parser = clap::value_parser!(u64).range(1..=1 << 40))]
+    pub memory: Option<u64>,
+
+    /// Threads [default: all cores]; tables do not depend on it
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
 }
 
 /// `nephroid methods`.

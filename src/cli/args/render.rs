@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use super::parse::{parse_define, parse_shard};
-use super::{SceneArgs, SettingArgs};
+use super::{CacheArgs, SceneArgs, SettingArgs};
 use crate::reference::photons::Shard;
 
 /// `nephroid render`.
@@ -33,6 +33,10 @@ pub struct RenderArgs {
     /// Change any setting of the method, e.g. splat=fixed; `nephroid methods NAME` lists all
     #[arg(long, value_name = "KEY=VALUE", value_parser = parse_define)]
     pub set: Vec<(String, String)>,
+
+    /// The folder of tables
+    #[command(flatten)]
+    pub cache: CacheArgs,
 
     /// Threads [default: all cores]; results do not depend on it
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::super::args::{parse_define, parse_fraction};
+use super::super::args::{CacheArgs, parse_define, parse_fraction};
 use crate::study::limit::{self, StudyLimit};
 
 /// `nephroid validate`.
@@ -43,6 +43,10 @@ pub struct ValidateArgs {
     /// Make each run so often, for the median of its seconds [default: the study's, else 1]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub repeats: Option<u32>,
+
+    /// The folder of tables
+    #[command(flatten)]
+    pub cache: CacheArgs,
 
     /// Threads [default: all cores]; figures do not depend on it
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]

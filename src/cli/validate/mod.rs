@@ -30,7 +30,7 @@ pub use args::ValidateArgs;
 pub fn validate(args: &ValidateArgs) -> anyhow::Result<Outcome> {
     let start = Instant::now();
     set_threads(args.threads)?;
-    let context = Context::default();
+    let context = args.cache.context();
     progress::stop_on_interrupt(&context.progress)?;
     let file = study(args)?;
     let folder = folder(args);

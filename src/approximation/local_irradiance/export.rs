@@ -1,0 +1,220 @@
+//! Tables as raw volumes for other programs, with a description in JSON.
+
+use std::collections::HashSet;
+use std::fs;
+use std::io::{self, Write as _};
+use std::path::{Path, PathBuf};
+
+use glam::DVec3;
+use serde_json::{Value, json};
+
+use super::cells::Cells;
+use super::directions::Samples;
+use super::file::raw_numbers;
+use super::lasting::{FITTED, is_fitted};
+use super::layout::Layout;
+use super::object::SpecularObject;
+use super::scenery::Kept;
+use super::settings::Settings;
+use super::storage::Stored;
+use super::table::{Form, Table};
+use super::variants::{Directions, Storage};
+use crate::film::atomic::{self, WriteError};
+use crate::scene::Scene;
+
+/// The file that describes the others.
+const DESCRIPTION: &str = "tables.json";
+
+/// Writes the tables of the last scene's objects: a `.raw` file each, and `tables.json`.
+///
+/// # Errors
+///
+/// If the folder cannot be made, or a file not be written.
+pub fn write(
+    settings: &Settings,
+    kept: &Kept,
+    scene: &Scene,
+    folder: &Path,
+) -> Result<Vec<PathBuf>, WriteError> {
+    fs::create_dir_all(folder).map_err(|cause| WriteError::Io {
+        path: folder.to_owned(),
+        cause,
+    })?;
+    let (Some(scenery), Some(samples)) = (&kept.last, Samples::new(settings)) else {
+        return Ok(Vec::new());
+    };
+    let mut files = Vec::new();
+    let mut objects = Vec::new();
+    let mut written = HashSet::new();
+    for (object, layout) in &scenery.objects {
+        let form = object.form(settings);
+        let mut tables = Vec::new();
+        let numbers = if is_fitted(settings) {
+            FITTED..=FITTED
+        } else {
+            0..=samples.all().len() - 1
+        };
+        for sample in numbers {
+            let Some(table) = kept.tables.get(&(form.clone(), sample)) else {
+                continue;
+            };
+            let number = if sample == FITTED {
+                "harmonics".to_owned()
+            } else {
+                sample.to_string()
+            };
+            // Objects of one form share files.
+            let name = format!("{}-{number}.raw", &form[..16]);
+            if written.insert(name.clone()) {
+                let path = folder.join(&name);
+                atomic::write(&path, |file| file.write_all(&volume(layout, table)))?;
+                files.push(path);
+            }
+            tables.push(json!({
+                "file": name,
+                "direction_to_light": samples.all().get(sample).map(DVec3::to_array),
+            }));
+        }
+        objects.push(described(settings, scene, (object, layout), &form, &tables));
+    }
+    let directions: Vec<[f64; 3]> = samples.all().iter().map(DVec3::to_array).collect();
+    let description = json!({
+        "format": "tables of local precomputed irradiance, version 1",
+        "byte_order": "little-endian",
+        "value": "irradiance by that of parallel light, on a surface that faces the object's centre; red, green, \
+                  blue one after the other",
+        "numbers": numbers(settings),
+        "directions_to_light": directions,
+        "objects": objects,
+    });
+    let path = folder.join(DESCRIPTION);
+    atomic::write(&path, |file| {
+        serde_json::to_writer_pretty(&mut *file, &description).map_err(io::Error::from)?;
+        writeln!(file)
+    })?;
+    files.push(path);
+    Ok(files)
+}
+
+/// The numbers of a table in the order of cells: trees are written out.
+fn volume(layout: &Layout, table: &Table) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    match &table.form {
+        Form::Cells(stored) | Form::Shells(stored) | Form::Harmonics(stored) => {
+            raw_numbers(stored, &mut bytes);
+        }
+        Form::Trees { trees, leaves } => {
+            let cells = layout.cells.as_ref().map_or(0, Cells::count) as u32;
+            let places = (0..cells).map(|cell| {
+                let (root, path) = layout.path(cell);
+                trees.leaf(root, path).0
+            });
+            raw_numbers(&gathered(leaves, places), &mut bytes);
+        }
+        // Tables of a frame alone are not kept.
+        Form::Reads(..) | Form::ReadShells(_) => {}
+    }
+    bytes
+}
+
+/// The numbers at some places.
+fn gathered(stored: &Stored, places: impl Iterator<Item = usize>) -> Stored {
+    match stored {
+        Stored::U8 { steps, step } => Stored::U8 {
+            steps: places.map(|place| steps[place]).collect(),
+            step: *step,
+        },
+        Stored::F16(all) => Stored::F16(places.map(|place| all[place]).collect()),
+        Stored::F32(all) => Stored::F32(places.map(|place| all[place]).collect()),
+        Stored::F64(all) => Stored::F64(places.map(|place| all[place]).collect()),
+    }
+}
+
+fn numbers(settings: &Settings) -> Value {
+    match settings.storage {
+        Storage::U8 => json!({
+            "type": "u8",
+            "range": [0.0, settings.range],
+            "meaning": "value = number / 255 * range[1]",
+        }),
+        Storage::F16 => json!({"type": "f16"}),
+        Storage::F32 => json!({"type": "f32"}),
+        Storage::Exact => json!({"type": "f64"}),
+    }
+}
+
+fn described(
+    settings: &Settings,
+    scene: &Scene,
+    (object, layout): (&SpecularObject, &Layout),
+    form: &str,
+    tables: &[Value],
+) -> Value {
+    let name = |shape: &u32| scene.objects()[*shape as usize].id.clone();
+    let axis = |axis: DVec3| axis.to_array().to_vec();
+    json!({
+        "shapes": object.shapes.iter().map(name).collect::<Vec<String>>(),
+        "form": form,
+        "centre": object.center.to_array(),
+        "radius": object.radius,
+        "region_radius": layout.radius,
+        "axes_in_world": {
+            "x": axis(object.turn.x_axis),
+            "y": axis(object.turn.y_axis),
+            "z": axis(object.turn.z_axis),
+        },
+        "place": "along the object's own axes, by its centre [m]; farther than region_radius: that at the border, \
+                  towards the place",
+        "layout": cells(settings, layout),
+        "tables": tables,
+    })
+}
+
+fn cells(settings: &Settings, layout: &Layout) -> Value {
+    let order = settings.order;
+    let mut described = match &layout.cells {
+        Some(Cells::Grid(grid)) => json!({
+            "kind": "grid",
+            "cells_a_side": grid.side(),
+            "half_edge": grid.half(),
+            "index": "(z * cells_a_side + y) * cells_a_side + x; cell 0 begins at -half_edge along each axis",
+        }),
+        Some(Cells::Shells(shells)) => json!({
+            "kind": "shells",
+            "radii": shells.radii(),
+            "frequency": shells.geodesic().frequency(),
+            "triangles_a_shell": shells.triangles(),
+            "index": "shell * triangles_a_shell + triangle, shells from the innermost",
+            "triangle": "Take the face of the icosahedron (face_corners) whose middle is nearest to the direction, \
+                 and the direction's weights by its three corners, scaled so that they sum to f = frequency. With \
+                 the whole parts a, b, c of these (at most f - 1): if a + b + c + 1 >= f, the triangle is \
+                 face * f * f + a * f - a * (a - 1) / 2 + b, else it is \
+                 face * f * f + f * (f + 1) / 2 + a * (f - 1) - a * (a - 1) / 2 + b.",
+            "face_corners": face_corners(),
+        }),
+        None => Value::Null,
+    };
+    if is_fitted(settings) {
+        described["coefficients"] = json!({
+            "order": order,
+            "of": "real spherical harmonics of the direction to the light, all of a cell together",
+        });
+    } else if matches!(settings.space, super::variants::Space::ShellHarmonics) {
+        described["coefficients"] = json!({
+            "order": order,
+            "of": "real spherical harmonics of the place's direction, all of a shell together, instead of triangles",
+        });
+    } else if settings.directions == Directions::Harmonics {
+        described["blend"] =
+            json!("samples by harmonics of the direction to the light, fitted to all of them");
+    }
+    described
+}
+
+/// The corners of the icosahedron's faces, by which triangles are numbered.
+fn face_corners() -> Vec<[[f64; 3]; 3]> {
+    let geodesic = crate::geometry::Geodesic::new(1);
+    (0..20)
+        .map(|face| geodesic.corners(face).map(|corner| corner.to_array()))
+        .collect()
+}

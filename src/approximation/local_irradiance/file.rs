@@ -1,0 +1,487 @@
+//! The bytes of table files, and of the file of a form's shells.
+//!
+//! | bytes | content |
+//! |---|---|
+//! | 8 | `nephtab`, and a line's end |
+//! | 4 | version of this format |
+//! | 32 | hash of the program's source: another source may make other tables |
+//! | 32 | hash of the form: the object with all settings that tables depend on |
+//! | 8 | number of the sample; of harmonics and of shells the two largest numbers |
+//! | 8 | bytes of the content |
+//! | | content |
+//! | 32 | BLAKE3 hash of all before |
+//!
+//! A table's content is: what became of photons; numbers that were cut off; the table's kind, and trees if it
+//! has them (a byte a root, and a byte a node: a bit for each child that is inner); the kind of numbers, the
+//! size of a step, their count, and the numbers. All is little-endian. Lengths are checked against what the
+//! settings ask for before anything is allocated.
+
+use std::fs::File;
+use std::io::Read as _;
+use std::path::Path;
+
+use half::f16;
+
+use super::cells::Cells;
+use super::layout::Layout;
+use super::settings::Settings;
+use super::shoot::Tally;
+use super::storage::{Stored, bytes_each};
+use super::table::{Form, Table};
+use super::tree::Trees;
+use super::variants::{Directions, Space, Storage};
+
+const MAGIC: [u8; 8] = *b"nephtab\n";
+const VERSION: u32 = 1;
+/// Bytes before the content, and after it.
+const HEADER: usize = 8 + 4 + 32 + 32 + 8 + 8;
+const HASH: usize = 32;
+/// Bytes of a tally and of the count of numbers that were cut off.
+const TALLY: u64 = 8 + 15 * 8 + 8;
+/// Bytes that say the kind of a table; the form of trees; and kind, step and count of numbers.
+const KIND: u64 = 1;
+const TREES: u64 = 4 + 4 + 8 + 8;
+const NUMBERS: u64 = 1 + 8 + 8;
+
+/// A file's number of what holds harmonics of the light's direction, in the place of a sample.
+pub const HARMONICS: u64 = u64::MAX;
+/// That of the borders of shells.
+pub const SHELLS: u64 = u64::MAX - 1;
+
+/// The kinds of tables that outlive a frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Kind {
+    Cells,
+    Trees,
+    Shells,
+    Harmonics,
+}
+
+impl Kind {
+    const ALL: [Self; 4] = [Self::Cells, Self::Trees, Self::Shells, Self::Harmonics];
+}
+
+/// The kinds of numbers, in the order of their codes.
+const STORAGES: [Storage; 4] = [Storage::U8, Storage::F16, Storage::F32, Storage::Exact];
+
+/// A table that settings ask for: its kind, and how many numbers it has.
+#[derive(Clone, Copy, Debug)]
+pub struct Expected {
+    kind: Kind,
+    storage: Storage,
+    step: f64,
+    /// Numbers; of trees at most.
+    most: u64,
+    /// Children and levels of trees, and roots.
+    trees: Option<([u32; 2], usize)>,
+}
+
+impl Expected {
+    /// The table of a sample in a layout, or of harmonics of the light's direction in its cells.
+    pub fn new(settings: &Settings, layout: &Layout) -> Self {
+        let cells = layout.cells.as_ref().map_or(0, Cells::count) as u64;
+        let coefficients = u64::from(settings.order).pow(2);
+        let mut trees = None;
+        let (kind, most) = match (settings.space, &layout.cells) {
+            (Space::MultiResolution, Some(_)) => {
+                trees = layout.trees();
+                (Kind::Trees, trees.map_or(0, most_leaves))
+            }
+            (Space::ShellHarmonics, Some(Cells::Shells(shells))) => {
+                (Kind::Shells, shells.layers() as u64 * coefficients)
+            }
+            _ if settings.directions == Directions::Harmonics => {
+                (Kind::Harmonics, cells * coefficients)
+            }
+            _ => (Kind::Cells, cells),
+        };
+        Self {
+            kind,
+            storage: settings.storage,
+            step: if settings.storage == Storage::U8 {
+                settings.range / 255.0
+            } else {
+                0.0
+            },
+            most,
+            trees,
+        }
+    }
+
+    /// The most bytes of a file.
+    pub fn most_bytes(&self) -> u64 {
+        let trees = self.trees.map_or(0, |(form, roots)| {
+            TREES + roots as u64 + most_leaves((form, roots))
+        });
+        let numbers = self.most.saturating_mul(bytes_each(self.storage));
+        (HEADER + HASH) as u64 + TALLY + KIND + trees + NUMBERS + numbers
+    }
+}
+
+/// Leaves of trees that merge nothing: more than their inner nodes.
+fn most_leaves(([branches, levels], roots): ([u32; 2], usize)) -> u64 {
+    u64::from(branches).pow(levels).saturating_mul(roots as u64)
+}
+
+/// The name of what a file holds: a form, and the number of a sample.
+#[derive(Clone, Copy, Debug)]
+pub struct Key<'a> {
+    /// The form's hash in hex.
+    pub form: &'a str,
+    /// The sample's number.
+    pub sample: u64,
+}
+
+impl Key<'_> {
+    /// The name of the file.
+    pub fn file_name(&self) -> String {
+        match self.sample {
+            HARMONICS => "harmonics.table".to_owned(),
+            SHELLS => "shells.table".to_owned(),
+            sample => format!("{sample}.table"),
+        }
+    }
+}
+
+/// The bytes of a file, if there is one.
+///
+/// # Errors
+///
+/// If it has more bytes than `most`, or cannot be read.
+pub fn bytes_of(path: &Path, most: u64) -> Result<Option<Vec<u8>>, String> {
+    let file = match File::open(path) {
+        Ok(file) => file,
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+        Err(error) => return Err(error.to_string()),
+    };
+    let length = file.metadata().map_err(|error| error.to_string())?.len();
+    if length > most {
+        return Err(format!(
+            "it has {length} bytes, and a table of these settings at most {most}"
+        ));
+    }
+    let mut bytes = Vec::with_capacity(length as usize);
+    file.take(most)
+        .read_to_end(&mut bytes)
+        .map_err(|error| error.to_string())?;
+    Ok(Some(bytes))
+}
+
+/// The bytes of a table's file.
+pub fn table_bytes(key: Key, table: &Table) -> Vec<u8> {
+    let mut content = Vec::with_capacity(table.bytes() as usize + 1024);
+    let tally = &table.tally;
+    put_u64(&mut content, tally.photons);
+    for sum in [
+        tally.set_out,
+        tally.missed,
+        tally.absorbed,
+        tally.cut_off,
+        tally.left,
+    ] {
+        for x in sum {
+            put_f64(&mut content, x);
+        }
+    }
+    put_u64(&mut content, table.saturated);
+    match &table.form {
+        Form::Cells(stored) => put_numbers(&mut content, Kind::Cells, stored),
+        Form::Shells(stored) => put_numbers(&mut content, Kind::Shells, stored),
+        Form::Harmonics(stored) => put_numbers(&mut content, Kind::Harmonics, stored),
+        Form::Trees { trees, leaves } => {
+            let (roots, nodes) = trees.shape();
+            content.push(Kind::Trees as u8);
+            content.extend(trees.branches().to_le_bytes());
+            content.extend(trees.levels().to_le_bytes());
+            put_u64(&mut content, roots.len() as u64);
+            put_u64(&mut content, nodes.len() as u64);
+            content.extend(roots.into_iter().map(u8::from));
+            content.extend(nodes);
+            put_stored(&mut content, leaves);
+        }
+        // Tables of a frame alone have no files.
+        Form::Reads(..) | Form::ReadShells(_) => {}
+    }
+    sealed(key, &content)
+}
+
+fn put_numbers(into: &mut Vec<u8>, kind: Kind, stored: &Stored) {
+    into.push(kind as u8);
+    put_stored(into, stored);
+}
+
+fn put_stored(into: &mut Vec<u8>, stored: &Stored) {
+    let (code, step) = match stored {
+        Stored::U8 { step, .. } => (0, *step),
+        Stored::F16(_) => (1, 0.0),
+        Stored::F32(_) => (2, 0.0),
+        Stored::F64(_) => (3, 0.0),
+    };
+    into.push(code);
+    put_f64(into, step);
+    put_u64(into, stored.count() as u64);
+    raw_numbers(stored, into);
+}
+
+/// The numbers as they are kept, little-endian, without anything before them.
+pub fn raw_numbers(stored: &Stored, into: &mut Vec<u8>) {
+    match stored {
+        Stored::U8 { steps, .. } => into.extend(steps.as_flattened()),
+        Stored::F16(all) => into.extend(all.as_flattened().iter().flat_map(|x| x.to_le_bytes())),
+        Stored::F32(all) => into.extend(all.as_flattened().iter().flat_map(|x| x.to_le_bytes())),
+        Stored::F64(all) => into.extend(all.as_flattened().iter().flat_map(|x| x.to_le_bytes())),
+    }
+}
+
+/// The table in a file's bytes.
+///
+/// # Errors
+///
+/// The reason for which they are not those of the table that was asked for.
+pub fn table_of(bytes: &[u8], key: Key, expected: &Expected) -> Result<Table, String> {
+    let mut reader = Reader(opened(bytes, key)?);
+    let table = reader.table(expected)?;
+    reader.end()?;
+    Ok(table)
+}
+
+/// The bytes of the file of shells' borders \[m\].
+pub fn radii_bytes(form: &str, radii: &[f64]) -> Vec<u8> {
+    let mut content = Vec::new();
+    put_u64(&mut content, radii.len() as u64);
+    for x in radii {
+        put_f64(&mut content, *x);
+    }
+    let sample = SHELLS;
+    sealed(Key { form, sample }, &content)
+}
+
+/// The most bytes of the file of so many shells' borders.
+pub fn most_radii_bytes(shells: u32) -> u64 {
+    (HEADER + HASH) as u64 + 8 + 8 * (u64::from(shells) + 1)
+}
+
+/// The borders of shells \[m\] in a file's bytes, up to that of a region.
+///
+/// # Errors
+///
+/// The reason for which they are not those that were asked for.
+pub fn radii_of(bytes: &[u8], form: &str, shells: u32, region: f64) -> Result<Vec<f64>, String> {
+    let sample = SHELLS;
+    let mut reader = Reader(opened(bytes, Key { form, sample })?);
+    let count = reader.u64()?;
+    if count != u64::from(shells) + 1 {
+        return Err(format!("it has {count} borders of {shells} shells"));
+    }
+    let radii = (0..count)
+        .map(|_| reader.f64())
+        .collect::<Result<Vec<f64>, _>>()?;
+    reader.end()?;
+    let grow = radii.windows(2).all(|pair| pair[0] < pair[1]);
+    if !grow || radii[0] != 0.0 || radii[radii.len() - 1] != region {
+        return Err("its borders do not grow from 0 to the region's radius".to_owned());
+    }
+    Ok(radii)
+}
+
+fn put_u64(into: &mut Vec<u8>, x: u64) {
+    into.extend(x.to_le_bytes());
+}
+
+fn put_f64(into: &mut Vec<u8>, x: f64) {
+    into.extend(x.to_le_bytes());
+}
+
+/// The hash of the program's source, as a file has it.
+fn source() -> [u8; 32] {
+    *blake3::hash(env!("NEPHROID_SOURCE_HASH").as_bytes()).as_bytes()
+}
+
+/// The hash of a form, as a file has it.
+fn form_bytes(form: &str) -> [u8; 32] {
+    *blake3::hash(form.as_bytes()).as_bytes()
+}
+
+/// Content with its header and its checksum.
+fn sealed(key: Key, content: &[u8]) -> Vec<u8> {
+    let mut bytes = Vec::with_capacity(HEADER + content.len() + HASH);
+    bytes.extend(MAGIC);
+    bytes.extend(VERSION.to_le_bytes());
+    bytes.extend(source());
+    bytes.extend(form_bytes(key.form));
+    put_u64(&mut bytes, key.sample);
+    put_u64(&mut bytes, content.len() as u64);
+    bytes.extend(content);
+    let hash = blake3::hash(&bytes);
+    bytes.extend(hash.as_bytes());
+    bytes
+}
+
+/// The content of a file's bytes, after its header and checksum were checked.
+fn opened<'a>(bytes: &'a [u8], key: Key) -> Result<&'a [u8], String> {
+    let mut reader = Reader(bytes);
+    if reader.take(8)? != MAGIC {
+        return Err("it is no table".to_owned());
+    }
+    let version = reader.u32()?;
+    if version != VERSION {
+        return Err(format!(
+            "its format is version {version}, and this program's {VERSION}"
+        ));
+    }
+    if reader.take(32)? != source() {
+        return Err("another version of the program made it".to_owned());
+    }
+    if reader.take(32)? != form_bytes(key.form) {
+        return Err("it belongs to another object or other settings".to_owned());
+    }
+    let sample = reader.u64()?;
+    if sample != key.sample {
+        return Err(format!("it has sample {sample}, not {}", key.sample));
+    }
+    let length = reader.u64()?;
+    let there = reader.0.len() as u64;
+    if length.checked_add(HASH as u64) != Some(there) {
+        return Err(format!(
+            "it is cut off or too long: {length} bytes and a checksum should follow its header, and {there} \
+             bytes do"
+        ));
+    }
+    let (all, hash) = bytes.split_at(bytes.len() - HASH);
+    if blake3::hash(all).as_bytes() != hash {
+        return Err("its checksum is not that of its bytes".to_owned());
+    }
+    Ok(&all[HEADER..])
+}
+
+/// Bytes that are still to be read.
+struct Reader<'a>(&'a [u8]);
+
+impl<'a> Reader<'a> {
+    fn take(&mut self, count: usize) -> Result<&'a [u8], String> {
+        let Some((taken, rest)) = self.0.split_at_checked(count) else {
+            return Err("it is cut off".to_owned());
+        };
+        self.0 = rest;
+        Ok(taken)
+    }
+
+    fn array<const N: usize>(&mut self) -> Result<[u8; N], String> {
+        let mut array = [0; N];
+        array.copy_from_slice(self.take(N)?);
+        Ok(array)
+    }
+
+    fn u8(&mut self) -> Result<u8, String> {
+        Ok(self.array::<1>()?[0])
+    }
+
+    fn u32(&mut self) -> Result<u32, String> {
+        Ok(u32::from_le_bytes(self.array()?))
+    }
+
+    fn u64(&mut self) -> Result<u64, String> {
+        Ok(u64::from_le_bytes(self.array()?))
+    }
+
+    fn f64(&mut self) -> Result<f64, String> {
+        Ok(f64::from_le_bytes(self.array()?))
+    }
+
+    fn triple(&mut self) -> Result<[f64; 3], String> {
+        Ok([self.f64()?, self.f64()?, self.f64()?])
+    }
+
+    fn end(&self) -> Result<(), String> {
+        if self.0.is_empty() {
+            Ok(())
+        } else {
+            Err(format!("it has {} bytes too many", self.0.len()))
+        }
+    }
+
+    fn table(&mut self, expected: &Expected) -> Result<Table, String> {
+        let tally = Tally {
+            photons: self.u64()?,
+            set_out: self.triple()?,
+            missed: self.triple()?,
+            absorbed: self.triple()?,
+            cut_off: self.triple()?,
+            left: self.triple()?,
+        };
+        let saturated = self.u64()?;
+        let kind = Kind::ALL.get(usize::from(self.u8()?));
+        if kind != Some(&expected.kind) {
+            return Err("it is of another kind of table".to_owned());
+        }
+        let form = match expected.kind {
+            Kind::Cells => Form::Cells(self.stored(expected, expected.most)?),
+            Kind::Shells => Form::Shells(self.stored(expected, expected.most)?),
+            Kind::Harmonics => Form::Harmonics(self.stored(expected, expected.most)?),
+            Kind::Trees => {
+                let (trees, leaves) = self.trees(expected)?;
+                let leaves = self.stored(expected, leaves)?;
+                Form::Trees { trees, leaves }
+            }
+        };
+        Ok(Table {
+            tally,
+            saturated,
+            form,
+        })
+    }
+
+    /// Trees, and the number of their leaves.
+    fn trees(&mut self, expected: &Expected) -> Result<(Trees, u64), String> {
+        let form = [self.u32()?, self.u32()?];
+        let (roots, nodes) = (self.u64()?, self.u64()?);
+        let same = |(wanted, count): ([u32; 2], usize)| wanted == form && count as u64 == roots;
+        if !expected.trees.is_some_and(same) || nodes > expected.most {
+            return Err(format!(
+                "it has {roots} trees of {} levels and {nodes} nodes, which is not what its settings ask for",
+                form[1]
+            ));
+        }
+        let roots = self.take(roots as usize)?;
+        let nodes = self.take(nodes as usize)?;
+        Trees::of_shape(form, roots, nodes)
+            .ok_or_else(|| "its trees do not hang together".to_owned())
+    }
+
+    fn stored(&mut self, expected: &Expected, wanted: u64) -> Result<Stored, String> {
+        let storage = STORAGES.get(usize::from(self.u8()?));
+        let step = self.f64()?;
+        if storage != Some(&expected.storage) || step.to_bits() != expected.step.to_bits() {
+            return Err("its numbers are stored in another way".to_owned());
+        }
+        let count = self.u64()?;
+        if count != wanted {
+            return Err(format!("it has {count} numbers, and should have {wanted}"));
+        }
+        // `wanted` is that of the layout: it does not come from the file.
+        let each = bytes_each(expected.storage) as usize;
+        let bytes = self.take(count as usize * each)?;
+        Ok(match expected.storage {
+            Storage::U8 => Stored::U8 {
+                steps: triples(bytes, |[x]| x),
+                step,
+            },
+            Storage::F16 => Stored::F16(triples(bytes, f16::from_le_bytes)),
+            Storage::F32 => Stored::F32(triples(bytes, f32::from_le_bytes)),
+            Storage::Exact => Stored::F64(triples(bytes, f64::from_le_bytes)),
+        })
+    }
+}
+
+/// Bytes as triples of numbers of N bytes each.
+fn triples<const N: usize, T>(bytes: &[u8], number: impl Fn([u8; N]) -> T) -> Vec<[T; 3]> {
+    let at = |triple: &[u8], k: usize| {
+        let mut array = [0; N];
+        array.copy_from_slice(&triple[k * N..(k + 1) * N]);
+        number(array)
+    };
+    bytes
+        .chunks_exact(3 * N)
+        .map(|triple| std::array::from_fn(|k| at(triple, k)))
+        .collect()
+}

@@ -1,0 +1,156 @@
+//! Memory of a run, before any photon.
+
+use super::lasting::is_fitted;
+use super::layout::kind;
+use super::object::SpecularObject;
+use super::settings::Settings;
+use super::storage::bytes_each;
+use super::variants::{Directions, Radii, SampleAt, Space, Symmetry, Tables, Tree};
+use crate::scene::{Scene, Sensor};
+
+/// Bytes of a triple of `f64`.
+const TRIPLE: u64 = 24;
+
+/// Memory \[bytes\] of a run, and its samples.
+#[derive(Clone, Copy, Debug)]
+pub struct Size {
+    /// The film with a frame's values.
+    pub film: u64,
+    /// Tables.
+    pub tables: u64,
+    /// Sums of photons, and what makes a table of them.
+    pub scratch: u64,
+    /// Samples, of all objects.
+    pub samples: u64,
+}
+
+impl Size {
+    /// That of a run on a sensor.
+    pub fn new(scene: &Scene, sensor: &Sensor, settings: &Settings) -> Self {
+        let texels = u64::from(sensor.film.crop.width) * u64::from(sensor.film.crop.height);
+        let objects = SpecularObject::groups(scene).len() as u64;
+        Self::of(settings, texels, scene.emitters().len() as u64, objects)
+    }
+
+    fn of(settings: &Settings, texels: u64, lights: u64, objects: u64) -> Self {
+        let f = u64::from(settings.frequency);
+        let all = match (settings.directions, settings.symmetry) {
+            (Directions::Exact, _) => lights,
+            (_, Symmetry::Sphere) => 1,
+            (_, Symmetry::Axis) => u64::from(settings.axis_samples),
+            (_, Symmetry::None) => match settings.sample_at {
+                SampleAt::Vertices => 10 * f * f + 2,
+                SampleAt::Centres => 20 * f * f,
+            },
+        };
+        let needed = match settings.tables {
+            Tables::Needed if settings.directions != Directions::Harmonics => all.min(3 * lights),
+            _ => all,
+        };
+        let triangles = 20 << (2 * settings.shell_level);
+        let cells = match kind(settings) {
+            None => texels,
+            Some(Tree::Grid) => u64::from(settings.cells).pow(3),
+            Some(Tree::Shells) => u64::from(settings.shells) * triangles,
+        };
+        let coefficients = u64::from(settings.order).pow(2);
+        let is_fitted = is_fitted(settings);
+        let each = bytes_each(settings.storage);
+        let table = match settings.space {
+            _ if is_fitted => cells * coefficients * each,
+            Space::ShellHarmonics => u64::from(settings.shells) * coefficients * each,
+            // Nodes of 12 bytes, at most one for three leaves, and roots of 4.
+            Space::MultiResolution => cells * (each + 4) + 80 * u64::from(settings.shells),
+            _ => cells * each,
+        };
+        let (fitted, merged) = (
+            // Sums of coefficients, and a column of the fit.
+            if is_fitted {
+                cells * coefficients * TRIPLE
+            } else {
+                0
+            },
+            // A tree while it is built: ranges and lists of children.
+            match settings.space {
+                Space::MultiResolution => 160 * cells,
+                _ => 0,
+            },
+        );
+        // The pilot of adapted shells has eight times as many, of 320 triangles.
+        let pilot = match (kind(settings), settings.radii) {
+            (Some(Tree::Shells), Radii::Adapted) => 8 * u64::from(settings.shells) * 320,
+            _ => 0,
+        };
+        let tables = if is_fitted { 1 } else { needed };
+        Self {
+            film: texels * (TRIPLE + 4 * TRIPLE + 6 * TRIPLE),
+            tables: objects.saturating_mul(tables).saturating_mul(table),
+            // Sums of each thread, values of a sample, and what is written of them.
+            scratch: (rayon::current_num_threads() as u64 + 2) * cells.max(pilot) * TRIPLE
+                + 2 * table
+                + fitted
+                + merged,
+            samples: objects.saturating_mul(needed),
+        }
+    }
+
+    /// All of it.
+    pub fn bytes(&self) -> u64 {
+        self.film
+            .saturating_add(self.tables)
+            .saturating_add(self.scratch)
+    }
+
+    /// What it takes, and which settings would fit into `available` bytes.
+    pub fn refusal(scene: &Scene, sensor: &Sensor, settings: &Settings, available: u64) -> String {
+        let size = Self::new(scene, sensor, settings);
+        let megabytes = |bytes: u64| format!("{:.1} MB", bytes as f64 / 1e6);
+        let fits = |settings: &Settings| Self::new(scene, sensor, settings).bytes() <= available;
+        let mut fitting = Vec::new();
+        let mut largest = |key: &str, from: u32, least: u32, set: &dyn Fn(&mut Settings, u32)| {
+            let mut smaller = settings.clone();
+            let found = (least..from).rev().find(|value| {
+                set(&mut smaller, *value);
+                fits(&smaller)
+            });
+            fitting.extend(found.map(|value| format!("{key}={value}")));
+        };
+        match kind(settings) {
+            Some(Tree::Grid) => largest("cells", settings.cells, 1, &|all, n| all.cells = n),
+            Some(Tree::Shells) => {
+                largest("shell-level", settings.shell_level, 0, &|all, n| {
+                    all.shell_level = n;
+                });
+            }
+            None => {}
+        }
+        if settings.symmetry == Symmetry::None && settings.directions != Directions::Exact {
+            largest("frequency", settings.frequency, 1, &|all, n| {
+                all.frequency = n;
+            });
+        }
+        if settings.tables == Tables::All {
+            let needed = Settings {
+                tables: Tables::Needed,
+                ..settings.clone()
+            };
+            fitting.extend(fits(&needed).then(|| "tables=needed".to_owned()));
+        }
+        let would = if fitting.is_empty() {
+            "a smaller film or fewer cells would take less".to_owned()
+        } else {
+            format!("what would fit: {}", fitting.join(", or "))
+        };
+        format!(
+            "sensor \"{}\": tables of {} light directions take {}, photons' sums {} while they are made, and the \
+             film {}: {} resident in all, and {} are free; {would}",
+            sensor.id,
+            size.samples,
+            megabytes(size.tables),
+            megabytes(size.scratch),
+            megabytes(size.film),
+            megabytes(size.bytes()),
+            megabytes(available),
+        )
+    }
+}
