@@ -4,7 +4,7 @@
 //! cargo run --release --example irradiance-figures [SECTION ...]
 //! ```
 //!
-//! Without sections, all tables and `docs/local-irradiance.png` are made: some tens of minutes on two cores.
+//! Without sections, all tables and `docs/local-irradiance.png` are made: an hour or so on two busy cores.
 #![allow(missing_docs, reason = "an example is no library")]
 
 #[path = "../../tests/support/mod.rs"]
