@@ -1,0 +1,80 @@
+//! Which stage makes the error, and all stages exact.
+
+use std::time::Instant;
+
+use nephroid::internals::run::{Budget, Context, Light};
+use nephroid::internals::study::attribution::{Truth, attribute, truth_by_beams};
+
+use crate::judge::{floor, l1, percent, sum, turntable};
+use crate::support::figures::{attributions, table};
+use crate::support::light_volume::sensor;
+use crate::support::local_irradiance::{exact_but, tables};
+
+/// Texels a row, and rows.
+const FEW: &str = "64";
+
+/// Scenes whose truth is beams.
+const BY_BEAMS: [&str; 4] = ["ball", "cube", "prism", "ring"];
+
+/// The light of all stages exact against beams.
+pub fn exact() -> Vec<String> {
+    let lines = BY_BEAMS.map(|name| {
+        let scene = turntable(name, &[("size", FEW)]);
+        let floor_sensor = sensor(&scene, "floor");
+        let light = Light::Specular { max_depth: 16 };
+        let budget = Budget::error(0.01);
+        let truth = truth_by_beams(&scene, floor_sensor, light, &budget, &Context::default());
+        let truth = truth.unwrap();
+        let own = floor(&exact_but(&[("photons", "524288")]), &scene);
+        vec![
+            format!("`{name}`"),
+            truth.relative_error.map_or("-".into(), percent),
+            percent(l1(&truth.modelled, &own)),
+            percent(sum(&own) / sum(&truth.modelled)),
+        ]
+    });
+    vec![table(
+        &["scene", ">likely error of beams, %", ">L1, %", ">energy, %"],
+        &lines,
+    )]
+}
+
+/// Shapley's values of L1 on the floors of the turntables.
+pub fn stages() -> Vec<String> {
+    let mut all = Vec::new();
+    for name in ["ball", "cube", "prism", "ring", "terrain", "bumpy"] {
+        let scene = turntable(name, &[("size", FEW)]);
+        let floor_sensor = sensor(&scene, "floor");
+        let photons = if name == "bumpy" { "4096" } else { "16384" };
+        let method = tables(&[
+            ("photons", photons),
+            ("cells", "32"),
+            ("noise-error", "0.05"),
+        ]);
+        let (start, context) = (Instant::now(), Context::default());
+        let truth = |light| {
+            if BY_BEAMS.contains(&name) {
+                return truth_by_beams(&scene, floor_sensor, light, &Budget::error(0.01), &context);
+            }
+            let exact = exact_but(&[("photons", "524288"), ("seed", "1")]);
+            Ok(Truth {
+                modelled: floor(&exact, &scene),
+                not_modelled: f64::NAN,
+                relative_error: None,
+                is_resolved: true,
+            })
+        };
+        let found = attribute(
+            &method,
+            &scene,
+            floor_sensor,
+            &context,
+            &mut |_, _| (),
+            truth,
+        );
+        let found = found.expect("light on the floor").expect("nobody stops it");
+        all.push((format!("`{name}`"), found, start.elapsed().as_secs_f64()));
+        eprintln!("{}", attributions(&all[all.len() - 1..]).join("\n"));
+    }
+    attributions(&all)
+}
