@@ -96,17 +96,39 @@ pub fn write(
     Ok(files)
 }
 
+/// The cells in the order in which they are written: cubes row by row, not block by block as tables have
+/// them.
+fn row_by_row(layout: &Layout) -> Vec<u32> {
+    match &layout.cells {
+        None => Vec::new(),
+        Some(Cells::Grid(grid)) => {
+            let n = grid.side();
+            let places = (0..n * n * n).map(|place| [place % n, place / n % n, place / (n * n)]);
+            places.map(|place| grid.index(place)).collect()
+        }
+        Some(cells) => (0..cells.count() as u32).collect(),
+    }
+}
+
 /// The numbers of a table in the order of cells: trees are written out.
 fn volume(layout: &Layout, table: &Table) -> Vec<u8> {
     let mut bytes = Vec::new();
+    let cells = row_by_row(layout);
     match &table.form {
-        Form::Cells(stored) | Form::Shells(stored) | Form::Harmonics(stored) => {
-            raw_numbers(stored, &mut bytes);
+        Form::Shells(stored) => raw_numbers(stored, &mut bytes),
+        Form::Cells(stored) => {
+            let places = cells.iter().map(|cell| *cell as usize);
+            raw_numbers(&gathered(stored, places), &mut bytes);
+        }
+        Form::Harmonics(stored) => {
+            let each = stored.count() / cells.len().max(1);
+            let places = cells.iter().map(|cell| *cell as usize * each);
+            let all = places.flat_map(|first| first..first + each);
+            raw_numbers(&gathered(stored, all), &mut bytes);
         }
         Form::Trees { trees, leaves } => {
-            let cells = layout.cells.as_ref().map_or(0, Cells::count) as u32;
-            let places = (0..cells).map(|cell| {
-                let (root, path) = layout.path(cell);
+            let places = cells.iter().map(|cell| {
+                let (root, path) = layout.path(*cell);
                 trees.leaf(root, path).0
             });
             raw_numbers(&gathered(leaves, places), &mut bytes);
