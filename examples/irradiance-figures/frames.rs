@@ -17,7 +17,7 @@ use crate::support::light_volume::sensor;
 use crate::support::local_irradiance::tables;
 
 /// CPU seconds for which each kind of frame is repeated: the clock has steps of 10 ms.
-const LONG: f64 = 1.0;
+const LONG: f64 = 1.5;
 
 /// CPU milliseconds of a frame, by as many as take some seconds.
 fn milliseconds(mut frame: impl FnMut()) -> f64 {
@@ -40,7 +40,7 @@ pub fn frame() -> Vec<String> {
         let black = |_: &_, _: &mut Work| Rgb::BLACK;
         std::hint::black_box(film.evaluate(&scene, 1, black));
     });
-    let few = ("photons", "4096");
+    let few = ("photons", "16384");
     let cases: [(&str, Vec<(&str, &str)>); 6] = [
         ("grid 64³", vec![few]),
         (
@@ -58,7 +58,7 @@ pub fn frame() -> Vec<String> {
         (
             "harmonics of order 5, 6 shells, level 4",
             vec![
-                ("photons", "64"),
+                ("photons", "256"),
                 ("directions", "harmonics"),
                 ("storage", "f32"),
                 ("space", "shells"),
@@ -67,7 +67,7 @@ pub fn frame() -> Vec<String> {
         (
             "harmonics of order 5, grid 64³",
             vec![
-                ("photons", "64"),
+                ("photons", "256"),
                 ("directions", "harmonics"),
                 ("storage", "f32"),
             ],
@@ -178,7 +178,7 @@ pub fn shooting() -> Vec<String> {
     let mut ball = None;
     for (name, seconds) in paper {
         let bench = Bench::new(name, &[("size", "8")]);
-        let own = settings(&[("photons", "65536")]);
+        let own = settings(&[("photons", "262144")]);
         let layout = bench.layout(&own);
         let (wall, start) = (Instant::now(), cpu::seconds());
         let shed = bench.shed(&own, &layout);
