@@ -300,7 +300,10 @@ mod tests {
                 continue;
             }
             // A node too few, one too many, one below the last level.
-            assert_eq!(Trees::of_shape(form, &roots, &nodes[1..]), None);
+            assert_eq!(
+                Trees::of_shape(form, &roots, &nodes[..nodes.len() - 1]),
+                None
+            );
             let more = [&nodes[..], &[0]].concat();
             assert_eq!(Trees::of_shape(form, &roots, &more), None);
             assert_eq!(Trees::of_shape([form[0], 1], &roots, &nodes), None);
