@@ -744,8 +744,8 @@ fn less_noise_is_what_was_asked_for() {
     };
     let fine = image(&[("photons", "4194304"), ("noise-error", "1")]);
     let square: f64 = fine.iter().map(|value| value * value).sum();
-    for asked in [0.05, 0.01] {
-        let word = f64::from(asked).to_string();
+    for asked in [0.05f64, 0.01] {
+        let word = asked.to_string();
         let own = image(&[("photons", "64"), ("noise-error", &word)]);
         let apart: f64 = own.iter().zip(&fine).map(|(a, b)| (a - b).powi(2)).sum();
         let error = (apart / square).sqrt();
