@@ -1,5 +1,6 @@
 //! Work and time by stage.
 
+use std::ops::AddAssign;
 use std::time::Instant;
 
 use super::Stage;
@@ -18,15 +19,24 @@ pub struct Done<W> {
 pub trait Clocked: Sized {
     /// A stage.
     type Step;
+    /// Its work.
+    type Work: Default + AddAssign;
 
-    /// The time of a stage so far \[s\].
-    fn seconds(&mut self, step: Self::Step) -> &mut f64;
+    /// The work and time of a stage so far.
+    fn done(&mut self, step: Self::Step) -> &mut Done<Self::Work>;
 
-    /// Runs a part of a stage on the clock.
-    fn timed<T>(&mut self, step: Self::Step, part: impl FnOnce(&mut Self) -> T) -> T {
+    /// Runs a part of a stage on the clock, and counts its work.
+    fn timed<T>(
+        &mut self,
+        step: Self::Step,
+        part: impl FnOnce(&mut Self, &mut Self::Work) -> T,
+    ) -> T {
         let start = Instant::now();
-        let result = part(self);
-        *self.seconds(step) += start.elapsed().as_secs_f64();
+        let mut work = Self::Work::default();
+        let result = part(self, &mut work);
+        let done = self.done(step);
+        done.work += work;
+        done.seconds += start.elapsed().as_secs_f64();
         result
     }
 }

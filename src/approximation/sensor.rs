@@ -162,6 +162,26 @@ impl SensorFilm {
         found
     }
 
+    /// All [`points`](Self::points), in batches of texels, with the work of finding them.
+    pub fn batches<'a>(
+        &'a self,
+        scene: &'a Scene,
+        samples: u32,
+    ) -> impl IndexedParallelIterator<Item = (SensorPoints, TraversalCounters)> + 'a {
+        /// Points of a batch: they stay in a core's cache.
+        const BATCH: usize = 1024;
+        let [width, height] = self.size();
+        let texels = width * height;
+        let batch = (BATCH / (samples * samples) as usize).max(1);
+        (0..texels.div_ceil(batch))
+            .into_par_iter()
+            .map(move |index| {
+                let range = index * batch..((index + 1) * batch).min(texels);
+                let mut counters = TraversalCounters::default();
+                (self.points(scene, range, samples, &mut counters), counters)
+            })
+    }
+
     /// The point of a texel at fractions `at` across it, and the weight that it has, also if it is on no
     /// surface or on a black one.
     #[inline]
@@ -210,17 +230,10 @@ impl SensorFilm {
         samples: u32,
         irradiance: impl Fn(&SensorPoint, &mut W) -> Rgb + Sync,
     ) -> (Vec<Rgb>, W, TraversalCounters) {
-        /// Points of a batch: they stay in a core's cache.
-        const BATCH: usize = 1024;
-        let [width, height] = self.size();
-        let texels = width * height;
-        let batch = (BATCH / (samples * samples) as usize).max(1);
-        let batches: Vec<(Vec<Rgb>, W, TraversalCounters)> = (0..texels.div_ceil(batch))
-            .into_par_iter()
-            .map(|index| {
-                let (mut work, mut counters) = (W::default(), TraversalCounters::default());
-                let range = index * batch..((index + 1) * batch).min(texels);
-                let found = self.points(scene, range, samples, &mut counters);
+        let batches: Vec<(Vec<Rgb>, W, TraversalCounters)> = self
+            .batches(scene, samples)
+            .map(|(found, counters)| {
+                let mut work = W::default();
                 let mut values = vec![Rgb::BLACK; found.weights.len()];
                 for point in &found.points {
                     let value = point.measured(irradiance(point, &mut work));
@@ -235,7 +248,8 @@ impl SensorFilm {
             })
             .collect();
         let (mut work, mut counters) = (W::default(), TraversalCounters::default());
-        let mut values = Vec::with_capacity(texels);
+        let [width, height] = self.size();
+        let mut values = Vec::with_capacity(width * height);
         for (some, done, rays) in batches {
             values.extend(some);
             work += done;

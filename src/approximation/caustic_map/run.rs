@@ -87,17 +87,14 @@ struct Pipeline<'a> {
 
 impl Clocked for Pipeline<'_> {
     type Step = Step;
+    type Work = Work;
 
-    fn seconds(&mut self, step: Step) -> &mut f64 {
-        &mut self.work[step as usize].seconds
+    fn done(&mut self, step: Step) -> &mut Done<Work> {
+        &mut self.work[step as usize]
     }
 }
 
 impl<'a> Pipeline<'a> {
-    fn work(&mut self, step: Step) -> &mut Work {
-        &mut self.work[step as usize].work
-    }
-
     /// Where in its pixel a frame's photons are, as a shift from the middle: the additive sequence of the
     /// plastic number (Roberts 2018), whose first points cover a square evenly.
     fn shift(frame: u32) -> DVec2 {
@@ -184,7 +181,7 @@ impl<'a> Pipeline<'a> {
     /// Stage `lookup`: what the sensor's texels have of maps, or of a film that has it all.
     fn looked_up(&mut self, maps: Vec<CausticTexture>, film: ExactFilm) -> Result<Vec<Rgb>, Error> {
         if self.settings.lookup == Lookup::Exact {
-            let values = self.timed(Step::Lookup, |this| this.dealt(&maps, film))?;
+            let values = self.timed(Step::Lookup, |this, work| this.dealt(&maps, film, work))?;
             self.account(&maps, &values);
             return Ok(values);
         }
@@ -194,13 +191,13 @@ impl<'a> Pipeline<'a> {
             lookup: settings.lookup,
             bias: settings.bias,
         };
-        let values = self.timed(Step::Lookup, |this| {
+        let values = self.timed(Step::Lookup, |this, work| {
             let look = |point: &SensorPoint, looks: &mut Looks| {
                 field.irradiance(&point.point, point.normal, looks)
             };
             let (values, looks, views) = this.film.evaluate(this.scene, settings.samples, look);
-            *this.work(Step::Lookup) += looks.work;
-            this.work(Step::Lookup).add_rays(views);
+            *work += looks.work;
+            work.add_rays(views);
             *this.looks.get_or_insert_default() += looks;
             values
         });
@@ -209,12 +206,16 @@ impl<'a> Pipeline<'a> {
     }
 
     /// The film's averages, after the maps' texels are dealt out on it.
-    fn dealt(&mut self, maps: &[CausticTexture], film: ExactFilm) -> Result<Vec<Rgb>, Error> {
+    fn dealt(
+        &self,
+        maps: &[CausticTexture],
+        film: ExactFilm,
+        work: &mut Work,
+    ) -> Result<Vec<Rgb>, Error> {
         let screen = self.film.screen();
         for map in maps {
             let (view, flux) = (&map.view, &map.flux);
-            let work = deal_texels(self.scene, &self.receivers, view, flux, &screen, &film);
-            *self.work(Step::Lookup) += work;
+            *work += deal_texels(self.scene, &self.receivers, view, flux, &screen, &film);
         }
         let measure = |texel: usize| match self.film.measure(texel) {
             0.0 => f64::INFINITY,
@@ -256,12 +257,12 @@ impl<'a> Pipeline<'a> {
         if !is_marched && !is_tested {
             return Vec::new();
         }
-        self.timed(Step::View, |this| {
+        self.timed(Step::View, |this, work| {
             let maps = views.iter().map(|view| {
                 let view = view.with_side(this.settings.photons);
                 let (map, counters) = DepthMap::new(&this.receivers, view, this.settings.view);
-                this.work(Step::View).add_rays(counters);
-                this.work(Step::View).bytes += map.bytes();
+                work.add_rays(counters);
+                work.bytes += map.bytes();
                 map
             });
             maps.collect()
@@ -272,7 +273,7 @@ impl<'a> Pipeline<'a> {
     /// the first.
     fn beams(&mut self, light: &Light, canvas: &Canvas, shift: DVec2, film: &ExactFilm) -> Tally {
         let backs = self.backs(light, shift);
-        let dealt = self.timed(Step::Splat, |this| {
+        let dealt = self.timed(Step::Splat, |this, _| {
             deal_beams(&this.tracer(light, &backs), canvas, shift, film)
         });
         for (sum, work) in self.work.iter_mut().zip(dealt.work) {
@@ -334,9 +335,11 @@ impl<'a> Pipeline<'a> {
         let (mut brought, mut kernel) = (Rgb::BLACK, Rgb::BLACK);
         let mut fluxes = Vec::new();
         for (view, photons) in views.iter().zip(&photons) {
-            let Chosen { map, drawn, work } =
-                self.timed(Step::Splat, |this| this.drawn(view, photons));
-            *self.work(Step::Splat) += work;
+            let Chosen { map, drawn, .. } = self.timed(Step::Splat, |this, work| {
+                let chosen = this.drawn(view, photons);
+                *work += chosen.work;
+                chosen
+            });
             let all: Rgb = map.iter().copied().sum();
             self.flow.chosen += all - drawn;
             brought += drawn;
@@ -390,9 +393,9 @@ impl<'a> Pipeline<'a> {
         if !is_read {
             return Backs::default();
         }
-        self.timed(Step::View, |this| {
-            let (backs, work) = backs(&this.tracer(light, &Backs::default()), shift);
-            *this.work(Step::View) += work;
+        self.timed(Step::View, |this, work| {
+            let (backs, done) = backs(&this.tracer(light, &Backs::default()), shift);
+            *work += done;
             backs
         })
     }

@@ -1,7 +1,6 @@
 //! The stages one after the other.
 
 use std::ops::Range;
-use std::time::Instant;
 
 use super::beams::Beams;
 use super::buffers::{Pictures, Slab};
@@ -23,7 +22,7 @@ use super::sweep::{Queue, Tracer, in_chunks};
 use super::update::Last;
 use super::variants::{BySteps, Layers, STAGES, Smooth, Splat, Step, Update};
 use super::work::Work;
-use crate::approximation::clock::Done;
+use crate::approximation::clock::{Clocked, Done};
 use crate::approximation::sources::flux_bound;
 use crate::approximation::{ExactFilm, Frame, Receivers, SensorFilm};
 use crate::geometry::Bounds;
@@ -112,7 +111,7 @@ pub fn run(
     }
     pipeline.flow.drawn = pipeline.flux_of(&values);
     if is_seen && settings.smooth == Smooth::Gaussian {
-        values = pipeline.timed(slabs, Step::Smooth, |_, work| {
+        values = pipeline.timed((slabs, Step::Smooth), |_, work| {
             smoothed(&values, [width, height], settings.sigma, work)
         });
     }
@@ -133,23 +132,17 @@ struct Pipeline<'a> {
     warnings: Vec<String>,
 }
 
-impl Pipeline<'_> {
-    /// Runs a part of a stage on the clock of a pass.
-    fn timed<T>(
-        &mut self,
-        pass: usize,
-        step: Step,
-        part: impl FnOnce(&mut Self, &mut Work) -> T,
-    ) -> T {
-        let start = Instant::now();
-        let mut work = Work::default();
-        let result = part(self, &mut work);
-        let done = &mut self.passes[pass][step as usize];
-        done.work += work;
-        done.seconds += start.elapsed().as_secs_f64();
-        result
-    }
+impl Clocked for Pipeline<'_> {
+    /// A pass, and its stage.
+    type Step = (usize, Step);
+    type Work = Work;
 
+    fn done(&mut self, (pass, step): Self::Step) -> &mut Done<Work> {
+        &mut self.passes[pass][step as usize]
+    }
+}
+
+impl Pipeline<'_> {
     fn add_work(&mut self, pass: usize, work: &BySteps<Work>) {
         for (done, one) in self.passes[pass].iter_mut().zip(work) {
             done.work += *one;
@@ -197,7 +190,7 @@ impl Pipeline<'_> {
                 Some(kept) => kept,
                 // No photon asks for it.
                 None if !passes.contains(&index) || self.progress.is_stopped() => Pictures::None,
-                None => self.timed(index, Step::Buffers, |_, work| {
+                None => self.timed((index, Step::Buffers), |_, work| {
                     Pictures::new(slab, settings, work)
                 }),
             });
@@ -205,7 +198,7 @@ impl Pipeline<'_> {
         let projectors = match last.projectors {
             Some(kept) => kept,
             None if !passes.contains(&count) || self.progress.is_stopped() => Projectors::default(),
-            None => self.timed(count, Step::Projector, |_, work| {
+            None => self.timed((count, Step::Projector), |_, work| {
                 Projectors::new(scene, volume, settings, work)
             }),
         };
@@ -250,7 +243,7 @@ impl Pipeline<'_> {
 
     /// Stage `emission`: a share of the photons before all slabs, with the flux of all.
     fn emitted(&mut self, tracer: &Tracer, lattices: &[Lattice], share: [u64; 2]) -> Queue {
-        self.timed(0, Step::Emission, |_, work| {
+        self.timed((0, Step::Emission), |_, work| {
             let cells: Vec<(usize, u64)> = (0..lattices.len())
                 .flat_map(|lattice| (0..lattices[lattice].cells()).map(move |cell| (lattice, cell)))
                 .filter(|(_, cell)| Frames::is_in(*cell, share))
@@ -288,10 +281,10 @@ impl Pipeline<'_> {
         let (step, done);
         if pass < tracer.slabs.len() {
             step = self.slab_step();
-            done = self.timed(pass, step, |_, _| queue.pass(pass, tracer));
+            done = self.timed((pass, step), |_, _| queue.pass(pass, tracer));
         } else {
             step = Step::Projector;
-            done = self.timed(pass, step, |_, _| queue.project(tracer));
+            done = self.timed((pass, step), |_, _| queue.project(tracer));
         }
         self.add_work(pass, &done);
     }
@@ -346,7 +339,7 @@ impl Pipeline<'_> {
     /// Stage `splat`: what the sensor has of photons that landed.
     fn drawn(&mut self, lattices: &[Lattice], landed: &[Landing]) -> Vec<Rgb> {
         let settings = self.settings;
-        self.timed(self.passes.len() - 1, Step::Splat, |this, work| {
+        self.timed((self.passes.len() - 1, Step::Splat), |this, work| {
             // Half the diagonal of a texel: each splat has the middle of one.
             let least = 0.5 * std::f64::consts::SQRT_2 * this.film.texel_length(this.scene);
             let cuboid = &this.volume.cuboid;
@@ -380,7 +373,7 @@ impl Pipeline<'_> {
                 receivers: &receivers,
                 film: &film,
             };
-            let dealt = self.timed(count, Step::Splat, |_, _| beams.deal());
+            let dealt = self.timed((count, Step::Splat), |_, _| beams.deal());
             self.add_work(count, &dealt.work);
             self.flow.tally += dealt.tally;
         }

@@ -110,7 +110,7 @@ pub fn run(
     };
     let [width, height] = film.size();
     let mut values = vec![Rgb::BLACK; width * height];
-    let water = pipeline.timed(Step::Surface, |this| this.water(kept));
+    let water = pipeline.timed(Step::Surface, |this, _| this.water(kept));
     pipeline
         .warnings
         .extend(left_out(scene, kept.shape, settings, &water));
@@ -182,9 +182,10 @@ struct Pipeline<'a> {
 
 impl Clocked for Pipeline<'_> {
     type Step = Step;
+    type Work = Work;
 
-    fn seconds(&mut self, step: Step) -> &mut f64 {
-        &mut self.work[step as usize].seconds
+    fn done(&mut self, step: Step) -> &mut Done<Work> {
+        &mut self.work[step as usize]
     }
 }
 
@@ -296,7 +297,7 @@ impl Pipeline<'_> {
         if settings.lod == 0.0 || vertices.len() != (side as usize).pow(2) {
             return None;
         }
-        self.timed(Step::Surface, |this| {
+        self.timed(Step::Surface, |this, _| {
             let tolerance = Tolerance {
                 most: settings.lod,
                 texel: this.film.texel_length(this.scene),
@@ -330,8 +331,7 @@ impl Pipeline<'_> {
         if !is_read || settings.shadow_map == 0 {
             return None;
         }
-        self.timed(Step::Shadow, |this| {
-            let work = this.work(Step::Shadow);
+        self.timed(Step::Shadow, |_, work| {
             let (source, slicing, side) = (lit.source, lit.slicing, settings.shadow_map);
             let plane = tree.plane();
             Some(ShadowMap::new(
@@ -342,7 +342,7 @@ impl Pipeline<'_> {
 
     /// Stages `surface`, `flux`, `fresnel` and `shadow` at vertices.
     fn vertices(&mut self, lit: &Lit, map: Option<&ShadowMap>) -> Vec<Option<LitVertex>> {
-        self.timed(Step::Surface, |this| {
+        self.timed(Step::Surface, |this, _| {
             let mut work: BySteps<Work> = Default::default();
             let vertices = lit.vertices(map, &mut work);
             for (sum, one) in this.work.iter_mut().zip(work) {
@@ -359,7 +359,7 @@ impl Pipeline<'_> {
         tree: &Quadtree,
         vertices: &[Option<LitVertex>],
     ) -> Vec<Option<Beam>> {
-        self.timed(Step::Flux, |this| {
+        self.timed(Step::Flux, |this, _| {
             let order = tree.order().par_iter();
             let beams: Vec<_> = order
                 .map(|&triangle| lit.beam(triangle, vertices))
@@ -382,25 +382,23 @@ impl Pipeline<'_> {
         map: Option<&ShadowMap>,
     ) -> Vec<bool> {
         let settings = self.settings;
-        self.timed(Step::ShadowCull, |this| match (settings.shadow_cull, map) {
-            (ShadowCull::Hierarchy, Some(map)) => {
-                let must_overlap = settings.queries == Queries::Overlap;
-                let mut work = Work::default();
-                let found = map.lit_leaves(tree, beams, settings.s_min, must_overlap, &mut work);
-                *this.work(Step::ShadowCull) += work;
-                found
+        self.timed(Step::ShadowCull, |_, work| {
+            match (settings.shadow_cull, map) {
+                (ShadowCull::Hierarchy, Some(map)) => {
+                    let must_overlap = settings.queries == Queries::Overlap;
+                    map.lit_leaves(tree, beams, settings.s_min, must_overlap, work)
+                }
+                (ShadowCull::Dark, _) => {
+                    let is_dark = |beam: &Beam| lit.is_dark(beam.triangle, vertices);
+                    let found: Vec<bool> = beams
+                        .iter()
+                        .map(|beam| !beam.as_ref().is_some_and(is_dark))
+                        .collect();
+                    work.culled += found.iter().filter(|is_lit| !**is_lit).count() as u64;
+                    found
+                }
+                (ShadowCull::Hierarchy | ShadowCull::Exact, _) => vec![true; beams.len()],
             }
-            (ShadowCull::Dark, _) => {
-                let is_dark = |beam: &Beam| lit.is_dark(beam.triangle, vertices);
-                let found: Vec<bool> = beams
-                    .iter()
-                    .map(|beam| !beam.as_ref().is_some_and(is_dark))
-                    .collect();
-                this.work(Step::ShadowCull).culled +=
-                    found.iter().filter(|is_lit| !**is_lit).count() as u64;
-                found
-            }
-            (ShadowCull::Hierarchy | ShadowCull::Exact, _) => vec![true; beams.len()],
         })
     }
 
@@ -414,7 +412,7 @@ impl Pipeline<'_> {
         boxes: &[LocalBox],
     ) -> Vec<Draw> {
         let settings = self.settings;
-        let (draws, hulls) = self.timed(Step::Clamp, |this| {
+        let (draws, hulls) = self.timed(Step::Clamp, |this, work| {
             let view = match this.film {
                 SensorFilm::Receiver(_) => View::default(),
                 SensorFilm::Camera(camera) => View::new(&camera.frustum(), slicing),
@@ -422,10 +420,7 @@ impl Pipeline<'_> {
             // Only the hierarchy reads them.
             let is_read = settings.clamp == Clamp::Hierarchy;
             let hulls = is_read.then(|| Hulls::new(tree, beams, slicing, settings.hull));
-            let mut work = Work {
-                bytes: hulls.as_ref().map_or(0, Hulls::bytes),
-                ..Work::default()
-            };
+            work.bytes += hulls.as_ref().map_or(0, Hulls::bytes);
             let culling = Culling {
                 tree,
                 beams,
@@ -435,9 +430,7 @@ impl Pipeline<'_> {
                 view: &view,
                 boxes,
             };
-            let draws = culling.draws(settings.clamp, &mut work);
-            *this.work(Step::Clamp) += work;
-            (draws, hulls)
+            (culling.draws(settings.clamp, work), hulls)
         });
         // Off the clock: a device has no use for it.
         if let Some(hulls) = hulls {
@@ -457,10 +450,10 @@ impl Pipeline<'_> {
         if share == 0.0 {
             return draws;
         }
-        self.timed(Step::Clamp, |this| {
+        self.timed(Step::Clamp, |_, work| {
             let before = draws.len();
             let left = without_faintest(slicing, beams, draws, share);
-            this.work(Step::Clamp).culled += (before - left.len()) as u64;
+            work.culled += (before - left.len()) as u64;
             left
         })
     }
@@ -476,11 +469,8 @@ impl Pipeline<'_> {
         let settings = self.settings;
         let is_whole = settings.lookup == TexelPoints::Exact;
         if is_whole && can_deal(settings, self.film) {
-            return self.timed(Step::Lookup, |this| {
-                let mut work = Work::default();
-                let values = deal(shading, vertices, beams, draws, this.film, &mut work)?;
-                *this.work(Step::Lookup) += work;
-                Ok(values)
+            return self.timed(Step::Lookup, |this, work| {
+                deal(shading, vertices, beams, draws, this.film, work)
             });
         }
         let samples = if is_whole { MIDPOINTS } else { 1 };
@@ -504,7 +494,7 @@ impl Pipeline<'_> {
                 })
                 .collect(),
         };
-        let (values, done, views) = self.timed(Step::Inside, |this| {
+        let (values, done, views) = self.timed(Step::Inside, |this, _| {
             match (this.film, settings.inside) {
                 (SensorFilm::Camera(camera), Inside::Stencil) => {
                     draw(shading, &drawn, this.film, camera, samples)
@@ -537,7 +527,7 @@ impl Pipeline<'_> {
     ) -> Option<Vec<(Draw, Vec<Beam>)>> {
         let settings = self.settings;
         (settings.surface == WaterSurface::Exact).then(|| {
-            self.timed(Step::Surface, |_| {
+            self.timed(Step::Surface, |_, _| {
                 let cells = draws.par_iter().map(|draw| {
                     let beam = beams[draw.beam as usize].as_ref();
                     let lit = &shading.lit;

@@ -9,9 +9,9 @@ use glam::DVec3;
 use serde_json::{Value, json};
 
 use super::cells::Cells;
+use super::chunk::{Content, Key, is_fitted};
 use super::directions::Samples;
 use super::file::raw_numbers;
-use super::lasting::{FITTED, is_fitted};
 use super::layout::Layout;
 use super::object::SpecularObject;
 use super::scenery::Kept;
@@ -49,30 +49,24 @@ pub fn write(
     for (object, layout) in &scenery.objects {
         let form = object.form(settings);
         let mut tables = Vec::new();
-        let numbers = if is_fitted(settings) {
-            FITTED..=FITTED
-        } else {
-            0..=samples.all().len() - 1
-        };
-        for sample in numbers {
-            let Some(table) = kept.tables.get(&(form.clone(), sample)) else {
+        for content in Content::tables(settings, &samples) {
+            let Some(table) = kept.tables.get(&Key::new(&form, content)) else {
                 continue;
             };
-            let number = if sample == FITTED {
-                "harmonics".to_owned()
-            } else {
-                sample.to_string()
-            };
             // Objects of one form share files.
-            let name = format!("{}-{number}.raw", &form[..16]);
+            let name = format!("{}-{}.raw", &form[..16], content.name());
             if written.insert(name.clone()) {
                 let path = folder.join(&name);
                 atomic::write(&path, |file| file.write_all(&volume(layout, table)))?;
                 files.push(path);
             }
+            let direction = match content {
+                Content::Sample(sample) => samples.all().get(sample),
+                Content::Harmonics | Content::Shells => None,
+            };
             tables.push(json!({
                 "file": name,
-                "direction_to_light": samples.all().get(sample).map(DVec3::to_array),
+                "direction_to_light": direction.map(DVec3::to_array),
             }));
         }
         objects.push(described(settings, scene, (object, layout), &form, &tables));

@@ -1,52 +1,28 @@
-//! The bytes of table files, and of the file of a form's shells.
-//!
-//! | bytes | content |
-//! |---|---|
-//! | 8 | `nephtab`, and a line's end |
-//! | 4 | version of this format |
-//! | 32 | hash of the program's source: another source may make other tables |
-//! | 32 | hash of the form: the object with all settings that tables depend on |
-//! | 8 | number of the sample; of harmonics and of shells the two largest numbers |
-//! | 8 | bytes of the content |
-//! | | content |
-//! | 32 | BLAKE3 hash of all before |
+//! Tables, and the borders of a form's shells, as the content of [chunks](super::chunk).
 //!
 //! A table's content is: what became of photons; numbers that were cut off; the table's kind, and trees if it
 //! has them (a byte a root, and a byte a node: a bit for each child that is inner); the kind of numbers, the
 //! size of a step, their count, and the numbers. All is little-endian. Lengths are checked against what the
 //! settings ask for before anything is allocated.
 
-use std::fs::File;
-use std::io::Read as _;
-use std::path::Path;
-
 use half::f16;
 
 use super::cells::Cells;
+use super::chunk::{AROUND, Key, Reader, is_fitted, opened, put_f64, put_u64, sealed};
 use super::layout::Layout;
 use super::settings::Settings;
 use super::shoot::Tally;
 use super::storage::{Stored, bytes_each};
 use super::table::{Form, Table};
 use super::tree::Trees;
-use super::variants::{Directions, Space, Storage};
+use super::variants::{Space, Storage};
 
-const MAGIC: [u8; 8] = *b"nephtab\n";
-const VERSION: u32 = 1;
-/// Bytes before the content, and after it.
-const HEADER: usize = 8 + 4 + 32 + 32 + 8 + 8;
-const HASH: usize = 32;
 /// Bytes of a tally and of the count of numbers that were cut off.
 const TALLY: u64 = 8 + 15 * 8 + 8;
 /// Bytes that say the kind of a table; the form of trees; and kind, step and count of numbers.
 const KIND: u64 = 1;
 const TREES: u64 = 4 + 4 + 8 + 8;
 const NUMBERS: u64 = 1 + 8 + 8;
-
-/// A file's number of what holds harmonics of the light's direction, in the place of a sample.
-pub const HARMONICS: u64 = u64::MAX;
-/// That of the borders of shells.
-pub const SHELLS: u64 = u64::MAX - 1;
 
 /// The kinds of tables that outlive a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -79,7 +55,7 @@ pub struct Expected {
 impl Expected {
     /// The table of a sample in a layout, or of harmonics of the light's direction in its cells.
     pub fn new(settings: &Settings, layout: &Layout) -> Self {
-        let cells = layout.cells.as_ref().map_or(0, Cells::count) as u64;
+        let cells = layout.count() as u64;
         let coefficients = u64::from(settings.order).pow(2);
         let mut trees = None;
         let (kind, most) = match (settings.space, &layout.cells) {
@@ -90,9 +66,7 @@ impl Expected {
             (Space::ShellHarmonics, Some(Cells::Shells(shells))) => {
                 (Kind::Shells, shells.layers() as u64 * coefficients)
             }
-            _ if settings.directions == Directions::Harmonics => {
-                (Kind::Harmonics, cells * coefficients)
-            }
+            _ if is_fitted(settings) => (Kind::Harmonics, cells * coefficients),
             _ => (Kind::Cells, cells),
         };
         Self {
@@ -114,7 +88,7 @@ impl Expected {
             TREES + roots as u64 + most_leaves((form, roots))
         });
         let numbers = self.most.saturating_mul(bytes_each(self.storage));
-        (HEADER + HASH) as u64 + TALLY + KIND + trees + NUMBERS + numbers
+        AROUND + TALLY + KIND + trees + NUMBERS + numbers
     }
 }
 
@@ -123,52 +97,8 @@ fn most_leaves(([branches, levels], roots): ([u32; 2], usize)) -> u64 {
     u64::from(branches).pow(levels).saturating_mul(roots as u64)
 }
 
-/// The name of what a file holds: a form, and the number of a sample.
-#[derive(Clone, Copy, Debug)]
-pub struct Key<'a> {
-    /// The form's hash in hex.
-    pub form: &'a str,
-    /// The sample's number.
-    pub sample: u64,
-}
-
-impl Key<'_> {
-    /// The name of the file.
-    pub fn file_name(&self) -> String {
-        match self.sample {
-            HARMONICS => "harmonics.table".to_owned(),
-            SHELLS => "shells.table".to_owned(),
-            sample => format!("{sample}.table"),
-        }
-    }
-}
-
-/// The bytes of a file, if there is one.
-///
-/// # Errors
-///
-/// If it has more bytes than `most`, or cannot be read.
-pub fn bytes_of(path: &Path, most: u64) -> Result<Option<Vec<u8>>, String> {
-    let file = match File::open(path) {
-        Ok(file) => file,
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
-        Err(error) => return Err(error.to_string()),
-    };
-    let length = file.metadata().map_err(|error| error.to_string())?.len();
-    if length > most {
-        return Err(format!(
-            "it has {length} bytes, and a table of these settings at most {most}"
-        ));
-    }
-    let mut bytes = Vec::with_capacity(length as usize);
-    file.take(most)
-        .read_to_end(&mut bytes)
-        .map_err(|error| error.to_string())?;
-    Ok(Some(bytes))
-}
-
 /// The bytes of a table's file.
-pub fn table_bytes(key: Key, table: &Table) -> Vec<u8> {
+pub fn table_bytes(key: &Key, table: &Table) -> Vec<u8> {
     let mut content = Vec::with_capacity(table.bytes() as usize + 1024);
     let tally = &table.tally;
     put_u64(&mut content, tally.photons);
@@ -238,7 +168,7 @@ pub fn raw_numbers(stored: &Stored, into: &mut Vec<u8>) {
 /// # Errors
 ///
 /// The reason for which they are not those of the table that was asked for.
-pub fn table_of(bytes: &[u8], key: Key, expected: &Expected) -> Result<Table, String> {
+pub fn table_of(bytes: &[u8], key: &Key, expected: &Expected) -> Result<Table, String> {
     let mut reader = Reader(opened(bytes, key)?);
     let table = reader.table(expected)?;
     reader.end()?;
@@ -246,19 +176,18 @@ pub fn table_of(bytes: &[u8], key: Key, expected: &Expected) -> Result<Table, St
 }
 
 /// The bytes of the file of shells' borders \[m\].
-pub fn radii_bytes(form: &str, radii: &[f64]) -> Vec<u8> {
+pub fn radii_bytes(key: &Key, radii: &[f64]) -> Vec<u8> {
     let mut content = Vec::new();
     put_u64(&mut content, radii.len() as u64);
     for x in radii {
         put_f64(&mut content, *x);
     }
-    let sample = SHELLS;
-    sealed(Key { form, sample }, &content)
+    sealed(key, &content)
 }
 
 /// The most bytes of the file of so many shells' borders.
 pub fn most_radii_bytes(shells: u32) -> u64 {
-    (HEADER + HASH) as u64 + 8 + 8 * (u64::from(shells) + 1)
+    AROUND + 8 + 8 * (u64::from(shells) + 1)
 }
 
 /// The borders of shells \[m\] in a file's bytes, up to that of a region.
@@ -266,9 +195,8 @@ pub fn most_radii_bytes(shells: u32) -> u64 {
 /// # Errors
 ///
 /// The reason for which they are not those that were asked for.
-pub fn radii_of(bytes: &[u8], form: &str, shells: u32, region: f64) -> Result<Vec<f64>, String> {
-    let sample = SHELLS;
-    let mut reader = Reader(opened(bytes, Key { form, sample })?);
+pub fn radii_of(bytes: &[u8], key: &Key, shells: u32, region: f64) -> Result<Vec<f64>, String> {
+    let mut reader = Reader(opened(bytes, key)?);
     let count = reader.u64()?;
     if count != u64::from(shells) + 1 {
         return Err(format!("it has {count} borders of {shells} shells"));
@@ -284,120 +212,9 @@ pub fn radii_of(bytes: &[u8], form: &str, shells: u32, region: f64) -> Result<Ve
     Ok(radii)
 }
 
-fn put_u64(into: &mut Vec<u8>, x: u64) {
-    into.extend(x.to_le_bytes());
-}
-
-fn put_f64(into: &mut Vec<u8>, x: f64) {
-    into.extend(x.to_le_bytes());
-}
-
-/// The hash of the program's source, as a file has it.
-fn source() -> [u8; 32] {
-    *blake3::hash(env!("NEPHROID_SOURCE_HASH").as_bytes()).as_bytes()
-}
-
-/// The hash of a form, as a file has it.
-fn form_bytes(form: &str) -> [u8; 32] {
-    *blake3::hash(form.as_bytes()).as_bytes()
-}
-
-/// Content with its header and its checksum.
-fn sealed(key: Key, content: &[u8]) -> Vec<u8> {
-    let mut bytes = Vec::with_capacity(HEADER + content.len() + HASH);
-    bytes.extend(MAGIC);
-    bytes.extend(VERSION.to_le_bytes());
-    bytes.extend(source());
-    bytes.extend(form_bytes(key.form));
-    put_u64(&mut bytes, key.sample);
-    put_u64(&mut bytes, content.len() as u64);
-    bytes.extend(content);
-    let hash = blake3::hash(&bytes);
-    bytes.extend(hash.as_bytes());
-    bytes
-}
-
-/// The content of a file's bytes, after its header and checksum were checked.
-fn opened<'a>(bytes: &'a [u8], key: Key) -> Result<&'a [u8], String> {
-    let mut reader = Reader(bytes);
-    if reader.take(8)? != MAGIC {
-        return Err("it is no table".to_owned());
-    }
-    let version = reader.u32()?;
-    if version != VERSION {
-        return Err(format!(
-            "its format is version {version}, and this program's {VERSION}"
-        ));
-    }
-    if reader.take(32)? != source() {
-        return Err("another version of the program made it".to_owned());
-    }
-    if reader.take(32)? != form_bytes(key.form) {
-        return Err("it belongs to another object or other settings".to_owned());
-    }
-    let sample = reader.u64()?;
-    if sample != key.sample {
-        return Err(format!("it has sample {sample}, not {}", key.sample));
-    }
-    let length = reader.u64()?;
-    let there = reader.0.len() as u64;
-    if length.checked_add(HASH as u64) != Some(there) {
-        return Err(format!(
-            "it is cut off or too long: {length} bytes and a checksum should follow its header, and {there} \
-             bytes do"
-        ));
-    }
-    let (all, hash) = bytes.split_at(bytes.len() - HASH);
-    if blake3::hash(all).as_bytes() != hash {
-        return Err("its checksum is not that of its bytes".to_owned());
-    }
-    Ok(&all[HEADER..])
-}
-
-/// Bytes that are still to be read.
-struct Reader<'a>(&'a [u8]);
-
-impl<'a> Reader<'a> {
-    fn take(&mut self, count: usize) -> Result<&'a [u8], String> {
-        let Some((taken, rest)) = self.0.split_at_checked(count) else {
-            return Err("it is cut off".to_owned());
-        };
-        self.0 = rest;
-        Ok(taken)
-    }
-
-    fn array<const N: usize>(&mut self) -> Result<[u8; N], String> {
-        let mut array = [0; N];
-        array.copy_from_slice(self.take(N)?);
-        Ok(array)
-    }
-
-    fn u8(&mut self) -> Result<u8, String> {
-        Ok(self.array::<1>()?[0])
-    }
-
-    fn u32(&mut self) -> Result<u32, String> {
-        Ok(u32::from_le_bytes(self.array()?))
-    }
-
-    fn u64(&mut self) -> Result<u64, String> {
-        Ok(u64::from_le_bytes(self.array()?))
-    }
-
-    fn f64(&mut self) -> Result<f64, String> {
-        Ok(f64::from_le_bytes(self.array()?))
-    }
-
+impl Reader<'_> {
     fn triple(&mut self) -> Result<[f64; 3], String> {
         Ok([self.f64()?, self.f64()?, self.f64()?])
-    }
-
-    fn end(&self) -> Result<(), String> {
-        if self.0.is_empty() {
-            Ok(())
-        } else {
-            Err(format!("it has {} bytes too many", self.0.len()))
-        }
     }
 
     fn table(&mut self, expected: &Expected) -> Result<Table, String> {

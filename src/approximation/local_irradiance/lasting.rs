@@ -6,9 +6,9 @@ use std::sync::Arc;
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
-use super::cells::Cells;
+use super::chunk::{Content, Key, is_fitted};
 use super::directions::{Blended, Samples};
-use super::file::{Expected, HARMONICS, Key};
+use super::file::Expected;
 use super::layout::Layout;
 use super::object::SpecularObject;
 use super::prepare::{Goal, Lit, Shed, stream};
@@ -18,20 +18,15 @@ use super::settings::Settings;
 use super::shoot::Tally;
 use super::storage::Stored;
 use super::table::{Form, Table};
-use super::variants::{Directions, Space, Step, Tables};
+use super::variants::{Step, Tables};
+use crate::approximation::clock::Clocked as _;
 use crate::numeric::spherical_harmonics;
 use crate::run::Error;
-
-/// A form and a sample, by which a table is found again; of harmonics of the light's direction the sample is
-/// [`FITTED`].
-type Name = (String, usize);
-
-pub const FITTED: usize = usize::MAX;
 
 /// A table that is asked for.
 struct Wanted {
     object: usize,
-    name: Name,
+    key: Key,
     /// True if the frame reads it.
     is_read: bool,
 }
@@ -43,59 +38,51 @@ impl Run<'_> {
         kept: &mut Kept,
         scenery: &mut Scenery,
         samples: &Samples,
-        forms: &[String],
+        forms: &[Arc<str>],
     ) -> Result<(), Error> {
         let settings = self.settings;
-        let is_fitted = is_fitted(settings);
-        let wanted = wanted(settings, scenery, samples, forms);
-        let missing = self.load(kept, scenery, wanted)?;
-        let torn = self.make_missing(kept, scenery, samples, missing)?;
-        let found = |name: &Name| Arc::clone(torn.get(name).unwrap_or_else(|| &kept.tables[name]));
-        for part in &mut scenery.parts {
-            let form = &forms[part.object];
-            if is_fitted {
-                let table = found(&(form.clone(), FITTED));
+        if is_fitted(settings) {
+            for part in &mut scenery.parts {
                 part.row = spherical_harmonics(part.towards, settings.order as usize);
-                part.tally = table.tally;
-                part.tables = vec![table];
                 part.blended.truncate(1);
                 part.blended[0].0.weight = 1.0;
-                continue;
             }
-            for (blended, _) in &part.blended {
-                let table = found(&(form.clone(), blended.sample));
-                part.tally.add_scaled(&table.tally, blended.weight);
-                part.tally.photons += table.tally.photons;
-                part.tables.push(table);
-            }
+        }
+        let wanted = wanted(settings, scenery, samples, forms);
+        let missing = self.load(kept, scenery, wanted);
+        let torn = self.make_missing(kept, scenery, samples, missing)?;
+        for part in &mut scenery.parts {
+            let form = &forms[part.object];
+            let table = |blended: &Blended| {
+                let key = Key::new(form, read_by(settings, blended));
+                Arc::clone(torn.get(&key).unwrap_or_else(|| &kept.tables[&key]))
+            };
+            part.tables = part.blended.iter().map(|(one, _)| table(one)).collect();
+            let tables = part.tables.clone();
+            part.count(tables.iter().map(|table| &table.tally));
         }
         Ok(())
     }
 
     /// Reads files of tables that are not in memory; those that have none are left.
-    fn load(
-        &mut self,
-        kept: &mut Kept,
-        scenery: &Scenery,
-        wanted: Vec<Wanted>,
-    ) -> Result<Vec<Wanted>, Error> {
+    fn load(&mut self, kept: &mut Kept, scenery: &Scenery, wanted: Vec<Wanted>) -> Vec<Wanted> {
         let settings = self.settings;
         self.timed(Step::Storage, |this, work| {
             let mut missing = Vec::new();
             for one in wanted {
-                if kept.tables.contains_key(&one.name) {
+                if kept.tables.contains_key(&one.key) {
                     continue;
                 }
                 let expected = Expected::new(settings, &scenery.objects[one.object].1);
-                if let Some(table) = this.shelf.table(key(&one.name), &expected) {
+                if let Some(table) = this.shelf.table(&one.key, &expected) {
                     work.loaded += 1;
                     kept.account.add_read(table.bytes());
-                    kept.tables.insert(one.name, Arc::new(table));
+                    kept.tables.insert(one.key, Arc::new(table));
                 } else {
                     missing.push(one);
                 }
             }
-            Ok(missing)
+            missing
         })
     }
 
@@ -107,7 +94,7 @@ impl Run<'_> {
         scenery: &Scenery,
         samples: &Samples,
         missing: Vec<Wanted>,
-    ) -> Result<HashMap<Name, Arc<Table>>, Error> {
+    ) -> Result<HashMap<Key, Arc<Table>>, Error> {
         let (settings, context) = (self.settings, self.context);
         let progress = &context.progress;
         let photons = if is_fitted(settings) {
@@ -125,22 +112,19 @@ impl Run<'_> {
                 continue;
             }
             let (object, layout) = &scenery.objects[one.object];
-            let sample = one.name.1;
-            let table = if sample == FITTED {
-                self.harmonics(object, layout, samples)?
-            } else {
-                self.table(object, layout, samples.all()[sample], sample)?
+            let table = match one.key.content {
+                Content::Sample(sample) => {
+                    self.table(object, layout, samples.all()[sample], sample)?
+                }
+                Content::Harmonics | Content::Shells => self.harmonics(object, layout, samples)?,
             };
             if table.tally.photons == photons {
-                self.timed(Step::Storage, |this, _| {
-                    this.shelf.keep(key(&one.name), &table);
-                    Ok(())
-                })?;
+                self.timed(Step::Storage, |this, _| this.shelf.keep(&one.key, &table));
                 kept.account.add_made(table.bytes());
-                kept.tables.insert(one.name, Arc::new(table));
+                kept.tables.insert(one.key, Arc::new(table));
             } else {
                 kept.account.missing += 1;
-                torn.insert(one.name, Arc::new(table));
+                torn.insert(one.key, Arc::new(table));
             }
         }
         Ok(torn)
@@ -188,11 +172,11 @@ impl Run<'_> {
     ) -> Result<Table, Error> {
         let settings = self.settings;
         let shed = self.sample(object, layout, towards, sample)?;
-        self.timed(Step::Storage, |_, work| {
+        Ok(self.timed(Step::Storage, |_, work| {
             let table = layout.table(settings, shed.values, shed.tally);
             work.saturated += table.saturated;
-            Ok(table)
-        })
+            table
+        }))
     }
 
     /// Harmonics of the light's direction in each cell, fitted to all samples one after the other.
@@ -207,13 +191,12 @@ impl Run<'_> {
             return Ok(empty_table());
         };
         let number = order * order;
-        let cells = layout.cells.as_ref().map_or(0, Cells::count);
+        let cells = layout.count();
         let mut sums = vec![[0.0f64; 3]; cells * number];
         let mut tally = Tally::default();
         for (sample, towards) in samples.all().iter().enumerate() {
             let shed = self.sample(object, layout, *towards, sample)?;
             tally.add_scaled(&shed.tally, 1.0 / samples.all().len() as f64);
-            tally.photons += shed.tally.photons;
             self.timed(Step::Directions, |_, _| {
                 let column: Vec<f64> = fit.iter().map(|row| row[sample]).collect();
                 sums.par_chunks_exact_mut(number)
@@ -226,8 +209,7 @@ impl Run<'_> {
                             }
                         }
                     });
-                Ok(())
-            })?;
+            });
         }
         let (stored, saturated) = Stored::new(sums, settings.storage, settings.range);
         Ok(Table {
@@ -243,48 +225,41 @@ fn wanted(
     settings: &Settings,
     scenery: &Scenery,
     samples: &Samples,
-    forms: &[String],
+    forms: &[Arc<str>],
 ) -> Vec<Wanted> {
     let mut known = HashSet::new();
     let mut wanted = Vec::new();
-    let mut add = |object: usize, sample: usize, is_read: bool| {
-        let sample = if is_fitted(settings) { FITTED } else { sample };
-        let name = (forms[object].clone(), sample);
-        if known.insert(name.clone()) {
+    let mut add = |object: usize, content: Content, is_read: bool| {
+        let key = Key::new(&forms[object], content);
+        if known.insert(key.clone()) {
             wanted.push(Wanted {
                 object,
-                name,
+                key,
                 is_read,
             });
         }
     };
     for part in &scenery.parts {
         for (blended, _) in &part.blended {
-            add(part.object, blended.sample, true);
+            add(part.object, read_by(settings, blended), true);
         }
     }
     if settings.tables == Tables::All {
         for object in 0..scenery.objects.len() {
-            (0..samples.all().len()).for_each(|sample| add(object, sample, false));
+            for content in Content::tables(settings, samples) {
+                add(object, content, false);
+            }
         }
     }
     wanted
 }
 
-/// True if an object has one table for all light directions: harmonics of these in each cell.
-pub fn is_fitted(settings: &Settings) -> bool {
-    let is_cellwise = matches!(settings.space, Space::Grid | Space::Shells);
-    settings.directions == Directions::Harmonics && is_cellwise
-}
-
-fn key(name: &Name) -> Key<'_> {
-    Key {
-        form: &name.0,
-        sample: if name.1 == FITTED {
-            HARMONICS
-        } else {
-            name.1 as u64
-        },
+/// The table that a blended sample is read from.
+fn read_by(settings: &Settings, blended: &Blended) -> Content {
+    if is_fitted(settings) {
+        Content::Harmonics
+    } else {
+        Content::Sample(blended.sample)
     }
 }
 

@@ -74,6 +74,11 @@ impl Layout {
         }
     }
 
+    /// The number of cells.
+    pub fn count(&self) -> usize {
+        self.cells.as_ref().map_or(0, Cells::count)
+    }
+
     /// The form of trees over the cells: children of a node and levels, and the number of roots.
     pub fn trees(&self) -> Option<([u32; 2], usize)> {
         match self.cells.as_ref()? {

@@ -32,6 +32,7 @@
 //! The light that it is judged by is all of L S+ D.
 
 pub mod cells;
+pub mod chunk;
 pub mod crossing;
 mod demands;
 pub mod deposit;

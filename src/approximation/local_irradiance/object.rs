@@ -1,5 +1,7 @@
 //! Objects that mirror or refract, each in its own space.
 
+use std::sync::Arc;
+
 use glam::{DMat3, DMat4, DVec3};
 
 use crate::geometry::{Bounds, Shape, Transform};
@@ -130,7 +132,7 @@ impl SpecularObject {
 
     /// A name (a hash, in hex) for tables: all that they are made from, wherever the object is and however it
     /// is turned.
-    pub fn form(&self, settings: &Settings) -> String {
+    pub fn form(&self, settings: &Settings) -> Arc<str> {
         let mut hasher = blake3::Hasher::new();
         let mut feed = |bytes: &[u8]| {
             hasher.update(&(bytes.len() as u64).to_le_bytes());
@@ -161,7 +163,7 @@ impl SpecularObject {
             }
             feed(format!("{:?}", materials(&self.alone, object.material)).as_bytes());
         }
-        hasher.finalize().to_hex().to_string()
+        hasher.finalize().to_hex().as_str().into()
     }
 
     /// A vector of the world along the object's own axes.

@@ -17,6 +17,7 @@ use super::storage::Stored;
 use super::table::read_table;
 use super::variants::{Noise, Normal, Space, Step, Storage};
 use crate::approximation::SensorPoint;
+use crate::approximation::clock::Clocked as _;
 use crate::radiometry::Rgb;
 use crate::run::Error;
 use crate::transport::first_surface::Source;
@@ -32,7 +33,7 @@ impl Run<'_> {
         lights: &[&Source],
     ) -> Result<(), Error> {
         let settings = self.settings;
-        let reads = self.reads(scenery)?;
+        let reads = self.reads(scenery);
         // Of less noise, the difference of the two halves tells what is left.
         let mut photons = match settings.noise {
             Noise::Photons => settings.photons,
@@ -41,7 +42,7 @@ impl Run<'_> {
         let mut round = 0;
         let mut sheds = self.round(scenery, lights, &reads, round, photons)?;
         loop {
-            let exact = self.content(scenery, &reads, &sheds, settings.noise == Noise::Exact)?;
+            let exact = self.content(scenery, &reads, &sheds, settings.noise == Noise::Exact);
             if settings.noise == Noise::Photons {
                 scenery.image = exact;
                 break;
@@ -50,7 +51,7 @@ impl Run<'_> {
             round += 1;
             let others = self.round(scenery, lights, &reads, round, photons)?;
             let first = self.image_or_read(scenery, exact);
-            let second = self.content(scenery, &reads, &others, true)?;
+            let second = self.content(scenery, &reads, &others, true);
             let second = self.image_or_read(scenery, second);
             let error = halves_error(&first, &second);
             for (shed, other) in sheds.iter_mut().flatten().zip(others.into_iter().flatten()) {
@@ -67,28 +68,25 @@ impl Run<'_> {
                         100.0 * settings.noise_error
                     ));
                 }
-                scenery.image = self.content(scenery, &reads, &sheds, false)?;
+                scenery.image = self.content(scenery, &reads, &sheds, false);
                 break;
             }
         }
         for (part, sheds) in scenery.parts.iter_mut().zip(&sheds) {
-            for ((blended, _), shed) in part.blended.iter().zip(sheds) {
-                part.tally.add_scaled(&shed.tally, blended.weight);
-                part.tally.photons += shed.tally.photons;
-            }
+            part.count(sheds.iter().map(|shed| &shed.tally));
         }
         Ok(())
     }
 
     /// What the sensor reads of each part's samples, if its own normals count.
-    fn reads(&mut self, scenery: &Scenery) -> Result<Vec<Vec<Arc<Reads>>>, Error> {
+    fn reads(&mut self, scenery: &Scenery) -> Vec<Vec<Arc<Reads>>> {
         let settings = self.settings;
         if settings.normal == Normal::Fixed || settings.space == Space::Exact {
-            return Ok(Vec::new());
+            return Vec::new();
         }
         self.timed(Step::Normal, |this, _| {
             let parts = scenery.parts.iter();
-            Ok(parts
+            parts
                 .map(|part| {
                     let (object, layout) = &scenery.objects[part.object];
                     let blended = part.blended.iter();
@@ -96,7 +94,7 @@ impl Run<'_> {
                         .map(|(_, map)| Arc::new(this.reads_of(object, layout, map)))
                         .collect()
                 })
-                .collect())
+                .collect()
         })
     }
 
@@ -168,13 +166,13 @@ impl Run<'_> {
         reads: &[Vec<Arc<Reads>>],
         sheds: &[Vec<Shed>],
         is_unrounded: bool,
-    ) -> Result<Option<Vec<Rgb>>, Error> {
+    ) -> Option<Vec<Rgb>> {
         let mut settings = self.settings.clone();
         if is_unrounded {
             settings.storage = Storage::Exact;
         }
         if settings.space == Space::Exact {
-            return Ok(Some(self.texels(scenery, sheds, &settings)));
+            return Some(self.texels(scenery, sheds, &settings));
         }
         self.timed(Step::Storage, |_, work| {
             for (index, part) in scenery.parts.iter_mut().enumerate() {
@@ -192,8 +190,8 @@ impl Run<'_> {
                     part.tables.push(Arc::new(table));
                 }
             }
-            Ok(None)
-        })
+        });
+        None
     }
 
     /// The sensor's values of sums by texel: weighted samples, rounded as tables are.
@@ -248,10 +246,8 @@ fn merge(shed: &mut Shed, other: Shed) {
             value[c] = f64::midpoint(value[c], other[c]);
         }
     }
-    let photons = shed.tally.photons + other.tally.photons;
     let mut tally = Tally::default();
     tally.add_scaled(&shed.tally, 0.5);
     tally.add_scaled(&other.tally, 0.5);
-    tally.photons = photons;
     shed.tally = tally;
 }

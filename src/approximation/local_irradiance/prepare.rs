@@ -5,16 +5,18 @@ use std::sync::Arc;
 
 use glam::{DMat3, DVec3};
 
+use super::cells::Cells;
 use super::crossing::OnSensor;
 use super::deposit::{AllCells, ReadCells, Rule, Sums};
 use super::directions::Blended;
+use super::grid::Grid;
 use super::lamp::{Lamp, least_rotation};
 use super::layout::Layout;
 use super::object::SpecularObject;
 use super::reads::Reads;
 use super::settings::Settings;
 use super::shoot::{Deposits, Shot, Tally};
-use super::variants::{Deposit, Light, Surroundings};
+use super::variants::{Deposit, Light, Region, Space, Surroundings};
 use super::work::Work;
 use crate::approximation::SensorFilm;
 use crate::geometry::Geodesic;
@@ -176,7 +178,7 @@ impl Lit<'_> {
                 let beyond = if blended.turn == DMat3::IDENTITY {
                     0.0
                 } else {
-                    2.0 * 3.0f64.sqrt() * 2.0 * layout.radius / f64::from(settings.cells)
+                    beyond(&Cells::Grid(Grid::new(settings.cells, layout.radius)))
                 };
                 let new = || OnSensor {
                     settings,
@@ -208,9 +210,14 @@ fn rule<'a>(settings: &Settings, layout: &'a Layout) -> Option<Rule<'a>> {
     Some(Rule {
         cells,
         deposit: settings.deposit,
-        // Or the cells that a receiver cuts would be half dark.
-        beyond: 2.0 * cells.diagonal(),
+        beyond: beyond(cells),
     })
+}
+
+/// By how much \[m\] legs go on after surfaces that stop them, or the cells that a receiver cuts would be half
+/// dark.
+fn beyond(cells: &Cells) -> f64 {
+    2.0 * cells.diagonal()
 }
 
 /// Traces photons, and adds up what all threads have. Of a run that was stopped, those that were traced stand
@@ -229,11 +236,8 @@ fn traced<const N: usize, D: Deposits<N>>(
         for value in values.iter_mut().flatten() {
             *value *= share;
         }
-        let part = tally;
-        let photons = part.photons;
-        tally = Tally::default();
-        tally.add_scaled(&part, share);
-        tally.photons = photons;
+        let traced = std::mem::take(&mut tally);
+        tally.add_scaled(&traced, share);
     }
     work.samples += 1;
     Ok(Shed {
@@ -265,34 +269,33 @@ pub fn adapted_radii(
 ) -> Result<Vec<f64>, Error> {
     /// Pilot shells for each shell.
     const FINER: u32 = 8;
+    /// Their level.
+    const LEVEL: u32 = 2;
     const PHOTONS: u64 = 16_384;
     /// Share of the pilot's shells that have as much as all others.
     const EVEN: f64 = 0.2;
+    let radius = settings.reach * object.radius;
+    let count = settings.shells * FINER;
+    let radii = even_radii(count, radius);
     let pilot = Settings {
         scene: Surroundings::Alone,
         light: Light::Directional,
         deposit: Deposit::Exact,
+        shell_level: LEVEL,
+        space: Space::Shells,
+        region: Region::Clamp,
         ..settings.clone()
     };
-    let radius = settings.reach * object.radius;
-    let count = settings.shells * FINER;
-    let radii = even_radii(count, radius);
-    let fine = Settings {
-        shell_level: 2,
-        space: super::variants::Space::Shells,
-        region: super::variants::Region::Clamp,
-        ..pilot.clone()
-    };
-    let layout = Layout::new(&fine, object.radius, &radii, 0.0);
+    let layout = Layout::new(&pilot, object.radius, &radii, 0.0);
     let lit = Lit {
-        settings: &fine,
+        settings: &pilot,
         scene: &object.alone,
         object,
         light: None,
         stop: &|| false,
     };
     let mut changes = vec![0.0; count as usize];
-    let triangles = 20 * 16;
+    let triangles = 20 << (2 * LEVEL);
     for (sample, towards) in Geodesic::new(1).vertices().iter().enumerate() {
         let blended = Blended {
             sample,

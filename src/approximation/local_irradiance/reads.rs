@@ -107,7 +107,7 @@ pub fn reads_at(
 
 /// All that sums are needed of, for some cells to be read.
 pub fn needed(layout: &Layout, settings: &Settings, all: Vec<Read>) -> Reads {
-    let cells = layout.cells.as_ref().map_or(0, super::cells::Cells::count);
+    let cells = layout.count();
     let all = distinct(all);
     let all = match settings.space {
         Space::ShellHarmonics => (0..cells as u32)

@@ -1,6 +1,6 @@
 //! The stages one after the other: tables for the lights of a frame, and the frame that reads them.
 
-use std::time::Instant;
+use std::sync::Arc;
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -16,9 +16,8 @@ use super::settings::Settings;
 use super::shelf::Shelf;
 use super::variants::{BySteps, Radii, Region, STAGES, Step, Tree};
 use super::work::Work;
-use crate::approximation::clock::{Done, stage_work};
+use crate::approximation::clock::{Clocked, Done, stage_work};
 use crate::approximation::{Frame, SensorFilm, SensorPoint};
-use crate::geometry::TraversalCounters;
 use crate::radiometry::Rgb;
 use crate::run::{Context, Counters, Error, StageWork};
 use crate::scene::{Scene, Sensor};
@@ -31,6 +30,15 @@ pub struct Run<'a> {
     pub(super) film: SensorFilm,
     pub(super) shelf: Shelf,
     pub(super) done: BySteps<Done<Work>>,
+}
+
+impl Clocked for Run<'_> {
+    type Step = Step;
+    type Work = Work;
+
+    fn done(&mut self, step: Step) -> &mut Done<Work> {
+        &mut self.done[step as usize]
+    }
 }
 
 impl<'a> Run<'a> {
@@ -53,20 +61,6 @@ impl<'a> Run<'a> {
             shelf: Shelf::new(settings, context),
             done: Default::default(),
         })
-    }
-
-    pub(super) fn timed<T>(
-        &mut self,
-        step: Step,
-        part: impl FnOnce(&mut Self, &mut Work) -> Result<T, Error>,
-    ) -> Result<T, Error> {
-        let start = Instant::now();
-        let mut work = Work::default();
-        let result = part(self, &mut work);
-        let done = &mut self.done[step as usize];
-        done.work += work;
-        done.seconds += start.elapsed().as_secs_f64();
-        result
     }
 
     /// The work so far, by stage.
@@ -95,7 +89,7 @@ impl<'a> Run<'a> {
             objects: Vec::new(),
             image: None,
         };
-        let forms: Vec<String> = objects.iter().map(|object| object.form(settings)).collect();
+        let forms: Vec<Arc<str>> = objects.iter().map(|object| object.form(settings)).collect();
         for (object, form) in objects.into_iter().zip(&forms) {
             let layout = self.layout(kept, &object, form)?;
             scenery.objects.push((object, layout));
@@ -126,7 +120,7 @@ impl<'a> Run<'a> {
         &mut self,
         kept: &mut Kept,
         object: &SpecularObject,
-        form: &str,
+        form: &Arc<str>,
     ) -> Result<Layout, Error> {
         let settings = self.settings;
         let radii = if kind(settings) != Some(Tree::Shells) {
@@ -146,7 +140,7 @@ impl<'a> Run<'a> {
                 self.shelf.keep_radii(form, &made);
                 made
             };
-            kept.radii.insert(form.to_owned(), radii.clone());
+            kept.radii.insert(Arc::clone(form), radii.clone());
             radii
         };
         let farthest = if settings.region == Region::Exact {
@@ -159,18 +153,8 @@ impl<'a> Run<'a> {
 
     /// The points that a frame asks for, in batches of texels.
     pub(super) fn batches(&self) -> impl IndexedParallelIterator<Item = Vec<SensorPoint>> + '_ {
-        const BATCH: usize = 1024;
-        let [width, height] = self.film.size();
-        let texels = width * height;
-        (0..texels.div_ceil(BATCH))
-            .into_par_iter()
-            .map(move |batch| {
-                let range = batch * BATCH..((batch + 1) * BATCH).min(texels);
-                let mut counters = TraversalCounters::default();
-                self.film
-                    .points(self.scene, range, self.settings.samples, &mut counters)
-                    .points
-            })
+        let batches = self.film.batches(self.scene, self.settings.samples);
+        batches.map(|(found, _)| found.points)
     }
 
     /// The largest distance \[m\] from a place at which the sensor sees a surface.
@@ -201,23 +185,19 @@ impl<'a> Run<'a> {
     }
 
     /// The frame of what was made.
-    ///
-    /// # Errors
-    ///
-    /// None of its own.
-    pub fn frame(&mut self, kept: &Kept) -> Result<Frame, Error> {
+    pub fn frame(&mut self, kept: &Kept) -> Frame {
         let Some(scenery) = &kept.last else {
-            return Ok(Frame::default());
+            return Frame::default();
         };
         let values = self.timed(Step::Space, |this, work| {
             if let Some(image) = &scenery.image {
-                return Ok(image.clone());
+                return image.clone();
             }
             let (values, done) = this.read(scenery);
             *work += done;
             work.resident += kept.resident(scenery);
-            Ok(values)
-        })?;
+            values
+        });
         let mut sum = Work::default();
         for done in &self.done {
             sum += done.work;
@@ -235,7 +215,7 @@ impl<'a> Run<'a> {
             .iter()
             .flat_map(|part| part.tables.iter().map(|table| table.saturated))
             .sum();
-        Ok(Frame {
+        Frame {
             flux: if self.film.shape().is_some() {
                 let image = values.iter().enumerate();
                 let drawn = image
@@ -260,6 +240,6 @@ impl<'a> Run<'a> {
                 ("samples", sum.samples),
             ]),
             warnings,
-        })
+        }
     }
 }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use glam::{DMat3, DVec3};
 
+use super::chunk::Key;
 use super::crossing::faded;
 use super::directions::{Blended, Samples};
 use super::lamp::SeenLight;
@@ -23,10 +24,10 @@ use crate::radiometry::Rgb;
 pub struct Kept {
     /// The last scene, with what was made for it.
     pub last: Option<Scenery>,
-    /// Tables of forms that were seen, by form and sample.
-    pub tables: HashMap<(String, usize), Arc<Table>>,
+    /// Tables of forms that were seen.
+    pub tables: HashMap<Key, Arc<Table>>,
     /// Borders of shells, by form.
-    pub radii: HashMap<String, Vec<f64>>,
+    pub radii: HashMap<Arc<str>, Vec<f64>>,
     /// What became of the tables that were asked for.
     pub account: TableAccount,
 }
@@ -63,9 +64,7 @@ impl Scenery {
     pub fn tally(&self) -> Tally {
         let mut all = Tally::default();
         for part in &self.parts {
-            let one = part.tally;
-            all.photons += one.photons;
-            all.add_coloured(&one, part.light.irradiance.0);
+            all.add_coloured(&part.tally, part.light.irradiance.0);
         }
         all
     }
@@ -83,6 +82,13 @@ impl Kept {
 }
 
 impl Part {
+    /// Counts what became of the photons of each sample.
+    pub fn count<'a>(&mut self, tallies: impl Iterator<Item = &'a Tally>) {
+        for ((blended, _), tally) in self.blended.iter().zip(tallies) {
+            self.tally.add_scaled(tally, blended.weight);
+        }
+    }
+
     /// Irradiance [W/m²] at a point of the sensor.
     #[inline]
     pub fn read(

@@ -2,9 +2,11 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
+use super::chunk::{self, Content, Key};
 use super::demands::are_kept;
-use super::file::{self, Expected, Key, SHELLS};
+use super::file::{self, Expected};
 use super::settings::Settings;
 use super::table::Table;
 use crate::film::atomic;
@@ -34,30 +36,30 @@ impl Shelf {
     }
 
     /// The table of a sample, if it has a file.
-    pub fn table(&mut self, key: Key, expected: &Expected) -> Option<Table> {
+    pub fn table(&mut self, key: &Key, expected: &Expected) -> Option<Table> {
         self.read(key, expected.most_bytes(), |bytes| {
             file::table_of(bytes, key, expected)
         })
     }
 
     /// Writes the table of a sample.
-    pub fn keep(&mut self, key: Key, table: &Table) {
+    pub fn keep(&mut self, key: &Key, table: &Table) {
         self.write(key, || file::table_bytes(key, table));
     }
 
     /// The borders \[m\] of a form's shells up to that of the region, if they have a file.
-    pub fn radii(&mut self, form: &str, shells: u32, region: f64) -> Option<Vec<f64>> {
-        let sample = SHELLS;
+    pub fn radii(&mut self, form: &Arc<str>, shells: u32, region: f64) -> Option<Vec<f64>> {
+        let key = Key::new(form, Content::Shells);
         let most = file::most_radii_bytes(shells);
-        self.read(Key { form, sample }, most, |bytes| {
-            file::radii_of(bytes, form, shells, region)
+        self.read(&key, most, |bytes| {
+            file::radii_of(bytes, &key, shells, region)
         })
     }
 
     /// Writes the borders \[m\] of a form's shells.
-    pub fn keep_radii(&mut self, form: &str, radii: &[f64]) {
-        let sample = SHELLS;
-        self.write(Key { form, sample }, || file::radii_bytes(form, radii));
+    pub fn keep_radii(&mut self, form: &Arc<str>, radii: &[f64]) {
+        let key = Key::new(form, Content::Shells);
+        self.write(&key, || file::radii_bytes(&key, radii));
     }
 
     /// Files that could not be written since the last warnings.
@@ -82,18 +84,20 @@ impl Shelf {
         warnings
     }
 
-    fn path(folder: &Path, key: Key) -> PathBuf {
-        folder.join(key.form).join(key.file_name())
+    fn path(folder: &Path, key: &Key) -> PathBuf {
+        folder
+            .join(&*key.form)
+            .join(format!("{}.table", key.content.name()))
     }
 
     fn read<T>(
         &mut self,
-        key: Key,
+        key: &Key,
         most: u64,
         content: impl FnOnce(&[u8]) -> Result<T, String>,
     ) -> Option<T> {
         let path = Self::path(self.folder.as_ref()?, key);
-        let found = match file::bytes_of(&path, most) {
+        let found = match chunk::bytes_of(&path, most) {
             Ok(None) => return None,
             Ok(Some(bytes)) => content(&bytes),
             Err(why) => Err(why),
@@ -105,7 +109,7 @@ impl Shelf {
         found.map_err(spoiled).ok()
     }
 
-    fn write(&mut self, key: Key, bytes: impl FnOnce() -> Vec<u8>) {
+    fn write(&mut self, key: &Key, bytes: impl FnOnce() -> Vec<u8>) {
         let Some(folder) = &self.folder else {
             return;
         };

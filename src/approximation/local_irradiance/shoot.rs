@@ -84,19 +84,14 @@ pub struct Tally {
 }
 
 impl Tally {
-    /// All of another.
-    pub fn add(&mut self, other: &Self) {
-        self.photons += other.photons;
-        self.add_scaled(other, 1.0);
-    }
-
-    /// The flux of another, times a factor.
+    /// The photons of another, and its flux times a factor.
     pub fn add_scaled(&mut self, other: &Self, factor: f64) {
         self.add_coloured(other, [factor; 3]);
     }
 
-    /// The flux of another, times a factor by colour.
+    /// The photons of another, and its flux times a factor by colour.
     pub fn add_coloured(&mut self, other: &Self, factors: [f64; 3]) {
+        self.photons += other.photons;
         let pairs = [
             (&mut self.set_out, other.set_out),
             (&mut self.missed, other.missed),
@@ -145,7 +140,7 @@ impl Shot<'_> {
             .collect();
         let (mut tally, mut work) = (Tally::default(), Work::default());
         for (one, counted) in &done {
-            tally.add(one);
+            tally.add_scaled(one, 1.0);
             work += *counted;
         }
         (pool.into_inner().unwrap_or_default(), tally, work)

@@ -1,6 +1,6 @@
 //! Memory of a run, before any photon.
 
-use super::lasting::is_fitted;
+use super::chunk::is_fitted;
 use super::layout::kind;
 use super::object::SpecularObject;
 use super::settings::Settings;

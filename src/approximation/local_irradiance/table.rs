@@ -247,8 +247,8 @@ pub fn read_table(
         let mut saturated = 0;
         let mut all = HashMap::new();
         // By cell first, then by normal.
-        let cells = layout.cells.as_ref().map_or(1, super::cells::Cells::count);
-        let normals = reads.count() / cells;
+        let cells = layout.count();
+        let normals = reads.count() / cells.max(1);
         for number in 0..normals {
             let own: Vec<[f64; 3]> = (0..cells)
                 .map(|cell| values[cell * normals + number])

@@ -143,6 +143,6 @@ impl Prepared for Ready {
     fn frame(&mut self, scene: &Scene, sensor: &Sensor, context: &Context) -> Result<Frame, Error> {
         let mut run = Run::new(&self.settings, context, scene, sensor)?;
         run.make(&mut self.kept, sensor)?;
-        run.frame(&self.kept)
+        Ok(run.frame(&self.kept))
     }
 }
