@@ -10,7 +10,7 @@ mod support;
 use nephroid::internals::mitsuba;
 use nephroid::internals::run::Rendering;
 use nephroid::internals::scene::Scene;
-use support::caustics_volume::{frame, volume};
+use support::caustics_volume::{rendered, volume};
 use support::cpu;
 use support::scenes::bundled_file;
 
@@ -46,7 +46,7 @@ fn row(name: &str, scene: &Scene, preset: &str, slabs: &str) {
     const FRAMES: usize = 9;
     let method = volume(&[("preset", preset), ("slabs", slabs)]);
     let before = cpu::seconds();
-    let mut made: Vec<Rendering> = (0..FRAMES).map(|_| frame(&method, scene)).collect();
+    let mut made: Vec<Rendering> = (0..FRAMES).map(|_| rendered(&method, scene)).collect();
     let cpu = (cpu::seconds() - before) / FRAMES as f64;
     made.sort_by_key(|frame| frame.frame_time);
     let frame = &made[FRAMES / 2];

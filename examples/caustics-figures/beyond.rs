@@ -14,7 +14,7 @@ use nephroid::internals::setting::Values;
 
 use crate::judge::{Judge, OBJECTS, SIDE};
 use crate::support::approximation::{bundled, exact_but as exact_map, rendered as map_of};
-use crate::support::caustics_volume::{exact_but, frame, truth};
+use crate::support::caustics_volume::{exact_but, rendered, truth};
 use crate::support::figures::{figures, shown, table};
 use crate::support::scenes::meter;
 
@@ -118,7 +118,7 @@ pub fn exact(_: &mut Judge) -> Vec<String> {
     let sensor = meter(&scene);
     let truth = truth(&scene, 1e-3);
     let values = |settings: &[(&str, &str)]| -> Vec<Rgb> {
-        frame(&exact_but(settings), &scene).estimate.total.values
+        rendered(&exact_but(settings), &scene).estimate.total.values
     };
     let through = [("interface", "fresnel"), ("max-depth", "2")];
     let map = map_of(&exact_map(&[("photons", "2048")]), &scene);

@@ -8,6 +8,7 @@ use super::progress;
 use super::render::{load, set_threads};
 use super::sensor::{choose_camera, choose_sensor};
 use crate::method::Method;
+use crate::run::format::megabytes;
 use crate::run::{Context, Cost};
 use crate::scene::{Scene, Sensor};
 
@@ -100,8 +101,4 @@ fn described(cost: &Cost) -> String {
         .collect();
     parts.push(format!("{} of memory", megabytes(cost.bytes)));
     parts.join(", ")
-}
-
-fn megabytes(bytes: u64) -> String {
-    format!("{:.1} MB", bytes as f64 / 1e6)
 }

@@ -399,10 +399,13 @@ impl Method {
             )));
         }
         let needed = self.cost(scene, sensor).bytes;
-        let entry = self.entry;
-        let why = |available| entry.too_large(scene, sensor, &self.values, available);
-        match context.available_bytes() {
-            Some(available) if needed > available => Err(Refusal::new(why(available).unwrap_or_else(|| format!(
+        let free = context.available_bytes();
+        let Some(available) = free.filter(|available| needed > *available) else {
+            return Ok(());
+        };
+        let why = self.entry.too_large(scene, sensor, &self.values, available);
+        Err(Refusal::new(why.unwrap_or_else(|| {
+            format!(
                 "sensor \"{}\": {} x {} texels by {} take about {:.1} GB of memory, and {:.1} GB are free; a \
                  smaller film, a crop or fewer layers take less",
                 sensor.id,
@@ -411,9 +414,8 @@ impl Method {
                 self.name(),
                 needed as f64 / 1e9,
                 available as f64 / 1e9
-            )))),
-            _ => Ok(()),
-        }
+            )
+        })))
     }
 
     /// Fills a sensor, within `budget` and the limits among the settings.

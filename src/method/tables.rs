@@ -51,16 +51,19 @@ impl Method {
     ///
     /// If it makes none, or with its settings none that outlive a frame.
     pub(crate) fn with_all_tables(&self) -> Result<Self, Error> {
+        self.with_tables()?.keeps_tables(&self.values)?;
+        Ok(self.with(TABLES.0, TABLES.1)?)
+    }
+
+    /// The technique, if it makes tables.
+    fn with_tables(&self) -> Result<&'static dyn Technique, Refusal> {
         match self.entry {
-            Entry::Technique(technique) if has_tables(technique) => {
-                technique.keeps_tables(&self.values)?;
-                Ok(self.with(TABLES.0, TABLES.1)?)
-            }
-            _ => Err(Error::Refused(Refusal::new(format!(
+            Entry::Technique(technique) if has_tables(technique) => Ok(technique),
+            _ => Err(Refusal::new(format!(
                 "method \"{}\" makes no tables that outlive a frame; those that do are: {}",
                 self.name(),
                 Self::names_with_tables().join(", ")
-            )))),
+            ))),
         }
     }
 
@@ -77,14 +80,9 @@ impl Method {
         context: &Context,
         export: Option<&Path>,
     ) -> Result<Tables, TablesError> {
+        let technique = self.with_tables().map_err(Error::from)?;
         self.check_memory(scene, sensor, context)
             .map_err(Error::from)?;
-        let Entry::Technique(technique) = self.entry else {
-            return Err(self.with_all_tables().err().map_or_else(
-                || Error::Refused(Refusal::new("a reference has no tables")).into(),
-                TablesError::from,
-            ));
-        };
         let prepared =
             context.install(|| technique.prepare(scene, sensor, &self.values, context))?;
         let exported = match export {

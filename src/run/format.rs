@@ -29,6 +29,11 @@ pub fn three_digits(value: f64) -> String {
     }
 }
 
+/// Bytes in megabytes.
+pub fn megabytes(bytes: u64) -> String {
+    format!("{:.1} MB", bytes as f64 / 1e6)
+}
+
 /// A fraction in percent.
 pub fn percent(fraction: f64) -> String {
     if fraction.is_nan() {

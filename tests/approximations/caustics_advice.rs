@@ -12,7 +12,7 @@ use nephroid::internals::scene::Scene;
 use nephroid::internals::setting::Values;
 
 use crate::support::approximation::{GLASS, ball, over_floor, scene_of};
-use crate::support::caustics_volume::{frame, volume};
+use crate::support::caustics_volume::{rendered, volume};
 use crate::support::scenes::meter;
 
 fn values(given: &[(&str, &str)]) -> Values {
@@ -55,7 +55,7 @@ fn plate(x: f64, above: f64, below: f64) -> String {
 
 fn warnings(scene: &Scene, given: &[(&str, &str)]) -> Vec<String> {
     let common = [("photons", "400"), ("g-buffer", "40")];
-    frame(&volume(&[&common[..], given].concat()), scene).warnings
+    rendered(&volume(&[&common[..], given].concat()), scene).warnings
 }
 
 #[test]
@@ -236,5 +236,5 @@ fn a_wish_to_stop_ends_a_frame_before_its_next_pass_and_the_next_frame_is_whole(
     context.progress.stop();
     let stopped = volume(&[]).run(&scene, meter(&scene), &Budget::default(), &context);
     assert!(stopped.unwrap().estimate.incomplete);
-    assert!(!frame(&volume(&[]), &scene).estimate.incomplete);
+    assert!(!rendered(&volume(&[]), &scene).estimate.incomplete);
 }

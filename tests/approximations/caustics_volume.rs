@@ -5,7 +5,7 @@ use nephroid::internals::run::{Budget, Context, Rendering};
 use nephroid::internals::scene::Scene;
 
 use crate::support::approximation::{GLASS, ball, bundled, over_floor, scene_of};
-use crate::support::caustics_volume::{count, error, exact_but, frame, truth, volume};
+use crate::support::caustics_volume::{count, error, exact_but, rendered, truth, volume};
 use crate::support::scenes::meter;
 
 /// Errors of all stages exact, by photons.
@@ -83,7 +83,7 @@ fn what_enters_the_volume_lands_or_is_lost_for_a_reason() {
             &[("march", "steps"), ("buffers", "f16"), ("volume", "light")],
         ] {
             let all = [&[("photons", "4000"), ("g-buffer", "64")], settings].concat();
-            let done = frame(&volume(&all), &scene);
+            let done = rendered(&volume(&all), &scene);
             let begun = done.flux.iter().find(|it| it.reason == "enters the volume");
             let begun = begun.unwrap();
             let lost: u64 = done
@@ -119,7 +119,7 @@ fn a_frame_has_a_pass_a_slab_and_one_more_and_draws_two_pictures_a_slab_and_one_
     let scene = scene_of(&over_floor(&ball(GLASS), 16));
     for slabs in [1_u64, 2, 5] {
         for (cull, exits) in [("entry", 5), ("entry,z-", 4), ("none", 6)] {
-            let done = frame(
+            let done = rendered(
                 &volume(&[
                     ("slabs", &slabs.to_string()),
                     ("cull", cull),
@@ -219,7 +219,7 @@ fn images_are_the_same_bits_on_any_number_of_threads() {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
             pool.build()
                 .unwrap()
-                .install(|| frame(&method, &scene).estimate.total.values)
+                .install(|| rendered(&method, &scene).estimate.total.values)
         };
         let one = on(1);
         assert!(one.iter().any(|value| !value.is_black()));

@@ -24,7 +24,7 @@ use crate::support::approximation::{
 };
 use crate::support::caustics_volume::truth;
 use crate::support::local_irradiance::{
-    each_exit, exact_but, frame, glass_ball, outward_density, over_depth, sun, tables, texels,
+    each_exit, exact_but, glass_ball, outward_density, over_depth, rendered, sun, tables, texels,
 };
 use crate::support::scenes::meter;
 
@@ -77,7 +77,7 @@ fn with_all_stages_exact_a_ball_has_the_light_that_beams_have() {
     let scene = over_depth([0.3, -0.2, -0.9], &glass_ball(), [2.0, 3.0], 32);
     let truth = truth(&scene, 1e-3);
     let error = |photons: &str| {
-        let values = frame(&exact_but(&[("photons", photons)]), &scene)
+        let values = rendered(&exact_but(&[("photons", photons)]), &scene)
             .estimate
             .total
             .values;
@@ -107,7 +107,7 @@ fn with_all_stages_exact_two_objects_of_bent_and_flat_faces_have_the_light_that_
     let scene = scene_of(&lit_by(lamp, &objects, 16));
     let truth = truth(&scene, 1e-2);
     let method = exact_but(&[("photons", "1048576")]);
-    let values = frame(&method, &scene).estimate.total.values;
+    let values = rendered(&method, &scene).estimate.total.values;
     let error = relative_rmse(&values, &truth).unwrap();
     // The truth's own hundredth. 2^20 photons on each, 256 texels of which a tenth are bright: about 10⁴
     // photons in each of these, by stratified points at most 1 % of their light.
@@ -296,7 +296,7 @@ fn harmonics_of_a_ball_are_those_of_the_closed_form_and_lose_what_they_must() {
         let radii = [0.0, 0.999 * radius, 1.001 * radius, 4.0];
         let layout = Layout::new(&settings, object.radius, &radii, 0.0);
         let shed = shed(&settings, &object, DVec3::Z, &layout);
-        let coefficients = layout.coefficients(&settings, &shed.values);
+        let coefficients = layout.coefficients(&shed.values);
         let shell = &coefficients[order * order..2 * order * order];
         for l in 0..order {
             let found = shell[l * l + l][0];
@@ -344,7 +344,7 @@ fn a_range_of_three_cuts_off_what_is_brighter() {
         );
         let all = tables(&[("storage", "f32"), ("range", "3")]);
         assert_eq!(
-            frame(&all, &scene)
+            rendered(&all, &scene)
                 .counters
                 .iter()
                 .find(|one| one.name == "saturated")
@@ -519,7 +519,7 @@ fn each_look_up_reads_eight_cubes_or_six_triangles_of_three_samples() {
     let scene = over_depth([0.3, -0.2, -0.9], &glass_ball(), [2.0, 3.0], 16);
     let counted = |given: &[(&str, &str)]| {
         let small = [("photons", "4096"), ("cells", "16"), ("shell-level", "2")];
-        let rendering = frame(&tables(&[&small, given].concat()), &scene);
+        let rendering = rendered(&tables(&[&small, given].concat()), &scene);
         let count = |name: &str| {
             let found = rendering.counters.iter().find(|one| one.name == name);
             found.map_or(0, |one| one.count) as f64
@@ -709,7 +709,7 @@ fn approximations_err_less_with_more_cells_and_directions() {
             ("storage", "exact"),
         ];
         let method = tables(&[&base, given].concat());
-        relative_rmse(&frame(&method, &scene).estimate.total.values, &truth).unwrap()
+        relative_rmse(&rendered(&method, &scene).estimate.total.values, &truth).unwrap()
     };
     let cells = ["8", "16", "48"].map(|cells| error(&[("directions", "exact"), ("cells", cells)]));
     assert!(

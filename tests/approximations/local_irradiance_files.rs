@@ -11,6 +11,7 @@ use nephroid::internals::run::{Budget, Context, Rendering};
 use nephroid::internals::scene::Scene;
 
 use crate::support::approximation::{GLASS, ball, over_floor, scene_of};
+use crate::support::local_irradiance::tables;
 use crate::support::scenes::meter;
 
 /// Tables that take a blink: 12 light directions.
@@ -22,9 +23,7 @@ const SMALL: [(&str, &str); 4] = [
 ];
 
 fn method(more: &[(&str, &str)]) -> Method {
-    let owned = |(key, value): &(&str, &str)| ((*key).to_owned(), (*value).to_owned());
-    let settings = SMALL.iter().chain(more).map(owned).collect();
-    Method::new("local-irradiance", &settings).unwrap()
+    tables(&[&SMALL, more].concat())
 }
 
 fn run_in(context: &Context, more: &[(&str, &str)], scene: &Scene) -> Rendering {

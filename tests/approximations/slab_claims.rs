@@ -7,7 +7,7 @@ use nephroid::internals::scene::Scene;
 
 use crate::support::approximation::bundled;
 use crate::support::caustic_scenes::{ball_below_ceiling, ball_in_ball, ball_over};
-use crate::support::caustics_volume::{count, exact_but, frame, volume};
+use crate::support::caustics_volume::{count, exact_but, rendered, volume};
 use crate::support::figures::figures;
 use crate::support::scenes::meter;
 
@@ -18,13 +18,13 @@ const QUICK: [(&str, &str); 2] = [("g-buffer", "200"), ("photons", "20000")];
 
 fn values(settings: &[(&str, &str)], scene: &Scene) -> Vec<Rgb> {
     let method = volume(&[&QUICK, settings].concat());
-    frame(&method, scene).estimate.total.values
+    rendered(&method, scene).estimate.total.values
 }
 
 /// All stages exact: a truth, to some percent.
 fn exact(scene: &Scene) -> Vec<Rgb> {
     let method = exact_but(&[("photons", "4096"), ("max-depth", "6")]);
-    frame(&method, scene).estimate.total.values
+    rendered(&method, scene).estimate.total.values
 }
 
 /// L1 of one image against another.
@@ -43,7 +43,7 @@ fn s_slabs_take_s_passes_and_one_and_two_pictures_each_beside_one_an_exit() {
     let scene = bundled("cornell-caustics", SIDE);
     for slabs in [1, 2, 3, 5] {
         let word = slabs.to_string();
-        let frame = frame(&volume(&[&QUICK[..], &[("slabs", &word)]].concat()), &scene);
+        let frame = rendered(&volume(&[&QUICK[..], &[("slabs", &word)]].concat()), &scene);
         let of = |name: &str| {
             let mut found = frame.counters.iter().filter(|it| it.name == name);
             found.next().unwrap().count
@@ -58,8 +58,8 @@ fn s_slabs_take_s_passes_and_one_and_two_pictures_each_beside_one_an_exit() {
 #[test]
 fn copies_of_photons_grow_with_slabs_and_texels_do_less() {
     let scene = bundled("cornell-caustics", SIDE);
-    let [one, three] =
-        ["1", "3"].map(|slabs| frame(&volume(&[&QUICK[..], &[("slabs", slabs)]].concat()), &scene));
+    let [one, three] = ["1", "3"]
+        .map(|slabs| rendered(&volume(&[&QUICK[..], &[("slabs", slabs)]].concat()), &scene));
     let ratio = |stage: &str, name: &str| {
         count(&three, stage, name) as f64 / count(&one, stage, name) as f64
     };
@@ -157,7 +157,7 @@ fn the_error_falls_from_the_lowest_preset_to_the_best_once_the_light_is_right() 
             ("emission", "exact"),
             ("interface", "exact"),
         ];
-        let values = frame(&volume(&settings), &scene).estimate.total.values;
+        let values = rendered(&volume(&settings), &scene).estimate.total.values;
         l1(&scene, &truth, &values)
     };
     assert!(error("best") < error("middle") && error("middle") < error("lowest"));

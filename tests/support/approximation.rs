@@ -11,15 +11,18 @@ use nephroid::internals::method::Method;
 use nephroid::internals::mitsuba;
 use nephroid::internals::radiometry::Rgb;
 use nephroid::internals::reference::beams::{BeamSettings, run};
-use nephroid::internals::run::{Budget, Context, Progress, Rendering};
+use nephroid::internals::run::{Budget, Progress};
 use nephroid::internals::scene::Scene;
 use nephroid::internals::study::attribution::Truth;
 use nephroid::internals::transport::signature::Signature;
 
 use super::scenes::{bundled_file, meter};
+use super::technique::technique;
 
 #[allow(unused_imports, reason = "every test file uses its own part of this")]
 pub use super::shared_meshes::shared_mesh;
+#[allow(unused_imports, reason = "every program uses its own part of this")]
+pub use super::technique::rendered;
 
 /// A bundled scene whose sensors have `side` texels a row.
 pub fn bundled(name: &str, side: usize) -> Scene {
@@ -104,8 +107,7 @@ pub fn bumpy_ball_over_floor(side: usize) -> Scene {
 
 /// A caustic map with some settings.
 pub fn caustic_map(settings: &[(&str, &str)]) -> Method {
-    let owned = |(key, value): &(&str, &str)| ((*key).to_owned(), (*value).to_owned());
-    Method::new("caustic-map", &settings.iter().map(owned).collect()).unwrap()
+    technique("caustic-map", settings)
 }
 
 /// All stages exact.
@@ -122,13 +124,6 @@ pub const EXACT: [(&str, &str); 7] = [
 /// A caustic map with all stages exact but for some settings.
 pub fn exact_but(settings: &[(&str, &str)]) -> Method {
     caustic_map(&[&EXACT, settings].concat())
-}
-
-/// What a caustic map makes of a scene's meter.
-pub fn rendered(map: &Method, scene: &Scene) -> Rendering {
-    let context = Context::default();
-    map.run(scene, meter(scene), &Budget::default(), &context)
-        .unwrap()
 }
 
 /// The truth by beams of a scene's meter, of one signature.

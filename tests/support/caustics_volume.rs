@@ -7,6 +7,9 @@ use nephroid::internals::study::attribution::truth_by_beams;
 
 use super::approximation::relative_rmse;
 use super::scenes::meter;
+use super::technique::technique;
+#[allow(unused_imports, reason = "every program uses its own part of this")]
+pub use super::technique::{rendered, texels};
 
 /// All stages exact.
 pub const EXACT: [(&str, &str); 9] = [
@@ -23,27 +26,12 @@ pub const EXACT: [(&str, &str); 9] = [
 
 /// A caustics volume with some settings.
 pub fn volume(settings: &[(&str, &str)]) -> Method {
-    let owned = |(key, value): &(&str, &str)| ((*key).to_owned(), (*value).to_owned());
-    Method::new("caustics-volume", &settings.iter().map(owned).collect()).unwrap()
+    technique("caustics-volume", settings)
 }
 
 /// A caustics volume with all stages exact but for some settings.
 pub fn exact_but(settings: &[(&str, &str)]) -> Method {
     volume(&[&EXACT, settings].concat())
-}
-
-/// A frame on the first meter.
-pub fn frame(method: &Method, scene: &Scene) -> Rendering {
-    let context = Context::default();
-    method
-        .run(scene, meter(scene), &Budget::default(), &context)
-        .unwrap()
-}
-
-/// What each texel has, the mean of its channels.
-pub fn texels(method: &Method, scene: &Scene) -> Vec<f64> {
-    let values = frame(method, scene).estimate.total.values;
-    values.iter().map(|value| value.mean()).collect()
 }
 
 /// All light by way of mirrors and glass on the first meter, by beams.
@@ -65,7 +53,7 @@ pub fn error(
     scene: &Scene,
     truth: &[nephroid::internals::radiometry::Rgb],
 ) -> f64 {
-    relative_rmse(&frame(method, scene).estimate.total.values, truth).unwrap()
+    relative_rmse(&rendered(method, scene).estimate.total.values, truth).unwrap()
 }
 
 /// A count of a stage, in all its passes.

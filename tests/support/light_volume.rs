@@ -12,6 +12,7 @@ use nephroid::internals::run::{Budget, Context, Rendering};
 use nephroid::internals::scene::{Scene, Sensor};
 
 pub use super::approximation::scene_of;
+use super::technique::technique;
 
 /// Water of index 1.33.
 pub const WATER: &str = r#"<bsdf type="dielectric"><float name="int_ior" value="1.33"/><float name="ext_ior" value="1"/></bsdf>"#;
@@ -94,8 +95,7 @@ pub const EXACT: [(&str, &str); 12] = [
 
 /// A light volume with some settings.
 pub fn volume(settings: &[(&str, &str)]) -> Method {
-    let owned = |(key, value): &(&str, &str)| ((*key).to_owned(), (*value).to_owned());
-    Method::new("light-volume", &settings.iter().map(owned).collect()).unwrap()
+    technique("light-volume", settings)
 }
 
 /// A light volume with all stages exact but for some settings.

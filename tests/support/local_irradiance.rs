@@ -6,11 +6,12 @@ use std::f64::consts::PI;
 use glam::DVec2;
 use nephroid::internals::method::Method;
 use nephroid::internals::optics::dielectric_reflectance;
-use nephroid::internals::run::{Budget, Context, Rendering};
 use nephroid::internals::scene::Scene;
 
 use super::approximation::{GLASS, scene_of};
-use super::scenes::meter;
+use super::technique::technique;
+#[allow(unused_imports, reason = "every program uses its own part of this")]
+pub use super::technique::{rendered, texels};
 
 /// All stages exact, but for the number of photons.
 pub const EXACT: [(&str, &str); 8] = [
@@ -26,27 +27,12 @@ pub const EXACT: [(&str, &str); 8] = [
 
 /// Tables with some settings.
 pub fn tables(settings: &[(&str, &str)]) -> Method {
-    let owned = |(key, value): &(&str, &str)| ((*key).to_owned(), (*value).to_owned());
-    Method::new("local-irradiance", &settings.iter().map(owned).collect()).unwrap()
+    technique("local-irradiance", settings)
 }
 
 /// Tables with all stages exact but for some settings.
 pub fn exact_but(settings: &[(&str, &str)]) -> Method {
     tables(&[&EXACT, settings].concat())
-}
-
-/// A frame on the first meter.
-pub fn frame(method: &Method, scene: &Scene) -> Rendering {
-    let context = Context::default();
-    method
-        .run(scene, meter(scene), &Budget::default(), &context)
-        .unwrap()
-}
-
-/// What each texel has, the mean of its channels.
-pub fn texels(method: &Method, scene: &Scene) -> Vec<f64> {
-    let values = frame(method, scene).estimate.total.values;
-    values.iter().map(|value| value.mean()).collect()
 }
 
 /// A sun of 1 W/m² from a direction.

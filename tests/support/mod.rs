@@ -28,6 +28,7 @@ pub mod scenes;
 pub mod seen;
 pub mod shared_meshes;
 pub mod student;
+pub mod technique;
 
 #[allow(unused_imports, reason = "every program uses its own part of this")]
 pub use comparison::{Agreement, Compared};

@@ -174,7 +174,7 @@ pub(super) fn opened<'a>(bytes: &'a [u8], key: &Key) -> Result<&'a [u8], String>
     let number = reader.u64()?;
     if number != key.content.number() {
         return Err(format!(
-            "it has number {number}, not that of {}",
+            "it has sample {number}, not {}",
             key.content.name()
         ));
     }

@@ -8,6 +8,7 @@ use super::settings::Settings;
 use super::shells::Shells;
 use super::variants::{Region, Space, Tree};
 use crate::geometry::Geodesic;
+use crate::numeric::harmonic_fit;
 
 /// The cells of an object's tables, and the region that they fill.
 #[derive(Clone, Debug)]
@@ -20,6 +21,9 @@ pub struct Layout {
     paths: Vec<(u32, u32)>,
     /// The triangles at the ends of these ways, root by root.
     triangles: Vec<u32>,
+    /// The fit of harmonics to the middles of a shell's triangles, coefficient by coefficient, if tables have
+    /// those.
+    pub fit: Vec<Vec<f64>>,
 }
 
 impl Layout {
@@ -66,11 +70,18 @@ impl Layout {
         for (triangle, (root, way)) in (0..).zip(&paths) {
             triangles[*root as usize * ways + *way as usize] = triangle;
         }
+        let fit = match &cells {
+            Some(Cells::Shells(shells)) if settings.space == Space::ShellHarmonics => {
+                harmonic_fit(&shells.middles(), settings.order as usize).unwrap_or_default()
+            }
+            _ => Vec::new(),
+        };
         Self {
             cells,
             radius,
             paths,
             triangles,
+            fit,
         }
     }
 

@@ -158,7 +158,7 @@ impl Lit<'_> {
                     rule: &rule,
                     sums: Sums::<N>::new(rule.cells.count(), rule.bound(flux)),
                 };
-                traced(shot, rule.cells.count(), new, |one| one.sums)
+                traced(shot, layout.count(), new, |one| one.sums)
             }
             Goal::Reads(layout, reads) => {
                 let Some(rule) = rule(settings, layout) else {

@@ -118,6 +118,11 @@ impl Shells {
         self.triangles[triangle as usize].middle * self.radius(layer)
     }
 
+    /// The unit directions of the middles of a shell's triangles.
+    pub fn middles(&self) -> Vec<DVec3> {
+        self.triangles.iter().map(|sides| sides.middle).collect()
+    }
+
     /// A cell's volume \[m³\].
     pub fn volume(&self, cell: u32) -> f64 {
         let (layer, triangle) = self.parts(cell);

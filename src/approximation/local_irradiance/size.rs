@@ -6,6 +6,7 @@ use super::object::SpecularObject;
 use super::settings::Settings;
 use super::storage::bytes_each;
 use super::variants::{Directions, Radii, SampleAt, Space, Symmetry, Tables, Tree};
+use crate::run::format::megabytes;
 use crate::scene::{Scene, Sensor};
 
 /// Bytes of a triple of `f64`.
@@ -104,7 +105,6 @@ impl Size {
     /// What it takes, and which settings would fit into `available` bytes.
     pub fn refusal(scene: &Scene, sensor: &Sensor, settings: &Settings, available: u64) -> String {
         let size = Self::new(scene, sensor, settings);
-        let megabytes = |bytes: u64| format!("{:.1} MB", bytes as f64 / 1e6);
         let fits = |settings: &Settings| Self::new(scene, sensor, settings).bytes() <= available;
         let mut fitting = Vec::new();
         let mut largest = |key: &str, from: u32, least: u32, set: &dyn Fn(&mut Settings, u32)| {

@@ -15,7 +15,7 @@ use super::storage::Stored;
 use super::tree::Trees;
 use super::variants::{Interpolation, Space};
 use super::work::Work;
-use crate::numeric::{harmonic_fit, harmonics_into};
+use crate::numeric::harmonics_into;
 use crate::radiometry::Rgb;
 
 /// Irradiance around an object in light from one direction, by the light's own irradiance.
@@ -76,7 +76,7 @@ impl Layout {
                 (Form::Trees { trees, leaves }, saturated)
             }
             (Space::ShellHarmonics, Some(Cells::Shells(_))) => {
-                let (stored, saturated) = store(self.coefficients(settings, &values));
+                let (stored, saturated) = store(self.coefficients(&values));
                 (Form::Shells(stored), saturated)
             }
             _ => {
@@ -102,20 +102,14 @@ impl Layout {
     }
 
     /// The coefficients of harmonics on each shell that fit values by cell best.
-    pub fn coefficients(&self, settings: &Settings, values: &[[f64; 3]]) -> Vec<[f64; 3]> {
+    pub fn coefficients(&self, values: &[[f64; 3]]) -> Vec<[f64; 3]> {
         let Some(Cells::Shells(shells)) = &self.cells else {
-            return Vec::new();
-        };
-        let middles: Vec<DVec3> = (0..shells.triangles() as u32)
-            .map(|triangle| shells.geodesic().middle(triangle))
-            .collect();
-        let Some(fit) = harmonic_fit(&middles, settings.order as usize) else {
             return Vec::new();
         };
         values
             .chunks_exact(shells.triangles())
             .flat_map(|shell| {
-                fit.iter().map(move |row| {
+                self.fit.iter().map(move |row| {
                     let mut sum = [0.0; 3];
                     for (weight, value) in row.iter().zip(shell) {
                         for c in 0..3 {
@@ -253,7 +247,7 @@ pub fn read_table(
             let own: Vec<[f64; 3]> = (0..cells)
                 .map(|cell| values[cell * normals + number])
                 .collect();
-            let (stored, cut) = store(layout.coefficients(settings, &own));
+            let (stored, cut) = store(layout.coefficients(&own));
             saturated += cut;
             all.insert(bits(reads.normal(number)), stored);
         }
