@@ -124,10 +124,13 @@ impl Geodesic {
         self.triangles[triangle as usize].map(|vertex| self.vertices[vertex as usize])
     }
 
-    /// The unit direction of a triangle's middle.
+    /// The unit direction of a triangle's middle in the plane of the icosahedron's face.
     pub fn middle(&self, triangle: u32) -> DVec3 {
-        let [a, b, c] = self.corners(triangle);
-        (a + b + c).normalize()
+        let face = triangle / (self.frequency * self.frequency);
+        let normal = self.middles[face as usize];
+        let corners = self.corners(triangle).into_iter();
+        let sum: DVec3 = corners.map(|corner| corner / normal.dot(corner)).sum();
+        sum.normalize()
     }
 
     /// The triangle that a direction is in; any length but 0.

@@ -11,12 +11,13 @@ pub fn morton_code(point: DVec3) -> u64 {
     let cells = f64::from(1_u32 << BITS);
     let [x, y, z] = (point * cells)
         .to_array()
-        .map(|along| spread(along.clamp(0.0, cells - 1.0) as u64));
+        .map(|along| spread_bits(along.clamp(0.0, cells - 1.0) as u64));
     x << 2 | y << 1 | z
 }
 
 /// The lowest sixteen bits, each followed by two zeros.
-fn spread(bits: u64) -> u64 {
+#[inline]
+pub fn spread_bits(bits: u64) -> u64 {
     [
         (16, 0x0000_ff00_00ff),
         (8, 0x00f0_0f00_f00f),

@@ -2,43 +2,38 @@
 
 use glam::DVec3;
 
-/// The `order`² real spherical harmonics Y of bands 0 to `order` − 1 in a unit direction, orthonormal over
-/// the sphere: Y(l, m) is number l² + l + m.
+/// The `order`² real spherical harmonics Y of bands 0 to `order` − 1, orthonormal over the sphere: Y(l, m) is
+/// number l² + l + m.
 ///
 /// Y(l, m) = √2 K P(l, |m|)(z) cos(mφ) for m > 0, sin(|m|φ) for m < 0, and K P(l, 0)(z) for m = 0, by the
 /// recurrences of normalised associated Legendre functions (Press et al., *Numerical Recipes*, 6.7), without
 /// the factor (−1)^m.
-pub fn spherical_harmonics(direction: DVec3, order: usize) -> Vec<f64> {
-    let mut all = vec![0.0; order * order];
-    harmonics_into(direction, order, &mut all);
-    all
+#[derive(Clone, Debug)]
+pub struct SphericalHarmonics {
+    order: usize,
+    /// By m: the function with l = m, without sin(θ)^m.
+    sectoral: Vec<f64>,
+    /// By m and then l > m: the factors of the last function times z, and of the one before it.
+    steps: Vec<[f64; 2]>,
 }
 
-/// [`spherical_harmonics`] into a slice of at least `order`² numbers.
-pub fn harmonics_into(direction: DVec3, order: usize, all: &mut [f64]) {
-    let z = direction.z;
-    // (x + iy)^m, which has sin(θ)^m and the turn.
-    let (mut real, mut imaginary) = (1.0, 0.0);
-    // The function with l = m, without sin(θ)^m.
-    let mut sectoral = (0.25 / std::f64::consts::PI).sqrt();
-    for m in 0..order {
-        if m > 0 {
-            let whole = m as f64;
-            sectoral *= ((2.0 * whole + 1.0) / (2.0 * whole)).sqrt();
-            (real, imaginary) = (
-                real * direction.x - imaginary * direction.y,
-                real * direction.y + imaginary * direction.x,
-            );
-        }
-        let scale = if m == 0 {
-            1.0
-        } else {
-            std::f64::consts::SQRT_2
+impl SphericalHarmonics {
+    /// Those of an order.
+    pub fn new(order: usize) -> Self {
+        let mut sectoral = (0.25 / std::f64::consts::PI).sqrt();
+        let mut harmonics = Self {
+            order,
+            sectoral: Vec::new(),
+            steps: Vec::new(),
         };
-        let (mut before, mut value) = (0.0, sectoral);
-        for l in m..order {
-            if l > m {
-                let (lf, mf) = (l as f64, m as f64);
+        for m in 0..order {
+            let mf = m as f64;
+            if m > 0 {
+                sectoral *= ((2.0 * mf + 1.0) / (2.0 * mf)).sqrt();
+            }
+            harmonics.sectoral.push(sectoral);
+            for l in m + 1..order {
+                let lf = l as f64;
                 let a = ((4.0 * lf * lf - 1.0) / (lf * lf - mf * mf)).sqrt();
                 let below = lf - 1.0;
                 let b = if l == m + 1 {
@@ -46,15 +41,53 @@ pub fn harmonics_into(direction: DVec3, order: usize, all: &mut [f64]) {
                 } else {
                     ((below * below - mf * mf) / (4.0 * below * below - 1.0)).sqrt()
                 };
-                (before, value) = (value, a * (z * value - b * before));
+                harmonics.steps.push([a, a * b]);
             }
-            let middle = l * l + l;
-            all[middle + m] = scale * value * real;
+        }
+        harmonics
+    }
+
+    /// Their values in a unit direction, into a slice of at least `order`² numbers.
+    #[inline]
+    pub fn write(&self, direction: DVec3, all: &mut [f64]) {
+        let z = direction.z;
+        // (x + iy)^m, which has sin(θ)^m and the turn.
+        let (mut real, mut imaginary) = (1.0, 0.0);
+        let mut steps = self.steps.iter();
+        for (m, sectoral) in self.sectoral.iter().enumerate() {
             if m > 0 {
-                all[middle - m] = scale * value * imaginary;
+                (real, imaginary) = (
+                    real * direction.x - imaginary * direction.y,
+                    real * direction.y + imaginary * direction.x,
+                );
+            }
+            let scale = if m == 0 {
+                1.0
+            } else {
+                std::f64::consts::SQRT_2
+            };
+            let (mut before, mut value) = (0.0, *sectoral);
+            for l in m..self.order {
+                if l > m
+                    && let Some([a, b]) = steps.next()
+                {
+                    (before, value) = (value, a * z * value - b * before);
+                }
+                let middle = l * l + l;
+                all[middle + m] = scale * value * real;
+                if m > 0 {
+                    all[middle - m] = scale * value * imaginary;
+                }
             }
         }
     }
+}
+
+/// The [`SphericalHarmonics`] of an order in a unit direction.
+pub fn spherical_harmonics(direction: DVec3, order: usize) -> Vec<f64> {
+    let mut all = vec![0.0; order * order];
+    SphericalHarmonics::new(order).write(direction, &mut all);
+    all
 }
 
 /// The least-squares fit of spherical harmonics to values in some directions: a linear map, row by row, from
@@ -63,9 +96,14 @@ pub fn harmonics_into(direction: DVec3, order: usize, all: &mut [f64]) {
 /// P = (YᵀY)⁻¹Yᵀ by Cholesky's decomposition.
 pub fn harmonic_fit(directions: &[DVec3], order: usize) -> Option<Vec<Vec<f64>>> {
     let n = order * order;
+    let harmonics = SphericalHarmonics::new(order);
     let basis: Vec<Vec<f64>> = directions
         .iter()
-        .map(|direction| spherical_harmonics(*direction, order))
+        .map(|direction| {
+            let mut row = vec![0.0; n];
+            harmonics.write(*direction, &mut row);
+            row
+        })
         .collect();
     // The lower triangle of YᵀY, then of its factor.
     let mut factor = vec![vec![0.0; n]; n];

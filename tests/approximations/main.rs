@@ -13,6 +13,7 @@ mod light_volume;
 mod light_volume_culling;
 mod local_irradiance;
 mod local_irradiance_files;
+mod local_irradiance_scenes;
 mod lookups;
 mod paper_claims;
 mod slab_claims;

@@ -5,7 +5,7 @@
 use glam::DVec3;
 
 use super::grid::Grid;
-use super::leg::{Crossed, Leg, Stencil};
+use super::leg::Stencil;
 use super::shells::Shells;
 
 /// Cells of space.
@@ -39,7 +39,7 @@ impl Cells {
     #[inline]
     pub fn volume(&self, cell: u32) -> f64 {
         match self {
-            Self::Grid(grid) => grid.edge().powi(3),
+            Self::Grid(grid) => grid.volume(),
             Self::Shells(shells) => shells.volume(cell),
         }
     }
@@ -66,15 +66,6 @@ impl Cells {
                     radii[radii.len() - 1] * 1.3 / f64::from(shells.geodesic().frequency());
                 thickest.hypot(widest)
             }
-        }
-    }
-
-    /// The cells that a leg crosses, in their order.
-    #[inline]
-    pub fn cross(&self, leg: &Leg, visit: impl FnMut(&Crossed)) {
-        match self {
-            Self::Grid(grid) => grid.cross(leg, visit),
-            Self::Shells(shells) => shells.cross(leg, visit),
         }
     }
 

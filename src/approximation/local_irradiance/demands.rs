@@ -44,16 +44,12 @@ pub fn check(settings: &Settings) -> Result<(), Refusal> {
                     .to_owned(),
             );
         }
-        let f = settings.frequency;
-        let samples = match settings.sample_at {
-            SampleAt::Vertices => 10 * f * f + 2,
-            SampleAt::Centres => 20 * f * f,
-        };
+        let samples = Samples::count(settings);
         if samples < 2 * coefficients {
             return refused(format!(
-                "order={} has {coefficients} coefficients, and frequency={f} only {samples} light directions: \
+                "order={} has {coefficients} coefficients, and frequency={} only {samples} light directions: \
                  allowed are orders with at most half as many coefficients as directions",
-                settings.order
+                settings.order, settings.frequency
             ));
         }
     }

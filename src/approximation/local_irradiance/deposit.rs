@@ -21,10 +21,11 @@ pub struct Sums<const N: usize> {
 impl<const N: usize> Sums<N> {
     /// Sums of magnitudes up to `largest`, kept to 2⁻⁶⁰ of it.
     pub fn new(len: usize, largest: f64) -> Self {
+        let scale = FixedPoint::for_total(largest);
         Self {
-            scale: FixedPoint::for_total(largest).unwrap_or(FixedPoint::OF_ONE),
+            has_overflowed: scale.is_err(),
+            scale: scale.unwrap_or(FixedPoint::OF_ONE),
             quanta: vec![[0; N]; len],
-            has_overflowed: false,
         }
     }
 
@@ -105,49 +106,59 @@ impl Rule<'_> {
         if traced.is_stopped {
             leg.length += self.beyond;
         }
-        let cells = self.cells;
-        // Cubes are all the same.
-        let even = match (cells, self.deposit) {
-            (Cells::Grid(grid), Deposit::Crossing) => Some(1.0 / grid.across(leg.direction)),
-            (Cells::Grid(grid), Deposit::Exact) => Some(1.0 / grid.edge().powi(3)),
-            (Cells::Shells(_), _) => None,
-        };
-        cells.cross(&leg, |part| {
-            let density = match self.deposit {
-                Deposit::Crossing => {
-                    even.unwrap_or_else(|| 1.0 / cells.across(part.cell, leg.direction))
+        let is_mean = self.deposit == Deposit::Exact;
+        match self.cells {
+            Cells::Grid(grid) => {
+                // Cubes are all the same.
+                let (crossed, by_volume) = (1.0 / grid.across(leg.direction), 1.0 / grid.volume());
+                for part in grid.cross(&leg) {
+                    let density = if is_mean {
+                        (part.to - part.from) * by_volume
+                    } else {
+                        crossed
+                    };
+                    visit(&part, density);
                 }
-                Deposit::Exact => {
-                    let by_volume = even.unwrap_or_else(|| 1.0 / cells.volume(part.cell));
-                    (part.to - part.from) * by_volume
+            }
+            Cells::Shells(shells) => {
+                for part in shells.cross(&leg) {
+                    let density = if is_mean {
+                        (part.to - part.from) / shells.volume(part.cell)
+                    } else {
+                        1.0 / shells.across(part.cell, leg.direction)
+                    };
+                    visit(&part, density);
                 }
-            };
-            visit(part, density);
-        });
+            }
+        }
     }
 
-    /// The cosine with which a leg meets a surface that faces the centre, at a cell's middle; or its mean
-    /// over the part of the leg in the cell, which is the rise of the distance by the length.
+    /// The cosine with which a leg meets a surface that faces the centre, at a cell's middle, but for the
+    /// [factor](Self::factors) of the cell; or its mean over the part of the leg in the cell, which is the rise
+    /// of the distance by the length.
     #[inline]
     fn outward(&self, leg: &Leg, part: &Crossed) -> f64 {
         match self.deposit {
-            Deposit::Crossing => {
-                let along = leg.direction.dot(part.outward);
-                if along > 0.0 {
-                    along / part.outward.length()
-                } else {
-                    0.0
-                }
-            }
-            Deposit::Exact => {
-                // Only where it goes away from the centre.
-                let start = part.from.max(-leg.from.dot(leg.direction));
-                if start >= part.to {
-                    return 0.0;
-                }
-                let rise = leg.at(part.to).length() - leg.at(start).length();
-                rise.max(0.0) / (part.to - part.from)
-            }
+            Deposit::Crossing => leg.direction.dot(part.outward),
+            Deposit::Exact => rise(leg, part) / (part.to - part.from),
+        }
+    }
+
+    /// Multiplies the sums of [`AllCells`] by what is the same for all legs of a cell: the length of
+    /// [`Crossed::outward`], by which cosines are divided.
+    pub fn factors(&self, values: &mut [[f64; 3]]) {
+        let (Deposit::Crossing, Cells::Grid(grid)) = (self.deposit, self.cells) else {
+            return;
+        };
+        for (cell, value) in values.iter_mut().enumerate() {
+            let length = grid.middle(cell as u32).length();
+            // A leg through the centre's own cube goes neither away from the centre nor towards it.
+            let factor = if length > 0.0 {
+                grid.half() / length
+            } else {
+                0.0
+            };
+            *value = value.map(|sum| sum * factor);
         }
     }
 
@@ -157,13 +168,23 @@ impl Rule<'_> {
         const HEADROOM: f64 = 64.0;
         let cells = self.cells;
         let least = match cells {
-            Cells::Grid(grid) => grid.edge().powi(3),
+            Cells::Grid(grid) => grid.volume(),
             Cells::Shells(shells) => (0..shells.layers())
                 .map(|layer| shells.volume((layer * shells.triangles()) as u32))
                 .fold(f64::INFINITY, f64::min),
         };
         HEADROOM * flux / least.powf(2.0 / 3.0)
     }
+}
+
+/// By how much \[m\] a leg's distance from the centre grows within a cell, where it goes away from it.
+#[inline(never)]
+fn rise(leg: &Leg, part: &Crossed) -> f64 {
+    let start = part.from.max(-leg.from.dot(leg.direction));
+    if start >= part.to {
+        return 0.0;
+    }
+    (leg.at(part.to).length() - leg.at(start).length()).max(0.0)
 }
 
 /// Irradiance on surfaces that face the centre, in all cells.

@@ -56,6 +56,15 @@ pub struct Blended {
 }
 
 impl Samples {
+    /// The number of light directions all round, without a symmetry.
+    pub fn count(settings: &Settings) -> u32 {
+        let f = settings.frequency;
+        match settings.sample_at {
+            SampleAt::Vertices => 10 * f * f + 2,
+            SampleAt::Centres => 20 * f * f,
+        }
+    }
+
     /// The samples that settings ask for; `None` if harmonics are not determined by them.
     pub fn new(settings: &Settings) -> Option<Self> {
         let is_aligned = settings.directions == Directions::Aligned;

@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::leg::{Crossed, Leg, Stencil};
 
 /// A cube about the object's centre, cut into equal cubes.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub struct Grid {
     /// Cubes along each side.
     side: u32,
@@ -48,6 +48,11 @@ impl Grid {
         2.0 * self.half / f64::from(self.side)
     }
 
+    /// A cube's volume \[m³\].
+    pub fn volume(&self) -> f64 {
+        self.edge().powi(3)
+    }
+
     /// The number of a cube by its places along the axes.
     #[inline]
     pub fn index(&self, at: [u32; 3]) -> u32 {
@@ -88,94 +93,164 @@ impl Grid {
 
     /// The cubes that a leg crosses, in their order.
     #[inline]
-    pub fn cross(&self, leg: &Leg, mut visit: impl FnMut(&Crossed)) {
-        let (from, direction) = (leg.from.to_array(), leg.direction.to_array());
-        let (mut enter, mut leave) = (0.0f64, leg.length);
-        for axis in 0..3 {
-            if direction[axis] == 0.0 {
-                if from[axis].abs() >= self.half {
-                    return;
-                }
-                continue;
-            }
-            let near = -self.half.copysign(direction[axis]);
-            enter = enter.max((near - from[axis]) / direction[axis]);
-            leave = leave.min((-near - from[axis]) / direction[axis]);
-        }
-        if enter >= leave {
-            return;
-        }
-        let edge = self.edge();
-        let last = f64::from(self.side - 1);
-        let mut cell = [0u32; 3];
-        let mut next = [f64::INFINITY; 3];
-        for axis in 0..3 {
-            let place = (from[axis] + enter * direction[axis] + self.half) / edge;
-            let at = place.floor().clamp(0.0, last);
-            cell[axis] = at as u32;
-            if direction[axis] != 0.0 {
-                let ahead = at + f64::from(u8::from(direction[axis] > 0.0));
-                next[axis] = (ahead * edge - self.half - from[axis]) / direction[axis];
-            }
-        }
-        let step = direction.map(|d| edge / d.abs());
-        let sign = direction.map(|d| if d > 0.0 { 1 } else { u32::MAX });
-        loop {
-            // Which axis is next cannot be foretold: chosen without a branch, steps cost half as much.
-            let [x, y, z] = next;
-            let is_x = x <= y && x <= z;
-            let is_y = !is_x && y <= z;
-            let is_next = [is_x, is_y, !is_x && !is_y];
-            let border = x.min(y).min(z);
-            // Rounding may put a border a hair before the place at which the last cube was left.
-            let end = border.clamp(enter, leave);
-            let at = DVec3::from_array(cell.map(f64::from));
-            visit(&Crossed {
-                cell: self.index(cell),
-                from: enter,
-                to: end,
-                outward: (at + 0.5) * edge - self.half,
-            });
-            for axis in 0..3 {
-                cell[axis] = cell[axis].wrapping_add(if is_next[axis] { sign[axis] } else { 0 });
-                next[axis] += if is_next[axis] { step[axis] } else { 0.0 };
-            }
-            if border >= leave || cell.iter().any(|place| *place >= self.side) {
-                return;
-            }
-            enter = end;
-        }
+    pub fn cross(&self, leg: &Leg) -> impl Iterator<Item = Crossed> {
+        Walk::new(self, leg)
     }
 
     /// The cube of a place, or the nearest one.
     #[inline]
     pub fn nearest(&self, place: DVec3) -> Stencil {
-        let last = f64::from(self.side - 1);
-        let at = ((place + self.half) / self.edge()).floor();
-        let at = at.clamp(DVec3::ZERO, DVec3::splat(last));
-        Stencil::one(self.index(at.to_array().map(|x| x as u32)))
+        let [x, y, z] = ((place + self.half) * self.per_metre())
+            .to_array()
+            .map(|at| (at.max(0.0) as u32).min(self.side - 1));
+        Stencil::one(self.index([x, y, z]))
     }
 
     /// The eight cubes around a place, with their shares in a trilinear mean.
     #[inline]
     pub fn linear(&self, place: DVec3) -> Stencil {
-        let last = f64::from(self.side - 1);
-        let at = (place + self.half) / self.edge() - 0.5;
-        let at = at.clamp(DVec3::ZERO, DVec3::splat(last));
-        let low = at.floor().min(DVec3::splat((last - 1.0).max(0.0)));
-        let part = (at - low).to_array();
-        let low = low.to_array().map(|x| x as u32);
-        let high = low.map(|x| (x + 1).min(self.side - 1));
-        let mut stencil = Stencil::default();
-        for corner in 0..8 {
-            let is_high: [bool; 3] = std::array::from_fn(|axis| corner >> axis & 1 == 1);
-            let cell = std::array::from_fn(|k| if is_high[k] { high[k] } else { low[k] });
-            let weight: f64 = (0..3)
-                .map(|k| if is_high[k] { part[k] } else { 1.0 - part[k] })
-                .product();
-            stencil.push(self.index(cell), weight);
+        let last = self.side - 1;
+        let at = (place + self.half) * self.per_metre() - 0.5;
+        let at = at.clamp(DVec3::ZERO, DVec3::splat(f64::from(last)));
+        // Of the lower and of the higher cube along each axis: its share, and its part of a number.
+        let [x, y, z] = std::array::from_fn(|axis| {
+            let low = (at[axis] as u32).min(last.saturating_sub(1));
+            let high = at[axis] - f64::from(low);
+            let place = |along: u32| {
+                let mut place = [0; 3];
+                place[axis] = along;
+                self.index(place)
+            };
+            [(1.0 - high, place(low)), (high, place((low + 1).min(last)))]
+        });
+        Stencil::eight(|corner| {
+            let (x, y, z) = (x[corner & 1], y[corner >> 1 & 1], z[corner >> 2]);
+            // Numbers of cells are sums of what their places along the axes give.
+            (x.1 + y.1 + z.1, x.0 * y.0 * z.0)
+        })
+    }
+
+    /// Cubes by length \[1/m\].
+    #[inline]
+    fn per_metre(&self) -> f64 {
+        0.5 * f64::from(self.side) / self.half
+    }
+}
+
+/// A leg on its way through cubes.
+struct Walk {
+    grid: Grid,
+    /// The cube that is next, by its places along the axes.
+    cell: [u32; 3],
+    /// The lengths at which the leg meets the next border along each axis, and those between borders.
+    next: [f64; 3],
+    step: [f64; 3],
+    /// What a border adds to a place, modulo 2³².
+    sign: [u32; 3],
+    /// The length at which the leg enters the next cube, and that at which it leaves them all.
+    enter: f64,
+    leave: f64,
+    is_done: bool,
+}
+
+impl Walk {
+    /// That of a leg that crosses no cube.
+    const DONE: Self = Self {
+        grid: Grid {
+            side: 1,
+            half: 0.0,
+            block: 0,
+        },
+        cell: [0; 3],
+        next: [0.0; 3],
+        step: [0.0; 3],
+        sign: [0; 3],
+        enter: 0.0,
+        leave: 0.0,
+        is_done: true,
+    };
+
+    #[inline]
+    fn new(grid: &Grid, leg: &Leg) -> Self {
+        let half = grid.half;
+        let (from, direction) = (leg.from.to_array(), leg.direction.to_array());
+        let (mut enter, mut leave) = (0.0f64, leg.length);
+        for axis in 0..3 {
+            if direction[axis] == 0.0 {
+                if from[axis].abs() >= half {
+                    return Self::DONE;
+                }
+                continue;
+            }
+            let near = -half.copysign(direction[axis]);
+            enter = enter.max((near - from[axis]) / direction[axis]);
+            leave = leave.min((-near - from[axis]) / direction[axis]);
         }
-        stencil
+        if enter >= leave {
+            return Self::DONE;
+        }
+        let edge = grid.edge();
+        let last = f64::from(grid.side - 1);
+        let mut cell = [0u32; 3];
+        let mut next = [f64::INFINITY; 3];
+        for axis in 0..3 {
+            let place = (from[axis] + enter * direction[axis] + half) / edge;
+            let at = place.floor().clamp(0.0, last);
+            cell[axis] = at as u32;
+            if direction[axis] != 0.0 {
+                let ahead = at + f64::from(u8::from(direction[axis] > 0.0));
+                next[axis] = (ahead * edge - half - from[axis]) / direction[axis];
+            }
+        }
+        Self {
+            grid: *grid,
+            cell,
+            next,
+            step: direction.map(|d| edge / d.abs()),
+            sign: direction.map(|d| if d > 0.0 { 1 } else { u32::MAX }),
+            enter,
+            leave,
+            is_done: false,
+        }
+    }
+}
+
+impl Iterator for Walk {
+    type Item = Crossed;
+
+    #[allow(
+        clippy::inline_always,
+        reason = "what it returns would go through memory, in which loads then wait for stores"
+    )]
+    #[inline(always)]
+    fn next(&mut self) -> Option<Crossed> {
+        if self.is_done {
+            return None;
+        }
+        // Which axis is next cannot be foretold: chosen without a branch, steps cost half as much.
+        let [x, y, z] = self.next;
+        let is_x = x <= y && x <= z;
+        let is_y = !is_x && y <= z;
+        let is_next = [is_x, is_y, !is_x && !is_y];
+        let border = x.min(y).min(z);
+        // Rounding may put a border a hair before the place at which the last cube was left.
+        let end = border.clamp(self.enter, self.leave);
+        let at = DVec3::from_array(self.cell.map(f64::from));
+        let crossed = Crossed {
+            cell: self.grid.index(self.cell),
+            from: self.enter,
+            to: end,
+            outward: (at + 0.5) * (2.0 / f64::from(self.grid.side)) - 1.0,
+        };
+        for (axis, is_next) in is_next.into_iter().enumerate() {
+            let (sign, step) = (self.sign[axis], self.step[axis]);
+            self.cell[axis] = self.cell[axis].wrapping_add(if is_next { sign } else { 0 });
+            self.next[axis] += if is_next { step } else { 0.0 };
+        }
+        self.is_done =
+            border >= self.leave || self.cell.iter().any(|place| *place >= self.grid.side);
+        self.enter = end;
+        Some(crossed)
     }
 }
 
@@ -221,16 +296,17 @@ mod tests {
                 },
             };
             let (mut last, mut sum) = (None, 0.0);
-            grid.cross(&leg, |part| {
+            for part in grid.cross(&leg) {
                 assert!(last.is_none_or(|last| last == part.from), "{index}");
                 last = Some(part.to);
                 sum += part.to - part.from;
-                assert_eq!(part.outward, grid.middle(part.cell));
+                let middle = part.outward * grid.half();
+                assert!(middle.distance(grid.middle(part.cell)) < 1e-15);
                 if part.to - part.from > 1e-9 {
                     let place = leg.at(f64::midpoint(part.from, part.to));
                     assert_eq!(grid.nearest(place).cells(), [part.cell], "{index}");
                 }
-            });
+            }
             // By parts of the leg, an independent reading of how much of it is inside.
             let whole = leg.length.min(12.0);
             let inside = (0..PARTS)

@@ -8,7 +8,7 @@ use super::settings::Settings;
 use super::shells::Shells;
 use super::variants::{Region, Space, Tree};
 use crate::geometry::Geodesic;
-use crate::numeric::harmonic_fit;
+use crate::numeric::{SphericalHarmonics, harmonic_fit, spread_bits};
 
 /// The cells of an object's tables, and the region that they fill.
 #[derive(Clone, Debug)]
@@ -24,6 +24,8 @@ pub struct Layout {
     /// The fit of harmonics to the middles of a shell's triangles, coefficient by coefficient, if tables have
     /// those.
     pub fit: Vec<Vec<f64>>,
+    /// These harmonics.
+    pub harmonics: Option<SphericalHarmonics>,
 }
 
 impl Layout {
@@ -31,21 +33,13 @@ impl Layout {
     /// shells (`radii`, from 0 to the region's radius). An exact region reaches as far as `farthest` \[m\].
     pub fn new(settings: &Settings, object: f64, radii: &[f64], farthest: f64) -> Self {
         let plain = settings.reach * object;
-        let radius = match settings.region {
-            // A margin for rounding.
-            Region::Exact => plain.max(farthest * (1.0 + 1e-9)),
-            Region::Clamp | Region::Fade => plain,
-        };
+        let radius = region(settings, object, farthest);
         let cells = match kind(settings) {
             None => None,
             Some(Tree::Grid) => {
                 let edge = 2.0 * plain / f64::from(settings.cells);
-                let side = if radius > plain {
-                    2 * (radius / edge).ceil() as u32
-                } else {
-                    settings.cells
-                };
-                Some(Cells::Grid(Grid::new(side, 0.5 * edge * f64::from(side))))
+                let side = side(settings, radius / plain);
+                Some(Cells::Grid(Grid::new(side as u32, 0.5 * edge * side)))
             }
             Some(Tree::Shells) => {
                 let mut radii = radii.to_vec();
@@ -70,18 +64,19 @@ impl Layout {
         for (triangle, (root, way)) in (0..).zip(&paths) {
             triangles[*root as usize * ways + *way as usize] = triangle;
         }
-        let fit = match &cells {
-            Some(Cells::Shells(shells)) if settings.space == Space::ShellHarmonics => {
-                harmonic_fit(&shells.middles(), settings.order as usize).unwrap_or_default()
-            }
-            _ => Vec::new(),
-        };
+        let (mut fit, mut harmonics) = (Vec::new(), None);
+        if let (Some(Cells::Shells(shells)), Space::ShellHarmonics) = (&cells, settings.space) {
+            let order = settings.order as usize;
+            fit = harmonic_fit(shells.middles(), order).unwrap_or_default();
+            harmonics = Some(SphericalHarmonics::new(order));
+        }
         Self {
             cells,
             radius,
             paths,
             triangles,
             fit,
+            harmonics,
         }
     }
 
@@ -133,6 +128,40 @@ impl Layout {
     }
 }
 
+/// The number of cells that [`Layout::new`] would make, which may be beyond all that fit.
+pub fn cells_needed(settings: &Settings, object: f64, radii: &[f64], farthest: f64) -> f64 {
+    let plain = settings.reach * object;
+    let radius = region(settings, object, farthest);
+    match (kind(settings), radii) {
+        (Some(Tree::Grid), _) => side(settings, radius / plain).powi(3),
+        (Some(Tree::Shells), [.., inner, outer]) => {
+            let added = ((radius - outer) / (outer - inner)).ceil().max(0.0);
+            (radii.len() as f64 - 1.0 + added) * f64::from(20u32 << (2 * settings.shell_level))
+        }
+        _ => 0.0,
+    }
+}
+
+/// The radius \[m\] of the region that has cells.
+fn region(settings: &Settings, object: f64, farthest: f64) -> f64 {
+    let plain = settings.reach * object;
+    match settings.region {
+        // A margin for rounding.
+        Region::Exact => plain.max(farthest * (1.0 + 1e-9)),
+        Region::Clamp | Region::Fade => plain,
+    }
+}
+
+/// Cubes along each side of a grid whose region has grown by a factor.
+fn side(settings: &Settings, growth: f64) -> f64 {
+    let plain = f64::from(settings.cells);
+    if growth > 1.0 {
+        2.0 * (0.5 * plain * growth).ceil()
+    } else {
+        plain
+    }
+}
+
 /// The kind of cells that settings ask for; none if space is exact.
 pub fn kind(settings: &Settings) -> Option<Tree> {
     match settings.space {
@@ -143,12 +172,10 @@ pub fn kind(settings: &Settings) -> Option<Tree> {
     }
 }
 
-/// The digits of three numbers in turn, the last number's first.
+/// The digits of three numbers of sixteen bits in turn, the last number's first.
 fn interleaved(at: [u32; 3]) -> u64 {
-    (0..21)
-        .flat_map(|bit| (0..3).map(move |axis| (bit, axis)))
-        .map(|(bit, axis)| u64::from(at[axis] >> bit & 1) << (3 * bit + axis as u32))
-        .sum()
+    let [x, y, z] = at.map(|place| spread_bits(u64::from(place)));
+    x | y << 1 | z << 2
 }
 
 /// Three numbers from the digits that they have in turn.

@@ -32,7 +32,8 @@ pub struct Crossed {
     pub from: f64,
     /// The length \[m\] at which it leaves it.
     pub to: f64,
-    /// The direction from the centre to the cell's middle, of any length.
+    /// The direction from the centre to the cell's middle: a unit vector on shells; of cubes the middle itself,
+    /// by half the edge of them all.
     pub outward: DVec3,
 }
 
@@ -50,6 +51,17 @@ impl Stencil {
         let mut stencil = Self::default();
         stencil.push(cell, 1.0);
         stencil
+    }
+
+    /// Eight cells with their shares.
+    #[inline]
+    pub fn eight(cell: impl Fn(usize) -> (u32, f64)) -> Self {
+        let all: [(u32, f64); 8] = std::array::from_fn(cell);
+        Self {
+            cells: all.map(|(cell, _)| cell),
+            weights: all.map(|(_, weight)| weight),
+            len: 8,
+        }
     }
 
     /// One cell more.

@@ -16,10 +16,12 @@ use super::shoot::Tally;
 use super::storage::Stored;
 use super::table::read_table;
 use super::variants::{Noise, Normal, Space, Step, Storage};
+use super::work::Work;
 use crate::approximation::SensorPoint;
 use crate::approximation::clock::Clocked as _;
 use crate::radiometry::Rgb;
-use crate::run::Error;
+use crate::run::{Error, Refusal};
+use crate::setting::Words as _;
 use crate::transport::first_surface::Source;
 
 /// Photons of a sample at which `noise=exact` gives up.
@@ -33,7 +35,7 @@ impl Run<'_> {
         lights: &[&Source],
     ) -> Result<(), Error> {
         let settings = self.settings;
-        let reads = self.reads(scenery);
+        let reads = self.reads(scenery)?;
         // Of less noise, the difference of the two halves tells what is left.
         let mut photons = match settings.noise {
             Noise::Photons => settings.photons,
@@ -53,7 +55,7 @@ impl Run<'_> {
             let first = self.image_or_read(scenery, exact);
             let second = self.content(scenery, &reads, &others, true);
             let second = self.image_or_read(scenery, second);
-            let error = halves_error(&first, &second);
+            let error = halves_error(&first, &second, photons);
             for (shed, other) in sheds.iter_mut().flatten().zip(others.into_iter().flatten()) {
                 merge(shed, other);
             }
@@ -79,10 +81,10 @@ impl Run<'_> {
     }
 
     /// What the sensor reads of each part's samples, if its own normals count.
-    fn reads(&mut self, scenery: &Scenery) -> Vec<Vec<Arc<Reads>>> {
+    fn reads(&mut self, scenery: &Scenery) -> Result<Vec<Vec<Arc<Reads>>>, Error> {
         let settings = self.settings;
         if settings.normal == Normal::Fixed || settings.space == Space::Exact {
-            return Vec::new();
+            return Ok(Vec::new());
         }
         self.timed(Step::Normal, |this, _| {
             let parts = scenery.parts.iter();
@@ -91,23 +93,36 @@ impl Run<'_> {
                     let (object, layout) = &scenery.objects[part.object];
                     let blended = part.blended.iter();
                     blended
-                        .map(|(_, map)| Arc::new(this.reads_of(object, layout, map)))
+                        .map(|(_, map)| Ok(Arc::new(this.reads_of(object, layout, map)?)))
                         .collect()
                 })
                 .collect()
         })
     }
 
-    fn reads_of(&self, object: &SpecularObject, layout: &Layout, map: &DMat3) -> Reads {
+    fn reads_of(
+        &self,
+        object: &SpecularObject,
+        layout: &Layout,
+        map: &DMat3,
+    ) -> Result<Reads, Error> {
         let of_batch = |points: Vec<SensorPoint>| {
             let places = points.iter().map(|point| {
-                let away = *map * (point.point.position - object.center);
-                [held(layout, away), *map * point.normal]
+                let away = held(layout, point.point.position - object.center);
+                [*map * away, *map * point.normal]
             });
             reads_at(layout, self.settings, places)
         };
         let batches: Vec<Vec<Read>> = self.batches().map(of_batch).collect();
-        needed(layout, self.settings, batches.concat())
+        let most = self.most_numbers();
+        needed(layout, self.settings, batches.concat(), most).map_err(|count| {
+            Refusal::new(format!(
+                "normal=exact: {count:.2e} cells and normals are more than fit into the memory ({most:.2e}); allowed \
+                 are normal=fixed, other cells than space={}, fewer of them, and receivers with fewer faces",
+                self.settings.space.word()
+            ))
+            .into()
+        })
     }
 
     /// Photons of all parts' samples.
@@ -198,21 +213,25 @@ impl Run<'_> {
     fn texels(&self, scenery: &Scenery, sheds: &[Vec<Shed>], settings: &Settings) -> Vec<Rgb> {
         let [width, height] = self.film.size();
         let mut values = vec![Rgb::BLACK; width * height];
+        // What an irradiance of 1 is on the sensor: tables have irradiance, and a camera's texels radiance.
+        let seen = |_: &SensorPoint, _: &mut Work| Rgb::WHITE;
+        let (units, ..) = self.film.evaluate(self.scene, settings.samples, seen);
         for (part, sheds) in scenery.parts.iter().zip(sheds) {
             let mut sums = vec![[0.0; 3]; values.len()];
             for ((blended, _), shed) in part.blended.iter().zip(sheds) {
                 for (texel, value) in shed.values.iter().enumerate() {
                     let measure = self.film.measure(texel);
-                    if measure > 0.0 {
-                        for c in 0..3 {
-                            sums[texel][c] += blended.weight * value[c] / measure;
+                    let unit = units[texel].0;
+                    for c in 0..3 {
+                        if measure * unit[c] > 0.0 {
+                            sums[texel][c] += blended.weight * value[c] / (measure * unit[c]);
                         }
                     }
                 }
             }
             let (stored, _) = Stored::new(sums, settings.storage, settings.range);
             for (texel, value) in values.iter_mut().enumerate() {
-                *value += stored.get(texel) * part.light.irradiance;
+                *value += stored.get(texel) * part.light.irradiance * units[texel];
             }
         }
         values
@@ -223,8 +242,10 @@ impl Run<'_> {
     }
 }
 
-/// The relative standard error of the mean of two halves: half their distance by its length.
-fn halves_error(first: &[Rgb], second: &[Rgb]) -> f64 {
+/// The relative standard error of the mean of two halves of some photons each: half their distance by its
+/// length. Two black halves are believed if they are of many photons.
+fn halves_error(first: &[Rgb], second: &[Rgb], photons: u64) -> f64 {
+    const MANY: u64 = 1 << 17;
     let (mut apart, mut whole) = (0.0, 0.0);
     for (a, b) in first.iter().zip(second) {
         for c in 0..3 {
@@ -234,20 +255,68 @@ fn halves_error(first: &[Rgb], second: &[Rgb]) -> f64 {
     }
     if whole > 0.0 {
         (apart / whole).sqrt()
+    } else if photons < MANY {
+        f64::INFINITY
     } else {
         0.0
     }
 }
 
-/// The mean of sums of as many photons.
+/// The mean of sums, by the photons that they are of: a run that was stopped has fewer, or none.
 fn merge(shed: &mut Shed, other: Shed) {
+    let all = shed.tally.photons + other.tally.photons;
+    if all == 0 {
+        return;
+    }
+    let part = other.tally.photons as f64 / all as f64;
     for (value, other) in shed.values.iter_mut().zip(other.values) {
         for c in 0..3 {
-            value[c] = f64::midpoint(value[c], other[c]);
+            value[c] = value[c] * (1.0 - part) + other[c] * part;
         }
     }
     let mut tally = Tally::default();
-    tally.add_scaled(&shed.tally, 0.5);
-    tally.add_scaled(&other.tally, 0.5);
+    tally.add_scaled(&shed.tally, 1.0 - part);
+    tally.add_scaled(&other.tally, part);
     shed.tally = tally;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn shed(photons: u64, value: f64) -> Shed {
+        Shed {
+            values: vec![[value; 3]],
+            tally: Tally {
+                photons,
+                left: [value; 3],
+                ..Tally::default()
+            },
+            work: Work::default(),
+        }
+    }
+
+    #[test]
+    fn rounds_count_by_the_photons_that_they_had_time_for() {
+        for (photons, expected) in [(100, 2.0), (0, 1.0), (50, 5.0 / 3.0)] {
+            let mut whole = shed(100, 1.0);
+            merge(&mut whole, shed(photons, 3.0));
+            assert_eq!(whole.tally.photons, 100 + photons);
+            for found in [whole.values[0][0], whole.tally.left[2]] {
+                assert!((found - expected).abs() < 1e-15, "{photons}: {found}");
+            }
+        }
+        let mut none = shed(0, 0.0);
+        merge(&mut none, shed(0, 0.0));
+        assert_eq!(none.values, [[0.0; 3]]);
+    }
+
+    #[test]
+    fn few_photons_do_not_prove_darkness() {
+        let black = [Rgb::BLACK; 4];
+        assert!(halves_error(&black, &black, 1024) > 1.0);
+        assert_eq!(halves_error(&black, &black, 1 << 20), 0.0);
+        let lit = [Rgb::WHITE; 4];
+        assert!((halves_error(&lit, &black, 1024) - 1.0).abs() < 1e-15);
+    }
 }

@@ -80,7 +80,9 @@ impl Lit<'_> {
         goal: Goal,
     ) -> Result<Shed, Error> {
         let shot = self.shot(blended, stream, photons);
-        if is_achromatic(shot.scene) {
+        // A camera shows the colours of what it sees, too.
+        let is_camera = matches!(goal, Goal::Sensor(_, SensorFilm::Camera(_)));
+        if is_achromatic(shot.scene) && !is_camera {
             self.shed_by::<1>(&shot, blended, goal)
         } else {
             self.shed_by::<3>(&shot, blended, goal)
@@ -98,7 +100,15 @@ impl Lit<'_> {
         };
         let towards = axes * blended.towards;
         let bounds = scene.world().bounds();
-        let ahead = 1.01 * (bounds.radius() + bounds.center().distance(center) + object.radius);
+        let beyond_all =
+            1.01 * (bounds.radius() + bounds.center().distance(center) + object.radius);
+        // What is behind a lamp is not in its way.
+        let ahead = match self.light {
+            Some((Source::Point { origin, .. }, _)) => {
+                beyond_all.min(origin.distance(object.center))
+            }
+            _ => beyond_all,
+        };
         let lamp = match (settings.light, self.light) {
             (
                 Light::Exact,
@@ -125,7 +135,7 @@ impl Lit<'_> {
             center,
             radius: object.radius,
             to_own: axes.transpose(),
-            bounds: (!is_alone).then_some(object.bounds),
+            own: (!is_alone).then_some(&object.shapes),
             lamp,
             chains: ChainSettings {
                 max_depth: settings.max_depth,
@@ -158,7 +168,9 @@ impl Lit<'_> {
                     rule: &rule,
                     sums: Sums::<N>::new(rule.cells.count(), rule.bound(flux)),
                 };
-                traced(shot, layout.count(), new, |one| one.sums)
+                let mut shed = traced(shot, layout.count(), new, |one| one.sums)?;
+                rule.factors(&mut shed.values);
+                Ok(shed)
             }
             Goal::Reads(layout, reads) => {
                 let Some(rule) = rule(settings, layout) else {
@@ -311,7 +323,10 @@ pub fn adapted_radii(
             let pairs = shell(layer - 1).iter().zip(shell(layer));
             // Weighted by the area that a triangle has there.
             let area = (layer as f64).powi(2);
-            *change += area * pairs.map(|(a, b)| (a[1] - b[1]).abs()).sum::<f64>();
+            let change_of = |(a, b): (&[f64; 3], &[f64; 3])| -> f64 {
+                (0..3).map(|c| (a[c] - b[c]).abs()).sum()
+            };
+            *change += area * pairs.map(change_of).sum::<f64>();
         }
     }
     let total: f64 = changes.iter().sum();
@@ -339,7 +354,9 @@ pub fn adapted_radii(
 
 /// Borders of shells \[m\] equally far apart, from 0 to a radius.
 pub fn even_radii(shells: u32, radius: f64) -> Vec<f64> {
-    (0..=shells)
+    let inner = 0..shells;
+    inner
         .map(|shell| radius * f64::from(shell) / f64::from(shells))
+        .chain([radius])
         .collect()
 }

@@ -106,19 +106,40 @@ pub fn reads_at(
 }
 
 /// All that sums are needed of, for some cells to be read.
-pub fn needed(layout: &Layout, settings: &Settings, all: Vec<Read>) -> Reads {
+///
+/// # Errors
+///
+/// If these are more than `most`: their number.
+pub fn needed(
+    layout: &Layout,
+    settings: &Settings,
+    all: Vec<Read>,
+    most: f64,
+) -> Result<Reads, f64> {
     let cells = layout.count();
     let all = distinct(all);
+    let check = |count: f64| if count > most { Err(count) } else { Ok(()) };
+    check(all.len() as f64)?;
     let all = match settings.space {
-        Space::ShellHarmonics => (0..cells as u32)
-            .flat_map(|cell| all.iter().map(move |(_, normal)| (cell, *normal)))
-            .collect(),
+        Space::ShellHarmonics => {
+            check(cells as f64 * all.len() as f64)?;
+            (0..cells as u32)
+                .flat_map(|cell| all.iter().map(move |(_, normal)| (cell, *normal)))
+                .collect()
+        }
         // A merged cell has the mean of all that it was merged with. Which these are is known only from the
         // light: all of its tree may be.
-        Space::MultiResolution => with_relatives(layout, &all),
+        Space::MultiResolution => {
+            let roots = roots_of(layout, &all);
+            let ways = layout.trees().map_or(0.0, |([branches, levels], _)| {
+                f64::from(branches).powf(f64::from(levels))
+            });
+            check(ways * roots.len() as f64)?;
+            with_relatives(layout, roots)
+        }
         Space::Grid | Space::Shells | Space::Exact => all,
     };
-    Reads::new(cells, all)
+    Ok(Reads::new(cells, all))
 }
 
 fn distinct(mut all: Vec<Read>) -> Vec<Read> {
@@ -127,17 +148,22 @@ fn distinct(mut all: Vec<Read>) -> Vec<Read> {
     all
 }
 
-/// Some cells with normals, and all others of their trees with the same normals.
-fn with_relatives(layout: &Layout, all: &[Read]) -> Vec<Read> {
-    let Some(([branches, levels], _)) = layout.trees() else {
-        return Vec::new();
-    };
+/// The roots of some cells' trees, with the cells' normals; each once.
+fn roots_of(layout: &Layout, all: &[Read]) -> Vec<(usize, DVec3)> {
     let mut roots: Vec<(usize, DVec3)> = all
         .iter()
         .map(|(cell, normal)| (layout.path(*cell).0, *normal))
         .collect();
     roots.sort_unstable_by_key(|(root, normal)| (*root, bits(*normal)));
     roots.dedup_by_key(|(root, normal)| (*root, bits(*normal)));
+    roots
+}
+
+/// All cells of some trees with normals.
+fn with_relatives(layout: &Layout, roots: Vec<(usize, DVec3)>) -> Vec<Read> {
+    let Some(([branches, levels], _)) = layout.trees() else {
+        return Vec::new();
+    };
     let ways = u64::from(branches).pow(levels);
     roots
         .into_iter()

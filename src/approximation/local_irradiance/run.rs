@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::demands::{self, are_kept};
 use super::lamp::SeenLight;
-use super::layout::{Layout, kind};
+use super::layout::{Layout, cells_needed, kind};
 use super::ledger;
 use super::object::SpecularObject;
 use super::prepare::{adapted_radii, even_radii};
@@ -19,7 +19,7 @@ use super::work::Work;
 use crate::approximation::clock::{Clocked, Done, stage_work};
 use crate::approximation::{Frame, SensorFilm, SensorPoint};
 use crate::radiometry::Rgb;
-use crate::run::{Context, Counters, Error, StageWork};
+use crate::run::{Context, Counters, Error, Refusal, StageWork};
 use crate::scene::{Scene, Sensor};
 
 /// Work and time of a run, with its place.
@@ -143,12 +143,34 @@ impl<'a> Run<'a> {
             kept.radii.insert(Arc::clone(form), radii.clone());
             radii
         };
-        let farthest = if settings.region == Region::Exact {
-            self.farthest(object.center)
-        } else {
-            0.0
-        };
+        if settings.region != Region::Exact {
+            return Ok(Layout::new(settings, object.radius, &radii, 0.0));
+        }
+        // How many cells there are is known only now.
+        let farthest = self.farthest(object.center);
+        let cells = cells_needed(settings, object.radius, &radii, farthest);
+        let most = self.most_numbers();
+        if cells > most {
+            return Err(Refusal::new(format!(
+                "region=exact: the sensor sees surfaces up to {farthest:.3} m from an object whose own region has a \
+                 radius of {:.3} m: {cells:.2e} cells are more than fit into the memory ({most:.2e}); allowed are \
+                 region=clamp and fade, larger cells, and sensors that see less",
+                settings.reach * object.radius
+            ))
+            .into());
+        }
         Ok(Layout::new(settings, object.radius, &radii, farthest))
+    }
+
+    /// The most numbers of a table whose sums fit into the memory, and that have numbers at all.
+    pub(super) fn most_numbers(&self) -> f64 {
+        /// Bytes of a number: its sum on a thread; its value, copied once; how it is found again.
+        const SUM: f64 = 24.0;
+        const VALUE: f64 = 120.0;
+        let each = VALUE + SUM * rayon::current_num_threads() as f64;
+        let free = self.context.available_bytes();
+        let fitting = free.map_or(f64::INFINITY, |bytes| bytes as f64 / each);
+        fitting.min(f64::from(u32::MAX))
     }
 
     /// The points that a frame asks for, in batches of texels.

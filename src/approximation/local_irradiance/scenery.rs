@@ -113,8 +113,9 @@ impl Part {
         }
         work.queries += 1;
         let mut sum = Rgb::BLACK;
+        let away = held(layout, away);
         for ((blended, map), table) in self.blended.iter().zip(&self.tables) {
-            let place = held(layout, *map * away);
+            let place = *map * away;
             let normal = match settings.normal {
                 Normal::Exact => *map * point.normal,
                 Normal::Fixed => DVec3::ZERO,

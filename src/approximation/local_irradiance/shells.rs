@@ -3,14 +3,17 @@
 use glam::DVec3;
 
 use super::leg::{Crossed, Leg, Stencil};
-use crate::geometry::Geodesic;
+use crate::geometry::{Geodesic, GeodesicDual};
 
 /// Concentric shells: a cell is what is between two spheres and behind a triangle of directions.
 #[derive(Clone, Debug)]
 pub struct Shells {
     geodesic: Geodesic,
+    dual: GeodesicDual,
     /// The radii between shells \[m\], from the innermost.
     radii: Vec<f64>,
+    /// The radii in the middle of each shell \[m\].
+    halfway: Vec<f64>,
     triangles: Vec<Sides>,
 }
 
@@ -26,8 +29,6 @@ struct Sides {
     area: DVec3,
     /// Its solid angle \[sr\].
     solid_angle: f64,
-    /// The unit direction of its middle.
-    middle: DVec3,
 }
 
 impl Sides {
@@ -46,7 +47,6 @@ impl Sides {
             angles,
             area,
             solid_angle,
-            middle: (a + b + c).normalize(),
         }
     }
 }
@@ -58,8 +58,11 @@ impl Shells {
         let triangles = (0..geodesic.triangles().len() as u32)
             .map(|triangle| Sides::new(geodesic.corners(triangle)))
             .collect();
+        let pairs = radii.windows(2);
         Self {
+            dual: GeodesicDual::new(&geodesic),
             geodesic,
+            halfway: pairs.map(|pair| f64::midpoint(pair[0], pair[1])).collect(),
             radii,
             triangles,
         }
@@ -93,7 +96,7 @@ impl Shells {
     /// The radius \[m\] in the middle of a shell.
     #[inline]
     pub fn radius(&self, layer: usize) -> f64 {
-        f64::midpoint(self.radii[layer], self.radii[layer + 1])
+        self.halfway[layer]
     }
 
     /// The shell and the triangle of a cell.
@@ -115,12 +118,12 @@ impl Shells {
     #[inline]
     pub fn middle(&self, cell: u32) -> DVec3 {
         let (layer, triangle) = self.parts(cell);
-        self.triangles[triangle as usize].middle * self.radius(layer)
+        self.dual.middle(triangle) * self.radius(layer)
     }
 
     /// The unit directions of the middles of a shell's triangles.
-    pub fn middles(&self) -> Vec<DVec3> {
-        self.triangles.iter().map(|sides| sides.middle).collect()
+    pub fn middles(&self) -> &[DVec3] {
+        self.dual.middles()
     }
 
     /// A cell's volume \[m³\].
@@ -146,75 +149,9 @@ impl Shells {
 
     /// The cells that a leg crosses, in their order.
     #[inline]
-    pub fn cross(&self, leg: &Leg, mut visit: impl FnMut(&Crossed)) {
-        let (from, direction) = (leg.from, leg.direction);
-        // Radius² is t² + 2 b t + c.
-        let (b, c) = (from.dot(direction), from.length_squared());
-        let nearest = from - direction * b;
-        let least = nearest.length_squared();
-        let half_chord = |radius: f64| {
-            let square = radius * radius - least;
-            (square > 0.0).then(|| square.sqrt())
-        };
-        let layers = self.layers();
-        let Some(half) = half_chord(self.radii[layers]) else {
-            return;
-        };
-        let mut enter = (-b - half).max(0.0);
-        let leave = (half - b).min(leg.length);
-        if enter >= leave {
-            return;
-        }
-        let radius = (c + enter * (2.0 * b + enter)).max(0.0).sqrt();
-        let mut layer = self.radii[1..layers].partition_point(|border| *border < radius);
-        let start = from + direction * enter;
-        let mut triangle = self.geodesic.place(start).triangle;
-        // On its way through a shell a leg turns by less than half a circle: it meets few more triangles than
-        // lie along that, in each shell on its way in and on its way out.
-        let most = 8 * self.geodesic.frequency() as usize + 2 * layers + 64;
-        for _ in 0..most {
-            let sides = &self.triangles[triangle as usize];
-            let (mut end, mut way) = (leave, 5);
-            for k in 0..3 {
-                let slope = sides.normals[k].dot(direction);
-                if slope < 0.0 {
-                    let at = -sides.normals[k].dot(from) / slope;
-                    if at < end {
-                        (end, way) = (at, k);
-                    }
-                }
-            }
-            // Inward only before the nearest place, outward always.
-            if enter < -b
-                && layer > 0
-                && let Some(half) = half_chord(self.radii[layer])
-            {
-                let at = -b - half;
-                if at < end {
-                    (end, way) = (at, 3);
-                }
-            }
-            if layer + 1 < layers
-                && let Some(half) = half_chord(self.radii[layer + 1])
-                && half - b < end
-            {
-                (end, way) = (half - b, 4);
-            }
-            let end = end.max(enter);
-            visit(&Crossed {
-                cell: self.index(layer, triangle),
-                from: enter,
-                to: end,
-                outward: sides.middle,
-            });
-            enter = end;
-            match way {
-                3 => layer -= 1,
-                4 => layer += 1,
-                5 => return,
-                k => triangle = self.geodesic.neighbours(triangle)[k],
-            }
-        }
+    pub fn cross(&self, leg: &Leg) -> impl Iterator<Item = Crossed> + '_ {
+        let mut walk = Walk::new(self, leg);
+        std::iter::from_fn(move || walk.as_mut()?.next())
     }
 
     /// The cell of a place, or the nearest one.
@@ -228,49 +165,139 @@ impl Shells {
     /// The shells around a radius, the inner one first, and the share of the outer one.
     #[inline]
     pub fn between(&self, radius: f64) -> ([usize; 2], f64) {
-        let layers = self.layers();
-        let outer = (0..layers).position(|layer| self.radius(layer) > radius);
-        match outer {
-            None => ([layers - 1; 2], 0.0),
-            Some(0) => ([0; 2], 0.0),
-            Some(outer) => {
-                let (a, b) = (self.radius(outer - 1), self.radius(outer));
-                ([outer - 1, outer], (radius - a) / (b - a))
-            }
+        let outer = self.halfway.partition_point(|middle| *middle <= radius);
+        if outer == 0 {
+            return ([0; 2], 0.0);
         }
+        if outer == self.halfway.len() {
+            return ([outer - 1; 2], 0.0);
+        }
+        let (a, b) = (self.halfway[outer - 1], self.halfway[outer]);
+        ([outer - 1, outer], (radius - a) / (b - a))
     }
 
-    /// The cells around a place with their shares: on each of two shells its own triangle and the two across
-    /// its nearest edges, linearly between the three middles.
-    ///
-    /// Towards a corner the place is beyond the line between the outer two. There, these two share alone, so
-    /// that no share is negative.
+    /// The cells around a place with their shares: on each of two shells the three between whose middles it is.
     #[inline]
     pub fn linear(&self, place: DVec3) -> Stencil {
-        let at = self.geodesic.place(place);
-        let corner = (0..3).fold(0, |most, k| {
-            if at.weights[k] > at.weights[most] {
-                k
-            } else {
-                most
-            }
-        });
-        let neighbours = self.geodesic.neighbours(at.triangle);
-        let mut three = [(at.triangle, (2.0 - 3.0 * at.weights[corner]).max(0.0)); 3];
-        for (slot, step) in [(1, 1), (2, 2)] {
-            let k = (corner + step) % 3;
-            three[slot] = (neighbours[k], at.weights[corner] - at.weights[k]);
-        }
-        let sum: f64 = three.iter().map(|(_, weight)| weight).sum();
+        let three = self.dual.between(&self.geodesic, place);
         let ([inner, outer], part) = self.between(place.length());
         let mut stencil = Stencil::default();
-        for (triangle, weight) in three {
-            stencil.push(self.index(inner, triangle), weight / sum * (1.0 - part));
+        for (triangle, share) in three {
+            stencil.push(self.index(inner, triangle), share * (1.0 - part));
             if outer != inner {
-                stencil.push(self.index(outer, triangle), weight / sum * part);
+                stencil.push(self.index(outer, triangle), share * part);
             }
         }
         stencil
+    }
+}
+
+/// A leg on its way through shells.
+struct Walk<'a> {
+    shells: &'a Shells,
+    leg: Leg,
+    /// The leg's part along itself of the place it starts at, and its least distance² from the centre.
+    along: f64,
+    least: f64,
+    /// The next cell.
+    layer: usize,
+    triangle: u32,
+    /// The length at which the leg enters it, and that at which it leaves them all.
+    enter: f64,
+    leave: f64,
+    /// Cells that may still follow.
+    left: usize,
+}
+
+impl<'a> Walk<'a> {
+    /// `None` if the leg crosses no cell.
+    #[inline]
+    fn new(shells: &'a Shells, leg: &Leg) -> Option<Self> {
+        let (from, direction) = (leg.from, leg.direction);
+        let layers = shells.layers();
+        // Radius² is t² + 2 along t + from².
+        let along = from.dot(direction);
+        let mut walk = Self {
+            shells,
+            leg: *leg,
+            along,
+            least: (from - direction * along).length_squared(),
+            layer: 0,
+            triangle: 0,
+            enter: 0.0,
+            leave: leg.length,
+            // On its way through a shell a leg turns by less than half a circle: it meets few more triangles
+            // than lie along that, in each shell on its way in and on its way out.
+            left: 8 * shells.geodesic.frequency() as usize + 2 * layers + 64,
+        };
+        let half = walk.half_chord(layers)?;
+        walk.enter = (-along - half).max(0.0);
+        walk.leave = walk.leave.min(half - along);
+        if walk.enter >= walk.leave {
+            return None;
+        }
+        let square = from.length_squared() + walk.enter * (2.0 * along + walk.enter);
+        let radius = square.max(0.0).sqrt();
+        walk.layer = shells.radii[1..layers].partition_point(|border| *border < radius);
+        let start = from + direction * walk.enter;
+        walk.triangle = shells.geodesic.place(start).triangle;
+        Some(walk)
+    }
+
+    /// Half of the leg's way within a border, if it meets it.
+    #[inline]
+    fn half_chord(&self, border: usize) -> Option<f64> {
+        let radius = self.shells.radii[border];
+        let square = radius * radius - self.least;
+        (square > 0.0).then(|| square.sqrt())
+    }
+
+    #[inline]
+    fn next(&mut self) -> Option<Crossed> {
+        self.left = self.left.checked_sub(1)?;
+        let shells = self.shells;
+        let sides = &shells.triangles[self.triangle as usize];
+        let (mut end, mut way) = (self.leave, 5);
+        for k in 0..3 {
+            let slope = sides.normals[k].dot(self.leg.direction);
+            if slope < 0.0 {
+                let at = -sides.normals[k].dot(self.leg.from) / slope;
+                if at < end {
+                    (end, way) = (at, k);
+                }
+            }
+        }
+        // Inward only before the nearest place, outward always.
+        if self.enter < -self.along
+            && self.layer > 0
+            && let Some(half) = self.half_chord(self.layer)
+        {
+            let at = -self.along - half;
+            if at < end {
+                (end, way) = (at, 3);
+            }
+        }
+        if self.layer + 1 < shells.layers()
+            && let Some(half) = self.half_chord(self.layer + 1)
+            && half - self.along < end
+        {
+            (end, way) = (half - self.along, 4);
+        }
+        let end = end.max(self.enter);
+        let crossed = Crossed {
+            cell: shells.index(self.layer, self.triangle),
+            from: self.enter,
+            to: end,
+            outward: shells.dual.middle(self.triangle),
+        };
+        self.enter = end;
+        match way {
+            3 => self.layer -= 1,
+            4 => self.layer += 1,
+            5 => self.left = 0,
+            k => self.triangle = shells.geodesic.neighbours(self.triangle)[k],
+        }
+        Some(crossed)
     }
 }
 
@@ -299,7 +326,7 @@ mod tests {
             };
             let mut last: Option<f64> = None;
             let mut sum = 0.0;
-            shells.cross(&leg, |&Crossed { cell, from, to, .. }| {
+            for Crossed { cell, from, to, .. } in shells.cross(&leg) {
                 assert!(last.is_none_or(|last| last == from), "{index}");
                 last = Some(to);
                 sum += to - from;
@@ -307,7 +334,7 @@ mod tests {
                     let place = leg.at(f64::midpoint(from, to));
                     assert_eq!(shells.nearest(place).cells(), [cell], "{index}");
                 }
-            });
+            }
             let along = leg.from.dot(leg.direction);
             let square = along * along - leg.from.length_squared() + 9.0;
             let expected = if square > 0.0 {
@@ -360,8 +387,7 @@ mod tests {
                 .filter(|(one, _)| *one == cell)
                 .map(|(_, w)| w)
                 .sum();
-            // Middles are those of corners on the sphere; weights are of the flat face.
-            assert!(own > 0.93, "{cell}: {own}");
+            assert!((own - 1.0).abs() < 1e-12, "{cell}: {own}");
             let sum: f64 = stencil.iter().map(|(_, weight)| weight).sum();
             assert!((sum - 1.0).abs() < 1e-12);
         }

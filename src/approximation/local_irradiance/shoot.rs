@@ -9,8 +9,8 @@ use rayon::prelude::*;
 use super::lamp::Lamp;
 use super::leg::Leg;
 use super::work::Work;
-use crate::geometry::{Bounds, Hit, Ray, SurfacePoint, TraversalCounters};
-use crate::numeric::{Extras, Stream};
+use crate::geometry::{Hit, Ray, SurfacePoint, TraversalCounters};
+use crate::numeric::{Extras, Stream, morton_code};
 use crate::scene::{Material, Scene};
 use crate::transport::chain::{Arrival, ChainSettings, ChainSink, ChainTracer};
 use crate::transport::flux::Flux;
@@ -18,7 +18,7 @@ use crate::transport::ledger::Fate;
 use crate::transport::signature::Signature;
 
 /// Photons of a task.
-const TASK: u64 = 4096;
+const TASK: u64 = 16_384;
 
 /// Photons of one light sample.
 pub struct Shot<'a> {
@@ -30,9 +30,8 @@ pub struct Shot<'a> {
     pub radius: f64,
     /// The rotation from the scene's axes to the object's own.
     pub to_own: DMat3,
-    /// The object's box, if there are other objects: photons belong to the object whose surface they meet
-    /// first.
-    pub bounds: Option<Bounds>,
+    /// The object's shapes, if there are others: photons belong to the object whose surface they meet first.
+    pub own: Option<&'a [u32]>,
     /// Their light, along the scene's axes.
     pub lamp: Lamp,
     /// Settings of their chains.
@@ -146,6 +145,19 @@ impl Shot<'_> {
         (pool.into_inner().unwrap_or_default(), tally, work)
     }
 
+    /// Photons with their points of the unit square, along the Morton curve: one after another meets the same
+    /// triangles and cells, which are then still in a core's cache.
+    fn nearest_first(&self, photons: Range<u64>) -> impl Iterator<Item = (u64, [f64; 2])> {
+        let mut ordered: Vec<(u64, u64, [f64; 2])> = photons
+            .map(|index| {
+                let [u, v] = self.stream.point2(index);
+                (morton_code(DVec3::new(u, v, 0.0)), index, [u, v])
+            })
+            .collect();
+        ordered.sort_unstable_by_key(|(code, index, _)| (*code, *index));
+        ordered.into_iter().map(|(_, index, point)| (index, point))
+    }
+
     fn trace_some<const N: usize, D: Deposits<N>>(
         &self,
         photons: Range<u64>,
@@ -153,8 +165,8 @@ impl Shot<'_> {
     ) -> (Tally, Work) {
         let mut tracer = ChainTracer::new(self.scene, self.chains);
         let (mut tally, mut work) = (Tally::default(), Work::default());
-        for index in photons {
-            let (ray, flux) = self.lamp.photon(self.radius, self.stream.point2(index));
+        for (index, point) in self.nearest_first(photons) {
+            let (ray, flux) = self.lamp.photon(self.radius, point);
             let flux = Flux::<N>::WHITE * (flux / self.total as f64);
             let mut sink = Sink {
                 shot: self,
@@ -162,7 +174,7 @@ impl Shot<'_> {
                 choices: self.stream.extras(index),
                 tally: &mut tally,
                 work: &mut work,
-                is_own: self.bounds.is_none(),
+                is_own: self.own.is_none(),
             };
             add(&mut sink.tally.set_out, flux);
             tracer.trace(
@@ -204,18 +216,10 @@ impl<const N: usize, D: Deposits<N>> ChainSink<N> for Sink<'_, N, D> {
         signature: Signature,
         flux: Flux<N>,
     ) {
-        if signature.is_empty() {
+        if signature.is_empty() || !self.is_own {
             return;
         }
         let shot = self.shot;
-        if signature.len() == 1
-            && let Some(bounds) = &shot.bounds
-        {
-            self.is_own = bounds.padded(1e-9 * shot.radius).contains(ray.origin);
-        }
-        if !self.is_own {
-            return;
-        }
         let (mut is_inside, mut is_stopped) = (false, false);
         if let Some((hit, point)) = end {
             let material = shot.scene.material_of(hit.shape);
@@ -242,6 +246,11 @@ impl<const N: usize, D: Deposits<N>> ChainSink<N> for Sink<'_, N, D> {
     #[inline]
     fn arrived(&mut self, arrival: &Arrival<N>, _: &mut TraversalCounters) -> Fate {
         let scene = self.shot.scene;
+        if let Some(own) = self.shot.own
+            && arrival.signature.is_empty()
+        {
+            self.is_own = own.contains(&arrival.hit.shape);
+        }
         let material = scene.material_of(arrival.hit.shape);
         if material.is_specular(scene.materials()) {
             // The back of a mirror, or normals that contradict each other.

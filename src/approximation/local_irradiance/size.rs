@@ -1,11 +1,13 @@
 //! Memory of a run, before any photon.
 
 use super::chunk::is_fitted;
+use super::demands::are_kept;
+use super::directions::Samples;
 use super::layout::kind;
 use super::object::SpecularObject;
 use super::settings::Settings;
 use super::storage::bytes_each;
-use super::variants::{Directions, Radii, SampleAt, Space, Symmetry, Tables, Tree};
+use super::variants::{Directions, Noise, Radii, Space, Symmetry, Tables, Tree};
 use crate::run::format::megabytes;
 use crate::scene::{Scene, Sensor};
 
@@ -34,15 +36,11 @@ impl Size {
     }
 
     fn of(settings: &Settings, texels: u64, lights: u64, objects: u64) -> Self {
-        let f = u64::from(settings.frequency);
         let all = match (settings.directions, settings.symmetry) {
             (Directions::Exact, _) => lights,
             (_, Symmetry::Sphere) => 1,
             (_, Symmetry::Axis) => u64::from(settings.axis_samples),
-            (_, Symmetry::None) => match settings.sample_at {
-                SampleAt::Vertices => 10 * f * f + 2,
-                SampleAt::Centres => 20 * f * f,
-            },
+            (_, Symmetry::None) => u64::from(Samples::count(settings)),
         };
         let needed = match settings.tables {
             Tables::Needed if settings.directions != Directions::Harmonics => all.min(3 * lights),
@@ -55,7 +53,8 @@ impl Size {
             Some(Tree::Shells) => u64::from(settings.shells) * triangles,
         };
         let coefficients = u64::from(settings.order).pow(2);
-        let is_fitted = is_fitted(settings);
+        let is_kept = are_kept(settings);
+        let is_fitted = is_fitted(settings) && is_kept;
         let each = bytes_each(settings.storage);
         let table = match settings.space {
             _ if is_fitted => cells * coefficients * each,
@@ -64,19 +63,39 @@ impl Size {
             Space::MultiResolution => cells * (each + 4) + 80 * u64::from(settings.shells),
             _ => cells * each,
         };
-        let (fitted, merged) = (
-            // Sums of coefficients, and a column of the fit.
-            if is_fitted {
-                cells * coefficients * TRIPLE
-            } else {
-                0
-            },
-            // A tree while it is built: ranges and lists of children.
-            match settings.space {
-                Space::MultiResolution => 160 * cells,
-                _ => 0,
-            },
-        );
+        let fitted = if is_fitted {
+            cells * coefficients * TRIPLE
+        } else {
+            0
+        };
+        // A tree while it is built: ranges and lists of children. Those of cubes are whole.
+        let merged = match (settings.space, settings.tree) {
+            (Space::MultiResolution, Tree::Shells) => 160 * cells,
+            (Space::MultiResolution, Tree::Grid) => {
+                160 * u64::from(settings.cells.next_power_of_two()).pow(3)
+            }
+            _ => 0,
+        };
+        // The harmonics in each direction of a fit, the fit, and the products of harmonics.
+        let fit = |directions: u64| 8 * coefficients * (2 * directions + coefficients);
+        let mut fits = 0;
+        if settings.directions == Directions::Harmonics {
+            fits += fit(all);
+        }
+        if settings.space == Space::ShellHarmonics {
+            fits += fit(triangles);
+        }
+        // The borders of a shell's triangles, their corners and neighbours, and the ways to them.
+        let shell = match kind(settings) {
+            Some(Tree::Shells) => 280 * triangles,
+            _ => 0,
+        };
+        // Tables of one frame are made together: their sums, those of half of the photons more, and a copy.
+        let together = match (is_kept, settings.noise) {
+            (true, _) => 0,
+            (false, Noise::Photons) => 2 * TRIPLE * cells * needed,
+            (false, Noise::Exact) => 3 * TRIPLE * cells * needed,
+        };
         // The pilot of adapted shells has eight times as many, of 320 triangles.
         let pilot = match (kind(settings), settings.radii) {
             (Some(Tree::Shells), Radii::Adapted) => 8 * u64::from(settings.shells) * 320,
@@ -90,7 +109,10 @@ impl Size {
             scratch: (rayon::current_num_threads() as u64 + 2) * cells.max(pilot) * TRIPLE
                 + 2 * table
                 + fitted
-                + merged,
+                + merged
+                + fits
+                + shell
+                + together.saturating_mul(objects),
             samples: objects.saturating_mul(needed),
         }
     }

@@ -27,7 +27,7 @@ impl Stored {
     /// The numbers as they are kept, and how many triples the range cuts off.
     pub fn new(values: Vec<[f64; 3]>, storage: Storage, range: f64) -> (Self, u64) {
         let cut = |largest: f64| {
-            let above = |value: &&[f64; 3]| value.iter().any(|x| *x > largest);
+            let above = |value: &&[f64; 3]| value.iter().any(|x| x.abs() > largest);
             values.iter().filter(above).count() as u64
         };
         match storage {
@@ -46,7 +46,7 @@ impl Stored {
             Storage::F16 => {
                 let largest = f16::MAX.to_f64();
                 let saturated = cut(largest);
-                let half = |x: f64| f16::from_f64(x.min(largest));
+                let half = |x: f64| f16::from_f64(x.clamp(-largest, largest));
                 (
                     Self::F16(values.iter().map(|value| value.map(half)).collect()),
                     saturated,
@@ -69,6 +69,17 @@ impl Stored {
             Self::F32(values) => values[index].map(f64::from),
             Self::F64(values) => values[index],
         })
+    }
+
+    /// The sum of some triples, each times a weight.
+    #[inline]
+    pub fn sum(&self, weighted: impl Iterator<Item = (usize, f64)>) -> Rgb {
+        match self {
+            Self::U8 { steps, step } => sum_of(steps, f64::from, weighted) * *step,
+            Self::F16(values) => sum_of(values, f16::to_f64, weighted),
+            Self::F32(values) => sum_of(values, f64::from, weighted),
+            Self::F64(values) => sum_of(values, |x| x, weighted),
+        }
     }
 
     /// Bytes of a triple.
@@ -96,6 +107,22 @@ impl Stored {
     pub fn bytes(&self) -> u64 {
         self.count() as u64 * self.bytes_each()
     }
+}
+
+#[inline]
+fn sum_of<T: Copy>(
+    triples: &[[T; 3]],
+    number: impl Fn(T) -> f64,
+    weighted: impl Iterator<Item = (usize, f64)>,
+) -> Rgb {
+    let mut sum = [0.0; 3];
+    for (index, weight) in weighted {
+        let triple = triples[index];
+        for c in 0..3 {
+            sum[c] += number(triple[c]) * weight;
+        }
+    }
+    Rgb(sum)
 }
 
 /// Bytes of a triple of numbers.

@@ -15,7 +15,6 @@ use super::storage::Stored;
 use super::tree::Trees;
 use super::variants::{Interpolation, Space};
 use super::work::Work;
-use crate::numeric::harmonics_into;
 use crate::radiometry::Rgb;
 
 /// Irradiance around an object in light from one direction, by the light's own irradiance.
@@ -147,19 +146,17 @@ impl Layout {
         match &table.form {
             Form::Cells(stored) => {
                 let stencil = self.stencil(settings, place);
-                for (cell, weight) in stencil.iter() {
-                    sum += stored.get(cell as usize) * weight;
-                }
+                sum = stored.sum(stencil.iter().map(|(cell, weight)| (cell as usize, weight)));
                 count(work, stencil.cells().len(), stored);
             }
             Form::Trees { trees, leaves } => {
                 let stencil = self.stencil(settings, place);
-                for (cell, weight) in stencil.iter() {
+                sum = leaves.sum(stencil.iter().map(|(cell, weight)| {
                     let (root, path) = self.path(cell);
                     let (leaf, nodes) = trees.leaf(root, path);
                     work.nodes += nodes;
-                    sum += leaves.get(leaf) * weight;
-                }
+                    (leaf, weight)
+                }));
                 count(work, stencil.cells().len(), leaves);
             }
             Form::Shells(stored) => sum = self.on_shells(settings, stored, place, work),
@@ -170,21 +167,19 @@ impl Layout {
             }
             Form::Reads(reads, stored) => {
                 let stencil = self.stencil(settings, place);
-                for (cell, weight) in stencil.iter() {
-                    if let Some(number) = reads.number(cell, normal) {
-                        sum += stored.get(number) * weight;
-                    }
-                }
+                sum = stored.sum(
+                    stencil
+                        .iter()
+                        .filter_map(|(cell, weight)| Some((reads.number(cell, normal)?, weight))),
+                );
                 count(work, stencil.cells().len(), stored);
             }
             Form::Harmonics(stored) => {
                 let stencil = self.stencil(settings, place);
-                for (cell, weight) in stencil.iter() {
+                sum = stored.sum(stencil.iter().flat_map(|(cell, weight)| {
                     let first = cell as usize * row.len();
-                    for (number, harmonic) in row.iter().enumerate() {
-                        sum += stored.get(first + number) * (weight * harmonic);
-                    }
-                }
+                    (first..).zip(row.iter().map(move |harmonic| weight * harmonic))
+                }));
                 count(work, stencil.cells().len() * row.len(), stored);
             }
         }
@@ -200,21 +195,18 @@ impl Layout {
     ) -> Rgb {
         /// The largest order squared.
         const MOST: usize = 1024;
-        let Some(Cells::Shells(shells)) = &self.cells else {
+        let (Some(Cells::Shells(shells)), Some(basis)) = (&self.cells, &self.harmonics) else {
             return Rgb::BLACK;
         };
-        let order = settings.order as usize;
-        let number = order * order;
+        let number = (settings.order * settings.order) as usize;
         let mut harmonics = [0.0; MOST];
-        let direction = place.normalize_or(DVec3::Z);
-        harmonics_into(direction, order, &mut harmonics[..number]);
+        basis.write(place.normalize_or(DVec3::Z), &mut harmonics[..number]);
         let ([inner, outer], part) = shells.between(place.length());
         let mut sum = Rgb::BLACK;
         for (layer, weight) in [(inner, 1.0 - part), (outer, part)] {
             if weight > 0.0 {
-                for (k, harmonic) in harmonics[..number].iter().enumerate() {
-                    sum += stored.get(layer * number + k) * (weight * harmonic);
-                }
+                let row = harmonics[..number].iter().copied();
+                sum += stored.sum((layer * number..).zip(row)) * weight;
                 count(work, number, stored);
             }
         }

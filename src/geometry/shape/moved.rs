@@ -77,10 +77,9 @@ fn flat_form(center: DVec3, [u, v]: [DVec3; 2], normal: DVec3) -> DMat4 {
 struct Steps(f64);
 
 impl Steps {
-    /// Steps for numbers up to `size`.
+    /// Steps for numbers up to `size`: a third of a power of two.
     ///
-    /// A third of a power of two: numbers of few binary digits, as files have them, are never between two
-    /// steps. The factor keeps round sizes away from powers of two, where the step changes.
+    /// The factor keeps round sizes away from powers of two, where the step changes.
     fn new(size: f64) -> Self {
         const ROUND_SIZES: f64 = 1.37;
         let power = (size.max(f64::MIN_POSITIVE) * ROUND_SIZES).log2().floor();
@@ -88,8 +87,10 @@ impl Steps {
     }
 
     fn round(self, x: f64) -> f64 {
+        // Numbers of few binary digits, as files have them, are multiples of 3/2ᵏ steps: a third of a step
+        // beside them, none is in the middle between two, where rounding errors of a motion would decide.
         // A sum with 0 is never -0, which would have other bits.
-        (x * self.0).round() / self.0 + 0.0
+        (x * self.0 + 1.0 / 3.0).round() / self.0 + 0.0
     }
 }
 

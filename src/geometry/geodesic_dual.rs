@@ -1,0 +1,194 @@
+//! Linear interpolation between the middles of a geodesic's triangles.
+
+use glam::DVec3;
+
+use super::geodesic::Geodesic;
+
+/// The sphere of directions, divided into triangles between the middles of a [`Geodesic`]'s triangles.
+///
+/// Around each vertex of the geodesic lies a polygon of middles: six, or five at a corner of the icosahedron.
+/// It is cut into an inner triangle of every other middle, and ears. Values at middles that are interpolated
+/// linearly in these triangles are continuous over the whole sphere, and take three values a place.
+#[derive(Clone, Debug)]
+pub struct GeodesicDual {
+    /// Unit directions, by the geodesic's triangles.
+    middles: Vec<DVec3>,
+    /// The triangles around each vertex, counter-clockwise seen from outside; of five the last is [`NONE`].
+    rings: Vec<[u32; 6]>,
+}
+
+const NONE: u32 = u32::MAX;
+
+impl GeodesicDual {
+    /// That of a geodesic.
+    pub fn new(geodesic: &Geodesic) -> Self {
+        let triangles = geodesic.triangles();
+        let mut rings = vec![[NONE; 6]; geodesic.vertices().len()];
+        for (first, triangle) in (0..).zip(triangles) {
+            for vertex in triangle {
+                let ring = &mut rings[*vertex as usize];
+                if ring[0] != NONE {
+                    continue;
+                }
+                let mut next = first;
+                for place in ring {
+                    *place = next;
+                    // Across the edge from the vertex to the corner before it.
+                    let corners = triangles[next as usize];
+                    let corner = corners.iter().position(|corner| corner == vertex);
+                    next = geodesic.neighbours(next)[(corner.unwrap_or(0) + 1) % 3];
+                    if next == first {
+                        break;
+                    }
+                }
+            }
+        }
+        Self {
+            middles: (0..triangles.len() as u32)
+                .map(|triangle| geodesic.middle(triangle))
+                .collect(),
+            rings,
+        }
+    }
+
+    /// The unit direction of the middle of a geodesic's triangle.
+    #[inline]
+    pub fn middle(&self, triangle: u32) -> DVec3 {
+        self.middles[triangle as usize]
+    }
+
+    /// The unit directions of all middles.
+    pub fn middles(&self) -> &[DVec3] {
+        &self.middles
+    }
+
+    /// The three triangles of a geodesic between whose middles a direction lies, with their shares: these sum to
+    /// 1, and none is negative. The direction may have any length but 0.
+    #[inline]
+    pub fn between(&self, geodesic: &Geodesic, direction: DVec3) -> [(u32, f64); 3] {
+        let ring = &self.rings[self.vertex(geodesic, direction) as usize];
+        let corners = if ring[5] == NONE { 5 } else { 6 };
+        // Beyond the line between the middles on either side of an ear's tip?
+        let ear = (1..corners).step_by(2).find_map(|tip| {
+            let [before, after] = [ring[tip - 1], ring[(tip + 1) % corners]];
+            let line = self.middle(before).cross(self.middle(after));
+            (line.dot(direction) < 0.0).then_some([before, ring[tip], after])
+        });
+        let three = ear.unwrap_or([ring[0], ring[2], ring[4]]);
+        let [a, b, c] = three.map(|triangle| self.middle(triangle));
+        let shares =
+            [b.cross(c), c.cross(a), a.cross(b)].map(|normal| normal.dot(direction).max(0.0));
+        let sum: f64 = shares.iter().sum();
+        if sum > 0.0 {
+            std::array::from_fn(|k| (three[k], shares[k] / sum))
+        } else {
+            three.map(|triangle| (triangle, 1.0 / 3.0))
+        }
+    }
+
+    /// The vertex in whose polygon a direction lies.
+    #[inline]
+    fn vertex(&self, geodesic: &Geodesic, direction: DVec3) -> u32 {
+        let triangle = geodesic.place(direction).triangle;
+        let middle = self.middle(triangle);
+        // On which side of the lines from the triangle's middle to its neighbours'. Around it follow one another
+        // corner 0, the neighbour across the edge from 0 to 1, corner 1, and so on.
+        let sides = geodesic
+            .neighbours(triangle)
+            .map(|neighbour| middle.cross(self.middle(neighbour)).dot(direction));
+        let corner = (0..3).find(|k| sides[(k + 1) % 3] >= 0.0 && sides[(k + 2) % 3] < 0.0);
+        geodesic.triangles()[triangle as usize][corner.unwrap_or(0)]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numeric::{Stream, StreamKind};
+
+    fn directions(count: u64) -> impl Iterator<Item = DVec3> {
+        let stream = Stream::new(StreamKind::Sobol, 5);
+        (0..count).map(move |index| {
+            let [u, v] = stream.point2(index);
+            let z = 1.0 - 2.0 * u;
+            let (sine, cosine) = (std::f64::consts::TAU * v).sin_cos();
+            let across = (1.0 - z * z).sqrt();
+            DVec3::new(across * cosine, across * sine, z)
+        })
+    }
+
+    /// A value for each triangle that has nothing to do with those beside it.
+    fn value(triangle: u32) -> f64 {
+        f64::from(triangle.wrapping_mul(0x9e37_79b9) >> 16) / 65536.0
+    }
+
+    fn interpolated(dual: &GeodesicDual, geodesic: &Geodesic, direction: DVec3) -> f64 {
+        let three = dual.between(geodesic, direction);
+        three
+            .iter()
+            .map(|(triangle, share)| value(*triangle) * share)
+            .sum()
+    }
+
+    #[test]
+    fn values_between_middles_are_continuous_everywhere() {
+        for frequency in [1, 2, 5, 8] {
+            let geodesic = Geodesic::new(frequency);
+            let dual = GeodesicDual::new(&geodesic);
+            // Values are from 0 to 1 and change over a distance of at least a fifth of an edge of 1.1/frequency:
+            // a step changes them by less than 10 · frequency · step, and a jump by more.
+            let step = 1e-7;
+            for (index, direction) in directions(20_000).enumerate() {
+                // Across edges and to corners of the geodesic, where one rule meets another.
+                let triangle = geodesic.triangles()[index % geodesic.triangles().len()];
+                let [a, b, _] = triangle.map(|vertex| geodesic.vertices()[vertex as usize]);
+                let part = (index % 997) as f64 / 996.0;
+                let on_edge = a * part + b * (1.0 - part);
+                for place in [direction, on_edge.normalize()] {
+                    let [x, y] = <[DVec3; 2]>::from(place.any_orthonormal_pair());
+                    let own = interpolated(&dual, &geodesic, place);
+                    for aside in [x, -x, y, -y] {
+                        let other = interpolated(&dual, &geodesic, place + aside * step);
+                        assert!(
+                            (own - other).abs() < 10.0 * f64::from(frequency) * step,
+                            "{frequency} {index}: {own} {other}"
+                        );
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_middle_has_its_own_value_and_shares_sum_to_one() {
+        for frequency in [1, 3, 8] {
+            let geodesic = Geodesic::new(frequency);
+            let dual = GeodesicDual::new(&geodesic);
+            for triangle in 0..geodesic.triangles().len() as u32 {
+                let found = interpolated(&dual, &geodesic, dual.middle(triangle));
+                assert!((found - value(triangle)).abs() < 1e-12, "{triangle}");
+            }
+            for direction in directions(1000) {
+                let three = dual.between(&geodesic, direction);
+                let sum: f64 = three.iter().map(|(_, share)| share).sum();
+                assert!((sum - 1.0).abs() < 1e-12);
+            }
+        }
+    }
+
+    #[test]
+    fn linear_functions_come_back_up_to_the_curvature_of_the_sphere() {
+        let geodesic = Geodesic::new(16);
+        let dual = GeodesicDual::new(&geodesic);
+        for direction in directions(2000) {
+            let three = dual.between(&geodesic, direction);
+            let found: DVec3 = three
+                .iter()
+                .map(|(triangle, share)| dual.middle(*triangle) * *share)
+                .sum();
+            // Every other middle of a polygon is an edge (1.1/16) apart: the chord is an eighth of that
+            // squared below the sphere, and within it along the direction.
+            assert!(found.distance(direction) < 1.2e-3, "{direction}: {found}");
+        }
+    }
+}
