@@ -210,6 +210,42 @@ fn cells_of_a_shell_have_the_closed_form_of_the_ball() {
 }
 
 #[test]
+fn inside_of_glass_no_surface_has_light_if_deposits_are_exact() {
+    let scene = scene_of(&lit_by(&sun(ZENITH), &glass_ball(), 4));
+    let object = only_object(&scene);
+    for space in ["grid", "shells"] {
+        let inner = |deposit: &str| {
+            let settings = settings(&[
+                ("photons", "4096"),
+                ("space", space),
+                ("cells", "24"),
+                ("shell-level", "2"),
+                ("shells", "12"),
+                ("deposit", deposit),
+            ]);
+            let radii = even_radii(settings.shells, 3.0);
+            let layout = Layout::new(&settings, object.radius, &radii, 0.0);
+            let shed = shed(&settings, &object, DVec3::Z, &layout);
+            let cells = layout.cells.as_ref().unwrap();
+            // Cells wholly inside: of shells those up to the third border of twelve, of cubes by the diagonal.
+            let within = (0..).zip(&shed.values).filter(|(cell, _)| {
+                let size = if space == "grid" {
+                    cells.diagonal()
+                } else {
+                    0.25
+                };
+                cells.middle(*cell).length() + 0.5 * size < object.radius
+            });
+            let sums: Vec<f64> = within.map(|(_, value)| value[1]).collect();
+            assert!(sums.len() > 20, "{space}: {}", sums.len());
+            sum(&sums)
+        };
+        assert_eq!(inner("exact"), 0.0, "{space}");
+        assert!(inner("crossing") > 0.0, "{space}");
+    }
+}
+
+#[test]
 fn the_fixed_normal_adds_the_energy_that_its_two_cosines_say() {
     // Floors of 4 x 4 below a ball: the closed form, and that of the specification.
     for (depth, specified) in [(2.0, 1.114), (2.5, 1.090), (3.0, 1.069)] {
