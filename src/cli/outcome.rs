@@ -10,3 +10,15 @@ pub enum Outcome {
     /// It compared two images, and they are further apart than they may be.
     Apart,
 }
+
+impl Outcome {
+    /// The worse of two: images that are apart, then what is incomplete.
+    #[must_use]
+    pub fn worse(self, other: Self) -> Self {
+        match (self, other) {
+            (Self::Apart, _) | (_, Self::Apart) => Self::Apart,
+            (Self::Incomplete, _) | (_, Self::Incomplete) => Self::Incomplete,
+            (Self::Complete, Self::Complete) => Self::Complete,
+        }
+    }
+}

@@ -2,6 +2,7 @@
 
 mod args;
 mod candidates;
+mod poses;
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -34,63 +35,100 @@ pub fn validate(args: &ValidateArgs) -> anyhow::Result<Outcome> {
     progress::stop_on_interrupt(&context.progress)?;
     let file = study(args)?;
     let folder = folder(args);
-    let films = folder.join("runs");
-    std::fs::create_dir_all(&folder)
-        .with_context(|| format!("cannot make the folder {}", folder.display()))?;
-    atomic::check(&folder.join("index.html"))?;
-    let session = Session::new(&file, Store::open(&films)?)?;
-    if args.list {
-        list(&session)?;
-        return Ok(Outcome::Complete);
-    }
-    let mut work = Work {
-        session: &session,
+    let command = Command {
+        args,
         context: &context,
         start,
-        fresh: Vec::new(),
-        done: 0,
-        left_out: 0,
     };
-    let plan = &session.plan;
-    let ids = plan.sensors.iter().map(|one| one.sensor.as_str());
-    let candidates = plan.sensors.iter().map(|one| one.candidates.len());
-    eprintln!(
-        "{}, {} {}: {} runs, {} candidates; report in {}",
-        plan.scene.display(),
-        if plan.sensors.len() == 1 {
-            "sensor"
-        } else {
-            "sensors"
-        },
-        ids.collect::<Vec<_>>().join(", "),
-        plan.count(),
-        candidates.sum::<usize>(),
-        folder.display()
-    );
-    // Before the first run: an image of the wrong size is better known now.
-    let mut copies = Vec::new();
-    for sensor in &plan.sensors {
-        copies.push(candidates::copy(&session, sensor)?);
+    if !file.poses.is_empty() {
+        return poses::validate(&command, &file, &folder);
     }
-    let mut films = Vec::new();
-    for (sensor, copied) in plan.sensors.iter().zip(copies) {
-        match work.sensor(sensor, copied)? {
-            Filled::All(one) => films.push(*one),
-            Filled::TimeOver => (),
-            Filled::Stopped => return Ok(work.stopped()),
+    let (outcome, report) = command.study(&file, &folder)?;
+    if let Some((report, timings)) = report {
+        if args.json {
+            say!("{}", serde_json::to_string_pretty(&report)?);
+        } else {
+            say!("{}", report::markdown(&report, &timings).trim_end());
+            say!("\nwrote {}", folder.join("index.html").display());
         }
     }
-    let rows = films.iter().map(SensorFilms::count).sum::<usize>();
-    let (mut report, timings) = report::build(&session, &films, &mut |i, label| {
-        eprintln!("judging {} of {rows}: {label}", i + 1);
-    })?;
-    let left = work.left_out;
-    if left > 0 {
-        report.warnings.push(format!(
-            "{left} runs were not made: the study's time was over"
-        ));
+    Ok(outcome)
+}
+
+/// The command under way.
+struct Command<'a> {
+    args: &'a ValidateArgs,
+    context: &'a Context,
+    start: Instant,
+}
+
+impl Command<'_> {
+    /// Makes a study, and writes its report; there is none if it was stopped, or if runs were only to be listed.
+    fn study(
+        &self,
+        file: &StudyFile,
+        folder: &Path,
+    ) -> anyhow::Result<(Outcome, Option<(StudyReport, Timings)>)> {
+        let films = folder.join("runs");
+        std::fs::create_dir_all(folder)
+            .with_context(|| format!("cannot make the folder {}", folder.display()))?;
+        atomic::check(&folder.join("index.html"))?;
+        let session = Session::new(file, Store::open(&films)?)?;
+        if self.args.list {
+            list(&session)?;
+            return Ok((Outcome::Complete, None));
+        }
+        let mut work = Work {
+            session: &session,
+            context: self.context,
+            start: self.start,
+            fresh: Vec::new(),
+            done: 0,
+            left_out: 0,
+        };
+        let plan = &session.plan;
+        let ids = plan.sensors.iter().map(|one| one.sensor.as_str());
+        let candidates = plan.sensors.iter().map(|one| one.candidates.len());
+        eprintln!(
+            "{}, {} {}: {} runs, {} candidates; report in {}",
+            plan.scene.display(),
+            if plan.sensors.len() == 1 {
+                "sensor"
+            } else {
+                "sensors"
+            },
+            ids.collect::<Vec<_>>().join(", "),
+            plan.count(),
+            candidates.sum::<usize>(),
+            folder.display()
+        );
+        // Before the first run: an image of the wrong size is better known now.
+        let mut copies = Vec::new();
+        for sensor in &plan.sensors {
+            copies.push(candidates::copy(&session, sensor)?);
+        }
+        let mut films = Vec::new();
+        for (sensor, copied) in plan.sensors.iter().zip(copies) {
+            match work.sensor(sensor, copied)? {
+                Filled::All(one) => films.push(*one),
+                Filled::TimeOver => (),
+                Filled::Stopped => return Ok((work.stopped(), None)),
+            }
+        }
+        let rows = films.iter().map(SensorFilms::count).sum::<usize>();
+        let (mut report, timings) = report::build(&session, &films, &mut |i, label| {
+            eprintln!("judging {} of {rows}: {label}", i + 1);
+        })?;
+        let left = work.left_out;
+        if left > 0 {
+            report.warnings.push(format!(
+                "{left} runs were not made: the study's time was over"
+            ));
+        }
+        report::write(folder, &report, &timings)?;
+        let outcome = judged(&report, left);
+        Ok((outcome, Some((report, timings))))
     }
-    finish(args, &folder, &report, &timings, left)
 }
 
 /// The runs of a study under way.
@@ -342,21 +380,8 @@ fn list(session: &Session) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Writes the report, and says what a reader wants to know first.
-fn finish(
-    args: &ValidateArgs,
-    folder: &Path,
-    report: &StudyReport,
-    timings: &Timings,
-    left: usize,
-) -> anyhow::Result<Outcome> {
-    report::write(folder, report, timings)?;
-    if args.json {
-        say!("{}", serde_json::to_string_pretty(report)?);
-    } else {
-        say!("{}", report::markdown(report, timings).trim_end());
-        say!("\nwrote {}", folder.join("index.html").display());
-    }
+/// The outcome of a report that lacks some runs, with its warnings.
+fn judged(report: &StudyReport, left: usize) -> Outcome {
     for row in report.sensors.iter().flat_map(|sensor| &sensor.rows) {
         for check in &row.checks {
             eprintln!("warning: {}: {}", row.label, check.message);
@@ -364,9 +389,9 @@ fn finish(
     }
     let mut gates = report.sensors.iter().flat_map(|sensor| &sensor.gates);
     let is_kept = gates.all(|gate| gate.verdict == GateVerdict::Kept);
-    Ok(match (is_kept, left) {
+    match (is_kept, left) {
         (false, _) => Outcome::Apart,
         (true, 0) => Outcome::Complete,
         (true, _) => Outcome::Incomplete,
-    })
+    }
 }

@@ -10,7 +10,7 @@ use super::error::FileError;
 use super::study_method::StudyMethod;
 use super::sweep;
 use super::table::{Text, TomlNode, TomlTable};
-use crate::setting::parse_fraction;
+use crate::setting::{Given, parse_fraction};
 use crate::study::limit::{self, StudyLimit};
 
 /// The wishes for a study, as its file has them. Gaps are left to the [plan](crate::study::plan).
@@ -24,6 +24,8 @@ pub struct StudyFile {
     pub sensors: Vec<String>,
     /// Parameters of the scene file.
     pub define: Vec<(String, String)>,
+    /// Parameters that change from pose to pose: each pose is a study with a truth of its own.
+    pub poses: Vec<Given>,
     /// Seed of all random choices except the truth's.
     pub seed: u64,
     /// Number of times that each run is made, for the median of its seconds.
@@ -57,6 +59,17 @@ pub struct StudyCandidate {
 }
 
 impl StudyFile {
+    /// The study of one of its poses.
+    #[must_use]
+    pub fn of_pose(&self, pose: &Given) -> Self {
+        let mut study = self.clone();
+        study.poses.clear();
+        study.define.retain(|(key, _)| !pose.contains_key(key));
+        let own = pose.iter().map(|(key, value)| (key.clone(), value.clone()));
+        study.define.extend(own);
+        study
+    }
+
     /// A study of a scene without further wishes.
     pub fn of_scene(scene: impl Into<PathBuf>) -> Self {
         Self {
@@ -99,6 +112,7 @@ impl StudyFile {
             scene: folder.join(table.need("scene")?.scalar()?),
             sensors: sensors(&mut table)?,
             define: define(&mut table)?,
+            poses: poses(&mut table)?,
             seed: whole(&mut table, "seed")?.unwrap_or(0),
             repeats: repeats(&mut table)?,
             margin: positive(&mut table, "margin")?,
@@ -122,6 +136,11 @@ fn define(table: &mut TomlTable) -> Result<Vec<(String, String)>, FileError> {
         .rest()
         .map(|node| Ok((node.key().to_owned(), node.scalar()?)));
     pairs.collect()
+}
+
+fn poses(table: &mut TomlTable) -> Result<Vec<Given>, FileError> {
+    let node = table.take("poses");
+    node.map_or(Ok(Vec::new()), |node| sweep::poses(&node))
 }
 
 fn whole(table: &mut TomlTable, key: &'static str) -> Result<Option<u64>, FileError> {

@@ -85,15 +85,53 @@ pub fn method(mut table: TomlTable) -> Result<StudyMethod, FileError> {
         None => Ok(vec![node.scalar()?]),
     });
     let sensors = sensors.transpose()?.unwrap_or_default();
+    let settings = products(&table, "runs of one method", |node, value| {
+        let alone = Given::from([(node.key().to_owned(), value.to_owned())]);
+        let made = Method::new(&method, &alone).map_err(|error| node.error(error.to_string()));
+        made.map(drop)
+    })?;
+    Ok(StudyMethod {
+        name: name.unwrap_or_else(|| method.clone()),
+        method,
+        sensors,
+        settings,
+    })
+}
+
+/// Poses: a table of the scene's parameters, of which all combinations are meant, or a list of such tables.
+pub fn poses(node: &TomlNode) -> Result<Vec<Given>, FileError> {
+    const NAME: &str = "poses";
+    let tables = match node.table(NAME) {
+        Some(table) => vec![table],
+        None => node.tables(NAME)?,
+    };
+    let mut all = Vec::new();
+    for table in &tables {
+        all.extend(products(table, "poses", |_, _| Ok(()))?);
+    }
+    if all.is_empty() || all.iter().any(Given::is_empty) {
+        return Err(node.error("poses have parameters of the scene: { azimuth = [30, 60] }"));
+    }
+    if all.len() > MOST {
+        return Err(node.error(format!("more than {MOST} poses")));
+    }
+    Ok(all)
+}
+
+/// The product of all values of a table's keys, the last key's fastest. Each value is checked by itself.
+fn products(
+    table: &TomlTable,
+    what: &str,
+    check: impl Fn(&TomlNode, &str) -> Result<(), FileError>,
+) -> Result<Vec<Given>, FileError> {
     let mut products = vec![Given::new()];
     for node in table.rest() {
         let values = values(&node)?;
         if products.len().saturating_mul(values.len()) > MOST {
-            return Err(node.error(format!("more than {MOST} runs of one method")));
+            return Err(node.error(format!("more than {MOST} {what}")));
         }
         for value in &values {
-            let alone = Given::from([(node.key().to_owned(), value.clone())]);
-            Method::new(&method, &alone).map_err(|error| node.error(error.to_string()))?;
+            check(&node, value)?;
         }
         products = products
             .iter()
@@ -106,10 +144,5 @@ pub fn method(mut table: TomlTable) -> Result<StudyMethod, FileError> {
             })
             .collect();
     }
-    Ok(StudyMethod {
-        name: name.unwrap_or_else(|| method.clone()),
-        method,
-        sensors,
-        settings: products,
-    })
+    Ok(products)
 }

@@ -2,6 +2,7 @@
 
 mod course;
 mod folder;
+mod poses;
 mod report;
 mod sensors;
 mod verdicts;
