@@ -444,23 +444,34 @@ fn blends_are_continuous_and_sum_to_one() {
             }
             all
         };
-        let mut before: Option<Vec<f64>> = None;
-        for step in 0..40_000 {
-            // A way around that crosses many triangles, in parts of 100 steps of 1e-6 rad.
-            let turn = f64::from(step / 100) * 0.0157 + f64::from(step % 100) * 1e-6;
-            let towards = DVec3::new(turn.cos(), turn.sin(), 0.4 * (3.0 * turn).sin());
-            let own = weights(towards);
+        // A way around that crosses many triangles.
+        let at = |turn: f64| DVec3::new(turn.cos(), turn.sin(), 0.4 * (3.0 * turn).sin());
+        let read = |own: &[f64]| -> Vec<bool> { own.iter().map(|w| *w != 0.0).collect() };
+        let mut crossed = 0;
+        for step in 0..400 {
+            let (mut low, mut high) = (f64::from(step) * 0.0157, f64::from(step + 1) * 0.0157);
+            let own = weights(at(low));
             let whole: f64 = own.iter().sum();
             assert!((whole - 1.0).abs() < 1e-9 || directions == "harmonics");
-            if step % 100 > 0
-                && let Some(before) = &before
-            {
-                let change: f64 = own.iter().zip(before).map(|(a, b)| (a - b).abs()).sum();
-                // Triangles are 0.25 rad wide: weights change by less than 16 a radian each.
-                assert!(change < 1e-4, "{directions} {symmetry} {step}: {change:e}");
+            // The border at which other samples are read, if there is one, to 1e-6 rad.
+            crossed += u32::from(read(&weights(at(high))) != read(&own));
+            while high - low > 1e-6 {
+                let middle = f64::midpoint(low, high);
+                if read(&weights(at(middle))) == read(&own) {
+                    low = middle;
+                } else {
+                    high = middle;
+                }
             }
-            before = Some(own);
+            let pairs = weights(at(low)).into_iter().zip(weights(at(high)));
+            let change: f64 = pairs.map(|(a, b)| (a - b).abs()).sum();
+            // Triangles are 0.25 rad wide: weights change by less than 16 a radian each.
+            assert!(change < 1e-4, "{directions} {symmetry} {step}: {change:e}");
         }
+        assert!(
+            crossed > 20 || directions == "harmonics",
+            "{directions} {symmetry}: {crossed}"
+        );
     }
     let harmonics = settings(&[("directions", "harmonics"), ("storage", "f32")]);
     let samples = Samples::new(&harmonics).unwrap();

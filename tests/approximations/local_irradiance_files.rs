@@ -5,13 +5,19 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use glam::{DMat3, DVec3};
+use nephroid::internals::approximation::local_irradiance::LocalIrradiance;
+use nephroid::internals::approximation::{SensorFilm, Technique};
+use nephroid::internals::geometry::TraversalCounters;
 use nephroid::internals::method::Method;
 use nephroid::internals::radiometry::Rgb;
 use nephroid::internals::run::{Budget, Context, Rendering};
 use nephroid::internals::scene::Scene;
+use nephroid::internals::setting::Values;
+use serde_json::Value;
 
-use crate::support::approximation::{GLASS, ball, over_floor, scene_of};
-use crate::support::local_irradiance::tables;
+use crate::support::approximation::{GLASS, ball, lit_by, over_floor, scene_of};
+use crate::support::local_irradiance::{rendered, sun, tables};
 use crate::support::scenes::meter;
 
 /// Tables that take a blink: 12 light directions.
@@ -458,4 +464,124 @@ fn tables_beyond_the_memory_limit_are_refused_with_what_would_fit() {
         "{said}"
     );
     assert!(said.contains("tables=needed"), "{said}");
+}
+
+#[test]
+fn exported_volumes_are_read_as_their_description_says() {
+    // A box turned every way, so that no axis is another; light and floor aslant.
+    let shapes = format!(
+        r#"<shape type="cube"><transform name="to_world"><scale x="1" y="0.7" z="0.4"/>
+           <rotate x="0.36" y="0.48" z="0.8" angle="77"/><translate x="0.1" y="-0.2" z="1.4"/></transform>{GLASS}</shape>"#
+    );
+    let scene = scene_of(&lit_by(&sun([0.4, 0.2, -0.9]), &shapes, 8));
+    let to_light = -DVec3::new(0.4, 0.2, -0.9).normalize();
+    for (space, storage) in [("grid", "u8"), ("shells", "f32")] {
+        let given = [
+            ("space", space),
+            ("storage", storage),
+            ("directions", "nearest"),
+            ("interpolation", "nearest"),
+            ("shell-level", "2"),
+            ("samples", "1"),
+            ("reach", "2"),
+        ];
+        let folder = tempfile::tempdir().unwrap();
+        let method = method(&given);
+        let owned = |(key, value): &(&str, &str)| ((*key).to_owned(), (*value).to_owned());
+        let settings = SMALL.iter().chain(&given).map(owned).collect();
+        let all = LocalIrradiance.settings().iter().collect();
+        let values = Values::new("local-irradiance", all, &settings).unwrap();
+        let context = Context::default();
+        let prepared = LocalIrradiance.prepare(&scene, meter(&scene), &values, &context);
+        prepared.unwrap().export(&scene, folder.path()).unwrap();
+        let json = fs::read(folder.path().join("tables.json")).unwrap();
+        let all: Value = serde_json::from_slice(&json).unwrap();
+        let object = &all["objects"][0];
+        let vector = |value: &Value| -> DVec3 {
+            DVec3::from_array(std::array::from_fn(|k| value[k].as_f64().unwrap()))
+        };
+        let axes = ["x", "y", "z"].map(|axis| vector(&object["axes_in_world"][axis]));
+        let own = |v: DVec3| DVec3::from_array(axes.map(|axis| axis.dot(v)));
+        let towards = own(to_light);
+        let tables = object["tables"].as_array().unwrap();
+        let toward = |table: &Value| vector(&table["direction_to_light"]).dot(towards);
+        let nearest = tables.iter().max_by(|a, b| toward(a).total_cmp(&toward(b)));
+        let file = nearest.unwrap()["file"].as_str().unwrap();
+        let raw = fs::read(folder.path().join(file)).unwrap();
+        let number = |index: usize| match storage {
+            "u8" => {
+                f64::from(raw[3 * index]) / 255.0 * all["numbers"]["range"][1].as_f64().unwrap()
+            }
+            _ => {
+                let bytes = &raw[12 * index..12 * index + 4];
+                f64::from(f32::from_le_bytes(bytes.try_into().unwrap()))
+            }
+        };
+        let layout = &object["layout"];
+        let film = SensorFilm::new(&scene, meter(&scene)).unwrap();
+        let mut counters = TraversalCounters::default();
+        let points = film.points(&scene, 0..64, 1, &mut counters).points;
+        let rendered = rendered(&method, &scene).estimate.total.values;
+        let mut lit = 0;
+        for point in points {
+            let away = own(point.point.position - vector(&object["centre"]));
+            let distance = away.length();
+            let held = away * (object["region_radius"].as_f64().unwrap() / distance).min(1.0);
+            let index = match space {
+                "grid" => in_cubes(layout, held),
+                _ => in_shells(layout, held),
+            };
+            let cosine = (-own(point.normal).dot(away) / distance).max(0.0);
+            let expected = number(index) * cosine;
+            lit += u32::from(expected > 0.0);
+            let found = rendered[point.texel].mean();
+            // Numbers are the same; a step of bytes by range/255 is rounded once more.
+            assert!(
+                (found - expected).abs() < 1e-12,
+                "{space} {}: {found} {expected}",
+                point.texel
+            );
+        }
+        assert!(lit > 10, "{space}: {lit}");
+    }
+}
+
+/// The cell of a place, as the description of a grid has it.
+fn in_cubes(layout: &Value, place: DVec3) -> usize {
+    let side = layout["cells_a_side"].as_u64().unwrap() as usize;
+    let half = layout["half_edge"].as_f64().unwrap();
+    let at = ((place + half) / (2.0 * half / side as f64)).to_array();
+    let [x, y, z] = at.map(|x| (x as usize).min(side - 1));
+    (z * side + y) * side + x
+}
+
+/// The cell of a place, as the description of shells has it.
+fn in_shells(layout: &Value, place: DVec3) -> usize {
+    let floats = |value: &Value| -> Vec<f64> {
+        let all = value.as_array().unwrap();
+        all.iter().map(|x| x.as_f64().unwrap()).collect()
+    };
+    let radii = floats(&layout["radii"]);
+    let shells = radii.len() - 1;
+    let inside = |shell: &usize| place.length() <= radii[*shell + 1];
+    let shell = (0..shells).find(inside).unwrap_or(shells - 1);
+    let faces = layout["face_corners"].as_array().unwrap();
+    let corners = |face: usize| -> DMat3 {
+        let corner = |k: usize| DVec3::from_slice(&floats(&faces[face][k]));
+        DMat3::from_cols(corner(0), corner(1), corner(2))
+    };
+    let middle = |face: usize| (corners(face) * DVec3::ONE).normalize();
+    let face = (0..20)
+        .max_by(|a, b| middle(*a).dot(place).total_cmp(&middle(*b).dot(place)))
+        .unwrap();
+    let f = layout["frequency"].as_u64().unwrap() as usize;
+    let weights = corners(face).inverse() * place;
+    let scaled = weights * (f as f64 / weights.element_sum());
+    let [a, b, c] = scaled.to_array().map(|w| (w as usize).min(f - 1));
+    let triangle = if a + b + c + 1 >= f {
+        face * f * f + a * f - a * a.saturating_sub(1) / 2 + b
+    } else {
+        face * f * f + f * (f + 1) / 2 + a * (f - 1) - a * a.saturating_sub(1) / 2 + b
+    };
+    shell * layout["triangles_a_shell"].as_u64().unwrap() as usize + triangle
 }

@@ -236,3 +236,31 @@ impl<const N: usize> Deposits<N> for ReadCells<'_, N> {
         });
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec3;
+
+    #[test]
+    fn a_leg_rises_from_its_nearest_place_on() {
+        let leg = Leg {
+            from: DVec3::new(-2.0, 1.0, 0.0),
+            direction: DVec3::X,
+            length: f64::INFINITY,
+        };
+        let of = |from: f64, to: f64| {
+            let part = Crossed {
+                cell: 0,
+                from,
+                to,
+                outward: DVec3::X,
+            };
+            rise(&leg, &part)
+        };
+        // Nearest at the length 2, 1 m from the centre.
+        assert_eq!(of(0.0, 1.5), 0.0);
+        assert!((of(1.0, 4.0) - (5.0f64.sqrt() - 1.0)).abs() < 1e-15);
+        assert!((of(3.0, 4.0) - (5.0f64.sqrt() - 2.0f64.sqrt())).abs() < 1e-15);
+    }
+}

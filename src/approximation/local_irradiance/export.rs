@@ -18,9 +18,10 @@ use super::scenery::Kept;
 use super::settings::Settings;
 use super::storage::Stored;
 use super::table::{Form, Table};
-use super::variants::{Directions, Storage};
+use super::variants::{Directions, Region, Space, Storage, Symmetry};
 use crate::film::atomic::{self, WriteError};
 use crate::scene::Scene;
+use crate::setting::Words as _;
 
 /// The file that describes the others.
 const DESCRIPTION: &str = "tables.json";
@@ -76,7 +77,7 @@ pub fn write(
         "format": "tables of local precomputed irradiance, version 1",
         "byte_order": "little-endian",
         "value": "irradiance by that of parallel light, on a surface that faces the object's centre; red, green, \
-                  blue one after the other",
+                  blue one after the other. On a surface of normal N at the place D: times max(0, -N.D / |D|)",
         "numbers": numbers(settings),
         "directions_to_light": directions,
         "objects": objects,
@@ -181,10 +182,38 @@ fn described(
         },
         "place": "along the object's own axes, by its centre [m]; farther than region_radius: that at the border, \
                   towards the place",
+        "beyond_region": beyond(settings),
+        "symmetry": symmetry(settings),
         "layout": cells(settings, layout),
         "tables": tables,
     })
 }
+
+/// What a frame does with places beyond the region.
+fn beyond(settings: &Settings) -> &'static str {
+    match settings.region {
+        Region::Clamp | Region::Exact => "the value at the border",
+        Region::Fade => {
+            "values are multiplied by x * x * (3 - 2 * x), x = 10 * (1 - distance / region_radius) from 0 to 1"
+        }
+    }
+}
+
+/// How a place is turned before the samples of a symmetric object serve its light.
+fn symmetry(settings: &Settings) -> Value {
+    match settings.symmetry {
+        Symmetry::None => Value::Null,
+        Symmetry::Sphere => json!("turn the light, and places with it, to the only direction"),
+        Symmetry::Axis => json!({
+            "axis": settings.axis.word(),
+            "how": "turn the light, and places with it, about the axis into the half plane of the directions",
+        }),
+    }
+}
+
+/// The harmonics that coefficients are of.
+const HARMONICS: &str = "coefficient l * l + l + m is that of Y(l, m), orthonormal over the sphere: \
+    sqrt(2) K P(l, |m|)(z) cos(m phi) for m > 0, sin(|m| phi) for m < 0, K P(l, 0)(z) for m = 0, without (-1)^m";
 
 fn cells(settings: &Settings, layout: &Layout) -> Value {
     let order = settings.order;
@@ -214,11 +243,13 @@ fn cells(settings: &Settings, layout: &Layout) -> Value {
         described["coefficients"] = json!({
             "order": order,
             "of": "real spherical harmonics of the direction to the light, all of a cell together",
+            "harmonics": HARMONICS,
         });
-    } else if matches!(settings.space, super::variants::Space::ShellHarmonics) {
+    } else if matches!(settings.space, Space::ShellHarmonics) {
         described["coefficients"] = json!({
             "order": order,
             "of": "real spherical harmonics of the place's direction, all of a shell together, instead of triangles",
+            "harmonics": HARMONICS,
         });
     } else if settings.directions == Directions::Harmonics {
         described["blend"] =
