@@ -105,6 +105,32 @@ fn what_is_behind_a_lamp_is_not_in_its_way() {
 }
 
 #[test]
+fn light_belongs_to_the_object_that_it_meets_first() {
+    let above = |z: f64, x: f64| {
+        format!(
+            r#"<shape type="sphere"><point name="center" x="{x}" y="0" z="{z}"/>
+               <float name="radius" value="0.5"/><bsdf type="conductor"/></shape>"#
+        )
+    };
+    // The upper ball shades half of the lower one: each sheds light on the floor, or none if it is shaded.
+    let light = |objects: &str, settings: &[(&str, &str)]| -> f64 {
+        let scene = scene_of(&lit_by(&sun([0.3, 0.0, -0.95]), objects, 8));
+        let method = exact_but(&[&[("photons", "262144")], settings].concat());
+        texels(&method, &scene).iter().sum()
+    };
+    let (upper, lower) = (above(2.4, -0.2), above(0.7, 0.3));
+    let both = format!("{upper}{lower}");
+    // As one object: a wire too thin to matter joins their boxes.
+    let wire = r#"<shape type="cylinder"><point name="p0" x="0" y="3.9" z="0.5"/><point name="p1" x="0" y="0.3" z="2.9"/>
+        <float name="radius" value="1e-5"/><bsdf type="conductor"/></shape>"#;
+    let joined = light(&format!("{both}{wire}"), &[]);
+    let apart = light(&both, &[]);
+    // 2^18 stratified photons: totals are known to a few thousandths.
+    assert!((apart / joined - 1.0).abs() < 0.01, "{apart} {joined}");
+    assert!(light(&lower, &[]) + light(&upper, &[]) > 1.02 * joined);
+}
+
+#[test]
 fn a_pane_that_is_not_there_takes_no_light() {
     let mirror = r#"<shape type="rectangle"><transform name="to_world"><scale value="0.5"/>
         <rotate y="1" angle="90"/><translate x="-1.5" z="1"/></transform><bsdf type="twosided">

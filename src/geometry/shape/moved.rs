@@ -99,12 +99,12 @@ fn rounded(matrix: &DMat4) -> Result<Transform, String> {
     let largest = columns[..3]
         .iter()
         .fold(0.0, |all: f64, column| all.max(column.truncate().length()));
-    let steps = Steps::new(largest);
-    let [x, y, z, w] = columns.map(|column| {
-        column
-            .truncate()
-            .map(|x| steps.round(x))
-            .extend(column.w + 0.0)
+    // Each edge by itself: a cylinder may be much longer than it is wide, and is to stay round.
+    let [x, y, z, w] = std::array::from_fn(|index| {
+        let column = columns[index];
+        let own = column.truncate();
+        let steps = Steps::new(if index < 3 { own.length() } else { largest });
+        own.map(|x| steps.round(x)).extend(column.w + 0.0)
     });
     Transform::from_matrix(DMat4::from_cols(x, y, z, w)).map_err(|error| error.to_string())
 }
