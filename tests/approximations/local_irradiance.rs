@@ -210,6 +210,48 @@ fn cells_of_a_shell_have_the_closed_form_of_the_ball() {
 }
 
 #[test]
+fn what_crosses_cells_counts_as_the_mean_over_them_on_average() {
+    let scene = scene_of(&lit_by(&sun(ZENITH), &glass_ball(), 4));
+    let object = only_object(&scene);
+    for space in ["grid", "shells"] {
+        let outside = |deposit: &str| {
+            let settings = settings(&[
+                ("photons", "65536"),
+                ("space", space),
+                ("cells", "48"),
+                ("shells", "24"),
+                ("shell-level", "3"),
+                ("deposit", deposit),
+            ]);
+            let radii = even_radii(settings.shells, 3.0);
+            let layout = Layout::new(&settings, object.radius, &radii, 0.0);
+            // Aslant: the focus is not on a border of cells, where legs would cross more of them than elsewhere.
+            let towards = DVec3::new(0.31, 0.52, 0.8).normalize();
+            let shed = shed(&settings, &object, towards, &layout);
+            let cells = layout.cells.as_ref().unwrap();
+            // From 1.8 to 2.8 radii by halves, away from the focus at 1.5 and from the region's border.
+            let mut light = [0.0; 2];
+            for (cell, value) in (0..).zip(&shed.values) {
+                let half = (cells.middle(cell).length() - 1.8) * 2.0;
+                if (0.0..2.0).contains(&half) {
+                    light[half as usize] += value[1] * cells.volume(cell);
+                }
+            }
+            light
+        };
+        // A leg's mean length in a cell is its volume by its area across the leg, if legs are spread evenly over
+        // it. Cells are up to a third of the distance from the focus, from which density falls as its square:
+        // within a cell it changes by some tenths, of which the means over hundreds of cells keep some hundredths.
+        for (crossed, mean) in outside("crossing").iter().zip(outside("exact")) {
+            assert!(
+                (crossed / mean - 1.0).abs() < 0.04,
+                "{space}: {crossed} {mean}"
+            );
+        }
+    }
+}
+
+#[test]
 fn inside_of_glass_no_surface_has_light_if_deposits_are_exact() {
     let scene = scene_of(&lit_by(&sun(ZENITH), &glass_ball(), 4));
     let object = only_object(&scene);
