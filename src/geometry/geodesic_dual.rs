@@ -66,30 +66,60 @@ impl GeodesicDual {
     /// 1, and none is negative. The direction may have any length but 0.
     #[inline]
     pub fn between(&self, geodesic: &Geodesic, direction: DVec3) -> [(u32, f64); 3] {
-        let ring = &self.rings[self.vertex(geodesic, direction) as usize];
+        let place = geodesic.place(direction);
+        let [a, b, c] = place.weights;
+        let corner = if a >= b && a >= c {
+            0
+        } else if b >= c {
+            1
+        } else {
+            2
+        };
+        // The nearest vertex is that of the polygon, but for directions close to the polygon's border.
+        let nearest = geodesic.triangles()[place.triangle as usize][corner];
+        let found = self.around(nearest, place.triangle, direction);
+        if found.iter().all(|(_, share)| *share >= 0.0) {
+            return found;
+        }
+        let vertex = self.vertex(geodesic, place.triangle, direction);
+        let found = self.around(vertex, place.triangle, direction);
+        let held = found.map(|(triangle, share)| (triangle, share.max(0.0)));
+        let sum: f64 = held.iter().map(|(_, share)| share).sum();
+        held.map(|(triangle, share)| (triangle, share / sum))
+    }
+
+    /// The triangle of a vertex's polygon that holds a direction, which lies in one of the geodesic's own; its
+    /// shares are negative if the polygon does not hold it.
+    #[inline]
+    fn around(&self, vertex: u32, triangle: u32, direction: DVec3) -> [(u32, f64); 3] {
+        let ring = &self.rings[vertex as usize];
         let corners = if ring[5] == NONE { 5 } else { 6 };
+        let at = ring.iter().position(|one| *one == triangle).unwrap_or(0);
+        // Only ears that touch the geodesic's triangle can hold it: its own if it is a tip, or else the two
+        // beside it.
+        let tips = if at % 2 == 1 {
+            [at, at]
+        } else {
+            [(at + corners - 1) % corners, at + 1]
+        };
         // Beyond the line between the middles on either side of an ear's tip?
-        let ear = (1..corners).step_by(2).find_map(|tip| {
+        let mut ears = tips
+            .into_iter()
+            .filter(|tip| tip % 2 == 1 && *tip < corners);
+        let ear = ears.find_map(|tip| {
             let [before, after] = [ring[tip - 1], ring[(tip + 1) % corners]];
             let line = self.middle(before).cross(self.middle(after));
             (line.dot(direction) < 0.0).then_some([before, ring[tip], after])
         });
         let three = ear.unwrap_or([ring[0], ring[2], ring[4]]);
         let [a, b, c] = three.map(|triangle| self.middle(triangle));
-        let shares =
-            [b.cross(c), c.cross(a), a.cross(b)].map(|normal| normal.dot(direction).max(0.0));
+        let shares = [b.cross(c), c.cross(a), a.cross(b)].map(|normal| normal.dot(direction));
         let sum: f64 = shares.iter().sum();
-        if sum > 0.0 {
-            std::array::from_fn(|k| (three[k], shares[k] / sum))
-        } else {
-            three.map(|triangle| (triangle, 1.0 / 3.0))
-        }
+        std::array::from_fn(|k| (three[k], shares[k] / sum))
     }
 
-    /// The vertex in whose polygon a direction lies.
-    #[inline]
-    fn vertex(&self, geodesic: &Geodesic, direction: DVec3) -> u32 {
-        let triangle = geodesic.place(direction).triangle;
+    /// The vertex in whose polygon a direction lies, which lies in some triangle of the geodesic.
+    fn vertex(&self, geodesic: &Geodesic, triangle: u32, direction: DVec3) -> u32 {
         let middle = self.middle(triangle);
         // On which side of the lines from the triangle's middle to its neighbours'. Around it follow one another
         // corner 0, the neighbour across the edge from 0 to 1, corner 1, and so on.
