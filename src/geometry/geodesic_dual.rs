@@ -62,8 +62,8 @@ impl GeodesicDual {
         &self.middles
     }
 
-    /// The three triangles of a geodesic between whose middles a direction lies, with their shares: these sum to
-    /// 1, and none is negative. The direction may have any length but 0.
+    /// The three triangles of a geodesic between whose middles a direction lies, with their shares: these sum
+    /// to 1, and none is negative. The direction may have any length but 0.
     #[inline]
     pub fn between(&self, geodesic: &Geodesic, direction: DVec3) -> [(u32, f64); 3] {
         let place = geodesic.place(direction);
@@ -88,8 +88,8 @@ impl GeodesicDual {
         held.map(|(triangle, share)| (triangle, share / sum))
     }
 
-    /// The triangle of a vertex's polygon that holds a direction, which lies in one of the geodesic's own; its
-    /// shares are negative if the polygon does not hold it.
+    /// The triangle of a vertex's polygon that holds a direction, which lies in one of the geodesic's own;
+    /// its shares are negative if the polygon does not hold it.
     #[inline]
     fn around(&self, vertex: u32, triangle: u32, direction: DVec3) -> [(u32, f64); 3] {
         let ring = &self.rings[vertex as usize];
@@ -121,8 +121,8 @@ impl GeodesicDual {
     /// The vertex in whose polygon a direction lies, which lies in some triangle of the geodesic.
     fn vertex(&self, geodesic: &Geodesic, triangle: u32, direction: DVec3) -> u32 {
         let middle = self.middle(triangle);
-        // On which side of the lines from the triangle's middle to its neighbours'. Around it follow one another
-        // corner 0, the neighbour across the edge from 0 to 1, corner 1, and so on.
+        // On which side of the lines from the triangle's middle to its neighbours'. Around it follow one
+        // another corner 0, the neighbour across the edge from 0 to 1, corner 1, and so on.
         let sides = geodesic
             .neighbours(triangle)
             .map(|neighbour| middle.cross(self.middle(neighbour)).dot(direction));
@@ -165,8 +165,8 @@ mod tests {
         for frequency in [1, 2, 5, 8] {
             let geodesic = Geodesic::new(frequency);
             let dual = GeodesicDual::new(&geodesic);
-            // Values are from 0 to 1 and change over a distance of at least a fifth of an edge of 1.1/frequency:
-            // a step changes them by less than 10 · frequency · step, and a jump by more.
+            // Values are from 0 to 1 and change over a distance of at least a fifth of an edge of
+            // 1.1/frequency: a step changes them by less than 10 · frequency · step, and a jump by more.
             let step = 1e-7;
             for (index, direction) in directions(20_000).enumerate() {
                 // Across edges and to corners of the geodesic, where one rule meets another.

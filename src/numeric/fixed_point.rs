@@ -113,8 +113,8 @@ impl FixedPoint {
 /// C library if the target's baseline has no such instruction (x86-64).
 #[inline]
 fn round_ties_even(value: f64) -> f64 {
-    // Between 2⁵² and 2⁵³ the doubles are the whole numbers: adding 2⁵² to a magnitude below that rounds to one.
-    // From 2⁵² on all doubles are whole.
+    // Between 2⁵² and 2⁵³ the doubles are the whole numbers: adding 2⁵² to a magnitude below that rounds to
+    // one. From 2⁵² on all doubles are whole.
     const SHIFT: f64 = power_of_two(52);
     if value.abs() < SHIFT {
         ((value.abs() + SHIFT) - SHIFT).copysign(value)

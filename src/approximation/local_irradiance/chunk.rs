@@ -1,4 +1,5 @@
-//! Checksummed chunks, one a file: what is kept of a form, with all that says whether it is what was asked for.
+//! Checksummed chunks, one a file: what is kept of a form, with all that says whether it is what was asked
+//! for.
 //!
 //! | bytes | content |
 //! |---|---|

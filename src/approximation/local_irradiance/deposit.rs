@@ -134,8 +134,8 @@ impl Rule<'_> {
     }
 
     /// The cosine with which a leg meets a surface that faces the centre, at a cell's middle, but for the
-    /// [factor](Self::factors) of the cell; or its mean over the part of the leg in the cell, which is the rise
-    /// of the distance by the length.
+    /// [factor](Self::factors) of the cell; or its mean over the part of the leg in the cell, which is the
+    /// rise of the distance by the length.
     #[inline]
     fn outward(&self, leg: &Leg, part: &Crossed) -> f64 {
         match self.deposit {

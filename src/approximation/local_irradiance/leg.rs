@@ -32,8 +32,8 @@ pub struct Crossed {
     pub from: f64,
     /// The length \[m\] at which it leaves it.
     pub to: f64,
-    /// The direction from the centre to the cell's middle: a unit vector on shells; of cubes the middle itself,
-    /// by half the edge of them all.
+    /// The direction from the centre to the cell's middle: a unit vector on shells; of cubes the middle
+    /// itself, by half the edge of them all.
     pub outward: DVec3,
 }
 

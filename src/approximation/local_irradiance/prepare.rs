@@ -226,8 +226,8 @@ fn rule<'a>(settings: &Settings, layout: &'a Layout) -> Option<Rule<'a>> {
     })
 }
 
-/// By how much \[m\] legs go on after surfaces that stop them, or the cells that a receiver cuts would be half
-/// dark.
+/// By how much \[m\] legs go on after surfaces that stop them, or the cells that a receiver cuts would be
+/// half dark.
 fn beyond(cells: &Cells) -> f64 {
     2.0 * cells.diagonal()
 }

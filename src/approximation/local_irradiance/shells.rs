@@ -176,7 +176,8 @@ impl Shells {
         ([outer - 1, outer], (radius - a) / (b - a))
     }
 
-    /// The cells around a place with their shares: on each of two shells the three between whose middles it is.
+    /// The cells around a place with their shares: on each of two shells the three between whose middles it
+    /// is.
     #[inline]
     pub fn linear(&self, place: DVec3) -> Stencil {
         let three = self.dual.between(&self.geodesic, place);

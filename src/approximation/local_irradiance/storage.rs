@@ -109,8 +109,8 @@ impl Stored {
     }
 }
 
-/// A finite half float as a double, in three instructions: [`f16::to_f64`] asks the processor for its own each
-/// time.
+/// A finite half float as a double, in three instructions: [`f16::to_f64`] asks the processor for its own
+/// each time.
 #[inline]
 fn widened(half: f16) -> f64 {
     /// 2¹¹²: the difference of the two formats' exponents.

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::Command;
+use super::work::Command;
 use crate::cli::outcome::Outcome;
 use crate::study::StudyFile;
 use crate::study::report::{Pose, PosesReport, parameters};

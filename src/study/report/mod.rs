@@ -6,7 +6,7 @@
 //! | `timings.json` | seconds, threads, machines, the source's hash: all that is never the same twice |
 //! | `report.csv`, `summary.md` | a line a run, for spreadsheets and for pull requests |
 //! | `index.html` | all of it to look at, in one file |
-//! | `poses.json`, `poses.md` | of a study of several poses: figures over all of them, each in a folder of its own |
+//! | `poses.json`, `poses.md` | figures over all poses of a study, each in a folder of its own |
 //!
 //! Figures are those of [`metric::compare`](crate::metric::compare) on the stored films: `nephroid compare`
 //! prints the same digits.
