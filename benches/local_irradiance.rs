@@ -14,11 +14,11 @@ use nephroid::internals::mitsuba;
 use nephroid::internals::radiometry::Rgb;
 use nephroid::internals::run::{Context, Counters};
 use nephroid::internals::scene::Scene;
-use nephroid::internals::setting::Values;
 use support::cpu;
 use support::scenes::{bundled_file, meter};
+use support::technique::values;
 
-/// CPU seconds for which each thing is repeated: the clock has steps of 10 ms.
+/// CPU seconds for which each thing is repeated.
 const LONG: f64 = 1.0;
 
 /// What is read, by settings beside the default ones.
@@ -55,30 +55,11 @@ fn turntable(object: &str) -> Scene {
     mitsuba::load(&bundled_file(&format!("turntable-{object}")), &given).unwrap()
 }
 
-/// CPU milliseconds of something, by as many times as take some time.
-fn milliseconds(mut run: impl FnMut()) -> f64 {
-    run();
-    let start = cpu::seconds();
-    let mut runs = 0.0;
-    while cpu::seconds() - start < LONG {
-        run();
-        runs += 1.0;
-    }
-    1000.0 * (cpu::seconds() - start) / runs
-}
-
-/// The technique's settings, from text.
-fn values(given: &[(&str, &str)]) -> Values {
-    let owned = |(key, value): &(&str, &str)| ((*key).to_owned(), (*value).to_owned());
-    let all = LocalIrradiance.settings().iter().collect();
-    Values::new("local-irradiance", all, &given.iter().map(owned).collect()).unwrap()
-}
-
 /// A line for each kind of table.
 fn frames() {
     let scene = turntable("ball");
     let film = SensorFilm::new(&scene, meter(&scene)).unwrap();
-    let points = milliseconds(|| {
+    let points = cpu::milliseconds(LONG, || {
         let black = |_: &_, _: &mut Work| Rgb::BLACK;
         std::hint::black_box(film.evaluate(&scene, 1, black));
     });
@@ -88,13 +69,13 @@ fn frames() {
     let mut grid = None;
     for (name, given) in KINDS {
         let common = [("photons", "16384"), ("samples", "1")];
-        let values = values(&[&common, given].concat());
+        let values = values(&LocalIrradiance, &[&common, given].concat());
         let context = Context::default();
         let mut ready = LocalIrradiance
             .prepare(&scene, meter(&scene), &values, &context)
             .unwrap();
         let mut counters = Counters::default();
-        let whole = milliseconds(|| {
+        let whole = cpu::milliseconds(LONG, || {
             let frame = ready.frame(&scene, meter(&scene), &context).unwrap();
             counters = frame.counters;
         });
@@ -126,10 +107,10 @@ fn shooting() {
                 ("directions", "nearest"),
                 ("radii", "uniform"),
             ];
-            let values = values(&[&common, given].concat());
+            let values = values(&LocalIrradiance, &[&common, given].concat());
             let context = Context::default();
             let mut counters = Counters::default();
-            let spent = milliseconds(|| {
+            let spent = cpu::milliseconds(LONG, || {
                 let ready = LocalIrradiance.prepare(&scene, meter(&scene), &values, &context);
                 counters = Counters::default();
                 for stage in ready.unwrap().work() {

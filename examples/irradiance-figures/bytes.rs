@@ -4,9 +4,9 @@ use nephroid::internals::approximation::local_irradiance::Settings;
 use nephroid::internals::approximation::local_irradiance::variants::{Space, Storage};
 use nephroid::internals::run::format::three_digits;
 
-use crate::judge::{Bench, floor, l1, percent, settings};
+use crate::judge::{Bench, floor, l1, percent};
 use crate::support::figures::table;
-use crate::support::local_irradiance::exact_but;
+use crate::support::local_irradiance::{exact_but, settings};
 
 /// The paper's kB of full tables and of trees, from level 2.
 const PAPER: [[f64; 2]; 5] = [

@@ -4,10 +4,10 @@ use nephroid::internals::approximation::local_irradiance::Settings;
 use nephroid::internals::approximation::local_irradiance::variants::Storage;
 use nephroid::internals::run::format::three_digits;
 
-use crate::judge::{Bench, floor, l1, percent, settings, sum};
+use crate::judge::{Bench, floor, l1, percent, sum};
 use crate::support::figures::{compared, table, whole};
 use crate::support::light_volume::sensor;
-use crate::support::local_irradiance::exact_but;
+use crate::support::local_irradiance::{exact_but, settings};
 
 /// What stays as it is while cells alone are judged.
 const ALL: [(&str, &str); 3] = [("normal", "fixed"), ("region", "clamp"), ("scene", "alone")];

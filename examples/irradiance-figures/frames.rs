@@ -8,35 +8,23 @@ use nephroid::internals::approximation::{SensorFilm, Technique};
 use nephroid::internals::radiometry::Rgb;
 use nephroid::internals::run::format::three_digits;
 use nephroid::internals::run::{Context, Counters};
-use nephroid::internals::setting::Values;
 
-use crate::judge::{Bench, on_floor, settings, turntable};
+use crate::judge::{Bench, on_floor, turntable};
 use crate::support::cpu;
 use crate::support::figures::{table, whole};
 use crate::support::light_volume::sensor;
-use crate::support::local_irradiance::tables;
+use crate::support::local_irradiance::{settings, tables};
+use crate::support::technique::values;
 
-/// CPU seconds for which each kind of frame is repeated: the clock has steps of 10 ms.
+/// CPU seconds for which each kind of frame is repeated.
 const LONG: f64 = 1.5;
-
-/// CPU milliseconds of a frame, by as many as take some seconds.
-fn milliseconds(mut frame: impl FnMut()) -> f64 {
-    frame();
-    let start = cpu::seconds();
-    let mut frames = 0.0;
-    while cpu::seconds() - start < LONG {
-        frame();
-        frames += 1.0;
-    }
-    1000.0 * (cpu::seconds() - start) / frames
-}
 
 /// Table 1: frames of the camera by tables, and its rays alone.
 pub fn frame() -> Vec<String> {
     let scene = turntable("ball", &[("width", "360"), ("height", "360")]);
     let view = sensor(&scene, "view");
     let film = SensorFilm::new(&scene, view).unwrap();
-    let rays = milliseconds(|| {
+    let rays = cpu::milliseconds(LONG, || {
         let black = |_: &_, _: &mut Work| Rgb::BLACK;
         std::hint::black_box(film.evaluate(&scene, 1, black));
     });
@@ -86,17 +74,14 @@ pub fn frame() -> Vec<String> {
     ]];
     let mut grid: Option<(f64, Counters)> = None;
     for (name, given) in cases {
-        let owned = |(key, value): &(&str, &str)| ((*key).to_owned(), (*value).to_owned());
-        let mut given: std::collections::BTreeMap<_, _> = given.iter().map(owned).collect();
-        given.insert("samples".to_owned(), "1".to_owned());
-        let all = LocalIrradiance.settings().iter().collect();
-        let values = Values::new("local-irradiance", all, &given).unwrap();
+        let given = [&given[..], &[("samples", "1")]].concat();
+        let values = values(&LocalIrradiance, &given);
         let context = Context::default();
         let mut ready = LocalIrradiance
             .prepare(&scene, view, &values, &context)
             .unwrap();
         let mut counters = Counters::default();
-        let whole_frame = milliseconds(|| {
+        let whole_frame = cpu::milliseconds(LONG, || {
             counters = ready.frame(&scene, view, &context).unwrap().counters;
         });
         let added = whole_frame - rays;

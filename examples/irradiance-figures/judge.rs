@@ -1,6 +1,8 @@
 //! The turntables, tables of them made one by one, and errors of images.
 
 use glam::{DMat3, DVec3};
+use nephroid::internals::approximation::SensorFilm;
+use nephroid::internals::approximation::local_irradiance::Settings;
 use nephroid::internals::approximation::local_irradiance::directions::Blended;
 use nephroid::internals::approximation::local_irradiance::layout::Layout;
 use nephroid::internals::approximation::local_irradiance::object::SpecularObject;
@@ -10,15 +12,12 @@ use nephroid::internals::approximation::local_irradiance::prepare::{
 use nephroid::internals::approximation::local_irradiance::table::Table;
 use nephroid::internals::approximation::local_irradiance::variants::Radii;
 use nephroid::internals::approximation::local_irradiance::work::Work;
-use nephroid::internals::approximation::local_irradiance::{LocalIrradiance, Settings};
-use nephroid::internals::approximation::{SensorFilm, Technique};
 use nephroid::internals::method::Method;
 use nephroid::internals::mitsuba;
 use nephroid::internals::radiometry::Rgb;
 use nephroid::internals::run::Rendering;
 use nephroid::internals::run::format::three_digits;
 use nephroid::internals::scene::Scene;
-use nephroid::internals::setting::Values;
 
 use crate::support::light_volume::{run_on, sensor};
 use crate::support::scenes::bundled_file;
@@ -58,14 +57,6 @@ pub fn sum(values: &[Rgb]) -> f64 {
 /// A share in percent.
 pub fn percent(share: f64) -> String {
     three_digits(100.0 * share)
-}
-
-/// Settings, checked.
-pub fn settings(given: &[(&str, &str)]) -> Settings {
-    let owned = |(key, value): &(&str, &str)| ((*key).to_owned(), (*value).to_owned());
-    let given = given.iter().map(owned).collect();
-    let table = LocalIrradiance.settings().iter().collect();
-    Settings::of(&Values::new("local-irradiance", table, &given).unwrap()).unwrap()
 }
 
 /// A turntable whose tables are made one by one, for the direction of its sun.

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use glam::{DMat3, DVec3};
-use nephroid::internals::approximation::Technique;
+use nephroid::internals::approximation::local_irradiance::Settings;
 use nephroid::internals::approximation::local_irradiance::cells::Cells;
 use nephroid::internals::approximation::local_irradiance::directions::{Blended, Samples};
 use nephroid::internals::approximation::local_irradiance::layout::Layout;
@@ -13,28 +13,30 @@ use nephroid::internals::approximation::local_irradiance::prepare::{
 };
 use nephroid::internals::approximation::local_irradiance::variants::Space;
 use nephroid::internals::approximation::local_irradiance::work::Work;
-use nephroid::internals::approximation::local_irradiance::{LocalIrradiance, Settings};
 use nephroid::internals::numeric::spherical_harmonics;
 use nephroid::internals::run::{Budget, Context};
 use nephroid::internals::scene::Scene;
-use nephroid::internals::setting::Values;
 
 use crate::support::approximation::{
     GLASS, bumpy_ball_over_floor, lit_by, relative_rmse, scene_of,
 };
 use crate::support::caustics_volume::truth;
 use crate::support::local_irradiance::{
-    each_exit, exact_but, glass_ball, outward_density, over_depth, rendered, sun, tables, texels,
+    each_exit, exact_but, glass_ball, outward_density, over_depth, rendered, settings, sun, tables,
+    texels,
 };
 use crate::support::scenes::meter;
 
 const ZENITH: [f64; 3] = [0.0, 0.0, -1.0];
 
-fn settings(given: &[(&str, &str)]) -> Settings {
-    let owned = |(key, value): &(&str, &str)| ((*key).to_owned(), (*value).to_owned());
-    let given = given.iter().map(owned).collect();
-    let table = LocalIrradiance.settings().iter().collect();
-    Settings::of(&Values::new("local-irradiance", table, &given).unwrap()).unwrap()
+/// A ball's cells in even shells or cubes, and its sums in light from a direction.
+fn ball_in(given: &[(&str, &str)], towards: DVec3) -> (Layout, Shed) {
+    let object = only_object(&scene_of(&lit_by(&sun(ZENITH), &glass_ball(), 4)));
+    let settings = settings(given);
+    let radii = even_radii(settings.shells, 3.0);
+    let layout = Layout::new(&settings, object.radius, &radii, 0.0);
+    let shed = shed(&settings, &object, towards, &layout);
+    (layout, shed)
 }
 
 /// The sums of an object's photons in parallel light from a direction.
@@ -211,23 +213,19 @@ fn cells_of_a_shell_have_the_closed_form_of_the_ball() {
 
 #[test]
 fn what_crosses_cells_counts_as_the_mean_over_them_on_average() {
-    let scene = scene_of(&lit_by(&sun(ZENITH), &glass_ball(), 4));
-    let object = only_object(&scene);
     for space in ["grid", "shells"] {
         let outside = |deposit: &str| {
-            let settings = settings(&[
+            let given = [
                 ("photons", "65536"),
                 ("space", space),
                 ("cells", "48"),
                 ("shells", "24"),
                 ("shell-level", "3"),
                 ("deposit", deposit),
-            ]);
-            let radii = even_radii(settings.shells, 3.0);
-            let layout = Layout::new(&settings, object.radius, &radii, 0.0);
+            ];
             // Aslant: the focus is not on a border of cells, where legs would cross more of them than elsewhere.
             let towards = DVec3::new(0.31, 0.52, 0.8).normalize();
-            let shed = shed(&settings, &object, towards, &layout);
+            let (layout, shed) = ball_in(&given, towards);
             let cells = layout.cells.as_ref().unwrap();
             // From 1.8 to 2.8 radii by halves, away from the focus at 1.5 and from the region's border.
             let mut light = [0.0; 2];
@@ -253,21 +251,17 @@ fn what_crosses_cells_counts_as_the_mean_over_them_on_average() {
 
 #[test]
 fn inside_of_glass_no_surface_has_light_if_deposits_are_exact() {
-    let scene = scene_of(&lit_by(&sun(ZENITH), &glass_ball(), 4));
-    let object = only_object(&scene);
     for space in ["grid", "shells"] {
         let inner = |deposit: &str| {
-            let settings = settings(&[
+            let given = [
                 ("photons", "4096"),
                 ("space", space),
                 ("cells", "24"),
                 ("shell-level", "2"),
                 ("shells", "12"),
                 ("deposit", deposit),
-            ]);
-            let radii = even_radii(settings.shells, 3.0);
-            let layout = Layout::new(&settings, object.radius, &radii, 0.0);
-            let shed = shed(&settings, &object, DVec3::Z, &layout);
+            ];
+            let (layout, shed) = ball_in(&given, DVec3::Z);
             let cells = layout.cells.as_ref().unwrap();
             // Cells wholly inside: of shells those up to the third border of twelve, of cubes by the diagonal.
             let within = (0..).zip(&shed.values).filter(|(cell, _)| {
@@ -276,7 +270,7 @@ fn inside_of_glass_no_surface_has_light_if_deposits_are_exact() {
                 } else {
                     0.25
                 };
-                cells.middle(*cell).length() + 0.5 * size < object.radius
+                cells.middle(*cell).length() + 0.5 * size < 1.0
             });
             let sums: Vec<f64> = within.map(|(_, value)| value[1]).collect();
             assert!(sums.len() > 20, "{space}: {}", sums.len());

@@ -13,7 +13,6 @@ use nephroid::internals::method::Method;
 use nephroid::internals::radiometry::Rgb;
 use nephroid::internals::run::{Budget, Context, Rendering};
 use nephroid::internals::scene::Scene;
-use nephroid::internals::setting::Values;
 use serde_json::Value;
 
 use crate::support::approximation::{GLASS, ball, lit_by, over_floor, scene_of};
@@ -487,10 +486,8 @@ fn exported_volumes_are_read_as_their_description_says() {
         ];
         let folder = tempfile::tempdir().unwrap();
         let method = method(&given);
-        let owned = |(key, value): &(&str, &str)| ((*key).to_owned(), (*value).to_owned());
-        let settings = SMALL.iter().chain(&given).map(owned).collect();
-        let all = LocalIrradiance.settings().iter().collect();
-        let values = Values::new("local-irradiance", all, &settings).unwrap();
+        let values =
+            crate::support::technique::values(&LocalIrradiance, &[&SMALL[..], &given].concat());
         let context = Context::default();
         let prepared = LocalIrradiance.prepare(&scene, meter(&scene), &values, &context);
         prepared.unwrap().export(&scene, folder.path()).unwrap();

@@ -1,21 +1,19 @@
 //! Local precomputed irradiance in scenes with more than an object and a meter: cameras, ceilings, panes that are
 //! not there, floors without end, meshes that are turned.
 
-use nephroid::internals::approximation::Technique;
 use std::fs;
 
 use nephroid::internals::approximation::local_irradiance::object::SpecularObject;
-use nephroid::internals::approximation::local_irradiance::{LocalIrradiance, Settings};
 use nephroid::internals::generate::{bumpy_ball, write_ply};
 use nephroid::internals::mitsuba;
 use nephroid::internals::radiometry::Rgb;
 use nephroid::internals::run::{Budget, Context};
 use nephroid::internals::scene::Scene;
-use nephroid::internals::setting::Values;
 
 use crate::support::approximation::{GLASS, ball, lit_by, scene_of};
-use crate::support::local_irradiance::{exact_but, rendered, sun, tables, texels};
+use crate::support::local_irradiance::{exact_but, rendered, settings, sun, tables, texels};
 use crate::support::scenes::{bundled_file, meter};
+use crate::support::technique;
 
 /// A ball of glass in the sun over a floor of some reflectance, seen from above by a camera.
 fn seen_from_above(reflectance: [f64; 3]) -> Scene {
@@ -218,12 +216,9 @@ fn regions_and_normals_that_would_not_fit_are_refused_by_name() {
 
 #[test]
 fn a_mesh_of_floats_has_the_same_form_however_it_is_turned() {
-    let settings = LocalIrradiance.settings().iter().collect();
-    let values = Values::new("local-irradiance", settings, &Default::default()).unwrap();
-    let settings = Settings::of(&values).unwrap();
+    let settings = settings(&[]);
     let form = |name: &str, given: &[(&str, &str)]| {
-        let owned = |(key, value): &(&str, &str)| ((*key).to_owned(), (*value).to_owned());
-        let given: Vec<_> = given.iter().map(owned).collect();
+        let given: Vec<_> = technique::given(given).into_iter().collect();
         let scene = mitsuba::load(&bundled_file(name), &given).unwrap();
         let objects = SpecularObject::all(&scene).unwrap();
         objects[0].form(&settings)

@@ -15,3 +15,15 @@ pub fn seconds() -> f64 {
     };
     ticks().map_or(f64::NAN, |ticks| ticks / 100.0)
 }
+
+/// CPU milliseconds \[ms\] of something, by as many times as take some CPU seconds: the clock has steps of 10 ms.
+pub fn milliseconds(long: f64, mut run: impl FnMut()) -> f64 {
+    run();
+    let start = seconds();
+    let mut runs = 0.0;
+    while seconds() - start < long {
+        run();
+        runs += 1.0;
+    }
+    1000.0 * (seconds() - start) / runs
+}

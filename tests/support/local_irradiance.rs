@@ -4,14 +4,15 @@
 use std::f64::consts::PI;
 
 use glam::DVec2;
+use nephroid::internals::approximation::local_irradiance::{LocalIrradiance, Settings};
 use nephroid::internals::method::Method;
 use nephroid::internals::optics::dielectric_reflectance;
 use nephroid::internals::scene::Scene;
 
 use super::approximation::{GLASS, scene_of};
-use super::technique::technique;
 #[allow(unused_imports, reason = "every program uses its own part of this")]
 pub use super::technique::{rendered, texels};
+use super::technique::{technique, values};
 
 /// All stages exact, but for the number of photons.
 pub const EXACT: [(&str, &str); 8] = [
@@ -28,6 +29,11 @@ pub const EXACT: [(&str, &str); 8] = [
 /// Tables with some settings.
 pub fn tables(settings: &[(&str, &str)]) -> Method {
     technique("local-irradiance", settings)
+}
+
+/// Settings of tables, checked.
+pub fn settings(given: &[(&str, &str)]) -> Settings {
+    Settings::of(&values(&LocalIrradiance, given)).unwrap()
 }
 
 /// Tables with all stages exact but for some settings.

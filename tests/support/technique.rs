@@ -1,15 +1,28 @@
 //! Shared parts of the tests of techniques: a technique with some settings, and what it makes of a meter.
 
+use nephroid::internals::approximation::Technique;
 use nephroid::internals::method::Method;
 use nephroid::internals::run::{Budget, Context, Rendering};
 use nephroid::internals::scene::Scene;
+use nephroid::internals::setting::{Given, Values};
 
 use super::scenes::meter;
 
+/// Settings as a user gives them.
+pub fn given(settings: &[(&str, &str)]) -> Given {
+    let owned = |(key, value): &(&str, &str)| ((*key).to_owned(), (*value).to_owned());
+    settings.iter().map(owned).collect()
+}
+
 /// A technique with some settings.
 pub fn technique(name: &str, settings: &[(&str, &str)]) -> Method {
-    let owned = |(key, value): &(&str, &str)| ((*key).to_owned(), (*value).to_owned());
-    Method::new(name, &settings.iter().map(owned).collect()).unwrap()
+    Method::new(name, &given(settings)).unwrap()
+}
+
+/// All settings of a technique, some of them given.
+pub fn values(technique: &dyn Technique, settings: &[(&str, &str)]) -> Values {
+    let all = technique.settings().iter().collect();
+    Values::new(technique.name(), all, &given(settings)).unwrap()
 }
 
 /// What a method makes of a scene's first meter.

@@ -44,15 +44,6 @@ impl Cells {
         }
     }
 
-    /// A cell's area \[m²\] across a unit direction.
-    #[inline]
-    pub fn across(&self, cell: u32, direction: DVec3) -> f64 {
-        match self {
-            Self::Grid(grid) => grid.across(direction),
-            Self::Shells(shells) => shells.across(cell, direction),
-        }
-    }
-
     /// The largest distance \[m\] between two places of a cell.
     pub fn diagonal(&self) -> f64 {
         match self {
