@@ -18,6 +18,8 @@ pub struct Geodesic {
     weights: [DMat3; 20],
     /// The middles of the icosahedron's faces.
     middles: [DVec3; 20],
+    /// By the signs of a direction: the faces that may be nearest to it, in order, with their middles.
+    octants: [[(u32, DVec3); 4]; 8],
     vertices: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
     neighbours: Vec<[u32; 3]>,
@@ -38,10 +40,12 @@ impl Geodesic {
         let frequency = frequency.max(1);
         let corners = icosahedron_corners();
         let frames = ICOSAHEDRON_FACES.map(|face| face.map(|corner| corners[corner]));
+        let middles = frames.map(|[a, b, c]| (a + b + c).normalize());
         let mut geodesic = Self {
             frequency,
             weights: frames.map(|[a, b, c]| DMat3::from_cols(a, b, c).inverse()),
-            middles: frames.map(|[a, b, c]| (a + b + c).normalize()),
+            middles,
+            octants: std::array::from_fn(|octant| candidates(&middles, octant)),
             vertices: Vec::new(),
             triangles: Vec::new(),
             neighbours: Vec::new(),
@@ -133,9 +137,24 @@ impl Geodesic {
         sum.normalize()
     }
 
-    /// The triangle that a direction is in; any length but 0.
+    /// The face of the icosahedron whose middle is nearest to a direction; the first of several.
+    ///
+    /// The icosahedron is its own mirror image in each plane of coordinates. So a face whose middle has another
+    /// sign than the direction along an axis is farther than its image, by twice the product of both parts
+    /// along it. Four faces are left, unless the direction is so close to a plane that rounding decides.
     #[inline]
-    pub fn place(&self, direction: DVec3) -> GeodesicPlace {
+    fn face(&self, direction: DVec3) -> usize {
+        /// Parts of a direction by its largest above which a face and its mirror image differ by far more than
+        /// rounding does, 1e-16.
+        const CLEAR: f64 = 1e-9;
+        let parts = direction.abs();
+        if parts.min_element() > CLEAR * parts.max_element() {
+            let faces = &self.octants[octant(direction)];
+            let [a, b, c, d] = faces.map(|(_, middle)| middle.dot(direction));
+            let (low, high) = (usize::from(b > a), 2 + usize::from(d > c));
+            let is_high = (if d > c { d } else { c }) > (if b > a { b } else { a });
+            return faces[if is_high { high } else { low }].0 as usize;
+        }
         let mut face = 0;
         let mut nearest = f64::NEG_INFINITY;
         for (index, middle) in self.middles.iter().enumerate() {
@@ -144,6 +163,13 @@ impl Geodesic {
                 (nearest, face) = (cosine, index);
             }
         }
+        face
+    }
+
+    /// The triangle that a direction is in; any length but 0.
+    #[inline]
+    pub fn place(&self, direction: DVec3) -> GeodesicPlace {
+        let face = self.face(direction);
         let f = self.frequency;
         let weights = self.weights[face] * direction;
         let scale = f64::from(f) / weights.element_sum();
@@ -157,24 +183,42 @@ impl Geodesic {
             ib = f - 1 - ia;
             is_up = true;
         }
-        let cell = DVec3::new(a - f64::from(ia), b - f64::from(ib), 0.0);
-        let (number, parts) = if is_up {
-            (
-                ia * f - ia * ia.saturating_sub(1) / 2 + ib,
-                [cell.x, cell.y, 1.0 - cell.x - cell.y],
-            )
-        } else {
-            let row = f - 1;
-            (
-                f * (f + 1) / 2 + ia * row - ia * ia.saturating_sub(1) / 2 + ib,
-                [1.0 - cell.x, 1.0 - cell.y, cell.x + cell.y - 1.0],
-            )
-        };
+        let (x, y) = (a - f64::from(ia), b - f64::from(ib));
+        // Which way up is as good as random: chosen without a branch.
+        let before = if is_up { 0 } else { f * (f + 1) / 2 - ia };
+        let number = before + ia * f - ia * ia.saturating_sub(1) / 2 + ib;
+        let up = [x, y, 1.0 - x - y];
+        let down = [1.0 - x, 1.0 - y, x + y - 1.0];
+        let parts: [f64; 3] = std::array::from_fn(|k| if is_up { up[k] } else { down[k] });
         GeodesicPlace {
             triangle: face as u32 * f * f + number,
             weights: parts.map(|part| part.clamp(0.0, 1.0)),
         }
     }
+}
+
+/// The octant of a direction: a bit for each part that is below 0.
+#[inline]
+fn octant(direction: DVec3) -> usize {
+    let [x, y, z] = direction.to_array().map(|part| usize::from(part < 0.0));
+    x | y << 1 | z << 2
+}
+
+/// The faces that may be nearest to directions of an octant: the four whose middles lie in it or on its
+/// borders.
+fn candidates(middles: &[DVec3; 20], octant: usize) -> [(u32, DVec3); 4] {
+    /// Rounding of parts that are 0; others are at least 0.35.
+    const ROUNDING: f64 = 1e-9;
+    let signs: [f64; 3] =
+        std::array::from_fn(|axis| if octant >> axis & 1 == 0 { 1.0 } else { -1.0 });
+    let mut all = (0..).zip(middles).filter(|(_, middle)| {
+        let inward = **middle * DVec3::from_array(signs);
+        inward.min_element() > -ROUNDING
+    });
+    std::array::from_fn(|_| {
+        all.next()
+            .map_or((0, middles[0]), |(face, middle)| (face, *middle))
+    })
 }
 
 /// The triangles of a face by the whole parts of their first two weights, and 1 for those that are the right
@@ -221,6 +265,40 @@ mod tests {
                 let sum: f64 = place.weights.iter().sum();
                 assert!((sum - 1.0).abs() < 1e-12);
             }
+        }
+    }
+
+    #[test]
+    fn the_face_found_among_four_is_the_nearest_of_all() {
+        let geodesic = Geodesic::new(1);
+        for octant in geodesic.octants {
+            let faces = octant.map(|(face, _)| face);
+            assert!(faces.is_sorted() && faces[0] < faces[1] && faces[2] < faces[3]);
+        }
+        let mut directions = geodesic.vertices().to_vec();
+        for index in 0..20_000 {
+            let z = 1.0 - 2.0 * (f64::from(index) + 0.5) / 20_000.0;
+            let turn = 2.399_963 * f64::from(index);
+            let across = (1.0 - z * z).sqrt();
+            let direction = DVec3::new(across * turn.cos(), across * turn.sin(), z);
+            // In planes of coordinates, and as close to them as rounding allows.
+            let near = DVec3::new(1e-16, direction.y, -1e-8 * direction.z);
+            let scaled = direction * 1e-200;
+            directions.extend([
+                direction,
+                near,
+                DVec3::new(0.0, direction.y, direction.z),
+                scaled,
+            ]);
+        }
+        for direction in directions {
+            let mut nearest = 0;
+            for (face, middle) in geodesic.middles.iter().enumerate() {
+                if middle.dot(direction) > geodesic.middles[nearest].dot(direction) {
+                    nearest = face;
+                }
+            }
+            assert_eq!(geodesic.face(direction), nearest, "{direction}");
         }
     }
 

@@ -19,6 +19,22 @@ pub struct GeodesicDual {
 
 const NONE: u32 = u32::MAX;
 
+/// By place in a ring of six, and of five: a bit for each ear that touches the triangle there. The tip of ear k
+/// is at the place 2k + 1.
+const EARS: [[usize; 6]; 2] = [
+    [0b101, 0b001, 0b011, 0b010, 0b110, 0b100],
+    [0b001, 0b001, 0b011, 0b010, 0b010, 0b000],
+];
+
+/// By place in a ring and a bit for each ear that seems to hold a direction: the ear before the place, if
+/// rounding says so of two.
+const FIRST_EAR: [[usize; 8]; 6] = {
+    const LOWEST: [usize; 8] = [0, 0, 1, 0, 2, 0, 1, 0];
+    let mut all = [LOWEST; 6];
+    all[0] = [0, 0, 1, 0, 2, 2, 1, 2];
+    all
+};
+
 impl GeodesicDual {
     /// That of a geodesic.
     pub fn new(geodesic: &Geodesic) -> Self {
@@ -68,13 +84,8 @@ impl GeodesicDual {
     pub fn between(&self, geodesic: &Geodesic, direction: DVec3) -> [(u32, f64); 3] {
         let place = geodesic.place(direction);
         let [a, b, c] = place.weights;
-        let corner = if a >= b && a >= c {
-            0
-        } else if b >= c {
-            1
-        } else {
-            2
-        };
+        // As good as random, as all that follows: chosen without branches.
+        let corner = usize::from(!(a >= b && a >= c)) * (1 + usize::from(b < c));
         // The nearest vertex is that of the polygon, but for directions close to the polygon's border.
         let nearest = geodesic.triangles()[place.triangle as usize][corner];
         let found = self.around(nearest, place.triangle, direction);
@@ -93,29 +104,37 @@ impl GeodesicDual {
     #[inline]
     fn around(&self, vertex: u32, triangle: u32, direction: DVec3) -> [(u32, f64); 3] {
         let ring = &self.rings[vertex as usize];
-        let corners = if ring[5] == NONE { 5 } else { 6 };
-        let at = ring.iter().position(|one| *one == triangle).unwrap_or(0);
-        // Only ears that touch the geodesic's triangle can hold it: its own if it is a tip, or else the two
-        // beside it.
-        let tips = if at % 2 == 1 {
-            [at, at]
-        } else {
-            [(at + corners - 1) % corners, at + 1]
-        };
-        // Beyond the line between the middles on either side of an ear's tip?
-        let mut ears = tips
-            .into_iter()
-            .filter(|tip| tip % 2 == 1 && *tip < corners);
-        let ear = ears.find_map(|tip| {
-            let [before, after] = [ring[tip - 1], ring[(tip + 1) % corners]];
-            let line = self.middle(before).cross(self.middle(after));
-            (line.dot(direction) < 0.0).then_some([before, ring[tip], after])
-        });
-        let three = ear.unwrap_or([ring[0], ring[2], ring[4]]);
-        let [a, b, c] = three.map(|triangle| self.middle(triangle));
-        let shares = [b.cross(c), c.cross(a), a.cross(b)].map(|normal| normal.dot(direction));
+        let is_pentagon = ring[5] == NONE;
+        let at: usize = (0..6).map(|k| k * usize::from(ring[k] == triangle)).sum();
+        let inner = [ring[0], ring[2], ring[4]];
+        let [a, b, c] = inner.map(|triangle| self.middle(triangle));
+        // The edges of the inner triangle, and on which side of each the direction is: ears lie beyond them.
+        let [ab, bc, ca] = [a.cross(b), b.cross(c), c.cross(a)].map(|line| line.dot(direction));
+        // Only ears that touch the geodesic's triangle can hold it.
+        let touching = EARS[usize::from(is_pentagon)][at];
+        let beyond =
+            usize::from(ab < 0.0) | usize::from(bc < 0.0) << 1 | usize::from(ca < 0.0) << 2;
+        let is_ear = touching & beyond != 0;
+        let ear = FIRST_EAR[at][touching & beyond];
+        let next = (ear + 1) % 3;
+        let tip = ring[2 * ear + 1];
+        let middle = self.middle(if is_ear { tip } else { ring[0] });
+        let ends = [[a, b], [b, c], [c, a]][ear];
+        let line = [ab, bc, ca][ear];
+        let of_ear = [
+            middle.cross(ends[1]).dot(direction),
+            -line,
+            ends[0].cross(middle).dot(direction),
+        ];
+        let in_ear = [inner[ear], tip, inner[next]];
+        let of_inner = [bc, ca, ab];
+        let shares: [f64; 3] =
+            std::array::from_fn(|k| if is_ear { of_ear[k] } else { of_inner[k] });
         let sum: f64 = shares.iter().sum();
-        std::array::from_fn(|k| (three[k], shares[k] / sum))
+        std::array::from_fn(|k| {
+            let triangle = if is_ear { in_ear[k] } else { inner[k] };
+            (triangle, shares[k] / sum)
+        })
     }
 
     /// The vertex in whose polygon a direction lies, which lies in some triangle of the geodesic.

@@ -15,6 +15,8 @@ pub struct Shells {
     /// The radii in the middle of each shell \[m\].
     halfway: Vec<f64>,
     triangles: Vec<Sides>,
+    /// The number of a shell's triangles is 5 times two to this.
+    shift: u32,
 }
 
 /// The borders of a triangle of directions.
@@ -65,6 +67,7 @@ impl Shells {
             halfway: pairs.map(|pair| f64::midpoint(pair[0], pair[1])).collect(),
             radii,
             triangles,
+            shift: 2 * level + 2,
         }
     }
 
@@ -102,11 +105,9 @@ impl Shells {
     /// The shell and the triangle of a cell.
     #[inline]
     pub fn parts(&self, cell: u32) -> (usize, u32) {
-        let triangles = self.triangles.len();
-        (
-            cell as usize / triangles,
-            (cell as usize % triangles) as u32,
-        )
+        // A shell has 5 · 2^shift triangles: 5 is divided by without a division.
+        let layer = (cell >> self.shift) / 5;
+        (layer as usize, cell - layer * self.triangles.len() as u32)
     }
 
     #[inline]
@@ -165,7 +166,17 @@ impl Shells {
     /// The shells around a radius, the inner one first, and the share of the outer one.
     #[inline]
     pub fn between(&self, radius: f64) -> ([usize; 2], f64) {
-        let outer = self.halfway.partition_point(|middle| *middle <= radius);
+        /// Shells of which each is looked at: a search among them has branches that nothing foretells.
+        const FEW: usize = 16;
+        let is_within = |middle: &f64| *middle <= radius;
+        let outer = if self.halfway.len() <= FEW {
+            self.halfway
+                .iter()
+                .filter(|middle| is_within(middle))
+                .count()
+        } else {
+            self.halfway.partition_point(is_within)
+        };
         if outer == 0 {
             return ([0; 2], 0.0);
         }
@@ -182,14 +193,19 @@ impl Shells {
     pub fn linear(&self, place: DVec3) -> Stencil {
         let three = self.dual.between(&self.geodesic, place);
         let ([inner, outer], part) = self.between(place.length());
-        let mut stencil = Stencil::default();
-        for (triangle, share) in three {
-            stencil.push(self.index(inner, triangle), share * (1.0 - part));
-            if outer != inner {
-                stencil.push(self.index(outer, triangle), share * part);
+        if outer == inner {
+            let mut stencil = Stencil::default();
+            for (triangle, share) in three {
+                stencil.push(self.index(inner, triangle), share * (1.0 - part));
             }
+            return stencil;
         }
-        stencil
+        // Of each triangle the inner shell's cell, then the outer one's.
+        Stencil::six(|k| {
+            let (triangle, share) = three[k / 2];
+            let (layer, part) = [(inner, 1.0 - part), (outer, part)][k % 2];
+            (self.index(layer, triangle), share * part)
+        })
     }
 }
 

@@ -82,6 +82,19 @@ impl Stored {
         }
     }
 
+    /// The sum of the triples from `first` on, each times its weight: as [`sum`](Self::sum) of these, to the
+    /// bit.
+    #[inline]
+    pub fn sum_from(&self, first: usize, weights: &[f64]) -> Rgb {
+        let range = first..first + weights.len();
+        match self {
+            Self::U8 { steps, step } => run_of(&steps[range], f64::from, weights) * *step,
+            Self::F16(values) => run_of(&values[range], widened, weights),
+            Self::F32(values) => run_of(&values[range], f64::from, weights),
+            Self::F64(values) => run_of(&values[range], |x| x, weights),
+        }
+    }
+
     /// Bytes of a triple.
     #[inline]
     pub fn bytes_each(&self) -> u64 {
@@ -131,6 +144,25 @@ fn sum_of<T: Copy>(
         let triple = triples[index];
         for c in 0..3 {
             sum[c] += number(triple[c]) * weight;
+        }
+    }
+    Rgb(sum)
+}
+
+/// As [`sum_of`], of triples one after the other: these are widened together, several in one instruction.
+#[inline]
+fn run_of<T: Copy>(triples: &[[T; 3]], number: impl Fn(T) -> f64, weights: &[f64]) -> Rgb {
+    const TOGETHER: usize = 32;
+    let mut wide = [0.0; 3 * TOGETHER];
+    let mut sum = [0.0; 3];
+    for (triples, weights) in triples.chunks(TOGETHER).zip(weights.chunks(TOGETHER)) {
+        for (wide, x) in wide.iter_mut().zip(triples.as_flattened()) {
+            *wide = number(*x);
+        }
+        for (triple, weight) in wide.chunks_exact(3).zip(weights) {
+            for c in 0..3 {
+                sum[c] += triple[c] * weight;
+            }
         }
     }
     Rgb(sum)

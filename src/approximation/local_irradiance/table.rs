@@ -205,8 +205,7 @@ impl Layout {
         let mut sum = Rgb::BLACK;
         for (layer, weight) in [(inner, 1.0 - part), (outer, part)] {
             if weight > 0.0 {
-                let row = harmonics[..number].iter().copied();
-                sum += stored.sum((layer * number..).zip(row)) * weight;
+                sum += stored.sum_from(layer * number, &harmonics[..number]) * weight;
                 count(work, number, stored);
             }
         }
