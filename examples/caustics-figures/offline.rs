@@ -1,5 +1,7 @@
 //! The paper's Fig. 3: its best settings beside a path tracer's picture.
 
+use std::time::Instant;
+
 use nephroid::internals::method::Method;
 use nephroid::internals::metric::{Figure, LayerComparison};
 use nephroid::internals::mitsuba;
@@ -108,19 +110,31 @@ pub fn offline(judge: &mut Judge) -> Vec<String> {
 
 /// A path tracer's error on the camera.
 pub fn paths() -> Vec<String> {
-    let lines = OBJECTS.iter().map(|object| {
+    let mut lines = Vec::new();
+    for object in &OBJECTS {
         let scene = with_lamp(object);
+        let clock = Instant::now();
         let truth = of_view("full", &scene, TRUTH);
+        eprintln!(
+            "{}: full {:.1} s",
+            object.row(),
+            clock.elapsed().as_secs_f64()
+        );
         let mut cells = vec![object.row()];
         for samples in [SAMPLES / 8, SAMPLES] {
+            let clock = Instant::now();
             let found = of_view("path", &scene, samples);
+            eprintln!(
+                "{}: path {samples} {:.1} s",
+                object.row(),
+                clock.elapsed().as_secs_f64()
+            );
             let found = compared(&scene, sensor(&scene, "view"), &truth, &found);
             cells.extend(shown_to_eyes(&found));
             cells.push(shown(&found.fidelity, Figure::L1));
         }
-        cells
-    });
-    let lines: Vec<_> = lines.collect();
+        lines.push(cells);
+    }
     vec![table(
         &[
             "scene",
