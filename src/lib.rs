@@ -33,6 +33,8 @@
 //! | name a method and its settings | [`Method::new`], [`Method::with`]; [`Method::names`] lists all |
 //! | know the cost beforehand | [`Method::supports`], [`Method::cost`] |
 //! | measure | [`Method::run`] |
+//! | make frames of an animation | [`Method::frames`] |
+//! | ask a pilot for better settings | [`Method::advice`] |
 //! | stop at an error, a time or an amount of work | [`Budget`] |
 //! | show progress, stop early, limit threads or memory | [`Context`], [`Progress`] |
 //! | read values | [`Estimate::total`] and [`Estimate::layers`], each a [`Layer`] |
@@ -107,7 +109,7 @@ use std::path::Path;
 pub use film::exr::{ExrReadError, ExrWriteError, read as read_exr};
 pub use film::{Channel, Image};
 pub use geometry::TraversalCounters;
-pub use method::{Choice, Method, StageSetting};
+pub use method::{Choice, Method, Sequence, StageSetting};
 pub use metric::difference::{Difference, Percentile, WorstTexel};
 pub use metric::equivalence::{Equivalence, MeanEquivalence, TexelEquivalence};
 pub use metric::fidelity::{Bounded, Displacement, Fidelity, Resolution, ScaleError};

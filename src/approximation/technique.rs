@@ -72,6 +72,27 @@ pub trait Technique: Sync {
         )))
     }
 
+    /// What a few photons say of the settings, a line each: what they lose in this scene, and what would do
+    /// better. Empty if the technique has no such pilot.
+    ///
+    /// # Errors
+    ///
+    /// As [`supports`](Self::supports).
+    fn advice(
+        &self,
+        _scene: &Scene,
+        _sensor: &Sensor,
+        _values: &Values,
+    ) -> Result<Vec<String>, Error> {
+        Ok(Vec::new())
+    }
+
+    /// True if a frame of an animation may use what is left of those before it. Otherwise each frame is
+    /// prepared anew, as if it were the only one.
+    fn keeps_frames(&self, _values: &Values) -> bool {
+        false
+    }
+
     /// Makes everything that outlives a frame: tables, trees, buffers of what does not change.
     ///
     /// # Errors

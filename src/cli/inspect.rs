@@ -4,9 +4,10 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::args::InspectArgs;
+use super::args::{InspectArgs, SettingArgs};
 use super::outcome::Outcome;
 use super::render::load;
+use super::sensor::{choose_camera, choose_sensor};
 use crate::geometry::{MeshDiagnostics, Shape};
 use crate::method::Method;
 use crate::run::Cost;
@@ -25,6 +26,68 @@ struct Inspection<'a> {
     ignored: &'a [Ignored],
     warnings: &'a [Warning],
     memory_bytes: usize,
+    /// Of the method that was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    advice: Option<Advice>,
+}
+
+/// What a pilot says of a method's settings.
+#[derive(Serialize)]
+struct Advice {
+    method: &'static str,
+    sensor: String,
+    cost: Cost,
+    lines: Vec<String>,
+}
+
+impl Advice {
+    /// The advice for the method and the sensor that are asked for.
+    fn of(args: &InspectArgs, scene: &Scene) -> anyhow::Result<Option<Self>> {
+        let Some(name) = args.method.as_deref() else {
+            return Ok(None);
+        };
+        let method = Method::new(name, &SettingArgs::default().and(&args.set)?)?;
+        let id = args.sensor.as_deref();
+        let meter = choose_sensor(scene, id);
+        let sensor = if id.is_some() {
+            meter?
+        } else {
+            meter.or_else(|_| choose_camera(scene, None))?
+        };
+        method.supports(scene, sensor)?;
+        Ok(Some(Self {
+            method: method.name(),
+            sensor: sensor.id.clone(),
+            cost: method.cost(scene, sensor),
+            lines: method.advice(scene, sensor)?,
+        }))
+    }
+
+    fn print(&self) {
+        say!(
+            "\n{} on sensor {}: {}",
+            self.method,
+            self.sensor,
+            told(&self.cost)
+        );
+        for line in &self.lines {
+            say!("  {line}");
+        }
+        if self.lines.is_empty() {
+            say!("  no pilot: this method gives no advice");
+        }
+    }
+}
+
+/// Memory and work in a line.
+fn told(cost: &Cost) -> String {
+    let work = cost.work.iter();
+    let work = work.map(|one| format!(", {} {}", one.count, one.name));
+    format!(
+        "up to {} MB of memory{}",
+        cost.bytes.div_ceil(1_000_000),
+        work.collect::<String>()
+    )
 }
 
 #[derive(Serialize)]
@@ -86,10 +149,11 @@ struct SensorLine<'a> {
 ///
 /// # Errors
 ///
-/// If the scene cannot be read.
+/// If the scene cannot be read, or the method that is asked for cannot work on it.
 pub fn inspect(args: &InspectArgs) -> anyhow::Result<Outcome> {
     let scene = load(&args.scene)?;
-    let inspection = Inspection::of(&scene);
+    let mut inspection = Inspection::of(&scene);
+    inspection.advice = Advice::of(args, &scene)?;
     if args.json {
         say!("{}", serde_json::to_string_pretty(&inspection)?);
     } else {
@@ -165,6 +229,7 @@ impl<'a> Inspection<'a> {
             ignored: scene.ignored(),
             warnings: scene.warnings(),
             memory_bytes: scene.world().memory_bytes(),
+            advice: None,
         }
     }
 
@@ -208,13 +273,7 @@ impl<'a> Inspection<'a> {
                 say!("    suited by {method}: {reason}");
             }
             for (method, cost) in &sensor.costs {
-                let work = cost.work.iter();
-                let work = work.map(|one| format!(", {} {}", one.count, one.name));
-                say!(
-                    "    {method}: up to {} MB of memory{}",
-                    cost.bytes.div_ceil(1_000_000),
-                    work.collect::<String>()
-                );
+                say!("    {method}: {}", told(cost));
             }
         }
         say!("\nrequires modelled");
@@ -237,6 +296,9 @@ impl<'a> Inspection<'a> {
             for warning in self.warnings {
                 say!("  {warning}");
             }
+        }
+        if let Some(advice) = &self.advice {
+            advice.print();
         }
     }
 }

@@ -16,6 +16,7 @@ macro_rules! say {
 pub mod args;
 pub mod attribute;
 pub mod compare;
+pub mod frames;
 pub mod generate;
 pub mod inspect;
 pub mod ledger;

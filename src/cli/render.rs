@@ -8,6 +8,7 @@ use std::time::Instant;
 use anyhow::Context as _;
 
 use super::args::{RenderArgs, SceneArgs};
+use super::frames;
 use super::outcome::Outcome;
 use super::output;
 use super::progress;
@@ -22,6 +23,7 @@ use crate::reference::photons::shard::Part;
 use crate::run::{Budget, Context};
 use crate::scene::{Scene, Sensor};
 use crate::setting::{Given, SettingError};
+use crate::study::file;
 
 /// Runs the command.
 ///
@@ -33,23 +35,14 @@ pub fn render(args: &RenderArgs) -> anyhow::Result<Outcome> {
     set_threads(args.threads)?;
     let context = args.cache.context();
     progress::stop_on_interrupt(&context.progress)?;
-    let scene = load(&args.scene)?;
-    let name = args.method.as_deref();
-    // Settings of another method are better known before the scene is looked at.
-    let is_of_cameras = match name {
-        Some(name) => Method::new(name, &Given::new())?.is_of_cameras(),
-        None => false,
-    };
-    let sensor = if is_of_cameras {
-        choose_camera(&scene, args.sensor.as_deref())?
-    } else {
-        choose_sensor(&scene, args.sensor.as_deref())?
-    };
-    let given = args.settings.and(&args.set)?;
-    let (method, notice) =
-        choose(args, &given, &scene, sensor).map_err(|error| args.settings.retold(error))?;
-    method.check_memory(&scene, sensor, &context)?;
     let extension = if args.shard.is_some() { "shard" } else { "exr" };
+    let frames = file::frames(&args.frames)?;
+    if !frames.is_empty() {
+        return frames::render(args, &frames, extension, &context);
+    }
+    let scene = load(&args.scene)?;
+    let (sensor, method, notice) = choose(args, &scene)?;
+    method.check_memory(&scene, sensor, &context)?;
     let path = output::output_path(args.output.as_deref(), scene.path(), extension)?;
     if let Some(notice) = notice {
         eprintln!("note: {notice}");
@@ -76,9 +69,35 @@ pub fn render(args: &RenderArgs) -> anyhow::Result<Outcome> {
     })
 }
 
+/// The sensor and the method asked for, or those that suit the scene, with a notice if the method is not what
+/// one would expect.
+///
+/// # Errors
+///
+/// For a sensor, a method or a setting that does not exist.
+pub(super) fn choose<'a>(
+    args: &RenderArgs,
+    scene: &'a Scene,
+) -> anyhow::Result<(&'a Sensor, Method, Option<String>)> {
+    // Settings of another method are better known before the scene is looked at.
+    let is_of_cameras = match args.method.as_deref() {
+        Some(name) => Method::new(name, &Given::new())?.is_of_cameras(),
+        None => false,
+    };
+    let sensor = if is_of_cameras {
+        choose_camera(scene, args.sensor.as_deref())?
+    } else {
+        choose_sensor(scene, args.sensor.as_deref())?
+    };
+    let given = args.settings.and(&args.set)?;
+    let (method, notice) =
+        choose_method(args, &given, scene, sensor).map_err(|error| args.settings.retold(error))?;
+    Ok((sensor, method, notice))
+}
+
 /// The method asked for, or the one that suits the scene and the settings, with a notice if it is not
 /// what one would expect.
-fn choose(
+fn choose_method(
     args: &RenderArgs,
     given: &Given,
     scene: &Scene,

@@ -3,7 +3,7 @@
 use super::reference::{Job, Reference};
 use super::references::REFERENCES;
 use super::technique;
-use crate::approximation::{Stage, TECHNIQUES, Technique};
+use crate::approximation::{Prepared, Stage, TECHNIQUES, Technique};
 use crate::run::{Cost, Error, Refusal, Rendering};
 use crate::scene::{Scene, Sensor};
 use crate::setting::{Setting, SettingError, Values};
@@ -102,10 +102,24 @@ impl Entry {
         }
     }
 
-    pub fn run(self, job: &Job) -> Result<Rendering, Error> {
+    /// What a pilot says of the settings; references have none.
+    pub fn advice(
+        self,
+        scene: &Scene,
+        sensor: &Sensor,
+        values: &Values,
+    ) -> Result<Vec<String>, Error> {
+        match self {
+            Self::Reference(_) => Ok(Vec::new()),
+            Self::Technique(one) => one.advice(scene, sensor, values),
+        }
+    }
+
+    /// Fills a sensor. Techniques may use what is left of the frames before, and leave that of this one.
+    pub fn run(self, job: &Job, left: &mut Option<Box<dyn Prepared>>) -> Result<Rendering, Error> {
         match self {
             Self::Reference(one) => one.run(job),
-            Self::Technique(one) => technique::run(one, job),
+            Self::Technique(one) => technique::run(one, job, left),
         }
     }
 }

@@ -9,6 +9,7 @@
 //! | [`mod@choose`] | the method that a scene allows best |
 //! | [`table`] | all methods with their settings, for help and flags |
 //! | `references/` | beams, photons, ...: one file each, of `reference.rs`' interface |
+//! | `sequence.rs` | frames of an animation, one after the other |
 //! | `tables.rs` | tables of a technique that outlive a frame, all of them |
 //! | `technique.rs` | any technique of [`approximation`](crate::approximation) |
 //! | `rows.rs` | rows that several tables share |
@@ -24,6 +25,7 @@ mod memory;
 mod reference;
 mod references;
 mod rows;
+mod sequence;
 pub mod shards;
 pub mod table;
 #[cfg(feature = "cli")]
@@ -34,13 +36,13 @@ mod warnings;
 use std::collections::BTreeMap;
 use std::fmt;
 
-use crate::run::{Budget, Context, Cost, Counter, Error, Refusal, Rendering};
+use crate::run::{Budget, Context, Cost, Error, Refusal, Rendering};
 use crate::scene::{Scene, Sensor};
 use crate::setting::{SettingError, Values};
 
 pub use choose::Choice;
 use entry::Entry;
-use reference::Job;
+pub use sequence::Sequence;
 
 /// A method with its settings.
 ///
@@ -379,6 +381,28 @@ impl Method {
         self.entry.cost(scene, sensor, &self.values)
     }
 
+    /// What a pilot of a few photons says of the settings in a scene, a line each; empty for methods without
+    /// one.
+    ///
+    /// # Errors
+    ///
+    /// If the method cannot work on the scene or the sensor.
+    ///
+    /// # Example: the light that two surfaces a slab lose
+    ///
+    /// ```
+    /// # let scene = nephroid::load("scenes/glass-ball.xml".as_ref(), &[("size", "8")])?;
+    /// # let sensor = &scene.sensors()[0];
+    /// let volume = nephroid::Method::new("caustics-volume", &Default::default())?;
+    /// let advice = volume.advice(&scene, sensor)?;
+    /// assert!(advice[0].contains("photons"), "{advice:?}");
+    /// assert!(nephroid::Method::new("photons", &Default::default())?.advice(&scene, sensor)?.is_empty());
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn advice(&self, scene: &Scene, sensor: &Sensor) -> Result<Vec<String>, Error> {
+        self.entry.advice(scene, sensor, &self.values)
+    }
+
     /// Refuses films that no file or not the free memory can hold.
     ///
     /// # Errors
@@ -444,31 +468,7 @@ impl Method {
         budget: &Budget,
         context: &Context,
     ) -> Result<Rendering, Error> {
-        if self.is_of_cameras() && !sensor.is_camera() {
-            self.supports(scene, sensor)?;
-        }
-        self.check_memory(scene, sensor, context)?;
-        let budget = budget.or(self.budget());
-        self.check_bar(&budget)?;
-        let job = Job {
-            scene,
-            sensor,
-            values: &self.values,
-            budget: &budget,
-            context,
-        };
-        let mut rendering = context.install(|| self.entry.run(&job))?;
-        if rendering.counters.is_empty() {
-            let estimate = &rendering.estimate;
-            let counters = &estimate.counters;
-            rendering.counters = vec![
-                Counter::new("rays", counters.rays),
-                Counter::new("node visits", counters.node_visits),
-                Counter::new("primitive tests", counters.primitive_tests),
-                Counter::new(rendering.unit, estimate.paths),
-            ];
-        }
-        Ok(self.described(rendering, sensor))
+        self.frames().frame(scene, sensor, budget, context)
     }
 
     /// A rendering whose files say by what method, with which settings and on what sensor they were made.

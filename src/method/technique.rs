@@ -3,19 +3,41 @@
 use std::time::Duration;
 
 use super::reference::Job;
-use crate::approximation::Technique;
+use crate::approximation::{Prepared, Technique};
 use crate::geometry::TraversalCounters;
 use crate::radiometry::Rgb;
 use crate::run::format::number;
 use crate::run::{Error, Estimate, FluxEntry, Layer, LayerName, Light, Quantity, Rendering};
 use crate::transport::ledger::Ledger;
 
-/// Prepares a technique and makes one frame.
-pub(super) fn run(technique: &dyn Technique, job: &Job) -> Result<Rendering, Error> {
+/// Makes one frame. It uses what is left of the frames before it, if there is any, and leaves that of its own.
+pub(super) fn run(
+    technique: &dyn Technique,
+    job: &Job,
+    left: &mut Option<Box<dyn Prepared>>,
+) -> Result<Rendering, Error> {
     let (scene, sensor) = (job.scene, job.sensor);
     let light = technique.light(scene, job.values)?;
-    let mut prepared = technique.prepare(scene, sensor, job.values, job.context)?;
+    // Whatever fails leaves nothing.
+    let kept = left.take();
+    let is_first = kept.is_none();
+    let mut prepared = match kept {
+        Some(kept) => {
+            technique.supports(scene, sensor, job.values)?;
+            kept
+        }
+        None => technique.prepare(scene, sensor, job.values, job.context)?,
+    };
     let frame = prepared.frame(scene, sensor, job.context)?;
+    // The preparation is work of the first frame.
+    let preparation = if is_first {
+        prepared.work().to_vec()
+    } else {
+        Vec::new()
+    };
+    if technique.keeps_frames(job.values) {
+        *left = Some(prepared);
+    }
     let seconds: f64 = frame.work.iter().map(|stage| stage.seconds).sum();
     let quantity = if sensor.is_camera() {
         Quantity::Radiance
@@ -53,7 +75,7 @@ pub(super) fn run(technique: &dyn Technique, job: &Job) -> Result<Rendering, Err
         warnings: frame.warnings,
         unit: technique.unit(),
         counters: frame.counters.list(),
-        preparation: prepared.work().to_vec(),
+        preparation,
         frame_time: Some(Duration::from_secs_f64(seconds)),
         ..Rendering::new(estimate).reporting("work", work)
     }

@@ -349,6 +349,7 @@ mod tests {
             name: "photons".to_owned(),
             method: Method::new("photons", &given).unwrap(),
             given,
+            is_default: false,
         }
     }
 

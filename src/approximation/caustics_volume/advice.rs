@@ -215,6 +215,47 @@ impl<'a> Pilot<'a> {
         Face::ALL.map(|face| self.share(Self::flux(&self.traced, |end| end.face == Some(face))))
     }
 
+    /// All that the pilot knows: lost and false light by numbers of slabs, and the faces by which light leaves.
+    pub fn account(&self) -> Vec<String> {
+        let percent = |share: f64| format!("{:.2} %", 100.0 * share);
+        let all = Self::flux(&self.traced, |_| true);
+        if all <= 0.0 {
+            return vec![format!(
+                "none of {} photons of the pilot meets what mirrors or refracts",
+                self.photons()
+            )];
+        }
+        let mut said = vec![format!(
+            "by {} photons of the pilot; shares are of the light that meets what mirrors or refracts",
+            self.photons()
+        )];
+        // With all surfaces nothing hangs on their number.
+        if self.settings.layers != Layers::Exact {
+            said.extend((1..=SLABS).map(|slabs| {
+                let shares = self.slabs(slabs);
+                format!(
+                    "slabs={slabs}: two surfaces a slab lose {} and make {} that is not there",
+                    percent(shares.lost),
+                    percent(shares.false_light)
+                )
+            }));
+        }
+        let faces = self.faces();
+        let mut parts: Vec<String> = Face::ALL
+            .into_iter()
+            .zip(faces)
+            .map(|(face, share)| {
+                let role = if face == Face::Entry { " (entry)" } else { "" };
+                format!("{}{role} {}", self.volume.cuboid.name(face), percent(share))
+            })
+            .collect();
+        // Rounding alone makes it negative.
+        let inside = (1.0 - faces.iter().sum::<f64>()).max(0.0);
+        parts.push(format!("lands inside {}", percent(inside)));
+        said.push(format!("light leaves by {}", parts.join(", ")));
+        said
+    }
+
     /// What the settings have wrong by more than 1 % of the light, in a sentence each, with what would do
     /// better.
     pub fn advice(&self) -> Vec<String> {

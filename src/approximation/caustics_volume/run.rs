@@ -34,7 +34,7 @@ use crate::transport::chain_limits;
 /// What outlives a frame.
 #[derive(Debug)]
 pub struct Kept {
-    /// The volume: it stays as long as all that mirrors or refracts is in it.
+    /// The volume: of frames that trail behind it stays as long as all that mirrors or refracts is in it.
     volume: Volume,
     /// The last frame, if frames are made anew in part.
     last: Option<Last>,
@@ -82,7 +82,11 @@ pub fn run(
 ) -> Result<Frame, Error> {
     let film = SensorFilm::new(scene, sensor)?;
     let fresh = Volume::new(scene, settings)?;
-    let held = fresh.within(scene, settings, &kept.volume.cuboid);
+    // Frames that trail behind need a box that lasts. All others have the bits of a frame by itself.
+    let is_same = fresh.cuboid == kept.volume.cuboid;
+    let held = fresh
+        .within(scene, settings, &kept.volume.cuboid)
+        .filter(|_| is_same || settings.trails());
     let is_held = held.is_some();
     let volume = held.unwrap_or(fresh);
     let last = kept.last.take().filter(|_| is_held);

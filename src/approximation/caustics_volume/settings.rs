@@ -128,3 +128,10 @@ settings! {
     amortise: u32 = "amortise", Kind::Whole(0, 65), Value "0", "passes",
         "Passes that each frame of an animation makes; 0 is all", Values::whole;
 }
+
+impl Settings {
+    /// True if a frame shows light of the frames before it.
+    pub fn trails(&self) -> bool {
+        self.shares > 1 || self.amortise > 0
+    }
+}

@@ -134,6 +134,25 @@ impl Technique for CausticsVolume {
         }
     }
 
+    fn advice(
+        &self,
+        scene: &Scene,
+        sensor: &Sensor,
+        values: &Values,
+    ) -> Result<Vec<String>, Error> {
+        self.supports(scene, sensor, values)?;
+        let settings = Settings::of(values)?;
+        let volume = Volume::new(scene, &settings)?;
+        let pilot = Pilot::new(scene, &settings, &volume);
+        let mut said = pilot.account();
+        said.extend(pilot.advice());
+        Ok(said)
+    }
+
+    fn keeps_frames(&self, values: &Values) -> bool {
+        Settings::of(values).is_ok_and(|it| it.update == Update::Changed || it.trails())
+    }
+
     fn prepare(
         &self,
         scene: &Scene,

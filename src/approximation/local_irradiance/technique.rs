@@ -93,6 +93,10 @@ impl Technique for LocalIrradiance {
         ))
     }
 
+    fn keeps_frames(&self, _values: &Values) -> bool {
+        true
+    }
+
     fn prepare(
         &self,
         scene: &Scene,

@@ -72,6 +72,18 @@ pub struct InspectArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
 
+    /// Print what this method costs, and what a pilot of a few photons advises
+    #[arg(long, value_name = "NAME")]
+    pub method: Option<String>,
+
+    /// Change a setting of the method, e.g. slabs=2; `nephroid methods NAME` lists all
+    #[arg(long, value_name = "KEY=VALUE", value_parser = parse::parse_define, requires = "method")]
+    pub set: Vec<(String, String)>,
+
+    /// The sensor of the advice, by id [default: the first irradiancemeter, else the first camera]
+    #[arg(long, value_name = "ID", requires = "method")]
+    pub sensor: Option<String>,
+
     /// Print as JSON
     #[arg(long)]
     pub json: bool,

@@ -46,6 +46,11 @@ pub struct RenderArgs {
     #[arg(long, value_name = "K/N", value_parser = parse_shard)]
     pub shard: Option<Shard>,
 
+    /// Make an image for each frame of an animation: parameters of the scene, as `poses` of study.toml have
+    /// them, e.g. "lift = { from = 0, to = 1, count = 30 }"; given again, more frames follow
+    #[arg(long, value_name = "PARAMETERS", conflicts_with = "shard")]
+    pub frames: Vec<String>,
+
     /// Print the summary as JSON
     #[arg(long)]
     pub json: bool,

@@ -86,7 +86,7 @@ impl Command<'_> {
                 Filled::Stopped => return Ok((work.stopped(), None)),
             }
         }
-        let rows = films.iter().map(SensorFilms::count).sum::<usize>();
+        let rows: usize = films.iter().map(|one| one.judged.len()).sum();
         let (mut report, timings) = report::build(&session, &films, &mut |i, label| {
             eprintln!("judging {} of {rows}: {label}", i + 1);
         })?;
@@ -144,6 +144,7 @@ impl<'a> Work<'a> {
             plan,
             truth: truth.stored,
             judged: Vec::new(),
+            same: Vec::new(),
             stages: Vec::new(),
         };
         for run in &plan.runs {
@@ -170,7 +171,7 @@ impl<'a> Work<'a> {
             }
             films.stages.extend(found.map(|found| (run, found.found)));
         }
-        Ok(Filled::All(Box::new(films)))
+        Ok(Filled::All(Box::new(films.distinct())))
     }
 
     fn is_time_over(&self) -> bool {

@@ -11,3 +11,4 @@ mod table;
 pub use error::FileError;
 pub use study_file::{StudyCandidate, StudyFile};
 pub use study_method::StudyMethod;
+pub use sweep::frames;

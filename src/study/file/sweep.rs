@@ -1,8 +1,12 @@
 //! Given to sweep: one value, a list of values, or a range.
 
+use std::path::Path;
+
+use toml::de::DeTable;
+
 use super::error::FileError;
 use super::study_method::StudyMethod;
-use super::table::{TomlNode, TomlTable};
+use super::table::{Text, TomlNode, TomlTable};
 use crate::method::Method;
 use crate::setting::Given;
 
@@ -22,8 +26,8 @@ pub fn values(node: &TomlNode) -> Result<Vec<String>, FileError> {
 
 const RANGE: &str = "a range";
 
-/// The values of `{ from = 1000, to = 64000, times = 4 }` or `{ from = 1, to = 9, step = 2 }`, both ends
-/// included.
+/// The values of `{ from = 1000, to = 64000, times = 4 }`, `{ from = 1, to = 9, step = 2 }` or
+/// `{ from = 0, to = 1, count = 30 }`, both ends included.
 fn range(node: &TomlNode, mut table: TomlTable) -> Result<Vec<String>, FileError> {
     let mut number = |key| {
         let number = table.take(key).map(|node| node.parsed(finite, "numbers"));
@@ -31,13 +35,33 @@ fn range(node: &TomlNode, mut table: TomlTable) -> Result<Vec<String>, FileError
     };
     let (from, to) = (number("from")?, number("to")?);
     let (times, step) = (number("times")?, number("step")?);
+    let count = table.take("count");
+    let count = count.map(|node| {
+        let parse = |text: &str| text.parse().ok().filter(|n| (2..=MOST).contains(n));
+        node.parsed(parse, &format!("whole numbers 2..={MOST}"))
+    });
+    let count: Option<usize> = count.transpose()?;
     table.finish()?;
     let (Some(from), Some(to)) = (from, to) else {
         return Err(node.error(format!(
-            "{}: a range needs \"from\" and \"to\", and \"times\" or \"step\"",
+            "{}: a range needs \"from\" and \"to\", and one of \"times\", \"step\" or \"count\"",
             node.key()
         )));
     };
+    if let Some(count) = count {
+        if times.is_some() || step.is_some() {
+            return Err(node.error(format!(
+                "{}: a range has one of \"times\", \"step\" or \"count\"",
+                node.key()
+            )));
+        }
+        let last = (count - 1) as f64;
+        // Each end is itself, without rounding.
+        let value = |i: usize| (from * (last - i as f64) + to * i as f64) / last;
+        let inner = (1..count - 1).map(value);
+        let all = [from].into_iter().chain(inner).chain([to]);
+        return Ok(all.map(|value| value.to_string()).collect());
+    }
     let value = |i: i32| match (times, step) {
         (Some(times), None) if times > 1.0 && from > 0.0 => Some(from * times.powi(i)),
         (None, Some(step)) if step > 0.0 => Some(from + step * f64::from(i)),
@@ -114,6 +138,36 @@ pub fn poses(node: &TomlNode) -> Result<Vec<Given>, FileError> {
     }
     if all.len() > MOST {
         return Err(node.error(format!("more than {MOST} poses")));
+    }
+    Ok(all)
+}
+
+/// Frames of an animation, one text after the other: each has parameters of the scene as a study's `poses`
+/// have them, without the braces.
+///
+/// # Errors
+///
+/// If a text is no table of such parameters, with its place.
+pub fn frames(texts: &[String]) -> Result<Vec<Given>, FileError> {
+    let mut all = Vec::new();
+    for contents in texts {
+        let path = Path::new("--frames");
+        let text = Text { path, contents };
+        let document = DeTable::parse(contents).map_err(|error| {
+            let at = error.span().unwrap_or(0..0);
+            text.error(&at, error.message())
+        })?;
+        let table = TomlTable::new(text, "--frames", 0..0, document.get_ref());
+        all.extend(products(&table, "frames", |_, _| Ok(()))?);
+        if all.iter().any(Given::is_empty) || all.len() > MOST {
+            return Err(text.error(
+                &(0..0),
+                format!(
+                    "frames have parameters of the scene, \"lift = {{ from = 0, to = 1, count = 30 }}\", and there \
+                     are up to {MOST} frames"
+                ),
+            ));
+        }
     }
     Ok(all)
 }

@@ -12,6 +12,8 @@ pub struct StudyRun {
     pub method: Method,
     /// The settings that are not the method's defaults, as text.
     pub given: Given,
+    /// True if nobody named it: it is of the scene's default study.
+    pub is_default: bool,
 }
 
 impl StudyRun {

@@ -51,6 +51,7 @@ impl SensorPlan {
                 methods.push(method.clone());
             }
         }
+        let named = methods.len();
         if file.is_default || is_empty {
             methods.extend(default.methods);
         }
@@ -72,8 +73,12 @@ impl SensorPlan {
         let truth = runs(&seeded(truth, file.seed.wrapping_add(TRUTH_SEED)), sensor)?;
         let mut all = Vec::new();
         let mut attributed = Vec::new();
-        for method in &methods {
-            all.extend(runs(&seeded(method, file.seed), sensor)?);
+        for (place, method) in methods.iter().enumerate() {
+            let mut made = runs(&seeded(method, file.seed), sensor)?;
+            for run in &mut made {
+                run.is_default = place >= named;
+            }
+            all.extend(made);
             attributed.extend(shared_run(method)?);
         }
         let candidates = sensors::candidates(file, sensor);
@@ -135,6 +140,7 @@ fn runs(method: &StudyMethod, sensor: &Sensor) -> Result<Vec<StudyRun>, PlanErro
             name: method.name.clone(),
             method: made,
             given: given.clone(),
+            is_default: false,
         })
         .collect())
 }
@@ -152,6 +158,7 @@ fn shared_run(method: &StudyMethod) -> Result<Option<StudyRun>, SettingError> {
         name: method.name.clone(),
         method: Method::new(&method.method, &shared)?,
         given: shared,
+        is_default: false,
     };
     Ok((!run.method.stages().is_empty()).then_some(run))
 }

@@ -41,6 +41,55 @@ pub(super) fn answers(rows: &[ReportRow], curves: &[Curve], stages: &[StageError
     curves.iter().filter_map(answer).collect()
 }
 
+/// A sentence for each curve on runs that are no rows, since the truth cannot tell their error from its own.
+pub(super) fn left_out(
+    rows: &[ReportRow],
+    unknown: &[usize],
+    truth: &str,
+) -> Vec<(String, String)> {
+    let mut said: Vec<(String, String)> = Vec::new();
+    for place in unknown {
+        let name = &rows[*place].name;
+        if said.iter().any(|(known, _)| known == name) {
+            continue;
+        }
+        let own = unknown.iter().map(|place| &rows[*place]);
+        let own: Vec<&ReportRow> = own.filter(|row| row.name == *name).collect();
+        let labels = own
+            .iter()
+            .flat_map(|row| std::iter::once(&row.label).chain(&row.same));
+        let labels: Vec<&str> = labels.map(String::as_str).collect();
+        let largest = |of: fn(&ReportRow) -> Option<f64>| {
+            own.iter().filter_map(|row| of(row)).reduce(f64::max)
+        };
+        said.push((
+            name.clone(),
+            format!(
+                "No {}: {}. The truth ({truth}) cannot tell an L1 of {} from its own error, {}.",
+                if labels.len() == 1 { "row" } else { "rows" },
+                labels.join(", "),
+                percent(largest(|row| row.error)),
+                percent(largest(|row| row.truth_error)),
+            ),
+        ));
+    }
+    said
+}
+
+/// Answers, with a sentence more for curves that lack rows.
+pub(super) fn with_left_out(mut answers: Vec<Answer>, said: Vec<(String, String)>) -> Vec<Answer> {
+    for (name, sentence) in said {
+        match answers.iter_mut().find(|answer| answer.name == name) {
+            Some(answer) => answer.sentences.push(sentence),
+            None => answers.push(Answer {
+                name,
+                sentences: vec![sentence],
+            }),
+        }
+    }
+    answers
+}
+
 /// Energy, displacement, misplaced light and resolution of the best row.
 fn how_wrong(best: &ReportRow, is_best_of_several: bool) -> String {
     let at_best = if is_best_of_several {

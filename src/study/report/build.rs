@@ -12,13 +12,13 @@ use super::super::plan::{SensorPlan, StudyRun};
 use super::super::session::Session;
 use super::super::store::StoredRun;
 use super::super::{StudyError, truth};
-use super::answers::{answers, half_in};
+use super::answers::{answers, half_in, left_out, with_left_out};
 use super::figures::{
     Curve, ReportRow, RunTiming, SensorFigures, SensorTimings, StageErrors, StudyFigures,
     StudyReport, Timings, TruthFigures,
 };
 use super::picture::picture;
-use super::trade::{curves, front, gates, mark_pareto, orders_in_seconds};
+use super::trade::{curves, front, gates, mark_pareto, orders_in_seconds, unknown};
 use crate::film::{Image, exr};
 use crate::metric::{self, CompareImage, LayerComparison};
 use crate::run::LayerName;
@@ -48,6 +48,9 @@ pub struct SensorFilms<'a> {
     pub truth: StoredRun,
     /// Runs and candidates.
     pub judged: Vec<JudgedFilm<'a>>,
+    /// Labels of runs that are not judged, since their film is that of another one of their curve, each with
+    /// that film's place.
+    pub same: Vec<(usize, String)>,
     /// Approximations whose error is attributed to their stages, or the reason why it is not.
     pub stages: Vec<(&'a StudyRun, Result<Attribution, String>)>,
 }
@@ -110,8 +113,6 @@ fn sensor_figures(
     next: &mut dyn FnMut(&str),
 ) -> Result<(SensorFigures, SensorTimings), StudyError> {
     let plan = films.plan;
-    let (films, same) = films.distinct();
-    let films = &films;
     let sensor = session.sensor(plan)?;
     let mut truth = film(session, &films.truth.exr)?;
     if films.is_specular_judged() {
@@ -122,12 +123,22 @@ fn sensor_figures(
         next(&one.label());
         rows.push(row(session, films, &truth, one)?);
     }
-    for (kept, label) in same {
-        rows[kept].same.push(label);
+    for (kept, label) in &films.same {
+        rows[*kept].same.push(label.clone());
     }
+    // A limit is on all runs, whether they are rows or not.
+    let gates = gates(&plan.max_error, &rows);
+    let is_default = |row: usize| films.judged[row].is_default();
+    let unknown = unknown(&rows, is_default);
+    let mut judged: Vec<&JudgedFilm> = films.judged.iter().collect();
+    let without = left_out(&rows, &unknown, &plan.truth.label_without_seed());
+    let mut place = 0..;
+    rows.retain(|_| place.next().is_some_and(|row| !unknown.contains(&row)));
+    let mut place = 0..;
+    judged.retain(|_| place.next().is_some_and(|row| !unknown.contains(&row)));
     mark_pareto(&mut rows);
     let curves = curves(&rows);
-    let timings = timings(films, &rows, &curves);
+    let timings = timings(films, &judged, &rows, &curves);
     let stages: Vec<StageErrors> = films
         .stages
         .iter()
@@ -146,7 +157,7 @@ fn sensor_figures(
         size: [truth.image.width, truth.image.height],
         quantity,
         unit: quantity.unit(),
-        answers: answers(&rows, &curves, &stages),
+        answers: with_left_out(answers(&rows, &curves, &stages), without),
         truth: TruthFigures {
             method: plan.truth.method.name().to_owned(),
             settings: plan.truth.given.clone(),
@@ -155,7 +166,7 @@ fn sensor_figures(
             command: command(session, plan, &plan.truth, &truth.name),
             facts: films.truth.facts.clone(),
         },
-        gates: gates(&plan.max_error, &rows),
+        gates,
         curves,
         stages,
         rows,
@@ -195,32 +206,22 @@ fn quantity(image: &Image) -> crate::run::Quantity {
 
 impl SensorFilms<'_> {
     /// The films without those of a curve's runs that are what an earlier one is, to the last bit: a setting
-    /// that asks for less than the coarsest run gives changes nothing. Also their labels, each with the place
-    /// of the film that stays.
-    fn distinct(&self) -> (Self, Vec<(usize, String)>) {
-        let mut distinct = Self {
-            judged: Vec::new(),
-            ..self.clone()
-        };
-        let mut same = Vec::new();
-        for one in &self.judged {
-            let earlier = distinct.judged.iter().position(|other| match (one, other) {
+    /// that asks for less than the coarsest run gives changes nothing.
+    #[must_use]
+    pub fn distinct(mut self) -> Self {
+        for one in std::mem::take(&mut self.judged) {
+            let earlier = self.judged.iter().position(|other| match (&one, other) {
                 (JudgedFilm::Run(run, film), JudgedFilm::Run(other, earlier)) => {
                     run.name == other.name && film.texels == earlier.texels
                 }
                 _ => false,
             });
             match earlier {
-                Some(place) => same.push((place, one.label())),
-                None => distinct.judged.push(one.clone()),
+                Some(place) => self.same.push((place, one.label())),
+                None => self.judged.push(one),
             }
         }
-        (distinct, same)
-    }
-
-    /// Number of films that are judged.
-    pub fn count(&self) -> usize {
-        self.distinct().0.judged.len()
+        self
     }
 
     /// True if a film is judged by all light by way of mirrors and glass, which the truth may not have as a
@@ -237,6 +238,11 @@ impl SensorFilms<'_> {
 }
 
 impl JudgedFilm<'_> {
+    /// True for a run that nobody named.
+    fn is_default(&self) -> bool {
+        matches!(self, Self::Run(run, _) if run.is_default)
+    }
+
     fn label(&self) -> String {
         match self {
             Self::Run(run, _) => run.label(),
@@ -355,7 +361,12 @@ fn quoted(word: &str) -> String {
     }
 }
 
-fn timings(films: &SensorFilms, rows: &[ReportRow], curves: &[Curve]) -> SensorTimings {
+fn timings(
+    films: &SensorFilms,
+    judged: &[&JudgedFilm],
+    rows: &[ReportRow],
+    curves: &[Curve],
+) -> SensorTimings {
     let of_run = |run: &StudyRun, stored: &StoredRun| RunTiming {
         label: run.label(),
         median: median(&stored.time.seconds),
@@ -364,8 +375,8 @@ fn timings(films: &SensorFilms, rows: &[ReportRow], curves: &[Curve]) -> SensorT
         machine: Some(stored.time.machine.clone()),
         pareto: false,
     };
-    let judged = films.judged.iter();
     let mut timed: Vec<RunTiming> = judged
+        .iter()
         .map(|one| match one {
             JudgedFilm::Run(run, stored) => of_run(run, stored),
             JudgedFilm::Candidate(candidate, _) => RunTiming {

@@ -31,4 +31,4 @@ pub use figures::{
 };
 pub use files::write;
 pub use poses::{Pose, PosesReport, parameters};
-pub use text::markdown;
+pub use text::{field, markdown};

@@ -87,7 +87,7 @@ fn number(value: Option<f64>) -> String {
 }
 
 /// A field as RFC 4180 has it.
-fn field(text: &str) -> String {
+pub fn field(text: &str) -> String {
     if text.contains([',', '"', '\n', '\r']) {
         format!("\"{}\"", text.replace('"', "\"\""))
     } else {

@@ -40,6 +40,20 @@ pub(super) fn mark_pareto(rows: &mut [ReportRow]) {
     }
 }
 
+/// The rows of the default study whose error the truth cannot tell from its own: no decision follows from
+/// them. Rows that somebody asked for stay, and all do if the truth can judge none.
+pub(super) fn unknown(rows: &[ReportRow], is_default: impl Fn(usize) -> bool) -> Vec<usize> {
+    if !rows.iter().any(|row| row.resolved) {
+        return Vec::new();
+    }
+    let is_unknown =
+        |row: &ReportRow| !row.resolved && row.error.is_some() && row.truth_error.is_some();
+    let rows = rows.iter().enumerate();
+    rows.filter(|(place, row)| is_default(*place) && is_unknown(row))
+        .map(|(place, _)| place)
+        .collect()
+}
+
 /// The rows that have a cost and an error, each with true if it is on the front. A front is among rows that
 /// are judged by the same light, since errors of one layer and of all light are not of one kind.
 pub(super) fn front(
@@ -269,6 +283,21 @@ mod tests {
         rows[1].resolved = false;
         assert_eq!(verdicts(&rows)[0].verdict, GateVerdict::Undecided);
         assert_eq!(verdicts(&[])[0].verdict, GateVerdict::Undecided);
+    }
+
+    #[test]
+    fn default_rows_that_the_truth_cannot_tell_are_left_out_unless_it_can_judge_none() {
+        let mut rows = vec![row(0.1), row(1e-4), row(1e-5)];
+        rows[1].resolved = false;
+        rows[2].resolved = false;
+        assert_eq!(unknown(&rows, |_| true), [1, 2]);
+        // Somebody asked for the last one.
+        assert_eq!(unknown(&rows, |place| place < 2), [1]);
+        // A truth without an error of its own has not judged.
+        rows[1].truth_error = None;
+        assert_eq!(unknown(&rows, |_| true), [2]);
+        rows[0].resolved = false;
+        assert!(unknown(&rows, |_| true).is_empty());
     }
 
     #[test]
