@@ -27,11 +27,13 @@ use crate::study::report::{field, parameters};
 #[derive(Serialize)]
 struct Frame {
     /// From 1.
-    frame: usize,
+    #[serde(rename = "frame")]
+    number: usize,
     /// Its parameters of the scene.
     define: Given,
     /// Time of the frame alone, without its preparation \[s\]; of methods that tell it.
-    frame_seconds: Option<f64>,
+    #[serde(rename = "frame_seconds")]
+    seconds: Option<f64>,
     /// Work of the frame.
     work: Vec<Counter>,
     #[serde(flatten)]
@@ -92,9 +94,9 @@ pub fn render(
                 .map(|file| file.display().to_string())
                 .collect();
             Ok(Some(Frame {
-                frame: index + 1,
+                number: index + 1,
                 define: define.clone(),
-                frame_seconds: rendering.frame_time.as_ref().map(Duration::as_secs_f64),
+                seconds: rendering.frame_time.as_ref().map(Duration::as_secs_f64),
                 work: rendering.counters.clone(),
                 summary,
             }))
@@ -164,7 +166,7 @@ fn line(frame: &Frame) -> String {
     );
     let work = frame.work.iter().filter(|one| one.count > 0);
     parts.extend(work.map(|one| format!("{} {}", one.count, one.name)));
-    parts.extend(frame.frame_seconds.map(|it| format!("{:.1} ms", 1e3 * it)));
+    parts.extend(frame.seconds.map(|it| format!("{:.1} ms", 1e3 * it)));
     parts.join(", ")
 }
 
@@ -200,7 +202,7 @@ fn csv(frames: &[Frame]) -> String {
     out.push('\n');
     for frame in frames {
         let summary = &frame.summary;
-        let mut cells = vec![frame.frame.to_string()];
+        let mut cells = vec![frame.number.to_string()];
         cells.extend(
             keys.iter()
                 .map(|key| field(frame.define.get(*key).map_or("", |it| it))),

@@ -2,6 +2,7 @@
 
 mod caustic_map;
 mod compare;
+mod frames;
 mod full;
 mod path;
 mod probe;

@@ -136,6 +136,10 @@ fn ranges_hold_both_ends() {
         ["10", "20", "30"]
     );
     assert_eq!(values("{ from = 5, to = 5, step = 1 }"), ["5"]);
+    assert_eq!(
+        values("{ from = 10, to = 40, count = 4 }"),
+        ["10", "20", "30", "40"]
+    );
 }
 
 #[test]

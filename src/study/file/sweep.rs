@@ -73,7 +73,8 @@ fn range(node: &TomlNode, mut table: TomlTable) -> Result<Vec<String>, FileError
     for i in 0.. {
         let value = value(i).ok_or_else(|| {
             node.error(format!(
-                "{}: a range goes by \"times\" above 1 from a number above 0, or by \"step\" above 0",
+                "{}: a range goes by \"times\" above 1 from a number above 0, by \"step\" above 0, or by \"count\" from \
+                 2 on",
                 node.key()
             ))
         })?;
