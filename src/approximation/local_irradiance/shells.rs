@@ -395,6 +395,18 @@ mod tests {
     }
 
     #[test]
+    fn a_cell_is_found_by_its_shell_and_triangle() {
+        for level in 0..4 {
+            let shells = Shells::new(level, vec![0.0, 1.0, 2.0, 3.0]);
+            for cell in 0..shells.count() as u32 {
+                let (layer, triangle) = shells.parts(cell);
+                assert!((triangle as usize) < shells.triangles());
+                assert_eq!(shells.index(layer, triangle), cell);
+            }
+        }
+    }
+
+    #[test]
     fn linear_shares_sum_to_one_and_give_a_middle_its_own() {
         let shells = Shells::new(3, vec![0.0, 1.0, 2.0, 3.0]);
         for cell in 0..shells.count() as u32 {

@@ -191,4 +191,25 @@ mod tests {
             }
         }
     }
+
+    #[test]
+    fn triples_that_follow_each_other_have_the_sum_of_single_ones_to_the_bit() {
+        let values: Vec<[f64; 3]> = (0..400)
+            .map(|k| std::array::from_fn(|c| (f64::from(k) * 0.37 + c as f64).sin() + 1.0))
+            .collect();
+        for storage in [Storage::U8, Storage::F16, Storage::F32, Storage::Exact] {
+            let (stored, _) = Stored::new(values.clone(), storage, 3.0);
+            // Around the number that is widened together, and none.
+            for count in [0, 1, 25, 31, 32, 33, 64, 225] {
+                let weights: Vec<f64> = (0..count).map(|k| f64::from(k) - 11.3).collect();
+                let single = stored.sum((7..).zip(weights.iter().copied()));
+                let run = stored.sum_from(7, &weights);
+                assert_eq!(
+                    run.0.map(f64::to_bits),
+                    single.0.map(f64::to_bits),
+                    "{storage:?} {count}"
+                );
+            }
+        }
+    }
 }
