@@ -8,10 +8,10 @@ use std::time::{Duration, Instant};
 use serde::Serialize;
 
 use super::args::RenderArgs;
+use super::choice::choose;
 use super::outcome::Outcome;
 use super::output;
 use super::progress;
-use super::render::choose;
 use super::run::Run;
 use super::sensor::choose_sensor;
 use super::summary::Summary;

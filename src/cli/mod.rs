@@ -15,6 +15,7 @@ macro_rules! say {
 
 pub mod args;
 pub mod attribute;
+pub mod choice;
 pub mod compare;
 pub mod frames;
 pub mod generate;

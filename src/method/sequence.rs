@@ -8,9 +8,9 @@ use crate::scene::{Scene, Sensor};
 
 /// Frames of an animation by one method, one after the other.
 ///
-/// A frame may use what is left of those before it, if the method's settings ask for that: tables, pictures of
-/// slabs in which nothing moved (`update=changed`), photons of other frames (`shares`, `amortise`). All other
-/// frames are made as if they were the only ones.
+/// A frame may use what is left of those before it, if the method's settings ask for that: tables, pictures
+/// of slabs in which nothing moved (`update=changed`), photons of other frames (`shares`, `amortise`). All
+/// other frames are made as if they were the only ones.
 ///
 /// # Example: two frames of a ball that rises
 ///

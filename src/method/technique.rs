@@ -10,7 +10,7 @@ use crate::run::format::number;
 use crate::run::{Error, Estimate, FluxEntry, Layer, LayerName, Light, Quantity, Rendering};
 use crate::transport::ledger::Ledger;
 
-/// Makes one frame. It uses what is left of the frames before it, if there is any, and leaves that of its own.
+/// Makes one frame. It uses what is left of the frames before it, if there is any, and leaves its own.
 pub(super) fn run(
     technique: &dyn Technique,
     job: &Job,
