@@ -215,7 +215,7 @@ impl<'a> Pilot<'a> {
         Face::ALL.map(|face| self.share(Self::flux(&self.traced, |end| end.face == Some(face))))
     }
 
-    /// All that the pilot knows: lost and false light by numbers of slabs, and the faces that light leaves by.
+    /// All that the pilot knows: lost and false light by numbers of slabs, faces by which light leaves.
     pub fn account(&self) -> Vec<String> {
         let percent = |share: f64| format!("{:.2} %", 100.0 * share);
         let all = Self::flux(&self.traced, |_| true);
