@@ -283,10 +283,12 @@ mod tests {
             let direction = DVec3::new(across * turn.cos(), across * turn.sin(), z);
             // In planes of coordinates, and as close to them as rounding allows.
             let near = DVec3::new(1e-16, direction.y, -1e-8 * direction.z);
+            let tied = DVec3::new(-1e-17, 0.1 * direction.y, direction.z);
             let scaled = direction * 1e-200;
             directions.extend([
                 direction,
                 near,
+                tied,
                 DVec3::new(0.0, direction.y, direction.z),
                 scaled,
             ]);
