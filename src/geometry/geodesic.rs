@@ -139,13 +139,13 @@ impl Geodesic {
 
     /// The face of the icosahedron whose middle is nearest to a direction; the first of several.
     ///
-    /// The icosahedron is its own mirror image in each plane of coordinates. So a face whose middle has another
-    /// sign than the direction along an axis is farther than its image, by twice the product of both parts
-    /// along it. Four faces are left, unless the direction is so close to a plane that rounding decides.
+    /// The icosahedron is its own mirror image in each plane of coordinates. So a face whose middle has
+    /// another sign than the direction along an axis is farther than its image, by twice the product of both
+    /// parts along it. Four faces are left, unless the direction is so close to a plane that rounding decides.
     #[inline]
     fn face(&self, direction: DVec3) -> usize {
-        /// Parts of a direction by its largest above which a face and its mirror image differ by far more than
-        /// rounding does, 1e-16.
+        /// Parts of a direction by its largest above which a face and its mirror image differ by far more
+        /// than rounding does, 1e-16.
         const CLEAR: f64 = 1e-9;
         let parts = direction.abs();
         if parts.min_element() > CLEAR * parts.max_element() {

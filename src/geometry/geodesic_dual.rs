@@ -19,8 +19,8 @@ pub struct GeodesicDual {
 
 const NONE: u32 = u32::MAX;
 
-/// By place in a ring of six, and of five: a bit for each ear that touches the triangle there. The tip of ear k
-/// is at the place 2k + 1.
+/// By place in a ring of six, and of five: a bit for each ear that touches the triangle there. The tip of ear
+/// k is at the place 2k + 1.
 const EARS: [[usize; 6]; 2] = [
     [0b101, 0b001, 0b011, 0b010, 0b110, 0b100],
     [0b001, 0b001, 0b011, 0b010, 0b010, 0b000],
