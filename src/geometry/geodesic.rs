@@ -141,7 +141,7 @@ impl Geodesic {
     ///
     /// The icosahedron is its own mirror image in each plane of coordinates. So a face whose middle has
     /// another sign than the direction along an axis is farther than its image, by twice the product of both
-    /// parts along it. Four faces are left, unless the direction is so close to a plane that rounding decides.
+    /// parts along it. Four faces are left, unless a direction is so close to a plane that rounding decides.
     #[inline]
     fn face(&self, direction: DVec3) -> usize {
         /// Parts of a direction by its largest above which a face and its mirror image differ by far more
