@@ -140,9 +140,8 @@ impl Geodesic {
     /// The face of the icosahedron whose middle is nearest to a direction; the first of several.
     ///
     /// The icosahedron is its own mirror image in each plane of coordinates. So a face whose middle has
-    /// another sign than the direction along an axis is farther than its image, by twice the product of
-    /// both parts along it. Four faces are left, unless the direction is so close to a plane that rounding
-    /// decides.
+    /// another sign than the direction along an axis is farther than its image, by twice the product of both
+    /// parts along it. Four faces are left, unless a direction is so close to a plane that rounding decides.
     #[inline]
     fn face(&self, direction: DVec3) -> usize {
         /// Parts of a direction by its largest above which a face and its mirror image differ by far more
@@ -284,10 +283,12 @@ mod tests {
             let direction = DVec3::new(across * turn.cos(), across * turn.sin(), z);
             // In planes of coordinates, and as close to them as rounding allows.
             let near = DVec3::new(1e-16, direction.y, -1e-8 * direction.z);
+            let tied = DVec3::new(-1e-17, 0.1 * direction.y, direction.z);
             let scaled = direction * 1e-200;
             directions.extend([
                 direction,
                 near,
+                tied,
                 DVec3::new(0.0, direction.y, direction.z),
                 scaled,
             ]);
