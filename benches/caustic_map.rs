@@ -10,7 +10,7 @@
 mod support;
 
 use support::approximation::{
-    bumpy_ball_over_floor, caustic_map, mesh_over_floor, rendered, shared_mesh,
+    TIMED_SPLATS, bumpy_ball_over_floor, mesh_over_floor, rendered, shared_mesh, timed_map,
 };
 use support::cpu;
 
@@ -32,21 +32,8 @@ fn main() {
         let mut named = asked.iter().filter(|one| !one.starts_with("--")).peekable();
         named.peek().is_none() || named.any(|one| one == splat)
     };
-    let splats = [
-        "fixed",
-        "multi-resolution",
-        "thin-lens",
-        "thick-lens",
-        "two-curvatures",
-        "mip",
-    ];
-    for splat in splats.into_iter().filter(|splat| is_asked(splat)) {
-        let map = caustic_map(&[
-            ("refraction", "exact"),
-            ("hit", "exact"),
-            ("splat", splat),
-            ("samples", "1"),
-        ]);
+    for splat in TIMED_SPLATS.into_iter().filter(|splat| is_asked(splat)) {
+        let map = timed_map(splat);
         let before = cpu::seconds();
         let mut frames: Vec<_> = (0..FRAMES).map(|_| rendered(&map, &scene)).collect();
         let cpu = (cpu::seconds() - before) / FRAMES as f64;

@@ -4,8 +4,8 @@ use nephroid::internals::run::format::three_digits;
 use nephroid::internals::scene::Scene;
 
 use crate::support::approximation::{
-    GLASS, ball, bumpy_ball_over_floor, error, exact_but, mesh_over_floor, over_floor, scene_of,
-    shared_mesh, truth,
+    GLASS, ball, bumpy_ball_over_floor, error, mesh_over_floor, over_floor, scene_of, shared_mesh,
+    truth, with_splat,
 };
 use crate::support::figures::table;
 
@@ -36,18 +36,9 @@ fn lines(name: &str, scene: &Scene, accuracy: f64) -> [Vec<Vec<String>>; 2] {
     let known = truth.relative_error.unwrap_or(f64::NAN);
     let of = |kernel: &str, splats: &[&str]| -> Vec<Vec<String>> {
         let of_photons = |photons: &str| {
-            let settings = |splat| {
-                exact_but(&[
-                    ("photons", photons),
-                    ("map", "512"),
-                    ("splat", splat),
-                    ("kernel", kernel),
-                    ("lookup", "bilinear"),
-                ])
-            };
             let errors: Vec<f64> = splats
                 .iter()
-                .map(|splat| error(&settings(splat), scene, &truth))
+                .map(|splat| error(&with_splat(splat, kernel, photons), scene, &truth))
                 .collect();
             let mut cells = vec![
                 name.to_owned(),

@@ -3,7 +3,7 @@
 use nephroid::internals::run::format::three_digits;
 
 use crate::support::approximation::{
-    bumpy_ball_over_floor, caustic_map, mesh_over_floor, rendered, shared_mesh,
+    TIMED_SPLATS, bumpy_ball_over_floor, mesh_over_floor, rendered, shared_mesh, timed_map,
 };
 use crate::support::cpu;
 use crate::support::figures::table;
@@ -13,16 +13,6 @@ const SIDE: usize = 512;
 
 /// CPU seconds that each splat is measured for.
 const LONG: f64 = 3.0;
-
-/// The splats, in the order of the document.
-const SPLATS: [&str; 6] = [
-    "fixed",
-    "multi-resolution",
-    "thin-lens",
-    "thick-lens",
-    "two-curvatures",
-    "mip",
-];
 
 /// Stages with time of their own.
 const STAGES: [&str; 5] = ["view", "refraction", "hit", "splat", "lookup"];
@@ -36,15 +26,10 @@ pub fn cost() -> Vec<String> {
             bumpy_ball_over_floor(SIDE),
         ),
     };
-    let lines: Vec<Vec<String>> = SPLATS
+    let lines: Vec<Vec<String>> = TIMED_SPLATS
         .iter()
         .map(|splat| {
-            let map = caustic_map(&[
-                ("refraction", "exact"),
-                ("hit", "exact"),
-                ("splat", splat),
-                ("samples", "1"),
-            ]);
+            let map = timed_map(splat);
             let all = cpu::milliseconds(LONG, || drop(rendered(&map, &scene)));
             let frame = rendered(&map, &scene);
             let work = |name: &str| {

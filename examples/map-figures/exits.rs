@@ -8,20 +8,9 @@ use nephroid::internals::run::{Budget, Context, Light};
 use nephroid::internals::scene::{Scene, Sensor};
 use nephroid::internals::study::attribution::truth_by_beams;
 
-use crate::stages::{TRUTH, reduced};
+use crate::stages::{SCENES, TRUTH, WITH_TWO_INTERFACES, reduced};
 use crate::support::approximation::{caustic_map, relative_rmse};
 use crate::support::figures::{figures, shown, table};
-
-/// The shipped scenes whose light crosses two interfaces.
-const SCENES: [&str; 7] = [
-    "glass-ball",
-    "glass-ball-mesh",
-    "glass-ball-behind-pane",
-    "lens",
-    "cube",
-    "diamond",
-    "prism",
-];
 
 /// A receiver with the truth of the light that a map models.
 struct Case {
@@ -67,7 +56,7 @@ pub fn exits() -> Vec<String> {
         Figure::L2,
     ];
     let mut lines = Vec::new();
-    for name in SCENES {
+    for name in &SCENES[..WITH_TWO_INTERFACES] {
         let case = Case::new(name);
         for fresnel in ["none", "exact"] {
             for exit in ["clamp", "drop"] {

@@ -10,11 +10,11 @@ use nephroid::internals::study::attribution::{
 };
 
 use crate::support::approximation::caustic_map;
-use crate::support::figures::table;
+use crate::support::figures::{table, table_of_shares};
 use crate::support::scenes::bundled_file;
 
-/// The shipped scenes with light that caustic maps model.
-const SCENES: [&str; 11] = [
+/// The shipped scenes with light that caustic maps model. Light crosses two interfaces in the first ones.
+pub const SCENES: [&str; 11] = [
     "glass-ball",
     "glass-ball-mesh",
     "glass-ball-behind-pane",
@@ -27,6 +27,9 @@ const SCENES: [&str; 11] = [
     "coffee-cup",
     "parabolic-mirror",
 ];
+
+/// Number of the first scenes, in which light crosses two interfaces.
+pub const WITH_TWO_INTERFACES: usize = 7;
 
 /// Likely error of the truth.
 pub const TRUTH: f64 = 0.003;
@@ -42,10 +45,6 @@ pub fn stages() -> Vec<String> {
         figures.push(figure_line(scene, &found));
         shares.extend(share_line(scene, &found));
     }
-    let mut head = vec!["scene".to_owned(), ">L1".to_owned()];
-    head.extend(names.iter().map(|name| format!(">{name}")));
-    head.push(">all exact".to_owned());
-    let head: Vec<&str> = head.iter().map(String::as_str).collect();
     vec![
         table(
             &[
@@ -60,7 +59,7 @@ pub fn stages() -> Vec<String> {
             ],
             &figures,
         ),
-        table(&head, &shares),
+        table_of_shares(&names, &shares),
     ]
 }
 

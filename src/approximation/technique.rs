@@ -73,17 +73,13 @@ pub trait Technique: Sync {
     }
 
     /// What a few photons say of the settings, a line each: what they lose in this scene, and what would do
-    /// better. Empty if the technique has no such pilot.
+    /// better. Empty if the technique has no such pilot. It is asked of scenes that the technique
+    /// [supports](Self::supports).
     ///
     /// # Errors
     ///
-    /// As [`supports`](Self::supports).
-    fn advice(
-        &self,
-        _scene: &Scene,
-        _sensor: &Sensor,
-        _values: &Values,
-    ) -> Result<Vec<String>, Error> {
+    /// If a setting does not suit the scene.
+    fn advice(&self, _scene: &Scene, _values: &Values) -> Result<Vec<String>, Error> {
         Ok(Vec::new())
     }
 

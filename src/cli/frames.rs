@@ -60,6 +60,7 @@ pub fn render(
         eprintln!("note: {notice}");
     }
     let mut sequence = method.frames();
+    let mut first = Some(first);
     let mut done: Vec<Frame> = Vec::new();
     let mut warned: Vec<String> = Vec::new();
     for (index, define) in frames.iter().enumerate() {
@@ -72,7 +73,10 @@ pub fn render(
         );
         context.progress.begin_part();
         let mut one = || -> anyhow::Result<Option<Frame>> {
-            let scene = scene_of(args, define)?;
+            let scene = match first.take() {
+                Some(first) => first,
+                None => scene_of(args, define)?,
+            };
             let sensor = choose_sensor(&scene, Some(&id))?;
             let rendering = progress::watch(&context.progress, || {
                 sequence.frame(&scene, sensor, &Budget::default(), context)

@@ -54,12 +54,12 @@ impl Advice {
         } else {
             meter.or_else(|_| choose_camera(scene, None))?
         };
-        method.supports(scene, sensor)?;
+        let lines = method.advice(scene, sensor)?;
         Ok(Some(Self {
             method: method.name(),
             sensor: sensor.id.clone(),
             cost: method.cost(scene, sensor),
-            lines: method.advice(scene, sensor)?,
+            lines,
         }))
     }
 

@@ -103,15 +103,10 @@ impl Entry {
     }
 
     /// What a pilot says of the settings; references have none.
-    pub fn advice(
-        self,
-        scene: &Scene,
-        sensor: &Sensor,
-        values: &Values,
-    ) -> Result<Vec<String>, Error> {
+    pub fn advice(self, scene: &Scene, values: &Values) -> Result<Vec<String>, Error> {
         match self {
             Self::Reference(_) => Ok(Vec::new()),
-            Self::Technique(one) => one.advice(scene, sensor, values),
+            Self::Technique(one) => one.advice(scene, values),
         }
     }
 

@@ -400,7 +400,8 @@ impl Method {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn advice(&self, scene: &Scene, sensor: &Sensor) -> Result<Vec<String>, Error> {
-        self.entry.advice(scene, sensor, &self.values)
+        self.supports(scene, sensor)?;
+        self.entry.advice(scene, &self.values)
     }
 
     /// Refuses films that no file or not the free memory can hold.

@@ -14,7 +14,7 @@ use nephroid::internals::study::attribution::Truth;
 
 use crate::support::approximation::{
     GLASS, ball, bumpy_ball_over_floor, error, exact_but, mesh_over_floor, over_floor, rendered,
-    row, scene_of, shared_mesh, truth,
+    row, scene_of, shared_mesh, truth, with_splat,
 };
 
 const SIDE: usize = 256;
@@ -43,18 +43,11 @@ const SPLATS: [&str; 9] = [
 ];
 
 /// A map with a splat by its name, with " 2008" for that filter.
-fn with_splat(splat: &str, photons: &str) -> Method {
-    let (splat, kernel) = match splat.strip_suffix(" 2008") {
-        Some(splat) => (splat, "wyman-2008"),
-        None => (splat, "gaussian"),
-    };
-    exact_but(&[
-        ("photons", photons),
-        ("map", "512"),
-        ("splat", splat),
-        ("kernel", kernel),
-        ("lookup", "bilinear"),
-    ])
+fn of_name(splat: &str, photons: &str) -> Method {
+    match splat.strip_suffix(" 2008") {
+        Some(splat) => with_splat(splat, "wyman-2008", photons),
+        None => with_splat(splat, "gaussian", photons),
+    }
 }
 
 fn means(rendering: &Rendering) -> Vec<f64> {
@@ -80,7 +73,7 @@ fn table<const N: usize>(
         splats.join(" | ")
     );
     ["512", "1024"].map(|photons| {
-        let found = splats.map(|splat| error(&with_splat(splat, photons), scene, truth));
+        let found = splats.map(|splat| error(&of_name(splat, photons), scene, truth));
         println!("{}", row(&format!("N = {photons}"), &found));
         found
     })
@@ -266,7 +259,7 @@ fn multi_resolution_loses_high_frequencies_and_the_thin_lens_keeps_more_of_them(
     };
     let modelled = || relative(truth.modelled.iter().map(|value| value.mean()).collect());
     let [_, multi, thin] = CLAIMED.map(|splat| {
-        let bands = relative(means(&rendered(&with_splat(splat, "512"), scene)));
+        let bands = relative(means(&rendered(&of_name(splat, "512"), scene)));
         let shares: Vec<f64> = bands.zip(modelled()).map(|(a, b)| a / b).collect();
         println!(
             "{}",
@@ -329,7 +322,7 @@ fn the_thin_lens_leaves_more_noise_than_multi_resolution_but_no_blotches() {
 fn multi_resolution_covers_the_most_texels_and_the_thin_lens_the_fewest() {
     let (scene, _) = &*BUMPY;
     let work = |splat: &str| {
-        let counters = rendered(&with_splat(splat, "512"), scene).counters;
+        let counters = rendered(&of_name(splat, "512"), scene).counters;
         move |name: &str| {
             let found = counters.iter().find(|one| one.name == name);
             found.map_or(0, |one| one.count)

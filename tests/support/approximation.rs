@@ -126,6 +126,37 @@ pub fn exact_but(settings: &[(&str, &str)]) -> Method {
     caustic_map(&[&EXACT, settings].concat())
 }
 
+/// The map of the report's claims on splats: all else exact, 512² texels, averaged over texels of the meter.
+pub fn with_splat(splat: &str, kernel: &str, photons: &str) -> Method {
+    exact_but(&[
+        ("photons", photons),
+        ("map", "512"),
+        ("splat", splat),
+        ("kernel", kernel),
+        ("lookup", "bilinear"),
+    ])
+}
+
+/// Splats whose frames are timed.
+pub const TIMED_SPLATS: [&str; 6] = [
+    "fixed",
+    "multi-resolution",
+    "thin-lens",
+    "thick-lens",
+    "two-curvatures",
+    "mip",
+];
+
+/// The map of a timed frame: exact refraction and hits, read once a texel.
+pub fn timed_map(splat: &str) -> Method {
+    caustic_map(&[
+        ("refraction", "exact"),
+        ("hit", "exact"),
+        ("splat", splat),
+        ("samples", "1"),
+    ])
+}
+
 /// The truth by beams of a scene's meter, of one signature.
 pub fn truth(scene: &Scene, signature: &str, error: f64) -> Truth {
     let signature: Signature = signature.parse().unwrap();

@@ -150,10 +150,6 @@ pub fn attributions(all: &[(String, Attribution, f64)]) -> Vec<String> {
         cells.push(three_digits(100.0 * l1.residual));
         shares.push(cells);
     }
-    let mut head = vec!["scene".to_owned(), ">L1".to_owned()];
-    head.extend(names.iter().map(|name| format!(">{name}")));
-    head.push(">all exact".to_owned());
-    let head: Vec<&str> = head.iter().map(String::as_str).collect();
     vec![
         table(
             &[
@@ -169,8 +165,17 @@ pub fn attributions(all: &[(String, Attribution, f64)]) -> Vec<String> {
             ],
             &figures,
         ),
-        table(&head, &shares),
+        table_of_shares(&names, &shares),
     ]
+}
+
+/// A table of Shapley's values of L1: the whole, each stage's share, and what is left with all of them exact.
+pub fn table_of_shares(stages: &[String], lines: &[Vec<String>]) -> String {
+    let mut head = vec!["scene".to_owned(), ">L1".to_owned()];
+    head.extend(stages.iter().map(|name| format!(">{name}")));
+    head.push(">all exact".to_owned());
+    let head: Vec<&str> = head.iter().map(String::as_str).collect();
+    table(&head, lines)
 }
 
 /// Pixels between the images of a picture.

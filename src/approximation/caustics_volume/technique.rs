@@ -134,13 +134,7 @@ impl Technique for CausticsVolume {
         }
     }
 
-    fn advice(
-        &self,
-        scene: &Scene,
-        sensor: &Sensor,
-        values: &Values,
-    ) -> Result<Vec<String>, Error> {
-        self.supports(scene, sensor, values)?;
+    fn advice(&self, scene: &Scene, values: &Values) -> Result<Vec<String>, Error> {
         let settings = Settings::of(values)?;
         let volume = Volume::new(scene, &settings)?;
         let pilot = Pilot::new(scene, &settings, &volume);

@@ -67,14 +67,10 @@ impl Stencil {
     /// Six cells with their shares.
     #[inline]
     pub fn six(cell: impl Fn(usize) -> (u32, f64)) -> Self {
-        Self::eight(|k| if k < 6 { cell(k) } else { (0, 0.0) }).of(6)
-    }
-
-    /// The first of its cells.
-    #[inline]
-    fn of(mut self, len: usize) -> Self {
-        self.len = len;
-        self
+        Self {
+            len: 6,
+            ..Self::eight(|k| if k < 6 { cell(k) } else { (0, 0.0) })
+        }
     }
 
     /// One cell more.

@@ -130,12 +130,15 @@ fn sensor_figures(
     let gates = gates(&plan.max_error, &rows);
     let is_default = |row: usize| films.judged[row].is_default();
     let unknown = unknown(&rows, is_default);
-    let mut judged: Vec<&JudgedFilm> = films.judged.iter().collect();
     let without = left_out(&rows, &unknown, &plan.truth.label_without_seed());
-    let mut place = 0..;
-    rows.retain(|_| place.next().is_some_and(|row| !unknown.contains(&row)));
-    let mut place = 0..;
-    judged.retain(|_| place.next().is_some_and(|row| !unknown.contains(&row)));
+    let (judged, mut rows): (Vec<&JudgedFilm>, Vec<ReportRow>) = films
+        .judged
+        .iter()
+        .zip(rows)
+        .enumerate()
+        .filter(|(place, _)| !unknown.contains(place))
+        .map(|(_, kept)| kept)
+        .unzip();
     mark_pareto(&mut rows);
     let curves = curves(&rows);
     let timings = timings(films, &judged, &rows, &curves);
