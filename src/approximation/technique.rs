@@ -32,6 +32,12 @@ pub trait Technique: Sync {
     /// The settings of a default study: a key, and its values from coarse to fine.
     fn sweep(&self) -> (&'static str, &'static [&'static str]);
 
+    /// The setting that says how well exact twins that sample are known: a relative standard error over the
+    /// sensor. `None` if no twin takes samples until something is known.
+    fn twin_error(&self) -> Option<&'static str> {
+        None
+    }
+
     /// The set of light paths that the technique models in a scene.
     ///
     /// # Errors

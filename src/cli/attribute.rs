@@ -146,6 +146,9 @@ fn print(scene: &str, found: &Attribution, figure: Figure) -> anyhow::Result<()>
         "  not modelled {} of the flux by mirrors and glass",
         percent(found.not_modelled)
     );
+    if let Some(error) = found.twin_error {
+        say!("  noise of exact twins {} of the light", percent(error));
+    }
     let truth = percent(found.truth_error.unwrap_or(f64::NAN));
     let word = if found.is_resolved {
         ""

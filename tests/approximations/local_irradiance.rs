@@ -13,9 +13,11 @@ use nephroid::internals::approximation::local_irradiance::prepare::{
 };
 use nephroid::internals::approximation::local_irradiance::variants::Space;
 use nephroid::internals::approximation::local_irradiance::work::Work;
+use nephroid::internals::metric::Figure;
 use nephroid::internals::numeric::spherical_harmonics;
 use nephroid::internals::run::{Budget, Context};
 use nephroid::internals::scene::Scene;
+use nephroid::internals::study::attribution::{TWINS, Truth, attribute};
 
 use crate::support::approximation::{
     GLASS, bumpy_ball_over_floor, lit_by, relative_rmse, scene_of,
@@ -91,6 +93,38 @@ fn with_all_stages_exact_a_ball_has_the_light_that_beams_have() {
     assert!(errors[0] / errors[2] > 4.5 * 4.5, "{errors:?}");
     // A thousandth is the truth's own.
     assert!(errors[2] < 0.006, "{errors:?}");
+}
+
+#[test]
+fn an_attribution_takes_no_more_photons_than_its_figures_need() {
+    let scene = over_depth([0.3, -0.2, -0.9], &glass_ball(), [2.0, 3.0], 32);
+    let exact = truth(&scene, 1e-3);
+    // Two stages with errors: four runs.
+    let method = exact_but(&[("space", "grid"), ("cells", "16"), ("photons", "4096")]);
+    let found = attribute(
+        &method,
+        &scene,
+        meter(&scene),
+        &Context::default(),
+        &mut |_, _| (),
+        |_| {
+            Ok(Truth {
+                modelled: exact,
+                not_modelled: 0.0,
+                relative_error: Some(1e-3),
+                is_resolved: true,
+            })
+        },
+    );
+    let found = found.unwrap().unwrap();
+    assert_eq!(found.runs, 4);
+    let l2 = found.of(Figure::L2).unwrap();
+    let noise = found.twin_error.unwrap();
+    assert!((noise - TWINS * l2.whole).abs() < 1e-12, "{found:?}");
+    // Photons double, which takes 1/1.68 of the error; two halves tell it to a tenth on hundreds of texels.
+    // The truth's own thousandth adds in squares.
+    let told = l2.residual / noise.hypot(1e-3);
+    assert!((0.5..1.2).contains(&told), "{told}: {found:?}");
 }
 
 #[test]

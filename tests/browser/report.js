@@ -154,11 +154,30 @@ await test('the plot has a mark for each row, tells it at the pointer, and follo
 await test('the cost plot follows the figure that is chosen', async () => {
   const places = () => page.locator('#plot .mark-point').evaluateAll((marks) => marks.map((one) => one.getAttribute('cy')));
   const before = await places();
-  await page.selectOption('[data-control=figure]', 'displaced');
+  await page.selectOption('#cost [data-control=figure]', 'displaced');
   assert.notDeepEqual(await places(), before);
   assert.ok((await page.innerText('#plot')).includes('displaced [texels]'));
-  await page.selectOption('[data-control=figure]', 'l1');
+  await page.selectOption('#cost [data-control=figure]', 'l1');
   assert.deepEqual(await places(), before);
+});
+
+await test('a figure that is chosen in one section is shown in all', async () => {
+  const choices = page.locator('article').first().locator('[data-control=figure]');
+  const gauges = () => page.locator('#rows .bar').evaluateAll((bars) => bars.map((one) => one.getAttribute('width')));
+  const before = await gauges();
+  // Summary, cost, and each technique's stages.
+  const count = await choices.count();
+  assert.equal(count, 2 + report.stages.length);
+  const names = [['l2', 'L2', 'L2'], ['misplaced', 'misplaced', 'misplaced'], ['energy', '|energy − 1|', 'energy'], ['displaced', 'displaced [texels]', 'displaced'], ['l1', 'L1', 'L1']];
+  for (const [i, [figure, name, word]] of names.entries()) {
+    await choices.nth(i % count).selectOption(figure);
+    assert.deepEqual(await choices.evaluateAll((all) => all.map((one) => one.value)), Array(count).fill(figure));
+    assert.ok((await page.innerText('#plot')).includes(name), name);
+    const told = await page.locator('#waterfalls p').first().innerText();
+    assert.ok(told.startsWith(`${word} `), told);
+    if (figure !== 'l1') assert.notDeepEqual(await gauges(), before, figure);
+  }
+  assert.deepEqual(await gauges(), before);
 });
 
 await test('stages add up to the figure that is chosen, with their signs', async () => {
@@ -166,12 +185,12 @@ await test('stages add up to the figure that is chosen, with their signs', async
   for (const { figure, whole, residual, stages } of one.figures) {
     const sum = stages.reduce((all, { value }) => all + value, residual);
     assert.ok(Math.abs(sum - whole) < 1e-12 * Math.max(1, Math.abs(whole)), figure);
-    await page.selectOption('[data-control=stage-figure]', figure);
+    await page.selectOption('#stages [data-control=figure]', figure);
     assert.equal(await page.locator('#waterfalls svg').first().locator('rect').count(), stages.length + 2);
   }
-  await page.selectOption('[data-control=stage-figure]', 'energy');
+  await page.selectOption('#stages [data-control=figure]', 'energy');
   assert.ok((await page.locator('#waterfalls svg').first().textContent()).includes('−'), 'light that is lost has a sign');
-  await page.selectOption('[data-control=stage-figure]', 'l1');
+  await page.selectOption('#stages [data-control=figure]', 'l1');
   await page.locator('#stages').screenshot({ path: join(shots, 'stages.png') });
 });
 
@@ -305,6 +324,7 @@ await test('a link leads back to the view', async () => {
   await page.focus(first);
   await page.keyboard.press('+');
   await page.selectOption('[data-control=run]', String(last));
+  await page.selectOption('#summary [data-control=figure]', 'misplaced');
   await shown(last);
   const seen = await Promise.all(['truth', 'run', 'map'].map(pixels));
   const hash = await page.evaluate(() => (document.querySelector('[data-control=link]').click(), location.hash));
@@ -315,6 +335,8 @@ await test('a link leads back to the view', async () => {
   await page.waitForFunction(() => document.querySelector('[data-control=map]').value === 'difference');
   await page.waitForTimeout(300);
   assert.deepEqual(await Promise.all(['truth', 'run', 'map'].map(pixels)), seen);
+  assert.equal(await page.locator('#stages [data-control=figure]').first().inputValue(), 'misplaced');
+  await page.selectOption('#summary [data-control=figure]', 'l1');
   await page.dblclick(first);
   await page.selectOption('[data-control=map]', 'relative');
   await page.evaluate(() => { location.hash = ''; });

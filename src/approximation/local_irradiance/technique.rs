@@ -43,6 +43,10 @@ impl Technique for LocalIrradiance {
         ("cells", &["16", "32", "64", "128"])
     }
 
+    fn twin_error(&self) -> Option<&'static str> {
+        Some("noise-error")
+    }
+
     fn light(&self, _scene: &Scene, values: &Values) -> Result<Light, Refusal> {
         let max_depth = Settings::of(values)?.max_depth;
         Ok(Light::Specular { max_depth })

@@ -11,6 +11,7 @@
 //!
 //! The residual is the figure with all stages exact: of sampling, and of the truth. Light that the technique
 //! does not model at all is told apart. The runs are made on a sensor of fewer texels ([`reduced`]).
+//! Exact twins that take samples until the image is known take no more than the figures need ([`TWINS`]).
 
 pub mod film;
 pub mod reduced;
@@ -34,6 +35,10 @@ pub use truth::{Truth, truth_by_beams};
 
 /// The least number of texels on the longer side of the sensor on which runs are made.
 pub const SIDE: usize = 128;
+
+/// The noise that twins may leave, by the error that is attributed, both as L2: a stage that makes a
+/// twentieth of the error stands out of it.
+pub const TWINS: f64 = 0.05;
 
 /// An error that ends an attribution.
 #[derive(Debug, thiserror::Error)]
@@ -91,6 +96,10 @@ pub struct Attribution {
     pub truth_error: Option<f64>,
     /// True if the truth is as good as was asked for. If not, figures below its error say nothing.
     pub is_resolved: bool,
+    /// The noise in runs with exact twins that sample, a relative standard error over the sensor; `None` if
+    /// no twin of the technique does.
+    #[serde(default)]
+    pub twin_error: Option<f64>,
 }
 
 /// A stage as it was judged.
@@ -179,7 +188,7 @@ pub fn attribute(
         .filter(|i| !stages[*i].is_exact())
         .collect();
     let sets = sets(causes.len());
-    let run = |set: Set| -> Result<_, AttributionError> {
+    let run = |technique: &Method, set: Set| -> Result<_, AttributionError> {
         let mut method = technique.clone();
         for (bit, cause) in causes.iter().enumerate() {
             if set & (1 << bit) == 0 {
@@ -189,7 +198,7 @@ pub fn attribute(
         Ok(method.run(scene, sensor, &Budget::default(), context)?)
     };
     let all: Set = (1 << causes.len()) - 1;
-    let whole = run(all)?;
+    let whole = run(technique, all)?;
     let layers = &whole.estimate.layers;
     let light = layers
         .first()
@@ -210,12 +219,23 @@ pub fn attribute(
         CompareImage::new(name, image)
     };
     let reference = image("the truth", &truth.modelled);
+    let l2 = fidelity::of(
+        &reference,
+        &image("the approximation", &whole.estimate.total.values),
+    )?
+    .l2;
+    let twins = match l2 {
+        Some(l2) => technique.with_twins_to(TWINS * l2.value)?,
+        None => None,
+    };
+    let twin_error = twins.as_ref().map(|(_, error)| *error);
+    let technique = twins.map_or_else(|| technique.clone(), |(technique, _)| technique);
     let mut known: BTreeMap<Set, Vec<Option<f64>>> = BTreeMap::new();
     for (done, set) in sets.iter().copied().enumerate() {
         let values = if set == all {
             whole.estimate.total.values.clone()
         } else {
-            run(set)?.estimate.total.values
+            run(&technique, set)?.estimate.total.values
         };
         if context.progress.is_stopped() {
             return Ok(None);
@@ -247,6 +267,7 @@ pub fn attribute(
         not_modelled: truth.not_modelled,
         truth_error: truth.relative_error,
         is_resolved: truth.is_resolved,
+        twin_error,
     }))
 }
 

@@ -29,6 +29,8 @@ class SensorPart {
     this.timings = timings.sensors[index];
     this.total = this.figures.quantity === 'radiance' ? 'L' : 'E';
     this.chosen = 0;
+    this.figure = 'l1';
+    this.figureChoices = [];
     this.article = document.getElementById('sensor').content.firstElementChild.cloneNode(true);
     // Names of parts are ids: those of the first sensor as they are, so that links to #where lead somewhere.
     for (const node of this.article.querySelectorAll('[data-part]')) {
@@ -48,6 +50,7 @@ class SensorPart {
     this.controls();
     this.costControls();
     const { rows } = this.figures;
+    this.chooseFigure(this.figure);
     if (rows.length) this.choose(this.firstRow());
   }
 
@@ -92,17 +95,32 @@ class SensorPart {
     ]));
   }
 
+  /** A choice of the figure. The choices of all sections are one. */
+  figureChoice() {
+    const select = element('select', { 'data-control': 'figure', onchange: () => this.chooseFigure(select.value) },
+      ...Object.entries(FIGURES).map(([key, { name }]) => element('option', { value: key }, name)));
+    this.figureChoices.push(select);
+    return element('label', {}, 'Figure', select);
+  }
+
+  /** Shows one figure in all sections. */
+  chooseFigure(figure) {
+    this.figure = figure;
+    for (const select of this.figureChoices) select.value = figure;
+    for (const show of this.stageErrors) show(figure);
+    this.gauges();
+    this.cost();
+  }
+
   summary() {
     const { rows } = this.figures;
     const times = this.timings.rows;
-    const errors = rows.flatMap((row) => [row.error, row.truth_error]).filter((value) => value > 0);
-    const range = [Math.min(...errors) / 1.5, Math.max(...errors) * 1.1];
     const figure = (title, value, show) => ({ title, value: (row) => value(row) ?? null, show: (row) => show(value(row)) });
     const columns = [
       { title: 'run', text: true, value: (row) => row.label, show: (row) => element('span', {}, element('span', { class: 'dot', style: `background: ${this.colourOf(row.name)}` }), row.label) },
       figure('energy', (row) => light(row)?.energy?.value, (value) => percent(value)),
       { title: 'L1', value: (row) => row.error, show: (row) => element('span', { class: row.resolved ? null : 'muted' }, percent(row.error)) },
-      { title: '', show: (row) => this.gauge(row, range) },
+      { title: '', show: (_, i) => element('span', { 'data-gauge': i }) },
       figure('misplaced', (row) => light(row)?.misplaced?.value, (value) => percent(value)),
       { title: 'displaced', unit: 'texels', value: (row) => light(row)?.displaced?.texels.value ?? null, show: (row) => displacement(light(row)?.displaced) },
       { title: 'right at', unit: 'texels', value: (row) => light(row)?.resolution?.texels.value ?? null, show: (row) => resolution(light(row)) },
@@ -113,6 +131,7 @@ class SensorPart {
       { title: '', text: true, show: (row, i) => element('span', {}, ...this.remarks(row, times[i])) },
     ];
     this.part('rows').closest('.scroll').after(tableButtons(this.part('rows')));
+    this.part('summary-controls').append(this.figureChoice());
     sortable(this.part('rows'), columns, rows, {
       onrow: (line, _, i) => filled(line, {
         tabindex: 0, 'data-row': i, 'aria-selected': 'false', onclick: () => this.choose(i),
@@ -125,13 +144,24 @@ class SensorPart {
     });
   }
 
+  /** Bars for the figure of all rows, each of the light that it is judged by. */
+  gauges() {
+    const errors = this.figures.rows.map((row) => this.errorIn(row, row.layer));
+    const known = errors.flatMap(({ error, bar }) => [error, bar]).filter((value) => value > 0);
+    const range = [Math.min(...known) / 1.5, Math.max(...known) * 1.1];
+    for (const host of this.part('rows').querySelectorAll('[data-gauge]')) {
+      host.replaceChildren(this.gauge(this.figures.rows[host.dataset.gauge], errors[host.dataset.gauge], range));
+    }
+  }
+
   /** A bar for an error on a logarithmic scale over all rows, with a tick where the truth's own error is. */
-  gauge(row, [low, high]) {
+  gauge(row, { error, bar }, [low, high]) {
     const along = (value) => 100 * Math.min(1, Math.max(0.01, Math.log(value / low) / Math.log(high / low)));
-    if (!(row.error > 0)) return '';
-    return drawn('svg', { class: 'gauge', viewBox: '0 0 100 10', preserveAspectRatio: 'none', 'aria-hidden': 'true', style: `color: ${this.colourOf(row.name)}` },
-      drawn('rect', { width: 100, height: 10 }), drawn('rect', { class: 'bar', width: along(row.error), height: 10 }),
-      row.truth_error > 0 ? drawn('line', { x1: along(row.truth_error), x2: along(row.truth_error), y1: 0, y2: 10, 'vector-effect': 'non-scaling-stroke' }) : null);
+    if (!(error > 0)) return '';
+    const { name, show } = FIGURES[this.figure];
+    return drawn('svg', { class: 'gauge', viewBox: '0 0 100 10', preserveAspectRatio: 'none', role: 'img', 'aria-label': `${name} ${show(error).replace('+', '')}`, style: `color: ${this.colourOf(row.name)}` },
+      drawn('rect', { width: 100, height: 10 }), drawn('rect', { class: 'bar', width: along(error), height: 10 }),
+      bar > 0 ? drawn('line', { x1: along(bar), x2: along(bar), y1: 0, y2: 10, 'vector-effect': 'non-scaling-stroke' }) : null);
   }
 
   remarks(row, { machine }) {
@@ -250,14 +280,15 @@ class SensorPart {
   /** The view as a part of an address. */
   link() {
     const { state, view, region } = this.viewer;
-    return `view=${encodeURIComponent(JSON.stringify({ sensor: this.index, run: this.chosen, against: this.against.value, layer: this.viewer.layer, state, view, region }))}`;
+    return `view=${encodeURIComponent(JSON.stringify({ sensor: this.index, run: this.chosen, against: this.against.value, layer: this.viewer.layer, figure: this.figure, state, view, region }))}`;
   }
 
   /** Goes to the view that an address names. */
-  async restore({ run, against, layer, state, view, region }) {
+  async restore({ run, against, layer, figure, state, view, region }) {
     this.against.value = against ?? '';
     this.viewer.layer = layer ?? '';
     this.article.querySelector('[data-control=layer]').value = this.viewer.layer;
+    if (figure in FIGURES) this.chooseFigure(figure);
     Object.assign(this.viewer.state, state);
     if (view) this.viewer.view = view;
     this.viewer.region = region;
@@ -279,11 +310,11 @@ class SensorPart {
     const likely = row.layer === layer ? row.truth_error : sigma === null ? null : sigma / found.difference.mean_reference;
     const l1 = found.fidelity.l1?.value ?? null;
     const resolved = row.layer === layer ? row.resolved : likely !== null && likely <= 0.1 * l1;
-    if (this.figure.value === 'l1') return { error: l1, bar: likely ?? 0, resolved };
+    if (this.figure === 'l1') return { error: l1, bar: likely ?? 0, resolved };
     const value = {
       l2: (it) => it.fidelity.l2, misplaced: (it) => it.fidelity.misplaced, displaced: (it) => it.fidelity.displaced?.texels,
       energy: (it) => it.fidelity.energy && { value: Math.abs(it.fidelity.energy.value - 1) },
-    }[this.figure.value](found);
+    }[this.figure](found);
     return { error: value?.value ?? null, bar: 0, resolved };
   }
 
@@ -293,8 +324,6 @@ class SensorPart {
     const names = [...new Set(rows.flatMap((row) => row.facts?.counters.map((one) => one.name) ?? []))];
     this.axis = element('select', { id: this.index ? null : 'cost-axis', onchange: () => this.cost() },
       ...names.map((name) => element('option', { value: name }, name)), element('option', { value: 'seconds' }, 'seconds'));
-    const choices = Object.entries(FIGURES).map(([key, { name }]) => element('option', { value: key }, name === 'energy' ? '|energy − 1|' : name));
-    this.figure = element('select', { 'data-control': 'figure', onchange: () => this.cost() }, ...choices);
     const known = (layer) => rows.filter((row) => this.errorIn(row, layer).error > 0);
     const layers = [...new Set(rows.map((row) => row.layer))].sort((a, b) => {
       const [left, right] = [a, b].map((layer) => known(layer).length + rows.length * known(layer).filter((row) => !row.method).length);
@@ -302,23 +331,25 @@ class SensorPart {
     });
     this.light = element('select', { 'data-control': 'light', onchange: () => this.cost() },
       ...layers.map((layer) => element('option', { value: layer }, layer === this.total ? `${layer}, all light` : layer)));
-    this.part('cost').querySelector('.controls').append(element('label', {}, 'Figure', this.figure), element('label', {}, 'Cost', this.axis), ...(layers.length > 1 ? [element('label', {}, 'Light', this.light)] : []));
+    this.part('cost').querySelector('.controls').append(this.figureChoice(), element('label', {}, 'Cost', this.axis), ...(layers.length > 1 ? [element('label', {}, 'Light', this.light)] : []));
   }
 
   cost() {
     const { rows, curves } = this.figures;
     const [axis, layer] = [this.axis.value, this.light.value];
-    const isLength = this.figure.value === 'displaced';
-    const shown = (value) => FIGURES[this.figure.value].show(value).replace('+', '');
+    const isLength = this.figure === 'displaced';
+    // The size of what is missing or too much.
+    const name = this.figure === 'energy' ? '|energy − 1|' : FIGURES[this.figure].name;
+    const shown = (value) => FIGURES[this.figure].show(value).replace('+', '');
     const of = (i) => (axis === 'seconds' ? this.timings.rows[i].median : counter(rows[i], axis));
     const own = (curve) => rows[curve.rows[0]].facts?.counters.at(-1)?.name;
     const points = (curve) => curve.rows.map((i) => {
       const found = this.errorIn(rows[i], layer);
-      return { ...found, cost: of(i), row: i, label: `${rows[i].label}\n${FIGURES[this.figure.value].name} ${shown(found.error)}${found.bar ? ` ± ${shown(found.bar)}` : ''} in ${layer}\n${axis} ${number(of(i), 4)}` };
+      return { ...found, cost: of(i), row: i, label: `${rows[i].label}\n${name} ${shown(found.error)}${found.bar ? ` ± ${shown(found.bar)}` : ''} in ${layer}\n${axis} ${number(of(i), 4)}` };
     }).filter(({ cost, error }) => cost > 0 && error > 0).sort((a, b) => a.cost - b.cost);
     const lines = curves.map((curve, i) => {
       const marks = points(curve);
-      const isOwn = this.figure.value === 'l1' && curve.rows.every((row) => rows[row].layer === layer);
+      const isOwn = this.figure === 'l1' && curve.rows.every((row) => rows[row].layer === layer);
       const known = [...curve.orders, this.timings.orders[i]].filter(Boolean);
       const wanted = axis === 'rays' && isOwn ? ['rays', own(curve)] : [axis];
       const used = new Set(marks.filter((mark) => mark.resolved).map((mark) => JSON.stringify(this.timings.rows[mark.row].machine)));
@@ -334,13 +365,18 @@ class SensorPart {
       .filter((level) => !(of(level.row) > 0) && level.error > 0);
     this.part('cost').querySelector('.exports')?.remove();
     this.part('plot').after(exportButtons(this.part('plot'), `cost-${axis}`));
-    costPlot(this.part('plot'), { curves: lines, levels, axis, light: layer, figure: FIGURES[this.figure.value].name, isLength, shown, front, chosen: this.chosen, choose: (i) => this.choose(i) });
+    costPlot(this.part('plot'), { curves: lines, levels, axis, light: layer, figure: name, isLength, shown, front, chosen: this.chosen, choose: (i) => this.choose(i) });
   }
 
   stages() {
     const { stages } = this.figures;
     this.part('stages').hidden = !stages.length;
-    this.part('waterfalls').append(...stages.flatMap((one) => stageErrors(one, this.colourOf(one.name))));
+    this.stageErrors = [];
+    for (const one of stages) {
+      const { nodes, show } = stageErrors(one, this.colourOf(one.name), this.figureChoice());
+      this.part('waterfalls').append(...nodes);
+      this.stageErrors.push(show);
+    }
   }
 
   layers(row) {

@@ -60,16 +60,13 @@ function shapleyBars({ label, stages }, shares, colour) {
   return svg;
 }
 
-/** An approximation's stages by one figure, which can be chosen. */
-function stageErrors(one, colour) {
+/** An approximation's stages: what stands on the page, with a choice of the figure in it, and a function that shows a figure. */
+function stageErrors(one, colour, choice) {
   const host = element('div');
-  const known = one.figures.map((shares) => shares.figure);
-  const select = element('select', { 'data-control': 'stage-figure', onchange: () => show() },
-    ...known.map((figure) => element('option', { value: figure }, FIGURES[figure].name)));
-  function show() {
-    const shares = one.figures.find(({ figure }) => figure === select.value);
+  function show(chosen) {
+    const shares = one.figures.find(({ figure }) => figure === chosen);
     if (!shares) {
-      host.replaceChildren(element('p', { class: 'muted' }, 'No figure is defined for all subsets of stages.'));
+      host.replaceChildren(element('p', { class: 'muted' }, `${FIGURES[chosen].name} is not defined for all subsets of stages: some of them make a black image.`));
       return;
     }
     const { show: text, meaning } = FIGURES[shares.figure];
@@ -90,11 +87,12 @@ function stageErrors(one, colour) {
       element('div', { class: 'scroll' }, table),
     );
   }
-  show();
-  return [
+  const noise = one.twin_error == null ? '' : `; twins that sample have ${percent(one.twin_error)} of noise`;
+  const nodes = [
     element('h3', {}, `${one.label}, ${one.light}`),
-    element('div', { class: 'controls' }, element('label', {}, 'Figure', select),
-      element('span', { class: 'muted' }, `${one.runs} subsets of stages, on ${one.size.join(' × ')} texels`)),
+    element('div', { class: 'controls' }, choice,
+      element('span', { class: 'muted' }, `${one.runs} subsets of stages, on ${one.size.join(' × ')} texels${noise}`)),
     host,
   ];
+  return { nodes, show };
 }

@@ -170,7 +170,11 @@ fn memory_of(folder: &Path, mesh: &MeshParts) -> (u64, u64) {
 fn a_triangle_takes_no_more_memory_than_is_promised() {
     let folder = TempDir::new().unwrap();
     let water = |side: u32| height_field(DVec2::ONE, 0.0, &WATER, side);
-    let (_, nothing) = memory_of(folder.path(), &water(2));
+    // A run of a few milliseconds may end between two looks at it: the most of several is the program's own.
+    let nothing = (0..16)
+        .map(|_| memory_of(folder.path(), &water(2)).1)
+        .max()
+        .unwrap();
     let check = |what: &str, mesh: &MeshParts, promised: f64| {
         let faces = mesh.triangles.len() as f64;
         let (held, peak) = memory_of(folder.path(), mesh);

@@ -56,7 +56,7 @@ pub fn peak_memory(mut child: Child) -> (u64, Vec<u8>) {
             assert!(output.status.success(), "{}", message(&output));
             return (peak, output.stdout);
         }
-        thread::sleep(Duration::from_millis(2));
+        thread::sleep(Duration::from_micros(200));
     }
 }
 
