@@ -47,12 +47,9 @@ impl Scene {
     #[doc(hidden)]
     pub fn new(parts: SceneParts) -> Result<Self, SceneError> {
         validate::check(&parts)?;
+        let of_meshes = validate::mesh_warnings(&parts);
         let mut warnings = parts.warnings;
-        warnings.extend(validate::mesh_warnings(
-            &parts.shapes,
-            &parts.objects,
-            &parts.materials,
-        ));
+        warnings.extend(of_meshes);
         warnings.extend(coincidence::warnings(
             &parts.shapes,
             &parts.objects,

@@ -1,7 +1,7 @@
 //! Conditions on a scene as a whole.
 
 use super::material_check::{self, non_negative};
-use super::{Emitter, Material, Object, SceneError, SceneParts, SensorKind, ShapeId, Warning};
+use super::{Emitter, Material, SceneError, SceneParts, SensorKind, ShapeId, Warning};
 use crate::geometry::Shape;
 
 /// Checks that every index refers to something and every number is in its physical range.
@@ -110,21 +110,28 @@ pub(super) fn check(parts: &SceneParts) -> Result<(), SceneError> {
 /// Warnings about meshes, given their materials.
 ///
 /// Degenerate and doubled faces matter on any surface. Open edges and inward orientation matter if a material
-/// needs to know inside from outside: on a dielectric.
-pub(super) fn mesh_warnings(
-    shapes: &[Shape],
-    objects: &[Object],
-    materials: &[Material],
-) -> Vec<Warning> {
+/// needs to know inside from outside: on a dielectric. The side of vertex normals matters if the mesh shines.
+pub(super) fn mesh_warnings(parts: &SceneParts) -> Vec<Warning> {
     let mut warnings = Vec::new();
-    for (shape, object) in shapes.iter().zip(objects) {
+    let shines_at = |index: usize| {
+        let is_its_own =
+            |one: &Emitter| matches!(one, Emitter::Area { shape, .. } if shape.0 as usize == index);
+        parts.emitters.iter().any(is_its_own)
+    };
+    for (index, (shape, object)) in parts.shapes.iter().zip(&parts.objects).enumerate() {
         let Shape::Mesh(mesh) = shape else { continue };
         let diagnostics = mesh.diagnose();
-        let refracts = needs_inside(&materials[object.material.0 as usize], materials);
+        let material = &parts.materials[object.material.0 as usize];
+        let refracts = needs_inside(material, &parts.materials);
+        let opposed = diagnostics.opposed_normals.count;
+        let turned = (opposed > 0 && shines_at(index)).then(|| {
+            format!("{opposed} of its faces shine to the side of their vertex normals, against the winding, as in Mitsuba")
+        });
         warnings.extend(
             diagnostics
                 .warnings(refracts)
                 .into_iter()
+                .chain(turned)
                 .map(|message| Warning {
                     at: Some(object.declared_at.clone()),
                     message: format!("{} \"{}\": {message}", object.plugin, object.id),

@@ -122,12 +122,16 @@ def deltas(scene, file):
         print("delta", numbers(reference.p, sample.d, distance, weight), file=file)
 
 
+# Vertex normals that oppose the winding decide which side shines. Their density is Mitsuba's only if they are along the face.
+OPPOSED = [shape("obj", '<string name="filename" value="opposed.obj"/>' + flip) for flip in ("", FLIP)]
+
+
 def main():
     write_images()
     mi.file_resolver().prepend(str(FOLDER))
     with open(FOLDER / "emitter_oracle.txt", "w") as file:
         print(f"# Mitsuba {mi.__version__}, scalar_rgb, by emitter_oracle.py", file=file)
-        for case in CASES + TEXTURED + DELTA:
+        for case in CASES + TEXTURED + DELTA + OPPOSED:
             scene = mi.load_string(f'<scene version="3.0.0">{case}</scene>')
             print("case", case, file=file)
             if case in DELTA:

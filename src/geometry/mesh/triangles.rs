@@ -171,7 +171,23 @@ impl Mesh {
         self.bounds
     }
 
-    /// The unit normal of a face, on the side that shines; zero for a face without area.
+    /// 1 if a face that shines does so on the side of its geometric normal, -1 if on the other.
+    ///
+    /// As in Mitsuba, vertex normals decide. There the interpolated one does so point by point, here their
+    /// sum for the whole face: a face is lit on one side, however it is met.
+    #[inline]
+    pub fn shining_side(&self, face: u32) -> f64 {
+        if self.normals.is_empty() {
+            return 1.0;
+        }
+        let triangle = self.triangles[face as usize];
+        let [na, nb, nc] = triangle.map(|vertex| self.normals[vertex as usize]);
+        let [a, b, c] = self.corners(face);
+        let along = (b - a).cross(c - a).dot(na + nb + nc);
+        if along < 0.0 { -1.0 } else { 1.0 }
+    }
+
+    /// The unit geometric normal of a face; zero for a face without area.
     pub fn face_normal(&self, face: u32) -> DVec3 {
         let [a, b, c] = self.corners(face);
         let normal = (b - a).cross(c - a).normalize_or_zero();

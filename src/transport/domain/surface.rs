@@ -155,7 +155,7 @@ impl LightSurface {
             Shape::Mesh(mesh) if mesh.triangle_count() <= MAX_TRIANGLES => (0
                 ..mesh.triangle_count() as u32)
                 .map(|face| {
-                    let normal = mesh.face_normal(face);
+                    let normal = mesh.face_normal(face) * mesh.shining_side(face);
                     LightPart::Flat(Area::Triangle(mesh.corners(face)), normal)
                 })
                 .filter(|part| part.area() > 0.0)

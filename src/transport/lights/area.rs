@@ -71,10 +71,19 @@ impl<'a> AreaLight<'a> {
             Some(_) => world.surface_point(ray, hit),
             None => world.bounce_point(ray, hit),
         };
-        if point.geometric_normal.dot(ray.direction) < 0.0 {
+        if self.cosine(hit.face, &point, -ray.direction) > 0.0 {
             self.radiance_at(hit, &point)
         } else {
             Rgb::BLACK
+        }
+    }
+
+    /// The cosine between the normal on the side that shines and a direction away from `point`.
+    fn cosine(&self, face: u32, point: &SurfacePoint, away: DVec3) -> f64 {
+        let cosine = point.geometric_normal.dot(away);
+        match self.form {
+            AreaForm::Mesh(mesh, _) => cosine * mesh.shining_side(face),
+            AreaForm::Ball(_) | AreaForm::Patch(_) => cosine,
         }
     }
 
@@ -86,14 +95,16 @@ impl<'a> AreaLight<'a> {
         })
     }
 
-    /// The density [1/sr] of the direction from `from` to `point`, a unit vector, in [`Self::sample`].
+    /// The density [1/sr] of the direction from `from` to `point` of a face, a unit vector, in
+    /// [`Self::sample`].
     pub(super) fn pdf_solid_angle(
         &self,
         from: DVec3,
+        face: u32,
         point: &SurfacePoint,
         direction: DVec3,
     ) -> f64 {
-        let cos_light = -point.geometric_normal.dot(direction);
+        let cos_light = self.cosine(face, point, -direction);
         if cos_light <= 0.0 {
             return 0.0;
         }
@@ -134,7 +145,7 @@ impl<'a> AreaLight<'a> {
         let offset = target.position - from.position;
         let distance = offset.length();
         let direction = offset.try_normalize()?;
-        let cos_light = -target.geometric_normal.dot(direction);
+        let cos_light = self.cosine(face, target, -direction);
         if cos_light <= 0.0 {
             return None;
         }

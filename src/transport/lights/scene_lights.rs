@@ -121,7 +121,7 @@ impl<'a> Lights<'a> {
         let pdf = match self.met(hit) {
             Some(LightHit::Surface(light, hit)) => {
                 let point = self.scene.world().bounce_point(ray, hit);
-                light.pdf_solid_angle(from, &point, ray.direction)
+                light.pdf_solid_angle(from, hit.face, &point, ray.direction)
             }
             Some(LightHit::Environment(light)) => light.pdf_solid_angle(ray.direction),
             None => 0.0,
