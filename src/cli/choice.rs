@@ -7,29 +7,66 @@ use crate::scene::{Scene, Sensor};
 use crate::setting::{Given, SettingError};
 
 /// The sensor and the method asked for, or those that suit the scene, with a notice if the method is not what
-/// one would expect.
+/// one would expect. A scene that has cameras alone is seen by the first.
 ///
 /// # Errors
 ///
 /// For a sensor, a method or a setting that does not exist.
-pub(super) fn choose<'a>(
+pub(super) fn choose(
     args: &RenderArgs,
-    scene: &'a Scene,
-) -> anyhow::Result<(&'a Sensor, Method, Option<String>)> {
+    scene: &Scene,
+) -> anyhow::Result<(Sensor, Method, Option<String>)> {
     // Settings of another method are better known before the scene is looked at.
     let is_of_cameras = match args.method.as_deref() {
         Some(name) => Method::new(name, &Given::new())?.is_of_cameras(),
         None => false,
     };
-    let sensor = if is_of_cameras {
+    let given = args.settings.and(&args.set)?;
+    let is_open = args.sensor.is_none() && args.method.is_none() && args.shard.is_none();
+    let is_seen = is_open && scene.sensors().iter().all(Sensor::is_camera);
+    let sensor = if is_of_cameras || is_seen && !scene.sensors().is_empty() {
         choose_camera(scene, args.sensor.as_deref())?
     } else {
         choose_sensor(scene, args.sensor.as_deref())?
     };
-    let given = args.settings.and(&args.set)?;
-    let (method, notice) =
-        choose_method(args, &given, scene, sensor).map_err(|error| args.settings.retold(error))?;
+    let sensor = args.filtered(sensor);
+    let (method, notice) = if is_seen {
+        choose_view(&given, scene, &sensor)
+    } else {
+        choose_method(args, &given, scene, &sensor)
+    }
+    .map_err(|error| args.settings.retold(error))?;
     Ok((sensor, method, notice))
+}
+
+/// The method that makes a picture of all light: all methods together, or paths alone if the scene does not
+/// suit the others. Settings of one method alone choose it.
+fn choose_view(
+    given: &Given,
+    scene: &Scene,
+    sensor: &Sensor,
+) -> Result<(Method, Option<String>), SettingError> {
+    let of = |name: &str| Method::new(name, given);
+    let seen = format!(
+        "no sensor is an irradiancemeter: camera \"{}\" is rendered",
+        sensor.id
+    );
+    let full = match of("full") {
+        Ok(full) => full,
+        Err(_) => {
+            let choice = || Ok(Method::choose_with(scene, sensor, given)?.method);
+            let method = of("path").or_else(|_: SettingError| choice())?;
+            let notice = format!("{seen} by {}, whose settings are given", method.name());
+            return Ok((method, Some(notice)));
+        }
+    };
+    match full.supports(scene, sensor) {
+        Ok(()) => Ok((full, Some(format!("{seen} by full, with all of its light")))),
+        Err(refusal) => Ok((
+            of("path")?,
+            Some(format!("{seen} by path: full cannot: {refusal}")),
+        )),
+    }
 }
 
 /// The method asked for, or the one that suits the scene and the settings, with a notice if it is not

@@ -77,7 +77,7 @@ pub fn render(
                 Some(first) => first,
                 None => scene_of(args, define)?,
             };
-            let sensor = choose_sensor(&scene, Some(&id))?;
+            let sensor = &args.filtered(choose_sensor(&scene, Some(&id))?);
             let rendering = progress::watch(&context.progress, || {
                 sequence.frame(&scene, sensor, &Budget::default(), context)
             })?;

@@ -41,6 +41,7 @@ pub fn render(args: &RenderArgs) -> anyhow::Result<Outcome> {
     }
     let scene = load(&args.scene)?;
     let (sensor, method, notice) = choose(args, &scene)?;
+    let sensor = &sensor;
     method.check_memory(&scene, sensor, &context)?;
     let path = output::output_path(args.output.as_deref(), scene.path(), extension)?;
     if let Some(notice) = notice {

@@ -1,5 +1,6 @@
 //! The program and its study files, as a user meets them.
 
+mod cameras;
 mod caustic_map;
 mod compare;
 mod frames;

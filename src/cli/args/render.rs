@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use super::parse::{parse_define, parse_shard};
 use super::{CacheArgs, SceneArgs, SettingArgs};
 use crate::reference::photons::Shard;
+use crate::scene::{ReconstructionFilter, Sensor};
 
 /// `nephroid render`.
 #[derive(Debug, clap::Args)]
@@ -17,12 +18,18 @@ pub struct RenderArgs {
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
 
-    /// The sensor to fill, by id [default: the first irradiancemeter; of methods of cameras the first camera]
+    /// The sensor to fill, by id [default: the first irradiancemeter; the first camera of methods of cameras, and
+    /// of scenes that have nothing else]
     #[arg(long, value_name = "ID")]
     pub sensor: Option<String>,
 
+    /// Another filter of the film than the scene's: pixels that are plain averages, as methods other than path
+    /// need them
+    #[arg(long, value_name = "NAME", value_parser = ["box"])]
+    pub filter: Option<String>,
+
     /// The method, one of those that `nephroid methods` lists [default: beams if they can follow all light,
-    /// else photons]
+    /// else photons; of scenes that have cameras alone full if it can, else path]
     #[arg(long, value_name = "NAME")]
     pub method: Option<String>,
 
@@ -54,4 +61,15 @@ pub struct RenderArgs {
     /// Print the summary as JSON
     #[arg(long)]
     pub json: bool,
+}
+
+impl RenderArgs {
+    /// The sensor with the filter that is asked for.
+    pub fn filtered(&self, sensor: &Sensor) -> Sensor {
+        let mut sensor = sensor.clone();
+        if self.filter.is_some() {
+            sensor.film.filter = ReconstructionFilter::Box;
+        }
+        sensor
+    }
 }

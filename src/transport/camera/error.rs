@@ -23,7 +23,7 @@ pub enum CameraError {
     /// Pixels would overlap.
     #[error(
         "sensor \"{id}\" has a film with a {filter} filter: pixels here are plain averages; add \
-         <rfilter type=\"box\"/> to the film"
+         <rfilter type=\"box\"/> to the film, or render with --filter box"
     )]
     Filter {
         /// The sensor.

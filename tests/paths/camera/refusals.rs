@@ -36,7 +36,7 @@ fn sensors_and_scenes_that_give_no_image_are_refused_by_name() {
     assert_eq!(
         refused(&named.replace("type=\"box\"", "type=\"gaussian\"")).to_string(),
         "sensor \"eye\" has a film with a gaussian filter: pixels here are plain averages; add <rfilter \
-         type=\"box\"/> to the film"
+         type=\"box\"/> to the film, or render with --filter box"
     );
     let textured = "<shape type=\"sphere\" id=\"globe\"><bsdf type=\"twosided\"><bsdf type=\"diffuse\">\
         <texture type=\"checkerboard\" name=\"reflectance\"/></bsdf></bsdf></shape>";

@@ -1,0 +1,117 @@
+//! Scenes that have cameras alone, as files for Mitsuba mostly do.
+
+use std::fs;
+use std::path::Path;
+
+use assert_cmd::Command;
+use nephroid::internals::film::{Image, exr};
+
+/// A glass ball in lamplight before a camera of 12 x 9 pixels with a film's filter.
+fn scene(folder: &Path, filter: &str) {
+    let text = format!(
+        r#"<scene version="3.0.0">
+        <sensor type="perspective" id="eye">
+            <transform name="to_world"><lookat origin="0, -4, 2" target="0, 0, 0" up="0, 0, 1"/></transform>
+            <sampler type="independent"><integer name="sample_count" value="4"/></sampler>
+            <film type="hdrfilm"><integer name="width" value="12"/><integer name="height" value="9"/>{filter}</film>
+        </sensor>
+        <emitter type="point"><point name="position" x="0" y="-1" z="3"/><rgb name="intensity" value="20"/></emitter>
+        <shape type="rectangle"><bsdf type="diffuse"/></shape>
+        <shape type="sphere"><point name="center" x="0" y="0" z="0.5"/><float name="radius" value="0.4"/>
+            <bsdf type="dielectric"/></shape>
+        </scene>"#
+    );
+    fs::write(folder.join("seen.xml"), text).unwrap();
+}
+
+/// What is said of a run, and its image.
+fn rendered(folder: &Path, more: &[&str]) -> (String, Image) {
+    let image = folder.join("seen.exr");
+    let output = Command::cargo_bin("nephroid")
+        .unwrap()
+        .args(["render", "seen.xml", "--output"])
+        .arg(&image)
+        .args(more)
+        .current_dir(folder)
+        .output()
+        .unwrap();
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(
+        output
+            .status
+            .code()
+            .is_some_and(|code| code == 0 || code == 3),
+        "{said}"
+    );
+    (said, exr::read(&image).unwrap())
+}
+
+/// Few photons: pictures are made, and no better than that.
+const QUICK: [&str; 6] = ["--photons", "4096", "--error", "100%", "--spp", "4"];
+
+fn mean(image: &Image, layer: &str) -> Option<f64> {
+    let samples = &image.channel(&format!("{layer}.R"))?.samples;
+    Some(samples.iter().map(|value| f64::from(*value)).sum::<f64>() / samples.len() as f64)
+}
+
+#[test]
+fn the_first_camera_is_rendered_with_all_of_its_light() {
+    let folder = tempfile::tempdir().unwrap();
+    scene(folder.path(), r#"<rfilter type="box"/>"#);
+    let (said, image) = rendered(folder.path(), &QUICK);
+    let notice = "note: no sensor is an irradiancemeter: camera \"eye\" is rendered by full, with all of its light";
+    assert!(said.contains(notice), "{said}");
+    assert_eq!([image.width, image.height], [12, 9]);
+    assert!(mean(&image, "caustic").unwrap() > 0.0);
+}
+
+#[test]
+fn where_full_cannot_paths_make_the_picture_and_the_reason_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    scene(folder.path(), "");
+    let (said, image) = rendered(folder.path(), &["--spp", "4"]);
+    let notice = "camera \"eye\" is rendered by path: full cannot: sensor \"eye\" has a film with a gaussian filter";
+    assert!(
+        said.contains(notice) && said.contains("--filter box"),
+        "{said}"
+    );
+    assert!(mean(&image, "L").unwrap() > 0.0);
+}
+
+#[test]
+fn a_box_filter_that_is_asked_for_is_the_scenes_own() {
+    let folder = tempfile::tempdir().unwrap();
+    scene(folder.path(), r#"<rfilter type="box"/>"#);
+    let (_, own) = rendered(folder.path(), &QUICK);
+    scene(folder.path(), "");
+    let (said, asked) = rendered(folder.path(), &[&QUICK[..], &["--filter", "box"]].concat());
+    assert!(said.contains("rendered by full"), "{said}");
+    for (own, asked) in own.channels.iter().zip(&asked.channels) {
+        let bits = |samples: &[f32]| samples.iter().map(|one| one.to_bits()).collect::<Vec<_>>();
+        assert_eq!(
+            (&own.name, bits(&own.samples)),
+            (&asked.name, bits(&asked.samples))
+        );
+    }
+}
+
+#[test]
+fn settings_of_one_method_alone_choose_it() {
+    let folder = tempfile::tempdir().unwrap();
+    scene(folder.path(), r#"<rfilter type="box"/>"#);
+    let (said, _) = rendered(
+        folder.path(),
+        &[
+            "--spp",
+            "4",
+            "--replicates",
+            "4",
+            "--set",
+            "without-caustics=true",
+        ],
+    );
+    assert!(
+        said.contains("rendered by path, whose settings are given"),
+        "{said}"
+    );
+}
